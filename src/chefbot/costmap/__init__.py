@@ -1,0 +1,1 @@
+"""Where the robot may go, and at what price."""

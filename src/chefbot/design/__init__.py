@@ -1,0 +1,1 @@
+"""Descriptions that are functions of a Robot."""

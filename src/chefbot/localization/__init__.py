@@ -1,0 +1,1 @@
+"""Where on a known map am I."""

@@ -1,0 +1,1 @@
+"""Occupancy grids: the map as ROS knows it, and its files."""

@@ -1,0 +1,24 @@
+"""Angles in radians, counter-clockwise (REP-103)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def wrap(angle: float) -> float:
+    """The same direction in [-pi, pi)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def wrap_array(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`wrap` for every element."""
+    return (angles + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def mean_angle(angles: NDArray[np.float64], weights: NDArray[np.float64] | None = None) -> float:
+    """Circular mean of the angles (Mardia & Jupp 2000, 2.2); weights need not sum to one."""
+    w = np.ones_like(angles) if weights is None else weights
+    return math.atan2(float(w @ np.sin(angles)), float(w @ np.cos(angles)))

@@ -1,0 +1,1 @@
+"""One thin shell an algorithm."""

@@ -1,0 +1,1 @@
+"""Pose by counting wheel turns."""

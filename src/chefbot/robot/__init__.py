@@ -1,0 +1,1 @@
+"""The Robot: one value, read from one file."""

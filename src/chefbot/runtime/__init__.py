@@ -1,0 +1,1 @@
+"""Nodes, ports, loop, clocks, launch files, recordings."""

@@ -1,0 +1,1 @@
+"""The physical robot and its world, in MuJoCo."""

@@ -1,0 +1,145 @@
+"""YAML files that people write, read strictly into typed structs: a fault is one sentence with file and key."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+import yaml
+from msgspec import inspect as types
+
+from chefbot.errors import UserError, nearest
+from chefbot.robot.units import to_si
+
+T = TypeVar("T")
+MAX_BYTES = 1_000_000
+
+
+class _StrictLoader(yaml.SafeLoader):
+    """Plain data only: no anchors (they can blow up) and no key twice (one of them would be lost)."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.composer.ComposerError(
+                None, None, "anchors are not allowed", self.peek_event().start_mark
+            )
+        return super().compose_node(parent, index)
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        seen: set[Any] = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)  # type: ignore[no-untyped-call]
+            if not isinstance(key, (str, int, bool, float)):
+                raise yaml.constructor.ConstructorError(
+                    None, None, "a key is not a name", key_node.start_mark
+                )
+            if key in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"{key!r} stands twice", key_node.start_mark
+                )
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+def read_bytes(path: Path, kind: str, limit: int = MAX_BYTES) -> bytes:
+    """The file's content; UserError when it is missing, unreadable or longer than `limit` bytes."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(limit + 1)
+    except FileNotFoundError:
+        raise UserError(f"{kind} {path} does not exist; check the name") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise UserError(f"{kind} {path} cannot be read: {reason}") from None
+    if len(data) > limit:
+        raise UserError(f"{kind} {path} is longer than {limit} bytes; that is not a {kind}")
+    return data
+
+
+def read_config(path: Path, kind: type[T], what: str) -> T:
+    """A YAML file as a value of the struct type `kind`; `what` names it in errors, as in 'robot file'."""
+    return parse_config(read_bytes(path, what), kind, f"{what} {path}")
+
+
+def parse_config(data: bytes, kind: type[T], where: str) -> T:
+    """YAML text as a value of the struct type `kind`. `where` begins every error sentence."""
+    return build(parse_yaml(data, where), kind, where)
+
+
+def parse_yaml(data: bytes, where: str) -> Any:
+    """Plain dicts, lists, numbers and texts."""
+    try:
+        return yaml.load(data.decode(), Loader=_StrictLoader)
+    except UnicodeDecodeError:
+        raise UserError(f"{where} is not text in UTF-8; it may be damaged or another kind of file") from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        line = f", line {mark.line + 1}" if mark else ""
+        problem = getattr(error, "problem", None) or "it cannot be parsed"
+        raise UserError(f"{where}{line}: not valid YAML: {problem}") from None
+    except (RecursionError, ValueError, OverflowError):
+        raise UserError(f"{where}: not valid YAML: nested too deeply or with an impossible number") from None
+
+
+def build(value: Any, kind: type[T], where: str) -> T:
+    """Plain data as a value of the struct type `kind`, with units, bounds and unknown keys checked."""
+    plain = _to_plain(value, types.type_info(kind), where, "")
+    try:
+        return msgspec.convert(plain, kind, strict=True)
+    except msgspec.ValidationError as error:
+        message, _, path = str(error).partition(" - at `$")
+        key = path.rstrip("`").lstrip(".")
+        raise UserError(f"{where}: {key + ': ' if key else ''}{message}") from None
+
+
+def _to_plain(value: Any, kind: types.Type, where: str, key: str) -> Any:
+    """`value` with every quantity turned to SI, checked for what msgspec cannot say well."""
+    if isinstance(kind, types.UnionType):
+        if value is None and kind.includes_none:
+            return None
+        members = [member for member in kind.types if not isinstance(member, types.NoneType)]
+        return _to_plain(value, members[0], where, key) if len(members) == 1 else value
+    if isinstance(kind, types.StructType):
+        return _struct_to_plain(value, kind, where, key)
+    if isinstance(kind, (types.ListType, types.VarTupleType)) and isinstance(value, list):
+        return [_to_plain(item, kind.item_type, where, f"{key}[{i}]") for i, item in enumerate(value)]
+    if isinstance(kind, types.DictType) and isinstance(value, dict):
+        return {k: _to_plain(v, kind.value_type, where, _join(key, k)) for k, v in value.items()}
+    unit = kind.extra.get("unit") if isinstance(kind, types.Metadata) and kind.extra else None
+    if unit is not None:
+        value = _quantity(value, unit, where, key)
+    if isinstance(value, float) and not math.isfinite(value):
+        raise UserError(f"{where}: {key}: {value} is not a finite number")
+    return value
+
+
+def _struct_to_plain(value: Any, kind: types.StructType, where: str, key: str) -> Any:
+    if not isinstance(value, dict):
+        raise UserError(f"{where}: {key or 'the file'} must be a section with keys, not {_describe(value)}")
+    fields = {field.encode_name: field for field in kind.fields}
+    for name in value:
+        if name not in fields:
+            raise UserError(f"{where}: unknown key {_join(key, name)!r}{nearest(str(name), fields)}")
+    missing = [f.encode_name for f in kind.fields if f.required and f.encode_name not in value]
+    if missing:
+        raise UserError(f"{where}: {_join(key, missing[0])!r} is missing")
+    return {name: _to_plain(item, fields[name].type, where, _join(key, name)) for name, item in value.items()}
+
+
+def _quantity(value: Any, unit: str, where: str, key: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        raise UserError(f"{where}: {key} must be a quantity in {unit}, not {_describe(value)}")
+    try:
+        return to_si(str(value), unit)
+    except UserError as error:
+        raise UserError(f"{where}: {key}: {error}") from None
+
+
+def _join(key: str, name: Any) -> str:
+    return f"{key}.{name}" if key else str(name)
+
+
+def _describe(value: Any) -> str:
+    return "nothing" if value is None else f"{type(value).__name__} {str(value)[:40]!r}"

@@ -1,4 +1,4 @@
-"""YAML files that people write, read strictly into typed structs: a fault is one sentence with file and key."""
+"""YAML files people write, read strictly into typed structs; a fault is one sentence with file and key."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class _StrictLoader(yaml.SafeLoader):
     def construct_mapping(self, node: Any, deep: bool = False) -> Any:
         seen: set[Any] = set()
         for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)  # type: ignore[no-untyped-call]
+            key = self.construct_object(key_node, deep=True)
             if not isinstance(key, (str, int, bool, float)):
                 raise yaml.constructor.ConstructorError(
                     None, None, "a key is not a name", key_node.start_mark

@@ -247,9 +247,8 @@ class Robot(Part, frozen=True, kw_only=True):
 
     @property
     def max_turn_acceleration(self) -> float:
-        """On the spot, rad/s^2."""
-        wheel_limit = 2.0 * self.max_acceleration / self.drive.max_acceleration
-        return min(self.drive.max_turn_acceleration, wheel_limit * self.drive.max_turn_acceleration)
+        """On the spot, rad/s^2: the rims accelerate no harder than they may forward."""
+        return min(self.drive.max_turn_acceleration, 2.0 * self.max_acceleration / self.wheels.separation)
 
 
 ROLLING_RESISTANCE = 0.015

@@ -1,0 +1,147 @@
+"""Drawing scans at known poses into an occupancy grid."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from chefbot.errors import UserError
+from chefbot.mapping.grid import UNKNOWN, Grid
+from chefbot.slam.beams import Beams
+
+_GROWTH = 0.2
+"""Share of its size by which a canvas grows beyond need, so that it seldom does."""
+_HIT = math.log(0.7 / 0.3)
+_MISS = math.log(0.4 / 0.6)
+"""Log odds of a cell in which a beam ended, and which one crossed (Thrun et al. 2005, table 9.2)."""
+_CLAMP = 5.0
+
+
+class Canvas:
+    """How many scans hit and how many crossed each cell.
+
+    A scan counts once for a cell, as a hit if any of its beams ended there: of the many beams that graze a wall
+    before they end in it, none shall erase it.
+    """
+
+    def __init__(self, resolution: float, max_cells: int) -> None:
+        self._resolution = resolution
+        self._max_cells = max_cells
+        self._corner = np.zeros(2, np.int64)
+        self._hits = np.zeros((0, 0), np.uint16)
+        self._misses = np.zeros((0, 0), np.uint16)
+        self._touched = np.zeros((0, 0), np.int32)
+        self._scans = 0
+        self._low = np.full(2, np.iinfo(np.int64).max)
+        self._high = np.full(2, np.iinfo(np.int64).min)
+
+    def copy(self) -> Canvas:
+        """An independent canvas with the same scans."""
+        other = Canvas(self._resolution, self._max_cells)
+        other.__dict__.update(
+            {k: v.copy() if isinstance(v, np.ndarray) else v for k, v in vars(self).items()}
+        )
+        return other
+
+    def draw(self, beams: Beams, pose: NDArray[np.float64]) -> None:
+        """Add a scan taken at `pose` (3,), metres and radians in the map frame."""
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        turn = np.array([[c, s], [-s, c]])
+        ends = (beams.ends @ turn + pose[:2]) / self._resolution
+        sensor = (beams.sensor @ turn + pose[:2]) / self._resolution
+        cells = np.floor(np.vstack([ends, sensor])).astype(np.int64)
+        self._cover(cells.min(axis=0), cells.max(axis=0))
+        self._scans += 1
+        cells -= self._corner
+        _draw(cells[:-1], beams.hit, cells[-1], self._hits, self._misses, self._touched, self._scans)
+
+    def _cover(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
+        self._low = np.minimum(self._low, low)
+        self._high = np.maximum(self._high, high)
+        begin, end = self._corner, self._corner + self._hits.shape[::-1]
+        if self._hits.size and (self._low >= begin).all() and (self._high < end).all():
+            return
+        size = self._high - self._low + 1
+        spare = 16 + (_GROWTH * size).astype(np.int64)
+        new_begin = (
+            np.where(self._low < begin, self._low - spare, begin) if self._hits.size else self._low - spare
+        )
+        new_end = (
+            np.where(self._high >= end, self._high + spare, end) if self._hits.size else self._high + spare
+        )
+        width, height = (int(n) for n in new_end - new_begin)
+        if width * height > self._max_cells:
+            raise UserError(
+                f"the map would have to grow to {width} x {height} cells, more than the {self._max_cells} of max_cells: check odometry and scans, or use a coarser resolution"
+            )
+        column, row = (int(n) for n in begin - new_begin) if self._hits.size else (0, 0)
+        self._hits = _enlarged(self._hits, height, width, row, column)
+        self._misses = _enlarged(self._misses, height, width, row, column)
+        self._touched = _enlarged(self._touched, height, width, row, column)
+        self._corner = new_begin
+
+    def grid(self) -> Grid:
+        """Occupied share in percent of the cells seen, UNKNOWN elsewhere; bounded by what was drawn."""
+        if not self._scans:
+            return Grid(np.full((1, 1), UNKNOWN, np.int8), self._resolution, 0.0, 0.0)
+        column, row = self._low - self._corner
+        end_column, end_row = self._high - self._corner + 1
+        part = (slice(row, end_row), slice(column, end_column))
+        x, y = self._low * self._resolution
+        return Grid(_percent(self._hits[part], self._misses[part]), self._resolution, float(x), float(y))
+
+
+def _enlarged(
+    old: NDArray[np.generic], height: int, width: int, row: int, column: int
+) -> NDArray[np.generic]:
+    new = np.zeros((height, width), old.dtype)
+    new[row : row + old.shape[0], column : column + old.shape[1]] = old
+    return new
+
+
+@njit(cache=True, nogil=True)
+def _percent(hits, misses):  # type: ignore[no-untyped-def]
+    """Log odds from the counts, as percent; they are clamped once, at the end, so the order of scans is no matter."""
+    out = np.empty(hits.shape, np.int8)
+    for row in range(hits.shape[0]):
+        for column in range(hits.shape[1]):
+            h, m = hits[row, column], misses[row, column]
+            if h == 0 and m == 0:
+                out[row, column] = UNKNOWN
+                continue
+            odds = min(max(h * _HIT + m * _MISS, -_CLAMP), _CLAMP)
+            out[row, column] = round(100.0 / (1.0 + math.exp(-odds)))
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _draw(ends, hit, sensor, hits, misses, touched, scan):  # type: ignore[no-untyped-def]
+    for i in range(len(ends)):
+        column, row = ends[i, 0], ends[i, 1]
+        if hit[i] and touched[row, column] != scan:
+            touched[row, column] = scan
+            hits[row, column] = min(hits[row, column] + 1, 65535)
+    for i in range(len(ends)):
+        _cross(sensor[0], sensor[1], ends[i, 0], ends[i, 1], misses, touched, scan)
+
+
+@njit(cache=True, nogil=True)
+def _cross(x, y, end_x, end_y, misses, touched, scan):  # type: ignore[no-untyped-def]
+    """Count a miss for the cells from (x, y) to before the end, along Bresenham's line (1965)."""
+    dx, dy = abs(end_x - x), abs(end_y - y)
+    step_x, step_y = (1 if end_x > x else -1), (1 if end_y > y else -1)
+    error = dx - dy
+    while x != end_x or y != end_y:
+        if touched[y, x] != scan:
+            touched[y, x] = scan
+            misses[y, x] = min(misses[y, x] + 1, 65535)
+        twice = 2 * error
+        if twice > -dy:
+            error -= dy
+            x += step_x
+        if twice < dx:
+            error += dx
+            y += step_y

@@ -1,0 +1,70 @@
+"""What a user may set of the mapper."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+
+class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Settings of `Gmapping`; the defaults suit 180-degree to 360-degree lasers and depth cameras indoors."""
+
+    particles: Annotated[
+        int, Meta(ge=1, le=1000, description="number of particles, each with its own map")
+    ] = 30
+    resolution: Annotated[float, Meta(ge=0.01, le=0.5, description="side of a map cell, m")] = 0.05
+    linear_update: Annotated[
+        float, Meta(ge=0.0, le=10.0, description="a scan is processed after this much travel, m")
+    ] = 0.5
+    angular_update: Annotated[
+        float, Meta(ge=0.0, le=3.15, description="a scan is processed after this much rotation, rad")
+    ] = 0.4
+    max_range: Annotated[
+        float, Meta(gt=0.0, le=200.0, description="returns further than this mark no cell, m")
+    ] = 80.0
+    clear_range: Annotated[
+        float, Meta(ge=0.0, le=200.0, description="a beam without return clears the map up to here, m")
+    ] = 3.0
+    sigma: Annotated[
+        float, Meta(ge=0.005, le=1.0, description="spread of a beam's end about a mapped surface, m")
+    ] = 0.05
+    linear_step: Annotated[float, Meta(gt=0.0, le=1.0, description="first step of the scan matcher, m")] = (
+        0.05
+    )
+    angular_step: Annotated[
+        float, Meta(gt=0.0, le=1.0, description="first step of the scan matcher, rad")
+    ] = 0.05
+    iterations: Annotated[int, Meta(ge=1, le=10, description="how often the matcher halves its steps")] = 5
+    srr: Annotated[
+        float, Meta(ge=0.0, le=1.0, description="travel error due to travel, m per m (standard deviation)")
+    ] = 0.1
+    str: Annotated[
+        float,
+        Meta(ge=0.0, le=1.0, description="travel error due to rotation, m per rad (standard deviation)"),
+    ] = 0.1
+    srt: Annotated[
+        float, Meta(ge=0.0, le=1.0, description="heading error due to travel, rad per m (standard deviation)")
+    ] = 0.2
+    stt: Annotated[
+        float, Meta(ge=0.0, le=1.0, description="heading error due to rotation, rad per rad (std. deviation)")
+    ] = 0.2
+    beam_weight: Annotated[
+        float, Meta(gt=0.0, le=1.0, description="share of a beam's evidence that counts as independent")
+    ] = 0.1
+    particle_weight: Annotated[
+        float,
+        Meta(gt=0.0, le=1.0, description="the same share where particles are weighed against each other"),
+    ] = 0.05
+    resample_threshold: Annotated[
+        float,
+        Meta(ge=0.0, le=1.0, description="resample when fewer than this share of particles is effective"),
+    ] = 0.5
+    max_cells: Annotated[
+        int,
+        Meta(
+            ge=10_000, le=1_000_000_000, description="the map's rectangle may not hold more cells than this"
+        ),
+    ] = 64_000_000
+    seed: Annotated[int, Meta(ge=0, description="seed of all chance: the same seed gives the same map")] = 1

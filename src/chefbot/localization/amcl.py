@@ -1,0 +1,197 @@
+"""Adaptive Monte Carlo localization (Thrun, Burgard, Fox: Probabilistic Robotics, chapter 8)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.errors import UserError
+from chefbot.localization import clusters, odometry_motion, refinement, resampling, roughening, tempering
+from chefbot.localization.likelihood_field import LikelihoodField
+from chefbot.localization.params import AmclParams
+from chefbot.localization.pose_bins import PoseBins
+from chefbot.localization.recovery import Doubt
+from chefbot.mapping.grid import Grid
+from chefbot.maths.se2 import SE2
+
+SCATTER_PER_M2 = 1500.0
+"""Poses per free square metre when nothing is known: every 0.15 m and 10 degrees there is one."""
+MAX_SCATTER = 400_000
+FINE_BEAMS = 180
+"""Beams that refine the reported pose; more add nothing but time."""
+CONVERGED_SHARE = 0.8
+CONVERGED_SPREAD = 0.3
+CONVERGED_EXPLAINED = 0.5
+"""The robot knows where it is when one cluster holds most of the weight, it is no wider than a doorway's half, and it
+explains at least half of what the scanner sees."""
+
+
+class Amcl:
+    """Where on the map is the robot. Feed it scans with the odometry of their time; read `pose` and `confidence`.
+
+    params: see there. grid: the map. laser: the scanner's frame in base_link, seen from above.
+    Starts scattered over the whole map until `set_pose` is called. Same seed and same calls give the same bytes.
+    """
+
+    def __init__(self, params: AmclParams, grid: Grid, laser: SE2) -> None:
+        if params.min_particles > params.max_particles:
+            raise UserError("min_particles is above max_particles; lower it")
+        self.params = params
+        self.laser = laser
+        self.field = LikelihoodField.of(grid, params)
+        self._bins = PoseBins(grid)
+        self._rng = np.random.default_rng(params.seed)
+        self._doubt = Doubt(params.recovery_alpha_slow, params.recovery_alpha_fast)
+        self._odom: SE2 | None = None
+        self.scatter()
+
+    def scatter(self) -> None:
+        """Forgets everything: poses uniform over the free cells."""
+        wanted = int(min(MAX_SCATTER, self.field.free_area * SCATTER_PER_M2))
+        self._restart(self.field.scatter(max(self.params.max_particles, wanted), self._rng))
+
+    def set_pose(self, pose: SE2, std_xy: float = 0.5, std_yaw: float = 0.26) -> None:
+        """Starts from a pose known to so many metres and radians (standard deviations)."""
+        if not all(map(math.isfinite, (*pose, std_xy, std_yaw))) or min(std_xy, std_yaw) < 0.0:
+            raise UserError(f"start pose {pose} with spread {std_xy} m, {std_yaw} rad is not a finite pose")
+        n = self._size_for(std_xy, std_yaw)
+        particles = pose.array() + self._rng.normal(size=(n, 3)) * (std_xy, std_xy, std_yaw)
+        particles[:, 2] = np.mod(particles[:, 2] + math.pi, 2.0 * math.pi) - math.pi
+        self._restart(particles)
+
+    def _size_for(self, std_xy: float, std_yaw: float) -> int:
+        """As dense as a scatter over the box of two standard deviations, within the limits."""
+        box = (4.0 * std_xy) ** 2 * min(4.0 * std_yaw, 2.0 * math.pi) / (2.0 * math.pi)
+        return int(np.clip(box * SCATTER_PER_M2 * 4.0, self.params.min_particles, self.params.max_particles))
+
+    def _restart(self, particles: NDArray[np.float64]) -> None:
+        self.particles = particles
+        self.weights = np.full(len(particles), 1.0 / len(particles))
+        self._doubt.reset()
+        self._fresh = True
+        self._explained = 0.0
+        self._cluster = clusters.heaviest(particles, self.weights, self._bins)
+        self._estimate = self._cluster.mean
+        self._odom_at_estimate = self._odom
+
+    def update(
+        self, angles: NDArray[np.floating], ranges: NDArray[np.floating], range_max: float, odom: SE2
+    ) -> bool:
+        """Takes in a scan and the odometry of its time; True when the filter was updated.
+
+        angles, ranges: (n,) radians and metres, laser frame; inf, NaN and anything beyond range_max is no return. The
+        filter updates when the robot has moved by update_min_d or update_min_a since the last time, and at once after
+        `set_pose` or `scatter`. A scan without any return moves the particles only.
+        """
+        self._odom = odom
+        if self._odom_at_estimate is None:
+            self._odom_at_estimate = odom
+        motion = self._odom_at_estimate.between(odom)
+        if not self._fresh and not self._moved(motion):
+            return False
+        odometry_motion.move(self.particles, motion, self.params, self._rng)
+        kept, points = self._beam_ends(angles, ranges, range_max)
+        if points.shape[0] > 0:
+            self._correct(kept, points)
+            self._fresh = False
+        self._cluster = clusters.heaviest(self.particles, self.weights, self._bins)
+        self._estimate = self._cluster.mean
+        if points.shape[0] > 0:
+            self._refine(kept, points)
+        self._odom_at_estimate = odom
+        return True
+
+    def _moved(self, motion: SE2) -> bool:
+        far = math.hypot(motion.x, motion.y) >= self.params.update_min_d
+        return far or abs(motion.yaw) >= self.params.update_min_a
+
+    def _beam_ends(
+        self, angles: NDArray[np.floating], ranges: NDArray[np.floating], range_max: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Angles (m,) of the beams that met something and their ends (m, 2) in the base frame."""
+        with np.errstate(invalid="ignore"):
+            met = np.isfinite(ranges) & (ranges > 0.0) & (ranges < range_max)
+        a, r = np.asarray(angles, np.float64)[met], np.asarray(ranges, np.float64)[met]
+        return a, self.laser.apply(np.stack([r * np.cos(a), r * np.sin(a)], axis=1))
+
+    def _correct(self, angles: NDArray[np.float64], points: NDArray[np.float64]) -> None:
+        """Weighs, resamples, and draws anew from the whole map as far as doubt says."""
+        few = _thin(len(points), self.params.max_beams)
+        limit = self._trust(angles, len(few))
+        scores = self.field.weigh(self.particles, points[few])
+        self._doubt.see(float(np.mean(np.exp(scores / len(few)))))
+        exponent = tempering.exponent_for(scores, limit, tempering.EFFECTIVE_SHARE)
+        weights = tempering.weights_of(scores, exponent)
+        self.particles = resampling.resample(self.particles, weights, self._bins, self.params, self._rng)
+        if exponent < limit:
+            share = min(1.0, 1.0 / float(weights @ weights) / len(self.particles))
+            roughening.roughen(self.particles, share, self._bins, self._rng)
+        self._reset_some(points[few], limit)
+        self.weights = np.full(len(self.particles), 1.0 / len(self.particles))
+
+    def _trust(self, angles: NDArray[np.float64], beams: int) -> float:
+        """The exponent that makes `beams` beams weigh as much as the independent ones among them."""
+        return min(1.0, tempering.independent_beams(angles, self.params.beam_independence) / beams)
+
+    def _reset_some(self, points: NDArray[np.float64], limit: float) -> None:
+        """Sensor resetting (Lenser & Veloso 2000): of poses all over the map those that fit the scan are taken, for
+        a few drawn blindly (table 8.3) would hardly ever fall near the true one."""
+        count = int(self._doubt.share * len(self.particles))
+        if count == 0:
+            return
+        pool = self.field.scatter(int(min(MAX_SCATTER, self.field.free_area * SCATTER_PER_M2)) + 1, self._rng)
+        scores = self.field.weigh(pool, points)
+        exponent = tempering.exponent_for(scores, limit, count / len(pool))
+        picks = resampling.low_variance(tempering.weights_of(scores, exponent), count, self._rng.random())
+        places = self._rng.permutation(len(self.particles))[:count]
+        self.particles[places] = pool[picks]
+
+    def _refine(self, angles: NDArray[np.float64], points: NDArray[np.float64]) -> None:
+        few = _thin(len(points), FINE_BEAMS)
+        sigma, trust = self.params.sigma_hit, self._trust(angles, len(few))
+        mean, covariance, _ = self._cluster
+        self._estimate = refinement.refine(mean, covariance, points[few], self.field, sigma, trust)
+        self._explained = refinement.explained(self._estimate, points[few], self.field, 2.0 * sigma)
+
+    @property
+    def map_T_odom(self) -> SE2:
+        """The odometry's origin on the map; what the `map -> odom` transform carries."""
+        if self._odom_at_estimate is None:
+            return self._estimate
+        return self._estimate @ self._odom_at_estimate.inverse()
+
+    @property
+    def pose(self) -> SE2:
+        """base_link on the map at the last scan: the estimate of the last update moved on by odometry."""
+        return self._estimate if self._odom is None else self.map_T_odom @ self._odom
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """(3, 3) of x, y, yaw of the cluster behind `pose`."""
+        return self._cluster.covariance
+
+    @property
+    def confidence(self) -> float:
+        """0..1: weight share of the reported cluster x share of the last scan that the map explains there x how far
+        the cluster is from being too wide."""
+        spread = clusters.position_spread(self.covariance)
+        narrow = 1.0 if spread <= CONVERGED_SPREAD else CONVERGED_SPREAD / spread
+        return self._cluster.share * self._explained * narrow
+
+    @property
+    def converged(self) -> bool:
+        """Whether the robot may trust `pose`; see the CONVERGED_ constants."""
+        return (
+            self._cluster.share >= CONVERGED_SHARE
+            and clusters.position_spread(self.covariance) <= CONVERGED_SPREAD
+            and self._explained >= CONVERGED_EXPLAINED
+        )
+
+
+def _thin(n: int, most: int) -> NDArray[np.int64]:
+    """At most `most` of the indices 0..n-1, evenly spaced."""
+    if n <= most:
+        return np.arange(n)
+    return np.linspace(0, n - 1, most).astype(np.int64)

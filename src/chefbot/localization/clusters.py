@@ -1,0 +1,96 @@
+"""The belief's heaviest hump: what a filter with several hypotheses should report."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from chefbot.localization.pose_bins import BIN_YAWS, PoseBins
+from chefbot.maths.angles import mean_angle, wrap_array
+from chefbot.maths.se2 import SE2
+
+
+class Cluster(NamedTuple):
+    """A connected hump of the belief: mean, covariance (3, 3) of (x, y, yaw), share of the whole weight."""
+
+    mean: SE2
+    covariance: NDArray[np.float64]
+    share: float
+
+
+@njit(cache=True, nogil=True)
+def _connect(
+    occupied: NDArray[np.int32], shape: tuple[int, int, int], labels: NDArray[np.int32]
+) -> NDArray[np.int32]:
+    """Number of the connected component of each occupied bin; neighbours are the 26 about it, yaw closes a circle."""
+    count = occupied.size
+    component = np.full(count, -1, np.int32)
+    stack = np.empty(count, np.int32)
+    found = 0
+    for start in range(count):
+        if component[start] >= 0:
+            continue
+        component[start] = found
+        stack[0], depth = start, 1
+        while depth > 0:
+            depth -= 1
+            depth = _spread(stack, depth, component, found, occupied, shape, labels)
+        found += 1
+    return component
+
+
+@njit(cache=True, nogil=True)
+def _spread(
+    stack: NDArray[np.int32],
+    depth: int,
+    component: NDArray[np.int32],
+    number: int,
+    occupied: NDArray[np.int32],
+    shape: tuple[int, int, int],
+    labels: NDArray[np.int32],
+) -> int:
+    """Puts the unseen neighbours of stack[depth] on the stack; its new depth."""
+    at = occupied[stack[depth]]
+    turn, cell = at % BIN_YAWS, at // BIN_YAWS
+    row, col = cell // shape[1], cell % shape[1]
+    for r in range(max(row - 1, 0), min(row + 2, shape[0])):
+        for c in range(max(col - 1, 0), min(col + 2, shape[1])):
+            for t in range(turn - 1, turn + 2):
+                near = labels[(r * shape[1] + c) * BIN_YAWS + t % BIN_YAWS]
+                if near >= 0 and component[near] < 0:
+                    component[near] = number
+                    stack[depth] = near
+                    depth += 1
+    return depth
+
+
+def moments(
+    particles: NDArray[np.float64], weights: NDArray[np.float64]
+) -> tuple[SE2, NDArray[np.float64]]:
+    """Weighted mean (circular in yaw) and covariance (3, 3) of particles (n, 3)."""
+    w = weights / weights.sum()
+    mean = SE2(float(w @ particles[:, 0]), float(w @ particles[:, 1]), mean_angle(particles[:, 2], w))
+    off = particles - mean.array()
+    off[:, 2] = wrap_array(off[:, 2])
+    return mean, (off * w[:, None]).T @ off
+
+
+def heaviest(particles: NDArray[np.float64], weights: NDArray[np.float64], bins: PoseBins) -> Cluster:
+    """The heaviest cluster of particles (n, 3) with weights (n,) that sum to one."""
+    labelled, occupied = bins.label(particles)
+    component = _connect(occupied, bins.shape, bins.labels)
+    bins.clear(occupied)
+    mass = np.bincount(component[labelled], weights=weights)
+    best = int(np.argmax(mass))
+    members = component[labelled] == best
+    mean, covariance = moments(particles[members], weights[members])
+    return Cluster(mean, covariance, min(1.0, float(mass[best]) / float(weights.sum())))
+
+
+def position_spread(covariance: NDArray[np.float64]) -> float:
+    """Standard deviation in metres along the worst direction."""
+    return math.sqrt(max(0.0, float(np.linalg.eigvalsh(covariance[:2, :2])[-1])))

@@ -1,0 +1,71 @@
+"""Bins of the pose space over a map: what KLD sampling counts and what clusters are made of."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from chefbot.mapping.grid import Grid
+
+BIN_METRES = 0.5
+BIN_YAWS = 36
+"""Bins of ten degrees; both sizes are those of ROS's amcl."""
+
+
+@njit(cache=True, nogil=True)
+def bin_of(
+    x: float, y: float, yaw: float, corner: tuple[float, float], shape: tuple[int, int, int]
+) -> int:
+    """Flat index of a pose's bin; poses off the map count with the nearest bin of the border."""
+    col = min(max(int(math.floor((x - corner[0]) / BIN_METRES)), 0), shape[1] - 1)
+    row = min(max(int(math.floor((y - corner[1]) / BIN_METRES)), 0), shape[0] - 1)
+    turn = int(math.floor((yaw + math.pi) / (2.0 * math.pi) * BIN_YAWS)) % BIN_YAWS
+    return (row * shape[1] + col) * BIN_YAWS + turn
+
+
+@njit(cache=True, nogil=True)
+def _label(
+    particles: NDArray[np.float64],
+    corner: tuple[float, float],
+    shape: tuple[int, int, int],
+    labels: NDArray[np.int32],
+    labelled: NDArray[np.int32],
+    occupied: NDArray[np.int32],
+) -> int:
+    count = 0
+    for i in range(particles.shape[0]):
+        at = bin_of(particles[i, 0], particles[i, 1], particles[i, 2], corner, shape)
+        if labels[at] < 0:
+            labels[at] = count
+            occupied[count] = at
+            count += 1
+        labelled[i] = labels[at]
+    return count
+
+
+class PoseBins:
+    """A dense table over the map's extent; `labels` is -1 wherever no one writes at the moment."""
+
+    def __init__(self, grid: Grid) -> None:
+        rows = max(1, math.ceil(grid.height * grid.resolution / BIN_METRES))
+        columns = max(1, math.ceil(grid.width * grid.resolution / BIN_METRES))
+        self.corner = (grid.origin_x, grid.origin_y)
+        self.shape = (rows, columns, BIN_YAWS)
+        self.labels = np.full(rows * columns * BIN_YAWS, -1, np.int32)
+
+    def label(self, particles: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """For each particle the number of its bin (n,), and the flat index of each numbered bin (k,).
+
+        `self.labels` keeps the numbers until `clear` is called with the second array.
+        """
+        labelled = np.empty(particles.shape[0], np.int32)
+        occupied = np.empty(particles.shape[0], np.int32)
+        count = _label(particles, self.corner, self.shape, self.labels, labelled, occupied)
+        return labelled, occupied[:count]
+
+    def clear(self, occupied: NDArray[np.int32]) -> None:
+        """Ends the use that `label` began."""
+        self.labels[occupied] = -1

@@ -1,0 +1,35 @@
+"""When to doubt everything: augmented MCL (Probabilistic Robotics, 8.3.5, table 8.3)."""
+
+from __future__ import annotations
+
+import math
+
+
+class Doubt:
+    """Two running means of how well scans fit; the share of particles to draw anew when the fast one falls off.
+
+    The fit of a scan is the geometric mean of a beam's likelihood relative to a perfect hit, in (0, 1], so that it does
+    not depend on the number of beams.
+    """
+
+    def __init__(self, slow: float, fast: float) -> None:
+        self._decay = (slow, fast)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forgets; the next scan sets both means."""
+        self.slow = self.fast = math.nan
+
+    def see(self, fit: float) -> None:
+        """Takes in one scan's mean fit over the particles."""
+        if math.isnan(self.slow):
+            self.slow = self.fast = fit
+        self.slow += self._decay[0] * (fit - self.slow)
+        self.fast += self._decay[1] * (fit - self.fast)
+
+    @property
+    def share(self) -> float:
+        """Of the particles to draw from the whole map, 0..1."""
+        if math.isnan(self.slow) or 0.0 in self._decay:
+            return 0.0
+        return max(0.0, 1.0 - self.fast / self.slow)

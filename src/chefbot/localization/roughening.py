@@ -1,0 +1,70 @@
+"""Smoothing of a population that is too thin for the likelihood it met (regularised particle filter: Musso, Oudjane,
+Le Gland 2001, Improving regularised particle filters, section 12.2.2; roughening: Gordon, Salmond, Smith 1993).
+
+The bandwidth is taken bin by bin, so that one hypothesis among many is smoothed by its own spread and not by the
+distance between hypotheses.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from chefbot.localization.pose_bins import BIN_METRES, BIN_YAWS, PoseBins
+
+DIMENSIONS = 3
+GAUSSIAN_FACTOR = (4.0 / (DIMENSIONS + 2.0)) ** (1.0 / (DIMENSIONS + 4.0))
+"""A in the optimal bandwidth A n^(-1/(d+4)) of a Gaussian kernel (Silverman 1986, 4.14)."""
+LONE_SPREAD = np.array([BIN_METRES, BIN_METRES, 2.0 * math.pi / BIN_YAWS]) / math.sqrt(12.0)
+"""Of a particle alone in its bin: it may stand for any pose in there."""
+
+
+@njit(cache=True, nogil=True)
+def _jitter(
+    particles: NDArray[np.float64],
+    labelled: NDArray[np.int32],
+    bandwidth: NDArray[np.float64],
+    rng: np.random.Generator,
+) -> None:
+    two_pi = 2.0 * math.pi
+    for i in range(particles.shape[0]):
+        h = bandwidth[labelled[i]]
+        particles[i, 0] += h[0] * rng.standard_normal()
+        particles[i, 1] += h[1] * rng.standard_normal()
+        yaw = particles[i, 2] + h[2] * rng.standard_normal() + math.pi
+        particles[i, 2] = yaw - two_pi * math.floor(yaw / two_pi) - math.pi
+
+
+@njit(cache=True, nogil=True)
+def _bin_moments(
+    particles: NDArray[np.float64], labelled: NDArray[np.int32], bins: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Count (k,) and standard deviations (k, 3) of the particles of each bin; within one no yaw wraps."""
+    count = np.zeros(bins)
+    mean = np.zeros((bins, 3))
+    square = np.zeros((bins, 3))
+    for i in range(particles.shape[0]):
+        k = labelled[i]
+        count[k] += 1.0
+        for a in range(3):
+            off = particles[i, a] - mean[k, a]
+            mean[k, a] += off / count[k]
+            square[k, a] += off * (particles[i, a] - mean[k, a])
+    for k in range(bins):
+        for a in range(3):
+            square[k, a] = math.sqrt(square[k, a] / count[k])
+    return count, square
+
+
+def roughen(particles: NDArray[np.float64], distinct: float, bins: PoseBins, rng: np.random.Generator) -> None:
+    """Spreads particles (n, 3) in place; `distinct` is the share of them that are not copies of another."""
+    labelled, occupied = bins.label(particles)
+    bins.clear(occupied)
+    count, spread = _bin_moments(particles, labelled, occupied.size)
+    effective = np.maximum(count * distinct, 1.0)[:, None]
+    thin = np.minimum(1.0, 1.0 / effective)
+    bandwidth = GAUSSIAN_FACTOR * effective ** (-1.0 / (DIMENSIONS + 4.0))
+    _jitter(particles, labelled, bandwidth * ((1.0 - thin) * spread + thin * LONE_SPREAD), rng)

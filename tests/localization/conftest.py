@@ -1,0 +1,148 @@
+"""A made-up hotel: walls as segments, their grid, and a scanner that casts rays on the segments exactly."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from chefbot.mapping.grid import Grid
+from chefbot.maths.se2 import SE2
+
+RESOLUTION = 0.05
+
+
+def box(x: float, y: float, w: float, h: float) -> list[tuple[float, float, float, float]]:
+    return [(x, y, x + w, y), (x + w, y, x + w, y + h), (x + w, y + h, x, y + h), (x, y + h, x, y)]
+
+
+def room(x: float, y: float, w: float, h: float, door: float, south: bool) -> list[tuple[float, float, float, float]]:
+    """Four walls with a door of 0.9 m in the south or north wall, at `door` from the west corner."""
+    front, back = (y, y + h) if south else (y + h, y)
+    return [
+        (x, back, x + w, back),
+        (x, y, x, y + h),
+        (x + w, y, x + w, y + h),
+        (x, front, x + door, front),
+        (x + door + 0.9, front, x + w, front),
+    ]
+
+
+@dataclass
+class World:
+    segments: NDArray[np.float64]
+    grid: Grid
+
+    def cast(self, laser: SE2, angles: NDArray[np.float64], range_max: float) -> NDArray[np.float64]:
+        """Exact distance along each beam, inf where nothing is nearer than range_max."""
+        direction = np.stack([np.cos(angles + laser.yaw), np.sin(angles + laser.yaw)])[:, :, None]
+        x1, y1, x2, y2 = self.segments.T[:, None, :]
+        ex, ey = x2 - x1, y2 - y1
+        qx, qy = x1 - laser.x, y1 - laser.y
+        cross = direction[0] * ey - direction[1] * ex
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = (qx * ey - qy * ex) / cross
+            u = (qx * direction[1] - qy * direction[0]) / cross
+            t[~((u >= 0) & (u <= 1) & (t > 0))] = np.inf
+        nearest = t.min(axis=1)
+        return np.where(nearest < range_max, nearest, np.inf)
+
+
+def rasterise(segments: NDArray[np.float64], width: float, height: float) -> Grid:
+    """Free inside, occupied where a wall passes; unknown border of one cell."""
+    cells = np.zeros((round(height / RESOLUTION) + 2, round(width / RESOLUTION) + 2), np.int8)
+    grid = Grid(cells, RESOLUTION, -RESOLUTION, -RESOLUTION)
+    for x1, y1, x2, y2 in segments:
+        n = math.ceil(math.hypot(x2 - x1, y2 - y1) / 0.01) + 1
+        for x, y in zip(np.linspace(x1, x2, n), np.linspace(y1, y2, n), strict=True):
+            cells[grid.cell(x, y)] = 100
+    return grid
+
+
+def build(seed: int) -> World:
+    """15 x 12 m: seven rooms of the same size about a corridor, each with its own bed and chairs, and a lobby."""
+    rng = np.random.default_rng(seed)
+    walls = box(0.02, 0.02, 14.96, 11.96)
+    for k in range(4):
+        walls += room(0.02 + 3.75 * k, 7.2, 3.7, 4.75, 1.4, south=True)
+    for k in range(3):
+        walls += room(0.02 + 3.75 * k, 0.05, 3.7, 4.75, 1.4, south=False)
+    for k in range(4):
+        x = 0.02 + 3.75 * k
+        walls += box(x + rng.uniform(0.1, 1.6), 10.0, 1.4, 1.9)
+        walls += box(x + rng.uniform(0.3, 3.0), rng.uniform(8.4, 9.2), 0.45, 0.45)
+        if k < 3:
+            walls += box(x + rng.uniform(0.1, 1.6), 0.1, 1.4, 1.9)
+            walls += box(x + rng.uniform(0.3, 3.0), rng.uniform(2.8, 3.4), 0.45, 0.45)
+    for _ in range(6):
+        walls += box(rng.uniform(11.6, 14.2), rng.uniform(0.4, 4.6), 0.4, 0.4)
+    segments = np.array(walls)
+    return World(segments, rasterise(segments, 15.0, 12.0))
+
+
+ROUTE = [(1.8, 6.0), (5.6, 6.0), (5.6, 7.9), (5.6, 6.0), (9.4, 6.0), (9.4, 4.0), (9.4, 6.0), (12.9, 6.0), (12.9, 5.1)]
+
+
+def drive(route: list[tuple[float, float]], step: float = 0.05, turn: float = 0.08) -> list[SE2]:
+    """True poses along the route: turn on the spot, go straight."""
+    poses = [SE2(*route[0], 0.0)]
+    for x, y in route[1:]:
+        here = poses[-1]
+        wanted = math.atan2(y - here.y, x - here.x)
+        change = SE2(0, 0, here.yaw).between(SE2(0, 0, wanted)).yaw
+        n = max(1, math.ceil(abs(change) / turn))
+        poses += [SE2(here.x, here.y, here.yaw + change * (i + 1) / n) for i in range(n)]
+        m = math.ceil(math.hypot(x - here.x, y - here.y) / step)
+        poses += [SE2(here.x + (x - here.x) * (i + 1) / m, here.y + (y - here.y) * (i + 1) / m, wanted) for i in range(m)]
+    return poses
+
+
+def odometry(truth: list[SE2], seed: int) -> list[SE2]:
+    """1 % too long, 1 degree per 10 m to the left, and a little noise at every step; starts at its own origin."""
+    rng = np.random.default_rng(seed)
+    out = [SE2(0.0, 0.0, 0.0)]
+    for a, b in zip(truth, truth[1:], strict=False):
+        d = a.between(b)
+        length = math.hypot(d.x, d.y)
+        noisy = SE2(
+            d.x * 1.01 + rng.normal(0, 0.001), d.y, d.yaw * 1.002 + math.radians(0.1) * length + rng.normal(0, 0.001)
+        )
+        out.append(out[-1] @ noisy)
+    return out
+
+
+@dataclass
+class Sensor:
+    """A scanner: beam angles, range, noise as a function of the exact range along the optical axis."""
+
+    angles: NDArray[np.float64]
+    range_min: float
+    range_max: float
+    mount: SE2
+    depth: bool
+
+    def scan(self, world: World, base: SE2, rng: np.random.Generator) -> NDArray[np.float64]:
+        r = world.cast(base @ self.mount, self.angles, self.range_max)
+        z = np.where(np.isfinite(r), r, 0.0) * np.cos(self.angles)
+        sigma = 0.002 * z**2 / np.cos(self.angles) if self.depth else 0.01
+        r = r + rng.normal(size=r.size) * sigma
+        return np.where((r < self.range_min) | (r > self.range_max), np.inf, r)
+
+
+@pytest.fixture(scope="session")
+def hotel() -> World:
+    return build(3)
+
+
+@pytest.fixture(scope="session")
+def lidar() -> Sensor:
+    return Sensor(np.linspace(-np.pi, np.pi, 360, endpoint=False), 0.12, 8.0, SE2(0.0, 0.0, 0.0), False)
+
+
+@pytest.fixture(scope="session")
+def depth_camera() -> Sensor:
+    half = math.radians(29.0)
+    return Sensor(np.linspace(-half, half, 320), 0.45, 8.0, SE2(0.09, 0.0, 0.0), True)

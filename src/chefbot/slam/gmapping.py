@@ -1,0 +1,191 @@
+"""Grid maps with a Rao-Blackwellized particle filter.
+
+Grisetti, Stachniss, Burgard: Improved Techniques for Grid Mapping with Rao-Blackwellized Particle Filters, IEEE
+Transactions on Robotics 23 (1), 2007. Each particle is a path of the robot and the map that follows from it.
+A particle is moved by odometry with noise and from there to the pose nearby that suits both its map
+and that odometry; its weight is multiplied by how well the scan fits there.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.errors import UserError
+from chefbot.mapping.grid import Grid
+from chefbot.maths.angles import wrap
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.slam.ancestry import Ancestry
+from chefbot.slam.beams import Beams, beams_of, reach, thinned
+from chefbot.slam.canvas import Canvas
+from chefbot.slam.matching import match_all
+from chefbot.slam.motion import Step, compose
+from chefbot.slam.params import GmappingParams
+from chefbot.slam.resampling import effective_number, normalized, systematic
+from chefbot.slam.tiles import TileMaps
+
+
+class Gmapping:
+    """A map and the robot's place in it, from laser scans and odometry.
+
+    sensor: pose of the laser on the robot. initial: pose of the robot in the map frame at the first scan.
+    """
+
+    def __init__(self, params: GmappingParams, sensor: SE2 = IDENTITY, initial: SE2 = IDENTITY) -> None:
+        self._params = params
+        self._sensor = sensor
+        self._random = np.random.default_rng(params.seed)
+        self._poses = np.tile(initial.array(), (params.particles, 1))
+        self._log_weights = np.zeros(params.particles)
+        self._fits = np.zeros(params.particles)
+        self._maps = TileMaps(params.particles, params.max_cells)
+        self._ancestry = Ancestry(params.particles)
+        self._drawn = Canvas(params.resolution, params.max_cells)
+        self._undrawn: list[Beams] = []
+        self._odom: SE2 | None = None
+        self._processed_odom = IDENTITY
+        self._step = Step()
+
+    def update(
+        self, angles: NDArray[np.float32], ranges: NDArray[np.float32], odom: SE2, range_max: float = math.inf
+    ) -> bool:
+        """Take a scan: angles (n,) rad in the laser's frame, ranges (n,) m, odom: the robot in the odom frame.
+
+        +inf and ranges of at least `range_max` mean nothing was in reach; NaN, -inf and ranges not above 0 are no
+        measurement (REP-117). Returns whether the scan was used: one is after enough motion since the last.
+        UserError if the odometry is not finite, the arrays differ in length, or the map would grow absurdly.
+        """
+        self._check(angles, ranges, odom)
+        if self._odom is not None:
+            self._step.add(self._odom.between(odom))
+        first, self._odom = self._odom is None, odom
+        if not first and not self._moved_enough():
+            return False
+        ranges = np.where(ranges >= range_max, np.float32(np.inf), ranges)
+        beams = beams_of(angles, ranges, self._sensor, self._params.max_range, self._params.clear_range)
+        self._process(beams, first)
+        self._processed_odom = odom
+        self._step = Step()
+        return True
+
+    @staticmethod
+    def _check(angles: NDArray[np.float32], ranges: NDArray[np.float32], odom: SE2) -> None:
+        if not all(math.isfinite(v) for v in odom):
+            raise UserError(f"odometry {tuple(odom)} is not finite: check the encoders and the log")
+        if np.shape(angles) != np.shape(ranges) or np.ndim(ranges) != 1:
+            raise UserError(
+                f"a scan has {np.shape(angles)} angles and {np.shape(ranges)} ranges: give one for each beam"
+            )
+
+    def _moved_enough(self) -> bool:
+        motion = self._step.motion
+        return (
+            math.hypot(motion.x, motion.y) >= self._params.linear_update
+            or abs(motion.yaw) >= self._params.angular_update
+        )
+
+    def _process(self, beams: Beams, first: bool) -> None:
+        cells = thinned(beams.surfaces / np.float32(self._params.resolution), np.float32(0.5))
+        if not first:
+            self._predict_and_match(cells, reach(beams))
+        else:
+            self._cover(reach(beams))
+        self._undrawn.append(beams)
+        if self.neff < self._params.resample_threshold * len(self._poses):
+            self._resample()
+        self._ancestry.append(self._poses)
+        self._register(cells)
+
+    def _predict_and_match(self, cells: NDArray[np.float32], far: float) -> None:
+        """Move the particles by odometry with noise, then to where the scan fits, and weigh them.
+
+        The noise moves the centre of each particle's odometry; maximizing the posterior about a centre drawn at
+        random draws from it where the scan says nothing, and finds the scan's mode where it says much.
+        """
+        p = self._params
+        variance = self._step.variance(p)
+        noise = self._random.normal(size=self._poses.shape) * np.sqrt(variance)
+        axes = self._poses[:, 2].copy()
+        self._poses = compose(self._poses, self._step.motion.array() + noise)
+        self._cover(far)
+        local = self._to_cells(self._poses)
+        scale = np.array([p.resolution, p.resolution, 1.0])
+        steps = np.array([p.linear_step / p.resolution, p.angular_step, p.iterations])
+        sharpness = np.float32((p.resolution / p.sigma) ** 2)
+        fits = match_all(
+            cells, local, local.copy(), scale**2 / variance, axes, p.beam_weight, steps, sharpness,
+            self._maps.table, self._maps.mean_x, self._maps.mean_y,
+        )  # fmt: skip
+        self._poses = (local + self._corner()) * scale
+        self._log_weights += p.particle_weight * fits
+        self._fits += fits
+
+    def _corner(self) -> NDArray[np.float64]:
+        return np.array([*self._maps.corner, 0.0])
+
+    def _to_cells(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Poses (p, 3) with x, y in cells relative to the corner of the tables."""
+        r = self._params.resolution
+        return poses / np.array([r, r, 1.0]) - self._corner()
+
+    def _cover(self, far: float) -> None:
+        """Let the maps reach as far as any particle sees, and as the matcher may move it."""
+        slack = far + 1.0
+        r = self._params.resolution
+        self._maps.cover(
+            (self._poses[:, :2].min(axis=0) - slack) / r, (self._poses[:, :2].max(axis=0) + slack) / r
+        )
+
+    def _resample(self) -> None:
+        parents = systematic(normalized(self._log_weights), self._random.random())
+        self._poses = self._poses[parents]
+        self._fits = self._fits[parents]
+        self._log_weights = np.zeros(len(parents))
+        self._maps.resample(parents)
+        self._ancestry.resample(parents)
+        for pose in self._ancestry.settle():
+            self._drawn.draw(self._undrawn.pop(0), pose)
+
+    def _register(self, cells: NDArray[np.float32]) -> None:
+        """Add the scan to the map of each particle."""
+        for i, (x, y, yaw) in enumerate(self._to_cells(self._poses)):
+            c, s = math.cos(yaw), math.sin(yaw)
+            ends = cells.astype(np.float64) @ np.array([[c, s], [-s, c]]) + np.array([x, y])
+            self._maps.add(i, ends.astype(np.float32))
+
+    @property
+    def _best(self) -> int:
+        """The particle whose scans fitted best along all its path."""
+        return int(np.argmax(self._fits))
+
+    @property
+    def neff(self) -> float:
+        """How many equally weighted particles would be as good as these, 1 to `particles`."""
+        return effective_number(normalized(self._log_weights))
+
+    @property
+    def map_T_odom(self) -> SE2:  # noqa: N802  REP-105's frames read left to right
+        """The odom frame in the map frame, by the best particle; changes only when a scan is processed."""
+        x, y, yaw = self._poses[self._best]
+        return SE2(float(x), float(y), wrap(float(yaw))) @ self._processed_odom.inverse()
+
+    @property
+    def pose(self) -> SE2:
+        """The robot in the map frame at the odometry given last, by the best particle."""
+        return self.map_T_odom @ (IDENTITY if self._odom is None else self._odom)
+
+    def trajectory(self) -> list[SE2]:
+        """The robot in the map frame at each processed scan, along the best particle's ancestors."""
+        return [SE2(x, y, wrap(yaw)) for x, y, yaw in self._ancestry.path(self._best).tolist()]
+
+    def map(self) -> Grid:
+        """The map of the best particle, as large as what was seen.
+
+        What all particles share is drawn once; only the scans since are drawn at each call.
+        """
+        canvas = self._drawn.copy()
+        for beams, pose in zip(self._undrawn, self._ancestry.branch(self._best), strict=True):
+            canvas.draw(beams, pose)
+        return canvas.grid()

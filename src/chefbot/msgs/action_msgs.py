@@ -1,0 +1,36 @@
+"""action_msgs: the life of a goal."""
+
+from __future__ import annotations
+
+from chefbot.msgs.base import Int8, Message
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.unique_identifier_msgs import UUID
+
+STATUS_UNKNOWN, STATUS_ACCEPTED, STATUS_EXECUTING, STATUS_CANCELING = range(4)
+STATUS_SUCCEEDED, STATUS_CANCELED, STATUS_ABORTED = 4, 5, 6
+
+
+class GoalInfo(Message, frozen=True, eq=False):
+    """Which goal, accepted when."""
+
+    goal_id: UUID = UUID()
+    stamp: Time = Time()
+
+
+class GoalStatus(Message, frozen=True, eq=False):
+    """How a goal stands."""
+
+    goal_info: GoalInfo = GoalInfo()
+    status: Int8 = 0
+
+
+class GoalStatusArray(Message, frozen=True, eq=False):
+    """How all goals of a server stand."""
+
+    status_list: tuple[GoalStatus, ...] = ()
+
+
+class CancelGoal_Request(Message, frozen=True, eq=False):  # noqa: N801 (the name on the wire)
+    """Give up this goal."""
+
+    goal_info: GoalInfo = GoalInfo()

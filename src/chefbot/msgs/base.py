@@ -1,0 +1,111 @@
+"""What every message is: a frozen struct whose annotations are its ROS 2 definition."""
+
+from __future__ import annotations
+
+import typing
+from functools import cache
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+Bool = Annotated[bool, "bool"]
+Byte = Annotated[int, "byte"]
+Int8 = Annotated[int, "int8"]
+Uint8 = Annotated[int, "uint8"]
+Int16 = Annotated[int, "int16"]
+Uint16 = Annotated[int, "uint16"]
+Int32 = Annotated[int, "int32"]
+Uint32 = Annotated[int, "uint32"]
+Int64 = Annotated[int, "int64"]
+Uint64 = Annotated[int, "uint64"]
+Float32 = Annotated[float, "float32"]
+Float64 = Annotated[float, "float64"]
+String = Annotated[str, "string"]
+Int8Array = Annotated[NDArray[np.int8], "int8[]"]
+Uint8Array = Annotated[NDArray[np.uint8], "uint8[]"]
+Float32Array = Annotated[NDArray[np.float32], "float32[]"]
+Float64Array = Annotated[NDArray[np.float64], "float64[]"]
+StringArray = Annotated[tuple[str, ...], "string[]"]
+
+NUMPY_TYPES = {
+    "bool": "?",
+    "byte": "u1",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "<i2",
+    "uint16": "<u2",
+    "int32": "<i4",
+    "uint32": "<u4",
+    "int64": "<i8",
+    "uint64": "<u8",
+    "float32": "<f4",
+    "float64": "<f8",
+}
+"""Primitive ROS type to the numpy type of its little-endian form."""
+
+
+class Message(msgspec.Struct, frozen=True, kw_only=False, eq=False):
+    """A ROS 2 message. Its package is the module's name, its fields are the struct's, in order.
+
+    Arrays of numbers are numpy arrays of the annotated type; arrays of messages and strings are tuples.
+    """
+
+    ROS_PACKAGE: ClassVar[str] = ""
+
+    def to_cdr(self) -> bytes:
+        """Little-endian XCDR1 with its four header bytes, as Fast-CDR writes it."""
+        from chefbot.msgs.cdr import encode
+
+        return encode(self)
+
+    @classmethod
+    def from_cdr(cls, data: bytes) -> Self:
+        """The message in the bytes; arrays are read-only views of them. CdrError when they do not fit."""
+        from chefbot.msgs.cdr import decode
+
+        return decode(cls, data)
+
+
+class FieldType(NamedTuple):
+    """One field of a definition."""
+
+    name: str
+    element: str
+    """Primitive name, 'string', or '' for a message."""
+    message: type[Message] | None
+    is_array: bool
+    fixed_size: int
+    """0 unless the array has a fixed length."""
+
+
+@cache
+def ros_type(kind: type[Message]) -> str:
+    """'sensor_msgs/msg/LaserScan' and the like, from module and class name."""
+    package = kind.ROS_PACKAGE or kind.__module__.rpartition(".")[2]
+    first = kind.__name__.partition("_")[2]
+    if not first:
+        folder = "msg"
+    elif first in ("Request", "Response", "Event"):
+        folder = "srv"
+    else:
+        folder = "action"
+    return f"{package}/{folder}/{kind.__name__}"
+
+
+@cache
+def fields_of(kind: type[Message]) -> tuple[FieldType, ...]:
+    """The definition of a message type, in order."""
+    hints = typing.get_type_hints(kind, include_extras=True)
+    return tuple(_field(name, hints[name]) for name in kind.__struct_fields__)
+
+
+def _field(name: str, hint: Any) -> FieldType:
+    if isinstance(hint, type) and issubclass(hint, Message):
+        return FieldType(name, "", hint, False, 0)
+    if typing.get_origin(hint) is tuple:
+        return FieldType(name, "", typing.get_args(hint)[0], True, 0)
+    text = hint.__metadata__[0]
+    element, bracket, size = text.partition("[")
+    return FieldType(name, element, None, bool(bracket), int(size[:-1] or 0) if bracket else 0)

@@ -1,0 +1,150 @@
+"""nav2_msgs: particles and the actions of navigation."""
+# ruff: noqa: N801 (names on the wire)
+
+from __future__ import annotations
+
+from chefbot.msgs.action import define_action
+from chefbot.msgs.base import Bool, Float32, Float64, Int16, Message, String, Uint16
+from chefbot.msgs.builtin_interfaces import Duration
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
+from chefbot.msgs.nav_msgs import Path
+from chefbot.msgs.std_msgs import Header
+
+
+class Particle(Message, frozen=True, eq=False):
+    """A guess of the pose and its weight."""
+
+    pose: Pose = Pose()
+    weight: Float64 = 0.0
+
+
+class ParticleCloud(Message, frozen=True, eq=False):
+    """All guesses."""
+
+    header: Header = Header()
+    particles: tuple[Particle, ...] = ()
+
+
+class NavigateToPose_Goal(Message, frozen=True, eq=False):
+    """Be there."""
+
+    pose: PoseStamped = PoseStamped()
+    behavior_tree: String = ""
+
+
+class NavigateToPose_Result(Message, frozen=True, eq=False):
+    """0, or why not."""
+
+    error_code: Uint16 = 0
+    error_msg: String = ""
+
+
+class NavigateToPose_Feedback(Message, frozen=True, eq=False):
+    """How it goes."""
+
+    current_pose: PoseStamped = PoseStamped()
+    navigation_time: Duration = Duration()
+    estimated_time_remaining: Duration = Duration()
+    number_of_recoveries: Int16 = 0
+    distance_remaining: Float32 = 0.0
+
+
+class ComputePathToPose_Goal(Message, frozen=True, eq=False):
+    """Find a way."""
+
+    goal: PoseStamped = PoseStamped()
+    start: PoseStamped = PoseStamped()
+    planner_id: String = ""
+    use_start: Bool = False
+
+
+class ComputePathToPose_Result(Message, frozen=True, eq=False):
+    """The way, or why there is none."""
+
+    path: Path = Path()
+    planning_time: Duration = Duration()
+    error_code: Uint16 = 0
+    error_msg: String = ""
+
+
+class ComputePathToPose_Feedback(Message, frozen=True, eq=False):
+    """None."""
+
+    structure_needs_at_least_one_member: Bool = False
+
+
+class FollowPath_Goal(Message, frozen=True, eq=False):
+    """Drive along the path."""
+
+    path: Path = Path()
+    controller_id: String = ""
+    goal_checker_id: String = ""
+    progress_checker_id: String = ""
+
+
+class FollowPath_Result(Message, frozen=True, eq=False):
+    """0, or why it stopped."""
+
+    error_code: Uint16 = 0
+    error_msg: String = ""
+
+
+class FollowPath_Feedback(Message, frozen=True, eq=False):
+    """How it goes."""
+
+    distance_to_goal: Float32 = 0.0
+    speed: Float32 = 0.0
+
+
+class Spin_Goal(Message, frozen=True, eq=False):
+    """Turn on the spot."""
+
+    target_yaw: Float32 = 0.0
+    time_allowance: Duration = Duration()
+    disable_collision_checks: Bool = False
+
+
+class Spin_Result(Message, frozen=True, eq=False):
+    """0, or why it stopped."""
+
+    total_elapsed_time: Duration = Duration()
+    error_code: Uint16 = 0
+    error_msg: String = ""
+
+
+class Spin_Feedback(Message, frozen=True, eq=False):
+    """How far."""
+
+    angular_distance_traveled: Float32 = 0.0
+
+
+class BackUp_Goal(Message, frozen=True, eq=False):
+    """Go back a little; target.x negative by convention of the sender's frame."""
+
+    target: Point = Point()
+    speed: Float32 = 0.0
+    time_allowance: Duration = Duration()
+    disable_collision_checks: Bool = False
+
+
+class BackUp_Result(Message, frozen=True, eq=False):
+    """0, or why it stopped."""
+
+    total_elapsed_time: Duration = Duration()
+    error_code: Uint16 = 0
+    error_msg: String = ""
+
+
+class BackUp_Feedback(Message, frozen=True, eq=False):
+    """How far."""
+
+    distance_traveled: Float32 = 0.0
+
+
+NavigateToPose = define_action(NavigateToPose_Goal, NavigateToPose_Result, NavigateToPose_Feedback)
+ComputePathToPose = define_action(
+    ComputePathToPose_Goal, ComputePathToPose_Result, ComputePathToPose_Feedback
+)
+FollowPath = define_action(FollowPath_Goal, FollowPath_Result, FollowPath_Feedback)
+Spin = define_action(Spin_Goal, Spin_Result, Spin_Feedback)
+BackUp = define_action(BackUp_Goal, BackUp_Result, BackUp_Feedback)

@@ -1,0 +1,62 @@
+"""nav_msgs: odometry, maps, paths."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chefbot.mapping.grid import Grid
+from chefbot.msgs.base import Float32, Int8Array, Message, String, Uint32
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, PoseWithCovariance, TwistWithCovariance
+from chefbot.msgs.std_msgs import Header
+
+_NO_CELLS = np.empty(0, np.int8)
+
+
+class Odometry(Message, frozen=True, eq=False):
+    """Pose in header.frame_id, twist in child_frame_id."""
+
+    header: Header = Header()
+    child_frame_id: String = ""
+    pose: PoseWithCovariance = PoseWithCovariance()
+    twist: TwistWithCovariance = TwistWithCovariance()
+
+
+class MapMetaData(Message, frozen=True, eq=False):
+    """Where the cells lie."""
+
+    map_load_time: Time = Time()
+    resolution: Float32 = 0.0
+    width: Uint32 = 0
+    height: Uint32 = 0
+    origin: Pose = Pose()
+
+
+class OccupancyGrid(Message, frozen=True, eq=False):
+    """Cells by rows from low y; -1 unknown, 0..100 percent."""
+
+    header: Header = Header()
+    info: MapMetaData = MapMetaData()
+    data: Int8Array = _NO_CELLS
+
+    @property
+    def grid(self) -> Grid:
+        """As the algorithms want it."""
+        origin = self.info.origin.position
+        cells = np.asarray(self.data, np.int8).reshape(self.info.height, self.info.width)
+        # float32 on the wire: the nearest short decimal is what was meant
+        return Grid(cells, round(float(self.info.resolution), 6), origin.x, origin.y)
+
+    @staticmethod
+    def of(header: Header, grid: Grid) -> OccupancyGrid:
+        """From a grid."""
+        origin = Pose(Point(grid.origin_x, grid.origin_y, 0.0))
+        info = MapMetaData(header.stamp, grid.resolution, grid.width, grid.height, origin)
+        return OccupancyGrid(header, info, grid.cells.reshape(-1))
+
+
+class Path(Message, frozen=True, eq=False):
+    """Poses to follow."""
+
+    header: Header = Header()
+    poses: tuple[PoseStamped, ...] = ()

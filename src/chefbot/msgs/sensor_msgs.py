@@ -1,0 +1,173 @@
+"""sensor_msgs: what the robot senses."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.msgs.base import (
+    Bool,
+    Float32,
+    Float32Array,
+    Float64Array,
+    Message,
+    String,
+    StringArray,
+    Uint8,
+    Uint8Array,
+    Uint32,
+)  # fmt: skip
+from chefbot.msgs.geometry_msgs import Quaternion, Vector3
+from chefbot.msgs.std_msgs import Header
+
+Covariance3 = Annotated[NDArray[np.float64], "float64[9]"]
+Matrix33 = Annotated[NDArray[np.float64], "float64[9]"]
+Matrix34 = Annotated[NDArray[np.float64], "float64[12]"]
+UNKNOWN_COVARIANCE = np.array([-1.0, 0, 0, 0, 0, 0, 0, 0, 0])
+"""Says that the quantity is not measured (sensor_msgs/Imu)."""
+UNKNOWN_COVARIANCE.flags.writeable = False
+_ZERO_9 = np.zeros(9)
+_NO_FLOATS = np.empty(0, np.float32)
+_NO_DOUBLES = np.empty(0, np.float64)
+_NO_BYTES = np.empty(0, np.uint8)
+
+
+class Imu(Message, frozen=True, eq=False):
+    """Turn rates in rad/s, accelerations in m/s^2."""
+
+    header: Header = Header()
+    orientation: Quaternion = Quaternion()
+    orientation_covariance: Covariance3 = UNKNOWN_COVARIANCE
+    angular_velocity: Vector3 = Vector3()
+    angular_velocity_covariance: Covariance3 = _ZERO_9
+    linear_acceleration: Vector3 = Vector3()
+    linear_acceleration_covariance: Covariance3 = _ZERO_9
+
+
+class LaserScan(Message, frozen=True, eq=False):
+    """Ranges over equal angles, metres and radians; +inf: nothing in reach, NaN: no measurement (REP-117)."""
+
+    header: Header = Header()
+    angle_min: Float32 = 0.0
+    angle_max: Float32 = 0.0
+    angle_increment: Float32 = 0.0
+    time_increment: Float32 = 0.0
+    scan_time: Float32 = 0.0
+    range_min: Float32 = 0.0
+    range_max: Float32 = 0.0
+    ranges: Float32Array = _NO_FLOATS
+    intensities: Float32Array = _NO_FLOATS
+
+    @property
+    def angles(self) -> NDArray[np.float32]:
+        """Of each range, rad."""
+        steps = np.arange(len(self.ranges), dtype=np.float64)
+        return (self.angle_min + steps * self.angle_increment).astype(np.float32)
+
+
+class Image(Message, frozen=True, eq=False):
+    """Pixels by rows from the top."""
+
+    header: Header = Header()
+    height: Uint32 = 0
+    width: Uint32 = 0
+    encoding: String = ""
+    is_bigendian: Uint8 = 0
+    step: Uint32 = 0
+    data: Uint8Array = _NO_BYTES
+
+    @property
+    def pixels(self) -> NDArray[np.generic]:
+        """(height, width) of metres for 32FC1, of millimetres for 16UC1, (height, width, 3) for rgb8."""
+        if self.encoding == "rgb8":
+            return self.data.reshape(self.height, self.width, 3)
+        dtype = {"32FC1": np.float32, "16UC1": np.uint16, "mono8": np.uint8}[self.encoding]
+        return self.data.view(dtype).reshape(self.height, self.width)
+
+    @staticmethod
+    def of(header: Header, encoding: str, pixels: NDArray[np.generic]) -> Image:
+        """From an array; its type must fit the encoding."""
+        flat = np.ascontiguousarray(pixels).reshape(-1).view(np.uint8)
+        height, width = pixels.shape[:2]
+        return Image(header, height, width, encoding, 0, len(flat) // height, flat)
+
+
+class CompressedImage(Message, frozen=True, eq=False):
+    """A picture as jpeg or png bytes."""
+
+    header: Header = Header()
+    format: String = ""
+    data: Uint8Array = _NO_BYTES
+
+
+class RegionOfInterest(Message, frozen=True, eq=False):
+    """A part of the image; all zero for the whole of it."""
+
+    x_offset: Uint32 = 0
+    y_offset: Uint32 = 0
+    height: Uint32 = 0
+    width: Uint32 = 0
+    do_rectify: Bool = False
+
+
+class CameraInfo(Message, frozen=True, eq=False):
+    """The pinhole and its distortion; pixels."""
+
+    header: Header = Header()
+    height: Uint32 = 0
+    width: Uint32 = 0
+    distortion_model: String = "plumb_bob"
+    d: Float64Array = _NO_DOUBLES
+    k: Matrix33 = _ZERO_9
+    r: Matrix33 = _ZERO_9
+    p: Matrix34 = np.zeros(12)
+    binning_x: Uint32 = 0
+    binning_y: Uint32 = 0
+    roi: RegionOfInterest = RegionOfInterest()
+
+
+class Range(Message, frozen=True, eq=False):
+    """One distance of a cone."""
+
+    ULTRASOUND = 0
+
+    header: Header = Header()
+    radiation_type: Uint8 = 0
+    field_of_view: Float32 = 0.0
+    min_range: Float32 = 0.0
+    max_range: Float32 = 0.0
+    range: Float32 = 0.0
+    variance: Float32 = 0.0
+
+
+class BatteryState(Message, frozen=True, eq=False):
+    """V, A, degC, Ah; NaN where not measured."""
+
+    header: Header = Header()
+    voltage: Float32 = 0.0
+    temperature: Float32 = float("nan")
+    current: Float32 = float("nan")
+    charge: Float32 = float("nan")
+    capacity: Float32 = float("nan")
+    design_capacity: Float32 = float("nan")
+    percentage: Float32 = float("nan")
+    power_supply_status: Uint8 = 0
+    power_supply_health: Uint8 = 0
+    power_supply_technology: Uint8 = 0
+    present: Bool = True
+    cell_voltage: Float32Array = _NO_FLOATS
+    cell_temperature: Float32Array = _NO_FLOATS
+    location: String = ""
+    serial_number: String = ""
+
+
+class JointState(Message, frozen=True, eq=False):
+    """Angles of joints, rad."""
+
+    header: Header = Header()
+    name: StringArray = ()
+    position: Float64Array = _NO_DOUBLES
+    velocity: Float64Array = _NO_DOUBLES
+    effort: Float64Array = _NO_DOUBLES

@@ -1,0 +1,23 @@
+"""unique_identifier_msgs: names for goals."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.msgs.base import Message
+
+_NIL = np.zeros(16, np.uint8)
+
+
+class UUID(Message, frozen=True, eq=False):
+    """16 bytes."""
+
+    uuid: Annotated[NDArray[np.uint8], "uint8[16]"] = _NIL
+
+    @property
+    def key(self) -> bytes:
+        """For use in dicts."""
+        return self.uuid.tobytes()

@@ -1,0 +1,85 @@
+"""The three clocks: the wall, the simulation, the log. Only the loop reads them; all count integer nanoseconds."""
+
+from __future__ import annotations
+
+import time
+from threading import Condition
+from typing import Protocol
+
+
+def wall_ns() -> int:
+    """Nanoseconds of the monotonic clock: for measuring, and for pacing; never goes back."""
+    return time.monotonic_ns()
+
+
+class Clock(Protocol):
+    """Says when the next event may happen."""
+
+    def start(self, now_ns: int) -> None:
+        """The loop is about to run from `now_ns` on."""
+
+    def wait_until(self, time_ns: int, wake: Condition) -> bool:
+        """Wait for `time_ns`, holding `wake`; False if woken earlier."""
+
+    def read(self, reached_ns: int) -> int:
+        """The time at which something that came from outside arrives; `reached_ns` is the last event's."""
+
+
+class StepClock:
+    """Simulated or logged time that jumps from event to event as fast as they are done."""
+
+    def start(self, now_ns: int) -> None:
+        """Nothing to prepare."""
+
+    def wait_until(self, time_ns: int, wake: Condition) -> bool:  # noqa: ARG002
+        """The next event is always due."""
+        return True
+
+    def read(self, reached_ns: int) -> int:
+        """Time stands at the last event."""
+        return reached_ns
+
+
+class PacedClock:
+    """Simulated time that runs at `speed` times the wall's."""
+
+    def __init__(self, speed: float) -> None:
+        self._speed = speed
+        self._wall_0 = 0
+        self._time_0 = 0
+
+    def start(self, now_ns: int) -> None:
+        """Tie `now_ns` to the wall's present."""
+        self._wall_0, self._time_0 = wall_ns(), now_ns
+
+    def wait_until(self, time_ns: int, wake: Condition) -> bool:
+        """Sleep until the wall has caught up."""
+        due = self._wall_0 + (time_ns - self._time_0) / self._speed
+        rest = (due - wall_ns()) / 1e9
+        if rest < -1.0:  # too slow a machine: do not race to catch up later
+            self.start(time_ns)
+        return rest <= 0 or not wake.wait(rest)
+
+    def read(self, reached_ns: int) -> int:
+        """Simulated time stands at the last event."""
+        return reached_ns
+
+
+class WallClock:
+    """The time of the real robot; starts at `start_ns` so that stamps are those of the calendar."""
+
+    def __init__(self) -> None:
+        self._offset = 0
+
+    def start(self, now_ns: int) -> None:
+        """Tie `now_ns` to the monotonic clock; a step of the calendar's clock cannot disturb it."""
+        self._offset = now_ns - wall_ns()
+
+    def wait_until(self, time_ns: int, wake: Condition) -> bool:
+        """Sleep until then."""
+        rest = (time_ns - self._offset - wall_ns()) / 1e9
+        return rest <= 0 or not wake.wait(rest)
+
+    def read(self, reached_ns: int) -> int:
+        """The present, and never before the last event."""
+        return max(reached_ns, wall_ns() + self._offset)

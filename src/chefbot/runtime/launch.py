@@ -1,0 +1,177 @@
+"""Launch files: which robot, which devices and nodes, which params.
+
+about: Drive a simulated robot with the keyboard.
+robot: ${robot}
+args: {robot: chefbot, world: hotel}
+include: [simulator, base]
+nodes:
+  teleop: {kind: chefbot.nodes.teleop:TeleopNode, params: {...}, remap: {cmd_vel: cmd_vel_teleop}}
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+from collections.abc import Mapping
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+from msgspec import Meta
+
+from chefbot.config import build, parse_yaml, read_bytes
+from chefbot.errors import UserError, nearest
+from chefbot.runtime.node import Node, params_type
+
+LAUNCH_FOLDER = Path(__file__).parent.parent / "launch"
+ArgValue = str | int | float | bool
+_PLACEHOLDER = re.compile(r"\$\{(\w+)\}")
+
+
+class NodeEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One node of a launch."""
+
+    kind: Annotated[str, Meta(pattern=r"^[\w.]+(:\w+)?$")]
+    """`package.module:Class`, or the name of an entry point in the group `chefbot.nodes`."""
+    params: dict[str, Any] = {}
+    remap: dict[str, str] = {}
+    when: bool = True
+    """False leaves the node out; for arguments such as `headless`."""
+
+
+class LaunchFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A launch file as written."""
+
+    about: str = ""
+    args: dict[str, ArgValue] = {}
+    include: list[str] = []
+    nodes: dict[str, NodeEntry] = {}
+
+
+class Launch(msgspec.Struct, frozen=True, kw_only=True):
+    """A launch with its arguments put in; can be written to a log and read back."""
+
+    name: str
+    about: str
+    args: dict[str, ArgValue]
+    nodes: dict[str, NodeEntry]
+
+    def to_json(self) -> str:
+        """For the log."""
+        return msgspec.json.encode(self, order="deterministic").decode()
+
+    @staticmethod
+    def from_json(text: str) -> Launch:
+        """From the log."""
+        return msgspec.json.decode(text, type=Launch)
+
+
+def built_in_launches() -> dict[str, Path]:
+    """Name to file of the launches that come with the package."""
+    return {path.stem: path for path in sorted(LAUNCH_FOLDER.glob("*.yaml"))}
+
+
+def load_launch(name_or_path: str, given: Mapping[str, str] | None = None) -> Launch:
+    """A launch by name or path, with `key:=value` arguments as texts. UserError with file and key otherwise."""
+    path = find_launch(name_or_path)
+    known = _collect_args(path, [])
+    arguments = dict(known)
+    for key, text in (given or {}).items():
+        if key not in known:
+            raise UserError(f"launch {path.stem}: there is no argument {key!r}{nearest(key, known)}")
+        arguments[key] = _parse_argument(path.stem, key, text, known[key])
+    return Launch(
+        name=path.stem, about=_read(path, arguments).about, args=arguments, nodes=_nodes(path, arguments)
+    )
+
+
+def find_launch(name_or_path: str) -> Path:
+    """The file of a launch."""
+    known = built_in_launches()
+    name = name_or_path.removesuffix(".launch").removesuffix(".xml")
+    if name in known:
+        return known[name]
+    if "/" in name_or_path or name_or_path.endswith((".yaml", ".yml")):
+        return Path(name_or_path)
+    raise UserError(f"no launch is called {name_or_path!r}{nearest(name, known)}")
+
+
+def node_class(kind: str, where: str) -> type[Node]:
+    """The class that a launch file names. UserError when it is not there or no node."""
+    points = {point.name: point.value for point in entry_points(group="chefbot.nodes")}
+    module, _, name = points.get(kind, kind).partition(":")
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError) as error:
+        raise UserError(f"{where}: {kind!r} cannot be imported: {error}") from None
+    if not (isinstance(found, type) and issubclass(found, Node)):
+        raise UserError(f"{where}: {kind!r} is not a node class")
+    return found
+
+
+def node_params(kind: type[Node], params: Mapping[str, Any], where: str) -> msgspec.Struct:
+    """The params of a node, checked: unknown keys, units, bounds."""
+    return build(dict(params), params_type(kind), f"{where}: params")
+
+
+def _read(path: Path, arguments: Mapping[str, ArgValue]) -> LaunchFile:
+    where = f"launch file {path}"
+    plain = parse_yaml(read_bytes(path, "launch file"), where)
+    return build(_fill(plain, arguments, where), LaunchFile, where)
+
+
+def _collect_args(path: Path, above: list[Path]) -> dict[str, ArgValue]:
+    """Arguments of the file and all that it includes; the including file's default wins."""
+    if path in above:
+        raise UserError(f"launch file {path} includes itself")
+    where = f"launch file {path}"
+    plain = parse_yaml(read_bytes(path, "launch file"), where)
+    file = build(_without_placeholders(plain), LaunchFile, where)
+    arguments: dict[str, ArgValue] = {}
+    for name in file.include:
+        arguments.update(_collect_args(find_launch(name), [*above, path]))
+    return {**arguments, **file.args}
+
+
+def _nodes(path: Path, arguments: Mapping[str, ArgValue]) -> dict[str, NodeEntry]:
+    file = _read(path, arguments)
+    nodes: dict[str, NodeEntry] = {}
+    for name in file.include:
+        nodes.update(_nodes(find_launch(name), arguments))
+    return {**nodes, **{name: entry for name, entry in file.nodes.items() if entry.when}}
+
+
+def _fill(value: Any, arguments: Mapping[str, ArgValue], where: str) -> Any:
+    """`${name}` replaced everywhere; a value that is nothing else keeps the argument's type."""
+    if isinstance(value, dict):
+        return {k: _fill(v, arguments, where) for k, v in value.items()}
+    if isinstance(value, list):
+        return [_fill(v, arguments, where) for v in value]
+    if not isinstance(value, str):
+        return value
+    for name in _PLACEHOLDER.findall(value):
+        if name not in arguments:
+            raise UserError(f"{where}: ${{{name}}} is not among its args{nearest(name, arguments)}")
+    whole = _PLACEHOLDER.fullmatch(value)
+    if whole:
+        return arguments[whole[1]]
+    return _PLACEHOLDER.sub(lambda match: str(arguments[match[1]]), value)
+
+
+def _without_placeholders(value: Any) -> Any:
+    """The file as far as it can be read before its arguments are known."""
+    if isinstance(value, dict) and isinstance(value.get("nodes"), dict):
+        return {**value, "nodes": {}}
+    return value
+
+
+def _parse_argument(launch: str, key: str, text: str, default: ArgValue) -> ArgValue:
+    """The text in the type of the argument's default."""
+    try:
+        if isinstance(default, bool):
+            return {"true": True, "false": False, "1": True, "0": False}[text.lower()]
+        return type(default)(text)
+    except (ValueError, KeyError):
+        kind = {bool: "true or false", int: "a whole number", float: "a number"}.get(type(default), "a text")
+        raise UserError(f"launch {launch}: {key}:={text} must be {kind}") from None

@@ -1,0 +1,77 @@
+"""A launch come to life: its nodes on a loop."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from functools import partial
+
+from msgspec import Struct
+
+from chefbot.errors import UserError
+from chefbot.msgs.base import Message
+from chefbot.msgs.std_msgs import String
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.robot.spec import Robot
+from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
+from chefbot.runtime.loop import Loop
+from chefbot.runtime.node import Context, Device, Node
+from chefbot.runtime.transforms import Transforms
+
+LAUNCH_TOPIC = "chefbot/launch"
+"""Every launch is told here, so that a log holds all that a replay needs."""
+
+
+_Plan = tuple[type[Node], Struct, dict[str, str]]
+
+
+class System:
+    """The nodes that run on one loop; launches can follow each other while devices stay."""
+
+    def __init__(self, loop: Loop, robot: Robot, seed: int) -> None:
+        self.loop = loop
+        self.robot = robot
+        self.seed = seed
+        self.transforms = Transforms()
+        self.nodes: dict[str, Node] = {}
+        for topic, static in (("tf", False), ("tf_static", True)):
+            self.loop.subscribe(topic, "transforms", partial(self._receive, static))
+
+    def launch(self, launch: Launch, *, leave_out: Container[str] = ()) -> None:
+        """Replace all nodes by those of `launch`. Devices of the same name stay as they are.
+
+        All is checked before the first node is made. UserError when something does not fit.
+        """
+        plan = {name: self._prepare(launch.name, name, entry) for name, entry in launch.nodes.items()}
+        self._stop_nodes({name for name in plan if isinstance(self.nodes.get(name), Device)})
+        self.loop.publish(LAUNCH_TOPIC, String(launch.to_json()), "chefbot", from_device=True)
+        made = []
+        for name, (kind, params, remap) in plan.items():
+            if name not in self.nodes and name not in leave_out:
+                context = Context(name, self.loop, self.robot, self.transforms, self.seed, remap)
+                self.nodes[name] = kind(context, params)
+                made.append(self.nodes[name])
+        for node in made:
+            node.start()
+
+    def stop(self) -> None:
+        """Stop every node."""
+        self._stop_nodes(set())
+
+    def _stop_nodes(self, staying: set[str]) -> None:
+        """Stop all nodes but `staying`, and forget what they said."""
+        for name in [name for name in self.nodes if name not in staying]:
+            self.nodes.pop(name).stop()
+        self.loop.forget_latched(staying)
+        self.transforms.forget()
+
+    def _prepare(self, launch: str, name: str, entry: NodeEntry) -> _Plan:
+        where = f"launch {launch}: node {name}"
+        kind = node_class(entry.kind, where)
+        for required in getattr(kind, "needs_sensors", ()):
+            if getattr(self.robot.sensors, required) is None:
+                raise UserError(f"{where}: robot {self.robot.name} has no {required}; give another robot")
+        return kind, node_params(kind, entry.params, where), entry.remap
+
+    def _receive(self, static: bool, message: Message) -> None:
+        if isinstance(message, TFMessage):
+            self.transforms.receive(message, static)

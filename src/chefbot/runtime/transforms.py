@@ -1,0 +1,104 @@
+"""The tree of frames over time (REP-105), seen from above; one buffer a loop, fed by /tf and /tf_static."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import deque
+from itertools import islice
+
+from chefbot.maths.angles import wrap
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.msgs.tf2_msgs import TFMessage
+
+KEEP_NS = 10_000_000_000
+
+
+class TransformError(LookupError):
+    """The tree cannot answer; the sentence says which frame or time is missing."""
+
+
+class _Edge:
+    """One child's pose in its parent over the last seconds."""
+
+    def __init__(self, parent: str, static: bool) -> None:
+        self.parent = parent
+        self.static = static
+        self.stamps: deque[int] = deque()
+        self.poses: deque[SE2] = deque()
+
+    def add(self, stamp: int, pose: SE2) -> None:
+        if self.stamps and stamp <= self.stamps[-1]:
+            if stamp == self.stamps[-1]:
+                self.poses[-1] = pose
+            return  # older than what is known: ROS drops it as well
+        self.stamps.append(stamp)
+        self.poses.append(pose)
+        while stamp - self.stamps[0] > KEEP_NS:
+            self.stamps.popleft()
+            self.poses.popleft()
+
+    def at(self, stamp: int | None, child: str) -> SE2:
+        if self.static or stamp is None or stamp == self.stamps[-1]:
+            return self.poses[-1]
+        if stamp > self.stamps[-1]:
+            late = (stamp - self.stamps[-1]) / 1e9
+            raise TransformError(
+                f"{self.parent} -> {child} is known only up to {late:.3f} s before the time asked for"
+            )
+        if stamp < self.stamps[0]:
+            raise TransformError(f"{self.parent} -> {child} was not known yet at the time asked for")
+        return self._between(stamp)
+
+    def _between(self, stamp: int) -> SE2:
+        i = bisect_right(self.stamps, stamp)
+        if i == len(self.stamps):
+            return self.poses[-1]
+        (t0, t1), (a, b) = islice(self.stamps, i - 1, i + 1), islice(self.poses, i - 1, i + 1)
+        f = (stamp - t0) / (t1 - t0)
+        return SE2(a.x + f * (b.x - a.x), a.y + f * (b.y - a.y), wrap(a.yaw + f * wrap(b.yaw - a.yaw)))
+
+
+class Transforms:
+    """Answers where a frame was; interpolates, never extrapolates."""
+
+    def __init__(self) -> None:
+        self._edges: dict[str, _Edge] = {}
+
+    def receive(self, message: TFMessage, static: bool) -> None:
+        """Take in what /tf (or /tf_static) says."""
+        for one in message.transforms:
+            child, parent = one.child_frame_id, one.header.frame_id
+            edge = self._edges.get(child)
+            if edge is None or edge.parent != parent or edge.static != static:
+                edge = self._edges[child] = _Edge(parent, static)
+            pose = SE2(one.transform.translation.x, one.transform.translation.y, one.transform.rotation.yaw)
+            edge.add(one.header.stamp.ns, pose)
+
+    def lookup(self, target: str, source: str, stamp_ns: int | None = None) -> SE2:
+        """`target_T_source` at a time, or the newest known. TransformError when the tree cannot say."""
+        from_source = self._chain(source, stamp_ns)
+        from_target = self._chain(target, stamp_ns)
+        for frame, pose in from_source.items():
+            if frame in from_target:
+                return from_target[frame].inverse() @ pose
+        raise TransformError(f"no chain of transforms joins {target} and {source}")
+
+    def forget(self, static_too: bool = False) -> None:
+        """As after a restart."""
+        self._edges = (
+            {} if static_too else {child: edge for child, edge in self._edges.items() if edge.static}
+        )
+
+    def _chain(self, frame: str, stamp_ns: int | None) -> dict[str, SE2]:
+        """Each ancestor's `ancestor_T_frame`, from the frame itself upwards; ends where time is unknown."""
+        poses = {frame: IDENTITY}
+        pose = IDENTITY
+        here = frame
+        while here in self._edges:
+            edge = self._edges[here]
+            pose = edge.at(stamp_ns, here) @ pose
+            here = edge.parent
+            if here in poses:
+                raise TransformError(f"the transforms above {frame} run in a circle")
+            poses[here] = pose
+        return poses

@@ -4,9 +4,9 @@
         navigate_to_pose = serves(NavigateToPose)
         follow_path = calls(FollowPath)
 
-A server is a coroutine `async def on_<port>(self, goal, feedback) -> Result`. A new goal takes the place of the
-old one; a cancelled one sees Cancelled at its `await`. A client awaits `call(goal)`; if it is itself cancelled
-while it waits, the goal that it gave is cancelled too.
+A server is a coroutine `async def on_<port>(self, goal, feedback) -> Result`. A new goal takes the place of
+the old one; a cancelled one sees Cancelled at its `await`. A client awaits `call(goal)`; if it is itself
+cancelled while it waits, the goal that it gave is cancelled too.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The three clocks: the wall, the simulation, the log. Only the loop reads them; all count integer nanoseconds."""
+"""The three clocks: wall, simulation, log. Only the loop reads them; all count integer nanoseconds."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def built_in_launches() -> dict[str, Path]:
 
 
 def load_launch(name_or_path: str, given: Mapping[str, str] | None = None) -> Launch:
-    """A launch by name or path, with `key:=value` arguments as texts. UserError with file and key otherwise."""
+    """A launch by name or path, with `key:=value` arguments as texts. UserError with file and key if not."""
     path = find_launch(name_or_path)
     known = _collect_args(path, [])
     arguments = dict(known)

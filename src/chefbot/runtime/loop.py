@@ -1,7 +1,8 @@
 """The loop: one a process; it delivers everything in one order that depends on nothing but the events.
 
-The key of an event is (time, rank, sequence): at one instant first what devices measured, then messages until
-none is left, then timers. With it a run, the same run again and the replay of its log are the same to the byte.
+The key of an event is (time, rank, sequence): at one instant first what devices measured, then messages
+until none is left, then timers. With it a run, the same run again and the replay of its log are the same to
+the byte.
 """
 
 from __future__ import annotations
@@ -156,7 +157,7 @@ class Loop:
             self._wake.notify()
 
     def run(self, until_ns: int | None = None, until: Callable[[], bool] | None = None) -> None:
-        """Do events in order up to `until_ns` (inclusive), until `until()` holds, `stop()`, or nothing is left."""
+        """Do events in order up to `until_ns` (inclusive), or until `until()`, `stop()`, or nothing is left."""
         self._stopped = False
         self._clock.start(self.now_ns)
         while not self._stopped and (until is None or not until()):

@@ -210,7 +210,7 @@ class Node:
 
 
 class Device(Node):
-    """A node that touches the world; in a replay the log stands for it. It publishes from timers and posts only."""
+    """A node that touches the world; replays take it from the log. It publishes in timers and posts only."""
 
     is_device = True
 

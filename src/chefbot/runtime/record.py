@@ -17,7 +17,7 @@ from chefbot.robot.spec import Robot
 from chefbot.runtime.loop import Publication
 
 IMAGES: tuple[type[Message], ...] = (Image, CompressedImage)
-"""Recorded only on request: a depth camera fills 1.5 MB a second; in a replay the scan made of it stands in."""
+"""Recorded only on request, being 1.5 MB a second and more; in a replay the scan made of them stands in."""
 METADATA = "chefbot"
 
 _QOS = (

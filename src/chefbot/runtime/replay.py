@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -49,7 +50,8 @@ class Log:
 class Difference(NamedTuple):
     """Where a replay and its log part."""
 
-    index: int
+    position: int
+    """Messages that were the same before."""
     logged: str
     replayed: str
 
@@ -97,39 +99,38 @@ class Replay:
         self.compared = 0
         self.differences: list[Difference] = []
         start = log.messages[0].time_ns if log.messages else 0
+        self._end_ns = log.messages[-1].time_ns if log.messages else 0
         self.system = System(Loop(clock or StepClock(), start), log.robot, log.seed)
-        self._thinking: set[str] = set()
-        """Nodes that run; everybody else speaks from the log."""
         self._expected: deque[Logged] = deque()
-        self._pending = self._scheduled()
         self.system.loop.tap(self._compare)
 
     def run(self, progress: Callable[[int, int], None] | None = None) -> None:
-        """To the end of the log; `progress(messages done, all)` now and then."""
+        """To the end of the log, or its first difference; `progress(messages done, all)` now and then."""
         loop = self.system.loop
-        for done, (time_ns, batch) in enumerate(self._pending):
+        for count, (time_ns, batch) in enumerate(self._spoken()):
             loop.run(until_ns=time_ns - 1)
             for logged in batch:
-                loop.at(time_ns, DEVICE, lambda one=logged: self._speak(one))  # type: ignore[misc]
-            if progress is not None and done % 1000 == 0:
+                loop.at(time_ns, DEVICE, partial(self._speak, logged))
+            if progress is not None and count % 1000 == 0:
                 progress(self.compared, len(self.log.messages))
-        last = self.log.messages[-1].time_ns if self.log.messages else 0
-        loop.run(until_ns=last)
-        for missing in self._expected:
-            self._differ(missing, "nothing")
-            break
+            if self.differences:
+                break
+        else:
+            loop.run(until_ns=self._end_ns)
+        if self._expected and not self.differences:
+            self._differ(self._expected[0], None)
         self.system.stop()
 
-    def _scheduled(self) -> Iterator[tuple[int, list[Logged]]]:
-        """What is to be spoken at each instant; who thinks changes with each launch, so one at a time."""
+    def _spoken(self) -> Iterator[tuple[int, list[Logged]]]:
+        """What the log says for devices, instant by instant; what nodes said is put by for comparing."""
         thinking: set[str] = set()
         batch: list[Logged] = []
         for one in self.log.messages:
-            if one.topic == LAUNCH_TOPIC:
-                thinking = self._who_thinks(_launch_of(one))
             if batch and one.time_ns != batch[0].time_ns:
                 yield batch[0].time_ns, batch
                 batch = []
+            if one.topic == LAUNCH_TOPIC:
+                thinking = self._who_thinks(_launch_of(one))
             if one.publisher in thinking:
                 self._expected.append(one)
             else:
@@ -143,7 +144,7 @@ class Replay:
         }
 
     def _stands_in(self, kind: type[Node]) -> bool:
-        """Whether the log speaks for nodes of this class: they touch the world, or need what was not recorded."""
+        """Whether the log speaks for such nodes: they touch the world, or need what was not recorded."""
         return issubclass(kind, Device) or (
             not self.log.images and any(listens_to(kind, one) for one in IMAGES)
         )
@@ -151,9 +152,7 @@ class Replay:
     def _speak(self, logged: Logged) -> None:
         if logged.topic == LAUNCH_TOPIC:
             launch = _launch_of(logged)
-            thinking = self._who_thinks(launch)
-            self.system.launch(launch, leave_out=set(launch.nodes) - thinking)
-            self._thinking = thinking
+            self.system.launch(launch, leave_out=set(launch.nodes) - self._who_thinks(launch))
             return
         message = message_type(logged.kind).from_cdr(logged.data)
         self.system.loop.publish(
@@ -161,27 +160,35 @@ class Replay:
         )
 
     def _compare(self, publication: Publication) -> None:
-        if publication.from_device or isinstance(publication.message, IMAGES):
-            return
         if publication.publisher not in self.system.nodes or self.differences:
             return
+        if isinstance(publication.message, IMAGES) and not self.log.images:
+            return
         if not self._expected:
-            return  # the log ended in the middle of an instant
+            if publication.time_ns < self._end_ns:  # else the log ended in the middle of an instant
+                self._differ(None, publication)
+            return
         logged = self._expected.popleft()
-        self.compared += 1
-        same = (
-            logged.topic == publication.topic
-            and logged.time_ns == publication.time_ns
-            and logged.data == publication.message.to_cdr()
-        )
-        if not same:
-            self._differ(
-                logged, f"{publication.topic} at {publication.time_ns} ns by {publication.publisher}"
-            )
+        if _same(logged, publication):
+            self.compared += 1
+        else:
+            self._differ(logged, publication)
 
-    def _differ(self, logged: Logged, replayed: str) -> None:
-        text = f"{logged.topic} at {logged.time_ns} ns by {logged.publisher}"
-        self.differences.append(Difference(self.compared, text, replayed))
+    def _differ(self, logged: Logged | None, replayed: Publication | None) -> None:
+        self.differences.append(Difference(self.compared, _describe(logged), _describe(replayed)))
+
+
+def _same(logged: Logged, publication: Publication) -> bool:
+    return (
+        logged.topic == publication.topic
+        and logged.time_ns == publication.time_ns
+        and logged.publisher == publication.publisher
+        and logged.data == publication.message.to_cdr()
+    )
+
+
+def _describe(one: Logged | Publication | None) -> str:
+    return "nothing" if one is None else f"{one.topic} at {one.time_ns} ns by {one.publisher}"
 
 
 def _launch_of(logged: Logged) -> Launch:

@@ -1,1 +1,1 @@
-"""Pose by counting wheel turns."""
+"""Pose by counting wheel turns, and by counting them together with a gyro."""

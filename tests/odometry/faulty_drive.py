@@ -1,0 +1,70 @@
+"""A robot that differs from its file, driven along a path in truth: what its encoders and gyro then say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.odometry.motion import arc
+from chefbot.robot.spec import Robot
+
+RATE = 50.0
+
+
+@dataclass(frozen=True)
+class Faults:
+    """Standard deviations, as in OdometryParams; gyro noise and bias are those of the Robot."""
+
+    slip: float = 0.003
+    diameter: float = 0.003
+    separation: float = 0.005
+    gyro_gain: float = 0.0
+
+
+@dataclass(frozen=True)
+class Reading:
+    """After one step: counts, turn rate, and the true pose."""
+
+    left: int
+    right: int
+    gyro_z: float
+    truth: SE2
+
+
+def hotel_round(stand: float = 3.0, metres: float = 40.0) -> list[tuple[float, float]]:
+    """(v, w) for every step: stand, then a square of 5 m sides to the left and back to the right, some curves."""
+    dt, v = 1.0 / RATE, 0.3
+    commands = [(0.0, 0.0)] * int(stand * RATE)
+    driven, side = 0.0, 0
+    while driven < metres:
+        length = min(5.0, metres - driven)
+        swing = 0.15 * np.sin(np.linspace(0.0, 2.0 * np.pi, int(length / v / dt)))
+        commands += [(v, float(w)) for w in swing]
+        direction = 1.0 if side % 8 < 4 else -1.0
+        commands += [(0.0, direction * 0.8)] * int(np.pi / 2 / 0.8 / dt)
+        driven, side = driven + length, side + 1
+    return commands
+
+
+def drive(
+    robot: Robot, commands: list[tuple[float, float]], faults: Faults, rng: np.random.Generator
+) -> Iterator[Reading]:
+    """The first reading is at the start, each further one after one command of 1 / RATE seconds."""
+    dt, base = 1.0 / RATE, robot.wheels.separation * (1.0 + faults.separation * rng.normal())
+    diameters = 1.0 + faults.diameter * rng.normal(size=2)
+    imu = robot.sensors.imu
+    bias, gain = imu.gyro_bias * rng.normal(), 1.0 + faults.gyro_gain * rng.normal()
+    v, w = np.array([(0.0, 0.0), *commands]).T
+    rims = dt * np.column_stack([v - 0.5 * w * base, v + 0.5 * w * base])
+    # a slipping wheel turns as commanded and the floor gets a different travel
+    floor = rims + faults.slip * np.sqrt(np.abs(rims)) * rng.normal(size=rims.shape)
+    counts = np.floor(np.cumsum(rims / diameters, axis=0) / robot.metres_per_tick).astype(np.int64)
+    turns = (floor[:, 1] - floor[:, 0]) / base
+    gyro = gain * turns / dt + bias + imu.gyro_noise * rng.normal(size=len(turns))
+    truth = IDENTITY
+    for step, turn, ticks, rate in zip(floor.mean(axis=1), turns, counts, gyro, strict=True):
+        truth = truth @ SE2(*arc(float(step), float(turn)), float(turn))
+        yield Reading(int(ticks[0]), int(ticks[1]), float(rate), truth)

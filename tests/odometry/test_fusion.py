@@ -1,0 +1,155 @@
+"""Whether the filter's certainty is deserved, and whether a gyro helps."""
+
+import math
+
+import numpy as np
+import pytest
+from faulty_drive import RATE, Faults, drive, hotel_round
+
+from chefbot.maths.angles import wrap
+from chefbot.odometry.dead_reckoning import DeadReckoning
+from chefbot.odometry.gyro_ekf import GyroEkf
+from chefbot.robot.load import load_robot
+
+DT = 1.0 / RATE
+ROBOT = load_robot("chefbot")
+
+
+def error(truth, pose):
+    return np.array([pose.x - truth.x, pose.y - truth.y, wrap(pose.yaw - truth.yaw)])
+
+
+def nees(truth, estimate):
+    e = error(truth, estimate.pose)
+    return float(e @ np.linalg.solve(estimate.covariance, e))
+
+
+def run(seed, commands, faults, with_gyro):
+    odometry = GyroEkf(ROBOT) if with_gyro else DeadReckoning(ROBOT)
+    for reading in drive(ROBOT, commands, faults, np.random.default_rng(seed)):
+        gyro = (reading.gyro_z,) if with_gyro else ()
+        estimate = odometry.update(reading.left, reading.right, *gyro, DT)
+    return odometry, reading.truth, estimate
+
+
+def test_certainty_of_wheels_is_calibrated():
+    """Normalised error squared over 100 runs of 6 m is chi-squared, 3 per run: mean within 3 +- 4 sigma."""
+    commands = hotel_round(stand=0.5, metres=6.0)
+    mean = np.mean([nees(*run(seed, commands, Faults(), False)[1:]) for seed in range(100)])
+    assert abs(mean - 3.0) < 4.0 * math.sqrt(6.0 / 100)
+
+
+def test_certainty_with_gyro_is_calibrated():
+    """The simulated bias does not walk as the filter allows for, so it may be somewhat too modest."""
+    commands = hotel_round(metres=8.0)
+    faults = Faults(gyro_gain=0.01)
+    mean = np.mean([nees(*run(seed, commands, faults, True)[1:]) for seed in range(60)])
+    assert 1.5 < mean < 3.0 + 4.0 * math.sqrt(6.0 / 60)
+
+
+def test_a_gyro_makes_the_heading_several_times_better():
+    commands = hotel_round(metres=20.0)
+    yaw = {}
+    for with_gyro in (False, True):
+        results = [run(seed, commands, Faults(gyro_gain=0.01), with_gyro) for seed in range(8)]
+        yaw[with_gyro] = np.sqrt(np.mean([error(truth, est.pose)[2] ** 2 for _, truth, est in results]))
+    assert yaw[True] < yaw[False] / 5.0
+
+
+def test_bias_is_found_at_standstill():
+    bias, rng = 0.02, np.random.default_rng(5)  # several times what the robot file calls usual
+    ekf = GyroEkf(ROBOT)
+    for _ in range(500):
+        estimate = ekf.update(0, 0, bias + ROBOT.sensors.imu.gyro_noise * rng.normal(), DT)
+    found, deviation = ekf.gyro_bias
+    assert abs(found - bias) < 4.0 * deviation < 1e-3
+    assert abs(estimate.pose.yaw) < math.radians(0.05)
+
+
+def test_a_wrong_diameter_is_found_from_the_gyro():
+    """Only the difference of the wheels shows in the turning; the filter has to say so too."""
+    commands, true_right = hotel_round(metres=15.0), 1.006
+    ekf, rolled, rng = GyroEkf(ROBOT), np.zeros(2), np.random.default_rng(2)
+    base = ROBOT.wheels.separation
+    ekf.update(0, 0, 0.0, DT)
+    for v, w in commands:
+        rolled += DT * np.array([v - 0.5 * w * base, (v + 0.5 * w * base) / true_right])
+        left, right = np.floor(rolled / ROBOT.metres_per_tick)
+        ekf.update(int(left), int(right), w + ROBOT.sensors.imu.gyro_noise * rng.normal(), DT)
+    shares, covariance = ekf.calibration
+    assert shares[1] - shares[0] == pytest.approx(0.006, abs=0.001)
+    assert covariance[0, 0] + covariance[1, 1] > covariance[0, 0] + covariance[1, 1] - 2 * covariance[0, 1]
+
+
+def test_without_gyro_it_goes_on_with_less_certainty_and_says_so():
+    commands = hotel_round(metres=10.0)
+    readings = list(drive(ROBOT, commands, Faults(), np.random.default_rng(1)))
+    steady, dropped = GyroEkf(ROBOT), GyroEkf(ROBOT)
+    for k, r in enumerate(readings):
+        with_gyro = steady.update(r.left, r.right, r.gyro_z, DT)
+        without = dropped.update(r.left, r.right, r.gyro_z if k < 400 else None, DT)
+    assert not steady.on_wheels_only and dropped.on_wheels_only
+    assert dropped.gyro_age == pytest.approx((len(readings) - 400) * DT)
+    assert without.covariance[2, 2] > 4.0 * with_gyro.covariance[2, 2]
+    assert nees(r.truth, without) < 16.3  # 99.9 % of chi-squared with 3 degrees of freedom
+
+
+def test_a_slipping_wheel_does_not_turn_the_heading():
+    ekf, wheels = GyroEkf(ROBOT), DeadReckoning(ROBOT)
+    left = right = 0
+    slipped = 0
+    for k in range(600):
+        spinning = 300 <= k < 330
+        moving = k >= 100
+        left, right = left + 90 * moving, right + (150 if spinning else 90) * moving
+        fused, counted = ekf.update(left, right, 0.001, DT), wheels.update(left, right, DT)
+        slipped += ekf.slipping
+    assert abs(counted.pose.yaw) > 0.3
+    assert abs(fused.pose.yaw) < 0.03
+    assert slipped >= 25
+
+
+@pytest.mark.parametrize("damage", [math.nan, math.inf, -1e9, 60.0])
+def test_a_damaged_reading_is_left_out(damage):
+    ekf = GyroEkf(ROBOT)
+    for k in range(50):
+        before = ekf.update(80 * k, 80 * k, 0.0, DT)
+    after = ekf.update(80 * 50, 80 * 50, damage, DT)
+    assert ekf.gyro_rejected == 1 and ekf.on_wheels_only
+    assert abs(after.pose.yaw - before.pose.yaw) < 1e-3
+    ekf.update(80 * 51, 80 * 51, 0.0, DT)
+    assert not ekf.on_wheels_only
+
+
+def test_a_robot_carried_away_turns_with_its_gyro():
+    ekf = GyroEkf(ROBOT)
+    for _ in range(100):
+        ekf.update(0, 0, 0.0, DT)
+    for _ in range(50):
+        estimate = ekf.update(0, 0, 1.0, DT)
+    assert ekf.slipping
+    assert estimate.pose.yaw == pytest.approx(1.0, abs=0.1)
+
+
+def test_covariances_stay_positive_semidefinite_over_an_hour():
+    ekf, rng, left, right = GyroEkf(ROBOT), np.random.default_rng(3), 0, 0
+    for k in range(60_000):
+        if (k // 1000) % 3:
+            left, right = left + int(rng.integers(60, 100)), right + int(rng.integers(60, 100))
+        estimate = ekf.update(left, right, float(rng.normal(0.0, 0.01)), 0.06)
+    for matrix in (estimate.covariance, estimate.twist_covariance, ekf.calibration[1]):
+        assert np.array_equal(matrix, matrix.T)
+        assert np.linalg.eigvalsh(matrix).min() > -1e-12
+
+
+def test_moving_at_the_first_call_is_not_taken_for_bias():
+    ekf = GyroEkf(ROBOT)
+    ekf.update(12345, 54321, 0.7, DT)
+    assert ekf.gyro_bias[0] == 0.0
+
+
+def test_same_readings_same_bytes():
+    commands = hotel_round(metres=3.0)
+    first, second = (run(9, commands, Faults(), True)[2] for _ in range(2))
+    assert first.pose == second.pose
+    assert first.covariance.tobytes() == second.covariance.tobytes()

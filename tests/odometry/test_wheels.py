@@ -1,0 +1,155 @@
+"""Counters wrap, arcs close, time runs back."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.odometry.dead_reckoning import DeadReckoning
+from chefbot.odometry.motion import arc, predict
+from chefbot.odometry.params import OdometryParams
+from chefbot.odometry.wheels import Wheels, tick_difference
+from chefbot.robot.load import load_robot
+
+ROBOT = load_robot("chefbot")
+DT = 0.02
+ticks = st.integers(-60, 60)
+steps = st.lists(st.tuples(ticks, ticks), min_size=1, max_size=60)
+
+
+@given(bits=st.integers(2, 64), start=st.integers(-(2**63), 2**63 - 1), data=st.data())
+def test_a_difference_survives_the_wrap_of_any_counter(bits, start, data):
+    moved = data.draw(st.integers(-(2 ** (bits - 1)), 2 ** (bits - 1) - 1))
+    mask = 2**bits - 1
+    assert tick_difference((start + moved) & mask, start & mask, bits) == moved
+
+
+@given(steps, st.integers(0, 2**16 - 1), st.integers(0, 2**16 - 1))
+def test_a_wrapping_counter_gives_the_same_poses(moves, left, right):
+    wide, narrow = DeadReckoning(ROBOT), DeadReckoning(ROBOT, counter_bits=16)
+    for a, b in moves:
+        left, right = left + a, right + b
+        first = wide.update(left, right, DT)
+        second = narrow.update(left % 2**16, right % 2**16, DT)
+        assert first.pose == second.pose
+
+
+@given(steps)
+def test_driven_back_the_same_way_the_robot_is_where_it_was(moves):
+    odometry, left, right = DeadReckoning(ROBOT), 0, 0
+    odometry.update(0, 0, DT)
+    for a, b in moves + [(-a, -b) for a, b in reversed(moves)]:
+        left, right = left + a, right + b
+        estimate = odometry.update(left, right, DT)
+    assert np.allclose(estimate.pose.array(), 0.0, atol=1e-12)
+
+
+@given(st.floats(-3, 3), st.floats(-6, 6))
+def test_arc_agrees_with_the_centre_of_curvature(step, turn):
+    forward, aside = arc(step, turn)
+    if abs(turn) > 1e-3:
+        radius = step / turn
+        assert forward == pytest.approx(radius * math.sin(turn), abs=1e-9)
+        assert aside == pytest.approx(radius * (1.0 - math.cos(turn)), abs=1e-9)
+    else:
+        assert forward == pytest.approx(step, abs=1e-5)
+        assert aside == pytest.approx(0.5 * step * turn, abs=1e-5)
+
+
+def test_arc_is_smooth_where_the_road_is_nearly_straight():
+    for turn in (1e-3, 1e-4, 1e-6, 1e-9, 1e-13, 5e-324, 0.0):
+        forward, aside = arc(1.0, turn)
+        assert forward == pytest.approx(1.0 - turn**2 / 6.0, abs=1e-12)
+        assert aside == pytest.approx(0.5 * turn, rel=1e-6, abs=1e-300)
+
+
+@pytest.mark.parametrize("parts", [1, 7, 400])
+def test_a_full_circle_closes_however_it_is_cut(parts):
+    pose = SE2(1.0, -2.0, 0.3)
+    for _ in range(parts):
+        pose = pose @ SE2(*arc(2.0 * math.pi * 0.7 / parts, 2.0 * math.pi / parts), 2.0 * math.pi / parts)
+    assert np.allclose(pose.array(), (1.0, -2.0, 0.3), atol=1e-12)
+
+
+@given(
+    st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.floats(-3, 3), st.tuples(*[st.floats(-0.05, 0.05)] * 3)
+)
+def test_the_linearisation_is_the_derivative(left, right, yaw, shares):
+    """The covariance of one direction of error is the outer product of what a nudge that way does."""
+    state = np.array([0.4, -0.2, yaw, 0.0, 0.0, *shares])
+    nothing, quiet, h = np.zeros((8, 8)), np.zeros(2), 1e-6
+    for k in range(8):
+        direction = np.eye(8)[k]
+        _, covariance = predict(state, np.outer(direction, direction), left, right, quiet, 0.3)
+        ahead, _ = predict(state + h * direction, nothing, left, right, quiet, 0.3)
+        behind, _ = predict(state - h * direction, nothing, left, right, quiet, 0.3)
+        slope = (ahead - behind) / (2 * h)
+        assert np.allclose(covariance, np.outer(slope, slope), atol=1e-8)
+
+
+@given(steps)
+def test_covariance_is_symmetric_positive_semidefinite(moves):
+    odometry, left, right = DeadReckoning(ROBOT), 0, 0
+    for a, b in moves:
+        left, right = left + a, right + b
+        covariance = odometry.update(left, right, DT).covariance
+        assert np.allclose(covariance, covariance.T, rtol=1e-12, atol=1e-18)
+        assert np.linalg.eigvalsh(covariance).min() > -1e-15
+
+
+def test_a_straight_drive_grows_less_certain_with_every_step():
+    odometry, before = DeadReckoning(ROBOT), np.zeros(3)
+    odometry.update(0, 0, DT)
+    for k in range(1, 200):
+        variances = np.diag(odometry.update(80 * k, 80 * k, DT).covariance)
+        assert (variances > before).all()
+        before = variances
+
+
+def test_a_standing_robot_grows_no_less_certain():
+    odometry = DeadReckoning(ROBOT)
+    for k in range(50):
+        odometry.update(20 * k, 22 * k, DT)
+    for _ in range(20):  # longer than it takes to be sure of standing
+        stopped = odometry.update(20 * 49, 22 * 49, DT)
+    for _ in range(500):
+        later = odometry.update(20 * 49, 22 * 49, DT)
+    assert np.array_equal(stopped.covariance, later.covariance)
+    assert later.v == 0.0 and later.w == 0.0
+
+
+def test_a_restarted_board_does_not_throw_the_robot_across_the_room():
+    odometry = DeadReckoning(ROBOT)
+    for k in range(100):
+        before = odometry.update(100_000 + 50 * k, 100_000 + 50 * k, DT)
+    after = odometry.update(0, 0, DT)
+    assert odometry.wheels.restarts == 1
+    assert after.pose == before.pose
+    assert after.covariance[0, 0] > before.covariance[0, 0] + 1e-5
+
+
+def test_the_fastest_possible_motion_is_no_restart():
+    wheels = Wheels(ROBOT, OdometryParams(), 32)
+    full = int(ROBOT.motor.no_load_speed * ROBOT.wheel_radius * DT / ROBOT.metres_per_tick)
+    for k in range(10):
+        wheels.step(full * k, -full * k, DT)
+    assert wheels.restarts == 0
+
+
+@pytest.mark.parametrize("dt", [0.0, -0.1, math.nan])
+def test_time_goes_forward(dt):
+    with pytest.raises(ValueError, match="step"):
+        DeadReckoning(ROBOT).update(0, 0, dt)
+
+
+def test_start_and_twist():
+    odometry = DeadReckoning(ROBOT, start=SE2(1.0, 2.0, math.pi / 2))
+    odometry.update(0, 0, DT)
+    estimate = odometry.update(100, 100, DT)
+    metres = 100 * ROBOT.metres_per_tick
+    assert estimate.pose == pytest.approx((1.0, 2.0 + metres, math.pi / 2))
+    assert (estimate.v, estimate.w) == pytest.approx((metres / DT, 0.0))
+    assert IDENTITY == DeadReckoning(ROBOT).update(7, 9, DT).pose, "the first counts are only noted"

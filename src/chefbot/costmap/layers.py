@@ -1,0 +1,156 @@
+"""A costmap made of layers: the map, what each sensor has seen, and the inflation of both."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from chefbot.costmap import raytrace
+from chefbot.costmap.inflation import cost_table, inflate
+from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.values import FREE, LETHAL, UNKNOWN, Costmap
+from chefbot.mapping.grid import Grid
+from chefbot.maths.se2 import SE2
+
+
+class LayeredCostmap:
+    """Static map and one obstacle layer per sensor, combined and inflated on demand.
+
+    The rule of the layers: a cell is an obstacle when the map or any sensor's layer says so. A sensor clears only what
+    the same sensor has marked; so the lidar, which looks under the table, never erases the edge that the camera saw.
+    Nothing decays with time: what a sensor marked stays until that sensor looks through it, or a recovery clears it.
+
+    With `rolling=True` it is a square window (params.size) that follows `move_to`, else it has the size of the map
+    given to `set_static`, which may be replaced by a larger one at any time; obstacles seen stay where they are.
+    """
+
+    def __init__(self, params: CostmapParams, robot_radius: float, *, rolling: bool = False) -> None:
+        self.params = params
+        self.rolling = rolling
+        self._robot_radius = robot_radius
+        n = max(1, round(params.size / params.resolution)) if rolling else 1
+        self._frame(params.resolution, 0.0, 0.0, n, n)
+        if rolling:
+            self.move_to(0.0, 0.0)
+
+    def _frame(self, resolution: float, origin_x: float, origin_y: float, height: int, width: int) -> None:
+        """Empty layers; the inscribed radius grows by half a cell because an obstacle fills its cell."""
+        p = self.params
+        self.resolution, self.origin_x, self.origin_y = resolution, origin_x, origin_y
+        self.inscribed_radius = self._robot_radius + p.padding + resolution / 2
+        reach = max(p.inflation_radius, self.inscribed_radius)
+        self._table = cost_table(resolution, self.inscribed_radius, reach, p.cost_scaling_factor)
+        self._static = np.full((height, width), UNKNOWN, np.uint8)
+        self._sources: dict[str, NDArray[np.uint8]] = {}
+
+    def set_static(self, grid: Grid) -> None:
+        """Take over a map (again); what sensors have marked is kept, to the nearest cell."""
+        cells = np.where(grid.cells < 0, UNKNOWN, FREE).astype(np.uint8)
+        cells[grid.cells >= self.params.occupied_threshold] = LETHAL
+        old, old_x, old_y, same = (
+            self._sources,
+            self.origin_x,
+            self.origin_y,
+            self.resolution == grid.resolution,
+        )
+        self._frame(grid.resolution, grid.origin_x, grid.origin_y, grid.height, grid.width)
+        self._static = cells
+        if same:
+            columns = round((old_x - grid.origin_x) / grid.resolution)
+            rows = round((old_y - grid.origin_y) / grid.resolution)
+            self._sources = {name: _moved(layer, rows, columns, cells.shape) for name, layer in old.items()}
+
+    def move_to(self, x: float, y: float) -> None:
+        """Centre the rolling window on the point by whole cells; content keeps its place in the frame."""
+        h, w = self._static.shape
+        column = int(np.floor(x / self.resolution)) - w // 2
+        row = int(np.floor(y / self.resolution)) - h // 2
+        dc = round(self.origin_x / self.resolution) - column
+        dr = round(self.origin_y / self.resolution) - row
+        if dr or dc:
+            self._static = _moved(self._static, dr, dc, (h, w))
+            self._sources = {name: _moved(layer, dr, dc, (h, w)) for name, layer in self._sources.items()}
+        self.origin_x, self.origin_y = column * self.resolution, row * self.resolution
+
+    def mark_and_clear(
+        self,
+        source: str,
+        sensor: SE2,
+        angles: NDArray[np.float64],
+        ranges: NDArray[np.float64],
+        clear_to: NDArray[np.float64] | None = None,
+    ) -> None:
+        """One scan of the sensor `source`, seen from the pose `sensor` in the costmap's frame.
+
+        angles, ranges: (n,) radians, metres. A laser's range of inf clears up to the clearing range; NaN and ranges not
+        above 0 say nothing. With `clear_to` (n,), as of an obstacle scan from depth images, a beam clears up to
+        that distance only (not finite or not above 0: nothing) and marks where the range is finite.
+        """
+        layer = self._sources.setdefault(source, np.full(self._static.shape, UNKNOWN, np.uint8))
+        p = self.params
+        valid = ranges > 0.0
+        free = (
+            np.where(valid, ranges, 0.0) if clear_to is None else np.nan_to_num(clear_to, nan=0.0, posinf=0.0)
+        )
+        mark = np.where(valid & (ranges <= p.marking_range), ranges, np.nan)
+        raytrace.mark_and_clear(
+            layer,
+            self.resolution,
+            self.origin_x,
+            self.origin_y,
+            sensor.array(),
+            np.ascontiguousarray(angles, np.float64),
+            mark.astype(np.float64),
+            np.minimum(free, p.clearing_range).astype(np.float64),
+        )
+
+    def clear_around(self, pose: SE2, radius: float) -> None:
+        """Forget what sensors marked within `radius` metres of the pose."""
+        self._forget(self._within(pose, radius))
+
+    def clear_except(self, pose: SE2, radius: float) -> None:
+        """Forget what sensors marked further than `radius` metres from the pose."""
+        self._forget(~self._within(pose, radius))
+
+    def clear(self) -> None:
+        """Forget all that sensors marked."""
+        self._sources = {}
+
+    def update(self) -> Costmap:
+        """The layers combined and inflated; the result is a copy of its own."""
+        master = self._static.copy()
+        for layer in self._sources.values():
+            _combine(master.reshape(-1), layer.reshape(-1))
+        if not self.params.track_unknown:
+            master[master == UNKNOWN] = FREE
+        return Costmap(inflate(master, self._table), self.resolution, self.origin_x, self.origin_y)
+
+    def _within(self, pose: SE2, radius: float) -> NDArray[np.bool_]:
+        h, w = self._static.shape
+        x = self.origin_x + (np.arange(w) + 0.5) * self.resolution - pose.x
+        y = self.origin_y + (np.arange(h) + 0.5) * self.resolution - pose.y
+        return x[None, :] ** 2 + y[:, None] ** 2 <= radius * radius
+
+    def _forget(self, where: NDArray[np.bool_]) -> None:
+        for layer in self._sources.values():
+            layer[where] = UNKNOWN
+
+
+@njit(cache=True, nogil=True)
+def _combine(master: NDArray[np.uint8], layer: NDArray[np.uint8]) -> None:
+    """An obstacle of the layer wins; free space that it saw replaces only what is unknown."""
+    for i in range(master.shape[0]):
+        if layer[i] == LETHAL or (layer[i] == FREE and master[i] == UNKNOWN):
+            master[i] = layer[i]
+
+
+def _moved(layer: NDArray[np.uint8], rows: int, columns: int, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """The layer on a new frame in which its cell [0, 0] is [rows, columns]; what is new is UNKNOWN."""
+    out = np.full(shape, UNKNOWN, np.uint8)
+    h, w = layer.shape
+    top, left = max(rows, 0), max(columns, 0)
+    bottom, right = min(rows + h, shape[0]), min(columns + w, shape[1])
+    if top < bottom and left < right:
+        out[top:bottom, left:right] = layer[top - rows : bottom - rows, left - columns : right - columns]
+    return out

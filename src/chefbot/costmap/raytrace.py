@@ -1,0 +1,66 @@
+"""Marking and clearing along beams (Moravec & Elfes 1985, reduced to seen free, seen occupied, never seen)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from chefbot.costmap.values import FREE, LETHAL
+
+FRACTION_BITS = 20
+
+
+@njit(cache=True, nogil=True)
+def _clear_line(cells: NDArray[np.uint8], x0: float, y0: float, x1: float, y1: float) -> None:
+    """Write FREE from (x0, y0) up to but not into the cell of (x1, y1); coordinates in cells.
+
+    A digital differential analyser in fixed point: one step along the longer axis per cell.
+    """
+    h, w = cells.shape
+    steps = int(max(abs(math.floor(x1) - math.floor(x0)), abs(math.floor(y1) - math.floor(y0))))
+    if steps == 0:
+        return
+    one = 1 << FRACTION_BITS
+    x, y = int(x0 * one), int(y0 * one)
+    dx, dy = int((x1 - x0) / steps * one), int((y1 - y0) / steps * one)
+    end_c, end_r = int(math.floor(x1)), int(math.floor(y1))
+    for _ in range(steps):
+        c, r = x >> FRACTION_BITS, y >> FRACTION_BITS
+        if 0 <= r < h and 0 <= c < w and not (c == end_c and r == end_r):
+            cells[r, c] = FREE
+        x += dx
+        y += dy
+
+
+@njit(cache=True, nogil=True)
+def mark_and_clear(
+    cells: NDArray[np.uint8],
+    resolution: float,
+    origin_x: float,
+    origin_y: float,
+    sensor: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    mark: NDArray[np.float64],
+    clear: NDArray[np.float64],
+) -> None:
+    """Clear along every beam, then mark every return, so that no beam erases what its neighbour just saw.
+
+    sensor: x, y, yaw in the map's frame. angles: (n,) radians in the sensor's frame. mark: (n,) metres to the
+    obstacle, not finite for none. clear: (n,) metres known to be free, not above 0 for none.
+    """
+    h, w = cells.shape
+    x0, y0 = (sensor[0] - origin_x) / resolution, (sensor[1] - origin_y) / resolution
+    for i in range(angles.shape[0]):
+        if clear[i] > 0.0:
+            a, reach = sensor[2] + angles[i], clear[i] / resolution
+            _clear_line(cells, x0, y0, x0 + reach * math.cos(a), y0 + reach * math.sin(a))
+    for i in range(angles.shape[0]):
+        if math.isfinite(mark[i]) and mark[i] > 0.0:
+            a, reach = sensor[2] + angles[i], mark[i] / resolution
+            c = int(math.floor(x0 + reach * math.cos(a)))
+            r = int(math.floor(y0 + reach * math.sin(a)))
+            if 0 <= r < h and 0 <= c < w:
+                cells[r, c] = LETHAL

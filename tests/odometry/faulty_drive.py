@@ -35,7 +35,7 @@ class Reading:
 
 
 def hotel_round(stand: float = 3.0, metres: float = 40.0) -> list[tuple[float, float]]:
-    """(v, w) for every step: stand, then a square of 5 m sides to the left and back to the right, some curves."""
+    """(v, w) for every step: stand, then squares of 5 m sides, to the left and to the right, swaying."""
     dt, v = 1.0 / RATE, 0.3
     commands = [(0.0, 0.0)] * int(stand * RATE)
     driven, side = 0.0, 0

@@ -152,4 +152,4 @@ def test_start_and_twist():
     metres = 100 * ROBOT.metres_per_tick
     assert estimate.pose == pytest.approx((1.0, 2.0 + metres, math.pi / 2))
     assert (estimate.v, estimate.w) == pytest.approx((metres / DT, 0.0))
-    assert IDENTITY == DeadReckoning(ROBOT).update(7, 9, DT).pose, "the first counts are only noted"
+    assert DeadReckoning(ROBOT).update(7, 9, DT).pose == IDENTITY, "the first counts are only noted"

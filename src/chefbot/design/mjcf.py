@@ -1,0 +1,159 @@
+"""The robot in MuJoCo's XML (MJCF), written as text: no simulator is needed to write it.
+
+The wheels' actuators are the motor's line: control is the duty in [-1, 1], and
+torque = efficiency * stall_torque * (duty - speed / no_load_speed).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+from xml.sax.saxutils import quoteattr
+
+from chefbot.design.links import Inertia, Link, Solid, links, sensor_mounts
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.robot.spec import DRIVE_EFFICIENCY, GRAVITY, ROLLING_RESISTANCE, Robot
+
+HULL_GROUP, LOOKS_GROUP = 1, 2
+"""Geom groups of the robot; rays of its own sensors pass through both."""
+ROTOR_INERTIA = 0.005
+"""kg m^2 of the motor's rotor seen through the gear (3e-7 kg m^2 at 131:1)."""
+CASTER_FRICTION = 0.02
+BODY_FRICTION = 0.3
+PHYSICS_STEP = 0.005  # s
+OPTION = f'<option timestep="{PHYSICS_STEP}" integrator="discrete" cone="elliptic" gravity="0 0 {-GRAVITY}"/>'
+FLOOR = '<geom name="floor" type="plane" size="0 0 1" friction="1 0.005 0.0001" rgba="0.75 0.7 0.6 1"/>'
+
+
+class AsBuilt(NamedTuple):
+    """How one robot differs from its drawing: factors on the numbers of the Robot."""
+
+    left_wheel: float = 1.0
+    right_wheel: float = 1.0
+    separation: float = 1.0
+    friction: float = 1.0
+
+
+AS_DRAWN = AsBuilt()
+
+
+class RobotXml(NamedTuple):
+    """Pieces for a MuJoCo model: one body for the worldbody, and the inside of <actuator> and <sensor>."""
+
+    body: str
+    actuators: str
+    sensors: str
+
+
+def mjcf(robot: Robot) -> str:
+    """A complete model: the robot on a floor."""
+    xml = robot_xml(robot)
+    return f"""<mujoco model={quoteattr(robot.name)}>
+{OPTION}
+<worldbody>
+{FLOOR}
+{xml.body}
+</worldbody>
+<actuator>{xml.actuators}</actuator>
+<sensor>{xml.sensors}</sensor>
+</mujoco>
+"""
+
+
+def robot_xml(robot: Robot, as_built: AsBuilt = AS_DRAWN, start: SE2 = IDENTITY) -> RobotXml:
+    """The robot standing at `start` (pose of base_link in the world)."""
+    base, *others = links(robot)
+    inside = [_inertial(base.inertia), *(_geom(robot, solid, as_built) for solid in base.solids)]
+    inside += [_sub_body(robot, link, as_built) for link in others]
+    inside += [_site(name, *mount) for name, mount in sensor_mounts(robot).items()]
+    quaternion = numbers((math.cos(start.yaw / 2), 0.0, 0.0, math.sin(start.yaw / 2)))
+    body = "\n".join(
+        [
+            f'<body name="base_link" pos="{numbers((start.x, start.y, 0.0))}" quat="{quaternion}">',
+            '<freejoint name="base"/>',
+            *inside,
+            "</body>",
+        ]
+    )
+    return RobotXml(body, _actuators(robot), _sensors())
+
+
+def numbers(values: Iterable[float]) -> str:
+    """Numbers as XML lists write them."""
+    return " ".join(f"{value:.9g}" for value in values)
+
+
+def _inertial(inertia: Inertia) -> str:
+    return (
+        f'<inertial pos="{numbers(inertia.centre)}" mass="{inertia.mass:.9g}" '
+        f'diaginertia="{numbers(inertia.moments)}"/>'
+    )
+
+
+def _sub_body(robot: Robot, link: Link, as_built: AsBuilt) -> str:
+    geoms = "".join(_geom(robot, solid, as_built) for solid in link.solids)
+    x, y, z = link.at
+    joint = ""
+    if link.turns:
+        rolling = ROLLING_RESISTANCE * robot.total_mass * GRAVITY * robot.wheel_radius / 2
+        name = link.name.replace("_link", "_joint")
+        joint = (
+            f'<joint name="{name}" type="hinge" axis="0 1 0" armature="{ROTOR_INERTIA}" '
+            f'frictionloss="{rolling:.9g}"/>'
+        )
+        y, z = y * as_built.separation, z * _wheel_factor(link.name, as_built)
+    pos = numbers((x, y, z))
+    return f'<body name="{link.name}" pos="{pos}">{joint}{_inertial(link.inertia)}{geoms}</body>'
+
+
+def _wheel_factor(name: str, as_built: AsBuilt) -> float:
+    return as_built.left_wheel if "left" in name else as_built.right_wheel
+
+
+def _geom(robot: Robot, solid: Solid, as_built: AsBuilt) -> str:
+    if not solid.hull:
+        look = f'group="{LOOKS_GROUP}" contype="0" conaffinity="0" rgba="0.85 0.7 0.45 1"'
+        return f'<geom name="{solid.name}" {_shape(solid)} {look}/>'
+    hull = f'group="{HULL_GROUP}" condim="3"'
+    if solid.kind == "wheel":
+        radius, half = solid.size[0] * _wheel_factor(solid.name, as_built), solid.size[1] / 2
+        # An ellipsoid touches the floor in one point, at the middle of the tyre: the track is exact.
+        shape = f'type="ellipsoid" size="{numbers((radius, half, radius))}" rgba="0.15 0.15 0.15 1"'
+        mu = robot.wheels.friction * as_built.friction
+        return f'<geom name="{solid.name}" {shape} {hull} priority="1" friction="{mu:.9g} 0.005 0.0001"/>'
+    mu, priority = (CASTER_FRICTION, 1) if solid.kind == "sphere" else (BODY_FRICTION, 0)
+    look = 'rgba="0.6 0.6 0.65 0.4"'
+    tail = f'{hull} priority="{priority}" friction="{mu} 0.005 0.0001" {look}'
+    return f'<geom name="{solid.name}" {_shape(solid)} {tail}/>'
+
+
+def _shape(solid: Solid) -> str:
+    size = solid.size
+    if solid.kind == "cylinder":
+        size = (size[0], size[1] / 2)
+    elif solid.kind == "box":
+        size = tuple(side / 2 for side in size)
+    return f'type="{solid.kind}" pos="{numbers(solid.at)}" size="{numbers(size)}"'
+
+
+def _site(name: str, at: tuple[float, float, float], pitch: float, yaw: float) -> str:
+    """A sensor's frame: turned by `yaw` about z, then by `pitch` about its own y axis."""
+    cy, sy, cp, sp = math.cos(yaw / 2), math.sin(yaw / 2), math.cos(pitch / 2), math.sin(pitch / 2)
+    quaternion = numbers((cy * cp, -sy * sp, cy * sp, sy * cp))
+    return f'<site name="{name}" pos="{numbers(at)}" quat="{quaternion}" size="0.01" group="4"/>'
+
+
+def _actuators(robot: Robot) -> str:
+    stall = DRIVE_EFFICIENCY * robot.motor.stall_torque
+    slope = stall / robot.motor.no_load_speed
+    line = (
+        f'gaintype="fixed" gainprm="{stall:.9g}" biastype="affine" biasprm="0 0 {-slope:.9g}" '
+        f'ctrlrange="-1 1" ctrllimited="true" forcerange="{-stall:.9g} {stall:.9g}" forcelimited="true"'
+    )
+    sides = ("left", "right")
+    return "".join(f'<general name="motor_{side}" joint="wheel_{side}_joint" {line}/>' for side in sides)
+
+
+def _sensors() -> str:
+    return '<gyro name="gyro" site="imu_link"/><accelerometer name="accelerometer" site="imu_link"/>'

@@ -1,0 +1,99 @@
+"""Who may talk to the page's server: same host, same origin, and on a network only with the token.
+
+A page of another site must not reach the robot through the operator's browser: DNS rebinding shows in the
+Host header, a cross-origin WebSocket in the Origin header (RFC 6455, section 10.2). Programs that are no
+browsers send no Origin; they could forge one anyway.
+"""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import parse_qs, urlsplit
+
+from starlette.datastructures import Headers
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+COOKIE = "chefbot"
+SAFE = {
+    "content-security-policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+    "img-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cache-control": "no-cache",
+}
+
+
+class Gate:
+    """ASGI middleware; `token` is None on loopback, else the secret that the first visit must bring."""
+
+    def __init__(self, app: ASGIApp, host: str, token: str | None) -> None:
+        self._app = app
+        self._host = host
+        self._token = token
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, or refuse it."""
+        fault = self._fault(scope)
+        if fault is None and self._brings_token(scope):
+            await self._welcome()(scope, receive, send)
+        elif fault is None and self._known(scope):
+            await self._app(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await send({"type": "websocket.close", "code": 1008})
+        else:
+            reason = fault or "Open the address with the token that chefbot printed at its start."
+            await PlainTextResponse(reason, 403, SAFE)(scope, receive, send)
+
+    def _fault(self, scope: Scope) -> str | None:
+        headers = Headers(scope=scope)
+        host = headers.get("host", "")
+        if not self._own_host(host):
+            return "This Host name is not the robot's; use its IP address or localhost."
+        origin = headers.get("origin")
+        if scope["type"] == "websocket" and origin is not None and origin != f"http://{host}":
+            return "Another site may not talk to the robot."
+        return None
+
+    def _own_host(self, header: str) -> bool:
+        """Rebinding needs a domain name, so any IP address is safe: it led here without one."""
+        try:
+            name = urlsplit(f"//{header}").hostname or ""
+        except ValueError:
+            return False
+        return name in ("localhost", self._host.lower()) or _is_address(name)
+
+    def _brings_token(self, scope: Scope) -> bool:
+        if self._token is None or scope["type"] != "http" or scope["path"] != "/":
+            return False
+        query = parse_qs(scope["query_string"].decode("latin-1"))
+        return _same(query.get("token", [""])[0], self._token)
+
+    def _known(self, scope: Scope) -> bool:
+        if self._token is None:
+            return True
+        try:
+            cookie = SimpleCookie(Headers(scope=scope).get("cookie", "")).get(COOKIE)
+        except CookieError:
+            return False
+        return cookie is not None and _same(cookie.value, self._token)
+
+    def _welcome(self) -> Response:
+        """Keep the token in a cookie that no script and no other site sees, and out of the address line."""
+        response = RedirectResponse("/", 303, SAFE)
+        response.set_cookie(COOKIE, self._token or "", httponly=True, samesite="strict")
+        return response
+
+
+def _same(given: str, token: str) -> bool:
+    return hmac.compare_digest(given.encode(), token.encode())
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,235 @@
+"""The operator's page: static files and one WebSocket, served from a thread of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import ipaddress
+import secrets
+import socket
+import threading
+from collections.abc import AsyncIterator, Callable
+from importlib import resources
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket
+
+from chefbot.errors import UserError
+from chefbot.ui.client import Client
+from chefbot.ui.commands import MAX_TEXT, Command, Drive, parse_command
+from chefbot.ui.deadman import DeadMan
+from chefbot.ui.gate import SAFE, Gate
+from chefbot.ui.hub import Hub
+from chefbot.ui.protocols import GuardedHttp, GuardedSocket
+
+TICK = 0.05
+PORTS_TO_TRY = 20
+MAX_CLIENTS = 16
+STOP_LIMIT = 1.0
+TYPES = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
+
+
+class PageServer:
+    """Shows layers to browsers and hands their commands to `on_command`.
+
+    `on_command` runs in the page's thread and must return at once (put the command into a queue); a UserError
+    that it raises goes as a sentence to the browser that sent the command. Bound to a network address instead
+    of loopback, the page asks for a token that only the URL returned by `start` carries.
+    """
+
+    def __init__(
+        self, *, on_command: Callable[[Command], None], port: int = 8080, host: str = "127.0.0.1"
+    ) -> None:
+        self._wish = (host, port)
+        self._on_command = on_command
+        self._hub = Hub()
+        self._deadman = DeadMan(on_command)
+        self._clients: set[Client] = set()
+        self._token = None if _is_loopback(host) else secrets.token_urlsafe(16)
+        self._uvicorn: Any = None
+        self._thread: threading.Thread | None = None
+        self.app = Gate(self._build_app(), host, self._token)
+
+    def start(self) -> str:
+        """Serve; the address to open. When the port is taken, the next free one of twenty is used."""
+        if self._thread is not None:
+            raise UserError("The operator's page is being served already; stop it first")
+        listener = _listen(*self._wish)
+        self._uvicorn = _uvicorn(self.app)
+        self._thread = threading.Thread(
+            target=self._serve, args=(listener,), name="operator page", daemon=True
+        )
+        self._thread.start()
+        return self._url(listener)
+
+    def stop(self) -> None:
+        """End all connections, free the port; takes less than a second."""
+        if self._thread is None:
+            return
+        self._uvicorn.should_exit = True
+        self._thread.join(STOP_LIMIT)
+        if self._thread.is_alive():
+            raise RuntimeError("the operator's page did not end in time")
+        self._thread = None
+
+    @property
+    def clients(self) -> int:
+        """How many browsers look on."""
+        return len(self._clients)
+
+    def show(self, layer: str, payload: Any) -> None:
+        """Set the latest value of a layer; None clears it. Any thread, before or after `start`, never blocks.
+
+        Raises ValueError or TypeError for an unknown layer or a payload of another shape (see `layers`).
+        """
+        self._hub.show(layer, payload)
+
+    def _build_app(self) -> Starlette:
+        files = _static_files()
+
+        async def serve_file(request: Request) -> Response:
+            name = request.path_params.get("name", "index.html")
+            if name not in files:
+                return Response("No such file.", 404, SAFE, "text/plain")
+            return Response(files[name], 200, SAFE, TYPES[name.rsplit(".")[-1]])
+
+        routes = [
+            Route("/", serve_file),
+            WebSocketRoute("/live", self._live),
+            Route("/{name}", serve_file),
+        ]
+        return Starlette(routes=routes)
+
+    def _url(self, listener: socket.socket) -> str:
+        host, port = listener.getsockname()[:2]
+        shown = f"[{host}]" if ":" in host else host
+        return f"http://{shown}:{port}/" + (f"?token={self._token}" if self._token else "")
+
+    def _serve(self, listener: socket.socket) -> None:
+        asyncio.run(self._serve_and_publish(listener))
+
+    async def _serve_and_publish(self, listener: socket.socket) -> None:
+        publisher = asyncio.create_task(self._publish())
+        await self._uvicorn.serve(sockets=[listener])
+        publisher.cancel()
+
+    async def _publish(self) -> None:
+        """Encode off the event loop, so that a large map delays neither STOP nor the dead man's switch."""
+        while True:
+            if self._clients:
+                changed = await asyncio.to_thread(self._hub.encode_due, asyncio.get_running_loop().time)
+                for client in self._clients:
+                    client.offer(changed if client.greeted else list(self._hub.frames))
+                    client.greeted = True
+            await asyncio.sleep(TICK)
+
+    async def _live(self, web: WebSocket) -> None:
+        """The life of one browser's connection."""
+        if len(self._clients) >= MAX_CLIENTS:
+            await web.close(1013, "too many screens")
+            return
+        await web.accept()
+        client = Client(web)
+        self._clients.add(client)
+        try:
+            await _first_to_end(self._listen_to(client), client.send_forever(self._hub.frames))
+        finally:
+            self._clients.discard(client)
+            self._deadman.leave(client)
+
+    async def _listen_to(self, client: Client) -> None:
+        async for text in _texts(client.socket):
+            if not client.may_speak():
+                await client.socket.close(1008, "too many messages")
+                return
+            self._obey(client, text)
+
+    def _obey(self, client: Client, text: str) -> None:
+        try:
+            command = parse_command(text)
+            if isinstance(command, Drive):
+                self._deadman.drive(client, command)
+            else:
+                self._on_command(command)
+        except UserError as error:
+            client.answer(str(error))
+
+
+async def _texts(web: WebSocket) -> AsyncIterator[str]:
+    """The messages of a browser until it leaves; bytes become an empty text, which is no command."""
+    while (message := await web.receive())["type"] == "websocket.receive":
+        yield message.get("text") or ""
+
+
+async def _first_to_end(*jobs: Any) -> None:
+    """Run the jobs until one returns or fails, end the others, and pass a failure on."""
+    tasks = [asyncio.ensure_future(job) for job in jobs]
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+    for task in done:
+        task.result()
+
+
+def _static_files() -> dict[str, bytes]:
+    """All files by name, read once: what is not in this dict cannot be asked for."""
+    folder = resources.files("chefbot.ui") / "static"
+    return {entry.name: entry.read_bytes() for entry in folder.iterdir() if entry.is_file()}
+
+
+def _uvicorn(app: Any) -> Any:
+    config = uvicorn.Config(
+        app,
+        http=GuardedHttp,
+        ws=GuardedSocket,
+        loop="asyncio",
+        lifespan="off",
+        log_config=None,
+        access_log=False,
+        proxy_headers=False,
+        server_header=False,
+        ws_max_size=MAX_TEXT,
+        ws_ping_interval=5.0,
+        ws_ping_timeout=5.0,
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=0.5,
+    )
+    return uvicorn.Server(config)
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """A listening socket on the first free port from `port` on."""
+    for candidate in range(port, min(port + PORTS_TO_TRY, 65536)):
+        listener = _bind(host, candidate)
+        if listener is not None:
+            return listener
+    raise UserError(f"Ports {port} to {port + PORTS_TO_TRY - 1} of {host} are all taken; name another port")
+
+
+def _bind(host: str, port: int) -> socket.socket | None:
+    """A listening socket, or None when the port is taken."""
+    try:
+        return socket.create_server((host, port), family=_family(host), backlog=64)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            return None
+        raise UserError(f"The page cannot be served at {host}:{port}: {error.strerror or error}") from None
+
+
+def _family(host: str) -> socket.AddressFamily:
+    return socket.AF_INET6 if ":" in host else socket.AF_INET
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"

@@ -1,0 +1,105 @@
+// Puts the parts together: the link feeds layers to the map and the panels; gestures and buttons feed commands back.
+import { Driver } from "./drive.js";
+import { COLOURS, PAINTERS, SWITCHES, arrow, scaleBar } from "./layers.js";
+import { Panels } from "./panels.js";
+import { Link } from "./socket.js";
+import { Tools } from "./tools.js";
+import { View } from "./view.js";
+
+const STALE = 2000;                      // milliseconds without news of the robot before the page says so
+const $ = (id) => document.getElementById(id);
+const data = new Map();
+const hidden = new Set();
+let following = true, fitted = false, lastNews = 0, refusal = 0;
+
+const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`);
+const view = new View($("canvas"), paint);
+const panels = new Panels(send);
+const driver = new Driver((command) => link.send(command));
+const tools = new Tools(view, send, () => follow(false), () => data.get("robot"));
+
+function send(command) {
+  const sent = link.send(command);
+  if (!sent) say(command.do === "stop"
+    ? "Not connected: this STOP did not reach the robot. Use the switch on the robot."
+    : "Not connected: nothing was sent.");
+  return sent;
+}
+
+function paint(context) {
+  for (const [layer, painter] of PAINTERS) {
+    const value = data.get(layer);
+    if (value && !hidden.has(layer)) painter(context, view, value, data);
+  }
+  if (tools.drag) arrow(context, view, tools.pose(), COLOURS.goal(), Math.max(34, 0.7 * view.scale));
+  scaleBar(context, view);
+}
+
+function follow(on) {
+  following = on;
+  $("follow").setAttribute("aria-pressed", String(on));
+  const robot = data.get("robot");
+  if (on && robot) view.centre = { x: robot.x, y: robot.y };
+  view.refresh();
+}
+
+function fit() {
+  const grid = data.get("map");
+  if (!grid) return;
+  follow(false);
+  view.fit(grid);
+}
+
+const TAKERS = {
+  map: () => { if (!fitted) { fitted = true; fit(); } },
+  robot: (value) => { panels.robot(value); if (following) follow(true); },
+  status: (value) => { panels.status(value); tools.offerToys(Boolean(value?.simulation)); },
+  places: (value) => panels.places(value ?? []),
+  delivery: (value) => panels.delivery(value),
+  progress: (value) => panels.progress(value),
+  camera: (value) => panels.camera(value),
+};
+
+link.addEventListener("layer", ({ detail: { layer, value } }) => {
+  lastNews = performance.now();
+  data.set(layer, value);
+  TAKERS[layer]?.(value);
+  view.refresh();
+});
+link.addEventListener("up", () => {
+  document.body.classList.remove("offline");
+  lastNews = performance.now();
+  say("");
+});
+link.addEventListener("down", () => {
+  document.body.classList.add("offline");
+  driver.release();
+  say("Connection lost. The robot was told to stand if it was driven by hand. Trying again …", true);
+});
+link.addEventListener("refused", ({ detail }) => say(detail));
+
+function say(sentence, stays = false) {
+  clearTimeout(refusal);
+  $("notice").textContent = sentence;
+  $("notice").hidden = !sentence;
+  if (sentence && !stays) refusal = setTimeout(() => { if (link.open) say(""); }, 6000);
+}
+
+setInterval(() => {
+  const silent = performance.now() - lastNews, stale = link.open && data.size > 0 && silent > STALE;
+  document.body.classList.toggle("stale", stale);
+  if (stale) $("phase").textContent = `No news from the robot for ${Math.round(silent / 1000)} s.`;
+}, 500);
+
+for (const [layer, label] of SWITCHES) {
+  const row = document.createElement("label"), box = document.createElement("input"), colour = document.createElement("i");
+  box.type = "checkbox";
+  box.checked = true;
+  box.onchange = () => { if (box.checked) hidden.delete(layer); else hidden.add(layer); view.refresh(); };
+  colour.style.background = COLOURS[layer]();
+  row.append(box, label, colour);
+  $("layer-list").append(row);
+}
+$("follow").onclick = () => follow(!following);
+$("fit").onclick = fit;
+window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => view.refresh());

@@ -1,0 +1,43 @@
+// Maps and costmaps as pictures, coloured for light or dark, one canvas each.
+
+const LETHAL = 254, INSCRIBED = 253, UNKNOWN_COST = 255;
+
+export function mapColours(dark) {
+  const table = new Uint32Array(256);
+  const [free, wall] = dark ? [44, 205] : [255, 40];
+  for (let value = 0; value <= 100; value++) table[value] = opaque(free + (wall - free) * value / 100);
+  return table;                          // negative values, unknown, stay transparent
+}
+
+export function costColours() {
+  const table = new Uint32Array(256);
+  for (let cost = 1; cost < INSCRIBED; cost++) table[cost] = rgba(240, 165 - 0.35 * cost, 40, 20 + 0.45 * cost);
+  table[INSCRIBED] = rgba(225, 80, 40, 150);
+  table[LETHAL] = rgba(190, 24, 60, 190);
+  table[UNKNOWN_COST] = 0;
+  return table;
+}
+
+const opaque = (grey) => rgba(grey, grey, grey, 255);
+const rgba = (r, g, b, a) => ((a << 24) | (b << 16) | (g << 8) | r) >>> 0;
+
+export function picture(grid, table) {
+  const canvas = document.createElement("canvas");
+  canvas.width = grid.width;
+  canvas.height = grid.height;
+  const image = new ImageData(grid.width, grid.height);
+  const pixels = new Uint32Array(image.data.buffer);
+  for (let row = 0; row < grid.height; row++) {
+    const from = row * grid.width, to = (grid.height - 1 - row) * grid.width;
+    for (let column = 0; column < grid.width; column++) pixels[to + column] = table[grid.cells[from + column] & 255];
+  }
+  canvas.getContext("2d").putImageData(image, 0, 0);
+  return canvas;
+}
+
+export function drawGrid(context, view, grid, image) {
+  const [left, top] = view.px(grid.x, grid.y + grid.height * grid.resolution);
+  context.imageSmoothingEnabled = false;
+  const size = grid.resolution * view.scale;
+  context.drawImage(image, left, top, grid.width * size, grid.height * size);
+}

@@ -1,0 +1,148 @@
+// Words, numbers and buttons beside the map. All text enters as textContent: a name can never become markup.
+import { title } from "./layers.js";
+import { ErrorPlot, length } from "./plot.js";
+
+const $ = (id) => document.getElementById(id);
+const text = (id, words) => { if ($(id).textContent !== words) $(id).textContent = words; };
+const known = (value, words) => (value === null || value === undefined ? "–" : words(value));
+
+export class Panels {
+  constructor(send) {
+    this.send = send;
+    this.chosen = [];
+    this.names = "";
+    this.doors = "";
+    this.plot = new ErrorPlot($("plot"));
+    this.wire();
+  }
+
+  wire() {
+    $("stop").onclick = () => this.send({ do: "stop" });
+    $("resume").onclick = () => this.send({ do: "resume" });
+    $("taken").onclick = () => this.send({ do: "taken" });
+    $("cancel").onclick = () => this.send({ do: "cancel" });
+    $("deliver").onclick = () => this.deliver();
+    for (const tab of document.querySelectorAll("[data-tab]")) tab.onclick = () => this.open(tab.dataset.tab);
+  }
+
+  open(name) {
+    for (const tab of document.querySelectorAll("[data-tab]")) tab.setAttribute("aria-selected", String(tab.dataset.tab === name));
+    for (const panel of document.querySelectorAll(".panel")) panel.classList.toggle("shown", panel.id === name);
+    this.plot.draw();
+  }
+
+  deliver() {
+    if (this.send({ do: "deliver", tables: this.chosen })) this.choose([]);
+  }
+
+  choose(tables) {
+    this.chosen = tables;
+    for (const button of $("tables").children) {
+      const turn = tables.indexOf(button.dataset.name) + 1;
+      button.setAttribute("aria-pressed", String(turn > 0));
+      button.textContent = turn && tables.length > 1 ? `${turn}. ${title(button.dataset.name)}` : title(button.dataset.name);
+    }
+    $("deliver").disabled = tables.length === 0;
+    text("deliver", tables.length === 0 ? "Choose tables" : `Deliver to ${tables.length === 1 ? title(tables[0]) : `${tables.length} tables`}`);
+  }
+
+  places(list) {
+    const names = JSON.stringify(list.map((place) => place.name));
+    if (names === this.names) return;
+    this.names = names;
+    const isTable = (place) => place.name.startsWith("table");
+    $("tables").replaceChildren(...list.filter(isTable).map(({ name }) => button(title(name), name, () => this.toggle(name))));
+    $("places").replaceChildren(...list.filter((place) => !isTable(place))
+      .map(({ name }) => button(title(name), name, () => this.send({ do: "go_place", name }))));
+    this.choose(this.chosen.filter((name) => list.some((place) => place.name === name)));
+  }
+
+  toggle(name) {
+    this.choose(this.chosen.includes(name) ? this.chosen.filter((other) => other !== name) : [...this.chosen, name]);
+  }
+
+  delivery(value) {
+    const queue = (value?.queue ?? []).map(title).join(", ");
+    text("step", [value?.step || "No delivery.", queue && `Still to serve: ${queue}.`].filter(Boolean).join(" "));
+    $("taken").disabled = !value?.waiting_for_taken;
+  }
+
+  progress(value) {
+    $("job").hidden = !value || value.done >= value.total;
+    if (!value) return;
+    text("job-text", `${value.text} ${value.done}/${value.total}`);
+    $("job-bar").max = value.total;
+    $("job-bar").value = value.done;
+  }
+
+  robot(value) {
+    text("speed", known(value, ({ v }) => `${v.toFixed(2)} m/s`));
+  }
+
+  status(value) {
+    const status = value ?? {};
+    text("phase", status.phase || "Connected.");
+    text("clock", known(status.clock, clock));
+    $("rtf-box").hidden = status.real_time_factor == null;
+    text("rtf", known(status.real_time_factor, (factor) => `× ${factor.toFixed(1)}`));
+    text("battery", known(status.battery, (percent) => `${Math.round(percent)} %`));
+    $("battery-bar").value = status.battery ?? 0;
+    text("volts", known(status.volts, (volts) => `${volts.toFixed(1)} V`));
+    text("navigation", status.navigation || "–");
+    text("confidence", known(status.confidence, (share) => `${Math.round(100 * share)} %`));
+    text("reason", status.reason || "It has not stopped yet.");
+    this.stopped(Boolean(status.stopped));
+    this.simulation(status);
+  }
+
+  stopped(stopped) {
+    document.body.classList.toggle("stopped", stopped);
+    $("resume").hidden = !stopped;
+    text("stop", stopped ? "STOPPED" : "STOP");
+  }
+
+  simulation(status) {
+    const error = status.localization_error;
+    $("error-box").hidden = $("plot").hidden = error == null;
+    text("error", known(error, length));
+    if (error != null && status.clock != null) this.plot.add(status.clock, error);
+    this.offerDoors(status.simulation ? status.doors : []);
+  }
+
+  offerDoors(doors) {
+    const names = JSON.stringify(doors ?? []);
+    if (names === this.doors) return;
+    this.doors = names;
+    $("doors-box").hidden = !doors?.length;
+    $("doors").replaceChildren(...(doors ?? []).map((name) => {
+      const row = document.createElement("div"), label = document.createElement("span");
+      row.className = "door";
+      label.textContent = title(name);
+      row.append(label, button("Open", name, () => this.send({ do: "open_door", name })),
+        button("Close", name, () => this.send({ do: "close_door", name })));
+      return row;
+    }));
+  }
+
+  camera(blob) {
+    const image = $("camera"), before = image.src;
+    image.hidden = !blob;
+    $("camera-note").hidden = Boolean(blob);
+    if (blob) image.src = URL.createObjectURL(blob);
+    if (before) URL.revokeObjectURL(before);
+  }
+}
+
+function button(words, name, action) {
+  const one = document.createElement("button");
+  one.textContent = words;
+  one.dataset.name = name;
+  one.onclick = action;
+  return one;
+}
+
+function clock(seconds) {
+  const whole = Math.floor(seconds), two = (value) => String(value).padStart(2, "0");
+  const hours = Math.floor(whole / 3600);
+  return `${hours ? `${hours}:` : ""}${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}`;
+}

@@ -1,0 +1,108 @@
+// What a press and drag on the map means: look around, send the robot, tell it where it is, or play in the simulation.
+
+export const TOOLS = [
+  { id: "look", label: "Look", hint: "" },
+  { id: "goal", label: "Go there", hint: "Press where it shall go and drag to where it shall face." },
+  { id: "initial_pose", label: "I am here", hint: "Press where the robot stands and drag to where it faces." },
+  { id: "drop_box", label: "Drop a box", hint: "Press where the box shall lie.", simulation: true },
+  { id: "kidnap", label: "Kidnap", hint: "Press where to set the robot down and drag to where it shall face.", simulation: true },
+];
+const SHORT = 12;                        // pixels: a drag shorter than this has no direction
+
+export class Tools {
+  constructor(view, send, lookingAway, robot) {
+    Object.assign(this, { view, send, lookingAway, robot });
+    this.tool = TOOLS[0];
+    this.pointers = new Map();
+    this.drag = null;
+    const canvas = view.canvas;
+    canvas.addEventListener("pointerdown", (event) => this.down(event));
+    canvas.addEventListener("pointermove", (event) => this.move(event));
+    canvas.addEventListener("pointerup", (event) => this.up(event));
+    canvas.addEventListener("pointercancel", (event) => this.abandon(event));
+    window.addEventListener("keydown", (event) => { if (event.key === "Escape") this.choose("look"); });
+    this.build();
+  }
+
+  build() {
+    const box = document.getElementById("tools");
+    this.buttons = TOOLS.map((tool) => {
+      const button = document.createElement("button");
+      button.textContent = tool.label;
+      button.setAttribute("role", "radio");
+      button.dataset.tool = tool.id;
+      button.hidden = Boolean(tool.simulation);
+      button.onclick = () => this.choose(tool.id);
+      box.append(button);
+      return button;
+    });
+    this.choose("look");
+  }
+
+  offerToys(simulation) {
+    TOOLS.forEach((tool, i) => { if (tool.simulation) this.buttons[i].hidden = !simulation; });
+  }
+
+  choose(id) {
+    this.tool = TOOLS.find((tool) => tool.id === id);
+    this.drag = null;
+    for (const button of this.buttons) button.setAttribute("aria-checked", String(button.dataset.tool === id));
+    document.getElementById("hint").textContent = this.tool.hint;
+    this.view.canvas.style.cursor = id === "look" ? "grab" : "crosshair";
+    this.view.refresh();
+  }
+
+  down(event) {
+    if (event.button > 0) return;
+    this.view.canvas.setPointerCapture(event.pointerId);
+    this.pointers.set(event.pointerId, this.view.at(event));
+    const start = this.view.at(event);
+    this.drag = this.pointers.size === 1 && this.tool.id !== "look" ? { start, end: start } : null;
+    this.view.refresh();
+  }
+
+  move(event) {
+    const before = this.pointers.get(event.pointerId);
+    if (!before) return;
+    const now = this.view.at(event);
+    if (this.pointers.size === 2) this.pinch(event.pointerId, before, now);
+    else if (this.drag) this.drag.end = now;
+    else { this.lookingAway(); this.view.pan(now[0] - before[0], now[1] - before[1]); }
+    this.pointers.set(event.pointerId, now);
+    this.view.refresh();
+  }
+
+  pinch(id, before, now) {
+    const [, other] = [...this.pointers].find(([key]) => key !== id);
+    const apart = (point) => Math.hypot(point[0] - other[0], point[1] - other[1]);
+    this.lookingAway();
+    this.view.pan((now[0] - before[0]) / 2, (now[1] - before[1]) / 2);
+    if (apart(before) > 0) this.view.zoom(apart(now) / apart(before), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
+  }
+
+  up(event) {
+    this.pointers.delete(event.pointerId);
+    if (!this.drag) return;
+    const pose = this.pose();
+    const command = this.tool.id === "drop_box" ? { x: pose.x, y: pose.y } : pose;
+    this.send({ do: this.tool.id, ...command });
+    this.choose("look");
+  }
+
+  abandon(event) {
+    this.pointers.delete(event.pointerId);
+    this.drag = null;
+    this.view.refresh();
+  }
+
+  // Without a drag a goal is faced as the robot comes to it, and anything else as the robot faces now.
+  pose() {
+    const { start, end } = this.drag;
+    const { x, y } = this.view.metres(...start);
+    const dx = end[0] - start[0], dy = start[1] - end[1];
+    const robot = this.robot();
+    if (Math.hypot(dx, dy) >= SHORT) return { x, y, yaw: Math.atan2(dy, dx) };
+    if (this.tool.id === "goal" && robot) return { x, y, yaw: Math.atan2(y - robot.y, x - robot.x) };
+    return { x, y, yaw: robot?.yaw ?? 0 };
+  }
+}

@@ -1,0 +1,80 @@
+// The map: where it is looked at from, and the gestures that move it. Metres to pixels and back; y goes up.
+
+const MIN_SCALE = 4, MAX_SCALE = 600;
+
+export class View {
+  constructor(canvas, draw) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d");
+    this.draw = draw;
+    this.centre = { x: 0, y: 0 };
+    this.scale = 50;                     // CSS pixels per metre
+    this.pending = false;
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+  }
+
+  resize() {
+    const ratio = window.devicePixelRatio || 1;
+    this.width = this.canvas.clientWidth;
+    this.height = this.canvas.clientHeight;
+    this.canvas.width = Math.round(this.width * ratio);
+    this.canvas.height = Math.round(this.height * ratio);
+    this.ratio = ratio;
+    this.refresh();
+  }
+
+  refresh() {
+    if (this.pending) return;
+    this.pending = true;
+    requestAnimationFrame(() => {
+      this.pending = false;
+      this.context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+      this.context.clearRect(0, 0, this.width, this.height);
+      this.draw(this.context, this);
+    });
+  }
+
+  px(x, y) {
+    return [this.width / 2 + (x - this.centre.x) * this.scale, this.height / 2 - (y - this.centre.y) * this.scale];
+  }
+
+  metres(px, py) {
+    return {
+      x: this.centre.x + (px - this.width / 2) / this.scale,
+      y: this.centre.y - (py - this.height / 2) / this.scale,
+    };
+  }
+
+  at(event) {
+    const box = this.canvas.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  pan(dx, dy) {
+    this.centre.x -= dx / this.scale;
+    this.centre.y += dy / this.scale;
+    this.refresh();
+  }
+
+  zoom(factor, px, py) {
+    const before = this.metres(px, py);
+    this.scale = Math.min(MAX_SCALE, Math.max(MIN_SCALE, this.scale * factor));
+    const after = this.metres(px, py);
+    this.centre.x += before.x - after.x;
+    this.centre.y += before.y - after.y;
+    this.refresh();
+  }
+
+  wheel(event) {
+    event.preventDefault();
+    this.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), ...this.at(event));
+  }
+
+  fit(grid) {
+    const wide = grid.width * grid.resolution, high = grid.height * grid.resolution;
+    this.centre = { x: grid.x + wide / 2, y: grid.y + high / 2 };
+    this.scale = Math.min(MAX_SCALE, 0.94 * Math.min(this.width / wide, this.height / high));
+    this.refresh();
+  }
+}

@@ -1,0 +1,82 @@
+"""The bytes between server and page. This docstring is the whole format; `static/wire.js` is its other half.
+
+Page to server: JSON text, one command per message, see `commands`.
+
+Server to page, as text (small layers and answers):
+    {"layer": NAME, "value": ...}    the latest value; null clears the layer
+    {"refused": SENTENCE}            the answer to a command of this page that was not accepted
+
+Server to page, as bytes (bulk layers): header length (uint16, little-endian), header (JSON), body.
+    every header                      layer, kind
+    kind "points"                     columns, x, y, unit: body int16 (n, columns), little-endian; times
+                                      unit[column], plus x or y for the first two: metres, metres, radians
+    kind "int8" or "uint8"            width, height, resolution, x, y: body zlib of the rows, low y first;
+                                      (x, y) is the outer corner of the first cell, metres
+    kind "jpeg"                       body is the picture
+
+Points travel as signed 16 bit: centimetres up to 327 m from the first point, coarser beyond, so that no
+coordinate can wrap. Numbers that are not finite travel as null.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+Frame = str | bytes
+CENTIMETRE = 0.01
+MILLIRADIAN = 0.001
+
+
+@dataclass(frozen=True, eq=False)
+class GridImage:
+    """A copy of a grid of the map frame: cells (h, w) int8 or uint8, metres per cell, corner in metres."""
+
+    cells: NDArray[Any]
+    resolution: float
+    x: float
+    y: float
+
+
+def text(layer: str, value: Any) -> str:
+    """A small layer."""
+    return msgspec.json.encode({"layer": layer, "value": value}).decode()
+
+
+def refused(sentence: str) -> str:
+    """The answer to a command that was not accepted."""
+    return msgspec.json.encode({"refused": sentence}).decode()
+
+
+def bulk(layer: str, header: dict[str, Any], body: bytes) -> bytes:
+    """A bulk layer: length, header, body."""
+    head = msgspec.json.encode({"layer": layer, **header})
+    return struct.pack("<H", len(head)) + head + body
+
+
+def points(layer: str, rows: NDArray[np.float64]) -> bytes:
+    """Points (n, 2) or poses (n, 3) with finite numbers, relative to the first one."""
+    columns = rows.shape[1]
+    if len(rows) == 0:
+        return bulk(layer, {"kind": "points", "columns": columns, "x": 0, "y": 0, "unit": [1] * columns}, b"")
+    x, y = float(rows[0, 0]), float(rows[0, 1])
+    offsets = rows - np.array([x, y, 0.0])[:columns]
+    unit = [max(CENTIMETRE, float(np.abs(offsets[:, :2]).max()) / 32767)] * 2 + [MILLIRADIAN] * (columns - 2)
+    if columns == 3:
+        offsets[:, 2] = np.arctan2(np.sin(offsets[:, 2]), np.cos(offsets[:, 2]))
+    body = np.rint(offsets / unit).astype("<i2").tobytes()
+    return bulk(layer, {"kind": "points", "columns": columns, "x": x, "y": y, "unit": unit}, body)
+
+
+def grid(layer: str, image: GridImage) -> bytes:
+    """A map or costmap, packed with the fastest level of zlib."""
+    height, width = image.cells.shape
+    header = {"kind": image.cells.dtype.name, "width": width, "height": height}
+    place = {"resolution": image.resolution, "x": image.x, "y": image.y}
+    return bulk(layer, header | place, zlib.compress(np.ascontiguousarray(image.cells).tobytes(), 1))

@@ -49,8 +49,11 @@ class Amcl:
 
     def scatter(self) -> None:
         """Forgets everything: poses uniform over the free cells."""
+        self._restart(self.field.scatter(self._scatter_size(), self._rng))
+
+    def _scatter_size(self) -> int:
         wanted = int(min(MAX_SCATTER, self.field.free_area * SCATTER_PER_M2))
-        self._restart(self.field.scatter(max(self.params.max_particles, wanted), self._rng))
+        return max(self.params.max_particles, wanted)
 
     def set_pose(self, pose: SE2, std_xy: float = 0.5, std_yaw: float = 0.26) -> None:
         """Starts from a pose known to so many metres and radians (standard deviations)."""
@@ -117,36 +120,41 @@ class Amcl:
         return a, self.laser.apply(np.stack([r * np.cos(a), r * np.sin(a)], axis=1))
 
     def _correct(self, angles: NDArray[np.float64], points: NDArray[np.float64]) -> None:
-        """Weighs, resamples, and draws anew from the whole map as far as doubt says."""
+        """Weighs and resamples; where the last scans gave doubt, together with poses from the whole map."""
         few = _thin(len(points), self.params.max_beams)
         limit = self._trust(angles, len(few))
+        self._add_strangers()
         scores = self.field.weigh(self.particles, points[few])
-        self._doubt.see(float(np.mean(np.exp(scores / len(few)))))
-        exponent = tempering.exponent_for(scores, limit, tempering.EFFECTIVE_SHARE)
-        weights = tempering.weights_of(scores, exponent)
+        self._judge(scores / len(few))
+        exponent = tempering.exponent_for(scores, self.weights, limit, tempering.EFFECTIVE_SHARE)
+        weights = tempering.weights_of(scores, self.weights, exponent)
         self.particles = resampling.resample(self.particles, weights, self._bins, self.params, self._rng)
-        if exponent < limit:
-            share = min(1.0, 1.0 / float(weights @ weights) / len(self.particles))
-            roughening.roughen(self.particles, share, self._bins, self._rng)
-        self._reset_some(points[few], limit)
         self.weights = np.full(len(self.particles), 1.0 / len(self.particles))
+        if exponent < limit:
+            share = min(1.0, 1.0 / float(np.sum(weights**2)) / len(self.particles))
+            roughening.roughen(self.particles, share, self._bins, self._rng)
+
+    def _judge(self, beam_scores: NDArray[np.float64]) -> None:
+        """Lets doubt see how the particles fit, once they form a hump: a scattered population fits nothing."""
+        if self._doubt.begun or clusters.position_spread(self.covariance) <= CONVERGED_SPREAD:
+            self._doubt.see(float(np.sum(self.weights * np.exp(beam_scores))))
+
+    def _add_strangers(self) -> None:
+        """Poses from the whole map with doubt's share of the weight (table 8.3: a random pose with that probability).
+
+        So many poses of little weight are added that some fall near the true one; a few of great weight would not.
+        """
+        share = self._doubt.share
+        if share == 0.0:
+            return
+        strangers = self.field.scatter(self._scatter_size(), self._rng)
+        weight = np.full(len(strangers), share / len(strangers))
+        self.particles = np.concatenate([self.particles, strangers])
+        self.weights = np.concatenate([self.weights * (1.0 - share), weight])
 
     def _trust(self, angles: NDArray[np.float64], beams: int) -> float:
         """The exponent that makes `beams` beams weigh as much as the independent ones among them."""
         return min(1.0, tempering.independent_beams(angles, self.params.beam_independence) / beams)
-
-    def _reset_some(self, points: NDArray[np.float64], limit: float) -> None:
-        """Sensor resetting (Lenser & Veloso 2000): of poses all over the map those that fit the scan are taken, for
-        a few drawn blindly (table 8.3) would hardly ever fall near the true one."""
-        count = int(self._doubt.share * len(self.particles))
-        if count == 0:
-            return
-        pool = self.field.scatter(int(min(MAX_SCATTER, self.field.free_area * SCATTER_PER_M2)) + 1, self._rng)
-        scores = self.field.weigh(pool, points)
-        exponent = tempering.exponent_for(scores, limit, count / len(pool))
-        picks = resampling.low_variance(tempering.weights_of(scores, exponent), count, self._rng.random())
-        places = self._rng.permutation(len(self.particles))[:count]
-        self.particles[places] = pool[picks]
 
     def _refine(self, angles: NDArray[np.float64], points: NDArray[np.float64]) -> None:
         few = _thin(len(points), FINE_BEAMS)

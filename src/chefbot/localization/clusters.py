@@ -10,7 +10,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from chefbot.localization.pose_bins import BIN_YAWS, PoseBins
-from chefbot.maths.angles import mean_angle, wrap_array
 from chefbot.maths.se2 import SE2
 
 
@@ -68,15 +67,40 @@ def _spread(
     return depth
 
 
+@njit(cache=True, nogil=True)
+def _moments(
+    particles: NDArray[np.float64], weights: NDArray[np.float64], members: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Weighted sums of x, y, cos yaw, sin yaw, 1 (5,), and covariance (3, 3) about their mean; no BLAS, whose threads
+    would leave the order of the sums open."""
+    sums = np.zeros(5)
+    for i in range(particles.shape[0]):
+        if members[i]:
+            w, yaw = weights[i], particles[i, 2]
+            sums[0] += w * particles[i, 0]
+            sums[1] += w * particles[i, 1]
+            sums[2] += w * math.cos(yaw)
+            sums[3] += w * math.sin(yaw)
+            sums[4] += w
+    mean = np.array([sums[0] / sums[4], sums[1] / sums[4], math.atan2(sums[3], sums[2])])
+    covariance = np.zeros((3, 3))
+    off = np.empty(3)
+    for i in range(particles.shape[0]):
+        if members[i]:
+            off[:] = particles[i] - mean
+            off[2] = math.atan2(math.sin(off[2]), math.cos(off[2]))
+            for a in range(3):
+                for b in range(3):
+                    covariance[a, b] += weights[i] / sums[4] * off[a] * off[b]
+    return mean, covariance
+
+
 def moments(
-    particles: NDArray[np.float64], weights: NDArray[np.float64]
+    particles: NDArray[np.float64], weights: NDArray[np.float64], members: NDArray[np.bool_]
 ) -> tuple[SE2, NDArray[np.float64]]:
-    """Weighted mean (circular in yaw) and covariance (3, 3) of particles (n, 3)."""
-    w = weights / weights.sum()
-    mean = SE2(float(w @ particles[:, 0]), float(w @ particles[:, 1]), mean_angle(particles[:, 2], w))
-    off = particles - mean.array()
-    off[:, 2] = wrap_array(off[:, 2])
-    return mean, (off * w[:, None]).T @ off
+    """Weighted mean (circular in yaw) and covariance (3, 3) of those of the particles (n, 3) that are members (n,)."""
+    mean, covariance = _moments(particles, weights, members)
+    return SE2.of(mean), covariance
 
 
 def heaviest(particles: NDArray[np.float64], weights: NDArray[np.float64], bins: PoseBins) -> Cluster:
@@ -86,8 +110,7 @@ def heaviest(particles: NDArray[np.float64], weights: NDArray[np.float64], bins:
     bins.clear(occupied)
     mass = np.bincount(component[labelled], weights=weights)
     best = int(np.argmax(mass))
-    members = component[labelled] == best
-    mean, covariance = moments(particles[members], weights[members])
+    mean, covariance = moments(particles, weights, component[labelled] == best)
     return Cluster(mean, covariance, min(1.0, float(mass[best]) / float(weights.sum())))
 
 

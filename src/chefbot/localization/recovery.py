@@ -5,6 +5,11 @@ from __future__ import annotations
 import math
 
 
+CARELESSNESS = 1.25
+"""The fast mean must fall a fifth below the slow one before doubt sets in: one wall fits better than another (the factor
+nu of Gutmann & Fox 2002, An experimental comparison of localization methods continued)."""
+
+
 class Doubt:
     """Two running means of how well scans fit; the share of particles to draw anew when the fast one falls off.
 
@@ -22,14 +27,19 @@ class Doubt:
 
     def see(self, fit: float) -> None:
         """Takes in one scan's mean fit over the particles."""
-        if math.isnan(self.slow):
+        if not self.begun:
             self.slow = self.fast = fit
         self.slow += self._decay[0] * (fit - self.slow)
         self.fast += self._decay[1] * (fit - self.fast)
 
     @property
+    def begun(self) -> bool:
+        """Whether it has seen a scan since the last reset."""
+        return not math.isnan(self.slow)
+
+    @property
     def share(self) -> float:
         """Of the particles to draw from the whole map, 0..1."""
-        if math.isnan(self.slow) or 0.0 in self._decay:
+        if not self.begun or 0.0 in self._decay:
             return 0.0
-        return max(0.0, 1.0 - self.fast / self.slow)
+        return max(0.0, 1.0 - CARELESSNESS * self.fast / self.slow)

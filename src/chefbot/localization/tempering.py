@@ -21,30 +21,35 @@ _HALVINGS = 20
 
 
 @njit(cache=True, nogil=True)
-def _effective_share(scores: NDArray[np.float64], stride: int, best: float, exponent: float) -> float:
-    """Kish's effective sample size over the size, of every stride-th particle."""
-    total, squares, count = 0.0, 0.0, 0
+def _effective(
+    scores: NDArray[np.float64], prior: NDArray[np.float64], stride: int, best: float, exponent: float
+) -> float:
+    """Kish's effective sample size of every stride-th particle."""
+    total, squares = 0.0, 0.0
     for i in range(0, scores.size, stride):
-        w = math.exp(exponent * (scores[i] - best))
+        w = prior[i] * math.exp(exponent * (scores[i] - best))
         total += w
         squares += w * w
-        count += 1
-    return total * total / squares / count if squares > 0.0 else 0.0
+    return total * total / squares if squares > 0.0 else 0.0
 
 
 @njit(cache=True, nogil=True)
-def exponent_for(scores: NDArray[np.float64], limit: float, share: float) -> float:
-    """The largest exponent up to `limit` that leaves `share` of the particles effective; scores are logarithms."""
+def exponent_for(
+    scores: NDArray[np.float64], prior: NDArray[np.float64], limit: float, share: float
+) -> float:
+    """The largest exponent up to `limit` that keeps `share` of the effective particles; scores (n,) are logarithms,
+    prior (n,) the weights before the scan."""
     stride = max(1, scores.size // _PROBES)
     best = -np.inf
     for i in range(0, scores.size, stride):
         best = max(best, scores[i])
-    if _effective_share(scores, stride, best, limit) >= share:
+    enough = share * _effective(scores, prior, stride, best, 0.0)
+    if _effective(scores, prior, stride, best, limit) >= enough:
         return limit
     low, high = 0.0, limit
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        if _effective_share(scores, stride, best, middle) >= share:
+        if _effective(scores, prior, stride, best, middle) >= enough:
             low = middle
         else:
             high = middle
@@ -52,13 +57,15 @@ def exponent_for(scores: NDArray[np.float64], limit: float, share: float) -> flo
 
 
 @njit(cache=True, nogil=True)
-def weights_of(scores: NDArray[np.float64], exponent: float) -> NDArray[np.float64]:
-    """exp(exponent * scores), summing to one."""
+def weights_of(
+    scores: NDArray[np.float64], prior: NDArray[np.float64], exponent: float
+) -> NDArray[np.float64]:
+    """prior * exp(exponent * scores), summing to one."""
     best = scores.max()
     out = np.empty(scores.size)
     total = 0.0
     for i in range(scores.size):
-        out[i] = math.exp(exponent * (scores[i] - best))
+        out[i] = prior[i] * math.exp(exponent * (scores[i] - best))
         total += out[i]
     for i in range(scores.size):
         out[i] /= total

@@ -1,0 +1,83 @@
+"""The pinhole camera that measures depth, and its images as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.errors import UserError, nearest
+from chefbot.robot.spec import DepthCamera
+
+Depth = NDArray[np.uint16] | NDArray[np.float32]
+"""(h, w) along the optical axis: uint16 millimetres with 0 for no reading, or float32 metres with NaN or inf
+for none (REP-118)."""
+
+_ENCODINGS = {"16UC1": "u2", "32FC1": "f4"}
+
+
+@dataclass(frozen=True)
+class CameraModel:
+    """Intrinsics of a rectified image in pixels (sensor_msgs/CameraInfo: K), and the depths that count,
+    metres."""
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    range_min: float
+    range_max: float
+
+    def __post_init__(self) -> None:
+        if not (self.fx > 0 and self.fy > 0 and self.width >= 2 and self.height >= 1):
+            raise UserError(f"camera {self} has no image; give fx, fy > 0 and a width of at least 2 pixels")
+        if not (0 <= self.cx <= self.width - 1 and 0 <= self.cy <= self.height - 1):
+            raise UserError(f"camera {self} has its optical axis outside the image; check cx and cy")
+        if not 0 < self.range_min < self.range_max:
+            raise UserError(f"camera {self} needs 0 < range_min < range_max")
+
+    @staticmethod
+    def of(camera: DepthCamera) -> CameraModel:
+        """The ideal camera that the robot's file describes."""
+        f = camera.focal_length_px
+        return CameraModel(
+            width=camera.width,
+            height=camera.height,
+            fx=f,
+            fy=f,
+            cx=(camera.width - 1) / 2.0,
+            cy=(camera.height - 1) / 2.0,
+            range_min=camera.range_min,
+            range_max=camera.range_max,
+        )
+
+    def check(self, depth: Depth) -> None:
+        """UserError when an image is not of this camera or not of depth."""
+        if depth.shape != (self.height, self.width):
+            raise UserError(
+                f"depth image of shape {depth.shape}, but the camera has {self.height} rows"
+                f" and {self.width} columns"
+            )
+        if depth.dtype not in (np.uint16, np.float32):
+            raise UserError(f"depth image of {depth.dtype}; it must be uint16 (mm) or float32 (m)")
+
+
+def depth_image(
+    data: bytes, encoding: str, height: int, width: int, step: int, is_bigendian: bool = False
+) -> Depth:
+    """The pixels (h, w) of a sensor_msgs/Image of encoding 16UC1 or 32FC1; step is bytes per row. UserError
+    otherwise."""
+    if encoding not in _ENCODINGS:
+        raise UserError(f"image encoding {encoding!r} is not one of depth{nearest(encoding, _ENCODINGS)}")
+    kind = np.dtype((">" if is_bigendian else "<") + _ENCODINGS[encoding])
+    if step < width * kind.itemsize or len(data) < step * height:
+        raise UserError(
+            f"image of {len(data)} bytes, {step} per row, is too short for"
+            f" {width} x {height} pixels of {encoding}"
+        )
+    rows = np.frombuffer(data, np.uint8, step * height).reshape(height, step)[:, : width * kind.itemsize]
+    pixels: Depth = np.ascontiguousarray(rows).view(kind).astype(kind.newbyteorder("="), copy=False)
+    return pixels

@@ -1,0 +1,161 @@
+"""Depth image to laser scan, with the rules of ROS's depthimage_to_laserscan.
+
+Of a band of rows about the optical centre each column gives the nearest depth within limits; its range is
+the distance in the camera's horizontal plane. A LaserScan needs equal steps of angle but columns stand at
+equal steps of its tangent: every bin takes the columns whose angle rounds to it, and a bin between two
+columns the one nearest in angle.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from numba import njit
+from numpy.typing import NDArray
+
+from chefbot.errors import UserError
+from chefbot.scan.camera import CameraModel, Depth
+
+
+class DepthToScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Settings of `DepthToScan`."""
+
+    scan_height: Annotated[
+        int, Meta(ge=1, le=10_000, description="rows about the optical centre that make the scan, pixels")
+    ] = 1
+
+
+@njit(cache=True, nogil=True)
+def _nearest_mm(
+    band: NDArray[np.uint16], low: NDArray[np.uint16], high: NDArray[np.uint16], out: NDArray[np.float32]
+) -> None:
+    """out[u] = nearest depth in metres of column u within [low[u], high[u]] mm, NaN for none.
+
+    One unsigned subtraction sends all that is too near, 0 among it, beyond all that is within: a single
+    minimum per pixel is left, which vectorises.
+    """
+    width = band.shape[1]
+    above = np.full(width, 65535, np.uint16)
+    for row in range(band.shape[0]):
+        for u in range(width):
+            above[u] = min(above[u], np.uint16(band[row, u] - low[u]))
+    for u in range(width):
+        if low[u] <= high[u] and above[u] <= high[u] - low[u]:
+            out[u] = np.float32(above[u] + low[u]) * np.float32(0.001)
+        else:
+            out[u] = np.nan
+
+
+@njit(cache=True, nogil=True)
+def _nearest_m(
+    band: NDArray[np.float32], low: NDArray[np.float32], high: NDArray[np.float32], out: NDArray[np.float32]
+) -> None:
+    """out[u] = nearest depth of column u within [low[u], high[u]], m; for none an infinity if there is one,
+    or NaN."""
+    out[:] = np.inf
+    for row in range(band.shape[0]):
+        for u in range(band.shape[1]):
+            z = band[row, u]
+            out[u] = z if low[u] <= z <= high[u] and z < out[u] else out[u]
+    for u in range(band.shape[1]):
+        if out[u] == np.inf:
+            out[u] = _any_infinity(band, u)
+
+
+@njit(cache=True, nogil=True)
+def _any_infinity(band: NDArray[np.float32], u: int) -> float:
+    """An infinity tells more than NaN (REP-117: +inf is nothing within range, -inf is too near)."""
+    found = np.nan
+    for row in range(band.shape[0]):
+        if np.isinf(band[row, u]):
+            found = band[row, u]
+            if found < 0.0:
+                break
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _gather(
+    column: NDArray[np.float32],
+    stretch: NDArray[np.float32],
+    first: NDArray[np.int32],
+    last: NDArray[np.int32],
+    out: NDArray[np.float32],
+) -> None:
+    """out[i] = nearest of the ranges column * stretch over columns first[i] .. last[i]; NaN gives way to
+    all."""
+    for i in range(out.size):
+        best = column[first[i]] * stretch[first[i]]
+        for u in range(first[i] + 1, last[i] + 1):
+            r = column[u] * stretch[u]
+            if np.isnan(best) or (np.isfinite(r) and not best < r):
+                best = r
+        out[i] = best
+
+
+class DepthToScan:
+    """Turns depth images of one camera into ranges, right to left (REP-103), in camera_depth_frame.
+
+    angles: (width,) float64 radians of the ranges; angle_min, angle_max, angle_increment as in
+    sensor_msgs/LaserScan.
+    """
+
+    def __init__(self, camera: CameraModel, params: DepthToScanParams) -> None:
+        self.camera = camera
+        self._first_row = int(camera.cy - params.scan_height / 2.0)
+        self._rows = params.scan_height
+        if camera.cy < params.scan_height / 2.0 or self._first_row + self._rows > camera.height:
+            raise UserError(
+                f"scan_height {self._rows} about row {camera.cy:g} does not fit an image of"
+                f" {camera.height} rows"
+            )
+        tangent = (camera.cx - np.arange(camera.width)) / camera.fx
+        self._set_bins(np.arctan(tangent))
+        stretch = np.hypot(1.0, tangent)
+        self._stretch = stretch.astype(np.float32)
+        low, high = camera.range_min / stretch, camera.range_max / stretch
+        self._limits_m = (low.astype(np.float32), high.astype(np.float32))
+        self._limits_mm = (
+            np.clip(np.ceil(low * 1000.0 - 1e-6), 1, 65535).astype(np.uint16),
+            np.clip(np.floor(high * 1000.0 + 1e-6), 1, 65534).astype(np.uint16),
+        )
+
+    def _set_bins(self, column_angles: NDArray[np.float64]) -> None:
+        """Columns first[i] .. last[i] for each bin, from the falling angles of the columns."""
+        width = column_angles.size
+        self.angle_min, self.angle_max = float(column_angles[-1]), float(column_angles[0])
+        self.angle_increment = (self.angle_max - self.angle_min) / (width - 1)
+        self.angles = self.angle_min + self.angle_increment * np.arange(width)
+        bins = np.rint((column_angles - self.angle_min) / self.angle_increment).astype(np.int64)
+        closest = np.abs(self.angles[:, None] - column_angles[None, :]).argmin(axis=1)
+        first, last = np.full(width, width), np.full(width, -1)
+        np.minimum.at(first, bins, np.arange(width))
+        np.maximum.at(last, bins, np.arange(width))
+        empty = last < 0
+        self._first = np.where(empty, closest, first).astype(np.int32)
+        self._last = np.where(empty, closest, last).astype(np.int32)
+
+    @property
+    def scan_rows(self) -> tuple[int, int]:
+        """First row of the band and the one after its last."""
+        return self._first_row, self._first_row + self._rows
+
+    def convert(self, depth: Depth) -> NDArray[np.float32]:
+        """Ranges (width,) metres for `angles`, of an image (h, w) of uint16 mm or float32 m.
+
+        NaN where a column has no reading within the limits, +-inf where it has an infinite one only.
+        UserError for an image of another size or type.
+        """
+        self.camera.check(depth)
+        band = depth[self._first_row : self._first_row + self._rows]
+        column = np.empty(self.camera.width, np.float32)
+        if band.dtype == np.uint16:
+            _nearest_mm(band, *self._limits_mm, column)
+        else:
+            _nearest_m(band, *self._limits_m, column)
+        ranges = np.empty_like(column)
+        _gather(column, self._stretch, self._first, self._last, ranges)
+        return ranges

@@ -1,0 +1,165 @@
+"""What stands on the floor before a depth camera, at any height the robot could hit.
+
+A scan of one row misses table tops, seats and low boxes. Here every pixel is placed in space by the camera's
+height and pitch and counted as floor, obstacle, or out of the robot's way (above it); each sector of angle
+then tells its nearest obstacle and where its floor was seen bare.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from numba import njit
+from numpy.typing import NDArray
+
+from chefbot.errors import UserError
+from chefbot.robot.spec import Mount
+from chefbot.scan.camera import CameraModel, Depth
+
+COLUMNS_PER_BIN = 2
+"""Then every bin holds a column up to a field of view of 130 degrees: tan(a) < 2 a."""
+WITNESSES = 2
+"""Pixels that an obstacle needs; a lone one is often the smear between two depths."""
+GAP = 0.1
+GAP_ROWS = 4.0
+"""Floor counts as seen on if the next floor pixel is within 0.1 m and four rows' distance of the last one."""
+
+
+class ObstacleScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Settings of `ObstacleScanner`."""
+
+    min_height: Annotated[
+        float, Meta(ge=0.005, le=0.5, description="what rises less than this above the floor is floor, m")
+    ] = 0.03
+    pitch_tolerance: Annotated[
+        float,
+        Meta(
+            ge=0.0,
+            le=0.2,
+            description="the camera may nod by this when braking; raises min_height with distance, rad",
+        ),
+    ] = 0.0175
+
+
+class ObstacleScan(NamedTuple):
+    """Per bin of `ObstacleScanner.angles`, float32 metres along the floor from the camera's foot.
+
+    obstacles: nearest obstacle; inf for none within range.
+    clear_from, clear_to: the stretch of bare floor seen without a break, ending before the obstacle. Nothing
+    is known of the floor nearer than clear_from, which the image does not show. Without floor in sight
+    clear_from is inf and clear_to 0.
+    """
+
+    obstacles: NDArray[np.float32]
+    clear_from: NDArray[np.float32]
+    clear_to: NDArray[np.float32]
+
+
+@njit(cache=True, nogil=True)
+def _classify(
+    depth: Depth,
+    scale: float,
+    limits: tuple[float, float],
+    heights: tuple[float, float, float, float],
+    slope: NDArray[np.float32],
+    stretch: NDArray[np.float32],
+    bins: NDArray[np.int16],
+    row_gap: float,
+    nearest: NDArray[np.float32],
+    second: NDArray[np.float32],
+    clear_from: NDArray[np.float32],
+    clear_to: NDArray[np.float32],
+) -> None:
+    """One pass over the image (h, w) from the lowest row up, so that the floor comes by nearest first.
+
+    heights: of the camera, floor's tolerance, robot's top, growth of tolerance per metre. slope: rise per
+    depth of each row. stretch: distance along the floor per depth of each pixel.
+    """
+    mount, floor, top, growth = heights
+    for row in range(depth.shape[0] - 1, -1, -1):
+        for u in range(depth.shape[1]):
+            z = depth[row, u] * scale
+            if not limits[0] <= z <= limits[1]:
+                continue
+            r = np.float32(z * stretch[row, u])
+            height = mount + z * slope[row]
+            slack = growth * r
+            k = bins[row, u]
+            if height > floor + slack:
+                if height < top + slack and r < second[k]:
+                    second[k] = max(r, nearest[k])
+                    nearest[k] = min(r, nearest[k])
+            elif height > -floor - slack:
+                if clear_from[k] == np.inf:
+                    clear_from[k] = r
+                    clear_to[k] = r
+                elif clear_to[k] < r <= clear_to[k] + GAP + row_gap * r * r:
+                    clear_to[k] = r
+                elif r < clear_from[k]:
+                    clear_from[k] = r
+
+
+class ObstacleScanner:
+    """Finds obstacles in depth images of one camera.
+
+    camera, mount: of the camera (its z and pitch count; positive pitch looks down). max_height: metres, what
+    is higher is out of the robot's way. angles: (n,) float64 radians, right to left, about the camera's foot
+    on the floor, x forward.
+    """
+
+    def __init__(
+        self, camera: CameraModel, mount: Mount, max_height: float, params: ObstacleScanParams
+    ) -> None:
+        if max_height <= params.min_height:
+            raise UserError(f"max_height {max_height:g} m must be above min_height {params.min_height:g} m")
+        self.camera = camera
+        self._heights = (mount.z, params.min_height, max_height, params.pitch_tolerance)
+        self._row_gap = GAP_ROWS / (mount.z * camera.fy)
+        across = (camera.cx - np.arange(camera.width)) / camera.fx
+        down = (np.arange(camera.height) - camera.cy) / camera.fy
+        ahead = math.cos(mount.pitch) - down * math.sin(mount.pitch)
+        if ahead.min() <= 0.0:
+            raise UserError(
+                f"camera pitch {mount.pitch:g} rad: part of the image looks back; mount it flatter"
+            )
+        self._slope = (-math.sin(mount.pitch) - down * math.cos(mount.pitch)).astype(np.float32)
+        self._stretch = np.hypot(ahead[:, None], across[None, :]).astype(np.float32)
+        self._set_bins(np.arctan2(across[None, :], ahead[:, None]))
+
+    def _set_bins(self, angles: NDArray[np.float64]) -> None:
+        """Equal bins between the outermost angles of all pixels (h, w)."""
+        count = max(1, self.camera.width // COLUMNS_PER_BIN)
+        low, high = float(angles.min()), float(angles.max())
+        self.angle_increment = (high - low) / count
+        self.angles = low + self.angle_increment * (np.arange(count) + 0.5)
+        self.angle_min, self.angle_max = float(self.angles[0]), float(self.angles[-1])
+        numbers = np.floor((angles - low) / self.angle_increment).astype(np.int16)
+        self._bins = np.clip(numbers, 0, count - 1).astype(np.int16)
+
+    def scan(self, depth: Depth) -> ObstacleScan:
+        """Of an image (h, w) of uint16 mm or float32 m; UserError for another size or type."""
+        self.camera.check(depth)
+        count = self.angles.size
+        nearest, second = np.full(count, np.inf, np.float32), np.full(count, np.inf, np.float32)
+        clear_from, clear_to = np.full(count, np.inf, np.float32), np.zeros(count, np.float32)
+        _classify(
+            depth,
+            0.001 if depth.dtype == np.uint16 else 1.0,
+            (self.camera.range_min, self.camera.range_max),
+            self._heights,
+            self._slope,
+            self._stretch,
+            self._bins,
+            self._row_gap,
+            nearest,
+            second,
+            clear_from,
+            clear_to,
+        )
+        hidden = clear_from >= second
+        clear_from[hidden], clear_to[hidden] = np.inf, 0.0
+        return ObstacleScan(second, clear_from, np.minimum(clear_to, second))

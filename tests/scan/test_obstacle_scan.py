@@ -1,0 +1,161 @@
+"""Obstacles of any height in depth images rendered from boxes on a floor."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from chefbot.errors import UserError
+from chefbot.robot.spec import Mount
+from chefbot.scan.camera import CameraModel
+from chefbot.scan.obstacle_scan import ObstacleScan, ObstacleScanner, ObstacleScanParams
+
+HEIGHT = 0.3
+TOP = 0.63
+CAMERA = CameraModel(320, 240, 288.6, 288.6, 159.5, 119.5, 0.45, 8.0)
+Box = tuple[float, float, float, float, float, float]
+"""x1, x2, y1, y2, z1, z2 in the frame at the camera's foot."""
+
+
+def render(boxes: list[Box], pitch: float = 0.0, camera: CameraModel = CAMERA) -> NDArray[np.float32]:
+    """Exact depth of a floor and boxes seen from HEIGHT; NaN where there is nothing (slab method per box)."""
+    right = (np.arange(camera.width) - camera.cx) / camera.fx
+    down = (np.arange(camera.height) - camera.cy) / camera.fy
+    c, s = math.cos(pitch), math.sin(pitch)
+    shape = (camera.height, camera.width)
+    ray = np.stack(
+        [
+            np.broadcast_to(a, shape)
+            for a in ((c - s * down)[:, None], -right[None, :], (-s - c * down)[:, None])
+        ]
+    )
+    eye = np.array([0.0, 0.0, HEIGHT])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        z = np.where(ray[2] < 0, -HEIGHT / ray[2], np.inf)
+        for box in boxes:
+            near, far = np.zeros(shape), np.full(shape, np.inf)
+            for axis in range(3):
+                a, b = [(box[2 * axis + i] - eye[axis]) / ray[axis] for i in (0, 1)]
+                near, far = np.maximum(near, np.fmin(a, b)), np.minimum(far, np.fmax(a, b))
+            z = np.where((near < far) & (near > 0), np.minimum(z, near), z)
+    return np.where(np.isfinite(z), z, np.nan).astype(np.float32)
+
+
+def scanner(pitch: float = 0.0) -> ObstacleScanner:
+    return ObstacleScanner(CAMERA, Mount(x=0.0, z=HEIGHT, pitch=pitch), TOP, ObstacleScanParams())
+
+
+def look(boxes: list[Box], mounted: float = 0.0, nod: float = 0.0) -> tuple[ObstacleScanner, ObstacleScan]:
+    eye = scanner(mounted)
+    return eye, eye.scan(render(boxes, mounted + nod))
+
+
+def ahead(eye: ObstacleScanner, values: NDArray[np.float32], within: float = 0.1) -> NDArray[np.float32]:
+    inner: NDArray[np.float32] = values[np.abs(eye.angles) < within]
+    return inner
+
+
+def first_floor(pitch: float = 0.0) -> float:
+    """Where the lowest row meets the floor straight ahead."""
+    down = (CAMERA.height - 1 - CAMERA.cy) / CAMERA.fy
+    return HEIGHT / math.tan(math.atan(down) + pitch)
+
+
+@pytest.mark.parametrize("mounted", [0.0, 0.2])
+@pytest.mark.parametrize("nod", [-0.0174, 0.0, 0.0174])
+def test_bare_floor_has_no_obstacle_even_when_the_camera_nods(mounted: float, nod: float) -> None:
+    eye, scan = look([], mounted, nod)
+    inner = 0.4  # farther out a camera that looks down shows near floor only
+    assert np.isinf(scan.obstacles).all()
+    assert np.all(scan.clear_from < 1.2)
+    assert np.all(ahead(eye, scan.clear_to, inner) > 3.0)
+
+
+@pytest.mark.parametrize("mounted", [0.0, 0.2])
+def test_the_blind_zone_is_not_called_clear(mounted: float) -> None:
+    eye, scan = look([], mounted)
+    assert ahead(eye, scan.clear_from) == pytest.approx(first_floor(mounted), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "box", "distance"),
+    [
+        ("low box", (1.0, 1.3, -0.4, 0.4, 0.0, 0.08), 1.0),
+        ("table top at the robot's height", (1.5, 2.3, -0.6, 0.6, 0.5, 0.54), 1.5),
+        ("seat below the camera", (1.2, 1.6, -0.4, 0.4, 0.2, 0.24), 1.2),
+        ("wall", (2.0, 2.1, -3.0, 3.0, 0.0, 2.0), 2.0),
+    ],
+)
+@pytest.mark.parametrize("mounted", [0.0, 0.1])
+def test_things_of_any_height_count(name: str, box: Box, distance: float, mounted: float) -> None:
+    eye, scan = look([box], mounted)
+    straight = ahead(eye, scan.obstacles * np.cos(eye.angles).astype(np.float32))
+    assert straight == pytest.approx(distance, abs=0.03)
+    assert np.all(ahead(eye, scan.clear_to) <= ahead(eye, scan.obstacles))
+
+
+def test_what_the_robot_passes_under_does_not_count() -> None:
+    _, scan = look([(1.5, 2.3, -0.6, 0.6, 0.72, 0.75)])
+    assert np.isinf(scan.obstacles).all()
+
+
+def test_a_scan_of_the_middle_row_would_have_missed_the_low_box() -> None:
+    low: Box = (1.0, 1.3, -0.4, 0.4, 0.0, 0.08)
+    assert not np.any(render([low])[119] < 2.0)
+    eye, scan = look([low])
+    assert ahead(eye, scan.obstacles).max() < 1.1
+
+
+def test_an_obstacle_stays_in_its_sector() -> None:
+    eye, scan = look([(1.5, 1.8, 0.2, 0.4, 0.0, 0.5)])
+    seen = eye.angles[np.isfinite(scan.obstacles)]
+    assert seen.min() == pytest.approx(math.atan2(0.2, 1.8), abs=0.02)
+    assert seen.max() == pytest.approx(math.atan2(0.4, 1.5), abs=0.02)
+
+
+def test_floor_behind_an_obstacle_is_not_cleared_through_it() -> None:
+    eye, scan = look([(1.5, 1.6, -1.0, 1.0, 0.0, 0.1)])
+    assert np.all(ahead(eye, scan.clear_to) <= ahead(eye, scan.obstacles))
+    assert np.all(ahead(eye, scan.clear_to) > 1.3)
+
+
+def test_a_hole_in_the_floor_ends_the_clear_stretch() -> None:
+    image = render([])
+    distance = HEIGHT * CAMERA.fy / np.maximum(np.arange(240) - CAMERA.cy, 0.1)
+    image[(distance > 1.2) & (distance < 2.2)] = np.nan
+    eye = scanner()
+    assert np.all(ahead(eye, eye.scan(image).clear_to) < 1.4)
+
+
+def test_nothing_seen_is_nothing_claimed() -> None:
+    scan = scanner().scan(np.zeros((240, 320), np.uint16))
+    assert np.isinf(scan.obstacles).all() and np.isinf(scan.clear_from).all() and not scan.clear_to.any()
+
+
+def test_a_lone_pixel_is_no_obstacle_and_two_are() -> None:
+    image = render([])
+    image[100, 160] = 1.0
+    assert np.isinf(scanner().scan(image).obstacles).all()
+    image[101, 160] = 1.0
+    assert np.isfinite(scanner().scan(image).obstacles).sum() == 1
+
+
+def test_millimetres_and_metres_agree() -> None:
+    metres = render([(1.5, 1.8, 0.2, 0.4, 0.0, 0.5)])
+    millimetres = np.nan_to_num(np.rint(metres * 1000), nan=0.0).clip(0, 65535).astype(np.uint16)
+    one, other = scanner().scan(metres), scanner().scan(millimetres)
+    np.testing.assert_array_equal(np.isfinite(one.obstacles), np.isfinite(other.obstacles))
+    finite = np.isfinite(one.obstacles)
+    np.testing.assert_allclose(one.obstacles[finite], other.obstacles[finite], atol=0.002)
+
+
+def test_user_errors_name_the_fault() -> None:
+    with pytest.raises(UserError, match="max_height"):
+        ObstacleScanner(CAMERA, Mount(x=0.0, z=0.3), 0.02, ObstacleScanParams())
+    with pytest.raises(UserError, match="looks back"):
+        ObstacleScanner(CAMERA, Mount(x=0.0, z=0.3, pitch=1.5), TOP, ObstacleScanParams())
+    with pytest.raises(UserError, match="shape"):
+        scanner().scan(np.zeros((2, 2), np.uint16))

@@ -1,0 +1,50 @@
+"""The battery: charge that motors and electronics drain, and a voltage that sags under load."""
+
+from __future__ import annotations
+
+from chefbot.robot.spec import DRIVE_EFFICIENCY, Robot
+
+SAG_AT_ONE_HOUR_RATE = 0.04
+"""Share of the voltage lost at the current that empties the pack in one hour (small lead or NiMH pack)."""
+
+
+class Battery:
+    """Open-circuit voltage falls in a line from `battery.voltage` (full) to `battery.empty_voltage` (empty).
+
+    charge: coulombs left. current: ampere that flows now. voltage: volts at the terminals now. An empty pack
+    gives 0 V.
+    """
+
+    def __init__(self, robot: Robot, level: float = 1.0) -> None:
+        self._spec = robot.battery
+        self._ampere_per_torque = robot.motor.no_load_speed / (robot.battery.voltage * DRIVE_EFFICIENCY)
+        self._resistance = SAG_AT_ONE_HOUR_RATE * robot.battery.voltage / (robot.battery.capacity / 3600.0)
+        self.charge = level * robot.battery.capacity
+        self.current = 0.0
+        self.voltage = 0.0
+        self.drain((0.0, 0.0), (0.0, 0.0), 0.0)
+
+    @property
+    def level(self) -> float:
+        """Share of the charge that is left, 0..1."""
+        return self.charge / self._spec.capacity
+
+    @property
+    def drive(self) -> float:
+        """Share of the nominal voltage that the motors get."""
+        return self.voltage / self._spec.voltage
+
+    def drain(self, duties: tuple[float, float], torques: tuple[float, float], duration: float) -> None:
+        """Take what both motors (duty -1..1, N m at the wheel) and the electronics need for `duration` s.
+
+        An ideal DC motor turns ampere into torque by V / no-load speed; a chopper with duty d draws d times
+        the motor's current from the pack. Braking motors give nothing back.
+        """
+        if self.charge <= 0.0:
+            self.charge = self.current = self.voltage = 0.0
+            return
+        motors = sum(max(d * t, 0.0) for d, t in zip(duties, torques, strict=True)) * self._ampere_per_torque
+        self.current = motors + self._spec.electronics_power / max(self.voltage, self._spec.empty_voltage)
+        self.charge -= self.current * duration
+        span = self._spec.voltage - self._spec.empty_voltage
+        self.voltage = self._spec.empty_voltage + span * self.level - self._resistance * self.current

@@ -1,0 +1,55 @@
+"""What the robot bumps into."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.design.mjcf import HULL_GROUP
+
+EPISODE_GAP_NS = 500_000_000
+"""A touch of the same thing within half a second of the last one belongs to the same episode."""
+
+
+class Collisions(NamedTuple):
+    """episodes: spells of contact with anything but the floor. names: what was touched, first touch first."""
+
+    episodes: int
+    names: tuple[str, ...]
+
+
+class ContactWatch:
+    """Counts episodes; reads MuJoCo's list of touching geoms."""
+
+    def __init__(self) -> None:
+        self._last: dict[str, int] = {}
+        self._count = 0
+        self.touching: tuple[str, ...] = ()
+
+    def watch(self, model: Any) -> None:
+        """Learn the geoms of a newly compiled model."""
+        self._names = [model.geom(i).name.split("/")[0] for i in range(model.ngeom)]
+        floor = model.geom("floor").id
+        robot = model.geom_group == HULL_GROUP
+        self._robot: NDArray[np.bool_] = robot
+        self._obstacle: NDArray[np.bool_] = ~robot & (np.arange(model.ngeom) != floor)
+
+    def update(self, pairs: NDArray[np.int32], time_ns: int) -> None:
+        """Take the pairs (n, 2) of geoms that touch now."""
+        hits = self._obstacle[pairs]
+        if not hits.any():
+            self.touching = ()
+            return
+        touched = pairs[hits & self._robot[pairs[:, ::-1]]]
+        self.touching = tuple(sorted({self._names[geom] for geom in touched}))
+        for name in self.touching:
+            if time_ns - self._last.get(name, -(10**18)) > EPISODE_GAP_NS:
+                self._count += 1
+            self._last[name] = time_ns
+
+    @property
+    def collisions(self) -> Collisions:
+        """So far."""
+        return Collisions(self._count, tuple(self._last))

@@ -1,0 +1,50 @@
+"""What makes a simulated robot as imperfect as a built one: profiles `perfect` and `real`."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from chefbot.design.mjcf import AS_DRAWN, AsBuilt
+
+Profile = Literal["perfect", "real"]
+SMALLEST_ERROR, LARGEST_ERROR = 0.002, 0.005
+"""Share by which wheel diameters and track differ from the drawing: what UMBmark sets out to find (Borenstein
+& Feng, Measurement and correction of systematic odometry errors in mobile robots, 1996)."""
+LEAST_GRIP = 0.75  # of the tyre's friction, on the worst floor
+GRIP_RIPPLE = 0.1  # of the friction, from place to place
+GRIP_WAVES = 3
+
+
+def draw_as_built(profile: Profile, rng: Generator) -> AsBuilt:
+    """One robot of the series."""
+    if profile == "perfect":
+        return AS_DRAWN
+    size = rng.uniform(SMALLEST_ERROR, LARGEST_ERROR, 3)
+    left, right, separation = 1.0 + size * rng.choice([-1.0, 1.0], 3)
+    return AsBuilt(float(left), float(right), float(separation), float(rng.uniform(LEAST_GRIP, 1.0)))
+
+
+class FloorGrip(NamedTuple):
+    """Friction that differs from place to place: a few plane waves of 1 to 4 m length."""
+
+    waves: NDArray[np.float64]
+    """(n, 3): wave vector x, y in rad/m, and phase."""
+
+    def factor(self, x: float, y: float) -> float:
+        """Of the tyre's friction at a point of the floor."""
+        ripple = sum(math.sin(kx * x + ky * y + phase) for kx, ky, phase in self.waves.tolist())
+        return 1.0 + GRIP_RIPPLE * ripple / max(len(self.waves), 1)
+
+
+def draw_grip(profile: Profile, rng: Generator) -> FloorGrip:
+    """One floor; the perfect one is the same everywhere."""
+    if profile == "perfect":
+        return FloorGrip(np.zeros((0, 3)))
+    bearing, phase = rng.uniform(-math.pi, math.pi, (2, GRIP_WAVES))
+    number = 2.0 * math.pi / rng.uniform(1.0, 4.0, GRIP_WAVES)
+    return FloorGrip(np.column_stack([number * np.cos(bearing), number * np.sin(bearing), phase]))

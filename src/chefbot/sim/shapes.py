@@ -1,0 +1,137 @@
+"""The solids of which a world consists: upright boxes, cylinders and capsules, and their flat arrays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.se2 import SE2
+
+BOX, CYLINDER, CAPSULE = 0, 1, 2
+Colour = tuple[int, int, int]
+
+
+class Shape(NamedTuple):
+    """A solid standing upright; metres and radians in the frame of the world or of what carries it.
+
+    x, y, z: centre. half: of a box half its sides; of a cylinder (radius, radius, half length); of a capsule
+    (radius, radius, half length of the straight part). name: "object/part", as collisions report it.
+    """
+
+    kind: int
+    x: float
+    y: float
+    z: float
+    half: tuple[float, float, float]
+    yaw: float
+    colour: Colour
+    name: str
+
+    @property
+    def bottom(self) -> float:
+        """Lowest z."""
+        return self.z - self.half_height
+
+    @property
+    def top(self) -> float:
+        """Highest z."""
+        return self.z + self.half_height
+
+    @property
+    def half_height(self) -> float:
+        """From the centre to the top."""
+        return self.half[2] + (self.half[0] if self.kind == CAPSULE else 0.0)
+
+    @property
+    def reach(self) -> float:
+        """Radius of the circle about (x, y) that holds the shape seen from above."""
+        return math.hypot(self.half[0], self.half[1]) if self.kind == BOX else self.half[0]
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Half the sides of the axis-parallel rectangle that holds the shape seen from above."""
+        if self.kind != BOX:
+            return self.half[0], self.half[0]
+        c, s = abs(math.cos(self.yaw)), abs(math.sin(self.yaw))
+        return c * self.half[0] + s * self.half[1], s * self.half[0] + c * self.half[1]
+
+    def moved(self, pose: SE2) -> Shape:
+        """The shape in the parent frame when its own frame lies at `pose`."""
+        placed = pose @ SE2(self.x, self.y, self.yaw)
+        return self._replace(x=placed.x, y=placed.y, yaw=placed.yaw)
+
+
+def box(name: str, at: SE2, bottom: float, size: tuple[float, float, float], colour: Colour) -> Shape:
+    """A box by its full sides, standing on the height `bottom`."""
+    half = (size[0] / 2, size[1] / 2, size[2] / 2)
+    return Shape(BOX, at.x, at.y, bottom + half[2], half, at.yaw, colour, name)
+
+
+def cylinder(
+    name: str, at: tuple[float, float], bottom: float, radius: float, height: float, colour: Colour
+) -> Shape:
+    """A cylinder that stands on the height `bottom`."""
+    half = (radius, radius, height / 2)
+    return Shape(CYLINDER, at[0], at[1], bottom + height / 2, half, 0.0, colour, name)
+
+
+def capsule(
+    name: str, at: tuple[float, float], bottom: float, radius: float, height: float, colour: Colour
+) -> Shape:
+    """An upright capsule of the whole height `height`."""
+    half = (radius, radius, height / 2 - radius)
+    return Shape(CAPSULE, at[0], at[1], bottom + height / 2, half, 0.0, colour, name)
+
+
+class ShapeArrays(NamedTuple):
+    """Shapes as flat arrays for the kernels; n shapes, metres and radians as in Shape."""
+
+    kind: NDArray[np.int8]
+    centre: NDArray[np.float64]
+    half: NDArray[np.float64]
+    yaw: NDArray[np.float64]
+    colour: NDArray[np.uint8]
+
+
+def shape_arrays(shapes: Sequence[Shape]) -> ShapeArrays:
+    """Flat arrays of the shapes, in their order."""
+    return ShapeArrays(
+        np.array([s.kind for s in shapes], dtype=np.int8),
+        np.array([(s.x, s.y, s.z) for s in shapes], dtype=np.float64).reshape(-1, 3),
+        np.array([s.half for s in shapes], dtype=np.float64).reshape(-1, 3),
+        np.array([s.yaw for s in shapes], dtype=np.float64),
+        np.array([s.colour for s in shapes], dtype=np.uint8).reshape(-1, 3),
+    )
+
+
+def joined(a: ShapeArrays, b: ShapeArrays) -> ShapeArrays:
+    """Both, one after the other."""
+    return ShapeArrays(
+        np.concatenate([a.kind, b.kind]),
+        np.concatenate([a.centre, b.centre]),
+        np.concatenate([a.half, b.half]),
+        np.concatenate([a.yaw, b.yaw]),
+        np.concatenate([a.colour, b.colour]),
+    )
+
+
+def distance(shape: Shape, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Metres from points to the shape seen from above, 0 inside; any array shape."""
+    dx, dy = x - shape.x, y - shape.y
+    if shape.kind != BOX:
+        return np.maximum(np.hypot(dx, dy) - shape.half[0], 0.0)
+    c, s = math.cos(shape.yaw), math.sin(shape.yaw)
+    outside_x = np.maximum(np.abs(c * dx + s * dy) - shape.half[0], 0.0)
+    outside_y = np.maximum(np.abs(-s * dx + c * dy) - shape.half[1], 0.0)
+    return np.hypot(outside_x, outside_y)
+
+
+def clearance(shapes: Sequence[Shape], x: float, y: float, low: float, high: float) -> float:
+    """Metres from a point to the nearest shape that reaches into the heights low..high; inf without one."""
+    px, py = np.array(x), np.array(y)
+    near = [float(distance(s, px, py)) for s in shapes if s.bottom < high and s.top > low]
+    return min(near, default=math.inf)

@@ -1,0 +1,144 @@
+"""World files: what a person writes about rooms, furniture, doors, people's routes and named places."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from chefbot.maths.se2 import SE2
+
+Coordinate = Annotated[float, Meta(ge=-200, le=200, extra={"unit": "m"})]
+Length = Annotated[float, Meta(gt=0, le=200, extra={"unit": "m"})]
+Height = Annotated[float, Meta(ge=0, le=20, extra={"unit": "m"})]
+Angle = Annotated[float, Meta(ge=-2 * math.pi, le=2 * math.pi, extra={"unit": "rad"})]
+Speed = Annotated[float, Meta(gt=0, le=3, extra={"unit": "m/s"})]
+Fraction = Annotated[float, Meta(ge=0, le=1)]
+Point = Annotated[list[Coordinate], Meta(min_length=2, max_length=2)]
+Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[a-z][a-z0-9_]*$")]
+Colour = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}$")]
+
+
+class Element(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A section of the world file."""
+
+
+class Opening(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A hole in a wall: a passage, or with a sill a window."""
+
+    at: Annotated[float, Meta(ge=0, le=200, extra={"unit": "m"})]
+    """Middle of the opening, along the wall from its `start`."""
+    width: Length
+    sill: Height = 0.0
+    height: Height = 2.1
+    """Upper edge above the floor."""
+
+
+class Wall(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A straight wall; `start` and `end` are on its middle line."""
+
+    start: Point
+    end: Point
+    thickness: Length = 0.12
+    height: Length = 2.5
+    openings: Annotated[list[Opening], Meta(max_length=100)] = []
+    colour: Colour = "#d8d2c4"
+
+
+class Standing(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What stands somewhere."""
+
+    x: Coordinate
+    y: Coordinate
+    yaw: Angle = 0.0
+
+    @property
+    def pose(self) -> SE2:
+        """Its frame in the world."""
+        return SE2(self.x, self.y, self.yaw)
+
+
+class Table(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A table on four legs, with chairs round it."""
+
+    name: Name
+    shape: Literal["square", "round"] = "square"
+    size: Length = 0.8
+    """Side or diameter."""
+    height: Length = 0.74
+    chairs: Annotated[list[Angle], Meta(max_length=12)] = []
+    """Bearings of the chairs from the table's middle; each one faces the table."""
+    colour: Colour = "#a5713c"
+
+
+class Chair(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A chair on four legs that faces its own x axis."""
+
+    colour: Colour = "#6e4a2a"
+
+
+class Box(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A box: bed, counter, cupboard, fridge."""
+
+    name: Name
+    size: Annotated[list[Length], Meta(min_length=3, max_length=3)]
+    """Along its own x and y axes, and its height."""
+    bottom: Height = 0.0
+    colour: Colour = "#9a8f80"
+
+
+class Cylinder(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An upright cylinder: column, plant pot, lamp."""
+
+    name: Name
+    x: Coordinate
+    y: Coordinate
+    radius: Length
+    height: Length
+    bottom: Height = 0.0
+    colour: Colour = "#5f7f4f"
+
+
+class Door(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A leaf that closes an opening; (x, y) is the hinge, closed it lies along its own x axis.
+
+    A hinged leaf swings by `swing` when open; a sliding one moves back by its own width.
+    """
+
+    name: Name
+    kind: Literal["hinge", "slide"] = "hinge"
+    width: Length
+    swing: Angle = math.pi / 2
+    open: Fraction = 1.0
+    thickness: Length = 0.04
+    height: Length = 2.05
+    colour: Colour = "#8a5a33"
+
+
+class Route(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A way that people walk to and fro."""
+
+    points: Annotated[list[Point], Meta(min_length=2, max_length=100)]
+    speed: Speed = 0.8
+
+
+class Place(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A named pose for the robot."""
+
+
+class WorldSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The whole file."""
+
+    name: Name
+    ceiling: Annotated[float, Meta(gt=0, le=20, extra={"unit": "m"})] | None = None
+    walls: Annotated[list[Wall], Meta(max_length=2000)] = []
+    tables: Annotated[list[Table], Meta(max_length=500)] = []
+    chairs: Annotated[list[Chair], Meta(max_length=2000)] = []
+    boxes: Annotated[list[Box], Meta(max_length=5000)] = []
+    cylinders: Annotated[list[Cylinder], Meta(max_length=5000)] = []
+    doors: Annotated[list[Door], Meta(max_length=100)] = []
+    routes: Annotated[list[Route], Meta(max_length=100)] = []
+    people: Annotated[int, Meta(ge=0, le=50)] = 0
+    places: dict[Name, Place]

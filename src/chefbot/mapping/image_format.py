@@ -1,0 +1,126 @@
+"""Pictures of maps, PGM and PNG, as levels of brightness. Headers are checked before memory is taken."""
+
+from __future__ import annotations
+
+import io
+import re
+import struct
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from chefbot.errors import UserError
+
+MAX_CELLS = 100_000_000
+"""More is no map of a building: 500 m by 500 m at 5 cm."""
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_HEADER = re.compile(rb"P[25]" + 3 * rb"(?:\s|#[^\n\r]*[\n\r])+(\d{1,10})(?!\d)")
+_DAMAGED = (
+    OSError,
+    SyntaxError,
+    ValueError,
+    EOFError,
+    IndexError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    OverflowError,
+    struct.error,
+    zlib.error,
+)
+"""What pillow is known to raise for damaged files."""
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """Brightness, top row first.
+
+    levels: (height, width) uint16; 0 is black, `white` is white.
+    opacity: (height, width) uint8, 0 transparent to 255 opaque; None where the format has none.
+    """
+
+    levels: NDArray[np.uint16]
+    white: int
+    opacity: NDArray[np.uint8] | None = None
+
+
+def decode_image(data: bytes, where: str) -> Picture:
+    """A PGM (P5 or P2, white up to 65535) or PNG file. For anything else UserError, with `where`."""
+    if data[:2] in (b"P5", b"P2"):
+        return _decode_pgm(data, where)
+    if data.startswith(PNG_SIGNATURE):
+        return _decode_png(data, where)
+    raise UserError(f"{where} is neither a PGM (P5, P2) nor a PNG file; convert it to one of these")
+
+
+def check_size(width: int, height: int, where: str, limit: int = MAX_CELLS) -> None:
+    """UserError for a picture without cells or with too many."""
+    if width < 1 or height < 1:
+        raise UserError(f"{where} says it is {width} x {height} pixels; a map needs at least one")
+    if width * height > limit:
+        raise UserError(f"{where} says it is {width} x {height} pixels; {limit} is the most that I read")
+
+
+def _decode_pgm(data: bytes, where: str) -> Picture:
+    """Netpbm's PGM: magic, width, height, white; one white space; then the pixels."""
+    header = _HEADER.match(data)
+    if header is None or not data[header.end() : header.end() + 1].isspace():
+        raise UserError(f"{where} has no complete PGM header; the file is damaged")
+    width, height, white = (int(number) for number in header.groups())
+    check_size(width, height, where)
+    if not 1 <= white <= 65535:
+        raise UserError(f"{where} says its white is {white}; a PGM has 1 to 65535")
+    begin, count = header.end() + 1, width * height
+    levels = _text_levels(data, begin, where) if data[1:2] == b"2" else _levels(data, begin, count, white)
+    if len(levels) < count:
+        raise UserError(f"{where} ends after {len(levels)} of {count} pixels; the file is truncated")
+    levels = levels[:count]
+    if levels.max() > white:
+        raise UserError(
+            f"{where} has a pixel of {levels.max():.0f} above its white of {white}; it is damaged"
+        )
+    return Picture(levels.astype(np.uint16).reshape(height, width), white)
+
+
+def _levels(data: bytes, begin: int, count: int, white: int) -> NDArray[np.generic]:
+    """At most `count` pixels of a P5 file, one byte each or two, the higher one first."""
+    kind = np.dtype(">u2" if white > 255 else "u1")
+    available = min(count, (len(data) - begin) // kind.itemsize)
+    return np.frombuffer(data, kind, available, begin)
+
+
+def _text_levels(data: bytes, begin: int, where: str) -> NDArray[np.generic]:
+    """All pixels of a P2 file; float32 holds every permitted one exactly and does not wrap on others."""
+    text = re.sub(rb"#[^\n\r]*", b"", data[begin:])
+    if text.translate(None, b"0123456789 \t\r\n\v\f"):
+        raise UserError(f"{where} has something other than numbers among its pixels; it is damaged")
+    return np.fromstring(text, np.float32, sep=" ") if text.strip() else np.zeros(0, np.float32)
+
+
+def _decode_png(data: bytes, where: str) -> Picture:
+    """Size by the first chunk (PNG specification, 11.2.2); content by pillow, within its limit for bombs."""
+    if len(data) < 24 or data[12:16] != b"IHDR":
+        raise UserError(f"{where} has no complete PNG header; the file is damaged")
+    width, height = struct.unpack(">II", data[16:24])
+    check_size(width, height, where, min(MAX_CELLS, Image.MAX_IMAGE_PIXELS or MAX_CELLS))
+    try:
+        with Image.open(io.BytesIO(data), formats=["PNG"]) as image:
+            if image.size != (width, height):
+                raise UserError(f"{where} contradicts itself about its size; it is damaged")
+            image.load()
+            return _to_picture(image)
+    except _DAMAGED as error:
+        raise UserError(f"{where} cannot be read as PNG: {error}; the file is damaged") from None
+
+
+def _to_picture(image: Image.Image) -> Picture:
+    if image.mode.startswith("I"):
+        return Picture(np.asarray(image).astype(np.uint16), 65535)
+    if image.mode in ("1", "L") and "transparency" not in image.info:
+        return Picture(np.asarray(image.convert("L")).astype(np.uint16), 255)
+    pixels = np.asarray(image.convert("RGBA" if image.has_transparency_data else "RGB"))
+    opacity = pixels[..., 3].copy() if pixels.shape[2] == 4 else None
+    return Picture(pixels[..., :3].sum(axis=2, dtype=np.uint16), 3 * 255, opacity)

@@ -36,7 +36,7 @@ def define_action(goal: type[G], result: type[R], feedback: type[F]) -> Action[G
     name = goal.__name__.removesuffix("_Goal")
     module = goal.__module__
 
-    def wrapper(suffix: str, fields: list[tuple[str, type]]) -> type[Message]:
+    def wrapper(suffix: str, fields: list[tuple[str, type, object]]) -> type[Message]:
         kind: type[Message] = cast(
             type[Message],
             msgspec.defstruct(
@@ -51,7 +51,15 @@ def define_action(goal: type[G], result: type[R], feedback: type[F]) -> Action[G
         goal,
         result,
         feedback,
-        wrapper("SendGoal_Request", [("goal_id", UUID), ("goal", goal)]),
-        wrapper("FeedbackMessage", [("goal_id", UUID), ("feedback", feedback)]),
-        wrapper("Outcome", [("goal_id", UUID), ("status", Int8), ("stamp", Time), ("result", result)]),
+        wrapper("SendGoal_Request", [("goal_id", UUID, UUID()), ("goal", goal, goal())]),
+        wrapper("FeedbackMessage", [("goal_id", UUID, UUID()), ("feedback", feedback, feedback())]),
+        wrapper(
+            "Outcome",
+            [
+                ("goal_id", UUID, UUID()),
+                ("status", Int8, 0),
+                ("stamp", Time, Time()),
+                ("result", result, result()),
+            ],
+        ),
     )

@@ -43,16 +43,16 @@ class WheelSpeeds(Message, frozen=True, eq=False):
 class ObstacleScan(Message, frozen=True, eq=False):
     """What a depth camera sees of obstacles of any height, over the floor.
 
-    `ranges[i]` metres to the nearest obstacle in bin i, inf for none; `clear_to[i]`: the floor was seen free
-    from `clear_from` up to there.
+    `ranges[i]` metres to the nearest obstacle in bin i, inf for none; the floor was seen free from
+    `clear_from[i]` to `clear_to[i]`.
     """
 
     header: Header = Header()
     angle_min: Float32 = 0.0
     angle_increment: Float32 = 0.0
     range_max: Float32 = 0.0
-    clear_from: Float32 = 0.0
     ranges: Float32Array = _NO_FLOATS
+    clear_from: Float32Array = _NO_FLOATS
     clear_to: Float32Array = _NO_FLOATS
 
 

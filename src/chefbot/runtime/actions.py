@@ -43,6 +43,8 @@ class Serves(Generic[G, R, F]):
     def __init__(self, node: Node, name: str, action: Action[G, R, F], work: Callable[..., Any]) -> None:
         self._node, self._name, self._action, self._work = node, name, action, work
         self._current: tuple[bytes, Task[R]] | None = None
+        self.replacing = False
+        """True while a goal is cancelled because the next one is there: no need to stand still for it."""
         node.listen(f"{name}/_action/send_goal", self._accept)
         node.listen(f"{name}/_action/cancel_goal", self._cancel)
 
@@ -57,7 +59,9 @@ class Serves(Generic[G, R, F]):
             self._current[1].cancel()
 
     def _accept(self, request: Any) -> None:
+        self.replacing = True
         self.preempt()
+        self.replacing = False
         goal_id: UUID = request.goal_id
 
         def feedback(message: F) -> None:

@@ -157,7 +157,7 @@ class Loop:
             self._wake.notify()
 
     def run(self, until_ns: int | None = None, until: Callable[[], bool] | None = None) -> None:
-        """Do events in order up to `until_ns` (inclusive), or until `until()`, `stop()`, or nothing is left."""
+        """Do events in order up to `until_ns` (inclusive), `until()`, `stop()`, or until nothing is left."""
         self._stopped = False
         self._clock.start(self.now_ns)
         while not self._stopped and (until is None or not until()):

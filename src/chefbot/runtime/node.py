@@ -128,7 +128,7 @@ class Node:
     """Base of all nodes. Subclasses declare `params`, ports, handlers and `start`, and have no `__init__`."""
 
     is_device: ClassVar[bool] = False
-    params: NoParams
+    params: Any
 
     def __init__(self, context: Context, params: Any) -> None:
         self.name = context.name

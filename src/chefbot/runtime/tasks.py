@@ -63,6 +63,19 @@ class Future(Generic[T]):
         return self.result()
 
 
+def first_of(*futures: Future[Any]) -> Future[None]:
+    """`await` it until one of them is done; giving up the wait gives them all up."""
+
+    def abandon_all() -> None:
+        for future in futures:
+            future.abandon()
+
+    first: Future[None] = Future(on_cancel=abandon_all)
+    for future in futures:
+        future.then(lambda: first.set(None))
+    return first
+
+
 class Task(Future[T]):
     """A running coroutine; also the future of what it returns."""
 

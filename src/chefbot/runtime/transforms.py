@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import islice
 
 from chefbot.maths.angles import wrap
@@ -11,10 +13,26 @@ from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.tf2_msgs import TFMessage
 
 KEEP_NS = 10_000_000_000
+MAX_WAITING = 100
+"""Older requests are given up: their frame has gone silent."""
 
 
 class TransformError(LookupError):
     """The tree cannot answer; the sentence says which frame or time is missing."""
+
+
+class TooNewError(TransformError):
+    """The time asked for has not come yet for one of the frames: wait."""
+
+
+@dataclass(frozen=True)
+class _Waiting:
+    """Somebody who wants a transform that is not known yet."""
+
+    target: str
+    source: str
+    stamp_ns: int
+    action: Callable[[SE2], None]
 
 
 class _Edge:
@@ -63,6 +81,7 @@ class Transforms:
 
     def __init__(self) -> None:
         self._edges: dict[str, _Edge] = {}
+        self._waiting: list[_Waiting] = []
 
     def receive(self, message: TFMessage, static: bool) -> None:
         """Take in what /tf (or /tf_static) says."""
@@ -73,6 +92,34 @@ class Transforms:
                 edge = self._edges[child] = _Edge(parent, static)
             pose = SE2(one.transform.translation.x, one.transform.translation.y, one.transform.rotation.yaw)
             edge.add(one.header.stamp.ns, pose)
+        self._serve_waiting()
+
+    def when(self, target: str, source: str, stamp_ns: int, action: Callable[[SE2], None]) -> None:
+        """Call `action` with `target_T_source` at `stamp_ns`, now or as soon as it is known.
+
+        What is too old to be known is left out: nobody can ever answer it.
+        """
+        self._waiting.append(_Waiting(target, source, stamp_ns, action))
+        self._serve_waiting()
+
+    def _serve_waiting(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        for one in waiting:
+            try:
+                pose = self.lookup(one.target, one.source, one.stamp_ns)
+            except TooNewError:
+                self._waiting.append(one)
+            except TransformError:
+                self._keep_if_young(one)
+            else:
+                one.action(pose)
+        del self._waiting[:-MAX_WAITING]
+
+    def _keep_if_young(self, one: _Waiting) -> None:
+        """A frame that nobody has spoken of may still come; a time before all that is known will not."""
+        known = [edge.stamps[-1] for edge in self._edges.values() if not edge.static]
+        if not known or one.stamp_ns >= max(known) - KEEP_NS // 10:
+            self._waiting.append(one)
 
     def lookup(self, target: str, source: str, stamp_ns: int | None = None) -> SE2:
         """`target_T_source` at a time, or the newest known. TransformError when the tree cannot say."""
@@ -85,6 +132,7 @@ class Transforms:
 
     def forget(self, static_too: bool = False) -> None:
         """As after a restart."""
+        self._waiting.clear()
         self._edges = (
             {} if static_too else {child: edge for child, edge in self._edges.items() if edge.static}
         )

@@ -1,0 +1,45 @@
+"""A saved map and its places, as map_server gives them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from chefbot.msgs.chefbot_msgs import Place, Places
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.std_msgs import Header
+from chefbot.runtime.files import load_map
+from chefbot.runtime.node import Device, Out, topic
+from chefbot.runtime.places import load_places, places_path
+
+
+class MapFileParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Which map."""
+
+    map: Annotated[str, Meta(min_length=1, description="path of a ROS map file, NAME.yaml")]
+
+
+class MapFileDevice(Device):
+    """Publishes map and places once, for all who come later too."""
+
+    params: MapFileParams
+    map: Out[OccupancyGrid] = topic(latched=True)
+    places: Out[Places] = topic(latched=True)
+
+    def start(self) -> None:
+        """Read the files now, so that a fault stops the start; speak as soon as the loop runs."""
+        path = Path(self.params.map)
+        self._grid = load_map(path)
+        named = places_path(path)
+        self._places = load_places(named) if named.exists() else {}
+        self.post(self._publish)
+
+    def _publish(self) -> None:
+        header = Header.of(self.now_ns, "map")
+        self.map.publish(OccupancyGrid.of(header, self._grid))
+        places = (Place(name, PoseStamped(header, Pose.of(pose))) for name, pose in self._places.items())
+        self.places.publish(Places(tuple(places)))

@@ -1,0 +1,38 @@
+"""Between messages and costmaps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.values import LETHAL, UNKNOWN, Costmap
+from chefbot.mapping.grid import Grid
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Header
+
+_AS_PERCENT = np.concatenate([np.arange(255) * 100 // LETHAL, [-1]]).astype(np.int8)
+"""Cost to the percent that nav_msgs/OccupancyGrid holds; UNKNOWN to -1."""
+assert _AS_PERCENT[UNKNOWN] == -1
+
+
+def mark_laser(costs: LayeredCostmap, sensor: SE2, scan: LaserScan) -> None:
+    """A laser scan from `sensor` in the costmap's frame."""
+    ranges = scan.ranges.astype(np.float64)
+    ranges[ranges >= scan.range_max] = np.inf
+    costs.mark_and_clear("laser", sensor, scan.angles.astype(np.float64), ranges)
+
+
+def mark_obstacles(costs: LayeredCostmap, sensor: SE2, seen: ObstacleScan) -> None:
+    """What a depth camera saw, from above its foot `sensor` in the costmap's frame."""
+    angles = seen.angle_min + np.arange(len(seen.ranges)) * float(seen.angle_increment)
+    floor = (seen.clear_from.astype(np.float64), seen.clear_to.astype(np.float64))
+    costs.mark_and_clear("camera", sensor, angles, seen.ranges.astype(np.float64), floor)
+
+
+def costmap_message(header: Header, costs: Costmap) -> OccupancyGrid:
+    """As Nav2 publishes costmaps."""
+    grid = Grid(_AS_PERCENT[costs.cells], costs.resolution, costs.origin_x, costs.origin_y)
+    return OccupancyGrid.of(header, grid)

@@ -1,0 +1,92 @@
+"""Depth images to what mapping and navigation use: a flat scan, and obstacles of any height."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.sensor_msgs import Image, LaserScan
+from chefbot.msgs.std_msgs import Header
+from chefbot.nodes.frames import CAMERA_FRAME
+from chefbot.runtime.node import In, Node, Out, topic
+from chefbot.scan.camera import CameraModel, depth_image
+from chefbot.scan.depth_to_scan import DepthToScan, DepthToScanParams
+from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams
+
+OVERHEAD = 0.05
+"""Metres above the robot's top that must be free as well."""
+
+
+class DepthParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Both conversions."""
+
+    scan: DepthToScanParams = DepthToScanParams(scan_height=10)
+    obstacles: ObstacleScanParams = ObstacleScanParams()
+
+
+class DepthToScanNode(Node):
+    """The flat scan goes to `depth_scan`; where there is no lidar the launch file calls that `scan`."""
+
+    needs_sensors = ("depth_camera",)
+    params: DepthParams
+    depth: In[Image] = topic("camera/depth/image_raw")
+    depth_scan: Out[LaserScan]
+    obstacles: Out[ObstacleScan]
+
+    def start(self) -> None:
+        """Tables of angles, from the robot's camera."""
+        camera = self.robot.sensors.depth_camera
+        assert camera is not None
+        self._camera = camera
+        self._model = CameraModel.of(camera)
+        self._scan = DepthToScan(self._model, self.params.scan)
+        top = self.robot.overall_height + OVERHEAD
+        self._obstacles = ObstacleScanner(self._model, camera.mount, top, self.params.obstacles)
+
+    def on_depth(self, image: Image) -> None:
+        """Convert at once; the stamp stays that of the image."""
+        depth = depth_image(
+            image.data.tobytes(),
+            image.encoding,
+            image.height,
+            image.width,
+            image.step,
+            bool(image.is_bigendian),
+        )
+        header = msgspec.structs.replace(image.header, frame_id=CAMERA_FRAME)
+        seen = self._obstacles.scan(depth)
+        self.depth_scan.publish(self._laser_scan(header, self._scan.convert(depth)))
+        angles = self._obstacles.angles
+        self.obstacles.publish(
+            ObstacleScan(
+                header,
+                float(angles[0]),
+                float(angles[1] - angles[0]),
+                self._camera.range_max,
+                seen.obstacles,
+                seen.clear_from,
+                seen.clear_to,
+            )
+        )
+
+    def _laser_scan(self, header: Header, ranges: NDArray[np.float32]) -> LaserScan:
+        scan = self._scan
+        return LaserScan(
+            header,
+            scan.angle_min,
+            scan.angle_max,
+            scan.angle_increment,
+            0.0,
+            self._period,
+            self._camera.range_min,
+            self._camera.range_max,
+            ranges,
+        )
+
+    @cached_property
+    def _period(self) -> float:
+        return 1.0 / self._camera.rate

@@ -1,0 +1,50 @@
+"""Scans to a map, as slam_gmapping does it."""
+
+from __future__ import annotations
+
+import msgspec
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.geometry_msgs import TransformStamped
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.slam.gmapping import Gmapping
+from chefbot.slam.params import GmappingParams
+
+
+class GmappingNode(Node):
+    """Publishes the map and the transform map -> odom; the map frame begins where the robot stands."""
+
+    params: GmappingParams
+    scan: In[LaserScan]
+    map: Out[OccupancyGrid] = topic(latched=True)
+    tf_out: Out[TFMessage] = topic("tf")
+
+    def start(self) -> None:
+        """The sensor's place comes with the first scan."""
+        self._slam: Gmapping | None = None
+        self._changed = False
+
+    def on_scan(self, scan: LaserScan) -> None:
+        """Wait until odometry has reached the scan's time."""
+        stamp = scan.header.stamp.ns
+        self.tf.when("odom", "base_link", stamp, lambda odom: self._update(scan, odom))
+
+    def _update(self, scan: LaserScan, odom: SE2) -> None:
+        if self._slam is None:
+            sensor = self.tf.lookup("base_link", scan.header.frame_id)
+            seed = int(self.context.rng().integers(2**31)) + self.params.seed
+            self._slam = Gmapping(msgspec.structs.replace(self.params, seed=seed), sensor)
+        self._changed |= self._slam.update(scan.angles, scan.ranges, odom, scan.range_max)
+        transform = TransformStamped.of(scan.header.stamp.ns, "map", "odom", self._slam.map_T_odom)
+        self.tf_out.publish(TFMessage((transform,)))
+
+    @every(hz=0.5)
+    def publish_map(self) -> None:
+        """Only when something was added."""
+        if self._slam is not None and self._changed:
+            self._changed = False
+            self.map.publish(OccupancyGrid.of(Header.of(self.now_ns, "map"), self._slam.map()))

@@ -1,0 +1,162 @@
+"""Gets the robot to a pose: plan, follow, plan again every second, recover when stuck, say why it failed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import msgspec
+from msgspec import Meta
+
+from chefbot.behavior.recovery import RECOVERIES, Recovery
+from chefbot.msgs.builtin_interfaces import Duration
+from chefbot.msgs.chefbot_msgs import NavigationStatus
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
+from chefbot.msgs.nav2_msgs import (
+    BackUp,
+    BackUp_Goal,
+    ComputePathToPose,
+    ComputePathToPose_Goal,
+    FollowPath,
+    FollowPath_Feedback,
+    FollowPath_Goal,
+    FollowPath_Result,
+    NavigateToPose,
+    NavigateToPose_Feedback,
+    NavigateToPose_Goal,
+    NavigateToPose_Result,
+    Spin,
+    Spin_Goal,
+)
+from chefbot.msgs.std_msgs import Bool, Empty, Header
+from chefbot.runtime.actions import calls, serves
+from chefbot.runtime.node import In, Node, Out, topic
+from chefbot.runtime.tasks import Cancelled, Future, Task, first_of
+from chefbot.runtime.transforms import TransformError
+
+HOPELESS = (204,)
+"""Error codes of planning that no recovery can mend: the goal is outside the map."""
+REACHED = 0
+
+
+class NavigatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How patient it is."""
+
+    replan_period: Annotated[float, Meta(ge=0.2, le=60, description="between two plans while driving, s")] = (
+        1.0
+    )
+    max_recoveries: Annotated[int, Meta(ge=0, le=100, description="before it gives up")] = 8
+
+
+class NavigatorNode(Node):
+    """Serves navigate_to_pose; also takes goals from `goal_pose`, as RViz's button gives them."""
+
+    params: NavigatorParams
+    goal_pose: In[PoseStamped]
+    cancel: In[Empty]
+    emergency_stop: In[Bool]
+    navigate_to_pose = serves(NavigateToPose)
+    compute_path_to_pose = calls(ComputePathToPose)
+    follow_path = calls(FollowPath)
+    spin = calls(Spin)
+    backup = calls(BackUp)
+    own_goal = calls(NavigateToPose, "navigate_to_pose")
+    clear_costmaps: Out[Empty]
+    navigation_status: Out[NavigationStatus] = topic(latched=True)
+    navigation_goal: Out[PoseStamped]
+
+    def start(self) -> None:
+        """Idle."""
+        self._recoveries = 0
+        self._goal_task: Task[Any] | None = None
+        self._tell("idle", "")
+
+    def on_goal_pose(self, goal: PoseStamped) -> None:
+        """A goal without an action: ours, so that everything goes the same way."""
+        self._goal_task = self.spawn(self._own(goal))
+
+    async def _own(self, goal: PoseStamped) -> None:
+        await self.own_goal.call(NavigateToPose_Goal(goal))
+
+    def on_cancel(self, _: Empty) -> None:
+        """Stand still, whoever gave the goal."""
+        self.navigate_to_pose.preempt()
+
+    def on_emergency_stop(self, pressed: Bool) -> None:
+        """A stopped robot has no goal: nothing starts by itself when the button is released."""
+        if pressed.data:
+            self.navigate_to_pose.preempt()
+
+    def on_follow_path(self, feedback: FollowPath_Feedback) -> None:
+        """Pass on how far it is."""
+        self._remaining = feedback.distance_to_goal
+
+    async def on_navigate_to_pose(
+        self, goal: NavigateToPose_Goal, feedback: Callable[[NavigateToPose_Feedback], None]
+    ) -> NavigateToPose_Result:
+        """Try, recover, try again."""
+        self._recoveries, began = 0, self.now_ns
+        self.navigation_goal.publish(goal.pose)
+        try:
+            while True:
+                feedback(self._feedback(began))
+                outcome = await self._attempt(goal.pose)
+                if outcome.error_code == REACHED:
+                    self._tell("idle", "")
+                    return NavigateToPose_Result()
+                if self._recoveries >= self.params.max_recoveries or outcome.error_code in HOPELESS:
+                    self._tell("idle", outcome.error_msg)
+                    return NavigateToPose_Result(outcome.error_code, outcome.error_msg)
+                await self._recover(outcome.error_msg)
+        except Cancelled:
+            self._tell("idle", "The goal was cancelled.")
+            raise
+
+    async def _attempt(self, goal: PoseStamped) -> FollowPath_Result:
+        """Drive, with a new plan every `replan_period`, until the controller has done or given up."""
+        following: Future[FollowPath_Result] | None = None
+        try:
+            while True:
+                planned = await self.compute_path_to_pose.call(ComputePathToPose_Goal(goal))
+                if planned.error_code != 0:
+                    return FollowPath_Result(planned.error_code, planned.error_msg)
+                self._tell("driving", "")
+                following = self.follow_path.call(FollowPath_Goal(planned.path))
+                await first_of(following, self.sleep(self.params.replan_period))
+                if following.done:
+                    return following.result()
+        finally:
+            if following is not None:
+                following.abandon()
+
+    async def _recover(self, reason: str) -> None:
+        """The next remedy in the list."""
+        recovery = RECOVERIES[self._recoveries % len(RECOVERIES)]
+        self._recoveries += 1
+        self._tell("recovering", reason)
+        await self._do(recovery)
+
+    async def _do(self, recovery: Recovery) -> None:
+        if recovery.kind == "clear":
+            self.clear_costmaps.publish(Empty())
+            await self.sleep(recovery.amount)  # the sensors need a moment to see again
+        elif recovery.kind == "spin":
+            await self.spin.call(Spin_Goal(recovery.amount, Duration.of(20.0)))
+        elif recovery.kind == "back_up":
+            await self.backup.call(BackUp_Goal(Point(recovery.amount), 0.1, Duration.of(10.0)))
+        else:
+            await self.sleep(recovery.amount)
+
+    def _feedback(self, began_ns: int) -> NavigateToPose_Feedback:
+        spent = Duration.of((self.now_ns - began_ns) / 1e9)
+        return NavigateToPose_Feedback(self._here(), spent, Duration(), self._recoveries, 0.0)
+
+    def _here(self) -> PoseStamped:
+        try:
+            return PoseStamped(Header.of(self.now_ns, "map"), Pose.of(self.tf.lookup("map", "base_link")))
+        except TransformError:
+            return PoseStamped()  # not localized yet: an empty frame says so
+
+    def _tell(self, state: str, reason: str) -> None:
+        header = Header.of(self.now_ns, "map")
+        self.navigation_status.publish(NavigationStatus(header, state, self._recoveries, reason))

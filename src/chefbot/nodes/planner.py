@@ -1,0 +1,118 @@
+"""The global costmap and the planner on it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped
+from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, ComputePathToPose_Result
+from chefbot.msgs.nav_msgs import OccupancyGrid, Path
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Empty, Header
+from chefbot.nodes.costmaps import costmap_message, mark_laser, mark_obstacles
+from chefbot.planning.grid_planner import GridPlanner
+from chefbot.planning.params import PlannerParams
+from chefbot.planning.planner import Failure, Planner, PlanningError
+from chefbot.runtime.actions import serves
+from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.runtime.plugins import plugin
+from chefbot.runtime.transforms import TransformError
+
+ERROR_CODES = {
+    Failure.START_OUTSIDE_MAP: 203,
+    Failure.GOAL_OUTSIDE_MAP: 204,
+    Failure.START_OCCUPIED: 205,
+    Failure.GOAL_OCCUPIED: 206,
+    Failure.NO_VALID_PATH: 208,
+}
+"""As in nav2_msgs/action/ComputePathToPose."""
+NO_TRANSFORM = 202
+
+
+class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The map of costs, and which planner with which settings."""
+
+    costmap: CostmapParams = CostmapParams()
+    plugin: str = ""
+    """`pkg.module:Class` of another planner; it is made with `settings`."""
+    settings: PlannerParams = PlannerParams()
+
+
+class PlannerNode(Node):
+    """Serves compute_path_to_pose on the map, with what the sensors have seen since."""
+
+    params: PlannerNodeParams
+    map: In[OccupancyGrid]
+    scan: In[LaserScan]
+    obstacles: In[ObstacleScan]
+    clear_costmaps: In[Empty]
+    compute_path_to_pose = serves(ComputePathToPose)
+    plan: Out[Path]
+    costmap: Out[OccupancyGrid] = topic("global_costmap/costmap")
+
+    def start(self) -> None:
+        """Nothing can be planned before the first map."""
+        self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint_radius)
+        self._planner: Planner = plugin(self.params.plugin, GridPlanner, self.params.settings)
+
+    def on_map(self, message: OccupancyGrid) -> None:
+        """A new or grown map."""
+        self._costs.set_static(message.grid)
+
+    def on_scan(self, scan: LaserScan) -> None:
+        """What is there now and was not on the map."""
+        stamp = scan.header.stamp.ns
+        self.tf.when("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark_laser, scan, pose))
+
+    def on_obstacles(self, seen: ObstacleScan) -> None:
+        """What the camera sees at any height."""
+        stamp = seen.header.stamp.ns
+        self.tf.when("odom", seen.header.frame_id, stamp, lambda pose: self._mark(mark_obstacles, seen, pose))
+
+    def _mark(self, mark: Any, message: Any, odom_T_sensor: SE2) -> None:
+        """Odometry's time is the sensor's; the map's correction is the newest known."""
+        try:
+            map_T_odom = self.tf.lookup("map", "odom")
+        except TransformError:
+            return  # not localized yet: it would stand in the wrong place
+        if self.map.last is not None:
+            mark(self._costs, map_T_odom @ odom_T_sensor, message)
+
+    def on_clear_costmaps(self, _: Empty) -> None:
+        """Forget what was seen."""
+        self._costs.clear()
+
+    async def on_compute_path_to_pose(self, goal: ComputePathToPose_Goal, _: Any) -> ComputePathToPose_Result:
+        """A path from where the robot is (or from `start`) to the goal, or the reason why not."""
+        try:
+            here = self.tf.lookup("map", "base_link")
+        except TransformError as error:
+            return ComputePathToPose_Result(error_code=NO_TRANSFORM, error_msg=f"Not localized yet: {error}")
+        start = goal.start.pose.se2 if goal.use_start else here
+        try:
+            poses = self._planner.plan(self._costs.update(), start, goal.goal.pose.se2)
+        except PlanningError as error:
+            code = ERROR_CODES[error.failure]
+            return ComputePathToPose_Result(error_code=code, error_msg=str(error))
+        path = self._path(poses)
+        self.plan.publish(path)
+        return ComputePathToPose_Result(path)
+
+    def _path(self, poses: NDArray[np.float64]) -> Path:
+        header = Header.of(self.now_ns, "map")
+        return Path(header, tuple(PoseStamped(header, Pose.of(SE2.of(pose))) for pose in poses))
+
+    @every(hz=1)
+    def publish_costmap(self) -> None:
+        """For looking."""
+        if self.map.last is not None:
+            header = Header.of(self.now_ns, "map")
+            self.costmap.publish(costmap_message(header, self._costs.update()))

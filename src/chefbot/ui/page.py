@@ -1,0 +1,286 @@
+"""The operator's page as a device: shows what the nodes say, says what the operator wants."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import (
+    DeliveryStatus,
+    LocalizationStatus,
+    NavigationStatus,
+    ObstacleScan,
+    Order,
+    Places,
+)
+from chefbot.msgs.geometry_msgs import (
+    Pose,
+    PoseStamped,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    Twist,
+    covariance_36,
+)
+from chefbot.msgs.nav2_msgs import ParticleCloud
+from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry, Path
+from chefbot.msgs.sensor_msgs import BatteryState, Image, LaserScan
+from chefbot.msgs.std_msgs import Bool, Empty, Header, String
+from chefbot.runtime.clock import wall_ns
+from chefbot.runtime.node import Device, In, Out, every, topic
+from chefbot.runtime.transforms import TransformError
+from chefbot.ui import commands as do
+from chefbot.ui.layers import Delivery, RobotView, Scan, Status
+from chefbot.ui.server import PageServer
+
+CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
+"""How well a person clicks a pose: metres, radians."""
+
+
+class CostImage(NamedTuple):
+    """Costs as the page wants them: cells (h, w) uint8, metres per cell, corner in metres."""
+
+    cells: NDArray[np.uint8]
+    resolution: float
+    origin_x: float
+    origin_y: float
+
+
+class PageParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where the page is served."""
+
+    port: Annotated[int, Meta(ge=1, le=65535, description="TCP port; the next free one if it is taken")] = (
+        8080
+    )
+    host: Annotated[str, Meta(description="address to serve on; any but loopback asks for a token")] = (
+        "127.0.0.1"
+    )
+    simulation: Annotated[bool, Meta(description="whether to offer boxes, doors and kidnapping")] = False
+
+
+class PageDevice(Device):
+    """One page for everything. What it says is recorded like any sensor, so a replay obeys the same clicks."""
+
+    params: PageParams
+    map: In[OccupancyGrid]
+    costmap: In[OccupancyGrid] = topic("global_costmap/costmap")
+    scan: In[LaserScan]
+    obstacles: In[ObstacleScan]
+    particle_cloud: In[ParticleCloud]
+    plan: In[Path]
+    local_plan: In[Path]
+    goal: In[PoseStamped] = topic("navigation_goal")
+    odom: In[Odometry]
+    ground_truth: In[Odometry]
+    picture: In[Image] = topic("camera/color/image_raw")
+    battery_state: In[BatteryState]
+    localization_status: In[LocalizationStatus]
+    navigation_status: In[NavigationStatus]
+    delivery_status: In[DeliveryStatus]
+    places: In[Places]
+    phase: In[String]
+
+    goal_pose: Out[PoseStamped]
+    initialpose: Out[PoseWithCovarianceStamped]
+    order: Out[Order]
+    taken: Out[Empty]
+    cancel: Out[Empty]
+    emergency_stop: Out[Bool] = topic(latched=True)
+    cmd_vel_teleop: Out[Twist]
+    drop_box: Out[PoseStamped] = topic("simulation/drop_box")
+    door: Out[String] = topic("simulation/door")
+    kidnap: Out[PoseStamped] = topic("simulation/kidnap")
+
+    def start(self) -> None:
+        """Serve."""
+        self._places: dict[str, SE2] = {}
+        self._stopped = False
+        self._pace = (wall_ns(), self.now_ns)
+        self._factor: float | None = None
+        self._server = PageServer(self.params.port, self.params.host, self._receive)
+        self.url = self._server.start()
+
+    def stop(self) -> None:
+        """Free the port."""
+        super().stop()
+        self._server.stop()
+
+    # -- what is shown
+
+    def on_map(self, message: OccupancyGrid) -> None:
+        """The map, as it grows."""
+        self._server.show("map", message.grid)
+
+    def on_costmap(self, message: OccupancyGrid) -> None:
+        """What it costs to be where."""
+        grid = message.grid
+        costs = np.where(grid.cells < 0, 255, grid.cells.astype(np.int16) * 254 // 100).astype(np.uint8)
+        self._server.show("costmap", CostImage(costs, grid.resolution, grid.origin_x, grid.origin_y))
+
+    def on_scan(self, message: LaserScan) -> None:
+        """Where beams ended."""
+        sensor = self._find("map", message.header.frame_id)
+        if sensor is not None:
+            self._server.show("scan", Scan(sensor, message.angles, message.ranges))
+
+    def on_obstacles(self, message: ObstacleScan) -> None:
+        """What the camera sees in the way."""
+        sensor = self._find("map", message.header.frame_id)
+        if sensor is not None:
+            angles = message.angle_min + message.angle_increment * np.arange(len(message.ranges))
+            self._server.show("obstacles", Scan(sensor, angles, message.ranges))
+
+    def on_particle_cloud(self, message: ParticleCloud) -> None:
+        """The guesses."""
+        self._server.show("particles", np.array([one.pose.se2 for one in message.particles]).reshape(-1, 3))
+
+    def on_plan(self, message: Path) -> None:
+        """The way to the goal."""
+        self._server.show("path", _points(message, SE2(0, 0, 0)))
+
+    def on_local_plan(self, message: Path) -> None:
+        """The next second, in the odometry's frame."""
+        pose = self._find("map", message.header.frame_id)
+        if pose is not None:
+            self._server.show("local_path", _points(message, pose))
+
+    def on_goal(self, message: PoseStamped) -> None:
+        """Where it goes."""
+        self._server.show("goal", message.pose.se2)
+
+    def on_ground_truth(self, message: Odometry) -> None:
+        """Where it really is."""
+        self._server.show("truth", message.pose.pose.se2)
+
+    def on_picture(self, message: Image) -> None:
+        """What the camera sees."""
+        self._server.show("camera", message.pixels)
+
+    def on_places(self, message: Places) -> None:
+        """Named poses."""
+        self._places = {place.name: place.pose.pose.se2 for place in message.places}
+        self._server.show("places", self._places)
+
+    def on_delivery_status(self, message: DeliveryStatus) -> None:
+        """What the waiter does."""
+        waiting = message.state == "waiting"
+        view = Delivery(queue=message.queue, step=message.sentence, waiting_for_taken=waiting)
+        self._server.show("delivery", view)
+
+    @every(hz=10)
+    def show_robot(self) -> None:
+        """Pose and status."""
+        pose = self._find("map", "base_link") or self._find("odom", "base_link")
+        if pose is not None:
+            twist = self.odom.last.twist.twist if self.odom.last else Twist()
+            view = RobotView(
+                x=pose.x,
+                y=pose.y,
+                yaw=pose.yaw,
+                radius=self.robot.footprint_radius,
+                v=twist.linear.x,
+                w=twist.angular.z,
+            )
+            self._server.show("robot", view)
+        self._server.show("status", self._status(pose))
+
+    def _status(self, pose: SE2 | None) -> Status:
+        battery, truth = self.battery_state.last, self.ground_truth.last
+        sure, navigation = self.localization_status.last, self.navigation_status.last
+        return Status(
+            phase=self.phase.last.data if self.phase.last else "",
+            clock=self.now_ns / 1e9,
+            real_time_factor=self._real_time_factor(),
+            battery=100.0 * battery.percentage if battery else None,
+            volts=battery.voltage if battery else None,
+            confidence=sure.confidence if sure else None,
+            localization_error=truth.pose.pose.se2.distance(pose) if truth and pose else None,
+            navigation=navigation.state if navigation else "",
+            reason=navigation.reason if navigation else "",
+            stopped=self._stopped,
+            simulation=self.params.simulation,
+        )
+
+    def _real_time_factor(self) -> float | None:
+        """Seconds of the loop in a second of the wall, over the last half second."""
+        wall, time = wall_ns(), self.now_ns
+        if wall - self._pace[0] > 500_000_000:
+            self._factor = (time - self._pace[1]) / (wall - self._pace[0])
+            self._pace = (wall, time)
+        return self._factor
+
+    def _find(self, target: str, source: str) -> SE2 | None:
+        """A transform, if it is known yet: a picture can do without."""
+        try:
+            return self.tf.lookup(target, source)
+        except TransformError:
+            return None
+
+    # -- what the operator wants
+
+    def _receive(self, command: do.Command) -> None:
+        """In the server's thread."""
+        if isinstance(command, do.GoPlace) and command.name not in self._places:
+            raise UserError(f"There is no place called {command.name}")
+        if isinstance(command, do.Deliver):
+            missing = [name for name in command.tables if name not in self._places]
+            if missing:
+                raise UserError(f"There is no place called {missing[0]}")
+        self.post(lambda: self._obey(command))
+
+    def _obey(self, command: do.Command) -> None:
+        """In the loop."""
+        match command:
+            case do.Goal(x, y, yaw):
+                self._go(SE2(x, y, yaw))
+            case do.GoPlace(name):
+                self._go(self._places[name])
+            case do.InitialPose(x, y, yaw):
+                self._here(SE2(x, y, yaw))
+            case do.Deliver(tables):
+                self.order.publish(Order(tuple(tables)))
+            case do.Taken():
+                self.taken.publish(Empty())
+            case do.Cancel():
+                self.cancel.publish(Empty())
+            case do.Stop() | do.Resume():
+                self._stopped = isinstance(command, do.Stop)
+                self.emergency_stop.publish(Bool(self._stopped))
+            case do.Drive(v, w):
+                self.cmd_vel_teleop.publish(Twist.of(v * self.robot.max_speed, w * self.robot.max_turn))
+            case _:
+                self._play(command)
+
+    def _play(self, command: do.Command) -> None:
+        """Toys of the simulation; ignored by a robot that has no such ears."""
+        match command:
+            case do.DropBox(x, y):
+                self.drop_box.publish(self._stamped(SE2(x, y, 0.0)))
+            case do.Kidnap(x, y, yaw):
+                self.kidnap.publish(self._stamped(SE2(x, y, yaw)))
+            case do.OpenDoor(name):
+                self.door.publish(String(f"open {name}"))
+            case do.CloseDoor(name):
+                self.door.publish(String(f"close {name}"))
+
+    def _go(self, pose: SE2) -> None:
+        self.goal_pose.publish(self._stamped(pose))
+
+    def _here(self, pose: SE2) -> None:
+        covariance = covariance_36(np.diag([CLICK_STD_XY**2, CLICK_STD_XY**2, CLICK_STD_YAW**2]))
+        message = PoseWithCovariance(Pose.of(pose), covariance)
+        self.initialpose.publish(PoseWithCovarianceStamped(Header.of(self.now_ns, "map"), message))
+
+    def _stamped(self, pose: SE2) -> PoseStamped:
+        return PoseStamped(Header.of(self.now_ns, "map"), Pose.of(pose))
+
+
+def _points(path: Path, frame: SE2) -> NDArray[np.float64]:
+    """(n, 2) on the map."""
+    points = [(one.pose.position.x, one.pose.position.y) for one in path.poses]
+    return frame.apply(np.array(points, np.float64).reshape(-1, 2))

@@ -1,0 +1,25 @@
+"""What several test folders need."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).parent.parent
+
+
+def shared_file(name: str) -> Path:
+    """A file of the benchmark data; skips the test where it is absent."""
+    folder = Path(os.environ.get("CHEFBOT_SHARED", REPOSITORY.parent / "shared"))
+    path = folder / name
+    if not path.exists():
+        pytest.skip(f"needs the benchmark file {name}; set CHEFBOT_SHARED to the folder that holds it")
+    return path
+
+
+@pytest.fixture
+def shared():  # type: ignore[no-untyped-def]
+    """`shared("data/slam/intel.log.gz")` is the path of a benchmark file."""
+    return shared_file

@@ -1,0 +1,130 @@
+"""Our bytes against those of an independent implementation."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import math
+import pkgutil
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rosbags.typesys import Stores, get_typestore
+
+import chefbot.msgs
+from chefbot.msgs.base import NUMPY_TYPES, FieldType, Message, fields_of, ros_type
+from chefbot.msgs.cdr import CdrError
+from chefbot.msgs.definition import definition_text, type_hash
+from chefbot.msgs.registry import message_type
+from chefbot.msgs.sensor_msgs import LaserScan
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+
+
+def all_messages() -> list[type[Message]]:
+    found = []
+    for module in pkgutil.iter_modules(chefbot.msgs.__path__):
+        loaded = importlib.import_module(f"chefbot.msgs.{module.name}")
+        for value in vars(loaded).values():
+            if isinstance(value, type) and issubclass(value, Message) and value.__module__ == loaded.__name__:
+                found.append(value)
+    return [one for one in found if one is not Message]
+
+
+KNOWN = [one for one in all_messages() if ros_type(one) in STORE.fielddefs]
+INTEGERS = {"int8": 8, "int16": 16, "int32": 32, "int64": 64}
+
+
+def values_of(field: FieldType) -> st.SearchStrategy:
+    if field.message is not None:
+        one = instances_of(field.message)
+        return st.lists(one, max_size=3).map(tuple) if field.is_array else one
+    if field.element == "string":
+        text = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=9)
+        return st.lists(text, max_size=3).map(tuple) if field.is_array else text
+    if field.is_array:
+        size = st.just(field.fixed_size) if field.fixed_size else st.integers(0, 9)
+        dtype = NUMPY_TYPES[field.element]
+        return size.map(lambda n: np.arange(1, n + 1).astype(dtype))
+    return numbers_of(field.element)
+
+
+def numbers_of(element: str) -> st.SearchStrategy:
+    if element == "bool":
+        return st.booleans()
+    if element == "byte":
+        return st.integers(0, 127)  # the other library takes no more
+    if element.startswith("float"):
+        return st.floats(width=int(element[5:]), allow_nan=False)
+    if element in INTEGERS:
+        bits = INTEGERS[element]
+        return st.integers(-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+    return st.integers(0, 2 ** int(element.removeprefix("uint")) - 1)
+
+
+def instances_of(kind: type[Message]) -> st.SearchStrategy:
+    return st.builds(kind, *(values_of(field) for field in fields_of(kind)))
+
+
+def theirs(message: Message):
+    """The same message as the other library's object."""
+    values = []
+    for field in fields_of(type(message)):
+        value = getattr(message, field.name)
+        if field.message is not None:
+            value = [theirs(one) for one in value] if field.is_array else theirs(value)
+        elif field.element == "string" and field.is_array:
+            value = list(value)
+        values.append(value)
+    return STORE.types[ros_type(type(message))](*values)
+
+
+@pytest.mark.parametrize("kind", KNOWN, ids=ros_type)
+@settings(max_examples=8, deadline=None)
+@given(data=st.data())
+def test_bytes_equal_those_of_rosbags_and_read_back(kind: type[Message], data: st.DataObject) -> None:
+    message = data.draw(instances_of(kind))
+    ours = message.to_cdr()
+    assert ours == bytes(STORE.serialize_cdr(theirs(message), ros_type(kind)))
+    assert kind.from_cdr(ours).to_cdr() == ours
+
+
+@pytest.mark.parametrize("kind", all_messages(), ids=ros_type)
+def test_every_message_survives_the_wire_and_is_found_by_name(kind: type[Message]) -> None:
+    assert kind.from_cdr(kind().to_cdr()).to_cdr() == kind().to_cdr()
+    assert message_type(ros_type(kind)) is kind
+    assert definition_text(kind)
+
+
+def test_type_hashes_are_those_of_ros(shared) -> None:
+    known = json.loads(shared("data/ros2/type_hashes.json").read_text())
+    ours = {ros_type(one): type_hash(one) for one in all_messages() if ros_type(one) in known}
+    assert len(ours) >= 35
+    assert ours == {name: known[name] for name in ours}
+
+
+@settings(max_examples=200, deadline=None)
+@given(cut=st.integers(0, 100), flips=st.lists(st.tuples(st.integers(0, 99), st.integers(0, 255)), max_size=4))
+def test_damaged_bytes_raise_cdr_error_and_nothing_else(cut: int, flips: list[tuple[int, int]]) -> None:
+    scan = LaserScan(angle_min=-1.0, ranges=np.ones(10, np.float32))
+    data = bytearray(scan.to_cdr())
+    for place, value in flips:
+        data[place % len(data)] = value
+    try:
+        LaserScan.from_cdr(bytes(data[:cut]))
+    except CdrError:
+        return
+    assert cut >= len(data) - 8
+
+
+def test_a_value_that_does_not_fit_is_refused_with_its_type() -> None:
+    with pytest.raises(CdrError, match="sensor_msgs/msg/LaserScan"):
+        LaserScan(angle_min="left").to_cdr()
+
+
+def test_nan_and_infinity_travel() -> None:
+    scan = LaserScan(ranges=np.array([math.inf, math.nan, 1.0], np.float32))
+    back = LaserScan.from_cdr(scan.to_cdr()).ranges
+    assert math.isinf(back[0]) and math.isnan(back[1]) and back[2] == 1.0

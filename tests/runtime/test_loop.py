@@ -1,0 +1,147 @@
+"""Order, time, tasks, actions."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.errors import UserError
+from chefbot.msgs.chefbot_msgs import Deliver_Goal
+from chefbot.msgs.std_msgs import Float64, String
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import PacedClock, StepClock
+from chefbot.runtime.launch import Launch, NodeEntry
+from chefbot.runtime.loop import DEVICE, MESSAGE, TIMER, Loop
+from chefbot.runtime.system import System
+from chefbot.runtime.tasks import Cancelled
+
+HERE = "tests.runtime.toys"
+
+
+def make(nodes: dict[str, str], seed: int = 1, start_ns: int = 0) -> System:
+    system = System(Loop(StepClock(), start_ns), load_robot("chefbot"), seed)
+    entries = {name: NodeEntry(kind=f"{HERE}:{kind}") for name, kind in nodes.items()}
+    system.launch(Launch(name="test", about="", args={}, nodes=entries))
+    return system
+
+
+@given(st.lists(st.tuples(st.integers(0, 3), st.sampled_from([DEVICE, MESSAGE, TIMER])), max_size=30))
+def test_events_happen_by_time_then_rank_then_sequence(events: list[tuple[int, int]]) -> None:
+    loop = Loop(StepClock())
+    seen: list[tuple[int, int, int]] = []
+    for i, (time, rank) in enumerate(events):
+        loop.at(time, rank, lambda key=(time, rank, i): seen.append(key))
+    loop.run()
+    assert seen == sorted(seen) and len(seen) == len(events)
+
+
+def test_messages_are_done_before_timers_of_the_same_instant() -> None:
+    loop = Loop(StepClock())
+    seen: list[str] = []
+    loop.subscribe("a", "first", lambda m: loop.publish("b", m, "first"))
+    loop.subscribe("b", "second", lambda m: seen.append("b"))
+    loop.at(5, TIMER, lambda: seen.append("timer"))
+    loop.at(5, DEVICE, lambda: loop.publish("a", String("x"), "device"))
+    loop.run()
+    assert seen == ["b", "timer"]
+
+
+def test_what_threads_post_gets_a_time_of_its_own() -> None:
+    loop = Loop(PacedClock(100.0))
+    seen: list[int] = []
+    loop.at(10**9, TIMER, lambda: None)
+    threads = [threading.Thread(target=lambda: loop.post(lambda: seen.append(loop.now_ns))) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    loop.run()
+    for thread in threads:
+        thread.join()
+    assert len(seen) == 4 and all(time > 0 for time in seen)
+
+
+def test_the_same_seed_gives_the_same_publications_and_another_does_not() -> None:
+    def run(seed: int) -> list[tuple[str, int, bytes]]:
+        system = make({"counter": "Counter", "doubler": "Doubler", "dice": "Dice"}, seed)
+        out: list[tuple[str, int, bytes]] = []
+        system.loop.tap(lambda p: out.append((p.topic, p.time_ns, p.message.to_cdr())))
+        system.loop.run(until_ns=3 * 10**9)
+        return out
+
+    assert run(1) == run(1)
+    assert run(1) != run(2)
+
+
+def test_latched_messages_reach_late_listeners_and_end_with_their_node() -> None:
+    system = make({"cook": "Cook", "guest": "Guest"})
+    system.loop.run(until_ns=3 * 10**9)
+    heard: list[str] = []
+    system.loop.subscribe("dishes", "late", lambda m: heard.append(m.data))
+    system.loop.run(until_ns=3 * 10**9 + 1)
+    assert heard == ["salad"]
+    system.stop()
+    system.loop.subscribe("dishes", "later", lambda m: heard.append(m.data))
+    system.loop.run(until_ns=4 * 10**9)
+    assert heard == ["salad"]
+
+
+def test_an_action_runs_in_the_loop_s_time_and_returns_its_result() -> None:
+    system = make({"cook": "Cook", "guest": "Guest"})
+    system.loop.run(until_ns=1_500_000_000)
+    assert system.nodes["guest"].results == []
+    system.loop.run(until_ns=2_500_000_000)
+    assert system.nodes["guest"].results[0].delivered == ("soup", "salad")
+
+
+def test_a_new_goal_takes_the_place_of_the_old_one() -> None:
+    system = make({"cook": "Cook", "guest": "Guest"})
+    guest = system.nodes["guest"]
+    system.loop.run(until_ns=500_000_000)
+    second = guest.deliver.call(Deliver_Goal(("cake",)))
+    system.loop.run(until_ns=3 * 10**9)
+    assert second.result().delivered == ("cake",)
+    with pytest.raises(Cancelled):
+        guest.task.result()
+
+
+def test_cancelling_a_client_cancels_the_goal_that_it_waits_for() -> None:
+    system = make({"cook": "Cook", "guest": "Guest"})
+    dishes: list[str] = []
+    system.loop.subscribe("dishes", "test", lambda m: dishes.append(m.data))
+    system.loop.run(until_ns=1_500_000_000)
+    system.nodes["guest"].task.cancel()
+    system.loop.run(until_ns=5 * 10**9)
+    assert dishes == ["soup"]
+    assert not system.nodes["cook"].deliver.busy
+
+
+def test_a_stopped_node_is_silent() -> None:
+    system = make({"counter": "Counter", "doubler": "Doubler"})
+    heard: list[Float64] = []
+    system.loop.subscribe("double", "test", heard.append)
+    system.loop.run(until_ns=10**9)
+    count = len(heard)
+    system.stop()
+    system.loop.run(until_ns=2 * 10**9)
+    assert count == 10 and len(heard) == count
+
+
+def test_devices_stay_when_the_next_launch_names_them_too() -> None:
+    system = make({"counter": "Counter", "doubler": "Doubler"})
+    counter, doubler = system.nodes["counter"], system.nodes["doubler"]
+    system.loop.run(until_ns=10**9)
+    entries = {name: NodeEntry(kind=f"{HERE}:{name.title()}") for name in ("counter", "doubler")}
+    system.launch(Launch(name="next", about="", args={}, nodes=entries))
+    assert system.nodes["counter"] is counter
+    assert system.nodes["doubler"] is not doubler
+
+
+def test_a_launch_with_a_fault_starts_nothing() -> None:
+    system = make({"counter": "Counter"})
+    counter = system.nodes["counter"]
+    bad = {"counter": NodeEntry(kind=f"{HERE}:Counter", params={"stpe": 2.0})}
+    with pytest.raises(UserError, match=r"unknown key 'stpe' \(did you mean 'step'\?\)"):
+        system.launch(Launch(name="bad", about="", args={}, nodes=bad))
+    assert system.nodes["counter"] is counter

@@ -1,0 +1,87 @@
+"""Small nodes for testing the runtime."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result
+from chefbot.msgs.std_msgs import Float64, String
+from chefbot.runtime.actions import calls, serves
+from chefbot.runtime.node import Device, In, Node, NoParams, Out, every, topic
+
+
+class CounterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    step: Annotated[float, Meta(gt=0, le=10, description="m")] = 1.0
+
+
+class Counter(Device):
+    """A device that counts at 10 Hz."""
+
+    params: CounterParams
+    count: Out[Float64]
+
+    def start(self) -> None:
+        self.value = 0.0
+
+    @every(hz=10)
+    def tick(self) -> None:
+        self.value += self.params.step
+        self.count.publish(Float64(self.value))
+
+
+class Doubler(Node):
+    params: NoParams
+    count: In[Float64]
+    double: Out[Float64]
+
+    def on_count(self, message: Float64) -> None:
+        self.double.publish(Float64(2.0 * message.data))
+
+
+class Dice(Node):
+    """Adds its own chance to what it hears, and speaks from a timer."""
+
+    params: NoParams
+    double: In[Float64]
+    dice: Out[Float64]
+
+    def start(self) -> None:
+        self.rng = self.context.rng()
+
+    @every(hz=7)
+    def throw(self) -> None:
+        heard = self.double.last.data if self.double.last else 0.0
+        self.dice.publish(Float64(heard + self.rng.random()))
+
+
+class Cook(Node):
+    """Serves food, one dish a second."""
+
+    params: NoParams
+    deliver = serves(Deliver)
+    dishes: Out[String] = topic(latched=True)
+
+    async def on_deliver(self, goal: Deliver_Goal, feedback: object) -> Deliver_Result:
+        done = []
+        for place in goal.places:
+            await self.sleep(1.0)
+            self.dishes.publish(String(place))
+            done.append(place)
+        return Deliver_Result(tuple(done))
+
+
+class Guest(Node):
+    """Orders at once and remembers what came of it."""
+
+    params: NoParams
+    deliver = calls(Deliver)
+
+    def start(self) -> None:
+        self.results: list[object] = []
+        self.task = self.spawn(self.order(("soup", "salad")))
+
+    async def order(self, dishes: tuple[str, ...]) -> None:
+        self.results.append(await self.deliver.call(Deliver_Goal(dishes)))

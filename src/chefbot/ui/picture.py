@@ -6,14 +6,17 @@ import io
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
 from numpy.typing import NDArray
 from PIL import Image
 
 WIDTH = 320
 QUALITY = 70
 NEAR, FAR = 0.4, 5.0
-_WARM_IS_NEAR = (colormaps["turbo"](np.linspace(0.95, 0.05, 256))[:, :3] * 255).astype(np.uint8)
+_ANCHORS = np.array(
+    [(170, 20, 20), (240, 120, 30), (230, 220, 60), (60, 190, 130), (50, 110, 220), (40, 30, 110)]
+)
+_RAMP = np.stack([np.interp(np.linspace(0, 5, 256), range(6), channel) for channel in _ANCHORS.T], axis=1)
+_WARM_IS_NEAR = _RAMP.astype(np.uint8)
 
 
 def jpeg(image: NDArray[Any]) -> bytes:

@@ -42,9 +42,7 @@ class PageServer:
     of loopback, the page asks for a token that only the URL returned by `start` carries.
     """
 
-    def __init__(
-        self, *, on_command: Callable[[Command], None], port: int = 8080, host: str = "127.0.0.1"
-    ) -> None:
+    def __init__(self, port: int, host: str, on_command: Callable[[Command], None]) -> None:
         self._wish = (host, port)
         self._on_command = on_command
         self._hub = Hub()
@@ -56,7 +54,7 @@ class PageServer:
         self.app = Gate(self._build_app(), host, self._token)
 
     def start(self) -> str:
-        """Serve; the address to open. When the port is taken, the next free one of twenty is used."""
+        """Serve; the address to open. If the port is taken, the next free one of twenty is used (0: any)."""
         if self._thread is not None:
             raise UserError("The operator's page is being served already; stop it first")
         listener = _listen(*self._wish)
@@ -107,6 +105,8 @@ class PageServer:
 
     def _url(self, listener: socket.socket) -> str:
         host, port = listener.getsockname()[:2]
+        if ipaddress.ip_address(host).is_unspecified:
+            host = _own_address()
         shown = f"[{host}]" if ":" in host else host
         return f"http://{shown}:{port}/" + (f"?token={self._token}" if self._token else "")
 
@@ -226,6 +226,16 @@ def _bind(host: str, port: int) -> socket.socket | None:
 
 def _family(host: str) -> socket.AddressFamily:
     return socket.AF_INET6 if ":" in host else socket.AF_INET
+
+
+def _own_address() -> str:
+    """This machine's address in the network (by a UDP socket that sends nothing); loopback without one."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))
+        except OSError:
+            return "127.0.0.1"
+        return str(probe.getsockname()[0])
 
 
 def _is_loopback(host: str) -> bool:

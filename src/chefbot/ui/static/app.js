@@ -1,5 +1,6 @@
 // Puts the parts together: the link feeds layers to the map and the panels; gestures and buttons feed commands back.
 import { Driver } from "./drive.js";
+import { knownArea } from "./grids.js";
 import { COLOURS, PAINTERS, SWITCHES, arrow, scaleBar } from "./layers.js";
 import { Panels } from "./panels.js";
 import { Link } from "./socket.js";
@@ -8,6 +9,7 @@ import { View } from "./view.js";
 
 const STALE = 2000;                      // milliseconds without news of the robot before the page says so
 const $ = (id) => document.getElementById(id);
+const NARROW = window.matchMedia("(max-width: 760px)");
 const data = new Map();
 const hidden = new Set();
 let following = true, fitted = false, lastNews = 0, refusal = 0;
@@ -19,6 +21,7 @@ const driver = new Driver((command) => link.send(command));
 const tools = new Tools(view, send, () => follow(false), () => data.get("robot"));
 
 function send(command) {
+  if (command.do === "stop") driver.release();
   const sent = link.send(command);
   if (!sent) say(command.do === "stop"
     ? "Not connected: this STOP did not reach the robot. Use the switch on the robot."
@@ -32,7 +35,7 @@ function paint(context) {
     if (value && !hidden.has(layer)) painter(context, view, value, data);
   }
   if (tools.drag) arrow(context, view, tools.pose(), COLOURS.goal(), Math.max(34, 0.7 * view.scale));
-  scaleBar(context, view);
+  scaleBar(context, view, NARROW.matches ? 62 : 18);
 }
 
 function follow(on) {
@@ -47,11 +50,12 @@ function fit() {
   const grid = data.get("map");
   if (!grid) return;
   follow(false);
-  view.fit(grid);
+  const bar = $("tools").offsetHeight + 16;
+  view.fit(knownArea(grid), bar, NARROW.matches ? bar + 24 : 30);
 }
 
 const TAKERS = {
-  map: () => { if (!fitted) { fitted = true; fit(); } },
+  map: () => { if (!fitted && view.width) { fitted = true; fit(); } },
   robot: (value) => { panels.robot(value); if (following) follow(true); },
   status: (value) => { panels.status(value); tools.offerToys(Boolean(value?.simulation)); },
   places: (value) => panels.places(value ?? []),
@@ -74,6 +78,7 @@ link.addEventListener("up", () => {
 link.addEventListener("down", () => {
   document.body.classList.add("offline");
   driver.release();
+  $("phase").textContent = "No connection to the robot.";
   say("Connection lost. The robot was told to stand if it was driven by hand. Trying again …", true);
 });
 link.addEventListener("refused", ({ detail }) => say(detail));

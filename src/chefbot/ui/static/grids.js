@@ -11,9 +11,9 @@ export function mapColours(dark) {
 
 export function costColours() {
   const table = new Uint32Array(256);
-  for (let cost = 1; cost < INSCRIBED; cost++) table[cost] = rgba(240, 165 - 0.35 * cost, 40, 20 + 0.45 * cost);
-  table[INSCRIBED] = rgba(225, 80, 40, 150);
-  table[LETHAL] = rgba(190, 24, 60, 190);
+  for (let cost = 1; cost < INSCRIBED; cost++) table[cost] = rgba(235, 150 - 0.2 * cost, 50, 8 + 0.22 * cost);
+  table[INSCRIBED] = rgba(225, 90, 50, 84);
+  table[LETHAL] = rgba(200, 40, 60, 120);
   table[UNKNOWN_COST] = 0;
   return table;
 }
@@ -33,6 +33,20 @@ export function picture(grid, table) {
   }
   canvas.getContext("2d").putImageData(image, 0, 0);
   return canvas;
+}
+
+// The rectangle in metres that holds every known cell; the whole grid when none is known.
+export function knownArea(grid) {
+  let [left, right, bottom, top] = [grid.width, -1, grid.height, -1];
+  grid.cells.forEach((value, i) => {
+    if (value < 0) return;
+    const column = i % grid.width, row = Math.floor(i / grid.width);
+    left = Math.min(left, column); right = Math.max(right, column);
+    bottom = Math.min(bottom, row); top = Math.max(top, row);
+  });
+  if (right < 0) [left, right, bottom, top] = [0, grid.width - 1, 0, grid.height - 1];
+  const x = (column) => grid.x + column * grid.resolution, y = (row) => grid.y + row * grid.resolution;
+  return { left: x(left), right: x(right + 1), bottom: y(bottom), top: y(top + 1) };
 }
 
 export function drawGrid(context, view, grid, image) {

@@ -165,9 +165,9 @@ export const PAINTERS = [
   ["robot", robot],
 ];
 
-export function scaleBar(context, view) {
+export function scaleBar(context, view, above) {
   const metres = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].find((length) => length * view.scale > 60) ?? 100;
-  const width = metres * view.scale, y = view.height - 18;
+  const width = metres * view.scale, y = view.height - above;
   context.strokeStyle = context.fillStyle = COLOURS.places();
   context.lineWidth = 2;
   context.beginPath();

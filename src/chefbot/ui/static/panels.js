@@ -17,7 +17,8 @@ export class Panels {
   }
 
   wire() {
-    $("stop").onclick = () => this.send({ do: "stop" });
+    $("stop").onpointerdown = () => this.send({ do: "stop" });          // at the touch, not at its end
+    $("stop").onclick = (event) => { if (event.detail === 0) this.send({ do: "stop" }); };   // by keyboard
     $("resume").onclick = () => this.send({ do: "resume" });
     $("taken").onclick = () => this.send({ do: "taken" });
     $("cancel").onclick = () => this.send({ do: "cancel" });
@@ -43,7 +44,7 @@ export class Panels {
       button.textContent = turn && tables.length > 1 ? `${turn}. ${title(button.dataset.name)}` : title(button.dataset.name);
     }
     $("deliver").disabled = tables.length === 0;
-    text("deliver", tables.length === 0 ? "Choose tables" : `Deliver to ${tables.length === 1 ? title(tables[0]) : `${tables.length} tables`}`);
+    text("deliver", tables.length === 0 ? "Choose tables" : `Serve ${tables.length === 1 ? title(tables[0]) : `${tables.length} tables`}`);
   }
 
   places(list) {
@@ -91,6 +92,7 @@ export class Panels {
     text("navigation", status.navigation || "–");
     text("confidence", known(status.confidence, (share) => `${Math.round(100 * share)} %`));
     text("reason", status.reason || "It has not stopped yet.");
+    text("last-stop", status.reason ? `Last stop: ${status.reason}` : "");
     this.stopped(Boolean(status.stopped));
     this.simulation(status);
   }

@@ -4,7 +4,7 @@ export const TOOLS = [
   { id: "look", label: "Look", hint: "" },
   { id: "goal", label: "Go there", hint: "Press where it shall go and drag to where it shall face." },
   { id: "initial_pose", label: "I am here", hint: "Press where the robot stands and drag to where it faces." },
-  { id: "drop_box", label: "Drop a box", hint: "Press where the box shall lie.", simulation: true },
+  { id: "drop_box", label: "Box", hint: "Press where the box shall lie.", simulation: true },
   { id: "kidnap", label: "Kidnap", hint: "Press where to set the robot down and drag to where it shall face.", simulation: true },
 ];
 const SHORT = 12;                        // pixels: a drag shorter than this has no direction

@@ -71,10 +71,11 @@ export class View {
     this.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), ...this.at(event));
   }
 
-  fit(grid) {
-    const wide = grid.width * grid.resolution, high = grid.height * grid.resolution;
-    this.centre = { x: grid.x + wide / 2, y: grid.y + high / 2 };
-    this.scale = Math.min(MAX_SCALE, 0.94 * Math.min(this.width / wide, this.height / high));
+  // `above` and `below`: pixels that buttons cover.
+  fit(area, above, below) {
+    const wide = area.right - area.left, high = area.top - area.bottom;
+    this.scale = Math.min(MAX_SCALE, 0.94 * Math.min(this.width / wide, (this.height - above - below) / high));
+    this.centre = { x: (area.left + area.right) / 2, y: (area.bottom + area.top) / 2 + (above - below) / 2 / this.scale };
     this.refresh();
   }
 }

@@ -1,0 +1,81 @@
+"""Commands are read strictly: what is not exactly one is refused with a sentence."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.errors import UserError
+from chefbot.ui.commands import KINDS, NAMES, Command, Deliver, Drive, Goal, parse_command
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=8) | st.sampled_from(NAMES),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner, max_size=4),
+    max_leaves=12,
+)
+near_commands = st.dictionaries(
+    st.sampled_from(["x", "y", "yaw", "v", "w", "name", "tables", "extra"]), json_values, max_size=5
+).flatmap(lambda fields: st.sampled_from(NAMES).map(lambda name: {"do": name, **fields}))
+
+
+def test_every_command_survives_its_own_json() -> None:
+    samples: dict[str, Any] = {
+        "x": 1.5,
+        "y": -2.0,
+        "yaw": 3.0,
+        "v": 0.5,
+        "w": -1.0,
+        "name": "kitchen",
+        "tables": ["table_1"],
+    }
+    for kind in KINDS:
+        command = kind(**{field: samples[field] for field in kind.__struct_fields__})
+        assert parse_command(msgspec.json.encode(command).decode()) == command
+
+
+@given(st.text(max_size=60) | json_values.map(json.dumps) | near_commands.map(json.dumps))
+def test_any_text_is_a_bounded_command_or_is_refused(text: str) -> None:
+    try:
+        command = parse_command(text)
+    except UserError as error:
+        assert len(str(error)) < 400
+        return
+    assert isinstance(command, Command)
+    numbers = [value for value in msgspec.structs.asdict(command).values() if isinstance(value, float)]
+    assert all(math.isfinite(value) and abs(value) <= 10_000 for value in numbers)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ('{"do": "goal", "x": NaN, "y": 0, "yaw": 0}', "not JSON"),
+        ('{"do": "goal", "x": 1e999, "y": 0, "yaw": 0}', "goal"),
+        ('{"do": "goal", "x": 1e6, "y": 0, "yaw": 0}', "10000"),
+        ('{"do": "drive", "v": 1.01, "w": 0}', "<= 1"),
+        ('{"do": "drive", "v": 1}', "missing"),
+        ('{"do": "stop", "later": true}', "later"),
+        ('{"do": "deliver", "tables": []}', "deliver"),
+        ('{"do": "go_plaec", "name": "kitchen"}', "go_place"),
+        ('{"name": "kitchen"}', "known"),
+        ("[" * 60_000, "refused"),
+        ('{"do": "goal", "x": ' + "[" * 60_000, "refused"),
+        ("", "not JSON"),
+    ],
+)
+def test_the_sentence_says_what_is_wrong(text: str, why: str) -> None:
+    with pytest.raises(UserError, match=why):
+        parse_command(text)
+
+
+def test_plain_examples() -> None:
+    assert parse_command('{"do":"goal","x":1,"y":2,"yaw":-3}') == Goal(1.0, 2.0, -3.0)
+    assert parse_command('{"do":"deliver","tables":["table_2","table_7"]}') == Deliver(["table_2", "table_7"])
+    assert parse_command('{"do":"drive","v":0,"w":0}') == Drive(0.0, 0.0)
+    assert Drive(0.0, 0.0).still
+    assert not Drive(0.0, 0.1).still

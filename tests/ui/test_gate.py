@@ -1,0 +1,122 @@
+"""Strangers: other sites, other names, other paths, too many connections, no token."""
+
+from __future__ import annotations
+
+import re
+import socket
+from importlib import resources
+from typing import Any
+from urllib.parse import urlsplit
+
+import httpx
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from chefbot.ui import protocols
+from chefbot.ui.server import PageServer
+
+STATIC = resources.files("chefbot.ui") / "static"
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "127.0.0.1.evil.example", "localhost.evil.example", "", "[", "a@evil.example"]
+)
+def test_another_host_name_is_refused(page: Any, host: str) -> None:
+    answer = httpx.get(page.url, headers={"host": host})
+    assert answer.status_code in (400, 403)
+    assert "<html" not in answer.text
+
+
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "null", "https://127.0.0.1", "http://127.0.0.1:1", ""]
+)
+def test_another_origin_is_refused(page: Any, origin: str) -> None:
+    with pytest.raises(InvalidStatus, match="403"):
+        page.browser(additional_headers={"Origin": origin})
+    assert page.server.clients == 0
+
+
+def test_the_own_origin_is_served(page: Any) -> None:
+    with page.browser(origin=page.url.rstrip("/")) as browser:
+        browser.send('{"do":"taken"}')
+        page.next_command()
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["../server.py", "..%2fserver.py", "%2e%2e/server.py", "static/style.css", "style.css%00", "/etc/passwd"],
+)
+def test_only_the_files_of_the_page_are_served(page: Any, path: str) -> None:
+    url = urlsplit(page.url)
+    with socket.create_connection((url.hostname, url.port), timeout=10) as raw:
+        raw.sendall(f"GET /{path} HTTP/1.1\r\nHost: {url.netloc}\r\nConnection: close\r\n\r\n".encode())
+        answer = b"".join(iter(lambda: raw.recv(65536), b""))
+    assert answer.split()[1] == b"404"
+    assert b"import" not in answer
+
+
+def test_every_file_that_the_page_names_is_served_with_strict_headers(page: Any) -> None:
+    for entry in STATIC.iterdir():
+        answer = httpx.get(page.url + entry.name)
+        assert answer.status_code == 200
+        assert "default-src 'none'" in answer.headers["content-security-policy"]
+        for name in re.findall(r'(?:from "\./|(?:src|href)=")([\w.]+)"', answer.text):
+            assert (STATIC / name).is_file()
+
+
+def test_no_name_can_become_markup() -> None:
+    for entry in STATIC.iterdir():
+        assert not re.search(
+            r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|eval\(", entry.read_text()
+        )
+
+
+def test_a_connection_that_says_nothing_is_ended(page: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(protocols, "HEADER_LIMIT", 0.2)
+    url = urlsplit(page.url)
+    with socket.create_connection((url.hostname, url.port), timeout=10) as slow:
+        slow.sendall(b"GET / HTTP/1.1\r\nX-Slow: ")
+        assert _ended(slow)
+
+
+def test_a_flood_of_connections_is_cut_and_the_operator_stays(
+    page: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(protocols, "MAX_CONNECTIONS", 4)
+    monkeypatch.setattr(protocols, "HEADER_LIMIT", 0.5)
+    url = urlsplit(page.url)
+    with page.browser() as operator:
+        flood = [socket.create_connection((url.hostname, url.port), timeout=10) for _ in range(40)]
+        operator.send('{"do":"stop"}')
+        page.next_command()
+        assert all(_ended(one) for one in flood)
+        assert httpx.get(page.url).status_code == 200
+        for one in flood:
+            one.close()
+
+
+def _ended(connection: socket.socket) -> bool:
+    try:
+        return connection.recv(1) == b""
+    except ConnectionResetError:
+        return True
+
+
+def test_on_a_network_the_token_opens_the_page_and_nothing_else_does() -> None:
+    server = PageServer(0, "0.0.0.0", print)
+    url = urlsplit(server.start())
+    base = f"http://127.0.0.1:{url.port}"
+    live = f"ws://127.0.0.1:{url.port}/live"
+    assert httpx.get(f"{base}/").status_code == 403
+    assert httpx.get(f"{base}/?token=wrong").status_code == 403
+    assert httpx.get(f"{base}/app.js?{url.query}").status_code == 403
+    with pytest.raises(InvalidStatus, match="403"):
+        connect(f"{live}?{url.query}")
+    with httpx.Client(base_url=base) as browser:
+        assert browser.get(f"/?{url.query}").status_code == 303
+        assert browser.get("/").status_code == 200
+        cookie = f"chefbot={browser.cookies['chefbot']}"
+    with connect(live, additional_headers={"Cookie": cookie}):
+        pass
+    server.stop()

@@ -1,0 +1,200 @@
+"""The served page under ordinary use: latched layers, refusals, driving, floods, stopping."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from contextlib import ExitStack, suppress
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from chefbot.errors import UserError
+from chefbot.mapping.grid import Grid
+from chefbot.ui import client, deadman
+from chefbot.ui.commands import Command, Drive, GoPlace, Stop
+from chefbot.ui.layers import RobotView, Status
+from chefbot.ui.server import MAX_CLIENTS, PageServer
+
+LOOPBACK = "127.0.0.1"
+
+
+def wait_until(condition: Any) -> None:
+    for _ in range(2000):
+        if condition():
+            return
+        time.sleep(0.01)
+    raise AssertionError("it did not happen")
+
+
+def test_who_comes_late_gets_all_layers(page: Any, hear: Any) -> None:
+    page.server.show("map", Grid(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0))
+    page.server.show("places", {"kitchen": (1, 2, 3)})
+    page.server.show("status", Status(phase="Waiting."))
+    page.server.show("status", Status(phase="Driving."))
+    for _ in range(2):
+        with page.browser() as browser:
+            seen = dict(hear(browser) for _ in range(3))
+            assert set(seen) == {"map", "places", "status"}
+            assert seen["status"]["phase"] == "Driving."
+            assert seen["places"] == [{"name": "kitchen", "x": 1.0, "y": 2.0, "yaw": 3.0}]
+
+
+def test_a_bad_command_is_refused_and_the_next_one_obeyed(page: Any, hear: Any) -> None:
+    with page.browser() as browser:
+        for text in ("nonsense", '{"do":"fly"}', b"\x00\x01", '{"do":"goal","x":1e300,"y":0,"yaw":0}'):
+            browser.send(text)
+            kind, sentence = hear(browser)
+            assert (kind, "refused" in sentence) == ("refused", True)
+        browser.send('{"do":"stop"}')
+        assert page.next_command() == Stop()
+    assert page.heard.empty()
+
+
+def test_a_refusal_by_the_robot_reaches_only_its_operator(page: Any, hear: Any) -> None:
+    def refuse(command: Command) -> None:
+        raise UserError("There is no place 'moon'")
+
+    page.on_command = refuse
+    with page.browser() as one, page.browser() as other:
+        one.send('{"do":"go_place","name":"moon"}')
+        assert hear(one) == ("refused", "There is no place 'moon'")
+        page.on_command = page.heard.put
+        other.send('{"do":"go_place","name":"kitchen"}')
+        assert page.next_command() == GoPlace("kitchen")
+        with pytest.raises(TimeoutError):
+            other.recv(timeout=0.2)
+
+
+def test_a_message_that_is_too_long_ends_only_its_connection(page: Any) -> None:
+    with page.browser() as big, page.browser() as other:
+        big.send("[" + "1," * 40_000 + "1]")
+        wait_until(lambda: page.server.clients == 1)
+        other.send('{"do":"stop"}')
+        assert page.next_command() == Stop()
+
+
+def test_who_sends_too_much_is_shown_the_door(page: Any) -> None:
+    with page.browser() as flood, page.browser() as other:
+        with suppress(ConnectionClosed):
+            for _ in range(int(client.BURST) + 1000):
+                flood.send('{"do":"cancel"}')
+        wait_until(lambda: page.server.clients == 1)
+        assert page.heard.qsize() < client.BURST + 500
+        other.send('{"do":"stop"}')
+        wait_until(lambda: Stop() in list(page.heard.queue))
+
+
+@pytest.mark.parametrize("polite", [True, False])
+def test_a_driver_who_leaves_lets_the_robot_stand(
+    page: Any, polite: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(deadman, "SILENCE", 60.0)
+    with page.browser() as browser:
+        browser.send('{"do":"drive","v":0.5,"w":-0.25}')
+        assert page.next_command() == Drive(0.5, -0.25)
+        if polite:
+            browser.close()
+        else:
+            browser.socket.shutdown(socket.SHUT_RDWR)
+        assert page.next_command() == Drive(0.0, 0.0)
+    wait_until(lambda: page.server.clients == 0)
+    assert page.heard.empty()
+
+
+def test_a_silent_driver_lets_the_robot_stand_and_may_drive_again(page: Any) -> None:
+    with page.browser() as browser:
+        for _ in range(2):
+            browser.send('{"do":"drive","v":1,"w":0}')
+            assert page.next_command() == Drive(1.0, 0.0)
+            assert page.next_command() == Drive(0.0, 0.0)
+
+
+def test_one_drives_at_a_time_but_anyone_may_stop(
+    page: Any, hear: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(deadman, "SILENCE", 60.0)
+    with page.browser() as driver, page.browser() as other:
+        driver.send('{"do":"drive","v":1,"w":0}')
+        assert page.next_command() == Drive(1.0, 0.0)
+        other.send('{"do":"drive","v":-1,"w":0}')
+        other.send('{"do":"stop"}')
+        kind, sentence = hear(other)
+        assert (kind, "another screen" in sentence) == ("refused", True)
+        assert page.next_command() == Stop()
+
+
+def test_a_flood_of_layers_is_thinned_out_and_the_last_value_arrives(page: Any, hear: Any) -> None:
+    with page.browser() as browser:
+        wait_until(lambda: page.server.clients == 1)
+        start = time.monotonic()
+        for number in range(20_000):
+            page.server.show("robot", RobotView(x=float(number), y=0.0, yaw=0.0, radius=0.2))
+        seen: list[float] = []
+        while not seen or seen[-1] != 19_999:
+            seen.append(hear(browser)[1]["x"])
+        assert len(seen) <= (time.monotonic() - start) / 0.1 + 2
+        assert seen == sorted(seen)
+
+
+def test_a_browser_that_never_reads_is_dropped_and_stalls_nobody(
+    page: Any, hear: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(client, "SEND_LIMIT", 0.3)
+    noise = np.random.default_rng(1).integers(0, 100, (4000, 4000), np.int8)
+    url = urlsplit(page.url)
+    with socket.create_connection((url.hostname, url.port)) as deaf, page.browser() as other:
+        deaf.sendall(
+            f"GET /live HTTP/1.1\r\nHost: {url.netloc}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
+        )
+        wait_until(lambda: page.server.clients == 2)
+        page.server.show("map", Grid(noise, 0.05, 0.0, 0.0))
+        assert hear(other)[0] == "map"
+        page.server.show("status", Status(phase="Too much for the deaf one."))
+        assert hear(other)[0] == "status"
+        wait_until(lambda: page.server.clients == 1)
+        page.server.show("status", Status(phase="Still here."))
+        assert hear(other)[1]["phase"] == "Still here."
+
+
+def test_the_number_of_screens_is_limited(page: Any) -> None:
+    with ExitStack() as screens:
+        for _ in range(MAX_CLIENTS):
+            screens.enter_context(page.browser())
+        with pytest.raises(InvalidStatus, match="403"):
+            page.browser()
+
+
+def test_stop_frees_the_port_and_ends_the_thread_with_clients_connected() -> None:
+    server = PageServer(0, LOOPBACK, print)
+    port = urlsplit(server.start()).port
+    assert port is not None
+    idle = socket.create_connection(("127.0.0.1", port))
+    idle.sendall(b"GET / HTTP/1.1\r\nHost")
+    server.stop()
+    server.stop()
+    assert "page" not in [thread.name for thread in threading.enumerate()]
+    again = PageServer(port, LOOPBACK, print)
+    assert urlsplit(again.start()).port == port
+    again.stop()
+    idle.close()
+
+
+def test_the_next_free_port_is_taken_and_said() -> None:
+    first = PageServer(0, LOOPBACK, print)
+    port = urlsplit(first.start()).port or 0
+    second = PageServer(port, LOOPBACK, print)
+    other = urlsplit(second.start()).port or 0
+    assert port < other < port + 20
+    second.stop()
+    first.stop()
+
+
+def test_an_address_that_is_not_ours_is_a_sentence() -> None:
+    with pytest.raises(UserError, match="cannot be served"):
+        PageServer(8080, "192.0.2.7", print).start()

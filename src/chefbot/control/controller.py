@@ -1,0 +1,62 @@
+"""What a local controller takes and gives."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.se2 import SE2
+
+INSCRIBED = 253
+LETHAL = 254
+UNKNOWN = 255
+
+
+class Costs(Protocol):
+    """A costmap as controllers read it: uint8 cells (h, w) in Nav2's values, rows from low y to high y."""
+
+    @property
+    def cells(self) -> NDArray[np.uint8]:
+        """0 free, 1..252 near something, 253 inscribed, 254 lethal, 255 unknown."""
+
+    @property
+    def resolution(self) -> float:
+        """Metres per cell."""
+
+    @property
+    def origin_x(self) -> float:
+        """Metres, the outer corner of cell [0, 0]."""
+
+    @property
+    def origin_y(self) -> float:
+        """Metres, the outer corner of cell [0, 0]."""
+
+
+class Status(Enum):
+    """How the controller fares."""
+
+    RUNNING = "following the path"
+    REACHED = "the goal is reached"
+    BLOCKED = "every way on would touch something"
+    NO_PATH = "there is no path to follow"
+
+
+class Command(NamedTuple):
+    """Twist (m/s, rad/s) and how things stand."""
+
+    v: float
+    w: float
+    status: Status
+
+
+class Controller(Protocol):
+    """A local controller; name one of your own as `pkg.module:Class` in the launch file."""
+
+    def set_path(self, path: NDArray[np.float64]) -> None:
+        """Follow these poses (n, 3), in the frame of the poses and costmaps given to `command`."""
+
+    def command(self, pose: SE2, twist: tuple[float, float], costmap: Costs) -> Command:
+        """The twist for the next period, from the pose and the twist (v, w) measured now."""

@@ -19,7 +19,9 @@ def box(x: float, y: float, w: float, h: float) -> list[tuple[float, float, floa
     return [(x, y, x + w, y), (x + w, y, x + w, y + h), (x + w, y + h, x, y + h), (x, y + h, x, y)]
 
 
-def room(x: float, y: float, w: float, h: float, door: float, south: bool) -> list[tuple[float, float, float, float]]:
+def room(
+    x: float, y: float, w: float, h: float, door: float, south: bool
+) -> list[tuple[float, float, float, float]]:
     """Four walls with a door of 0.9 m in the south or north wall, at `door` from the west corner."""
     front, back = (y, y + h) if south else (y + h, y)
     return [
@@ -63,7 +65,8 @@ def rasterise(segments: NDArray[np.float64], width: float, height: float) -> Gri
 
 
 def build(seed: int) -> World:
-    """15 x 12 m: seven rooms of the same size about a corridor, each with its own bed and chairs, and a lobby."""
+    """15 x 12 m: seven rooms of the same size about a corridor, each with its own bed and chairs, and a
+    lobby."""
     rng = np.random.default_rng(seed)
     walls = box(0.02, 0.02, 14.96, 11.96)
     for k in range(4):
@@ -83,7 +86,17 @@ def build(seed: int) -> World:
     return World(segments, rasterise(segments, 15.0, 12.0))
 
 
-ROUTE = [(1.8, 6.0), (5.6, 6.0), (5.6, 7.9), (5.6, 6.0), (9.4, 6.0), (9.4, 4.0), (9.4, 6.0), (12.9, 6.0), (12.9, 5.1)]
+ROUTE = [
+    (1.8, 6.0),
+    (5.6, 6.0),
+    (5.6, 7.9),
+    (5.6, 6.0),
+    (9.4, 6.0),
+    (9.4, 4.0),
+    (9.4, 6.0),
+    (12.9, 6.0),
+    (12.9, 5.1),
+]
 
 
 def drive(route: list[tuple[float, float]], step: float = 0.05, turn: float = 0.08) -> list[SE2]:
@@ -96,19 +109,25 @@ def drive(route: list[tuple[float, float]], step: float = 0.05, turn: float = 0.
         n = max(1, math.ceil(abs(change) / turn))
         poses += [SE2(here.x, here.y, here.yaw + change * (i + 1) / n) for i in range(n)]
         m = math.ceil(math.hypot(x - here.x, y - here.y) / step)
-        poses += [SE2(here.x + (x - here.x) * (i + 1) / m, here.y + (y - here.y) * (i + 1) / m, wanted) for i in range(m)]
+        poses += [
+            SE2(here.x + (x - here.x) * (i + 1) / m, here.y + (y - here.y) * (i + 1) / m, wanted)
+            for i in range(m)
+        ]
     return poses
 
 
 def odometry(truth: list[SE2], seed: int) -> list[SE2]:
-    """1 % too long, 1 degree per 10 m to the left, and a little noise at every step; starts at its own origin."""
+    """1 % too long, 1 degree per 10 m to the left, and a little noise at every step; starts at its own
+    origin."""
     rng = np.random.default_rng(seed)
     out = [SE2(0.0, 0.0, 0.0)]
     for a, b in zip(truth, truth[1:], strict=False):
         d = a.between(b)
         length = math.hypot(d.x, d.y)
         noisy = SE2(
-            d.x * 1.01 + rng.normal(0, 0.001), d.y, d.yaw * 1.002 + math.radians(0.1) * length + rng.normal(0, 0.001)
+            d.x * 1.01 + rng.normal(0, 0.001),
+            d.y,
+            d.yaw * 1.002 + math.radians(0.1) * length + rng.normal(0, 0.001),
         )
         out.append(out[-1] @ noisy)
     return out

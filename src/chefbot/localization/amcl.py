@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.localization import clusters, odometry_motion, refinement, resampling, roughening, tempering
+from chefbot.localization import (
+    clusters,
+    odometry_motion,
+    recovery,
+    refinement,
+    resampling,
+    roughening,
+    tempering,
+)
 from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
 from chefbot.localization.pose_bins import PoseBins
@@ -21,18 +29,23 @@ SCATTER_PER_M2 = 1500.0
 MAX_SCATTER = 400_000
 FINE_BEAMS = 180
 """Beams that refine the reported pose; more add nothing but time."""
+STAGES = 6
+ONE_HUMP = 1.0
+"""Metres: a cluster wider than this may hold several hypotheses."""
 CONVERGED_SHARE = 0.8
 CONVERGED_SPREAD = 0.3
 CONVERGED_EXPLAINED = 0.5
-"""The robot knows where it is when one cluster holds most of the weight, it is no wider than a doorway's half, and it
-explains at least half of what the scanner sees."""
+"""The robot knows where it is when one cluster holds most of the weight, it is no wider than a doorway's
+half, and it explains at least half of what the scanner sees."""
 
 
 class Amcl:
-    """Where on the map is the robot. Feed it scans with the odometry of their time; read `pose` and `confidence`.
+    """Where on the map is the robot. Feed it scans with the odometry of their time; read `pose` and
+    `confidence`.
 
     params: see there. grid: the map. laser: the scanner's frame in base_link, seen from above.
-    Starts scattered over the whole map until `set_pose` is called. Same seed and same calls give the same bytes.
+    Starts scattered over the whole map until `set_pose` is called. Same seed and same calls give the same
+    bytes.
     """
 
     def __init__(self, params: AmclParams, grid: Grid, laser: SE2) -> None:
@@ -84,9 +97,9 @@ class Amcl:
     ) -> bool:
         """Takes in a scan and the odometry of its time; True when the filter was updated.
 
-        angles, ranges: (n,) radians and metres, laser frame; inf, NaN and anything beyond range_max is no return. The
-        filter updates when the robot has moved by update_min_d or update_min_a since the last time, and at once after
-        `set_pose` or `scatter`. A scan without any return moves the particles only.
+        angles, ranges: (n,) radians and metres, laser frame; inf, NaN and anything beyond range_max is no
+        return. The filter updates when the robot has moved by update_min_d or update_min_a since the last
+        time, and at once after `set_pose` or `scatter`. A scan without any return moves the particles only.
         """
         self._odom = odom
         if self._odom_at_estimate is None:
@@ -120,12 +133,25 @@ class Amcl:
         return a, self.laser.apply(np.stack([r * np.cos(a), r * np.sin(a)], axis=1))
 
     def _correct(self, angles: NDArray[np.float64], points: NDArray[np.float64]) -> None:
-        """Weighs and resamples; where the last scans gave doubt, together with poses from the whole map."""
-        few = _thin(len(points), self.params.max_beams)
-        limit = self._trust(angles, len(few))
-        self._add_strangers()
-        scores = self.field.weigh(self.particles, points[few])
-        self._judge(scores / len(few))
+        """Weighs and resamples; where the last scans gave doubt, together with poses from the whole map.
+
+        A scan too sharp for the population is believed in stages with a roughening after each, as the
+        annealed particle filter does (Deutscher & Reid 2005). While there are several hypotheses each scan
+        gets one stage only, for then the map's faults could outweigh the difference between rooms.
+        """
+        few = points[_thin(len(points), self.params.max_beams)]
+        left = self._trust(angles, len(few))
+        self._admit_strangers(few, left)
+        spread = clusters.position_spread(self.covariance)
+        one_hump = self._cluster.share >= CONVERGED_SHARE and spread <= ONE_HUMP
+        for _ in range(STAGES if one_hump else 1):
+            left -= self._believe(few, left)
+            if left <= 0.0:
+                break
+
+    def _believe(self, points: NDArray[np.float64], limit: float) -> float:
+        """One stage: weighs with an exponent up to `limit` and resamples; the exponent."""
+        scores = self.field.weigh(self.particles, points)
         exponent = tempering.exponent_for(scores, self.weights, limit, tempering.EFFECTIVE_SHARE)
         weights = tempering.weights_of(scores, self.weights, exponent)
         self.particles = resampling.resample(self.particles, weights, self._bins, self.params, self._rng)
@@ -133,35 +159,47 @@ class Amcl:
         if exponent < limit:
             share = min(1.0, 1.0 / float(np.sum(weights**2)) / len(self.particles))
             roughening.roughen(self.particles, share, self._bins, self._rng)
+        return exponent
 
-    def _judge(self, beam_scores: NDArray[np.float64]) -> None:
-        """Lets doubt see how the particles fit, once they form a hump: a scattered population fits nothing."""
-        if self._doubt.begun or clusters.position_spread(self.covariance) <= CONVERGED_SPREAD:
-            self._doubt.see(float(np.sum(self.weights * np.exp(beam_scores))))
+    def _admit_strangers(self, points: NDArray[np.float64], limit: float) -> None:
+        """Mixes in poses from the whole map, with doubt's share as their prior (table 8.3: a random pose
+        with that probability), in the proportion in which the scan speaks for them and for the present
+        particles.
 
-    def _add_strangers(self) -> None:
-        """Poses from the whole map with doubt's share of the weight (table 8.3: a random pose with that probability).
-
-        So many poses of little weight are added that some fall near the true one; a few of great weight would not.
+        So many are drawn that some fall near the true pose; the few that fit are kept.
         """
-        share = self._doubt.share
-        if share == 0.0:
+        doubt = self._doubt.share
+        if doubt == 0.0:
             return
         strangers = self.field.scatter(self._scatter_size(), self._rng)
-        weight = np.full(len(strangers), share / len(strangers))
-        self.particles = np.concatenate([self.particles, strangers])
-        self.weights = np.concatenate([self.weights * (1.0 - share), weight])
+        scores = self.field.weigh(strangers, points)
+        ours = self.field.weigh(self.particles, points)
+        share = recovery.posterior_share(doubt, limit * scores, limit * ours)
+        count = round(share / (1.0 - share + 1e-9) * len(self.particles))
+        count = min(count, self.params.max_particles)
+        if count == 0:
+            return
+        even = np.full(len(strangers), 1.0 / len(strangers))
+        exponent = tempering.exponent_for(scores, even, limit, count / len(strangers))
+        weights = tempering.weights_of(scores, even, exponent)
+        chosen = strangers[resampling.low_variance(weights, count, self._rng.random())]
+        self.weights = np.concatenate([self.weights * (1.0 - share), np.full(count, share / count)])
+        self.particles = np.concatenate([self.particles, chosen])
 
     def _trust(self, angles: NDArray[np.float64], beams: int) -> float:
         """The exponent that makes `beams` beams weigh as much as the independent ones among them."""
         return min(1.0, tempering.independent_beams(angles, self.params.beam_independence) / beams)
 
     def _refine(self, angles: NDArray[np.float64], points: NDArray[np.float64]) -> None:
-        few = _thin(len(points), FINE_BEAMS)
+        """Sharpens the estimate, and judges how the scan fits there; doubt sees it once there is one hump."""
+        few = points[_thin(len(points), FINE_BEAMS)]
         sigma, trust = self.params.sigma_hit, self._trust(angles, len(few))
         mean, covariance, _ = self._cluster
-        self._estimate = refinement.refine(mean, covariance, points[few], self.field, sigma, trust)
-        self._explained = refinement.explained(self._estimate, points[few], self.field, 2.0 * sigma)
+        self._estimate = refinement.refine(mean, covariance, few, self.field, sigma, trust)
+        self._explained = refinement.explained(self._estimate, few, self.field, 2.0 * sigma)
+        if self._doubt.begun or clusters.position_spread(covariance) <= CONVERGED_SPREAD:
+            score = self.field.weigh(self._estimate.array()[None, :], few)[0]
+            self._doubt.see(math.exp(score / len(few)))
 
     @property
     def map_T_odom(self) -> SE2:
@@ -182,8 +220,8 @@ class Amcl:
 
     @property
     def confidence(self) -> float:
-        """0..1: weight share of the reported cluster x share of the last scan that the map explains there x how far
-        the cluster is from being too wide."""
+        """0..1: weight share of the reported cluster x share of the last scan that the map explains there x
+        how far the cluster is from being too wide."""
         spread = clusters.position_spread(self.covariance)
         narrow = 1.0 if spread <= CONVERGED_SPREAD else CONVERGED_SPREAD / spread
         return self._cluster.share * self._explained * narrow

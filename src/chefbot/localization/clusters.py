@@ -25,7 +25,8 @@ class Cluster(NamedTuple):
 def _connect(
     occupied: NDArray[np.int32], shape: tuple[int, int, int], labels: NDArray[np.int32]
 ) -> NDArray[np.int32]:
-    """Number of the connected component of each occupied bin; neighbours are the 26 about it, yaw closes a circle."""
+    """Number of the connected component of each occupied bin; neighbours are the 26 about it, yaw closes a
+    circle."""
     count = occupied.size
     component = np.full(count, -1, np.int32)
     stack = np.empty(count, np.int32)
@@ -71,8 +72,8 @@ def _spread(
 def _moments(
     particles: NDArray[np.float64], weights: NDArray[np.float64], members: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Weighted sums of x, y, cos yaw, sin yaw, 1 (5,), and covariance (3, 3) about their mean; no BLAS, whose threads
-    would leave the order of the sums open."""
+    """Weighted sums of x, y, cos yaw, sin yaw, 1 (5,), and covariance (3, 3) about their mean; no BLAS,
+    whose threads would leave the order of the sums open."""
     sums = np.zeros(5)
     for i in range(particles.shape[0]):
         if members[i]:
@@ -98,7 +99,8 @@ def _moments(
 def moments(
     particles: NDArray[np.float64], weights: NDArray[np.float64], members: NDArray[np.bool_]
 ) -> tuple[SE2, NDArray[np.float64]]:
-    """Weighted mean (circular in yaw) and covariance (3, 3) of those of the particles (n, 3) that are members (n,)."""
+    """Weighted mean (circular in yaw) and covariance (3, 3) of those of the particles (n, 3) that are
+    members (n,)."""
     mean, covariance = _moments(particles, weights, members)
     return SE2.of(mean), covariance
 

@@ -1,7 +1,8 @@
 """Likelihood field model of a range finder (Thrun, Burgard, Fox: Probabilistic Robotics, 6.4, table 6.3).
 
 The distance of every cell to the nearest obstacle is computed once per map, and the logarithm of a beam's
-likelihood is tabulated with it, so that weighing a particle is one sine and one cosine and one table read per beam.
+likelihood is tabulated with it, so that weighing a particle is one sine and one cosine and one table read
+per beam.
 """
 
 from __future__ import annotations
@@ -89,8 +90,8 @@ def weigh(
 ) -> None:
     """out[i] = sum of the field's values at the points (2, m; cells, base frame) seen from particle i.
 
-    origin_x, origin_y: metres, where cell [0, 0] of the padded field begins. Beam ends are float32 in cells: on a map of
-    4000 cells that rounds to 1/4000 cell.
+    origin_x, origin_y: metres, where cell [0, 0] of the padded field begins. Beam ends are float32 in cells:
+    on a map of 4000 cells that rounds to 1/4000 cell.
     """
     top, right = np.float32(field.shape[0] - 1), np.float32(field.shape[1] - 1)
     width = field.shape[1]
@@ -149,8 +150,8 @@ class LikelihoodField:
         )
 
     def weigh(self, particles: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Log-likelihood (n,) of particles (n, 3) for beam ends (m, 2) in the base frame, metres; all beams counted
-        as independent."""
+        """Log-likelihood (n,) of particles (n, 3) for beam ends (m, 2) in the base frame, metres; all beams
+        counted as independent."""
         out = np.zeros(particles.shape[0])
         per_metre = 1.0 / self.grid.resolution
         cells = np.ascontiguousarray((points * per_metre).T, dtype=np.float32)
@@ -176,8 +177,8 @@ class LikelihoodField:
 def log_likelihood(distance: NDArray[np.float64], params: AmclParams) -> NDArray[np.float64]:
     """Log of z_hit * exp(-d^2 / 2 sigma^2) + z_rand, over its value at d = 0.
 
-    As table 6.3, but z_rand is the floor relative to the peak: the book's z_rand / z_max is a density and would make
-    the floor depend on the sensor's range.
+    As table 6.3, but z_rand is the floor relative to the peak: the book's z_rand / z_max is a density and
+    would make the floor depend on the sensor's range.
     """
     hit = params.z_hit * np.exp(-0.5 * (distance / params.sigma_hit) ** 2)
     return np.log((hit + params.z_rand) / (params.z_hit + params.z_rand))

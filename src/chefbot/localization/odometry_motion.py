@@ -38,8 +38,8 @@ def _sample(
 
 
 def decompose(motion: SE2) -> tuple[float, float, float]:
-    """Turn, straight travel, second turn (radians, metres) that make up a motion seen from its start; for a robot
-    that backs up the travel is negative rather than the turns half circles."""
+    """Turn, straight travel, second turn (radians, metres) that make up a motion seen from its start; for a
+    robot that backs up the travel is negative rather than the turns half circles."""
     travel = math.hypot(motion.x, motion.y)
     if travel < STANDING:
         return 0.0, motion.x, motion.yaw
@@ -50,7 +50,8 @@ def decompose(motion: SE2) -> tuple[float, float, float]:
 
 
 def spread(motion: SE2, params: AmclParams) -> tuple[float, float, float]:
-    """Standard deviations of the three parts: variances alpha1 turn^2 + alpha2 travel^2 and so on (table 5.6)."""
+    """Standard deviations of the three parts: variances alpha1 turn^2 + alpha2 travel^2 and so on (table
+    5.6)."""
     turn, travel, second = decompose(motion)
     return (
         math.hypot(
@@ -66,9 +67,8 @@ def spread(motion: SE2, params: AmclParams) -> tuple[float, float, float]:
     )
 
 
-def move(
-    particles: NDArray[np.float64], motion: SE2, params: AmclParams, rng: np.random.Generator
-) -> None:
-    """Moves particles (n, 3) in place by odometry's motion (new base frame seen from the old one) with its noise."""
+def move(particles: NDArray[np.float64], motion: SE2, params: AmclParams, rng: np.random.Generator) -> None:
+    """Moves particles (n, 3) in place by odometry's motion (new base frame seen from the old one) with its
+    noise."""
     turn, travel, second = decompose(motion)
     _sample(particles, turn, travel, second, spread(motion, params), rng)

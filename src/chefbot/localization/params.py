@@ -11,9 +11,9 @@ from msgspec import Meta
 class AmclParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Settings of `Amcl`; names are Nav2's where the concept is the same."""
 
-    min_particles: Annotated[int, Meta(ge=10, le=1_000_000, description="never fewer particles than this")] = (
-        1000
-    )
+    min_particles: Annotated[
+        int, Meta(ge=10, le=1_000_000, description="never fewer particles than this")
+    ] = 1000
     max_particles: Annotated[
         int, Meta(ge=10, le=1_000_000, description="never more particles than this after resampling")
     ] = 20_000
@@ -43,9 +43,12 @@ class AmclParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         float, Meta(ge=0.01, le=2.0, description="spread of a beam's end about a mapped surface, m")
     ] = 0.1
     laser_likelihood_max_dist: Annotated[
-        float, Meta(ge=0.1, le=10.0, description="a beam's end further from all obstacles counts as this far, m")
+        float,
+        Meta(ge=0.1, le=10.0, description="a beam's end further from all obstacles counts as this far, m"),
     ] = 2.0
-    max_beams: Annotated[int, Meta(ge=3, le=10_000, description="beams of a scan that weigh the particles")] = 60
+    max_beams: Annotated[
+        int, Meta(ge=3, le=10_000, description="beams of a scan that weigh the particles")
+    ] = 60
     beam_independence: Annotated[
         float,
         Meta(

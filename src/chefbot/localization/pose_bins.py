@@ -16,9 +16,7 @@ BIN_YAWS = 36
 
 
 @njit(cache=True, nogil=True)
-def bin_of(
-    x: float, y: float, yaw: float, corner: tuple[float, float], shape: tuple[int, int, int]
-) -> int:
+def bin_of(x: float, y: float, yaw: float, corner: tuple[float, float], shape: tuple[int, int, int]) -> int:
     """Flat index of a pose's bin; poses off the map count with the nearest bin of the border."""
     col = min(max(int(math.floor((x - corner[0]) / BIN_METRES)), 0), shape[1] - 1)
     row = min(max(int(math.floor((y - corner[1]) / BIN_METRES)), 0), shape[0] - 1)

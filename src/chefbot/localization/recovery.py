@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 CARELESSNESS = 1.25
-"""The fast mean must fall a fifth below the slow one before doubt sets in: one wall fits better than another (the factor
-nu of Gutmann & Fox 2002, An experimental comparison of localization methods continued)."""
+"""The fast mean must fall a fifth below the slow one before doubt sets in: one wall fits better than another
+(the factor nu of Gutmann & Fox 2002, An experimental comparison of localization methods continued)."""
 
 
 class Doubt:
-    """Two running means of how well scans fit; the share of particles to draw anew when the fast one falls off.
+    """Two running means of how well scans fit; the share of particles to draw anew when the fast one falls
+    off.
 
-    The fit of a scan is the geometric mean of a beam's likelihood relative to a perfect hit, in (0, 1], so that it does
-    not depend on the number of beams.
+    The fit of a scan is the geometric mean of a beam's likelihood relative to a perfect hit, in (0, 1], so
+    that it does not depend on the number of beams.
     """
 
     def __init__(self, slow: float, fast: float) -> None:
@@ -26,7 +30,7 @@ class Doubt:
         self.slow = self.fast = math.nan
 
     def see(self, fit: float) -> None:
-        """Takes in one scan's mean fit over the particles."""
+        """Takes in how one scan fits the reported pose."""
         if not self.begun:
             self.slow = self.fast = fit
         self.slow += self._decay[0] * (fit - self.slow)
@@ -43,3 +47,12 @@ class Doubt:
         if not self.begun or 0.0 in self._decay:
             return 0.0
         return max(0.0, 1.0 - CARELESSNESS * self.fast / self.slow)
+
+
+def posterior_share(prior: float, theirs: NDArray[np.float64], ours: NDArray[np.float64]) -> float:
+    """Bayes' rule for two hypotheses by the mean likelihood of their samples; theirs (m,) and ours (n,) are
+    logarithms."""
+    top = max(float(theirs.max()), float(ours.max()))
+    strange = prior * float(np.mean(np.exp(theirs - top)))
+    known = (1.0 - prior) * float(np.mean(np.exp(ours - top)))
+    return strange / (strange + known)

@@ -1,9 +1,10 @@
-"""The reported pose: the belief's mean, moved to where the scan fits the map best as far as the belief allows.
+"""The reported pose: the belief's mean, moved to where the scan fits the map best as far as the belief
+allows.
 
-Particles are too coarse to say a pose to a centimetre. Gauss-Newton on the distance field, with the cluster's Gaussian
-as prior, is the maximum a posteriori pose under the filter's own model (Probabilistic Robotics, 3.2; scan to field as in
-Fitzgibbon 2003, Robust registration of 2D and 3D point sets). A direction that the scan does not show, as along a
-corridor, keeps the particles' answer.
+Particles are too coarse to say a pose to a centimetre. Gauss-Newton on the distance field, with the
+cluster's Gaussian as prior, is the maximum a posteriori pose under the filter's own model (Probabilistic
+Robotics, 3.2; scan to field as in Fitzgibbon 2003, Robust registration of 2D and 3D point sets). A direction
+that the scan does not show, as along a corridor, keeps the particles' answer.
 """
 
 from __future__ import annotations
@@ -24,10 +25,9 @@ ENOUGH = 1e-4
 
 
 @njit(cache=True, nogil=True)
-def _sample(
-    field: NDArray[np.float32], u: float, v: float, per_metre: float
-) -> tuple[float, float, float]:
-    """Bilinear distance at (column u, row v), cell centres at whole numbers, and its slope in x and y (m/m)."""
+def _sample(field: NDArray[np.float32], u: float, v: float, per_metre: float) -> tuple[float, float, float]:
+    """Bilinear distance at (column u, row v), cell centres at whole numbers, and its slope in x and y
+    (m/m)."""
     u = min(max(u, 0.0), field.shape[1] - 1.001)
     v = min(max(v, 0.0), field.shape[0] - 1.001)
     col, row = int(u), int(v)
@@ -47,7 +47,8 @@ def _normal_equations(
     frame: tuple[float, float, float],
     sigma: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """J'WJ (3, 3), J'Wd (3,) and robust cost of all points; Geman-McClure weights with scale 2 sigma drop strangers."""
+    """J'WJ (3, 3), J'Wd (3,) and robust cost of all points; Geman-McClure weights with scale 2 sigma drop
+    strangers."""
     H = np.zeros((3, 3))
     g = np.zeros(3)
     cost = 0.0
@@ -100,7 +101,8 @@ def refine(
 
 
 def explained(pose: SE2, points: NDArray[np.float64], field: LikelihoodField, within: float) -> float:
-    """Share of the beam ends (m, 2), base frame, that lie within so many metres of something mapped; 0 for none."""
+    """Share of the beam ends (m, 2), base frame, that lie within so many metres of something mapped; 0 for
+    none."""
     if points.shape[0] == 0:
         return 0.0
     seen = pose.apply(points)

@@ -17,8 +17,8 @@ GOLDEN = 0.6180339887498949
 
 @njit(cache=True, nogil=True)
 def kld_bound(bins: int, error: float, quantile: float) -> float:
-    """Particles so that the divergence stays below `error` with the quantile's certainty (Fox 2003, equation 7:
-    the Wilson-Hilferty approximation of the chi-square quantile)."""
+    """Particles so that the divergence stays below `error` with the quantile's certainty (Fox 2003, equation
+    7: the Wilson-Hilferty approximation of the chi-square quantile)."""
     if bins < 2:
         return 0.0
     a = 2.0 / (9.0 * (bins - 1))
@@ -71,7 +71,8 @@ def _needed(
 
 
 def _stride(n: int) -> int:
-    """Near n times the golden ratio and without common divisor: steps of it visit 0..n-1 evenly at every stage."""
+    """Near n times the golden ratio and without common divisor: steps of it visit 0..n-1 evenly at every
+    stage."""
     step = max(1, round(n * GOLDEN))
     while math.gcd(step, n) != 1:
         step += 1
@@ -85,10 +86,11 @@ def resample(
     params: AmclParams,
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """A new set (m, 3) of equally weighted particles drawn from particles (n, 3) with weights (n,) that sum to 1.
+    """A new set (m, 3) of equally weighted particles drawn from particles (n, 3) with weights (n,) that sum
+    to 1.
 
-    How many is counted on draws in shuffled order as in the book's table 8.4; the set itself is drawn anew with a
-    comb of exactly that many teeth, which keeps more of the variety than the independent draws would.
+    How many is counted on draws in shuffled order as in the book's table 8.4; the set itself is drawn anew
+    with a comb of exactly that many teeth, which keeps more of the variety than the independent draws would.
     """
     most = max(params.min_particles, params.max_particles)
     limits = (params.min_particles, most, params.pf_err, params.pf_z)

@@ -1,8 +1,9 @@
-"""Smoothing of a population that is too thin for the likelihood it met (regularised particle filter: Musso, Oudjane,
-Le Gland 2001, Improving regularised particle filters, section 12.2.2; roughening: Gordon, Salmond, Smith 1993).
+"""Smoothing of a population that is too thin for the likelihood it met (regularised particle filter: Musso,
+Oudjane, Le Gland 2001, Improving regularised particle filters, section 12.2.2; roughening: Gordon, Salmond,
+Smith 1993).
 
-The bandwidth is taken bin by bin, so that one hypothesis among many is smoothed by its own spread and not by the
-distance between hypotheses.
+The bandwidth is taken bin by bin, so that one hypothesis among many is smoothed by its own spread and not by
+the distance between hypotheses.
 """
 
 from __future__ import annotations
@@ -26,23 +27,29 @@ LONE_SPREAD = np.array([BIN_METRES, BIN_METRES, 2.0 * math.pi / BIN_YAWS]) / mat
 def _jitter(
     particles: NDArray[np.float64],
     labelled: NDArray[np.int32],
+    mean: NDArray[np.float64],
+    shrink: NDArray[np.float64],
     bandwidth: NDArray[np.float64],
     rng: np.random.Generator,
 ) -> None:
+    """x -> mean + shrink (x - mean) + bandwidth * noise, with the means (k, 3) and so on of each particle's
+    bin."""
     two_pi = 2.0 * math.pi
     for i in range(particles.shape[0]):
-        h = bandwidth[labelled[i]]
-        particles[i, 0] += h[0] * rng.standard_normal()
-        particles[i, 1] += h[1] * rng.standard_normal()
-        yaw = particles[i, 2] + h[2] * rng.standard_normal() + math.pi
+        k = labelled[i]
+        for a in range(3):
+            off = shrink[k] * (particles[i, a] - mean[k, a])
+            particles[i, a] = mean[k, a] + off + bandwidth[k, a] * rng.standard_normal()
+        yaw = particles[i, 2] + math.pi
         particles[i, 2] = yaw - two_pi * math.floor(yaw / two_pi) - math.pi
 
 
 @njit(cache=True, nogil=True)
 def _bin_moments(
     particles: NDArray[np.float64], labelled: NDArray[np.int32], bins: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Count (k,) and standard deviations (k, 3) of the particles of each bin; within one no yaw wraps."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Count (k,), means and standard deviations (k, 3) of the particles of each bin; within one no yaw
+    wraps."""
     count = np.zeros(bins)
     mean = np.zeros((bins, 3))
     square = np.zeros((bins, 3))
@@ -56,15 +63,23 @@ def _bin_moments(
     for k in range(bins):
         for a in range(3):
             square[k, a] = math.sqrt(square[k, a] / count[k])
-    return count, square
+    return count, mean, square
 
 
-def roughen(particles: NDArray[np.float64], distinct: float, bins: PoseBins, rng: np.random.Generator) -> None:
-    """Spreads particles (n, 3) in place; `distinct` is the share of them that are not copies of another."""
+def roughen(
+    particles: NDArray[np.float64], distinct: float, bins: PoseBins, rng: np.random.Generator
+) -> None:
+    """Spreads copies apart in place; `distinct` is the share of the particles (n, 3) that are no copies.
+
+    A bin with several distinct particles keeps its mean and variance: they are drawn towards the mean by
+    what the kernel adds (Liu & West 2001, Combined parameter and state estimation, equation 10.3.8).
+    """
     labelled, occupied = bins.label(particles)
     bins.clear(occupied)
-    count, spread = _bin_moments(particles, labelled, occupied.size)
-    effective = np.maximum(count * distinct, 1.0)[:, None]
-    thin = np.minimum(1.0, 1.0 / effective)
-    bandwidth = GAUSSIAN_FACTOR * effective ** (-1.0 / (DIMENSIONS + 4.0))
-    _jitter(particles, labelled, bandwidth * ((1.0 - thin) * spread + thin * LONE_SPREAD), rng)
+    count, mean, spread = _bin_moments(particles, labelled, occupied.size)
+    effective = np.maximum(count * distinct, 1.0)
+    lone = effective < 2.0
+    h = np.where(lone, 1.0, GAUSSIAN_FACTOR * effective ** (-1.0 / (DIMENSIONS + 4.0)))
+    shrink = np.where(lone, 1.0, np.sqrt(1.0 - h**2))
+    bandwidth = h[:, None] * np.where(lone[:, None], LONE_SPREAD, spread)
+    _jitter(particles, labelled, mean, shrink, bandwidth, rng)

@@ -1,10 +1,11 @@
 """How much of a scan's likelihood the filter may believe at once.
 
-Neighbouring beams share the errors of the map and of the model, so their likelihoods must not be multiplied as if
-independent (Probabilistic Robotics, 6.3.4: raise the likelihood to a power below one). And a population too thin for a
-sharp likelihood would keep a single lucky particle. Both are served by one exponent: at most what the number of
-independent beams justifies, and never so large that fewer than a share of the particles stay effective (adaptive
-tempering: Jasra, Stephens, Doucet, Tsagaris 2011, Inference for Levy-driven volatility via adaptive SMC, section 3).
+Neighbouring beams share the errors of the map and of the model, so their likelihoods must not be multiplied
+as if independent (Probabilistic Robotics, 6.3.4: raise the likelihood to a power below one). And a
+population too thin for a sharp likelihood would keep a single lucky particle. Both are served by one
+exponent: at most what the number of independent beams justifies, and never so large that fewer than a share
+of the particles stay effective (adaptive tempering: Jasra, Stephens, Doucet, Tsagaris 2011, Inference for
+Levy-driven volatility via adaptive SMC, section 3).
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ def _effective(
 def exponent_for(
     scores: NDArray[np.float64], prior: NDArray[np.float64], limit: float, share: float
 ) -> float:
-    """The largest exponent up to `limit` that keeps `share` of the effective particles; scores (n,) are logarithms,
-    prior (n,) the weights before the scan."""
+    """The largest exponent up to `limit` that keeps `share` of the effective particles; scores (n,) are
+    logarithms, prior (n,) the weights before the scan."""
     stride = max(1, scores.size // _PROBES)
     best = -np.inf
     for i in range(0, scores.size, stride):

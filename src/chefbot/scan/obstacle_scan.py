@@ -22,8 +22,6 @@ from chefbot.scan.camera import CameraModel, Depth
 
 COLUMNS_PER_BIN = 2
 """Then every bin holds a column up to a field of view of 130 degrees: tan(a) < 2 a."""
-WITNESSES = 2
-"""Pixels that an obstacle needs; a lone one is often the smear between two depths."""
 GAP = 0.1
 GAP_ROWS = 4.0
 """Floor counts as seen on if the next floor pixel is within 0.1 m and four rows' distance of the last one."""
@@ -75,6 +73,8 @@ def _classify(
     clear_to: NDArray[np.float32],
 ) -> None:
     """One pass over the image (h, w) from the lowest row up, so that the floor comes by nearest first.
+
+    The obstacle is the second nearest pixel of a bin: a lone one is often the smear between two depths.
 
     heights: of the camera, floor's tolerance, robot's top, growth of tolerance per metre. slope: rise per
     depth of each row. stretch: distance along the floor per depth of each pixel.

@@ -24,7 +24,7 @@ DROPOUT = 0.7
 
 
 class Rendering(NamedTuple):
-    """The exact view: depth (h, w) metres along the optical axis, inf for nothing; number (h, w) of solids."""
+    """The exact view: depth (h, w) metres along the optical axis, inf for none; number (h, w) of solids."""
 
     depth: NDArray[np.float32]
     number: NDArray[np.int32]

@@ -18,7 +18,7 @@ from chefbot.robot.spec import Robot
 from chefbot.sim.battery import Battery
 from chefbot.sim.contacts import Collisions, ContactWatch
 from chefbot.sim.doors import MovingDoor
-from chefbot.sim.furniture import person_shapes
+from chefbot.sim.furniture import PERSON_RADIUS, person_shapes
 from chefbot.sim.people import Disc, disc, place_people
 from chefbot.sim.rays import ULTRASONIC_NOISE, RayCaster, cone_rays, lidar_rays, mount_rotation, within
 from chefbot.sim.realism import Profile, draw_as_built, draw_grip
@@ -221,6 +221,11 @@ class Simulation:
     def kidnap(self, pose: SE2) -> None:
         """Lift the robot and set it down elsewhere, at rest; wheels do not turn. UserError if not free."""
         self._check_free(pose, "the place to set the robot down")
+        for i, walker in enumerate(self._walkers):
+            if pose.distance(walker.pose) < self.robot.footprint_radius + PERSON_RADIUS:
+                raise UserError(
+                    f"person_{i} stands where the robot is to be set down; wait or choose another place"
+                )
         self._data.qpos[:7] = [pose.x, pose.y, 0.0, math.cos(pose.yaw / 2), 0.0, 0.0, math.sin(pose.yaw / 2)]
         self._data.qvel[:] = 0.0
         mujoco.mj_forward(self._model, self._data)

@@ -102,12 +102,13 @@ def best_twist(
     the inscribed zone, what leaves it slowly without touching a lethal cell.
     """
     x, y = pose[0] / resolution, pose[1] / resolution
+    here = min(cost_at(cells, x, y), INSCRIBED - 1)
     inside = cost_at(cells, x, y) >= INSCRIBED
     limit = LETHAL if inside else INSCRIBED
     best, least = -1, math.inf
     for i in range(twists.shape[0]):
         v, w = twists[i]
-        ex, ey, eyaw, mean, greatest = x, y, pose[2] + w * sim_time, 0.0, 0
+        ex, ey, eyaw, mean, greatest = x, y, pose[2] + w * sim_time, float(here), here
         if v > IN_PLACE:
             needed = (v * period + v * v / (2.0 * braking)) / resolution + 1.0
             length = max(v * sim_time / resolution, needed)

@@ -1,0 +1,40 @@
+"""What a user may set of the explorer; what the sensor sees comes from the Robot."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+
+class ExplorerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Settings of `Explorer`."""
+
+    free_below: Annotated[
+        int, Meta(ge=1, le=100, description="a map cell less occupied than this is free, percent")
+    ] = 35
+    occupied_from: Annotated[
+        int, Meta(ge=1, le=100, description="a map cell this occupied stops the view, percent")
+    ] = 65
+    longest: Annotated[
+        float, Meta(ge=0.2, le=20.0, description="longer frontiers are looked at piece by piece, m")
+    ] = 2.0
+    view_distance: Annotated[
+        float, Meta(ge=0.2, le=10.0, description="a frontier is looked at from within this distance, m")
+    ] = 1.2
+    view_range: Annotated[
+        float, Meta(ge=0.5, le=20.0, description="unknown floor is counted as gain up to this range, m")
+    ] = 3.0
+    turn_cost: Annotated[
+        float, Meta(ge=0.0, le=10.0, description="a radian to turn costs as much as so many metres, m")
+    ] = 0.3
+    fixed_cost: Annotated[
+        float, Meta(ge=0.01, le=10.0, description="every goal costs as much as so many metres, m")
+    ] = 0.5
+    attempts: Annotated[
+        int, Meta(ge=1, le=100, description="a frontier is given up after so many fruitless goals")
+    ] = 2
+    same_place: Annotated[
+        float, Meta(ge=0.05, le=5.0, description="goals for frontiers this near to each other are one, m")
+    ] = 0.5

@@ -1,0 +1,64 @@
+"""What can be seen from where on a partly known map."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+RAY_STEP = 0.7
+"""Cells between two samples of a line; no wall of one cell is stepped over."""
+
+
+@njit(cache=True, nogil=True)
+def sees(cells: NDArray[np.int8], occupied: int, r0: int, c0: int, r1: int, c1: int) -> bool:
+    """Whether nothing occupied and nothing unknown lies between two cells; the far one itself is not asked."""
+    steps = max(1, math.ceil(math.hypot(r1 - r0, c1 - c0) / RAY_STEP))
+    for i in range(steps):
+        r = math.floor(r0 + 0.5 + (r1 - r0) * i / steps)
+        c = math.floor(c0 + 0.5 + (c1 - c0) * i / steps)
+        if (r != r1 or c != c1) and (cells[r, c] >= occupied or cells[r, c] < 0):
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def unknown_in_view(
+    cells: NDArray[np.int8], occupied: int, row: int, column: int, yaw: float, field: float, reach: float
+) -> int:
+    """Unknown cells that rays from a cell over `field` radians about `yaw` meet within `reach` cells, each once."""
+    h, w = cells.shape
+    side = 2 * math.ceil(reach) + 3
+    seen = np.zeros((side, side), np.bool_)
+    rays = max(1, math.ceil(field * reach))
+    count = 0
+    for k in range(rays):
+        a = yaw - field / 2 + field * (k + 0.5) / rays
+        dc, dr = math.cos(a) * RAY_STEP, math.sin(a) * RAY_STEP
+        for i in range(int(reach / RAY_STEP)):
+            r, c = math.floor(row + 0.5 + dr * i), math.floor(column + 0.5 + dc * i)
+            if r < 0 or c < 0 or r >= h or c >= w or cells[r, c] >= occupied:
+                break
+            sr, sc = r - row + side // 2, c - column + side // 2
+            if cells[r, c] < 0 and not seen[sr, sc]:
+                seen[sr, sc] = True
+                count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def best_view(
+    cells: NDArray[np.int8], cost: NDArray[np.float32], occupied: int, row: int, column: int, reach: int
+) -> tuple[int, int]:
+    """The cell of least cost-to-come within `reach` cells that sees the cell (row, column); (-1, -1) if none does."""
+    h, w = cells.shape
+    best_r, best_c, least = -1, -1, np.inf
+    for r in range(max(0, row - reach), min(h, row + reach + 1)):
+        for c in range(max(0, column - reach), min(w, column + reach + 1)):
+            # an equal cost keeps the first; the line of sight is asked last because it is the dear part
+            if cost[r, c] < least and (r - row) ** 2 + (c - column) ** 2 <= reach * reach:
+                if sees(cells, occupied, r, c, row, column):
+                    best_r, best_c, least = r, c, cost[r, c]
+    return best_r, best_c

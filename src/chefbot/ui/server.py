@@ -30,6 +30,8 @@ from chefbot.ui.protocols import GuardedHttp, GuardedSocket
 TICK = 0.05
 PORTS_TO_TRY = 20
 MAX_CLIENTS = 16
+PENALTY = 1.0
+"""Seconds for which a flooding client is not listened to before it is dropped, lest it come back at once."""
 STOP_LIMIT = 1.0
 TYPES = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 
@@ -145,8 +147,9 @@ class PageServer:
     async def _listen_to(self, client: Client) -> None:
         async for text in _texts(client.socket):
             if not client.may_speak():
-                await client.socket.close(1008, "too many messages")
-                return
+                client.answer("This screen sent too many commands and is cut off for a moment")
+                await asyncio.sleep(PENALTY)
+                return  # without a closing handshake, for which the rest of the flood would have to be read
             self._obey(client, text)
 
     def _obey(self, client: Client, text: str) -> None:

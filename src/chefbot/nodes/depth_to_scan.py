@@ -29,21 +29,23 @@ class DepthParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class DepthToScanNode(Node):
-    """The flat scan goes to `depth_scan`; where there is no lidar the launch file calls that `scan`."""
+    """The flat scan is the robot's `scan` where it has no lidar, else it goes to `depth_scan` for looking."""
 
-    needs_sensors = ("depth_camera",)
     params: DepthParams
     depth: In[Image] = topic("camera/depth/image_raw")
+    scan: Out[LaserScan]
     depth_scan: Out[LaserScan]
     obstacles: Out[ObstacleScan]
 
     def start(self) -> None:
         """Tables of angles, from the robot's camera."""
         camera = self.robot.sensors.depth_camera
-        assert camera is not None
+        if camera is None:
+            return  # no images will come
         self._camera = camera
+        self._out = self.scan if self.robot.sensors.lidar is None else self.depth_scan
         self._model = CameraModel.of(camera)
-        self._scan = DepthToScan(self._model, self.params.scan)
+        self._flat = DepthToScan(self._model, self.params.scan)
         top = self.robot.overall_height + OVERHEAD
         self._obstacles = ObstacleScanner(self._model, camera.mount, top, self.params.obstacles)
 
@@ -59,7 +61,7 @@ class DepthToScanNode(Node):
         )
         header = msgspec.structs.replace(image.header, frame_id=CAMERA_FRAME)
         seen = self._obstacles.scan(depth)
-        self.depth_scan.publish(self._laser_scan(header, self._scan.convert(depth)))
+        self._out.publish(self._laser_scan(header, self._flat.convert(depth)))
         angles = self._obstacles.angles
         self.obstacles.publish(
             ObstacleScan(
@@ -74,7 +76,7 @@ class DepthToScanNode(Node):
         )
 
     def _laser_scan(self, header: Header, ranges: NDArray[np.float32]) -> LaserScan:
-        scan = self._scan
+        scan = self._flat
         return LaserScan(
             header,
             scan.angle_min,

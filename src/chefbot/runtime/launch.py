@@ -15,7 +15,7 @@ import re
 from collections.abc import Mapping
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta
@@ -36,14 +36,27 @@ class NodeEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """`package.module:Class`, or the name of an entry point in the group `chefbot.nodes`."""
     params: dict[str, Any] = {}
     remap: dict[str, str] = {}
-    when: bool = True
-    """False leaves the node out; for arguments such as `headless`."""
+    unless: bool = False
+    """True leaves the node out; for arguments such as `headless`."""
+
+
+STANDARD_ARGS: dict[str, ArgValue] = {
+    "robot": "chefbot",
+    "seed": 1,
+    "duration": 0.0,
+    "speed": 1.0,
+    "headless": False,
+    "record": "",
+}
+"""What every launch understands: which robot, the seed of all chance, seconds to run (0: until stopped), times
+real time (0: as fast as may be), without the page, and a file to record to."""
 
 
 class LaunchFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A launch file as written."""
 
     about: str = ""
+    clock: Literal["simulation", "wall"] = "simulation"
     args: dict[str, ArgValue] = {}
     include: list[str] = []
     nodes: dict[str, NodeEntry] = {}
@@ -54,6 +67,7 @@ class Launch(msgspec.Struct, frozen=True, kw_only=True):
 
     name: str
     about: str
+    clock: Literal["simulation", "wall"] = "simulation"
     args: dict[str, ArgValue]
     nodes: dict[str, NodeEntry]
 
@@ -75,15 +89,15 @@ def built_in_launches() -> dict[str, Path]:
 def load_launch(name_or_path: str, given: Mapping[str, str] | None = None) -> Launch:
     """A launch by name or path, with `key:=value` arguments as texts. UserError with file and key if not."""
     path = find_launch(name_or_path)
-    known = _collect_args(path, [])
+    known = {**STANDARD_ARGS, **_collect_args(path, [])}
     arguments = dict(known)
     for key, text in (given or {}).items():
         if key not in known:
             raise UserError(f"launch {path.stem}: there is no argument {key!r}{nearest(key, known)}")
         arguments[key] = _parse_argument(path.stem, key, text, known[key])
-    return Launch(
-        name=path.stem, about=_read(path, arguments).about, args=arguments, nodes=_nodes(path, arguments)
-    )
+    file = _read(path, arguments)
+    nodes = _nodes(path, arguments)
+    return Launch(name=path.stem, about=file.about, clock=file.clock, args=arguments, nodes=nodes)
 
 
 def find_launch(name_or_path: str) -> Path:
@@ -139,7 +153,7 @@ def _nodes(path: Path, arguments: Mapping[str, ArgValue]) -> dict[str, NodeEntry
     nodes: dict[str, NodeEntry] = {}
     for name in file.include:
         nodes.update(_nodes(find_launch(name), arguments))
-    return {**nodes, **{name: entry for name, entry in file.nodes.items() if entry.when}}
+    return {**nodes, **{name: entry for name, entry in file.nodes.items() if not entry.unless}}
 
 
 def _fill(value: Any, arguments: Mapping[str, ArgValue], where: str) -> Any:

@@ -57,11 +57,12 @@ class Subscription:
 class Scheduled:
     """An event to come; `cancel()` makes it never happen."""
 
-    __slots__ = ("action", "timing")
+    __slots__ = ("action", "due_ns", "timing")
 
-    def __init__(self, action: Callable[[], None], timing: Timing) -> None:
+    def __init__(self, action: Callable[[], None], timing: Timing, due_ns: int) -> None:
         self.action: Callable[[], None] | None = action
         self.timing = timing
+        self.due_ns = due_ns
 
     def cancel(self) -> None:
         """It will not happen."""
@@ -139,9 +140,9 @@ class Loop:
         self, time_ns: int, rank: int, action: Callable[[], None], timing: Timing | None = None
     ) -> Scheduled:
         """Do `action` at `time_ns`, in its rank's turn."""
-        event = Scheduled(action, timing or Timing())
+        event = Scheduled(action, timing or Timing(), max(time_ns, self.now_ns))
         self._sequence += 1
-        heapq.heappush(self._events, (max(time_ns, self.now_ns), rank, self._sequence, event))
+        heapq.heappush(self._events, (event.due_ns, rank, self._sequence, event))
         return event
 
     def post(self, action: Callable[[], None]) -> None:

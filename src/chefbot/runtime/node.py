@@ -214,9 +214,24 @@ class Device(Node):
 
     is_device = True
 
+    def __init__(self, context: Context, params: Any) -> None:
+        self._later: list[Scheduled] = []
+        super().__init__(context, params)
+
     def post(self, action: Callable[[], None]) -> None:
         """From any thread: do `action` in the loop."""
         self._loop.post(action)
+
+    def at(self, time_ns: int, action: Callable[[], None]) -> None:
+        """Do `action` at that time of the loop's, unless the device has been stopped."""
+        self._later = [event for event in self._later if event.due_ns > self.now_ns]
+        self._later.append(self._loop.at(time_ns, DEVICE, action))
+
+    def stop(self) -> None:
+        """Also what it meant to do later does not happen."""
+        super().stop()
+        for event in self._later:
+            event.cancel()
 
 
 def _bind_ports(node: Node) -> None:

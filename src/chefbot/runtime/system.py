@@ -7,7 +7,6 @@ from functools import partial
 
 from msgspec import Struct
 
-from chefbot.errors import UserError
 from chefbot.msgs.base import Message
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
@@ -67,9 +66,6 @@ class System:
     def _prepare(self, launch: str, name: str, entry: NodeEntry) -> _Plan:
         where = f"launch {launch}: node {name}"
         kind = node_class(entry.kind, where)
-        for required in getattr(kind, "needs_sensors", ()):
-            if getattr(self.robot.sensors, required) is None:
-                raise UserError(f"{where}: robot {self.robot.name} has no {required}; give another robot")
         return kind, node_params(kind, entry.params, where), entry.remap
 
     def _receive(self, static: bool, message: Message) -> None:

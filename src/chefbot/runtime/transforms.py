@@ -123,11 +123,11 @@ class Transforms:
 
     def lookup(self, target: str, source: str, stamp_ns: int | None = None) -> SE2:
         """`target_T_source` at a time, or the newest known. TransformError when the tree cannot say."""
-        from_source = self._chain(source, stamp_ns)
-        from_target = self._chain(target, stamp_ns)
-        for frame, pose in from_source.items():
-            if frame in from_target:
-                return from_target[frame].inverse() @ pose
+        above_target = self._ancestors(target)
+        for frame in self._ancestors(source):
+            if frame in above_target:
+                down = self._climb(target, frame, stamp_ns)
+                return down.inverse() @ self._climb(source, frame, stamp_ns)
         raise TransformError(f"no chain of transforms joins {target} and {source}")
 
     def forget(self, static_too: bool = False) -> None:
@@ -137,16 +137,20 @@ class Transforms:
             {} if static_too else {child: edge for child, edge in self._edges.items() if edge.static}
         )
 
-    def _chain(self, frame: str, stamp_ns: int | None) -> dict[str, SE2]:
-        """Each ancestor's `ancestor_T_frame`, from the frame itself upwards; ends where time is unknown."""
-        poses = {frame: IDENTITY}
-        pose = IDENTITY
-        here = frame
-        while here in self._edges:
-            edge = self._edges[here]
-            pose = edge.at(stamp_ns, here) @ pose
-            here = edge.parent
-            if here in poses:
+    def _ancestors(self, frame: str) -> list[str]:
+        """The frame and all above it, upwards."""
+        line = [frame]
+        while line[-1] in self._edges:
+            line.append(self._edges[line[-1]].parent)
+            if line[-1] in line[:-1]:
                 raise TransformError(f"the transforms above {frame} run in a circle")
-            poses[here] = pose
-        return poses
+        return line
+
+    def _climb(self, frame: str, ancestor: str, stamp_ns: int | None) -> SE2:
+        """`ancestor_T_frame`; only the edges between the two need to know the time."""
+        pose = IDENTITY
+        while frame != ancestor:
+            edge = self._edges[frame]
+            pose = edge.at(stamp_ns, frame) @ pose
+            frame = edge.parent
+        return pose

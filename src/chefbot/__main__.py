@@ -1,0 +1,5 @@
+"""`python -m chefbot`."""
+
+from chefbot.cli import main
+
+main()

@@ -1,0 +1,132 @@
+"""One command: `chefbot VERB`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chefbot import __version__
+from chefbot.errors import UserError
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="One file describes a differential-drive robot; chefbot gives its owner the rest.",
+)
+
+
+@app.callback(invoke_without_command=True)
+def version(
+    show: Annotated[
+        bool, typer.Option("--version", help="Print the version and stop.", is_eager=True)
+    ] = False,
+) -> None:
+    """Options before the verb."""
+    if show:
+        print(__version__)
+        raise typer.Exit
+
+
+@app.command()
+def demo(
+    world: Annotated[str, typer.Option(help="hotel, room, a world file, or any ROS map.yaml")] = "hotel",
+    robot: Annotated[str, typer.Option(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    seed: Annotated[int, typer.Option(min=0, help="of all chance: the same seed gives the same run")] = 1,
+    headless: Annotated[bool, typer.Option("--headless", help="without the page")] = False,
+    speed: Annotated[str, typer.Option(help="times real time, or max")] = "max",
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/demo"),
+    profile: Annotated[str, typer.Option(help="real or perfect")] = "real",
+    people: Annotated[int, typer.Option(min=0, max=50, help="who walk about")] = 0,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="of the page")] = 8080,
+) -> None:
+    """Map a hotel alone, forget everything, localize on the saved map, carry food to tables and come home."""
+    from chefbot.commands.demo import DemoOptions, run_demo
+
+    options = DemoOptions(world, robot, seed, headless, speed, out, profile, people, port)
+    raise typer.Exit(run_demo(options))
+
+
+@app.command()
+def launch(
+    name: Annotated[str, typer.Argument(help="a launch, such as gmapping_demo, or a launch file")] = "",
+    arguments: Annotated[list[str] | None, typer.Argument(help="key:=value ...")] = None,
+) -> None:
+    """Run a launch file; without a name, list them."""
+    from chefbot.commands.launch import list_launches, run_launch
+
+    if not name:
+        list_launches()
+        return
+    run_launch(name, arguments or [])
+
+
+@app.command()
+def slam(
+    log: Annotated[Path, typer.Argument(help="a CARMEN log, .log or .log.gz")],
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/slam"),
+    particles: Annotated[int, typer.Option(min=1, max=1000)] = 30,
+    seed: Annotated[int, typer.Option(min=0)] = 1,
+    max_range: Annotated[
+        float, typer.Option(min=0.1, max=1000, help="ranges beyond are no returns, m")
+    ] = 80.0,
+) -> None:
+    """Make a map from a recorded log: trajectory.tum, map.yaml, map.pgm, map.png."""
+    from chefbot.commands.slam import run_slam
+
+    run_slam(log, out, particles, seed, max_range)
+
+
+@app.command()
+def replay(
+    log: Annotated[Path, typer.Argument(help="a run.mcap")],
+    check: Annotated[
+        bool, typer.Option("--check", help="exit 1 unless every output is the same to the byte")
+    ] = False,
+) -> None:
+    """Run a recorded log through its nodes again."""
+    from chefbot.commands.replay import run_replay
+
+    raise typer.Exit(run_replay(log, check))
+
+
+@app.command()
+def deliver(
+    tables: Annotated[list[str], typer.Argument(help="where to: 3 7 5, or names of places")],
+    page: Annotated[str, typer.Option(help="page of the running robot")] = "http://127.0.0.1:8080",
+    wait: Annotated[bool, typer.Option("--wait/--no-wait", help="until the robot is home again")] = True,
+) -> None:
+    """Send a running robot to tables, one after the other."""
+    from chefbot.commands.remote import order_delivery
+
+    raise typer.Exit(order_delivery(tables, page, wait))
+
+
+@app.command("map_saver")
+def map_saver(
+    file: Annotated[Path, typer.Option("-f", help="name of the map, without ending")] = Path("map"),
+    page: Annotated[str, typer.Option(help="page of the running robot")] = "http://127.0.0.1:8080",
+) -> None:
+    """Save the map of a running robot as NAME.pgm and NAME.yaml."""
+    from chefbot.commands.remote import save_running_map
+
+    save_running_map(file, page)
+
+
+def main() -> None:
+    """Run a verb; bad input is one sentence on stderr and exit code 2."""
+    try:
+        app()
+    except UserError as error:
+        print(f"chefbot: {error}", file=sys.stderr)
+        raise SystemExit(2) from None
+    except KeyboardInterrupt:
+        raise SystemExit(130) from None
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(0) from None

@@ -1,0 +1,1 @@
+"""What `chefbot VERB` does, one file a verb."""

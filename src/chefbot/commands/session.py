@@ -1,0 +1,69 @@
+"""A running system: loop, clock, recorder, from a launch's arguments."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from chefbot.robot.spec import Robot
+from chefbot.runtime.clock import Clock, PacedClock, StepClock, WallClock
+from chefbot.runtime.launch import Launch
+from chefbot.runtime.loop import Loop
+from chefbot.runtime.record import Recorder
+from chefbot.runtime.system import System
+
+
+def clock_for(kind: str, speed: float) -> Clock:
+    """The clock of a launch; speed 0 is as fast as may be."""
+    if kind == "wall":
+        return WallClock()
+    return PacedClock(speed) if speed > 0 else StepClock()
+
+
+@contextmanager
+def session(robot: Robot, seed: int, kind: str, speed: float, record: Path | None) -> Iterator[System]:
+    """A system without nodes yet; stops its nodes and finishes the recording whatever happens."""
+    start_ns = time.time_ns() if kind == "wall" else 0
+    system = System(Loop(clock_for(kind, speed), start_ns), robot, seed)
+    recorder = Recorder(record, robot, seed) if record else None
+    if recorder is not None:
+        system.loop.tap(recorder)
+    try:
+        yield system
+    finally:
+        system.stop()
+        if recorder is not None:
+            recorder.close()
+
+
+def start(system: System, launch: Launch) -> None:
+    """Replace the nodes, as an event of the loop like everything else; faults are raised here."""
+    faults: list[BaseException] = []
+
+    def switch() -> None:
+        try:
+            system.launch(launch)
+        except BaseException as fault:
+            faults.append(fault)
+
+    before = system.loop.now_ns
+    system.loop.post(switch)
+    system.loop.run(until_ns=before + 1)
+    if faults:
+        raise faults[0]
+
+
+@contextmanager
+def stop_on_signals(stop: Callable[[], None]) -> Iterator[None]:
+    """Ctrl-C and `kill` end a run in order: motors still, files whole."""
+    old = {}
+    for name in (signal.SIGINT, signal.SIGTERM):
+        old[name] = signal.signal(name, lambda *_: stop())
+    try:
+        yield
+    finally:
+        for name, handler in old.items():
+            signal.signal(name, handler)

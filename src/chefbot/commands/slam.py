@@ -1,0 +1,65 @@
+"""`chefbot slam`: a recorded log to a map."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import zlib
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+
+from chefbot.config import read_bytes
+from chefbot.errors import UserError
+from chefbot.runtime.clock import wall_ns
+from chefbot.runtime.files import map_png, save_map, write_atomic
+from chefbot.slam.batch import run_log, trajectory_tum
+from chefbot.slam.carmen import parse_log
+from chefbot.slam.params import GmappingParams
+
+MAX_LOG_BYTES = 2_000_000_000
+console = Console(highlight=False)
+
+
+def run_slam(path: Path, out: Path, particles: int, seed: int, max_range: float) -> None:
+    """Read, map with progress, write trajectory and map."""
+    records = parse_log(read_text(path).splitlines())
+    params = GmappingParams(particles=particles, seed=seed, max_range=max_range)
+    began = wall_ns()
+    with Progress(console=console) as progress:
+        task = progress.add_task(f"mapping {path.name}", total=None)
+        result = run_log(
+            records, params, lambda done, total: progress.update(task, completed=done, total=total)
+        )
+    took = (wall_ns() - began) / 1e9
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"folder {out} cannot be made: {error.strerror}") from None
+    write_atomic(out / "trajectory.tum", trajectory_tum(result).encode())
+    save_map(out / "map", result.grid)
+    write_atomic(out / "map.png", map_png(result.grid))
+    console.print(f"{len(result.poses)} scans, {took:.1f} s; {out}/map.yaml, map.png, trajectory.tum")
+
+
+def read_text(path: Path) -> str:
+    """The text of a log, gzip'ed or not."""
+    data = read_bytes(path, "log", MAX_LOG_BYTES)
+    try:
+        if data[:2] == b"\x1f\x8b":
+            data = _bounded_gunzip(data, path)
+        return data.decode("ascii")
+    except (OSError, EOFError, zlib.error) as error:
+        raise UserError(f"log {path} is a damaged or cut-off gzip file: {error}") from None
+    except UnicodeDecodeError:
+        raise UserError(f"log {path} is not a CARMEN log: it is not text") from None
+
+
+def _bounded_gunzip(data: bytes, path: Path) -> bytes:
+    """At most MAX_LOG_BYTES come out: a small file can hold an absurd one."""
+    with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
+        text = file.read(MAX_LOG_BYTES + 1)
+    if len(text) > MAX_LOG_BYTES:
+        raise UserError(f"log {path} unpacks to more than {MAX_LOG_BYTES} bytes; that is not a log of scans")
+    return text

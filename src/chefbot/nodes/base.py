@@ -1,0 +1,95 @@
+"""The one gate between everything that commands and the wheels."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+import msgspec
+from msgspec import Meta
+
+from chefbot.control.kinematics import wheel_speeds
+from chefbot.control.limiter import Limiter, LimiterParams
+from chefbot.control.limits import Limits
+from chefbot.msgs.chefbot_msgs import WheelSpeeds
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.std_msgs import Bool, Header
+from chefbot.runtime.node import In, Node, Out, every
+
+RATE = 20.0
+
+
+class BaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How long a person's hand on the controls keeps navigation off."""
+
+    limiter: LimiterParams = LimiterParams()
+    teleop_hold: Annotated[
+        float, Meta(ge=0, le=10, description="navigation waits so long after the last key or joystick, s")
+    ] = 1.0
+
+
+class Heard(NamedTuple):
+    """A command and when it came."""
+
+    v: float
+    w: float
+    time_ns: int
+
+
+class BaseNode(Node):
+    """Twists to wheel speeds: a person before navigation, STOP before both, limits and ramps behind all.
+
+    `cmd_vel` tells what was really commanded. A command that is not repeated is a stop.
+    """
+
+    params: BaseParams
+    cmd_vel_teleop: In[Twist]
+    cmd_vel_nav: In[Twist]
+    emergency_stop: In[Bool]
+    cmd_vel: Out[Twist]
+    wheel_speeds: Out[WheelSpeeds]
+
+    def start(self) -> None:
+        """Stand still."""
+        self._limiter = Limiter(Limits.of(self.robot), self.params.limiter)
+        self._person: Heard | None = None
+        self._navigation: Heard | None = None
+        self._stopped = False
+
+    def on_cmd_vel_teleop(self, twist: Twist) -> None:
+        """A person drives."""
+        self._person = self._heard(twist)
+
+    def on_cmd_vel_nav(self, twist: Twist) -> None:
+        """Navigation drives."""
+        self._navigation = self._heard(twist)
+
+    def on_emergency_stop(self, pressed: Bool) -> None:
+        """Latched: what was commanded before it does not come back."""
+        self._stopped = pressed.data
+        if pressed.data:
+            self._person = self._navigation = None
+            self._limiter.reset()
+
+    @every(hz=RATE)
+    def command(self) -> None:
+        """The next step of the ramp."""
+        heard = None if self._stopped else self._chosen()
+        v, w, age = (0.0, 0.0, 0.0) if heard is None else (heard.v, heard.w, self._age(heard))
+        v, w = self._limiter.step(v, w, age, 1.0 / RATE)
+        self.cmd_vel.publish(Twist.of(v, w))
+        left, right = wheel_speeds(v, w, self.robot)
+        radius = self.robot.wheel_radius
+        self.wheel_speeds.publish(
+            WheelSpeeds(Header.of(self.now_ns, "base_link"), left * radius, right * radius)
+        )
+
+    def _chosen(self) -> Heard | None:
+        if self._person is not None and self._age(self._person) <= self.params.teleop_hold:
+            return self._person
+        return self._navigation
+
+    def _heard(self, twist: Twist) -> Heard:
+        return Heard(twist.linear.x, twist.angular.z, self.now_ns)
+
+    def _age(self, heard: Heard) -> float:
+        return (self.now_ns - heard.time_ns) / 1e9

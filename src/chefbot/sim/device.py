@@ -1,0 +1,257 @@
+"""The simulated robot as a device: the same messages as the built one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Literal
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+
+from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import Collision, WheelSpeeds, WheelTicks
+from chefbot.msgs.geometry_msgs import (
+    Pose,
+    PoseStamped,
+    PoseWithCovariance,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+)
+from chefbot.msgs.nav_msgs import Odometry
+from chefbot.msgs.sensor_msgs import UNKNOWN_COVARIANCE, BatteryState, Image, Imu, LaserScan, Range
+from chefbot.msgs.std_msgs import Header, String
+from chefbot.robot.spec import Lidar
+from chefbot.runtime.node import Device, In, Out, every, topic
+from chefbot.sim.board import Board
+from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
+from chefbot.sim.load import load_any_world
+from chefbot.sim.rays import lidar_angles
+from chefbot.sim.simulation import Simulation
+
+BOARD_HZ = 50
+"""The board tells ticks and IMU so often; every other sensor's rate is rounded to a part of it."""
+TRUTH_HZ = 10
+BATTERY_HZ = 1
+CAMERA_LATENCY_NS = 50_001_000
+"""From exposure to delivery. The odd microsecond gives a frame an instant of its own: a log without pictures,
+in which the scan speaks in their place, then has the same order."""
+BOX = (0.4, 0.4, 0.5)
+"""Sides in metres of a box that somebody drops."""
+
+
+class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Which world, how perfect."""
+
+    world: Annotated[
+        str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")
+    ] = "room"
+    profile: Annotated[Literal["perfect", "real"], Meta(description="without or with a robot's faults")] = (
+        "real"
+    )
+    people: Annotated[
+        int, Meta(ge=-1, le=50, description="who walk about; -1: as many as the world says")
+    ] = -1
+    picture_hz: Annotated[float, Meta(ge=0, le=10, description="colour pictures for people, Hz; 0: none")] = (
+        2.0
+    )
+
+
+class SimulatorDevice(Device):
+    """Physics, board and sensors. `ground_truth` is for scoring and the ghost on the page; no node reads it.
+
+    The frame `map` of the truth begins where the robot stands at the start, as a mapper's does.
+    """
+
+    params: SimulatorParams
+    wheel_speeds: In[WheelSpeeds]
+    drop_box: In[PoseStamped] = topic("simulation/drop_box")
+    door: In[String] = topic("simulation/door")
+    kidnap: In[PoseStamped] = topic("simulation/kidnap")
+    wheel_ticks: Out[WheelTicks]
+    imu: Out[Imu] = topic("imu/data")
+    ultrasonic: Out[Range]
+    battery_state: Out[BatteryState]
+    scan: Out[LaserScan]
+    depth: Out[Image] = topic("camera/depth/image_raw")
+    picture: Out[Image] = topic("camera/color/image_raw")
+    ground_truth: Out[Odometry]
+    collision: Out[Collision]
+    remark: Out[String] = topic("simulation/remark")
+
+    def start(self) -> None:
+        """Build the world; physics time begins now."""
+        world = load_any_world(self.params.world)
+        people = None if self.params.people < 0 else self.params.people
+        seed = int(self.context.rng().integers(2**31))
+        self.simulation = Simulation(self.robot, world, self.params.profile, seed, people=people)
+        self._origin = self.simulation.truth().pose
+        self._board = Board(self.robot, self.simulation)
+        self._began_ns = self.now_ns
+        self._tick = 0
+        self._frames = 0
+        self._collisions = 0
+        self._remarks: list[str] = []
+        self._start_camera(seed)
+        names = f"world {world.name}, {self.params.profile} robot {self.robot.name}"
+        self.announcement = f"Simulator: {names}; physics by MuJoCo, camera by rays on the CPU (needs no GL)."
+
+    def _start_camera(self, seed: int) -> None:
+        camera = self.robot.sensors.depth_camera
+        self._camera: DepthCameraWorker | None = None
+        if camera is not None:
+            self._camera = DepthCameraWorker(DepthRenderer(camera, self.params.profile, seed))
+
+    def stop(self) -> None:
+        """End the camera's thread."""
+        super().stop()
+        if self._camera is not None:
+            self._camera.close()
+
+    # -- what the world is told
+
+    def on_wheel_speeds(self, command: WheelSpeeds) -> None:
+        """The board holds these until the next, or its watchdog."""
+        if math.isfinite(command.left) and math.isfinite(command.right):
+            self._board.command(command.left, command.right)
+
+    def on_drop_box(self, at: PoseStamped) -> None:
+        """Somebody puts a box down."""
+        place = self._origin @ at.pose.se2
+        self._try(lambda: self.simulation.drop_box(place.x, place.y, BOX))
+
+    def on_kidnap(self, to: PoseStamped) -> None:
+        """Somebody carries the robot away."""
+        self._try(lambda: self.simulation.kidnap(self._origin @ to.pose.se2))
+
+    def on_door(self, wish: String) -> None:
+        """'open NAME' or 'close NAME'."""
+        verb, _, name = wish.data.partition(" ")
+        self._try(lambda: self.simulation.set_door(name, 1.0 if verb == "open" else 0.0))
+
+    def _try(self, action: Callable[[], object]) -> None:
+        """What cannot be done is told at the next tick; a device speaks in its own time only."""
+        try:
+            action()
+        except UserError as error:
+            self._remarks.append(str(error))
+
+    # -- what the robot senses
+
+    @every(hz=BOARD_HZ)
+    def advance(self) -> None:
+        """Physics up to now, then all sensors that are due."""
+        self._board.run_until(self.now_ns - self._began_ns)
+        self._tick += 1
+        sensors = self.robot.sensors
+        self._publish_imu()
+        left, right = self.simulation.wheel_ticks()
+        self.wheel_ticks.publish(WheelTicks(self._header("base_link"), left, right))
+        if sensors.lidar is not None and self._due(sensors.lidar.rate):
+            self.scan.publish(self._laser_scan(sensors.lidar))
+        if sensors.ultrasonic is not None and self._due(sensors.ultrasonic.rate):
+            self._publish_ultrasonic()
+        if sensors.depth_camera is not None and self._due(sensors.depth_camera.rate):
+            self._expose()
+        if self._due(BATTERY_HZ):
+            self._publish_battery()
+        if self._due(TRUTH_HZ):
+            self._publish_truth()
+        self._publish_collisions()
+
+    def _due(self, rate: float) -> bool:
+        return self._tick % max(1, round(BOARD_HZ / rate)) == 0
+
+    def _header(self, frame: str) -> Header:
+        return Header.of(self.now_ns, frame)
+
+    def _publish_imu(self) -> None:
+        turn, acceleration = self.simulation.imu()
+        imu = self.robot.sensors.imu
+        self.imu.publish(
+            Imu(
+                header=self._header("imu_link"),
+                orientation_covariance=UNKNOWN_COVARIANCE,
+                angular_velocity=Vector3(*turn.tolist()),
+                angular_velocity_covariance=np.diag([imu.gyro_noise**2] * 3).reshape(9),
+                linear_acceleration=Vector3(*acceleration.tolist()),
+                linear_acceleration_covariance=np.diag([imu.accelerometer_noise**2] * 3).reshape(9),
+            )
+        )
+
+    def _laser_scan(self, lidar: Lidar) -> LaserScan:
+        angles = lidar_angles(lidar)
+        step = float(angles[1] - angles[0])
+        limits = (lidar.range_min, lidar.range_max)
+        ranges = self.simulation.lidar()
+        period = 1.0 / lidar.rate
+        return LaserScan(
+            self._header("laser"), float(angles[0]), float(angles[-1]), step, 0.0, period, *limits, ranges
+        )
+
+    def _publish_ultrasonic(self) -> None:
+        sonar = self.robot.sensors.ultrasonic
+        assert sonar is not None
+        distance = self.simulation.ultrasonic()
+        limits = (sonar.range_min, sonar.range_max)
+        self.ultrasonic.publish(
+            Range(self._header("ultrasonic_link"), Range.ULTRASOUND, sonar.field_of_view, *limits, distance)
+        )
+
+    def _publish_battery(self) -> None:
+        battery, spec = self.simulation.battery, self.robot.battery
+        self.battery_state.publish(
+            BatteryState(
+                header=self._header("base_link"),
+                voltage=battery.voltage,
+                current=-battery.current,
+                charge=battery.charge / 3600.0,
+                capacity=spec.capacity / 3600.0,
+                design_capacity=spec.capacity / 3600.0,
+                percentage=battery.level,
+                power_supply_status=2,
+            )
+        )
+
+    def _publish_truth(self) -> None:
+        truth = self.simulation.truth()
+        pose = PoseWithCovariance(Pose.of(self._origin.between(truth.pose)))
+        twist = TwistWithCovariance(Twist.of(truth.v, truth.w))
+        self.ground_truth.publish(Odometry(self._header("map"), "base_link", pose, twist))
+
+    def _publish_collisions(self) -> None:
+        for sentence in self._remarks:
+            self.remark.publish(String(sentence))
+        self._remarks.clear()
+        collisions = self.simulation.collisions()
+        if collisions.episodes > self._collisions:
+            self._collisions = collisions.episodes
+            touched = ", ".join(self.simulation.touching) or collisions.names[-1]
+            self.collision.publish(Collision(self._header("map"), touched, collisions.episodes))
+
+    # -- camera
+
+    def _expose(self) -> None:
+        """The frame is made in the camera's thread while the loop goes on, and handed over at its time."""
+        assert self._camera is not None
+        wanted = self.params.picture_hz
+        coloured = wanted > 0 and self._due(wanted)
+        self._camera.start(self.simulation.capture(), self._frames, coloured)
+        self._frames += 1
+        header = self._header("camera_depth_optical_frame")
+        self.at(self.now_ns + CAMERA_LATENCY_NS, lambda: self._deliver(header))
+
+    def _deliver(self, header: Header) -> None:
+        assert self._camera is not None
+        frame = self._camera.result()
+        self.depth.publish(Image.of(header, "32FC1", frame.depth))
+        if frame.colour is not None:
+            self.picture.publish(Image.of(header, "rgb8", frame.colour))
+
+
+def true_pose(device: SimulatorDevice) -> SE2:
+    """Of the robot in the world; for scoring and for the person who clicks where it stands."""
+    return device.simulation.truth().pose

@@ -1,7 +1,7 @@
 """Odometry: drift over a hotel round with and without gyro, and the time of one update.
 
-Every run is a robot that differs from its file (standard deviations): diameters by 0.3 %, separation by 0.5 %,
-slipping wheels, gyro noise and offset from the robot file.
+Every run is a robot that differs from its file (standard deviations): diameters by 0.3 %, separation by
+0.5 %, slipping wheels, gyro noise and offset from the robot file.
 """
 
 from __future__ import annotations

@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 
 def wrap(angle: float) -> float:
     """The same direction in [-pi, pi)."""
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+    wrapped = (angle + math.pi) % (2.0 * math.pi) - math.pi
+    return -math.pi if wrapped >= math.pi else wrapped  # the remainder may round up to the divisor
 
 
 def wrap_array(angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """`wrap` for every element."""
-    return (angles + np.pi) % (2.0 * np.pi) - np.pi
+    wrapped = (angles + np.pi) % (2.0 * np.pi) - np.pi
+    return np.where(wrapped >= np.pi, -np.pi, wrapped)
 
 
 def mean_angle(angles: NDArray[np.float64], weights: NDArray[np.float64] | None = None) -> float:

@@ -1,0 +1,69 @@
+"""Quantities as people write them."""
+
+import contextlib
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from chefbot.errors import UserError
+from chefbot.robot.units import to_si
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("9 cm", "m", 0.09),
+        ("9cm", "m", 0.09),
+        ("80 rpm", "rad/s", 80 * 2 * math.pi / 60),
+        ("10 kg cm", "N m", 0.980665),
+        ("10 kgf cm", "N m", 0.980665),
+        ("0.98 N m", "N m", 0.98),
+        ("0.98 N*m", "N m", 0.98),
+        ("10 Ah", "C", 36_000.0),
+        ("10 A h", "C", 36_000.0),
+        ("2 h", "s", 7200.0),
+        ("60 g", "kg", 0.06),
+        ("0.35 m/s", "m/s", 0.35),
+        ("0.5 m/s^2", "m/s^2", 0.5),
+        ("0.05 deg/s", "rad/s", math.radians(0.05)),
+        ("30 deg", "rad", math.pi / 6),
+        ("30 degrees", "rad", math.pi / 6),
+        ("50 Hz", "Hz", 50.0),
+        ("12 V", "V", 12.0),
+        ("25 W", "W", 25.0),
+        ("12.5 watt", "W", 12.5),
+        ("1.5e3 mAh", "C", 5400.0),
+        (".5 m / s", "m/s", 0.5),
+        ("2 rad/s**2", "rad/s^2", 2.0),
+        ("-3 mm", "m", -0.003),
+        ("90°", "rad", math.pi / 2),
+    ],
+)
+def test_what_people_write(text, unit, value):
+    assert to_si(text, unit) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text", ["9", "", " ", "cm", "9 kg", "9 parsnips", "nine cm", "9 cm cm", "1/0 m", "()"]
+)
+def test_what_is_no_length(text):
+    with pytest.raises(UserError):
+        to_si(text, "m")
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.text("0123456789.e+-*/()^% kmcsradegHzVWACN\x00'\"_[]{}:,\n", max_size=14))
+def test_any_text_is_a_number_or_a_sentence(text):
+    with contextlib.suppress(UserError):
+        assert isinstance(to_si(text, "m"), float)
+
+
+@pytest.mark.parametrize(
+    "text", ["9**9**9**9 m", "9^9^9^9 m", "(" * 5000 + "1 m", "1e999999999 m", "9" * 100_000 + " m"]
+)
+def test_absurd_quantities_end(text):
+    with pytest.raises(UserError):
+        if math.isinf(to_si(text, "m")):
+            raise UserError("infinite, which the bounds of every field refuse")

@@ -48,7 +48,7 @@ def world_from_map(
 
 
 def greedy_rectangles(occupied: NDArray[np.bool_]) -> list[Rectangle]:
-    """Rectangles that cover each true cell once: from the first one left as far right, then up, as it goes."""
+    """Rectangles that cover each true cell once: the first one left, as far right, then up, as it goes."""
     left = occupied.copy()
     rectangles: list[Rectangle] = []
     for row, column in np.argwhere(occupied).tolist():

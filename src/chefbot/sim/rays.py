@@ -14,6 +14,8 @@ from chefbot.robot.spec import Lidar, Mount, Ultrasonic
 WORLD_ONLY = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
 """Geom groups that rays see: the robot's own are not among them."""
 CONE_RINGS = 4
+FLATTEST_ECHO = math.radians(60.0)
+"""Angle off a surface's normal from which sound is mirrored away; so a ranger does not see the floor."""
 ULTRASONIC_NOISE = 0.003  # m, standard deviation of an HC-SR04's reading
 
 
@@ -55,6 +57,7 @@ class RayCaster:
         self._reach = reach
         self._hit = np.zeros(len(rays), dtype=np.int32)
         self._distance = np.zeros(len(rays))
+        self._normal = np.zeros(3 * len(rays))
 
     def cast(
         self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
@@ -65,9 +68,17 @@ class RayCaster:
         count = len(self._rays)
         mujoco.mj_multiRay(
             model, data, origin, vectors, WORLD_ONLY, True, -1,
-            self._hit, self._distance, None, count, self._reach,
+            self._hit, self._distance, self._normal, count, self._reach,
         )  # fmt: skip
         return np.where(self._hit >= 0, self._distance, np.inf)
+
+    def echoes(
+        self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """`cast` for sound: a surface that it strikes too flatly throws it away from the sensor, inf."""
+        ranges = self.cast(model, data, position, rotation)
+        upright = np.abs(np.sum(self._normal.reshape(-1, 3) * (self._rays @ rotation.T), axis=1))
+        return np.where(upright > math.cos(FLATTEST_ECHO), ranges, np.inf)
 
 
 def within(ranges: NDArray[np.float64], range_min: float, range_max: float) -> NDArray[np.float32]:

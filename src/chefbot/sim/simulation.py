@@ -145,7 +145,7 @@ class Simulation:
         ranger = self.robot.sensors.ultrasonic
         if ranger is None or self._ultrasonic is None:
             raise UserError(f"robot {self.robot.name} has no ultrasonic ranger")
-        nearest = self._ultrasonic.cast(self._model, self._data, *self._attitude()).min(keepdims=True)
+        nearest = self._ultrasonic.echoes(self._model, self._data, *self._attitude()).min(keepdims=True)
         if self.profile == "real":
             nearest = nearest + ULTRASONIC_NOISE * self._noise["ultrasonic"].standard_normal()
         return float(within(nearest, ranger.range_min, ranger.range_max)[0])

@@ -1,0 +1,366 @@
+"""The simulated robot: how true its wheels are, what it bumps into, what it senses, and that it repeats."""
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+
+from chefbot.errors import UserError
+from chefbot.maths.angles import wrap
+from chefbot.maths.se2 import SE2
+from chefbot.robot.load import load_robot
+from chefbot.robot.spec import GRAVITY, Robot
+from chefbot.sim.battery import Battery
+from chefbot.sim.rays import lidar_angles
+from chefbot.sim.simulation import STEP_NS, Simulation
+from chefbot.sim.world import load_world
+
+ROBOT = load_robot("chefbot_lidar")
+CONTROL_STEPS = 4
+
+
+class Driver:
+    """Wheel-speed loops and dead reckoning on the ticks alone, as a board and a computer would do."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self.sim, self.pose = sim, SE2(0.0, 0.0, 0.0)
+        self.ticks, self.sums, self.v, self.w = sim.wheel_ticks(), [0.0, 0.0], 0.0, 0.0
+
+    def step(self, v: float, w: float) -> None:
+        """20 ms towards the speeds v and w, within the robot's accelerations."""
+        robot, dt = self.sim.robot, CONTROL_STEPS * STEP_NS / 1e9
+        self.v += float(np.clip(v - self.v, -robot.max_acceleration * dt, robot.max_acceleration * dt))
+        turn = robot.max_turn_acceleration * dt
+        self.w += float(np.clip(w - self.w, -turn, turn))
+        now = self.sim.wheel_ticks()
+        moved = [(b - a) * robot.metres_per_tick for a, b in zip(self.ticks, now, strict=True)]
+        self.ticks = now
+        angle = (moved[1] - moved[0]) / robot.wheels.separation
+        travel = sum(moved) / 2
+        self.pose = self.pose @ SE2(travel * math.cos(angle / 2), travel * math.sin(angle / 2), angle)
+        self.sim.set_duty(*self._duties(moved, dt))
+        for _ in range(CONTROL_STEPS):
+            self.sim.step()
+
+    def _duties(self, moved: list[float], dt: float) -> list[float]:
+        robot, half = self.sim.robot, self.sim.robot.wheels.separation / 2
+        duties = []
+        for i, wanted in enumerate((self.v - self.w * half, self.v + self.w * half)):
+            error = wanted - moved[i] / dt
+            self.sums[i] += 3.0 * error * dt
+            duties.append(wanted / robot.max_wheel_speed + 2.0 * error + self.sums[i])
+        return duties
+
+    def turn_to(self, yaw: float) -> None:
+        for _ in range(1000):
+            error = wrap(yaw - self.pose.yaw)
+            if abs(error) < 0.002 and abs(self.w) < 0.02:
+                break
+            self.step(0.0, math.copysign(min(1.0, 3.0 * abs(error) + 0.01), error))
+        for _ in range(20):
+            self.step(0.0, 0.0)
+
+    def drive_to(self, x: float, y: float) -> None:
+        yaw = math.atan2(y - self.pose.y, x - self.pose.x)
+        for _ in range(5000):
+            ahead = SE2(x, y, yaw).between(self.pose)
+            if ahead.x > -0.002:
+                break
+            speed = min(0.3, math.sqrt(2 * 0.2 * -ahead.x) + 0.01)
+            self.step(speed, -2.0 * ahead.y - 2.0 * ahead.yaw)
+        for _ in range(20):
+            self.step(0.0, 0.0)
+
+
+def square_error(sim: Simulation, side: float, sign: float) -> float:
+    """Drive a square by odometry; how far odometry and truth are apart at its end, metres (UMBmark)."""
+    driver = Driver(sim)
+    for x, y in ((side, 0.0), (side, sign * side), (0.0, sign * side), (0.0, 0.0)):
+        driver.turn_to(math.atan2(y - driver.pose.y, x - driver.pose.x))
+        driver.drive_to(x, y)
+    assert driver.pose.distance(SE2(0.0, 0.0, 0.0)) < 0.02  # it did drive the square
+    return sim.truth().pose.distance(driver.pose)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_perfect_odometry_of_a_ten_metre_square(sign: float) -> None:
+    sim = Simulation(ROBOT, load_world("empty"))
+    assert square_error(sim, 10.0, sign) < 0.02
+    assert sim.warnings == 0
+
+
+def test_real_robots_differ_from_the_drawing_and_from_each_other() -> None:
+    errors = [square_error(Simulation(ROBOT, load_world("empty"), "real", seed), 2.0, 1.0) for seed in (1, 2)]
+    perfect = square_error(Simulation(ROBOT, load_world("empty")), 2.0, 1.0)
+    assert min(errors) > 2 * perfect
+    assert errors[0] != errors[1]
+    for seed in range(20):
+        built = Simulation(ROBOT, load_world("empty"), "real", seed).as_built
+        for factor in (built.left_wheel, built.right_wheel, built.separation):
+            assert 0.002 <= abs(factor - 1.0) <= 0.005
+
+
+def bump_about(sim: Simulation, seconds: float, seed: int) -> list[float]:
+    """Random duties, changed twice a second; tilts on the way."""
+    rng, tilts = np.random.default_rng(seed), []
+    for _ in range(round(seconds * 2)):
+        sim.set_duty(*rng.uniform(-1, 1, 2).tolist())
+        for _ in range(100):
+            sim.step()
+        tilts.append(sim.tilt)
+    return tilts
+
+
+def test_a_minute_of_bumping_about_neither_tips_nor_breaks_it() -> None:
+    sim = Simulation(ROBOT, load_world("room"), start=SE2(0.9, 0.6, 0.5))
+    for seconds in range(6):
+        sim.kidnap(SE2(0.9, 0.6, seconds))
+        sim.set_duty(1.0, 0.97)
+        for _ in range(600):
+            sim.step()
+        assert max(bump_about(sim, 7.0, seconds)) < math.radians(3.0)
+    assert sim.time_ns == 60_000_000_000
+    assert sim.warnings == 0
+    assert math.isfinite(sum(sim.truth().pose))
+    assert sim.collisions().episodes > 0
+
+
+def test_same_seed_same_states_other_seed_others() -> None:
+    def run(seed: int) -> tuple[str, bytes, bytes]:
+        sim = Simulation(ROBOT, load_world("hotel"), "real", seed, people=3)
+        bump_about(sim, 5.0, 7)
+        sim.drop_box(1.0, 1.0, (0.2, 0.2, 0.2))
+        bump_about(sim, 1.0, 8)
+        return sim.state_hash(), sim.lidar().tobytes(), np.concatenate(sim.imu()).tobytes()
+
+    first = run(1)
+    assert run(1) == first
+    assert all(a != b for a, b in zip(run(2), first, strict=True))
+
+
+def test_reading_sensors_does_not_change_the_motion() -> None:
+    def run(read: bool) -> str:
+        sim = Simulation(ROBOT, load_world("room"), "real", 3, people=1)
+        sim.set_duty(0.5, 0.4)
+        for _ in range(400):
+            sim.step()
+            if read:
+                sim.lidar(), sim.imu(), sim.ultrasonic(), sim.capture(), sim.truth()
+        return sim.state_hash()
+
+    assert run(True) == run(False)
+
+
+def test_duty_is_cut_to_one_and_must_be_a_number() -> None:
+    a, b = (Simulation(ROBOT, load_world("empty")) for _ in range(2))
+    a.set_duty(7.0, -7.0)
+    b.set_duty(1.0, -1.0)
+    for sim in (a, b):
+        for _ in range(100):
+            sim.step()
+    assert a.state_hash() == b.state_hash()
+    with pytest.raises(ValueError, match="finite"):
+        a.set_duty(math.nan, 0.0)
+
+
+def test_ticks_grow_forward_and_match_the_way() -> None:
+    sim = Simulation(ROBOT, load_world("empty"))
+    sim.set_duty(0.6, 0.6)
+    for _ in range(1000):
+        sim.step()
+    left, right = sim.wheel_ticks()
+    assert left == pytest.approx(sim.truth().pose.x / ROBOT.metres_per_tick, rel=0.01)
+    assert abs(left - right) <= 1
+    assert sim.truth().v > 0.1
+    sim.set_duty(-0.6, 0.6)
+    for _ in range(400):
+        sim.step()
+    assert sim.truth().w > 0.5  # the right wheel ahead turns to the left
+
+
+def test_imu_at_rest_reads_gravity_and_in_a_turn_the_rate() -> None:
+    sim = Simulation(ROBOT, load_world("empty"))
+    for _ in range(200):
+        sim.step()
+    gyro, force = sim.imu()
+    assert force == pytest.approx([0.0, 0.0, GRAVITY], abs=0.02)
+    assert gyro == pytest.approx([0.0, 0.0, 0.0], abs=0.005)
+    sim.set_duty(-0.3, 0.3)
+    for _ in range(400):
+        sim.step()
+    assert sim.imu()[0][2] == pytest.approx(sim.truth().w, abs=0.01)
+
+
+def test_real_imu_has_the_robots_noise_and_a_bias_that_stays() -> None:
+    sim = Simulation(ROBOT, load_world("empty"), "real", 5)
+    for _ in range(400):
+        sim.step()
+    readings = np.array([np.concatenate(sim.imu()) for _ in range(4000)])
+    imu = ROBOT.sensors.imu
+    assert readings[:, :3].std(axis=0) == pytest.approx([imu.gyro_noise] * 3, rel=0.1)
+    assert readings[:, 3:].std(axis=0) == pytest.approx([imu.accelerometer_noise] * 3, rel=0.1)
+    bias = readings[:, :3].mean(axis=0)
+    assert 0.0 < np.abs(bias).max() < 4 * imu.gyro_bias + 0.002
+
+
+def test_lidar_and_ranger_see_the_walls_where_they_are() -> None:
+    sim = Simulation(ROBOT, load_world("room"))
+    lidar, ranger = ROBOT.sensors.lidar, ROBOT.sensors.ultrasonic
+    assert lidar is not None and ranger is not None
+    ranges = sim.lidar()
+    assert ranges.shape == (lidar.beams,)
+    for bearing, wall in ((0.0, 3.94), (-math.pi, 0.94), (math.pi / 2, 1.94)):
+        beam = int(np.argmin(np.abs(lidar_angles(lidar) - bearing)))
+        sensor = lidar.mount.x if bearing == 0.0 else -lidar.mount.x if bearing < 0 else 0.0
+        assert ranges[beam] == pytest.approx(wall - sensor, abs=0.005)
+    assert sim.ultrasonic() < 3.94 - ranger.mount.x + 0.01
+    sim.kidnap(SE2(2.9, -0.3, -math.pi / 2))
+    assert 0.9 < sim.ultrasonic() <= 1.94 - 0.3 - ranger.mount.x + 0.01
+
+
+def test_ranges_out_of_bounds_say_so() -> None:
+    sim = Simulation(ROBOT, load_world("empty"))
+    assert np.isposinf(sim.lidar()).all()
+    assert sim.ultrasonic() == math.inf
+    near = Simulation(robot_with_lidar(range_min=0.3), load_world("empty"))
+    near.drop_box(0.4, 0.0, (0.4, 0.6, 0.6))
+    assert np.isneginf(near.lidar()[180])
+    assert near.ultrasonic() == pytest.approx(0.2 - 0.14, abs=0.002)
+
+
+def test_no_beam_hits_the_robot_itself() -> None:
+    for z in (0.04, 0.06, 0.3, 0.5):
+        assert np.isposinf(Simulation(robot_with_lidar(z=z), load_world("empty")).lidar()).all()
+
+
+def robot_with_lidar(z: float = 0.2, range_min: float = 0.12) -> Robot:
+    replace = msgspec.structs.replace
+    lidar = ROBOT.sensors.lidar
+    assert lidar is not None
+    lidar = replace(lidar, mount=replace(lidar.mount, z=z), range_min=range_min)
+    return replace(ROBOT, sensors=replace(ROBOT.sensors, lidar=lidar))
+
+
+def test_a_wall_is_one_collision_until_it_is_left() -> None:
+    sim = Simulation(ROBOT, load_world("room"), start=SE2(0.0, -0.4, math.pi))
+    sim.set_duty(0.6, 0.6)
+    for _ in range(1500):
+        sim.step()
+    assert sim.collisions() == (1, ("wall_3",))
+    assert sim.touching == ("wall_3",)
+    for _ in range(2):
+        sim.set_duty(-0.5, -0.5)
+        for _ in range(400):
+            sim.step()
+        assert sim.touching == ()
+        sim.set_duty(0.6, 0.6)
+        for _ in range(800):
+            sim.step()
+    assert sim.collisions().episodes == 3
+
+
+def test_driving_freely_is_no_collision() -> None:
+    sim = Simulation(ROBOT, load_world("room"))
+    sim.set_duty(-0.5, 0.5)
+    for _ in range(1000):
+        sim.step()
+    assert sim.collisions() == (0, ())
+
+
+def test_dropping_a_box_keeps_the_motion_and_stops_the_robot() -> None:
+    sim = Simulation(ROBOT, load_world("empty"))
+    sim.set_duty(0.6, 0.6)
+    for _ in range(200):
+        sim.step()
+    before = sim.truth()
+    name = sim.drop_box(before.pose.x + 0.8, 0.0, (0.3, 0.6, 0.3))
+    assert sim.truth() == before
+    for _ in range(1500):
+        sim.step()
+    assert sim.collisions().names == (name,)
+    assert sim.truth().pose.x < before.pose.x + 0.8 - 0.15 - 0.14
+    with pytest.raises(UserError, match="would fall on"):
+        sim.drop_box(sim.truth().pose.x, 0.0, (0.3, 0.3, 0.3))
+
+
+def test_kidnap_moves_the_robot_not_the_wheels() -> None:
+    sim = Simulation(ROBOT, load_world("room"))
+    sim.set_duty(0.5, 0.5)
+    for _ in range(200):
+        sim.step()
+    ticks = sim.wheel_ticks()
+    sim.kidnap(SE2(0.9, 0.6, 2.0))
+    assert sim.truth().pose == pytest.approx((0.9, 0.6, 2.0))
+    assert sim.wheel_ticks() == ticks
+    with pytest.raises(UserError, match="overlaps cupboard"):
+        sim.kidnap(SE2(3.7, -1.4, 0.0))
+
+
+def test_doors_close_in_two_seconds_and_not_on_the_robot() -> None:
+    sim = Simulation(ROBOT, load_world("hotel"), start=SE2(2.0, 1.2, 0.0))
+    assert sim.lidar()[180] > 2.0  # through the open kitchen door
+    sim.set_door("kitchen_door", 0.0)
+    for _ in range(410):
+        sim.step()
+    assert sim.door("kitchen_door") == pytest.approx(0.0)
+    assert sim.lidar()[180] == pytest.approx(1.08, abs=0.03)
+    sim.set_door("kitchen_door", 1.0)
+    for _ in range(410):
+        sim.step()
+    sim.kidnap(SE2(3.1, 1.2, 0.0))
+    sim.set_door("kitchen_door", 0.0)
+    for _ in range(800):
+        sim.step()
+    assert 0.2 < sim.door("kitchen_door") < 0.8
+    assert sim.collisions().episodes == 0
+    with pytest.raises(UserError, match="did you mean 'kitchen_door'"):
+        sim.set_door("kitchen_dor", 0.5)
+
+
+def test_people_walk_and_stop_before_the_robot() -> None:
+    sim = Simulation(ROBOT, load_world("hotel"), seed=4, people=6, start=SE2(6.45, 6.2, 0.0))
+    start, least, walked = sim.people, math.inf, 0.0
+    for _ in range(6000):
+        sim.step()
+        least = min(least, *(person.distance(sim.truth().pose) for person in sim.people))
+        walked = max(walked, *(a.distance(b) for a, b in zip(start, sim.people, strict=True)))
+    assert walked > 2.0
+    assert least > 0.4
+    assert sim.collisions().episodes == 0
+
+
+def test_more_people_than_room_is_said() -> None:
+    with pytest.raises(UserError, match="no room for person"):
+        Simulation(ROBOT, load_world("room"), people=40)
+    with pytest.raises(UserError, match="no routes"):
+        Simulation(ROBOT, load_world("empty"), people=1)
+
+
+def test_a_start_inside_furniture_is_said() -> None:
+    with pytest.raises(UserError, match=r"start.*overlaps cupboard"):
+        Simulation(ROBOT, load_world("room"), start=SE2(3.4, -1.4, 0.0))
+
+
+def test_battery_lasts_as_long_as_its_charge_and_sags_under_load() -> None:
+    battery = Battery(ROBOT)
+    resting = battery.voltage
+    battery.drain((1.0, 1.0), (0.6, 0.6), 1.0)
+    assert battery.voltage < resting < ROBOT.battery.voltage
+    hours = 0
+    battery = Battery(ROBOT)
+    while battery.voltage > 0.0:
+        battery.drain((0.0, 0.0), (0.0, 0.0), 36.0)
+        hours += 36
+    energy = ROBOT.battery.capacity * (ROBOT.battery.voltage + ROBOT.battery.empty_voltage) / 2
+    assert hours == pytest.approx(energy / ROBOT.battery.electronics_power, rel=0.02)
+    assert (battery.charge, battery.current) == (0.0, 0.0)
+
+
+def test_an_empty_battery_stops_the_robot() -> None:
+    sim = Simulation(ROBOT, load_world("empty"))
+    sim.battery.charge = 0.0
+    sim.set_duty(1.0, 1.0)
+    for _ in range(400):
+        sim.step()
+    assert sim.truth().pose.x == pytest.approx(0.0, abs=1e-3)

@@ -7,6 +7,7 @@ held fixed, start spread 0.5 m.
 
 from __future__ import annotations
 
+import itertools
 import os
 import time
 from collections.abc import Callable
@@ -18,8 +19,9 @@ from chefbot.localization import clusters, odometry_motion, resampling, temperin
 from chefbot.localization.amcl import Amcl
 from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
+from chefbot.localization.pose_bins import PoseBins
 from chefbot.mapping.grid import Grid
-from chefbot.maths.se2 import SE2
+from chefbot.maths.se2 import IDENTITY, SE2
 
 BEAMS = 64
 PEERS_MS = {500: (1.31, 0.271), 2000: (6.30, 1.09), 10_000: (60.5, 5.68), 100_000: (3876.0, 70.2)}
@@ -61,41 +63,60 @@ def scan(grid: Grid, pose: SE2, angles: NDArray[np.float64]) -> NDArray[np.float
     return out
 
 
-def one_update(grid: Grid, n: int) -> None:
-    params = AmclParams(min_particles=n, max_particles=n, max_beams=BEAMS, beam_independence=0.0)
-    here = SE2(25.0, 25.0, 0.3)
+def whole_update(grid: Grid, params: AmclParams, repeats: int) -> tuple[float, float]:
+    """`Amcl.update` with everything: parts, beam ends, refinement, confidence; the robot shuttles between
+    two poses."""
+    poses = [SE2(25.0, 25.0, 0.3), SE2(25.2, 25.1, 0.4)]
     angles = np.linspace(-np.pi, np.pi, 640, endpoint=False)
-    ranges = scan(grid, here, angles)
-    amcl = Amcl(params, grid, SE2(0.0, 0.0, 0.0))
-    repeats = 15 if n >= 100_000 else 60
-    met = np.isfinite(ranges)
-    ends = np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=1)[met]
-    points = ends[np.linspace(0, len(ends) - 1, BEAMS).astype(int)]
+    scans = [scan(grid, pose, angles) for pose in poses]
+    amcl = Amcl(params, grid, IDENTITY)
+    amcl.set_pose(poses[0], 0.1, 0.1)
+    turns = itertools.cycle((0, 1))
 
     def update() -> None:
-        amcl.set_pose(here, 0.05, 0.05)
-        amcl.update(angles, ranges, 12.0, here)
+        k = next(turns)
+        if not amcl.update(angles, scans[k], 12.0, poses[k]):
+            raise RuntimeError("the benchmark's robot did not move enough for an update")
 
-    # the parts of an update, at the spread at which the peers were measured: after the start has settled
-    amcl.set_pose(here, 0.05, 0.05)
-    particles = np.resize(amcl.particles, (n, 3))
-    even = np.full(n, 1.0 / n)
-    rng = np.random.default_rng(0)
-    move = milliseconds(lambda: odometry_motion.move(particles.copy(), STEP, params, rng), repeats)
-    weigh = milliseconds(lambda: amcl.field.weigh(particles, points), repeats)
-    scores = amcl.field.weigh(particles, points)
-    temper = milliseconds(
-        lambda: tempering.weights_of(scores, even, tempering.exponent_for(scores, even, 1.0, 0.25)), repeats
-    )
-    draw = milliseconds(lambda: resampling.resample(particles, even, amcl._bins, params, rng), repeats)
-    group = milliseconds(lambda: clusters.heaviest(particles, even, amcl._bins), repeats)
-    parts = (move, weigh, temper, draw, group)
-    total, least = (sum(p[k] for p in parts) for k in (0, 1))
+    for _ in range(6):
+        update()
+    return milliseconds(update, repeats)
+
+
+def parts(grid: Grid, params: AmclParams, n: int, repeats: int) -> list[tuple[float, float]]:
+    """Motion, weights, tempering, resampling, clusters: what the peers' totals consist of."""
+    here = SE2(25.0, 25.0, 0.3)
+    angles = np.linspace(-np.pi, np.pi, BEAMS, endpoint=False)
+    ranges = scan(grid, here, angles)
+    met = np.isfinite(ranges)
+    points = (ranges[met] * np.stack([np.cos(angles[met]), np.sin(angles[met])])).T
+    rng, field, bins = np.random.default_rng(0), LikelihoodField.of(grid, params), PoseBins(grid)
+    particles = here.array() + rng.normal(size=(n, 3)) * (0.05, 0.05, 0.05)
+    even, scores = np.full(n, 1.0 / n), field.weigh(particles, points)
+
+    def temper() -> None:
+        tempering.weights_of(scores, even, tempering.exponent_for(scores, even, 1.0, 0.25))
+
+    return [
+        milliseconds(lambda: odometry_motion.move(particles.copy(), STEP, params, rng), repeats),
+        milliseconds(lambda: field.weigh(particles, points), repeats),
+        milliseconds(temper, repeats),
+        milliseconds(lambda: resampling.resample(particles, even, bins, params, rng), repeats),
+        milliseconds(lambda: clusters.heaviest(particles, even, bins), repeats),
+    ]
+
+
+def report(grid: Grid, n: int) -> None:
+    params = AmclParams(min_particles=n, max_particles=n, max_beams=BEAMS, beam_independence=0.0)
+    repeats = 15 if n >= 100_000 else 60
+    pieces = parts(grid, params, n, repeats)
+    whole, least = whole_update(grid, params, repeats)
+    detail = " + ".join(f"{median:.3f}" for median, _ in pieces)
+    per_read = pieces[1][0] * 1e6 / n / BEAMS
     ros, beluga = PEERS_MS[n]
-    detail = " + ".join(f"{p[0]:.3f}" for p in parts)
     print(
-        f"{n:7d} {total:8.3f} ({least:8.3f}) = {detail} | {weigh[1] * 1e6 / n / BEAMS:5.2f} |"
-        f" {ros:7.2f} {ros / total:6.1f}x | {beluga:6.2f} {beluga / total:5.1f}x"
+        f"{n:7d} {whole:8.3f} ({least:8.3f}); {detail} | {per_read:5.2f} |"
+        f" {ros:7.2f} {ros / whole:6.1f}x | {beluga:6.2f} {beluga / whole:5.1f}x"
     )
 
 
@@ -107,7 +128,7 @@ def main() -> None:
     )
     print("        | ROS 1 amcl, times ours | beluga native, times ours")
     for n in PEERS_MS:
-        one_update(grid, n)
+        report(grid, n)
     print("field build, ms: peers at 1000 x 1000 amcl 217-235, beluga 127-135")
     for cells in (250, 500, 1000, 2000):
         square = office(cells, 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -13,15 +14,14 @@ from chefbot.mapping.grid import Grid
 from chefbot.maths.se2 import SE2
 
 RESOLUTION = 0.05
+Segment = tuple[float, float, float, float]
 
 
-def box(x: float, y: float, w: float, h: float) -> list[tuple[float, float, float, float]]:
+def box(x: float, y: float, w: float, h: float) -> list[Segment]:
     return [(x, y, x + w, y), (x + w, y, x + w, y + h), (x + w, y + h, x, y + h), (x, y + h, x, y)]
 
 
-def room(
-    x: float, y: float, w: float, h: float, door: float, south: bool
-) -> list[tuple[float, float, float, float]]:
+def room(x: float, y: float, w: float, h: float, door: float, south: bool) -> list[Segment]:
     """Four walls with a door of 0.9 m in the south or north wall, at `door` from the west corner."""
     front, back = (y, y + h) if south else (y + h, y)
     return [
@@ -64,7 +64,7 @@ def rasterise(segments: NDArray[np.float64], width: float, height: float) -> Gri
     return grid
 
 
-def build(seed: int) -> World:
+def build(seed: int, furnished: bool = True) -> World:
     """15 x 12 m: seven rooms of the same size about a corridor, each with its own bed and chairs, and a
     lobby."""
     rng = np.random.default_rng(seed)
@@ -73,17 +73,25 @@ def build(seed: int) -> World:
         walls += room(0.02 + 3.75 * k, 7.2, 3.7, 4.75, 1.4, south=True)
     for k in range(3):
         walls += room(0.02 + 3.75 * k, 0.05, 3.7, 4.75, 1.4, south=False)
-    for k in range(4):
-        x = 0.02 + 3.75 * k
-        walls += box(x + rng.uniform(0.1, 1.6), 10.0, 1.4, 1.9)
-        walls += box(x + rng.uniform(0.3, 3.0), rng.uniform(8.4, 9.2), 0.45, 0.45)
-        if k < 3:
-            walls += box(x + rng.uniform(0.1, 1.6), 0.1, 1.4, 1.9)
-            walls += box(x + rng.uniform(0.3, 3.0), rng.uniform(2.8, 3.4), 0.45, 0.45)
-    for _ in range(6):
-        walls += box(rng.uniform(11.6, 14.2), rng.uniform(0.4, 4.6), 0.4, 0.4)
+    if furnished:
+        walls += furniture(rng)
     segments = np.array(walls)
     return World(segments, rasterise(segments, 15.0, 12.0))
+
+
+def furniture(rng: np.random.Generator) -> list[Segment]:
+    """A bed and a chair per room, six tables in the lobby."""
+    out: list[Segment] = []
+    for k in range(4):
+        x = 0.02 + 3.75 * k
+        out += box(x + rng.uniform(0.1, 1.6), 10.0, 1.4, 1.9)
+        out += box(x + rng.uniform(0.3, 3.0), rng.uniform(8.4, 9.2), 0.45, 0.45)
+        if k < 3:
+            out += box(x + rng.uniform(0.1, 1.6), 0.1, 1.4, 1.9)
+            out += box(x + rng.uniform(0.3, 3.0), rng.uniform(2.8, 3.4), 0.45, 0.45)
+    for _ in range(6):
+        out += box(rng.uniform(11.6, 14.2), rng.uniform(0.4, 4.6), 0.4, 0.4)
+    return out
 
 
 ROUTE = [
@@ -121,7 +129,7 @@ def odometry(truth: list[SE2], seed: int) -> list[SE2]:
     origin."""
     rng = np.random.default_rng(seed)
     out = [SE2(0.0, 0.0, 0.0)]
-    for a, b in zip(truth, truth[1:], strict=False):
+    for a, b in itertools.pairwise(truth):
         d = a.between(b)
         length = math.hypot(d.x, d.y)
         noisy = SE2(
@@ -165,3 +173,51 @@ def lidar() -> Sensor:
 def depth_camera() -> Sensor:
     half = math.radians(29.0)
     return Sensor(np.linspace(-half, half, 320), 0.45, 8.0, SE2(0.09, 0.0, 0.0), True)
+
+
+class Drives:
+    """True poses and the odometry of drives through the hotel."""
+
+    def route(self, seed: int) -> tuple[list[SE2], list[SE2]]:
+        """Corridor, a room above, a room below, the lobby."""
+        truth = drive(ROUTE)
+        return truth, odometry(truth, seed)
+
+    def from_room(self, k: int) -> tuple[list[SE2], list[SE2]]:
+        """Out of the k-th room above the corridor, and along it."""
+        door = 1.87 + 3.75 * k
+        truth = drive([(door, 8.0), (door, 6.0), (door + (2.0 if k < 2 else -2.0), 6.0)])
+        return truth, odometry(truth, k)
+
+    def turn_in_room(self, k: int) -> tuple[list[SE2], list[SE2]]:
+        """Two turns on the spot in the k-th room above the corridor."""
+        truth = [SE2(1.5 + 3.75 * k, 8.0, 0.1 * i) for i in range(126)]
+        return truth, odometry(truth, k)
+
+    def kidnapped(self, after: int) -> tuple[list[SE2], list[SE2]]:
+        """Carried away after so many scans, which odometry does not see."""
+        before = drive(ROUTE)[:after]
+        rest = drive([(9.4, 6.0), (5.6, 6.0), (5.6, 4.0), (5.6, 6.0), (1.8, 6.0), (1.8, 8.0)])
+        said = odometry(before, 1)
+        return before + rest, said + [said[-1] @ o for o in odometry(rest, 2)]
+
+    def people(self, count: int) -> NDArray[np.float64]:
+        """Segments (4 count, 4) of square people beside the route, none nearer than half a metre to it."""
+        rng = np.random.default_rng(9)
+        path = np.array([pose[:2] for pose in drive(ROUTE)])
+        out: list[Segment] = []
+        while len(out) < 4 * count:
+            x, y = rng.uniform(1.0, 14.0), rng.uniform(4.9, 7.0)
+            if np.hypot(*(path - (x, y)).T).min() > 0.5:
+                out += box(x - 0.15, y - 0.15, 0.3, 0.3)
+        return np.array(out)
+
+
+@pytest.fixture(scope="session")
+def empty_hotel() -> World:
+    return build(3, furnished=False)
+
+
+@pytest.fixture(scope="session")
+def drives() -> Drives:
+    return Drives()

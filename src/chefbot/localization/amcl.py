@@ -202,7 +202,7 @@ class Amcl:
             self._doubt.see(math.exp(score / len(few)))
 
     @property
-    def map_T_odom(self) -> SE2:
+    def map_T_odom(self) -> SE2:  # noqa: N802 - the notation of transforms
         """The odometry's origin on the map; what the `map -> odom` transform carries."""
         if self._odom_at_estimate is None:
             return self._estimate

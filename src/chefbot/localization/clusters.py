@@ -89,7 +89,7 @@ def _moments(
     for i in range(particles.shape[0]):
         if members[i]:
             off[:] = particles[i] - mean
-            off[2] = math.atan2(math.sin(off[2]), math.cos(off[2]))
+            off[2] -= 2.0 * math.pi * round(off[2] / (2.0 * math.pi))
             for a in range(3):
                 for b in range(3):
                     covariance[a, b] += weights[i] / sums[4] * off[a] * off[b]

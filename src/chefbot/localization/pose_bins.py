@@ -18,9 +18,9 @@ BIN_YAWS = 36
 @njit(cache=True, nogil=True)
 def bin_of(x: float, y: float, yaw: float, corner: tuple[float, float], shape: tuple[int, int, int]) -> int:
     """Flat index of a pose's bin; poses off the map count with the nearest bin of the border."""
-    col = min(max(int(math.floor((x - corner[0]) / BIN_METRES)), 0), shape[1] - 1)
-    row = min(max(int(math.floor((y - corner[1]) / BIN_METRES)), 0), shape[0] - 1)
-    turn = int(math.floor((yaw + math.pi) / (2.0 * math.pi) * BIN_YAWS)) % BIN_YAWS
+    col = min(max(math.floor((x - corner[0]) / BIN_METRES), 0), shape[1] - 1)
+    row = min(max(math.floor((y - corner[1]) / BIN_METRES), 0), shape[0] - 1)
+    turn = math.floor((yaw + math.pi) / (2.0 * math.pi) * BIN_YAWS) % BIN_YAWS
     return (row * shape[1] + col) * BIN_YAWS + turn
 
 

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-
 CARELESSNESS = 1.25
 """The fast mean must fall a fifth below the slow one before doubt sets in: one wall fits better than another
 (the factor nu of Gutmann & Fox 2002, An experimental comparison of localization methods continued)."""

@@ -69,6 +69,34 @@ def _normal_equations(
     return H, g, cost
 
 
+@njit(cache=True, nogil=True)
+def _gauss_newton(
+    start: NDArray[np.float64],
+    information: NDArray[np.float64],
+    points: NDArray[np.float64],
+    field: NDArray[np.float32],
+    frame: tuple[float, float, float],
+    sigma: float,
+    precision: float,
+) -> NDArray[np.float64]:
+    """The pose (3,) of least cost met on the way down from `start`."""
+    pose, best = start.copy(), start.copy()
+    least = np.inf
+    for _ in range(ITERATIONS):
+        H, g, cost = _normal_equations(pose, points, field, frame, sigma)
+        off = pose - start
+        pull = np.array([np.sum(information[a] * off) for a in range(3)])
+        total = precision * cost + np.sum(off * pull)
+        if total >= least:
+            break
+        best, least = pose, total
+        step = np.linalg.solve(precision * H + information, precision * g + pull)
+        pose = pose - step
+        if np.abs(step).max() < ENOUGH:
+            break
+    return best
+
+
 def refine(
     prior: SE2,
     covariance: NDArray[np.float64],
@@ -84,20 +112,8 @@ def refine(
     frame = (field.origin_x, field.origin_y, 1.0 / field.grid.resolution)
     information = np.linalg.inv(covariance + np.diag([1e-6, 1e-6, 1e-6]))
     precision = trust / sigma**2
-    pose, start = prior.array(), prior.array()
-    best, least = pose, math.inf
-    for _ in range(ITERATIONS):
-        H, g, cost = _normal_equations(pose, points, field.distance, frame, sigma)
-        off = pose - start
-        total = precision * cost + float(off @ information @ off)
-        if total >= least:
-            break
-        best, least = pose, total
-        step = -np.linalg.solve(precision * H + information, precision * g + information @ off)
-        pose = pose + step
-        if float(np.abs(step).max()) < ENOUGH:
-            break
-    return SE2(float(best[0]), float(best[1]), wrap(float(best[2])))
+    x, y, yaw = _gauss_newton(prior.array(), information, points, field.distance, frame, sigma, precision)
+    return SE2(float(x), float(y), wrap(float(yaw)))
 
 
 def explained(pose: SE2, points: NDArray[np.float64], field: LikelihoodField, within: float) -> float:

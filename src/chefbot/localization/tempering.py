@@ -17,8 +17,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 EFFECTIVE_SHARE = 0.25
-_PROBES = 4000
-_HALVINGS = 20
+_PROBES = 2000
+_HALVINGS = 12
 
 
 @njit(cache=True, nogil=True)

@@ -1,0 +1,170 @@
+"""The whole filter in a made-up hotel with a 360-degree lidar and with a narrow depth scan."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from chefbot.errors import UserError
+from chefbot.localization.amcl import Amcl
+from chefbot.localization.params import AmclParams
+from chefbot.mapping.grid import Grid
+from chefbot.maths.se2 import SE2
+
+Run = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def follow(
+    amcl: Amcl, hotel: Any, sensor: Any, truth: list[SE2], odom: list[SE2], seed: int, sees: Any = None
+) -> Run:
+    """Position error, yaw error and `converged` after each scan of a drive."""
+    rng = np.random.default_rng(seed)
+    out = []
+    for pose, said in zip(truth, odom, strict=True):
+        amcl.update(sensor.angles, sensor.scan(sees or hotel, pose, rng), sensor.range_max, said)
+        assert np.isfinite(amcl.pose).all() and np.isfinite(amcl.covariance).all()
+        out.append((amcl.pose.distance(pose), abs(pose.between(amcl.pose).yaw), amcl.converged))
+    errors, yaws, converged = np.array(out).T
+    return errors, yaws, converged.astype(bool)
+
+
+def wrong_start(amcl: Amcl, truth: SE2, seed: int) -> None:
+    """Half a metre and 20 degrees off."""
+    a = np.random.default_rng(seed).uniform(0, 2 * math.pi)
+    side = math.radians(20.0) * (-1) ** seed
+    amcl.set_pose(SE2(truth.x + 0.5 * math.cos(a), truth.y + 0.5 * math.sin(a), truth.yaw + side), 0.5, 0.35)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_lidar_tracks_within_two_centimetres(hotel: Any, lidar: Any, drives: Any, seed: int) -> None:
+    truth, odom = drives.route(seed)
+    amcl = Amcl(AmclParams(seed=seed), hotel.grid, lidar.mount)
+    wrong_start(amcl, truth[0], seed)
+    errors, yaws, converged = follow(amcl, hotel, lidar, truth, odom, seed)
+    assert np.median(errors) < 0.02 and errors[40:].max() < 0.04
+    assert np.median(yaws) < 0.005
+    assert converged[40:].all() and not (converged & (errors > 0.3)).any()
+    assert amcl.confidence > 0.9
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_narrow_depth_scan_tracks_from_a_wrong_start(
+    hotel: Any, depth_camera: Any, drives: Any, seed: int
+) -> None:
+    truth, odom = drives.route(seed)
+    amcl = Amcl(AmclParams(seed=seed), hotel.grid, depth_camera.mount)
+    wrong_start(amcl, truth[0], seed)
+    errors, _, converged = follow(amcl, hotel, depth_camera, truth, odom, seed)
+    assert np.median(errors) < 0.04 and np.quantile(errors[40:], 0.95) < 0.08
+    assert not (converged & (errors > 0.3)).any()
+
+
+@pytest.mark.parametrize("start", range(4))
+def test_a_lidar_finds_itself_in_a_hotel_of_similar_rooms(
+    hotel: Any, lidar: Any, drives: Any, start: int
+) -> None:
+    truth, odom = drives.from_room(start)
+    amcl = Amcl(AmclParams(seed=start), hotel.grid, lidar.mount)
+    errors, _, converged = follow(amcl, hotel, lidar, truth, odom, start)
+    assert errors[-20:].max() < 0.04 and converged[-1]
+    assert not (converged & (errors > 0.5)).any()
+
+
+@pytest.mark.parametrize("start", range(4))
+def test_between_two_equal_rooms_it_does_not_claim_to_know(
+    empty_hotel: Any, lidar: Any, drives: Any, start: int
+) -> None:
+    truth, odom = drives.turn_in_room(start)
+    amcl = Amcl(AmclParams(seed=start), empty_hotel.grid, lidar.mount)
+    _, _, converged = follow(amcl, empty_hotel, lidar, truth, odom, start)
+    assert not converged.any()
+
+
+def test_a_kidnapped_robot_notices_and_finds_itself(hotel: Any, lidar: Any, drives: Any) -> None:
+    truth, odom = drives.kidnapped(250)
+    amcl = Amcl(AmclParams(seed=1), hotel.grid, lidar.mount)
+    amcl.set_pose(truth[0], 0.1, 0.1)
+    errors, _, _ = follow(amcl, hotel, lidar, truth, odom, 1)
+    assert errors[40:249].max() < 0.05
+    assert errors[250] > 2.0
+    assert errors[300:].max() < 0.2 and np.median(errors[300:]) < 0.03
+
+
+def test_people_all_around_do_not_throw_it_off(hotel: Any, lidar: Any, drives: Any) -> None:
+    truth, odom = drives.route(2)
+    crowd = dataclasses.replace(hotel, segments=np.concatenate([hotel.segments, drives.people(20)]))
+    amcl = Amcl(AmclParams(seed=2), hotel.grid, lidar.mount)
+    amcl.set_pose(truth[0], 0.2, 0.1)
+    errors, _, _ = follow(amcl, hotel, lidar, truth, odom, 2, sees=crowd)
+    assert np.median(errors) < 0.03 and errors.max() < 0.15
+
+
+def test_it_knows_that_a_wrong_pose_is_wrong(hotel: Any, lidar: Any, drives: Any) -> None:
+    truth, odom = drives.route(3)
+    amcl = Amcl(AmclParams(seed=3, recovery_alpha_slow=0.0), hotel.grid, lidar.mount)
+    amcl.set_pose(truth[0] @ SE2(2.5, 0.0, 1.0), 0.1, 0.1)
+    errors, _, converged = follow(amcl, hotel, lidar, truth[:40], odom[:40], 3)
+    assert errors.min() > 1.0 and not converged.any() and amcl.confidence < 0.5
+
+
+def test_same_seed_same_bytes(hotel: Any, lidar: Any, drives: Any) -> None:
+    truth, odom = drives.route(0)
+    ends = []
+    for seed in (5, 5, 6):
+        amcl = Amcl(AmclParams(seed=seed), hotel.grid, lidar.mount)
+        follow(amcl, hotel, lidar, truth[:30], odom[:30], 0)
+        ends.append(amcl.particles.tobytes() + np.array(amcl.pose).tobytes())
+    assert ends[0] == ends[1] and ends[0] != ends[2]
+
+
+def test_set_pose_draws_what_it_was_told(hotel: Any, lidar: Any) -> None:
+    amcl = Amcl(AmclParams(min_particles=20_000), hotel.grid, lidar.mount)
+    amcl.set_pose(SE2(5.0, 6.0, 3.1), 0.3, 0.2)
+    p = amcl.particles
+    assert p[:, :2].mean(axis=0) == pytest.approx((5.0, 6.0), abs=0.01)
+    assert p[:, :2].std(axis=0) == pytest.approx((0.3, 0.3), rel=0.03)
+    off = np.remainder(p[:, 2] - 3.1 + math.pi, 2 * math.pi) - math.pi
+    assert off.mean() == pytest.approx(0.0, abs=0.01) and off.std() == pytest.approx(0.2, rel=0.03)
+    assert np.all(np.abs(p[:, 2]) <= math.pi)
+    assert amcl.weights.sum() == pytest.approx(1.0)
+    assert amcl.pose.distance(SE2(5.0, 6.0, 0.0)) < 0.02
+
+
+@pytest.mark.parametrize("value", [np.inf, np.nan, 0.0, 99.0])
+def test_blind_scans_move_the_belief_with_odometry_and_no_more(hotel: Any, lidar: Any, value: float) -> None:
+    amcl = Amcl(AmclParams(), hotel.grid, lidar.mount)
+    amcl.set_pose(SE2(5.0, 6.0, 0.0), 0.05, 0.02)
+    before = amcl.covariance.trace()
+    for k in range(8):
+        assert amcl.update(lidar.angles, np.full(360, value), 8.0, SE2(0.2 * k, 0.0, 0.0))
+    assert amcl.pose.distance(SE2(6.4, 6.0, 0.0)) < 0.05
+    assert amcl.covariance.trace() > before
+    assert amcl.weights.sum() == pytest.approx(1.0)
+
+
+def test_it_updates_on_motion_only_but_at_once_after_a_start(hotel: Any, lidar: Any) -> None:
+    rng = np.random.default_rng(0)
+    amcl = Amcl(AmclParams(), hotel.grid, lidar.mount)
+    amcl.set_pose(SE2(5.6, 6.0, 0.0), 0.1, 0.1)
+    ranges = lidar.scan(hotel, SE2(5.6, 6.0, 0.0), rng)
+    assert amcl.update(lidar.angles, ranges, 8.0, SE2(7.0, 1.0, 2.0))
+    still = amcl.particles.tobytes()
+    assert not amcl.update(lidar.angles, ranges, 8.0, SE2(7.0, 1.0, 2.05))
+    assert amcl.particles.tobytes() == still
+    between = amcl.pose
+    assert amcl.update(lidar.angles, ranges, 8.0, SE2(7.0, 1.0, 2.15))
+    assert (amcl.map_T_odom @ SE2(7.0, 1.0, 2.15)).distance(amcl.pose) < 1e-9
+    assert between.yaw == pytest.approx(0.05, abs=0.03)
+
+
+def test_user_errors_name_the_fault(hotel: Any, lidar: Any) -> None:
+    with pytest.raises(UserError, match="no free cell"):
+        Amcl(AmclParams(), Grid(np.full((4, 4), -1, np.int8), 0.05, 0, 0), lidar.mount)
+    with pytest.raises(UserError, match="min_particles"):
+        Amcl(AmclParams(min_particles=100, max_particles=50), hotel.grid, lidar.mount)
+    with pytest.raises(UserError, match="finite"):
+        Amcl(AmclParams(), hotel.grid, lidar.mount).set_pose(SE2(math.nan, 0.0, 0.0))

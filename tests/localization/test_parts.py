@@ -1,0 +1,158 @@
+"""Motion model, resampling, tempering, clusters, roughening, doubt: each by what its theory promises."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from chefbot.localization import clusters, odometry_motion, recovery, resampling, roughening, tempering
+from chefbot.localization.params import AmclParams
+from chefbot.localization.pose_bins import PoseBins
+from chefbot.mapping.grid import Grid
+from chefbot.maths.se2 import SE2
+
+GRID = Grid(np.zeros((200, 200), np.int8), 0.05, 0.0, 0.0)
+angles = st.floats(-3.0, 3.0)
+lengths = st.floats(-2.0, 2.0)
+
+
+@given(lengths, lengths, angles)
+def test_the_three_parts_make_up_the_motion(x: float, y: float, yaw: float) -> None:
+    turn, travel, second = odometry_motion.decompose(SE2(x, y, yaw))
+    again = SE2(0, 0, turn) @ SE2(travel, 0, 0) @ SE2(0, 0, second)
+    assert again.distance(SE2(x, y, 0)) < odometry_motion.STANDING + 1e-9
+    assert abs(math.remainder(again.yaw - yaw, 2 * math.pi)) < 1e-9
+    assert abs(turn) <= math.pi / 2 + 1e-9
+
+
+@settings(max_examples=20, deadline=None)
+@given(lengths, st.floats(-0.3, 0.3), angles, angles)
+def test_particles_move_on_average_as_odometry_and_spread_as_said(
+    x: float, y: float, yaw: float, start: float
+) -> None:
+    motion = SE2(x, y, yaw)
+    particles = np.tile(np.array([3.0, -2.0, start]), (20_000, 1))
+    odometry_motion.move(particles, motion, AmclParams(), np.random.default_rng(3))
+    wanted = SE2(3.0, -2.0, start) @ motion
+    first, length, second = odometry_motion.spread(motion, AmclParams())
+    side = math.hypot(length, first * math.hypot(x, y))
+    assert np.abs(particles[:, :2].mean(axis=0) - (wanted.x, wanted.y)).max() < (
+        odometry_motion.STANDING + 0.05 * side + first**2 * math.hypot(x, y)
+    )
+    off = np.remainder(particles[:, 2] - wanted.yaw + math.pi, 2 * math.pi) - math.pi
+    assert off.mean() == pytest.approx(0.0, abs=0.04 * math.hypot(first, second) + 1e-9)
+    assert off.std() == pytest.approx(math.hypot(first, second), rel=0.05, abs=1e-9)
+    assert np.all(np.abs(particles[:, 2]) <= math.pi)
+
+
+def test_standing_still_moves_nothing() -> None:
+    particles = np.array([[1.0, 2.0, 3.0]])
+    odometry_motion.move(particles, SE2(0, 0, 0), AmclParams(), np.random.default_rng(0))
+    np.testing.assert_allclose(particles, [[1.0, 2.0, 3.0]], atol=1e-12)
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=40), st.integers(1, 300), st.floats(0, 0.999999))
+def test_the_comb_draws_each_within_one_of_its_share(raw: list[float], n: int, offset: float) -> None:
+    weights = np.array(raw) + 1e-9
+    weights /= weights.sum()
+    counts = np.bincount(resampling.low_variance(weights, n, offset), minlength=weights.size)
+    assert counts.sum() == n
+    assert np.all(np.abs(counts - n * weights) < 1.0 + 1e-6)
+
+
+def test_kld_bound_is_the_chi_square_quantile_it_approximates() -> None:
+    from scipy.stats import chi2, norm
+
+    for bins in (5, 50, 500):
+        exact = chi2.ppf(norm.cdf(2.33), bins - 1) / (2 * 0.05)
+        assert resampling.kld_bound(bins, 0.05, 2.33) == pytest.approx(exact, rel=0.01)
+
+
+def test_wider_beliefs_keep_more_particles_within_the_limits() -> None:
+    rng = np.random.default_rng(0)
+    params = AmclParams(min_particles=100, max_particles=8000)
+    bins = PoseBins(GRID)
+    counts = []
+    for spread in (0.01, 0.3, 1.0, 3.0):
+        particles = np.array([5.0, 5.0, 0.0]) + rng.normal(size=(10_000, 3)) * (spread, spread, spread)
+        out = resampling.resample(particles, np.full(10_000, 1e-4), bins, params, rng)
+        counts.append(len(out))
+        assert np.all(bins.labels == -1)
+    assert counts == sorted(counts) and counts[0] < 700 and counts[-1] == 8000
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 1000), st.floats(0.05, 0.9), st.floats(0.1, 200.0))
+def test_tempering_keeps_the_share_and_no_more(seed: int, share: float, sharpness: float) -> None:
+    rng = np.random.default_rng(seed)
+    scores = -sharpness * rng.random(1500)
+    even = np.full(1500, 1 / 1500)
+    exponent = tempering.exponent_for(scores, even, 1.0, share)
+    weights = tempering.weights_of(scores, even, exponent)
+    effective = 1.0 / np.sum(weights**2) / 1500
+    assert weights.sum() == pytest.approx(1.0)
+    assert effective >= share * 0.999
+    assert exponent == 1.0 or effective < share + 0.05
+
+
+def test_narrow_scans_count_as_few_beams() -> None:
+    wide = tempering.independent_beams(np.linspace(-math.pi, math.pi, 360), 0.1)
+    narrow = tempering.independent_beams(np.linspace(-0.5, 0.5, 360), 0.1)
+    assert 60 <= wide <= 64 and 10 <= narrow <= 12
+    assert tempering.independent_beams(np.zeros(7), 0.0) == 7
+
+
+def test_the_heaviest_hump_is_reported_and_not_the_mean_of_all() -> None:
+    rng = np.random.default_rng(0)
+    one = np.array([2.0, 2.0, math.pi]) + rng.normal(size=(700, 3)) * 0.05
+    other = np.array([8.0, 8.0, 0.0]) + rng.normal(size=(300, 3)) * 0.05
+    both = np.concatenate([one, other])
+    both[:, 2] = np.remainder(both[:, 2] + math.pi, 2 * math.pi) - math.pi
+    bins = PoseBins(GRID)
+    cluster = clusters.heaviest(both, np.full(1000, 1e-3), bins)
+    assert cluster.mean.distance(SE2(2.0, 2.0, 0)) < 0.01
+    assert abs(math.remainder(cluster.mean.yaw - math.pi, 2 * math.pi)) < 0.01
+    assert cluster.share == pytest.approx(0.7)
+    np.testing.assert_allclose(np.sqrt(np.diag(cluster.covariance)), 0.05, rtol=0.1)
+    assert np.all(bins.labels == -1)
+    reversed_weights = np.concatenate([np.full(700, 0.1 / 700), np.full(300, 0.9 / 300)])
+    assert clusters.heaviest(both, reversed_weights, bins).mean.distance(SE2(8.0, 8.0, 0)) < 0.01
+
+
+def test_roughening_parts_copies_and_keeps_the_spread() -> None:
+    rng = np.random.default_rng(0)
+    distinct = np.array([5.2, 5.2, 0.08]) + rng.normal(size=(60, 3)) * 0.02
+    copies = np.repeat(distinct, 20, axis=0)
+    before = copies.std(axis=0)
+    roughening.roughen(copies, 60 / 1200, PoseBins(GRID), rng)
+    assert len(np.unique(copies[:, 0])) == 1200
+    np.testing.assert_allclose(copies.std(axis=0), before, rtol=0.15)
+
+
+def test_doubt_rises_when_the_fit_falls_and_ends_when_it_returns() -> None:
+    doubt = recovery.Doubt(0.02, 0.3)
+    assert doubt.share == 0.0
+    for _ in range(50):
+        doubt.see(0.8)
+    assert doubt.share == 0.0
+    for _ in range(8):
+        doubt.see(0.3)
+    assert 0.3 < doubt.share < 1.0
+    for _ in range(20):
+        doubt.see(0.8)
+    assert doubt.share == 0.0
+    never = recovery.Doubt(0.0, 0.0)
+    never.see(0.8)
+    never.see(0.1)
+    assert never.share == 0.0
+
+
+def test_strangers_share_follows_bayes() -> None:
+    same = np.log(np.full(10, 0.2))
+    assert recovery.posterior_share(0.3, same, same) == pytest.approx(0.3)
+    assert recovery.posterior_share(0.5, np.log([0.9, 0.1]), np.log([0.25])) == pytest.approx(2 / 3)
+    assert recovery.posterior_share(0.5, np.array([-900.0]), np.array([-1.0])) == 0.0

@@ -71,7 +71,8 @@ def cost_at(costmap: Costs, x: float, y: float) -> int:
 def free_ahead(costmap: Costs, pose: SE2, distance: float) -> bool:
     """Whether the disk can go straight by `distance` metres (negative: backwards) without touching anything.
 
-    Out of the inscribed zone it may go as long as it meets nothing lethal and the cost does not rise. Unknown is not free.
+    Out of the inscribed zone it may go as long as it meets nothing lethal and the cost does not rise.
+    Unknown is not free.
     """
     steps = max(1, math.ceil(abs(distance) / (costmap.resolution / 2)))
     last = cost_at(costmap, pose.x, pose.y)

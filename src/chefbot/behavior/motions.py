@@ -44,7 +44,8 @@ class Spin:
 
 
 class Straight:
-    """Drive `distance` metres along the heading it has at the start (negative: backwards), holding that heading."""
+    """Drive `distance` metres along the heading it has at the start (negative: backwards), holding that
+    heading."""
 
     HOLD = 1.5
     """rad/s of turn per radian off the heading."""

@@ -21,7 +21,8 @@ class GoalParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class GoalChecker:
-    """Latches the place: once near enough the robot only turns, however far the estimate of its pose then slides."""
+    """Latches the place: once near enough the robot only turns, however far the estimate of its pose then
+    slides."""
 
     def __init__(self, params: GoalParams | None = None) -> None:
         self.params = params or GoalParams()

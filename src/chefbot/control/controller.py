@@ -55,8 +55,11 @@ class Command(NamedTuple):
 class Controller(Protocol):
     """A local controller; name one of your own as `pkg.module:Class` in the launch file."""
 
-    def set_path(self, path: NDArray[np.float64]) -> None:
-        """Follow these poses (n, 3), in the frame of the poses and costmaps given to `command`."""
+    def set_path(self, path: NDArray[np.float64], *, same_goal: bool = False) -> None:
+        """Follow these poses (n, 3), in the frame of the poses and costmaps given to `command`.
+
+        same_goal: planned anew, not ordered anew; the frame may have shifted a little under the goal.
+        """
 
     def command(self, pose: SE2, twist: tuple[float, float], costmap: Costs) -> Command:
         """The twist for the next period, from the pose and the twist (v, w) measured now."""

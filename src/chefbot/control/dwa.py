@@ -45,13 +45,11 @@ class Dwa:
             [p.path_weight, p.goal_weight, p.heading_weight, p.obstacle_weight, p.change_weight]
         )
 
-    def set_path(self, path: NDArray[np.float64]) -> None:
-        """Follow these poses (n, 3). A path to the same goal keeps the goal latched."""
-        new = np.ascontiguousarray(path, np.float64)
-        same = len(new) > 0 and len(self._path) > 0 and bool(np.allclose(new[-1], self._path[-1], atol=1e-6))
-        if not same:
+    def set_path(self, path: NDArray[np.float64], *, same_goal: bool = False) -> None:
+        """Follow these poses (n, 3). A new path to the same goal keeps the goal latched."""
+        if not same_goal:
             self._goal_checker.reset()
-        self._path, self._at = new, 0
+        self._path, self._at = np.ascontiguousarray(path, np.float64), 0
 
     def command(self, pose: SE2, twist: tuple[float, float], costmap: Costs) -> Command:
         """The twist for the next period; pose, path and costmap in one frame, twist as measured now."""
@@ -87,7 +85,8 @@ class Dwa:
         return self._rotate(twist, wrap(goal.yaw - pose.yaw))
 
     def _rotate(self, twist: tuple[float, float], angle: float) -> Command:
-        """In place by `angle`, at a rate from which it can stop in time; first the forward speed is taken off."""
+        """In place by `angle`, at a rate from which it can stop in time; first the forward speed is taken
+        off."""
         a = self.limits.turn_acceleration
         rate = min(self.limits.turn, math.sqrt(2.0 * GENTLE * a * abs(angle)))
         wanted = math.copysign(rate, angle)
@@ -106,7 +105,8 @@ class Dwa:
         return math.copysign(max(abs(v) - dv, 0.0), v), math.copysign(max(abs(w) - dw, 0.0), w)
 
     def _window(self, twist: tuple[float, float], remaining: float) -> NDArray[np.float64]:
-        """The twists (n, 2) that the base can have after one period and that end at the goal without a jerk."""
+        """The twists (n, 2) that the base can have after one period and that end at the goal without a
+        jerk."""
         top, p = self.limits, self.params
         dv, dw = top.acceleration * p.period, top.turn_acceleration * p.period
         fast = min(top.speed, math.sqrt(2.0 * GENTLE * top.acceleration * remaining))

@@ -97,9 +97,9 @@ def best_twist(
 ) -> int:
     """Index of the best admissible (v, w) of `twists` (n, 2), -1 if none is.
 
-    pose, path: metres, relative to the corner of the costmap. now: (v, w). weights: path, goal, heading, obstacle,
-    change. Admissible is what can stop, after one more period at that speed, before it touches anything; from within
-    the inscribed zone, what leaves it slowly without touching a lethal cell.
+    pose, path: metres, relative to the corner of the costmap. now: (v, w). weights: path, goal, heading,
+    obstacle, change. Admissible is what can stop, after one more period at that speed, before it touches
+    anything; from within the inscribed zone, what leaves it slowly without touching a lethal cell.
     """
     x, y = pose[0] / resolution, pose[1] / resolution
     here = min(cost_at(cells, x, y), INSCRIBED - 1)

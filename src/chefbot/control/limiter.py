@@ -22,8 +22,9 @@ class LimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 class Limiter:
     """Clamps a twist to speed, turn, rims and acceleration; scaling keeps the curvature.
 
-    The state is the twist it gave last. The set of allowed twists is convex and so is the ramp between two of them: what it
-    gives never leaves the set. `remark` says why the last command was not followed, "" if it was.
+    The state is the twist it gave last. The set of allowed twists is convex and so is the ramp between two
+    of them: what it gives never leaves the set. `remark` says why the last command was not followed, "" if
+    it was.
     """
 
     def __init__(self, limits: Limits, params: LimiterParams | None = None) -> None:

@@ -30,7 +30,8 @@ class Limits(NamedTuple):
         )
 
     def scale(self, v: float, w: float) -> float:
-        """The largest factor up to 1 with which the twist keeps speed, turn and both rims within their limits."""
+        """The largest factor up to 1 with which the twist keeps speed, turn and both rims within their
+        limits."""
         rim = abs(v) + abs(w) * self.separation / 2
         pairs = ((self.speed, abs(v)), (self.turn, abs(w)), (self.wheel_speed, rim))
         return min([1.0, *(top / x for top, x in pairs if x > top)])

@@ -5,7 +5,8 @@ from __future__ import annotations
 from chefbot.control.limits import Limits
 
 MOVES = {
-    "i": (1, 0), "o": (1, -1), "u": (1, 1), "j": (0, 1), "l": (0, -1), ",": (-1, 0), ".": (-1, 1), "m": (-1, -1),
+    "i": (1, 0), "o": (1, -1), "u": (1, 1), "j": (0, 1), "l": (0, -1), ",": (-1, 0), ".": (-1, 1), "m": (-1,
+    -1),
 }  # fmt: skip
 """Key -> signs of (v, w); w counter-clockwise."""
 SCALES = {

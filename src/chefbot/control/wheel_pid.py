@@ -10,14 +10,16 @@ from chefbot.robot.spec import Robot
 WINDOW = 5
 """Encoder readings that a speed is taken over; at 100 Hz a slow wheel gives few ticks in one."""
 RESET_TIME = 0.15
-"""Seconds in which the integral repeats the proportional part (Astrom & Hagglund 1995, 3.2), about the motor's lag."""
+"""Seconds in which the integral repeats the proportional part (Astrom & Hagglund 1995, 3.2), about the
+motor's lag."""
 
 
 class WheelPid:
     """Duty in [-1, 1] for a wanted wheel speed; call at a steady rate, about 100 Hz.
 
-    The feed-forward is the linear motor without load; the integral finds what load and friction add. It stands still while the
-    output saturates (anti-windup) and is forgotten at rest, so that a stopped wheel gets no current.
+    The feed-forward is the linear motor without load; the integral finds what load and friction add. It
+    stands still while the output saturates (anti-windup) and is forgotten at rest, so that a stopped wheel
+    gets no current.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -28,7 +30,8 @@ class WheelPid:
         self.speed = 0.0
 
     def update(self, target: float, ticks: int, dt: float) -> float:
-        """Duty for a wheel speed `target` (rad/s), after `ticks` encoder ticks in the last `dt` seconds (> 0)."""
+        """Duty for a wheel speed `target` (rad/s), after `ticks` encoder ticks in the last `dt` seconds (>
+        0)."""
         self._readings.append((ticks, dt))
         self.speed = (
             self._radians_per_tick * sum(n for n, _ in self._readings) / sum(t for _, t in self._readings)

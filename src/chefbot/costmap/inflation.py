@@ -1,8 +1,8 @@
 """Costs around obstacles, from the exact Euclidean distance to the nearest lethal cell.
 
-The distance transform is separable (Saito & Toriwaki 1994): first along the columns, then, for every row, the least
-of `g(column + k)^2 + k^2`. Both passes stop at the inflation radius, work on 16-bit integers that the compiler
-puts into vectors, and skip stretches of a row with nothing near.
+The distance transform is separable (Saito & Toriwaki 1994): first along the columns, then, for every row,
+the least of `g(column + k)^2 + k^2`. Both passes stop at the inflation radius, work on 16-bit integers that
+the compiler puts into vectors, and skip stretches of a row with nothing near.
 """
 
 from __future__ import annotations
@@ -21,9 +21,11 @@ MAX_RADIUS_CELLS = 180
 def cost_table(
     resolution: float, inscribed_radius: float, inflation_radius: float, cost_scaling_factor: float
 ) -> NDArray[np.uint8]:
-    """Cost by squared distance in cells, from 0 to the inflation radius (as Nav2's InflationLayer::computeCost).
+    """Cost by squared distance in cells, from 0 to the inflation radius (as Nav2's
+    InflationLayer::computeCost).
 
-    254 at 0, 253 up to `inscribed_radius`, then 252 exp(-cost_scaling_factor (d - inscribed_radius)); metres, 1/m.
+    254 at 0, 253 up to `inscribed_radius`, then 252 exp(-cost_scaling_factor (d - inscribed_radius));
+    metres, 1/m.
     """
     reach = min(int(inflation_radius / resolution + 1e-9), MAX_RADIUS_CELLS)
     distance = np.sqrt(np.arange(reach * reach + 1)) * resolution
@@ -47,7 +49,8 @@ def inflate(cells: NDArray[np.uint8], table: NDArray[np.uint8]) -> NDArray[np.ui
 
 @njit(cache=True, nogil=True)
 def _column_distance(cells: NDArray[np.uint8], reach: int) -> NDArray[np.uint16]:
-    """Cells to the nearest lethal one in the same column, `reach + 1` when further; padded by `reach` columns."""
+    """Cells to the nearest lethal one in the same column, `reach + 1` when further; padded by `reach`
+    columns."""
     h, w = cells.shape
     far = np.uint16(reach + 1)
     g = np.empty((h, w + 2 * reach), np.uint16)

@@ -17,12 +17,14 @@ from chefbot.maths.se2 import SE2
 class LayeredCostmap:
     """Static map and one obstacle layer per sensor, combined and inflated on demand.
 
-    The rule of the layers: a cell is an obstacle when the map or any sensor's layer says so. A sensor clears only what
-    the same sensor has marked; so the lidar, which looks under the table, never erases the edge that the camera saw.
-    Nothing decays with time: what a sensor marked stays until that sensor looks through it, or a recovery clears it.
+    The rule of the layers: a cell is an obstacle when the map or any sensor's layer says so. A sensor
+    clears only what the same sensor has marked; so the lidar, which looks under the table, never erases the
+    edge that the camera saw. Nothing decays with time: what a sensor marked stays until that sensor looks
+    through it, or a recovery clears it.
 
-    With `rolling=True` it is a square window (params.size) that follows `move_to`, else it has the size of the map
-    given to `set_static`, which may be replaced by a larger one at any time; obstacles seen stay where they are.
+    With `rolling=True` it is a square window (params.size) that follows `move_to`, else it has the size of
+    the map given to `set_static`, which may be replaced by a larger one at any time; obstacles seen stay
+    where they are.
     """
 
     def __init__(self, params: CostmapParams, robot_radius: float, *, rolling: bool = False) -> None:
@@ -79,21 +81,21 @@ class LayeredCostmap:
         sensor: SE2,
         angles: NDArray[np.float64],
         ranges: NDArray[np.float64],
-        clear_to: NDArray[np.float64] | None = None,
+        floor: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
     ) -> None:
         """One scan of the sensor `source`, seen from the pose `sensor` in the costmap's frame.
 
-        angles, ranges: (n,) radians, metres. A laser's range of inf clears up to the clearing range; NaN and ranges not
-        above 0 say nothing. With `clear_to` (n,), as of an obstacle scan from depth images, a beam clears up to
-        that distance only (not finite or not above 0: nothing) and marks where the range is finite.
+        angles, ranges: (n,) radians, metres. A laser's range of inf clears up to the clearing range; NaN and
+        ranges not above 0 say nothing. With `floor` (from, to), each (n,), as of an obstacle scan from
+        depth images, a beam clears that stretch only (not finite or not above 0: nothing) and marks where
+        the range is finite.
         """
         layer = self._sources.setdefault(source, np.full(self._static.shape, UNKNOWN, np.uint8))
         p = self.params
         valid = ranges > 0.0
-        free = (
-            np.where(valid, ranges, 0.0) if clear_to is None else np.nan_to_num(clear_to, nan=0.0, posinf=0.0)
-        )
-        mark = np.where(valid & (ranges <= p.marking_range), ranges, np.nan)
+        near, far = (np.zeros(len(ranges)), np.where(valid, ranges, 0.0)) if floor is None else floor
+        if floor is not None:
+            far = np.nan_to_num(far, nan=0.0, posinf=0.0)
         raytrace.mark_and_clear(
             layer,
             self.resolution,
@@ -101,8 +103,9 @@ class LayeredCostmap:
             self.origin_y,
             sensor.array(),
             np.ascontiguousarray(angles, np.float64),
-            mark.astype(np.float64),
-            np.minimum(free, p.clearing_range).astype(np.float64),
+            np.where(valid & (ranges <= p.marking_range), ranges, np.nan).astype(np.float64),
+            near.astype(np.float64),
+            np.minimum(far, p.clearing_range).astype(np.float64),
         )
 
     def clear_around(self, pose: SE2, radius: float) -> None:

@@ -1,4 +1,5 @@
-"""Marking and clearing along beams (Moravec & Elfes 1985, reduced to seen free, seen occupied, never seen)."""
+"""Marking and clearing along beams (Moravec & Elfes 1985, reduced to seen free, seen occupied, never
+seen)."""
 
 from __future__ import annotations
 
@@ -44,19 +45,22 @@ def mark_and_clear(
     sensor: NDArray[np.float64],
     angles: NDArray[np.float64],
     mark: NDArray[np.float64],
+    clear_from: NDArray[np.float64],
     clear: NDArray[np.float64],
 ) -> None:
     """Clear along every beam, then mark every return, so that no beam erases what its neighbour just saw.
 
     sensor: x, y, yaw in the map's frame. angles: (n,) radians in the sensor's frame. mark: (n,) metres to the
-    obstacle, not finite for none. clear: (n,) metres known to be free, not above 0 for none.
+    obstacle, not finite for none. clear_from, clear: (n,) the metres between which it is known to be free,
+    clear not above 0 for none.
     """
     h, w = cells.shape
     x0, y0 = (sensor[0] - origin_x) / resolution, (sensor[1] - origin_y) / resolution
     for i in range(angles.shape[0]):
-        if clear[i] > 0.0:
-            a, reach = sensor[2] + angles[i], clear[i] / resolution
-            _clear_line(cells, x0, y0, x0 + reach * math.cos(a), y0 + reach * math.sin(a))
+        if clear[i] > 0.0 and clear_from[i] < clear[i]:
+            c, s = math.cos(sensor[2] + angles[i]) / resolution, math.sin(sensor[2] + angles[i]) / resolution
+            near, far = clear_from[i], clear[i]
+            _clear_line(cells, x0 + near * c, y0 + near * s, x0 + far * c, y0 + far * s)
     for i in range(angles.shape[0]):
         if math.isfinite(mark[i]) and mark[i] > 0.0:
             a, reach = sensor[2] + angles[i], mark[i] / resolution

@@ -1,4 +1,5 @@
-"""Where to go next to see what is unknown, until nothing that can be reached is left, and why the rest is left."""
+"""Where to go next to see what is unknown, until nothing that can be reached is left, and why the rest is
+left."""
 
 from __future__ import annotations
 
@@ -53,8 +54,9 @@ class Decision(NamedTuple):
 class Explorer:
     """Chooses the goal with the most unknown floor in view per metre of way (Gonzalez-Banos & Latombe 2002).
 
-    field_of_view: radians of the mapping sensor, 2 pi for a lidar that sees all around; its forward direction is
-    the robot's. robot_radius: metres; a frontier shorter than the robot is wide leads nowhere for it.
+    field_of_view: radians of the mapping sensor, 2 pi for a lidar that sees all around; its forward
+    direction is the robot's. robot_radius: metres; a frontier shorter than the robot is wide leads nowhere
+    for it.
     """
 
     def __init__(
@@ -66,7 +68,8 @@ class Explorer:
         self._fruitless: list[tuple[float, float]] = []
 
     def decide(self, grid: Grid, cost_to_come: NDArray[np.float32], pose: SE2) -> Decision:
-        """Where to go now. cost_to_come: (h, w) of the grid, metres from the robot, inf where it cannot go."""
+        """Where to go now. cost_to_come: (h, w) of the grid, metres from the robot, inf where it cannot
+        go."""
         goals: list[Goal] = []
         left: list[Left] = []
         cost = np.ascontiguousarray(cost_to_come, np.float32)
@@ -82,6 +85,14 @@ class Explorer:
     def fruitless(self, goal: Goal) -> None:
         """The goal could not be reached, or was reached and its frontier is still there."""
         self._fruitless.append((goal.x, goal.y))
+
+    def still_there(self, grid: Grid, goal: Goal) -> bool:
+        """Whether a frontier that the robot could pass is still near where the goal's was."""
+        near = self.params.same_place
+        return any(
+            frontier.length >= self.least_length and math.hypot(frontier.x - goal.x, frontier.y - goal.y) <= near
+            for frontier in find_frontiers(grid, self.params.free_below, self.params.longest)
+        )
 
     def _judge(self, grid: Grid, cost: NDArray[np.float32], pose: SE2, frontier: Frontier) -> Goal | str:
         """A goal for the frontier, or the reason why there is none."""

@@ -14,7 +14,8 @@ RAY_STEP = 0.7
 
 @njit(cache=True, nogil=True)
 def sees(cells: NDArray[np.int8], occupied: int, r0: int, c0: int, r1: int, c1: int) -> bool:
-    """Whether nothing occupied and nothing unknown lies between two cells; the far one itself is not asked."""
+    """Whether nothing occupied and nothing unknown lies between two cells; the far one itself is not
+    asked."""
     steps = max(1, math.ceil(math.hypot(r1 - r0, c1 - c0) / RAY_STEP))
     for i in range(steps):
         r = math.floor(r0 + 0.5 + (r1 - r0) * i / steps)
@@ -28,7 +29,8 @@ def sees(cells: NDArray[np.int8], occupied: int, r0: int, c0: int, r1: int, c1: 
 def unknown_in_view(
     cells: NDArray[np.int8], occupied: int, row: int, column: int, yaw: float, field: float, reach: float
 ) -> int:
-    """Unknown cells that rays from a cell over `field` radians about `yaw` meet within `reach` cells, each once."""
+    """Unknown cells that rays from a cell over `field` radians about `yaw` meet within `reach` cells, each
+    once."""
     h, w = cells.shape
     side = 2 * math.ceil(reach) + 3
     seen = np.zeros((side, side), np.bool_)
@@ -52,7 +54,8 @@ def unknown_in_view(
 def best_view(
     cells: NDArray[np.int8], cost: NDArray[np.float32], occupied: int, row: int, column: int, reach: int
 ) -> tuple[int, int]:
-    """The cell of least cost-to-come within `reach` cells that sees the cell (row, column); (-1, -1) if none does."""
+    """The cell of least cost-to-come within `reach` cells that sees the cell (row, column); (-1, -1) if
+    none does."""
     h, w = cells.shape
     best_r, best_c, least = -1, -1, np.inf
     for r in range(max(0, row - reach), min(h, row + reach + 1)):

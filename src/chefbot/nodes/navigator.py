@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
-from chefbot.behavior.recovery import RECOVERIES, Recovery
+from chefbot.behavior.recovery import CAREFUL, ORDER, Recovery, RecoveryParams
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
@@ -37,6 +37,8 @@ from chefbot.runtime.transforms import TransformError
 HOPELESS = (204,)
 """Error codes of planning that no recovery can mend: the goal is outside the map."""
 REACHED = 0
+LOOK_AGAIN = 1.0
+"""Seconds that the sensors need to see again what is really there."""
 
 
 class NavigatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -45,7 +47,7 @@ class NavigatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     replan_period: Annotated[float, Meta(ge=0.2, le=60, description="between two plans while driving, s")] = (
         1.0
     )
-    max_recoveries: Annotated[int, Meta(ge=0, le=100, description="before it gives up")] = 8
+    recovery: RecoveryParams = RecoveryParams()
 
 
 class NavigatorNode(Node):
@@ -104,7 +106,10 @@ class NavigatorNode(Node):
                 if outcome.error_code == REACHED:
                     self._tell("idle", "")
                     return NavigateToPose_Result()
-                if self._recoveries >= self.params.max_recoveries or outcome.error_code in HOPELESS:
+                if (
+                    self._recoveries >= self.params.recovery.rounds * len(ORDER)
+                    or outcome.error_code in HOPELESS
+                ):
                     self._tell("idle", outcome.error_msg)
                     return NavigateToPose_Result(outcome.error_code, outcome.error_msg)
                 await self._recover(outcome.error_msg)
@@ -131,21 +136,23 @@ class NavigatorNode(Node):
 
     async def _recover(self, reason: str) -> None:
         """The next remedy in the list."""
-        recovery = RECOVERIES[self._recoveries % len(RECOVERIES)]
+        recovery = ORDER[self._recoveries % len(ORDER)]
         self._recoveries += 1
         self._tell("recovering", reason)
         await self._do(recovery)
 
     async def _do(self, recovery: Recovery) -> None:
-        if recovery.kind == "clear":
+        params = self.params.recovery
+        if recovery is Recovery.CLEAR:
             self.clear_costmaps.publish(Empty())
-            await self.sleep(recovery.amount)  # the sensors need a moment to see again
-        elif recovery.kind == "spin":
-            await self.spin.call(Spin_Goal(recovery.amount, Duration.of(20.0)))
-        elif recovery.kind == "back_up":
-            await self.backup.call(BackUp_Goal(Point(recovery.amount), 0.1, Duration.of(10.0)))
+            await self.sleep(LOOK_AGAIN)
+        elif recovery is Recovery.SPIN:
+            await self.spin.call(Spin_Goal(params.spin, Duration.of(30.0)))
+        elif recovery is Recovery.BACK_UP:
+            speed = CAREFUL * self.robot.max_speed
+            await self.backup.call(BackUp_Goal(Point(-params.back_up), speed, Duration.of(10.0)))
         else:
-            await self.sleep(recovery.amount)
+            await self.sleep(params.wait)
 
     def _feedback(self, began_ns: int) -> NavigateToPose_Feedback:
         spent = Duration.of((self.now_ns - began_ns) / 1e9)

@@ -19,15 +19,16 @@ SWEEPS = 20
 class GridPlanner:
     """Least-cost paths for a disk: no cell at or above INSCRIBED, and unknown ones only if allowed.
 
-    `remarks` tells in sentences what the last `plan` had to relax: a start inside the inflation, a goal moved.
-    Keeps its working arrays between calls (5 bytes a cell, and 4 more for the list of what it wrote).
+    `remarks` tells in sentences what the last `plan` had to relax: a start inside the inflation, a goal
+    moved. Keeps its working arrays between calls (13 bytes a cell).
     """
 
     def __init__(self, params: PlannerParams | None = None) -> None:
         self.params = params or PlannerParams()
         self.remarks: tuple[str, ...] = ()
-        self._weight = _weights(self.params)
+        self._weight = weights_of(self.params)
         self._padded = np.zeros((0, 0), np.uint8)
+        self._weights = np.zeros(0, np.float32)
         self._g = np.zeros(0, np.float32)
         self._written = np.zeros(0, np.int32)
         self._count = 0
@@ -48,7 +49,7 @@ class GridPlanner:
         self._search(source, int(candidates[0]))
         reached = candidates[np.isfinite(self._g[candidates])]
         if not len(reached):
-            raise self._no_way(start, goal, source)
+            raise self._no_way(start, goal)
         if reached[0] != wanted:
             self.remarks += (
                 "the goal cannot be reached; the nearest place within tolerance is taken instead",
@@ -85,6 +86,7 @@ class GridPlanner:
         h, w = costmap.cells.shape
         if self._padded.shape != (h + 2, w + 2):
             self._padded = np.empty((h + 2, w + 2), np.uint8)
+            self._weights = np.empty(self._padded.size, np.float32)
             self._g = np.full(self._padded.size, np.inf, np.float32)
             self._written = np.empty(self._padded.size, np.int32)
         else:
@@ -128,17 +130,11 @@ class GridPlanner:
         return cells[self._weight[self._padded.reshape(-1)[cells]] > 0]
 
     def _search(self, source: int, goal: int) -> None:
-        self._count = search.search(
-            self._padded.reshape(-1),
-            self._weight,
-            self._padded.shape[1],
-            source,
-            goal,
-            self._g,
-            self._written,
-        )
+        search.weigh(self._padded.reshape(-1), self._weight, self._weights)
+        heaviest, stride = float(self._weight.max()), self._padded.shape[1]
+        self._count = search.search(self._weights, heaviest, stride, source, goal, self._g, self._written)
 
-    def _no_way(self, start: SE2, goal: SE2, source: int) -> PlanningError:
+    def _no_way(self, start: SE2, goal: SE2) -> PlanningError:
         """After a search that has seen all there is to reach."""
         codes = self._padded.reshape(-1)[self._written[: self._count]]
         if self.remarks and not (codes < DEAREST).any():
@@ -146,22 +142,22 @@ class GridPlanner:
         return PlanningError(Failure.NO_VALID_PATH, goal)
 
     def _path(self, costmap: Costs, start: SE2, goal: SE2, end: int, *, exact: bool) -> NDArray[np.float64]:
-        cells, stride = self._padded.reshape(-1), self._padded.shape[1]
-        way = search.descend(cells, self._weight, stride, end, self._g)
+        weight, stride = self._weights, self._padded.shape[1]
+        way = search.descend(weight, stride, end, self._g)
         if self.params.smooth:
-            way = way[smoothing.pull(cells, self._weight, stride, self._g, way)]
+            way = way[smoothing.pull(weight, stride, self._g, way)]
         points = np.stack([way % stride + 0.5, way // stride + 0.5], axis=1)
         points = np.concatenate(([self._cells_of(costmap, start)], points[1:] if len(points) > 1 else points))
         if exact:
             points[-1] = self._cells_of(costmap, goal)
         points = smoothing.resample(points, self.params.spacing / costmap.resolution)
         if self.params.smooth:
-            smoothing.relax(cells, self._weight, stride, points, SWEEPS)
+            smoothing.relax(weight, stride, points, SWEEPS)
         metres = (points - 1.0) * costmap.resolution + np.array([costmap.origin_x, costmap.origin_y])
         return smoothing.with_headings(metres, goal.yaw)
 
 
-def _weights(params: PlannerParams) -> NDArray[np.float32]:
+def weights_of(params: PlannerParams) -> NDArray[np.float32]:
     """Weight of a cell by its cost, (256,): 1 in the free, 1 + cost_weight at 252, 0 where it is blocked."""
     weight = 1.0 + params.cost_weight * np.arange(256) / DEAREST
     weight[INSCRIBED:] = 0.0

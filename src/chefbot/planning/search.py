@@ -1,11 +1,11 @@
 """Shortest ways over a costmap: A* and Dijkstra on the eight-connected grid.
 
-A step costs its length in cells times the mean weight of its two cells; a weight is at least 1, and 0 says blocked.
-A diagonal step is open only if both cells beside it are (no corner is cut). The open list is a ring of buckets one
-unit wide (Dial 1969): the least step costs one unit, so what is taken from the current bucket is final, but for a
-cell that is improved within the bucket, which is then simply taken again. With A* (Hart, Nilsson & Raphael 1968) the
-octile distance is consistent because no weight is below 1; the search ends when the goal's bucket is empty, so the
-cost found is the least.
+A step costs its length in cells times the mean weight of its two cells; a weight is at least 1, and 0 says
+blocked. A diagonal step is open only if both cells beside it are (no corner is cut). The open list is a
+ring of buckets (Dial 1969): for Dijkstra one unit wide, the least that a step costs, so that what is taken
+from a bucket is final; for A* (Hart, Nilsson & Raphael 1968) narrower, and a cell that is improved within
+its bucket is taken again. The octile distance is consistent because no weight is below 1; the search ends
+when the goal's bucket is empty, so the cost found is the least.
 """
 
 from __future__ import annotations
@@ -17,8 +17,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 SQRT2 = math.sqrt(2.0)
-LEVELS_AHEAD = 2 * SQRT2
-"""A step raises the estimate of a cell by its cost and by at most as much again in the heuristic."""
+HALF = np.float32(0.5)
+HALF_DIAGONAL = np.float32(0.5 * SQRT2)
+LEVELS = 16
+"""Buckets per unit of cost for A*, in which steps towards the goal hardly raise the estimate."""
+USED, SPENT, WRITTEN, WAITING = range(4)
 
 
 @njit(cache=True, nogil=True)
@@ -34,27 +37,86 @@ def pad(cells: NDArray[np.uint8], rim: int, out: NDArray[np.uint8]) -> None:
             out[r + 1, c + 1] = cells[r, c]
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _estimate(at: int, goal_row: int, goal_column: int, stride: int) -> float:
-    """Octile distance, the least that any way to the goal can cost; 0 without a goal (row < 0)."""
-    if goal_row < 0:
-        return 0.0
-    row = at // stride
-    dr, dc = abs(row - goal_row), abs(at - row * stride - goal_column)
-    return max(dr, dc) + (SQRT2 - 1.0) * min(dr, dc)
+@njit(cache=True, nogil=True)
+def weigh(cells: NDArray[np.uint8], weight: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    """The weight of every cell; all flat, `weight` (256,) by cost."""
+    for i in range(cells.shape[0]):
+        out[i] = weight[cells[i]]
 
 
 @njit(cache=True, nogil=True)
-def _doubled(old: NDArray[np.int32]) -> NDArray[np.int32]:
-    bigger = np.empty(2 * old.shape[0], np.int32)
-    bigger[: old.shape[0]] = old
-    return bigger
+def _level(cost: np.float32, at: int, goal: int, stride: int) -> int:
+    """Bucket of a cell: its cost and, with a goal, the octile distance, the least that any way on can
+    cost."""
+    if goal < 0:
+        return int(cost)
+    row, goal_row = np.int32(at) // np.int32(stride), np.int32(goal) // np.int32(stride)
+    dr, dc = abs(row - goal_row), abs((at - row * stride) - (goal - goal_row * stride))
+    return int((cost + max(dr, dc) + (SQRT2 - 1.0) * min(dr, dc)) * LEVELS)
+
+
+@njit(cache=True, nogil=True)
+def _push(
+    n: int,
+    level: int,
+    head: NDArray[np.int32],
+    cell: NDArray[np.int32],
+    after: NDArray[np.int32],
+    state: NDArray[np.int64],
+) -> None:
+    """Put a cell into a bucket: a list through `after`, with entries taken from the spent ones first."""
+    entry = state[SPENT]
+    if entry >= 0:
+        state[SPENT] = after[entry]
+    else:
+        entry = state[USED]
+        state[USED] += 1
+    slot = level & (head.shape[0] - 1)
+    cell[entry], after[entry] = n, head[slot]
+    head[slot] = entry
+    state[WAITING] += 1
+
+
+@njit(cache=True, nogil=True)
+def _expand(
+    at: int,
+    bucket: int,
+    weight: NDArray[np.float32],
+    stride: int,
+    goal: int,
+    g: NDArray[np.float32],
+    written: NDArray[np.int32],
+    head: NDArray[np.int32],
+    cell: NDArray[np.int32],
+    after: NDArray[np.int32],
+    state: NDArray[np.int64],
+) -> None:
+    """Offer the eight neighbours the way through `at`. One branch each, mostly not taken: the cost is in
+    branches."""
+    right, left, up, down = weight[at + 1], weight[at - 1], weight[at + stride], weight[at - stride]
+    here, cost = weight[at], g[at]
+    for k in range(8):
+        if k < 4:
+            n = at + (1, -1, stride, -stride)[k]
+            w = open_to = (right, left, up, down)[k]
+            candidate = cost + HALF * (here + w)
+        else:
+            n = at + (stride + 1, stride - 1, 1 - stride, -1 - stride)[k - 4]
+            w = weight[n]
+            open_to = min(w, min((up, up, down, down)[k - 4], (right, left, right, left)[k - 4]))
+            candidate = cost + HALF_DIAGONAL * (here + w)
+        if (candidate < g[n]) & (open_to > 0.0):
+            if g[n] == np.inf:
+                written[state[WRITTEN]] = n
+                state[WRITTEN] += 1
+            g[n] = candidate
+            _push(n, max(_level(candidate, n, goal, stride), bucket), head, cell, after, state)
 
 
 @njit(cache=True, nogil=True)
 def search(
-    cells: NDArray[np.uint8],
     weight: NDArray[np.float32],
+    heaviest: float,
     stride: int,
     source: int,
     goal: int,
@@ -63,89 +125,51 @@ def search(
 ) -> int:
     """Cost-to-come `g` from `source`, until `goal` is certain or, if `goal` < 0, everywhere.
 
-    cells: flat grid with a blocked rim, rows of `stride` cells. weight: (256,) by cost. g: flat, inf before. written:
-    flat, takes every cell whose g was written (for a cheap reset). Returns how many these are.
+    weight: flat grid with a blocked rim, rows of `stride` cells, none above `heaviest`. g: flat, inf
+    before. written: flat, takes every cell whose g was written (for a cheap reset). Returns how many these
+    are.
     """
-    size = 1 << math.ceil(math.log2(LEVELS_AHEAD * weight.max() + 4.0))
-    head = np.full(size, -1, np.int32)
-    entry_cell, entry_next, free = np.empty(4096, np.int32), np.empty(4096, np.int32), -1
-    steps = np.array([1, -1, stride, -stride, 1 + stride, 1 - stride, -1 + stride, -1 - stride])
-    half = np.array([0.5] * 4 + [0.5 * SQRT2] * 4, np.float32)
-    # a diagonal is open if the two straight steps beside it are
-    open_to = np.zeros(8, np.float32)
-    goal_row, goal_column = (goal // stride, goal % stride) if goal >= 0 else (-1, -1)
-    bucket = int(_estimate(source, goal_row, goal_column, stride))
-    g[source] = 0.0
-    written[0] = source
-    writes, used = 1, 1
-    entry_cell[0], entry_next[0] = source, -1
-    head[bucket % size] = 0
-    waiting = 1
-    while waiting > 0:
-        slot = bucket & (size - 1)
+    fine = LEVELS if goal >= 0 else 1
+    head = np.full(1 << math.ceil(math.log2((2 * SQRT2 * heaviest + 4.0) * fine)), -1, np.int32)
+    # a cell waits at most once for each of its neighbours; memory never touched costs nothing
+    cell, after = np.empty(8 * weight.shape[0], np.int32), np.empty(8 * weight.shape[0], np.int32)
+    state = np.array([0, -1, 1, 0])
+    g[source], written[0] = 0.0, source
+    bucket = _level(np.float32(0.0), source, goal, stride)
+    _push(source, bucket, head, cell, after, state)
+    while state[WAITING] > 0:
+        slot = bucket & (head.shape[0] - 1)
         while head[slot] >= 0:
             entry = head[slot]
-            at = entry_cell[entry]
-            head[slot] = entry_next[entry]
-            entry_next[entry], free = free, entry
-            waiting -= 1
-            g_at, w_at = g[at], weight[cells[at]]
-            if int(g_at + _estimate(at, goal_row, goal_column, stride)) < bucket:
-                continue  # expanded since, at a lower cost
-            for k in range(8):
-                n = at + steps[k]
-                w = weight[cells[n]]
-                if k < 4:
-                    open_to[k] = w
-                elif open_to[0 if k < 6 else 1] == 0 or open_to[2 if k % 2 == 0 else 3] == 0:
-                    continue
-                if w == 0:
-                    continue
-                candidate = np.float32(g_at + half[k] * (w_at + w))
-                if candidate < g[n]:
-                    if g[n] == np.inf:
-                        written[writes] = n
-                        writes += 1
-                    g[n] = candidate
-                    level = max(int(candidate + _estimate(n, goal_row, goal_column, stride)), bucket)
-                    if free >= 0:
-                        new, free = free, entry_next[free]
-                    else:
-                        if used == entry_cell.shape[0]:
-                            entry_cell, entry_next = _doubled(entry_cell), _doubled(entry_next)
-                        new = used
-                        used += 1
-                    entry_cell[new] = n
-                    entry_next[new] = head[level & (size - 1)]
-                    head[level & (size - 1)] = new
-                    waiting += 1
-        if goal >= 0 and g[goal] < bucket + 1:
+            at = np.int64(cell[entry])
+            head[slot] = after[entry]
+            after[entry] = state[SPENT]
+            state[SPENT] = entry
+            state[WAITING] -= 1
+            if _level(g[at], at, goal, stride) >= bucket:  # else expanded since, at a lower cost
+                _expand(at, bucket, weight, stride, goal, g, written, head, cell, after, state)
+        if goal >= 0 and g[goal] * fine < bucket + 1:
             break
         bucket += 1
-    return writes
+    return state[WRITTEN]
 
 
 @njit(cache=True, nogil=True)
-def descend(
-    cells: NDArray[np.uint8], weight: NDArray[np.float32], stride: int, goal: int, g: NDArray[np.float32]
-) -> NDArray[np.int64]:
+def descend(weight: NDArray[np.float32], stride: int, goal: int, g: NDArray[np.float32]) -> NDArray[np.int64]:
     """The cells of the way from the source (g = 0) to `goal`, in that order."""
-    steps = np.array([1, -1, stride, -stride, 1 + stride, 1 - stride, -1 + stride, -1 - stride])
+    steps = np.array([1, -1, stride, -stride, 1 + stride, -1 + stride, 1 - stride, -1 - stride])
     way = [goal]
     at = goal
     while g[at] > 0.0:
         best, least = at, np.inf
         for k in range(8):
             n = at + steps[k]
-            if g[n] < g[at]:
-                if k > 3 and (weight[cells[at + steps[0 if k < 6 else 1]]] == 0):
-                    continue
-                if k > 3 and (weight[cells[at + steps[2 if k % 2 == 0 else 3]]] == 0):
-                    continue
-                half = 0.5 if k < 4 else 0.5 * SQRT2
-                cost = g[n] + half * (weight[cells[at]] + weight[cells[n]])
-                if cost < least:
-                    best, least = n, cost
+            vertical, sideways = stride if k < 6 else -stride, 1 if k % 2 == 0 else -1
+            if k > 3 and min(weight[at + vertical], weight[at + sideways]) == 0.0:
+                continue
+            cost = g[n] + (HALF if k < 4 else HALF_DIAGONAL) * (weight[at] + weight[n])
+            if g[n] < g[at] and cost < least:
+                best, least = n, cost
         at = best
         way.append(at)
     return np.array(way[::-1])

@@ -1,4 +1,5 @@
-"""From a chain of cells to a path: pulled straight, evenly spaced, corners rounded, never dearer than before."""
+"""From a chain of cells to a path: pulled straight, evenly spaced, corners rounded, never dearer than
+before."""
 
 from __future__ import annotations
 
@@ -14,7 +15,6 @@ LONGEST_PULL = 200
 
 @njit(cache=True, nogil=True)
 def line_cost(
-    cells: NDArray[np.uint8],
     weight: NDArray[np.float32],
     stride: int,
     x0: float,
@@ -24,8 +24,8 @@ def line_cost(
 ) -> float:
     """Integral of the weight along a straight line, in cells; inf if it touches a blocked cell.
 
-    Visits every cell that the line crosses (Amanatides & Woo 1987). cells: flat with a blocked rim; x, y in cells of
-    that grid; both ends must be on it.
+    Visits every cell that the line crosses (Amanatides & Woo 1987). weight: flat with a blocked rim;
+    x, y in cells of that grid; both ends must be on it.
     """
     c, r = math.floor(x0), math.floor(y0)
     dx, dy = x1 - x0, y1 - y0
@@ -37,7 +37,7 @@ def line_cost(
     next_r = ((r + 1 - y0) if dy > 0 else (y0 - r)) * delta_r if dy != 0.0 else math.inf
     t, total = 0.0, 0.0
     while True:
-        w = weight[cells[r * stride + c]]
+        w = weight[r * stride + c]
         if w == 0:
             return math.inf
         until = min(next_c, next_r, 1.0)
@@ -55,13 +55,13 @@ def line_cost(
 
 @njit(cache=True, nogil=True)
 def pull(
-    cells: NDArray[np.uint8],
     weight: NDArray[np.float32],
     stride: int,
     g: NDArray[np.float32],
     way: NDArray[np.int64],
 ) -> NDArray[np.int64]:
-    """Indices into `way` of the corners that remain when every straight line that is not dearer replaces its piece."""
+    """Indices into `way` of the corners that remain when every straight line that is not dearer replaces
+    its piece."""
     kept = [0]
     anchor = 0
     while anchor < way.shape[0] - 1:
@@ -69,7 +69,7 @@ def pull(
         x0, y0 = way[anchor] % stride + 0.5, way[anchor] // stride + 0.5
         for j in range(anchor + 2, min(anchor + LONGEST_PULL, way.shape[0])):
             x1, y1 = way[j] % stride + 0.5, way[j] // stride + 0.5
-            if line_cost(cells, weight, stride, x0, y0, x1, y1) > (g[way[j]] - g[way[anchor]]) * 1.0001:
+            if line_cost(weight, stride, x0, y0, x1, y1) > (g[way[j]] - g[way[anchor]]) * 1.0001:
                 break
             furthest = j
         anchor = furthest
@@ -88,13 +88,13 @@ def resample(points: NDArray[np.float64], spacing: float) -> NDArray[np.float64]
 
 @njit(cache=True, nogil=True)
 def relax(
-    cells: NDArray[np.uint8],
     weight: NDArray[np.float32],
     stride: int,
     points: NDArray[np.float64],
     sweeps: int,
 ) -> None:
-    """Move inner points (n, 2), in cells, towards the middle of their neighbours where that makes the path cheaper."""
+    """Move inner points (n, 2), in cells, towards the middle of their neighbours where that makes the path
+    cheaper."""
     for _ in range(sweeps):
         for i in range(1, points.shape[0] - 1):
             ax, ay, x, y = points[i - 1, 0], points[i - 1, 1], points[i, 0], points[i, 1]
@@ -102,12 +102,8 @@ def relax(
             nx, ny = 0.5 * x + 0.25 * (ax + bx), 0.5 * y + 0.25 * (ay + by)
             if abs(nx - x) + abs(ny - y) < 1e-3:
                 continue
-            now = line_cost(cells, weight, stride, ax, ay, x, y) + line_cost(
-                cells, weight, stride, x, y, bx, by
-            )
-            new = line_cost(cells, weight, stride, ax, ay, nx, ny) + line_cost(
-                cells, weight, stride, nx, ny, bx, by
-            )
+            now = line_cost(weight, stride, ax, ay, x, y) + line_cost(weight, stride, x, y, bx, by)
+            new = line_cost(weight, stride, ax, ay, nx, ny) + line_cost(weight, stride, nx, ny, bx, by)
             if new <= now and new < math.inf:
                 points[i, 0], points[i, 1] = nx, ny
 

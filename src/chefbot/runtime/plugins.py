@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable
 from importlib.metadata import entry_points
 from typing import Any
 
 from chefbot.errors import UserError
 
 
-def plugin(name: str, built_in: type, settings: Any) -> Any:
+def plugin(name: str, built_in: Callable[[Any], Any], settings: Any) -> Any:
     """An instance of `pkg.module:Class` or of the entry point so called; of `built_in` where name is empty."""
     return (built_in if not name else _find(name))(settings)
 

@@ -114,12 +114,13 @@ class Gmapping:
         scale = np.array([p.resolution, p.resolution, 1.0])
         steps = np.array([p.linear_step / p.resolution, p.angular_step, p.iterations])
         sharpness = np.float32((p.resolution / p.sigma) ** 2)
+        beam_weight = min(p.cap, p.independent_beams / max(len(cells), 1))
         fits = match_all(
-            cells, local, local.copy(), scale**2 / variance, axes, p.beam_weight, steps, sharpness,
+            cells, local, local.copy(), scale**2 / variance, axes, beam_weight, steps, sharpness,
             self._maps.table, self._maps.mean_x, self._maps.mean_y,
         )  # fmt: skip
         self._poses = (local + self._corner()) * scale
-        self._log_weights += p.particle_weight * fits
+        self._log_weights += beam_weight * fits
         self._fits += fits
 
     def _corner(self) -> NDArray[np.float64]:

@@ -50,13 +50,10 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     stt: Annotated[
         float, Meta(ge=0.0, le=1.0, description="heading error due to rotation, rad per rad (std. deviation)")
     ] = 0.2
-    beam_weight: Annotated[
-        float, Meta(gt=0.0, le=1.0, description="share of a beam's evidence that counts as independent")
-    ] = 0.1
-    particle_weight: Annotated[
-        float,
-        Meta(gt=0.0, le=1.0, description="the same share where particles are weighed against each other"),
-    ] = 0.05
+    independent_beams: Annotated[
+        float, Meta(ge=1.0, le=1000.0, description="a scan counts as at most so many independent beams")
+    ] = 30.0
+    cap: float = 0.2
     resample_threshold: Annotated[
         float,
         Meta(ge=0.0, le=1.0, description="resample when fewer than this share of particles is effective"),

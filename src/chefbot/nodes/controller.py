@@ -1,0 +1,241 @@
+"""The local costmap, the controller on it, and the motions of recovery."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.behavior.behavior import Behavior, Progress
+from chefbot.behavior.motions import Spin, Straight
+from chefbot.control.checkers import GoalParams, ProgressChecker
+from chefbot.control.controller import Controller, Status
+from chefbot.control.dwa import Dwa
+from chefbot.control.dwa_params import DwaParams
+from chefbot.control.limits import Limits
+from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.values import Costmap
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.builtin_interfaces import Duration
+from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.nav2_msgs import (
+    BackUp,
+    BackUp_Goal,
+    BackUp_Result,
+    FollowPath,
+    FollowPath_Feedback,
+    FollowPath_Goal,
+    FollowPath_Result,
+    Spin_Goal,
+    Spin_Result,
+)
+from chefbot.msgs.nav2_msgs import Spin as SpinAction
+from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Empty, Header
+from chefbot.nodes.costmaps import costmap_message, mark_laser, mark_obstacles
+from chefbot.runtime.actions import serves
+from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.runtime.plugins import plugin
+from chefbot.runtime.tasks import Cancelled, Future
+from chefbot.runtime.transforms import TransformError
+
+RATE = 10.0
+NO_TRANSFORM, STUCK, NO_VALID_CONTROL, INVALID_PATH = 102, 105, 106, 103
+"""As in nav2_msgs/action/FollowPath."""
+BLOCKED_PATIENCE = 3.0
+"""Seconds that every way on may be blocked before it counts: people pass."""
+MOTION_BLOCKED, MOTION_TIMED_OUT = 701, 702
+LOCAL_COSTMAP = CostmapParams(track_unknown=False)
+"""A camera sees little at once: what it has not seen is no obstacle here; the planner knows the map."""
+
+
+class ControllerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The window of costs, and which controller with which settings."""
+
+    costmap: CostmapParams = LOCAL_COSTMAP
+    plugin: str = ""
+    """`pkg.module:Class` of another controller; it is made with `settings`."""
+    settings: DwaParams = DwaParams(period=1.0 / RATE)
+    goal: GoalParams = GoalParams()
+
+
+class ControllerNode(Node):
+    """Serves follow_path, spin and backup, in the frame `odom`, where what was seen stays where it was seen."""
+
+    params: ControllerNodeParams
+    scan: In[LaserScan]
+    obstacles: In[ObstacleScan]
+    odom: In[Odometry]
+    clear_costmaps: In[Empty]
+    follow_path = serves(FollowPath)
+    spin = serves(SpinAction)
+    backup = serves(BackUp)
+    cmd_vel_nav: Out[Twist]
+    costmap: Out[OccupancyGrid] = topic("local_costmap/costmap")
+
+    def start(self) -> None:
+        """Nothing to do."""
+        self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint_radius, rolling=True)
+        self._controller: Controller = plugin(self.params.plugin, self._make_dwa, self.params.settings)
+        self._progress = ProgressChecker()
+        self._goal = SE2(0.0, 0.0, 0.0)
+        self._following: Future[FollowPath_Result] | None = None
+        self._feedback: Callable[[FollowPath_Feedback], None] = lambda _: None
+        self._blocked = 0.0
+        self._motion: Behavior | None = None
+        self._moved: Future[Progress] | None = None
+
+    def _make_dwa(self, settings: DwaParams) -> Dwa:
+        return Dwa(Limits.of(self.robot), settings, self.params.goal)
+
+    # -- what is around
+
+    def on_scan(self, scan: LaserScan) -> None:
+        """The laser's layer."""
+        stamp = scan.header.stamp.ns
+        self.tf.when("odom", scan.header.frame_id, stamp, lambda pose: mark_laser(self._costs, pose, scan))
+
+    def on_obstacles(self, seen: ObstacleScan) -> None:
+        """The camera's layer."""
+        stamp = seen.header.stamp.ns
+        frame = seen.header.frame_id
+        self.tf.when("odom", frame, stamp, lambda pose: mark_obstacles(self._costs, pose, seen))
+
+    def on_clear_costmaps(self, _: Empty) -> None:
+        """Forget what was seen."""
+        self._costs.clear()
+
+    # -- orders
+
+    async def on_follow_path(
+        self, goal: FollowPath_Goal, feedback: Callable[[FollowPath_Feedback], None]
+    ) -> FollowPath_Result:
+        """Until the end of the path is reached, or there is no way on."""
+        path = np.array([one.pose.se2 for one in goal.path.poses]).reshape(-1, 3)
+        if len(path) == 0:
+            return FollowPath_Result(INVALID_PATH, "The path has no poses.")
+        try:
+            odom_T_map = self.tf.lookup("odom", goal.path.header.frame_id)
+        except TransformError as error:
+            return FollowPath_Result(NO_TRANSFORM, f"The path cannot be placed: {error}")
+        self._take_path(path, odom_T_map)
+        self._feedback = feedback
+        self._following = Future()
+        try:
+            return await self._following
+        except Cancelled:
+            if not self.follow_path.replacing:
+                self._halt()
+            raise
+
+    def _take_path(self, path: NDArray[np.float64], odom_T_map: SE2) -> None:
+        goal = SE2.of(path[-1])
+        same = self._following is not None and not self._following.done and goal == self._goal
+        self._goal = goal
+        if not same:
+            self._progress.reset()
+            self._blocked = 0.0
+        moved = np.column_stack([odom_T_map.apply(path[:, :2]), path[:, 2] + odom_T_map.yaw])
+        self._controller.set_path(moved, same_goal=same)
+
+    async def on_spin(self, goal: Spin_Goal, _: Any) -> Spin_Result:
+        """Turn on the spot."""
+        turn, acceleration = self.robot.max_turn, self.robot.max_turn_acceleration
+        allowed = goal.time_allowance.seconds or 30.0
+        began = self.now_ns
+        end = await self._move(Spin(float(goal.target_yaw), turn, acceleration, allowed))
+        return Spin_Result(self._since(began), *_motion_error(end))
+
+    async def on_backup(self, goal: BackUp_Goal, _: Any) -> BackUp_Result:
+        """Go straight by target.x metres: negative is backwards."""
+        speed = min(float(goal.speed) or self.robot.max_speed, self.robot.max_speed)
+        allowed = goal.time_allowance.seconds or 30.0
+        began = self.now_ns
+        motion = Straight(goal.target.x, speed, self.robot.max_acceleration, allowed)
+        end = await self._move(motion)
+        return BackUp_Result(self._since(began), *_motion_error(end))
+
+    async def _move(self, motion: Behavior) -> Progress:
+        self.follow_path.preempt()
+        self._motion, self._moved = motion, Future()
+        try:
+            return await self._moved
+        finally:
+            self._motion = self._moved = None
+            self._halt()
+
+    # -- the control cycle
+
+    @every(hz=RATE)
+    def control(self) -> None:
+        """One command, if there is something to do."""
+        if self._motion is None and self._following is None:
+            return
+        try:
+            pose = self.tf.lookup("odom", "base_link")
+        except TransformError:
+            return  # no odometry yet: the base stands
+        self._costs.move_to(pose.x, pose.y)
+        costs = self._costs.update()
+        if self._motion is not None and self._moved is not None:
+            self._step_motion(self._motion, self._moved, pose, costs)
+        elif self._following is not None:
+            self._step_path(self._following, pose, costs)
+
+    def _step_motion(self, motion: Behavior, moved: Future[Progress], pose: SE2, costs: Costmap) -> None:
+        step = motion.update(pose, costs, 1.0 / RATE)
+        self.cmd_vel_nav.publish(Twist.of(step.v, step.w))
+        if step.progress is not Progress.RUNNING:
+            moved.set(step.progress)
+
+    def _step_path(self, following: Future[FollowPath_Result], pose: SE2, costs: Costmap) -> None:
+        v, w, status = self._controller.command(pose, self._twist(), costs)
+        self.cmd_vel_nav.publish(Twist.of(v, w))
+        self._blocked = self._blocked + 1.0 / RATE if status is Status.BLOCKED else 0.0
+        moving = self._progress.moving(pose, 1.0 / RATE)
+        if status is Status.REACHED:
+            self._end(following, FollowPath_Result())
+        elif self._blocked >= BLOCKED_PATIENCE:
+            self._end(
+                following, FollowPath_Result(NO_VALID_CONTROL, "Something is in the way on every side.")
+            )
+        elif not moving:
+            self._end(following, FollowPath_Result(STUCK, "I try to move but do not get on."))
+        else:
+            self._feedback(FollowPath_Feedback(0.0, v))
+
+    def _end(self, following: Future[FollowPath_Result], result: FollowPath_Result) -> None:
+        self._halt()
+        following.set(result)
+
+    def _halt(self) -> None:
+        """Stand still and want nothing."""
+        self._following = None
+        self.cmd_vel_nav.publish(Twist())
+
+    def _twist(self) -> tuple[float, float]:
+        if self.odom.last is None:
+            return 0.0, 0.0
+        twist = self.odom.last.twist.twist
+        return twist.linear.x, twist.angular.z
+
+    def _since(self, began_ns: int) -> Duration:
+        return Duration.of((self.now_ns - began_ns) / 1e9)
+
+    @every(hz=1)
+    def publish_costmap(self) -> None:
+        """For looking, while something is done."""
+        if self._motion is not None or self._following is not None:
+            self.costmap.publish(costmap_message(Header.of(self.now_ns, "odom"), self._costs.update()))
+
+
+def _motion_error(end: Progress) -> tuple[int, str]:
+    """Error code and sentence of a motion's end."""
+    codes = {Progress.BLOCKED: MOTION_BLOCKED, Progress.TIMED_OUT: MOTION_TIMED_OUT}
+    return (codes[end], f"{end.value[0].upper()}{end.value[1:]}.") if end in codes else (0, "")

@@ -1,0 +1,70 @@
+"""Finds out where the robot is: looks around, and moves on a little while it is not sure."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from chefbot.msgs.builtin_interfaces import Duration
+from chefbot.msgs.chefbot_msgs import LocalizationStatus
+from chefbot.msgs.geometry_msgs import Point
+from chefbot.msgs.nav2_msgs import BackUp, BackUp_Goal, Spin, Spin_Goal
+from chefbot.msgs.std_msgs import Bool
+from chefbot.runtime.actions import calls
+from chefbot.runtime.node import In, Node, Out, topic
+
+SURE_FOR = 3
+"""So many updates in a row must be sure: two rooms can look alike for a moment."""
+PIECE = math.pi / 4
+"""Radians of a turn between two looks at how sure it is."""
+STEP = 0.6
+"""Metres that it goes on when a whole turn did not tell; shorter if something is in the way."""
+
+
+class FinderParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How long it tries."""
+
+    rounds: Annotated[int, Meta(ge=1, le=100, description="turns and steps before it gives up")] = 8
+
+
+class FinderNode(Node):
+    """Turns and moves carefully, by what its sensors see alone, until localization has been sure for a while.
+
+    `localized` says so, once for all; navigation waits for it.
+    """
+
+    params: FinderParams
+    localization_status: In[LocalizationStatus]
+    spin = calls(Spin)
+    backup = calls(BackUp)
+    localized: Out[Bool] = topic(latched=True)
+
+    def start(self) -> None:
+        """Begin at once."""
+        self._sure = 0
+        self.spawn(self._search())
+
+    def on_localization_status(self, status: LocalizationStatus) -> None:
+        """Count how long it has been sure."""
+        self._sure = self._sure + 1 if status.localized else 0
+
+    async def _search(self) -> None:
+        for _ in range(self.params.rounds):
+            turned = 0.0
+            while turned < 2.0 * math.pi:
+                await self.spin.call(Spin_Goal(PIECE, Duration.of(15.0)))
+                turned += PIECE
+                if self._sure >= SURE_FOR:
+                    self.localized.publish(Bool(True))
+                    return
+            await self._step()
+        self.localized.publish(Bool(False))
+
+    async def _step(self) -> None:
+        """Forward if it can, else turn a third and try again next round."""
+        result = await self.backup.call(BackUp_Goal(Point(STEP), 0.15, Duration.of(15.0)))
+        if result.error_code:
+            await self.spin.call(Spin_Goal(2.0 * math.pi / 3.0, Duration.of(15.0)))

@@ -68,7 +68,7 @@ def test_urdf_is_one_tree_with_the_usual_names(robot: Robot) -> None:
     names = [link.attrib["name"] for link in root.iter("link")]
     assert len(names) == len(set(names))
     assert set(names) >= EXPECTED_LINKS
-    assert ("base_scan" in names) == (robot.sensors.lidar is not None)
+    assert ("laser" in names) == (robot.sensors.lidar is not None)
     children = [c.attrib["link"] for c in root.iter("child")]
     parents = {p.attrib["link"] for p in root.iter("parent")}
     assert sorted(children) == sorted(set(names) - {"base_footprint"})

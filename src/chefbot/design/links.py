@@ -155,7 +155,7 @@ def sensor_mounts(robot: Robot) -> dict[str, tuple[Vector, float, float]]:
         "imu_link": sensors.imu,
         "ultrasonic_link": sensors.ultrasonic,
         "camera_link": sensors.depth_camera,
-        "base_scan": sensors.lidar,
+        "laser": sensors.lidar,
     }
     mounts = {name: sensor.mount for name, sensor in named.items() if sensor is not None}
     return {name: ((m.x, m.y, m.z), m.pitch, m.yaw) for name, m in mounts.items()}

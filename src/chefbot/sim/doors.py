@@ -24,6 +24,11 @@ class MovingDoor:
         self.open = self.target = door.open
 
     @property
+    def moving(self) -> bool:
+        """Whether it is not yet where it should be."""
+        return self.open != self.target
+
+    @property
     def pose(self) -> SE2:
         """The leaf's frame in the world."""
         return door_pose(self.door, self.open)
@@ -35,9 +40,9 @@ class MovingDoor:
 
     def advance(self, duration: float, others: Sequence[Disc]) -> bool:
         """Move towards the target unless somebody is in the way; whether the leaf moved."""
-        step = max(-SPEED * duration, min(SPEED * duration, self.target - self.open))
-        if step == 0.0:
+        if not self.moving:
             return False
+        step = max(-SPEED * duration, min(SPEED * duration, self.target - self.open))
         wanted = self.leaf.moved(door_pose(self.door, self.open + step))
         if any(_hits(wanted, self.shape, other) for other in others):
             return False

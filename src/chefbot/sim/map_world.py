@@ -20,9 +20,9 @@ Rectangle = tuple[int, int, int, int]
 
 
 def world_from_map(
+    name: str,
     grid: Grid,
     start: SE2 = IDENTITY,
-    name: str = "map",
     height: float = 1.0,
     places: dict[str, SE2] | None = None,
 ) -> World:

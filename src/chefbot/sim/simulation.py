@@ -27,8 +27,8 @@ from chefbot.sim.world import World
 from chefbot.sim.world_mjcf import Mover, world_mjcf
 
 STEP_NS = round(PHYSICS_STEP * 1e9)
-MOVERS_EVERY = 4
-"""Physics steps between two steps of people and doors (50 Hz)."""
+MOVERS_EVERY = 8
+"""Physics steps between two steps of people and doors (25 Hz)."""
 MAX_DROPPED = 1000
 
 
@@ -276,7 +276,7 @@ class Simulation:
 
     def _move_others(self) -> None:
         """People and doors move on, each seeing where the others are."""
-        if not self._doors and not self._walkers:
+        if not self._walkers and not any(door.moving for door in self._doors.values()):
             return
         duration = MOVERS_EVERY * PHYSICS_STEP
         robot = self._disc(self.truth().pose)

@@ -1,4 +1,9 @@
-"""The Dynamic Window Approach for a disk-shaped differential robot (Fox, Burgard & Thrun 1997)."""
+"""The Dynamic Window Approach for a disk-shaped differential robot (Fox, Burgard & Thrun 1997).
+
+Every twist that the base allows is a candidate, and its trajectory begins with the ramp that leads to it. The
+window of the paper, what can be reached within one period, is thereby kept in each trajectory's first period,
+but a robot of gentle acceleration is not judged as if it had to stay in that window for ever.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +57,7 @@ class Dwa:
         self._path, self._at = np.ascontiguousarray(path, np.float64), 0
 
     def command(self, pose: SE2, twist: tuple[float, float], costmap: Costs) -> Command:
-        """The twist for the next period; pose, path and costmap in one frame, twist as measured now."""
+        """The twist to ramp to; pose, path and costmap in one frame, `twist` where the base's ramp is now."""
         if not len(self._path):
             return Command(*self._brake(twist), Status.NO_PATH)
         goal = SE2.of(self._path[-1])
@@ -63,7 +68,7 @@ class Dwa:
         off = wrap(math.atan2(ahead[1] - pose.y, ahead[0] - pose.x) - pose.yaw)
         self._turning = abs(off) > (ALIGNED if self._turning else self.params.rotate_from)
         if self._turning:
-            return self._rotate(twist, off)
+            return self._rotate(off)
         return self._drive(pose, twist, costmap)
 
     def _advance(self, pose: SE2) -> None:
@@ -82,19 +87,15 @@ class Dwa:
     def _align(self, pose: SE2, twist: tuple[float, float], goal: SE2) -> Command:
         if self._goal_checker.turned(pose, goal):
             return Command(*self._brake(twist), Status.REACHED)
-        return self._rotate(twist, wrap(goal.yaw - pose.yaw))
+        return self._rotate(wrap(goal.yaw - pose.yaw))
 
-    def _rotate(self, twist: tuple[float, float], angle: float) -> Command:
-        """In place by `angle`, at a rate from which it can stop in time; first the forward speed is taken
-        off."""
+    def _rotate(self, angle: float) -> Command:
+        """In place by `angle`, at a rate from which it can stop in time; the limiter behind takes care of ramps."""
         a = self.limits.turn_acceleration
         rate = min(self.limits.turn, math.sqrt(2.0 * GENTLE * a * abs(angle)))
-        wanted = math.copysign(rate, angle)
-        room = a * self.params.period
-        v = self._brake(twist)[0]
-        w = max(twist[1] - room, min(twist[1] + room, wanted))
-        part = self.limits.scale(v, w)
-        return Command(v * part, w * part, Status.RUNNING)
+        w = math.copysign(rate, angle)
+        part = self.limits.scale(0.0, w)
+        return Command(0.0, w * part, Status.RUNNING)
 
     def _brake(self, twist: tuple[float, float]) -> tuple[float, float]:
         dv, dw = (
@@ -104,17 +105,12 @@ class Dwa:
         v, w = twist
         return math.copysign(max(abs(v) - dv, 0.0), v), math.copysign(max(abs(w) - dw, 0.0), w)
 
-    def _window(self, twist: tuple[float, float], remaining: float) -> NDArray[np.float64]:
-        """The twists (n, 2) that the base can have after one period and that end at the goal without a
-        jerk."""
+    def _targets(self, remaining: float) -> NDArray[np.float64]:
+        """Twists (n, 2) to ramp to, finer near straight on; none so fast that the goal would be overrun."""
         top, p = self.limits, self.params
-        dv, dw = top.acceleration * p.period, top.turn_acceleration * p.period
         fast = min(top.speed, math.sqrt(2.0 * GENTLE * top.acceleration * remaining))
-        low, high = max(0.0, twist[0] - dv), max(0.0, min(fast, twist[0] + dv))
-        v = np.linspace(min(low, high), high, p.v_samples)
-        w = np.linspace(max(-top.turn, twist[1] - dw), min(top.turn, twist[1] + dw), p.w_samples)
-        if w[0] < 0.0 < w[-1]:
-            w[np.argmin(np.abs(w))] = 0.0
+        share = np.linspace(-1.0, 1.0, p.w_samples | 1)
+        v, w = np.linspace(0.0, fast, p.v_samples), top.turn * share * np.abs(share)
         pairs = np.stack(np.meshgrid(v, w, indexing="ij"), axis=-1).reshape(-1, 2)
         rim = pairs[:, 0] + np.abs(pairs[:, 1]) * top.separation / 2
         return np.ascontiguousarray(pairs[rim <= top.wheel_speed + 1e-9])
@@ -124,18 +120,21 @@ class Dwa:
         ahead = self._path[self._at : self._at + self._count(self.limits.speed * p.sim_time + WINDOW_EXTRA)]
         if len(ahead) < 2:
             ahead = self._path[-2:] if len(self._path) > 1 else np.repeat(self._path, 2, axis=0)
+        ahead = ahead - corner
+        ahead[-1, 2] = math.atan2(*(ahead[-1, 1::-1] - ahead[-2, 1::-1]))  # the goal's own heading comes later
         remaining = pose.distance(SE2.of(self._path[-1]))
-        twists = self._window(twist, remaining)
+        twists = self._targets(remaining)
         chosen = best_twist(
             costmap.cells,
             costmap.resolution,
             pose.array() - corner,
             twists,
             np.array(twist),
-            np.ascontiguousarray(ahead - corner),
+            ahead,
+            remaining,
             p.sim_time,
             p.period,
-            self.limits.acceleration,
+            np.array([self.limits.acceleration, self.limits.turn_acceleration]),
             self.limits.speed,
             p.slowing,
             self._weights,

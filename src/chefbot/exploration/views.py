@@ -61,7 +61,7 @@ def best_view(
     for r in range(max(0, row - reach), min(h, row + reach + 1)):
         for c in range(max(0, column - reach), min(w, column + reach + 1)):
             # an equal cost keeps the first; the line of sight is asked last because it is the dear part
-            if cost[r, c] < least and (r - row) ** 2 + (c - column) ** 2 <= reach * reach:
-                if sees(cells, occupied, r, c, row, column):
-                    best_r, best_c, least = r, c, cost[r, c]
+            near = (r - row) ** 2 + (c - column) ** 2 <= reach * reach
+            if near and cost[r, c] < least and sees(cells, occupied, r, c, row, column):
+                best_r, best_c, least = r, c, cost[r, c]
     return best_r, best_c

@@ -35,7 +35,7 @@ from chefbot.msgs.nav2_msgs import (
     Spin_Result,
 )
 from chefbot.msgs.nav2_msgs import Spin as SpinAction
-from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry
+from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Empty, Header
 from chefbot.nodes.costmaps import costmap_message, mark_laser, mark_obstacles
@@ -71,7 +71,7 @@ class ControllerNode(Node):
     params: ControllerNodeParams
     scan: In[LaserScan]
     obstacles: In[ObstacleScan]
-    odom: In[Odometry]
+    cmd_vel: In[Twist]
     clear_costmaps: In[Empty]
     follow_path = serves(FollowPath)
     spin = serves(SpinAction)
@@ -220,9 +220,8 @@ class ControllerNode(Node):
         self.cmd_vel_nav.publish(Twist())
 
     def _twist(self) -> tuple[float, float]:
-        if self.odom.last is None:
-            return 0.0, 0.0
-        twist = self.odom.last.twist.twist
+        """Where the base's ramp is; what odometry measures lags behind it."""
+        twist = self.cmd_vel.last or Twist()
         return twist.linear.x, twist.angular.z
 
     def _since(self, began_ns: int) -> Duration:

@@ -29,7 +29,7 @@ class Spin:
         self._turned = self._elapsed = 0.0
         self._last: float | None = None
 
-    def update(self, pose: SE2, costmap: Costs, dt: float) -> Step:
+    def update(self, pose: SE2, costmap: Costs, dt: float) -> Step:  # noqa: ARG002
         """See `Behavior`."""
         self._turned += wrap(pose.yaw - self._last) if self._last is not None else 0.0
         self._last = pose.yaw
@@ -79,7 +79,7 @@ class Wait:
         self.duration = duration
         self._elapsed = 0.0
 
-    def update(self, pose: SE2, costmap: Costs, dt: float) -> Step:
+    def update(self, pose: SE2, costmap: Costs, dt: float) -> Step:  # noqa: ARG002
         """See `Behavior`."""
         self._elapsed += dt
         return Step(0.0, 0.0, Progress.DONE if self._elapsed >= self.duration else Progress.RUNNING)

@@ -7,6 +7,8 @@ the compiler puts into vectors, and skip stretches of a row with nothing near.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -27,8 +29,8 @@ def cost_table(
     254 at 0, 253 up to `inscribed_radius`, then 252 exp(-cost_scaling_factor (d - inscribed_radius));
     metres, 1/m.
     """
-    reach = min(int(inflation_radius / resolution + 1e-9), MAX_RADIUS_CELLS)
-    distance = np.sqrt(np.arange(reach * reach + 1)) * resolution
+    reach = min(inflation_radius / resolution + 1e-9, MAX_RADIUS_CELLS)
+    distance = np.sqrt(np.arange(int(reach * reach) + 1)) * resolution
     decayed = (INSCRIBED - 1) * np.exp(-cost_scaling_factor * (distance - inscribed_radius))
     table = np.where(distance <= inscribed_radius, INSCRIBED, np.minimum(decayed, INSCRIBED - 1))
     table[0] = LETHAL
@@ -40,7 +42,7 @@ def inflate(cells: NDArray[np.uint8], table: NDArray[np.uint8]) -> NDArray[np.ui
 
     An unknown cell stays unknown unless it is within the inscribed radius of a lethal one.
     """
-    reach = int(np.sqrt(len(table) - 1) + 0.5)
+    reach = math.isqrt(len(table) - 1)
     out = cells.copy()
     if cells.size:
         _spread(cells, _column_distance(cells, reach), table, reach, out)

@@ -37,10 +37,13 @@ class LayeredCostmap:
             self.move_to(0.0, 0.0)
 
     def _frame(self, resolution: float, origin_x: float, origin_y: float, height: int, width: int) -> None:
-        """Empty layers; the inscribed radius grows by half a cell because an obstacle fills its cell."""
+        """Empty layers. An obstacle fills its cell and the robot may stand anywhere in its own.
+
+        So the inscribed radius grows by two halves of a cell.
+        """
         p = self.params
         self.resolution, self.origin_x, self.origin_y = resolution, origin_x, origin_y
-        self.inscribed_radius = self._robot_radius + p.padding + resolution / 2
+        self.inscribed_radius = self._robot_radius + p.padding + resolution
         reach = max(p.inflation_radius, self.inscribed_radius)
         self._table = cost_table(resolution, self.inscribed_radius, reach, p.cost_scaling_factor)
         self._static = np.full((height, width), UNKNOWN, np.uint8)

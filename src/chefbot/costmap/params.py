@@ -15,9 +15,7 @@ class CostmapParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         float, Meta(ge=0.01, le=0.5, description="side of a cell of a rolling window, m")
     ] = 0.05
     size: Annotated[float, Meta(ge=1.0, le=50.0, description="side of a rolling window, m")] = 4.0
-    padding: Annotated[
-        float, Meta(ge=0.0, le=0.5, description="kept free around the robot beside half a cell, m")
-    ] = 0.01
+    padding: Annotated[float, Meta(ge=0.0, le=0.5, description="kept free around the robot, m")] = 0.02
     inflation_radius: Annotated[
         float, Meta(ge=0.0, le=5.0, description="how far from an obstacle costs reach, m")
     ] = 0.55

@@ -27,7 +27,7 @@ def _clear_line(cells: NDArray[np.uint8], x0: float, y0: float, x1: float, y1: f
     one = 1 << FRACTION_BITS
     x, y = int(x0 * one), int(y0 * one)
     dx, dy = int((x1 - x0) / steps * one), int((y1 - y0) / steps * one)
-    end_c, end_r = int(math.floor(x1)), int(math.floor(y1))
+    end_c, end_r = math.floor(x1), math.floor(y1)
     for _ in range(steps):
         c, r = x >> FRACTION_BITS, y >> FRACTION_BITS
         if 0 <= r < h and 0 <= c < w and not (c == end_c and r == end_r):
@@ -64,7 +64,7 @@ def mark_and_clear(
     for i in range(angles.shape[0]):
         if math.isfinite(mark[i]) and mark[i] > 0.0:
             a, reach = sensor[2] + angles[i], mark[i] / resolution
-            c = int(math.floor(x0 + reach * math.cos(a)))
-            r = int(math.floor(y0 + reach * math.sin(a)))
+            c = math.floor(x0 + reach * math.cos(a))
+            r = math.floor(y0 + reach * math.sin(a))
             if 0 <= r < h and 0 <= c < w:
                 cells[r, c] = LETHAL

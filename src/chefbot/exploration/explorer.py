@@ -90,7 +90,8 @@ class Explorer:
         """Whether a frontier that the robot could pass is still near where the goal's was."""
         near = self.params.same_place
         return any(
-            frontier.length >= self.least_length and math.hypot(frontier.x - goal.x, frontier.y - goal.y) <= near
+            frontier.length >= self.least_length
+            and math.hypot(frontier.x - goal.x, frontier.y - goal.y) <= near
             for frontier in find_frontiers(grid, self.params.free_below, self.params.longest)
         )
 

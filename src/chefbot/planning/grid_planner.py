@@ -147,14 +147,22 @@ class GridPlanner:
         if self.params.smooth:
             way = way[smoothing.pull(weight, stride, self._g, way)]
         points = np.stack([way % stride + 0.5, way // stride + 0.5], axis=1)
-        points = np.concatenate(([self._cells_of(costmap, start)], points[1:] if len(points) > 1 else points))
         if exact:
-            points[-1] = self._cells_of(costmap, goal)
-        points = smoothing.resample(points, self.params.spacing / costmap.resolution)
+            points = self._end_at(points, self._cells_of(costmap, goal))
+        points = self._end_at(points[::-1], self._cells_of(costmap, start))[::-1].copy()
         if self.params.smooth:
+            points = smoothing.resample(points, self.params.spacing / costmap.resolution)
             smoothing.relax(weight, stride, points, SWEEPS)
         metres = (points - 1.0) * costmap.resolution + np.array([costmap.origin_x, costmap.origin_y])
         return smoothing.with_headings(metres, goal.yaw)
+
+    def _end_at(self, points: NDArray[np.float64], end: tuple[float, float]) -> NDArray[np.float64]:
+        """The chain (n, 2) with `end`, a point of its last cell, in place of the last one or behind it."""
+        if len(points) > 1:
+            stride = self._padded.shape[1]
+            if smoothing.line_cost(self._weights, stride, *points[-2], *end) < math.inf:
+                points = points[:-1]
+        return np.concatenate([points, [end]])
 
 
 def weights_of(params: PlannerParams) -> NDArray[np.float32]:

@@ -32,4 +32,7 @@ class PlannerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     spacing: Annotated[
         float, Meta(ge=0.01, le=0.5, description="distance between the poses of a path, m")
     ] = 0.05
-    smooth: Annotated[bool, Meta(description="whether corners of the grid are pulled straight")] = True
+    smooth: Annotated[
+        bool,
+        Meta(description="whether the path is pulled straight instead of going from cell to cell"),
+    ] = True

@@ -58,9 +58,11 @@ def _level(cost: np.float32, at: int, goal: int, stride: int) -> int:
 @njit(cache=True, nogil=True)
 def _push(
     n: int,
+    cost: np.float32,
     level: int,
     head: NDArray[np.int32],
     cell: NDArray[np.int32],
+    key: NDArray[np.float32],
     after: NDArray[np.int32],
     state: NDArray[np.int64],
 ) -> None:
@@ -72,7 +74,7 @@ def _push(
         entry = state[USED]
         state[USED] += 1
     slot = level & (head.shape[0] - 1)
-    cell[entry], after[entry] = n, head[slot]
+    cell[entry], key[entry], after[entry] = n, cost, head[slot]
     head[slot] = entry
     state[WAITING] += 1
 
@@ -88,6 +90,7 @@ def _expand(
     written: NDArray[np.int32],
     head: NDArray[np.int32],
     cell: NDArray[np.int32],
+    key: NDArray[np.float32],
     after: NDArray[np.int32],
     state: NDArray[np.int64],
 ) -> None:
@@ -110,7 +113,8 @@ def _expand(
                 written[state[WRITTEN]] = n
                 state[WRITTEN] += 1
             g[n] = candidate
-            _push(n, max(_level(candidate, n, goal, stride), bucket), head, cell, after, state)
+            level = max(_level(candidate, n, goal, stride), bucket)
+            _push(n, candidate, level, head, cell, key, after, state)
 
 
 @njit(cache=True, nogil=True)
@@ -133,10 +137,11 @@ def search(
     head = np.full(1 << math.ceil(math.log2((2 * SQRT2 * heaviest + 4.0) * fine)), -1, np.int32)
     # a cell waits at most once for each of its neighbours; memory never touched costs nothing
     cell, after = np.empty(8 * weight.shape[0], np.int32), np.empty(8 * weight.shape[0], np.int32)
+    key = np.empty(cell.shape[0], np.float32)
     state = np.array([0, -1, 1, 0])
     g[source], written[0] = 0.0, source
     bucket = _level(np.float32(0.0), source, goal, stride)
-    _push(source, bucket, head, cell, after, state)
+    _push(source, np.float32(0.0), bucket, head, cell, key, after, state)
     while state[WAITING] > 0:
         slot = bucket & (head.shape[0] - 1)
         while head[slot] >= 0:
@@ -146,8 +151,8 @@ def search(
             after[entry] = state[SPENT]
             state[SPENT] = entry
             state[WAITING] -= 1
-            if _level(g[at], at, goal, stride) >= bucket:  # else expanded since, at a lower cost
-                _expand(at, bucket, weight, stride, goal, g, written, head, cell, after, state)
+            if key[entry] == g[at]:  # else it was expanded since, at a lower cost
+                _expand(at, bucket, weight, stride, goal, g, written, head, cell, key, after, state)
         if goal >= 0 and g[goal] * fine < bucket + 1:
             break
         bucket += 1

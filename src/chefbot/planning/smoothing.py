@@ -4,6 +4,7 @@ before."""
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -78,12 +79,12 @@ def pull(
 
 
 def resample(points: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
-    """Points (m, 2) at even distances of about `spacing` along the polyline (n, 2), with both of its ends."""
-    lengths = np.hypot(*np.diff(points, axis=0).T)
-    along = np.concatenate(([0.0], np.cumsum(lengths)))
-    count = max(2, round(along[-1] / spacing) + 1)
-    at = np.linspace(0.0, along[-1], count)
-    return np.stack([np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1])], axis=1)
+    """Points (m, 2) along the polyline (n, 2), n >= 2, at most `spacing` apart; its corners stay."""
+    pieces = [points[:1]]
+    for a, b in pairwise(points):
+        count = max(1, math.ceil(math.hypot(*(b - a)) / spacing - 1e-6))
+        pieces.append(a + np.arange(1, count + 1)[:, None] / count * (b - a))
+    return np.concatenate(pieces)
 
 
 @njit(cache=True, nogil=True)

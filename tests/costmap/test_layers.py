@@ -1,0 +1,132 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.values import FREE, INSCRIBED, LETHAL, UNKNOWN
+from chefbot.mapping.grid import Grid
+from chefbot.maths.se2 import SE2
+
+AHEAD = np.array([0.0])
+
+
+def window(**changes):
+    return LayeredCostmap(CostmapParams(**changes), 0.16, rolling=True)
+
+
+def ray(metres):
+    return np.array([metres], np.float64)
+
+
+def test_a_return_marks_and_clears_up_to_it():
+    costs = window(inflation_radius=0.0)
+    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0))
+    now = costs.update()
+    assert now.at(1.01, 0.01) == LETHAL
+    assert now.at(0.5, 0.01) == FREE
+    assert now.at(1.5, 0.01) == UNKNOWN
+
+
+def test_no_return_clears_a_ghost():
+    costs = window()
+    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0))
+    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(np.inf))
+    assert costs.update().at(1.01, 0.01) == FREE
+
+
+def test_a_sensor_never_erases_what_another_saw():
+    costs = window()
+    costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0), (ray(0.0), ray(0.9)))
+    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(np.inf))
+    assert costs.update().at(1.01, 0.01) == LETHAL
+    costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(np.nan), (ray(0.0), ray(1.5)))
+    assert costs.update().at(1.01, 0.01) == FREE
+
+
+@pytest.mark.parametrize("clear_to", [0.5, np.nan, -1.0, np.inf])
+def test_an_obstacle_scan_clears_only_what_it_says(clear_to):
+    costs = window()
+    costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0), (ray(0.0), ray(0.5)))
+    costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(np.inf), (ray(0.0), ray(clear_to)))
+    assert costs.update().at(1.01, 0.01) == LETHAL
+
+
+@pytest.mark.parametrize("nothing", [np.nan, 0.0, -1.0])
+def test_invalid_ranges_say_nothing(nothing):
+    costs = window()
+    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(nothing))
+    assert (costs.update().cells == UNKNOWN).all()
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(st.tuples(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6)), min_size=1, max_size=6))
+def test_the_window_moves_and_obstacles_stay(moves):
+    costs = window()
+    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0))
+    for x, y in moves:
+        costs.move_to(x, y)
+    now = costs.update()
+    assert now.at(1.01, 0.01) == LETHAL
+    assert abs(now.origin_x + 2.0 - moves[-1][0]) <= 0.051
+
+
+def test_what_leaves_the_window_is_forgotten():
+    costs = window()
+    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0))
+    costs.move_to(50.0, 0.0)
+    costs.move_to(0.0, 0.0)
+    assert (costs.update().cells == UNKNOWN).all()
+
+
+def grid(h, w, x=0.0, y=0.0):
+    cells = np.zeros((h, w), np.int8)
+    cells[:, 0] = 100
+    cells[0, -1] = -1
+    return Grid(cells, 0.05, x, y)
+
+
+def test_the_map_grows_and_obstacles_stay():
+    costs = LayeredCostmap(CostmapParams(), 0.16)
+    costs.set_static(grid(40, 40))
+    costs.mark_and_clear("lidar", SE2(1.0, 1.0, 0.0), AHEAD, ray(0.5))
+    costs.set_static(grid(80, 90, -1.0, -0.5))
+    now = costs.update()
+    assert now.at(1.51, 1.01) == LETHAL
+    assert now.at(-0.99, 1.0) == LETHAL
+    assert now.cells[0, -1] == UNKNOWN
+
+
+def test_walls_of_the_map_are_not_cleared():
+    costs = LayeredCostmap(CostmapParams(), 0.16)
+    costs.set_static(grid(40, 40))
+    costs.mark_and_clear("lidar", SE2(1.0, 1.0, np.pi), AHEAD, ray(np.inf))
+    assert costs.update().at(0.01, 1.0) == LETHAL
+
+
+def test_recoveries_forget_near_or_far():
+    for clear, near, far in (("clear_around", FREE, LETHAL), ("clear_except", LETHAL, FREE)):
+        costs = window(inflation_radius=0.0, track_unknown=False)
+        costs.mark_and_clear(
+            "lidar", SE2(0.01, 0.01, 0.0), np.array([0.0, np.pi / 2]), np.array([0.42, 1.52])
+        )
+        getattr(costs, clear)(SE2(0.0, 0.0, 0.0), 0.8)
+        now = costs.update()
+        assert (now.at(0.42, 0.01), now.at(0.01, 1.52)) == (near, far)
+
+
+def test_a_place_is_inscribed_where_the_robot_would_touch():
+    costs = window()
+    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.01))
+    now = costs.update()
+    for x in np.arange(0.5, 1.5, 0.01):
+        touches = max(abs(x - 1.025) - 0.025, 0.0) < 0.16
+        assert not touches or now.at(x, 0.01) >= INSCRIBED
+
+
+def test_the_floor_nearer_than_the_camera_sees_is_not_cleared():
+    costs = window()
+    costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(0.4), (ray(0.0), ray(0.3)))
+    costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(np.nan), (ray(0.6), ray(1.5)))
+    assert costs.update().at(0.41, 0.01) == LETHAL

@@ -64,7 +64,7 @@ def rasterise(segments: NDArray[np.float64], width: float, height: float) -> Gri
     return grid
 
 
-def build(seed: int, furnished: bool = True) -> World:
+def build(seed: int) -> World:
     """15 x 12 m: seven rooms of the same size about a corridor, each with its own bed and chairs, and a
     lobby."""
     rng = np.random.default_rng(seed)
@@ -73,8 +73,7 @@ def build(seed: int, furnished: bool = True) -> World:
         walls += room(0.02 + 3.75 * k, 7.2, 3.7, 4.75, 1.4, south=True)
     for k in range(3):
         walls += room(0.02 + 3.75 * k, 0.05, 3.7, 4.75, 1.4, south=False)
-    if furnished:
-        walls += furniture(rng)
+    walls += furniture(rng)
     segments = np.array(walls)
     return World(segments, rasterise(segments, 15.0, 12.0))
 
@@ -189,10 +188,9 @@ class Drives:
         truth = drive([(door, 8.0), (door, 6.0), (door + (2.0 if k < 2 else -2.0), 6.0)])
         return truth, odometry(truth, k)
 
-    def turn_in_room(self, k: int) -> tuple[list[SE2], list[SE2]]:
-        """Two turns on the spot in the k-th room above the corridor."""
-        truth = [SE2(1.5 + 3.75 * k, 8.0, 0.1 * i) for i in range(126)]
-        return truth, odometry(truth, k)
+    def odometry(self, truth: list[SE2], seed: int) -> list[SE2]:
+        """What odometry says of a true path."""
+        return odometry(truth, seed)
 
     def kidnapped(self, after: int) -> tuple[list[SE2], list[SE2]]:
         """Carried away after so many scans, which odometry does not see."""
@@ -214,8 +212,14 @@ class Drives:
 
 
 @pytest.fixture(scope="session")
-def empty_hotel() -> World:
-    return build(3, furnished=False)
+def twin_rooms() -> World:
+    """Two closed rooms, one the copy of the other a whole number of cells further, each with a corner taken
+    out."""
+    walls: list[Segment] = []
+    for x in (0.02, 4.02):
+        walls += box(x, 0.02, 3.5, 4.5) + box(x, 0.02, 1.0, 0.7)
+    segments = np.array(walls)
+    return World(segments, rasterise(segments, 8.0, 5.0))
 
 
 @pytest.fixture(scope="session")

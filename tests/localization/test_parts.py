@@ -149,10 +149,3 @@ def test_doubt_rises_when_the_fit_falls_and_ends_when_it_returns() -> None:
     never.see(0.8)
     never.see(0.1)
     assert never.share == 0.0
-
-
-def test_strangers_share_follows_bayes() -> None:
-    same = np.log(np.full(10, 0.2))
-    assert recovery.posterior_share(0.3, same, same) == pytest.approx(0.3)
-    assert recovery.posterior_share(0.5, np.log([0.9, 0.1]), np.log([0.25])) == pytest.approx(2 / 3)
-    assert recovery.posterior_share(0.5, np.array([-900.0]), np.array([-1.0])) == 0.0

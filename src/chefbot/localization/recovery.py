@@ -1,11 +1,11 @@
-"""When to doubt everything: augmented MCL (Probabilistic Robotics, 8.3.5, table 8.3)."""
+"""When to doubt everything, after augmented MCL (Probabilistic Robotics, 8.3.5, table 8.3), and who is right
+then."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
+from chefbot.localization.belief import Beams, Belief
 
 CARELESSNESS = 1.25
 """The fast mean must fall a fifth below the slow one before doubt sets in: one wall fits better than another
@@ -42,16 +42,48 @@ class Doubt:
 
     @property
     def share(self) -> float:
-        """Of the particles to draw from the whole map, 0..1."""
+        """How much to doubt, 0..1: the book's probability of a random particle."""
         if not self.begun or 0.0 in self._decay:
             return 0.0
         return max(0.0, 1.0 - CARELESSNESS * self.fast / self.slow)
 
 
-def posterior_share(prior: float, theirs: NDArray[np.float64], ours: NDArray[np.float64]) -> float:
-    """Bayes' rule for two hypotheses by the mean likelihood of their samples; theirs (m,) and ours (n,) are
-    logarithms."""
-    top = max(float(theirs.max()), float(ours.max()))
-    strange = prior * float(np.mean(np.exp(theirs - top)))
-    known = (1.0 - prior) * float(np.mean(np.exp(ours - top)))
-    return strange / (strange + known)
+PROOF = 30
+"""Updates over which a challenger must have been one hump: what stands about one spot can fit elsewhere by
+chance, but not along three metres of way."""
+ODDS = 12.0
+"""Logarithm of the odds against a given pose out of the hundred thousand that a challenger is chosen from."""
+
+
+class Contest:
+    """A second belief that starts scattered over the map while the first one is in doubt, and must outdo it.
+
+    The book draws random particles into the one population (table 8.3). There a single scan decides, and
+    where people hide half the walls the best of all poses of the map will often fit it better than the true
+    one. Here the two stay apart, and the logarithm of their likelihoods' ratio is summed over the scans once
+    the challenger stands for one pose (the sequential test of Wald 1945).
+    """
+
+    def __init__(self, challenger: Belief) -> None:
+        self.challenger = challenger
+        self.lead = 0.0
+        self._scans = 0
+
+    def correct(self, holder: Belief, beams: Beams) -> None:
+        """Gives the challenger the scan that the holder has taken in, and compares."""
+        self.challenger.correct(beams)
+        if self.challenger.is_narrow:
+            self._scans += 1
+            self.lead += beams.independent * (self.challenger.score - holder.score)
+        else:
+            self._scans, self.lead = 0, 0.0
+
+    @property
+    def won(self) -> bool:
+        """Whether the challenger should replace the holder."""
+        return self._scans >= PROOF and self.lead > ODDS
+
+    @property
+    def lost(self) -> bool:
+        """Whether the challenger stands for a pose that is worse, so that another should be sought."""
+        return self.lead < -ODDS

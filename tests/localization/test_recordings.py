@@ -1,0 +1,112 @@
+"""Real lasers: a map from every other scan of a recording at its reference poses, the others localized on it.
+
+The reference poses come from another SLAM and are good to some 6 cm; the raw odometry is that of old robots.
+"""
+
+from __future__ import annotations
+
+import gzip
+import math
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from chefbot.localization.amcl import Amcl
+from chefbot.localization.params import AmclParams
+from chefbot.mapping.grid import Grid
+from chefbot.maths.se2 import SE2
+
+SHARED = Path(os.environ.get("CHEFBOT_SHARED", Path(__file__).parents[2].parent / "shared")) / "data/slam"
+RANGE = 30.0
+CELL = 0.05
+POOR_ODOMETRY = {
+    "rotation_noise_from_rotation": 0.2,
+    "rotation_noise_from_translation": 0.1,
+    "translation_noise_from_translation": 0.2,
+    "translation_noise_from_rotation": 0.1,
+}
+pytestmark = [pytest.mark.slow, pytest.mark.data]
+
+
+class Recording(NamedTuple):
+    """angles (m,), ranges (n, m), odometry and reference poses (n, 3), and the map from the even scans."""
+
+    angles: NDArray[np.float64]
+    ranges: NDArray[np.float64]
+    odometry: NDArray[np.float64]
+    reference: NDArray[np.float64]
+    grid: Grid
+
+
+@pytest.fixture(scope="module", params=["intel", "csail"])
+def recording(request: pytest.FixtureRequest) -> Recording:
+    path = SHARED / f"{request.param}.log.gz"
+    if not path.exists():
+        pytest.skip(f"{path} is absent: set CHEFBOT_SHARED to the folder of shared data")
+    with gzip.open(path, "rt") as file:
+        fields = [line.split() for line in file if line.startswith("FLASER")]
+    n = int(fields[0][1])
+    ranges = np.array([f[2 : 2 + n] for f in fields], np.float64)
+    odometry = np.array([f[5 + n : 8 + n] for f in fields], np.float64)
+    tum = np.loadtxt(SHARED / f"{request.param}_reference.tum")
+    reference = np.column_stack([tum[:, 1], tum[:, 2], 2.0 * np.arctan2(tum[:, 6], tum[:, 7])])
+    angles = np.deg2rad(-90.0 + np.arange(n) * (1.0 if n < 200 else 0.5))
+    ranges[ranges >= RANGE] = np.inf
+    return Recording(angles, ranges, odometry, reference, draw(angles, ranges[::2], reference[::2]))
+
+
+def draw(angles: NDArray[np.float64], ranges: NDArray[np.float64], poses: NDArray[np.float64]) -> Grid:
+    """Cells that a quarter of the beams through them ended in are occupied."""
+    low = poses[:, :2].min(axis=0) - RANGE
+    size = np.ceil((poses[:, :2].max(axis=0) + RANGE - low) / CELL).astype(int)
+    hits, seen = np.zeros(size[::-1]), np.zeros(size[::-1])
+    for scan, (x, y, yaw) in zip(ranges, poses, strict=True):
+        met = np.isfinite(scan)
+        steps = np.arange(0.0, 1.0 - 1e-9, CELL / RANGE)
+        reach = np.minimum(steps[None, :] * RANGE, scan[met, None])
+        inside = steps[None, :] * RANGE < scan[met, None]
+        c, s = np.cos(yaw + angles[met])[:, None], np.sin(yaw + angles[met])[:, None]
+        cols = ((x + reach * c - low[0]) / CELL).astype(int)
+        rows = ((y + reach * s - low[1]) / CELL).astype(int)
+        np.add.at(seen, (rows[inside], cols[inside]), 1)
+        ends = (
+            ((y + scan[met] * s[:, 0] - low[1]) / CELL).astype(int),
+            ((x + scan[met] * c[:, 0] - low[0]) / CELL).astype(int),
+        )
+        np.add.at(seen, ends, 1)
+        np.add.at(hits, ends, 1)
+    cells = np.where(seen == 0, -1, np.where(hits > 0.25 * seen, 100, 0)).astype(np.int8)
+    return Grid(cells, CELL, float(low[0]), float(low[1]))
+
+
+def localize(amcl: Amcl, r: Recording, scans: range) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Distance to the reference, and whether the filter was sure, after each of the scans."""
+    errors, sure = [], []
+    for k in scans:
+        amcl.update(r.angles, r.ranges[k], RANGE, SE2.of(r.odometry[k]))
+        errors.append(amcl.pose.distance(SE2.of(r.reference[k])))
+        sure.append(amcl.converged)
+    return np.array(errors), np.array(sure)
+
+
+def test_the_odd_scans_are_tracked_on_the_map_of_the_even_ones(recording: Recording) -> None:
+    amcl = Amcl(AmclParams(**POOR_ODOMETRY), recording.grid, SE2(0.0, 0.0, 0.0))
+    amcl.set_pose(SE2.of(recording.reference[1]), 0.2, 0.1)
+    errors, sure = localize(amcl, recording, range(1, len(recording.ranges), 2))
+    ate = math.sqrt(float(np.mean(errors**2)))
+
+    assert ate < 0.06 and errors.max() < 0.4
+    assert sure[5:].mean() > 0.95
+
+
+def test_it_is_found_from_anywhere(recording: Recording) -> None:
+    starts = np.linspace(1, len(recording.ranges) - 60, 12).astype(int) // 2 * 2 + 1
+    for start in starts:
+        amcl = Amcl(AmclParams(seed=int(start), **POOR_ODOMETRY), recording.grid, SE2(0.0, 0.0, 0.0))
+        errors, sure = localize(amcl, recording, range(int(start), int(start) + 50, 2))
+        assert errors[-5:].max() < 0.4, f"from scan {start}"
+        assert sure[-1] and not (sure & (errors > 0.5)).any(), f"from scan {start}"

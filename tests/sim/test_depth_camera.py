@@ -17,7 +17,7 @@ from chefbot.sim.raster import FLOOR, NOTHING
 from chefbot.sim.shapes import Shape, box, capsule, cylinder, shape_arrays
 from chefbot.sim.simulation import OPTICAL, Capture, Simulation
 from chefbot.sim.world import load_world
-from chefbot.sim.world_mjcf import _geom
+from chefbot.sim.world_mjcf import geom_xml
 
 ROBOT = load_robot("chefbot")
 CAMERA = ROBOT.sensors.depth_camera
@@ -28,7 +28,7 @@ RENDERER = DepthRenderer(SMALL)
 
 def depth_by_mujoco(capture: Capture, shapes: list[Shape], rows: int, columns: int) -> NDArray[np.float64]:
     """(rows, columns) depth of the same view by mj_multiRay."""
-    geoms = "".join(_geom(s._replace(name=f"s{i}")) for i, s in enumerate(shapes))
+    geoms = "".join(geom_xml(s._replace(name=f"s{i}")) for i, s in enumerate(shapes))
     floor = '<geom type="plane" size="0 0 1"/>'
     model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{floor}{geoms}</worldbody></mujoco>")
     data = mujoco.MjData(model)

@@ -295,6 +295,17 @@ def test_kidnap_moves_the_robot_not_the_wheels() -> None:
     assert sim.wheel_ticks() == ticks
     with pytest.raises(UserError, match="overlaps cupboard"):
         sim.kidnap(SE2(3.7, -1.4, 0.0))
+    with pytest.raises(UserError, match="finite"):
+        sim.kidnap(SE2(math.nan, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    "box", [(math.nan, 0.0, 0.2), (0.0, 1e9, 0.2), (1.0, 1.0, -0.2), (1.0, 1.0, math.nan)]
+)
+def test_impossible_boxes_are_refused(box: tuple[float, float, float]) -> None:
+    sim = Simulation(ROBOT, load_world("empty"))
+    with pytest.raises(UserError, match="a box of"):
+        sim.drop_box(box[0], box[1], (box[2], 0.2, 0.2))
 
 
 def test_doors_close_in_two_seconds_and_not_on_the_robot() -> None:

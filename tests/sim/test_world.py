@@ -164,6 +164,7 @@ places: {home: {x: 0 m, y: 0 m}}
         ("width: 0.9 m", "width: 0.9 m, sill: 3 m", r"openings\[0\].*sill"),
         ("{at: 1 m, width: 0.9 m}", "{at: 1 m, width: 0.9 m}, {at: 1.5 m, width: 0.9 m}", "overlaps another"),
         ("places:", "people: 5000\nplaces:", "people"),
+        ("name: crate", "name: wall_0", r"boxes\[0\]\.name.*gives itself"),
         (
             "places:",
             "cylinders: [{name: crate, x: 0 m, y: 1 m, radius: 1 m, height: 1 m}]\nplaces:",
@@ -177,6 +178,16 @@ def test_faults_are_said_with_file_and_key(old: str, new: str, said: str) -> Non
     with pytest.raises(UserError, match=said) as fault:
         parse_world(GOOD.replace(old, new, 1).encode(), "world file small.yaml")
     assert str(fault.value).startswith("world file small.yaml")
+
+
+def test_a_box_may_be_called_as_a_part_of_the_robot_is() -> None:
+    for name in ("floor", "payload", "base_link", "wheel_left"):
+        world = parse_world(GOOD.replace("crate", name).encode(), "world file small.yaml")
+        sim = Simulation(ROBOT, world, start=SE2(0.5, 1.0, 0.0))
+        sim.set_duty(0.5, 0.5)
+        for _ in range(400):
+            sim.step()
+        assert sim.collisions() == (1, (name,))
 
 
 def test_unknown_worlds_name_the_nearest() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.design.mjcf import HULL_GROUP
+from chefbot.sim.world_mjcf import PREFIX
 
 EPISODE_GAP_NS = 500_000_000
 """A touch of the same thing within half a second of the last one belongs to the same episode."""
@@ -30,7 +31,8 @@ class ContactWatch:
 
     def watch(self, model: Any) -> None:
         """Learn the geoms of a newly compiled model."""
-        self._names = [model.geom(i).name.split("/")[0] for i in range(model.ngeom)]
+        names = [model.geom(i).name for i in range(model.ngeom)]
+        self._names = [name.removeprefix(PREFIX).split("/")[0] for name in names]
         floor = model.geom("floor").id
         robot = model.geom_group == HULL_GROUP
         self._robot: NDArray[np.bool_] = robot

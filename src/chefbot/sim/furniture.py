@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.maths.se2 import SE2
 from chefbot.sim.shapes import Colour, Shape, box, capsule, cylinder
 from chefbot.sim.world_spec import Box, Chair, Cylinder, Door, Opening, Table, Wall
 
@@ -144,5 +144,5 @@ def person_shapes(number: int) -> tuple[Shape, ...]:
 def ceiling_shape(bounds: tuple[float, float, float, float], height: float) -> Shape:
     """A slab over everything."""
     x0, y0, x1, y1 = bounds
-    middle = SE2((x0 + x1) / 2, (y0 + y1) / 2, IDENTITY.yaw)
+    middle = SE2((x0 + x1) / 2, (y0 + y1) / 2, 0.0)
     return box("ceiling", middle, height, (x1 - x0, y1 - y0, 0.1), (235, 235, 230))

@@ -10,7 +10,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.sim.shapes import BOX, Shape
 from chefbot.sim.world import World
 
-ROUGH_HEIGHT = 2.2  # m: what hangs above is left out, to look in from there
+LOOK_IN_HEIGHT = 2.2  # m: what hangs above it is left out
 
 
 def plan_picture(world: World, path: Path, places: bool = True, dpi: int = 120) -> None:
@@ -22,7 +22,7 @@ def plan_picture(world: World, path: Path, places: bool = True, dpi: int = 120) 
     axes = figure.add_subplot(aspect="equal", facecolor="#f4efe4")
     axes.set(xlim=(x0 - 0.2, x1 + 0.2), ylim=(y0 - 0.2, y1 + 0.2), xlabel="x [m]", ylabel="y [m]")
     for shape in sorted(world.shapes_at_rest(), key=lambda s: s.top):
-        if shape.bottom < ROUGH_HEIGHT:
+        if shape.bottom < LOOK_IN_HEIGHT:
             axes.add_patch(_patch(shape))
     for route in world.routes:
         axes.plot(*zip(*route.points, strict=True), ":", color="#3b7dd8", lw=1.2)

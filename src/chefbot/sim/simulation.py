@@ -203,8 +203,8 @@ class Simulation:
         """Put a box (sides in metres) on the floor and return its name; UserError where the robot stands."""
         if len(self._dropped) >= MAX_DROPPED:
             raise UserError(f"{MAX_DROPPED} boxes have been dropped; that is enough")
-        if not all(0.0 < side <= 10.0 for side in size):
-            raise UserError(f"the box's sides {size} are not all between 0 and 10 m")
+        if not all(0.0 < side <= 10.0 for side in size) or not max(abs(x), abs(y)) < 1000.0:
+            raise UserError(f"a box of {size} m at ({x}, {y}): sides are from 0 to 10 m, places within 1 km")
         name = f"dropped_{len(self._dropped) + 1}"
         item = box(name, SE2(x, y, 0.0), 0.0, size, (196, 150, 90))
         pose = self.truth().pose
@@ -312,6 +312,8 @@ class Simulation:
         return pose.x, pose.y, self.robot.footprint_radius
 
     def _check_free(self, pose: SE2, what: str) -> None:
+        if not all(math.isfinite(value) for value in pose):
+            raise UserError(f"{what} {tuple(pose)} is not made of finite numbers")
         solids = [*self.world.static, *self._dropped, *(door.shape for door in self._doors.values())]
         space = (self.robot.body.clearance, self.robot.overall_height)
         if clearance(solids, pose.x, pose.y, *space) < self.robot.footprint_radius:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +27,9 @@ WORLD_FOLDER = Path(__file__).parent / "worlds"
 MAX_SHAPES = 20_000
 ROBOT_SPACE = (0.02, 0.6)
 """Heights in metres in which a place must be free."""
+
+GIVEN_NAME = re.compile(r"^(wall|chair|person|dropped)_\d+$|_chair_\d+$|^ceiling$")
+"""What solids are called that the world file gives no name."""
 
 Bounds = tuple[float, float, float, float]
 
@@ -135,6 +139,12 @@ def bounds_of(shapes: tuple[Shape, ...]) -> Bounds:
 
 def _check_names(spec: WorldSpec, where: str) -> None:
     """Every named thing has a name of its own: collisions are reported by it."""
+    for key in ("tables", "boxes", "cylinders", "doors"):
+        for i, item in enumerate(getattr(spec, key)):
+            if GIVEN_NAME.search(item.name):
+                raise UserError(
+                    f"{where}: {key}[{i}].name: {item.name!r} is a name that the simulator gives itself"
+                )
     seen: dict[str, str] = {}
     for key in ("tables", "boxes", "cylinders", "doors"):
         for i, item in enumerate(getattr(spec, key)):

@@ -11,6 +11,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
 from chefbot.sim.shapes import BOX, CAPSULE, Shape
 
+PREFIX = "world/"
 TYPES = {BOX: "box", CAPSULE: "capsule"}
 
 
@@ -28,7 +29,7 @@ def world_mjcf(
     """The model; geoms carry the names of their shapes, movers are mocap bodies in the order given."""
     xml = robot_xml(robot, as_built, start)
     # Resting solids stand in the world's body itself: a body each would cost a third of the speed.
-    walls = "\n".join(_geom(shape) for shape in static)
+    walls = "\n".join(geom_xml(shape) for shape in static)
     moving = "\n".join(_body(mover) for mover in movers)
     return f"""<mujoco>
 {OPTION}
@@ -45,17 +46,18 @@ def world_mjcf(
 
 
 def _body(mover: Mover) -> str:
-    geoms = "".join(_geom(shape) for shape in mover.shapes)
+    geoms = "".join(geom_xml(shape) for shape in mover.shapes)
     x, y, _ = mover.pose
-    return f'<body name="{mover.name}" mocap="true" pos="{numbers((x, y, 0.0))}">{geoms}</body>'
+    return f'<body name="{PREFIX}{mover.name}" mocap="true" pos="{numbers((x, y, 0.0))}">{geoms}</body>'
 
 
-def _geom(shape: Shape) -> str:
+def geom_xml(shape: Shape) -> str:
+    """One solid; its name gets a prefix, so that a box may be called as a part of the robot is."""
     half = shape.half if shape.kind == BOX else (shape.half[0], shape.half[2])
     quaternion = numbers((math.cos(shape.yaw / 2), 0.0, 0.0, math.sin(shape.yaw / 2)))
     rgba = numbers([*(c / 255 for c in shape.colour), 1.0])
     return (
-        f'<geom name="{shape.name}" type="{TYPES.get(shape.kind, "cylinder")}" '
+        f'<geom name="{PREFIX}{shape.name}" type="{TYPES.get(shape.kind, "cylinder")}" '
         f'pos="{numbers((shape.x, shape.y, shape.z))}" quat="{quaternion}" '
         f'size="{numbers(half)}" friction="0.3 0.005 0.0001" rgba="{rgba}"/>'
     )

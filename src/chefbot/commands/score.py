@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.mapping.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Collision, DeliveryStatus, LocalizationStatus, NavigationStatus
 from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry
@@ -31,11 +32,6 @@ class Track:
         """Distance of the two at each instant, metres."""
         return np.array([a.distance(b) for a, b in zip(self.truth, self.estimate, strict=True)])
 
-    def length(self) -> float:
-        """Metres that the robot really drove."""
-        points = np.array([(pose.x, pose.y) for pose in self.truth]).reshape(-1, 2)
-        return float(np.hypot(*np.diff(points, axis=0).T).sum()) if len(points) > 1 else 0.0
-
 
 class Scorer:
     """A tap on the loop: `loop.tap(scorer)`."""
@@ -47,6 +43,8 @@ class Scorer:
         self.delivering = Track()
         self.localized = False
         self.map: OccupancyGrid | None = None
+        self.saved_map: Grid | None = None
+        self.path_length = 0.0
         self.collisions: list[str] = []
         self.recoveries = 0
         self.delivery = DeliveryStatus()
@@ -75,7 +73,9 @@ class Scorer:
 
     def _locate(self, truth: Odometry) -> None:
         """The newest estimate against the truth of the same instant."""
-        self.last_truth = truth.pose.pose.se2
+        pose = truth.pose.pose.se2
+        self.path_length += self.last_truth.distance(pose)
+        self.last_truth = pose
         if self.phase == "localizing":
             return  # it does not claim to know yet
         stamp = truth.header.stamp.ns

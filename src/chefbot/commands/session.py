@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,6 +27,8 @@ def clock_for(kind: str, speed: float) -> Clock:
 @contextmanager
 def session(robot: Robot, seed: int, kind: str, speed: float, record: Path | None) -> Iterator[System]:
     """A system without nodes yet; stops its nodes and finishes the recording whatever happens."""
+    # the camera's thread and the loop hand the interpreter to each other often; 5 ms of waiting each time is too long
+    sys.setswitchinterval(1e-4)
     start_ns = time.time_ns() if kind == "wall" else 0
     system = System(Loop(clock_for(kind, speed), start_ns), robot, seed)
     recorder = Recorder(record, robot, seed) if record else None

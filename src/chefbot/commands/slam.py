@@ -15,7 +15,7 @@ from chefbot.errors import UserError
 from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.files import map_png, save_map, write_atomic
 from chefbot.slam.batch import run_log, trajectory_tum
-from chefbot.slam.carmen import parse_log
+from chefbot.slam.carmen import parse
 from chefbot.slam.params import GmappingParams
 
 MAX_LOG_BYTES = 2_000_000_000
@@ -24,7 +24,7 @@ console = Console(highlight=False)
 
 def run_slam(path: Path, out: Path, particles: int, seed: int, max_range: float) -> None:
     """Read, map with progress, write trajectory and map."""
-    records = parse_log(read_text(path).splitlines())
+    records = parse(read_text(path))
     params = GmappingParams(particles=particles, seed=seed, max_range=max_range)
     began = wall_ns()
     with Progress(console=console) as progress:

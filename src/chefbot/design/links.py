@@ -21,7 +21,7 @@ CASTER_GAP = 0.0005
 which of them carries; with this gap no wheel is lifted and odometry does not depend on the solver."""
 
 Vector = tuple[float, float, float]
-Kind = Literal["cylinder", "sphere", "box", "wheel"]
+Kind = Literal["cylinder", "sphere", "wheel"]
 
 
 class Inertia(NamedTuple):
@@ -35,7 +35,7 @@ class Inertia(NamedTuple):
 class Solid(NamedTuple):
     """A primitive in its link's frame, metres.
 
-    size: of cylinder and wheel (radius, length), of a sphere (radius,), of a box its three sides.
+    size: of cylinder and wheel (radius, length), of a sphere (radius,).
     A cylinder stands along z, a wheel lies along y. `hull` solids collide, the others are only seen.
     """
 

@@ -119,28 +119,27 @@ def _geom(robot: Robot, solid: Solid, as_built: AsBuilt) -> str:
     if not solid.hull:
         look = f'group="{LOOKS_GROUP}" contype="0" conaffinity="0" rgba="0.85 0.7 0.45 1"'
         return f'<geom name="{solid.name}" {_shape(solid)} {look}/>'
-    hull = f'group="{HULL_GROUP}" condim="3"'
     if solid.kind == "wheel":
-        radius, half = solid.size[0] * _wheel_factor(solid.name, as_built), solid.size[1] / 2
-        # An ellipsoid touches the floor in one point, at the middle of the tyre: the track is exact.
-        shape = f'type="ellipsoid" size="{numbers((radius, half, radius))}" rgba="0.15 0.15 0.15 1"'
-        mu = robot.wheels.friction * as_built.friction
-        return (
-            f'<geom name="{solid.name}" {shape} {hull} {HARD} priority="1" friction="{mu:.9g} 0.005 0.0001"/>'
-        )
-    mu, priority = (CASTER_FRICTION, 1) if solid.kind == "sphere" else (BODY_FRICTION, 0)
-    look = 'rgba="0.6 0.6 0.65 0.4"'
-    hull = f"{hull} {HARD}" if solid.kind == "sphere" else hull
-    tail = f'{hull} priority="{priority}" friction="{mu} 0.005 0.0001" {look}'
-    return f'<geom name="{solid.name}" {_shape(solid)} {tail}/>'
+        grip = robot.wheels.friction * as_built.friction
+        shape = _tyre(solid, _wheel_factor(solid.name, as_built))
+        contact = f'{HARD} priority="1" friction="{grip:.9g} 0.005 0.0001" rgba="0.15 0.15 0.15 1"'
+    elif solid.kind == "sphere":
+        shape = _shape(solid)
+        contact = f'{HARD} priority="1" friction="{CASTER_FRICTION} 0.005 0.0001" rgba="0.6 0.6 0.65 1"'
+    else:
+        shape = _shape(solid)
+        contact = f'friction="{BODY_FRICTION} 0.005 0.0001" rgba="0.6 0.6 0.65 0.4"'
+    return f'<geom name="{solid.name}" {shape} group="{HULL_GROUP}" condim="3" {contact}/>'
+
+
+def _tyre(solid: Solid, factor: float) -> str:
+    """An ellipsoid, which touches the floor in one point at the tyre's middle: the track is exact."""
+    radius, half = solid.size[0] * factor, solid.size[1] / 2
+    return f'type="ellipsoid" size="{numbers((radius, half, radius))}"'
 
 
 def _shape(solid: Solid) -> str:
-    size = solid.size
-    if solid.kind == "cylinder":
-        size = (size[0], size[1] / 2)
-    elif solid.kind == "box":
-        size = tuple(side / 2 for side in size)
+    size = (solid.size[0], solid.size[1] / 2) if solid.kind == "cylinder" else solid.size
     return f'type="{solid.kind}" pos="{numbers(solid.at)}" size="{numbers(size)}"'
 
 

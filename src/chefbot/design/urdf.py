@@ -81,8 +81,6 @@ def _shape(parent: ET.Element, solid: Solid) -> None:
     geometry = ET.SubElement(parent, "geometry")
     if solid.kind == "sphere":
         ET.SubElement(geometry, "sphere", radius=f"{solid.size[0]:.9g}")
-    elif solid.kind == "box":
-        ET.SubElement(geometry, "box", size=_text(solid.size))
     else:
         ET.SubElement(geometry, "cylinder", radius=f"{solid.size[0]:.9g}", length=f"{solid.size[1]:.9g}")
 

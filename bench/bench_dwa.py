@@ -46,7 +46,11 @@ def main() -> None:
             window = np.ascontiguousarray(cells[top : top + 100, left : left + 100])
             local = Costmap(window, RESOLUTION, left * RESOLUTION, top * RESOLUTION)
             dwa.set_path(path)
-            times.append(milliseconds(lambda p=pose, m=local: dwa.command(p, (0.3, 0.0), m), 30)[0])  # type: ignore[misc]
+
+            def call(dwa: Dwa = dwa, pose: SE2 = pose, local: Costmap = local) -> object:
+                return dwa.command(pose, (0.3, 0.0), local)
+
+            times.append(milliseconds(call, 30)[0])
         print(f"{v}x{w}: {np.median(times):.3f} ({min(times):.3f}, {max(times):.3f})   C++ {peer}")
 
 

@@ -51,9 +51,7 @@ def milliseconds(planner: GridPlanner, costmap: Costmap, a: SE2, b: SE2 | None) 
 
 def main() -> None:
     """Print corner to corner and the median of random queries, for growing maps."""
-    print(
-        f"one core of {os.cpu_count()}; best CPU ms of {REPEATS} per query: corner to corner / median of {QUERIES}"
-    )
+    print(f"one core of {os.cpu_count()}; best CPU ms of {REPEATS} per query: corner / median of {QUERIES}")
     for n, peers in PEERS.items():
         rng = np.random.default_rng(n)
         cells = inflate(office(n, rng), cost_table(RESOLUTION, INSCRIBED_RADIUS, 0.55, 10.0))
@@ -61,10 +59,8 @@ def main() -> None:
         a, b = nearest_free(costmap, 0, 0), nearest_free(costmap, n, n)
         milliseconds(planner, costmap, a, b)
         corner, length = milliseconds(planner, costmap, a, b)
-        queries = [
-            milliseconds(planner, costmap, free_pose(costmap, rng), free_pose(costmap, rng))[0]
-            for _ in range(QUERIES)
-        ]
+        pairs = [(free_pose(costmap, rng), free_pose(costmap, rng)) for _ in range(QUERIES)]
+        queries = [milliseconds(planner, costmap, *pair)[0] for pair in pairs]
         field = milliseconds(planner, costmap, a, None)[0]
         print(
             f"{n}x{n}: {corner:.2f} / {np.median(queries):.2f} (max {max(queries):.2f}), path {length:.1f} m"

@@ -1,0 +1,93 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from chefbot.behavior.behavior import Progress, free_ahead
+from chefbot.behavior.motions import Spin, Straight, Wait
+from chefbot.behavior.recovery import ORDER, Recoveries, Recovery, RecoveryParams
+from chefbot.costmap.values import INSCRIBED, LETHAL, Costmap
+from chefbot.maths.se2 import SE2
+from chefbot.robot.load import load_robot
+
+ROBOT = load_robot("chefbot")
+DT = 0.05
+
+
+def floor():
+    return Costmap(np.zeros((100, 100), np.uint8), 0.05, -2.5, -2.5)
+
+
+def run(behavior, costmap, pose=SE2(0.0, 0.0, 0.3), limit=4000):  # noqa: B008
+    """(end pose, turned, last progress) of a unicycle that obeys at once."""
+    turned = 0.0
+    for _ in range(limit):
+        v, w, progress = behavior.update(pose, costmap, DT)
+        if progress is not Progress.RUNNING:
+            assert (v, w) == (0.0, 0.0)
+            return pose, turned, progress
+        pose = pose @ SE2(v * DT, 0.0, w * DT)
+        turned += w * DT
+    raise AssertionError("it never ends")
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(0.1, 12.0), st.sampled_from([-1, 1]))
+def test_spin_turns_by_its_angle(angle, sign):
+    _, turned, progress = run(Spin(sign * angle, ROBOT.max_turn, ROBOT.max_turn_acceleration), floor())
+    assert progress is Progress.DONE
+    assert turned == pytest.approx(sign * angle, abs=0.05)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(0.05, 1.5), st.sampled_from([-1, 1]), st.floats(-3.1, 3.1))
+def test_straight_goes_its_distance(distance, sign, yaw):
+    start = SE2(0.0, 0.0, yaw)
+    pose, _, progress = run(Straight(sign * distance, 0.2, ROBOT.max_acceleration), floor(), start)
+    assert progress is Progress.DONE
+    assert start.between(pose).x == pytest.approx(sign * distance, abs=0.025)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(0.3, 1.0), st.sampled_from([-1, 1]))
+def test_straight_stops_before_an_obstacle(gap, sign):
+    costmap = floor()
+    column = costmap.cell(sign * gap, 0.0)[1]
+    costmap.cells[:, column : column + 1] = INSCRIBED
+    pose, _, progress = run(Straight(sign * 1.5, 0.3, ROBOT.max_acceleration), costmap, SE2(0.0, 0.0, 0.0))
+    assert progress is Progress.BLOCKED
+    assert costmap.at(pose.x, pose.y) == 0
+
+
+def test_it_may_leave_the_inscribed_zone_but_not_cross_a_wall():
+    costmap = floor()
+    costmap.cells[:, 48:52] = INSCRIBED
+    assert free_ahead(costmap, SE2(0.0, 0.0, math.pi), 0.4)
+    costmap.cells[:, 46] = LETHAL
+    assert not free_ahead(costmap, SE2(0.0, 0.0, math.pi), 0.4)
+    assert free_ahead(costmap, SE2(0.0, 0.0, math.pi), -0.4)
+
+
+def test_a_robot_that_cannot_move_times_out():
+    straight = Straight(0.5, 0.2, ROBOT.max_acceleration, timeout=1.0)
+    steps = [straight.update(SE2(0.0, 0.0, 0.0), floor(), DT).progress for _ in range(30)]
+    assert steps[10] is Progress.RUNNING
+    assert steps[-1] is Progress.TIMED_OUT
+
+
+def test_wait_waits():
+    wait = Wait(1.0)
+    running = [wait.update(SE2(0, 0, 0), floor(), DT).progress is Progress.RUNNING for _ in range(30)]
+    assert sum(running) == pytest.approx(19, abs=1)
+
+
+def test_recoveries_come_in_order_and_end():
+    recoveries = Recoveries(ROBOT, RecoveryParams(rounds=2))
+    tried = [recoveries.next() for _ in range(2 * len(ORDER) + 1)]
+    assert [step.recovery for step in tried[:-1]] == list(ORDER) * 2
+    assert tried[-1] is None
+    assert tried[0].behavior is None
+    recoveries.reset()
+    assert recoveries.next().recovery is Recovery.CLEAR

@@ -1,0 +1,54 @@
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from chefbot.control.kinematics import twist, wheel_speeds
+from chefbot.control.limiter import Limiter
+from chefbot.control.limits import Limits
+from chefbot.robot.load import load_robot
+
+ROBOT = load_robot("chefbot")
+LIMITS = Limits.of(ROBOT)
+anything = st.floats(allow_nan=True, allow_infinity=True)
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(anything, anything, anything, st.floats(0.0, 0.2)), max_size=30))
+def test_never_exceeds_a_limit_whatever_comes_in(commands):
+    limiter, last = Limiter(LIMITS), (0.0, 0.0)
+    for v, w, age, dt in commands:
+        now = limiter.step(v, w, age, dt)
+        assert abs(now[0]) <= LIMITS.speed + 1e-9
+        assert abs(now[1]) <= LIMITS.turn + 1e-9
+        assert abs(now[0]) + abs(now[1]) * LIMITS.separation / 2 <= LIMITS.wheel_speed + 1e-9
+        assert abs(now[0] - last[0]) <= LIMITS.acceleration * dt + 1e-9
+        assert abs(now[1] - last[1]) <= LIMITS.turn_acceleration * dt + 1e-9
+        last = now
+
+
+def settle(limiter, v, w, age=0.0):
+    for _ in range(100):
+        now = limiter.step(v, w, age, 0.05)
+    return now
+
+
+@given(st.floats(0.01, 20.0), st.floats(-20.0, 20.0))
+@settings(deadline=None)
+def test_scaling_keeps_the_curvature(v, w):
+    got = settle(Limiter(LIMITS), v, w)
+    assert got[1] * v == pytest.approx(w * got[0], abs=1e-9)
+
+
+@pytest.mark.parametrize(("v", "age"), [(math.nan, 0.0), (math.inf, 0.0), (0.3, 0.31), (0.3, math.nan)])
+def test_nonsense_and_stale_commands_stop_and_say_why(v, age):
+    limiter = Limiter(LIMITS)
+    settle(limiter, 0.3, 0.0)
+    assert settle(limiter, v, 0.0, age) == (0.0, 0.0)
+    assert limiter.remark
+
+
+@given(st.floats(-1, 1), st.floats(-3, 3))
+def test_wheels_and_twist_are_inverse(v, w):
+    assert twist(*wheel_speeds(v, w, ROBOT), ROBOT) == pytest.approx((v, w), abs=1e-9)

@@ -1,0 +1,149 @@
+import math
+
+import numpy as np
+import pytest
+
+from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.raytrace import mark_and_clear
+from chefbot.exploration.explorer import Explorer
+from chefbot.exploration.frontiers import find_frontiers, frontier_mask
+from chefbot.mapping.grid import Grid
+from chefbot.maths.se2 import SE2
+from chefbot.planning.grid_planner import GridPlanner, path_length
+
+RADIUS, CELL = 0.16, 0.05
+
+
+def hotel():
+    """15 x 12 m: four rooms with doors of 0.9 m on a corridor, with some tables; 1 is occupied."""
+    truth = np.zeros((240, 300), np.int8)
+    truth[[0, 1, -1, -2]] = truth[:, [0, 1, -1, -2]] = 1
+    for row in (96, 140):
+        truth[row : row + 2] = 1
+        for door in (60, 210):
+            truth[row : row + 2, door : door + 18] = 0
+    truth[:96, 150:152] = truth[142:, 150:152] = 1
+    for r, c in ((40, 40), (40, 220), (190, 70), (200, 240), (60, 100)):
+        truth[r : r + 16, c : c + 16] = 1
+    return truth
+
+
+class Mapper:
+    """A perfect mapper: rays through the true world into a grid."""
+
+    def __init__(self, truth, field, reach):
+        self.truth, self.known = truth, np.full(truth.shape, 255, np.uint8)
+        self.angles = np.linspace(-field / 2, field / 2, max(90, round(field * 115)))
+        self.reach = reach
+
+    def look(self, pose):
+        r = np.arange(0.02, self.reach, 0.02)
+        x = pose.x + r[None] * np.cos(pose.yaw + self.angles)[:, None]
+        y = pose.y + r[None] * np.sin(pose.yaw + self.angles)[:, None]
+        h, w = self.truth.shape
+        rows, columns = np.clip((y / CELL).astype(int), 0, h - 1), np.clip((x / CELL).astype(int), 0, w - 1)
+        hit = self.truth[rows, columns] > 0
+        first = np.where(hit.any(axis=1), r[hit.argmax(axis=1)], np.inf)
+        free = np.minimum(first, self.reach)
+        mark_and_clear(
+            self.known, CELL, 0.0, 0.0, pose.array(), self.angles, first, np.zeros_like(free), free
+        )
+
+    def grid(self):
+        cells = np.full(self.known.shape, -1, np.int8)
+        cells[self.known == 0] = 0
+        cells[self.known == 254] = 100
+        return Grid(cells, CELL, 0.0, 0.0)
+
+
+def explore(field, reach, start):
+    """(metres driven, turns about, the map, what is left) of a robot that follows its paths exactly."""
+    mapper, explorer, planner = Mapper(hotel(), field, reach), Explorer(RADIUS, field), GridPlanner()
+    pose, way, turns, goal = start, 0.0, 1, None
+    for k in range(12):
+        mapper.look(SE2(pose.x, pose.y, pose.yaw + k * math.pi / 6))
+    for _ in range(150):
+        costs = LayeredCostmap(CostmapParams(), RADIUS)
+        costs.set_static(mapper.grid())
+        costmap = costs.update()
+        decision = explorer.decide(mapper.grid(), planner.potential(costmap, pose), pose)
+        last, goal = goal, decision.goal
+        if goal is None:
+            return way, turns, mapper, decision.left
+        if last is not None and math.hypot(goal.x - last.x, goal.y - last.y) < 0.3:
+            explorer.fruitless(goal)
+        path = planner.plan(costmap, pose, goal.pose)
+        for p in path[::8]:
+            mapper.look(SE2.of(p))
+        for k in range(12 if goal.look_around else 1):
+            mapper.look(goal.pose @ SE2(0.0, 0.0, k * math.pi / 6))
+        turns += goal.look_around
+        pose, way = goal.pose, way + path_length(path)
+    raise AssertionError("it never ends")
+
+
+@pytest.mark.parametrize(
+    ("field", "reach", "longest"),
+    [(2 * math.pi, 8.0, 80.0), (math.radians(58), 6.0, 75.0)],
+    ids=["lidar", "camera"],
+)
+def test_the_hotel_is_explored_fully(field, reach, longest):
+    way, _, mapper, left = explore(field, reach, SE2(7.5, 6.0, 0.0))
+    free = hotel() == 0
+    assert (mapper.known[free] != 255).mean() > 0.99
+    assert way < longest
+    assert all(one.reason for one in left)
+
+
+def grid_of(rows):
+    cells = np.array([[{".": 0, "#": 100, "?": -1}[c] for c in row] for row in rows], np.int8)
+    return Grid(np.kron(cells, np.ones((4, 4), np.int8)), CELL, 0.0, 0.0)
+
+
+def test_frontiers_are_free_cells_beside_the_unknown():
+    grid = grid_of(["....", "....", "..##", "..??"])
+    mask = frontier_mask(grid, 35)
+    assert {int(c) for c in np.nonzero(mask)[1]} == {7}
+    assert {int(r) for r in np.nonzero(mask)[0]} == {12, 13, 14, 15}
+
+
+def test_pieces_cover_every_cell_once_and_are_not_too_long():
+    grid = grid_of(["." * 40, "?" * 40])
+    pieces = find_frontiers(grid, 35, 2.0)
+    cells = np.concatenate([piece.cells for piece in pieces])
+    assert len(np.unique(cells, axis=0)) == len(cells) == frontier_mask(grid, 35).sum()
+    assert max(piece.length for piece in pieces) < 2.2
+
+
+def decide(rows, reachable, explorer=None):
+    grid = grid_of(rows)
+    cost = np.where(reachable & (grid.cells == 0), np.float32(1.0), np.float32(np.inf))
+    return (explorer or Explorer(RADIUS)).decide(grid, cost, SE2(0.5, 0.5, 0.0))
+
+
+ROOM = ["........", "........", "........", "????????"]
+
+
+def test_the_goal_looks_at_the_frontier():
+    goal = decide(ROOM, True).goal
+    assert goal is not None
+    aim = math.atan2(goal.y - goal.pose.y, goal.x - goal.pose.x)
+    assert goal.pose.distance(SE2(goal.x, goal.y, 0.0)) < CELL or abs(aim - goal.pose.yaw) < 1e-6
+    assert goal.gain > 0.0
+
+
+def test_every_left_frontier_has_its_reason():
+    assert "unreachable" in decide(ROOM, False).left[0].reason
+    assert "too small" in decide(["#####", "#...#", "##.##", "##?##"], True).left[0].reason
+    explorer = Explorer(RADIUS)
+    goal = decide(ROOM, True, explorer).goal
+    for _ in range(explorer.params.attempts):
+        explorer.fruitless(goal)
+    decision = decide(ROOM, True, explorer)
+    assert decision.goal is None
+    assert "failed 2 times" in decision.left[0].reason
+
+
+def test_a_known_map_is_done():
+    assert decide(["####", "#..#", "####"], True) == (None, ())

@@ -97,8 +97,9 @@ def test_real_robots_differ_from_the_drawing_and_from_each_other() -> None:
     assert errors[0] != errors[1]
     for seed in range(20):
         built = Simulation(ROBOT, load_world("empty"), "real", seed).as_built
-        for factor in (built.left_wheel, built.right_wheel, built.separation):
-            assert 0.002 <= abs(factor - 1.0) <= 0.005
+        mean, difference = (built.left_wheel + built.right_wheel) / 2, built.right_wheel - built.left_wheel
+        for error in (mean - 1.0, difference, built.separation - 1.0):
+            assert 0.00199 <= abs(error) <= 0.00501
 
 
 def bump_about(sim: Simulation, seconds: float, seed: int) -> list[float]:

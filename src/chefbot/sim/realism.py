@@ -13,8 +13,9 @@ from chefbot.design.mjcf import AS_DRAWN, AsBuilt
 
 Profile = Literal["perfect", "real"]
 SMALLEST_ERROR, LARGEST_ERROR = 0.002, 0.005
-"""Share by which wheel diameters and track differ from the drawing: what UMBmark sets out to find (Borenstein
-& Feng, Measurement and correction of systematic odometry errors in mobile robots, 1996)."""
+"""Share by which the wheels' mean diameter and the track differ from the drawing, and the wheels from each
+other: the three errors that UMBmark sets out to find (Borenstein & Feng, Measurement and correction of
+systematic odometry errors in mobile robots, 1996)."""
 LEAST_GRIP = 0.75  # of the tyre's friction, on the worst floor
 GRIP_RIPPLE = 0.1  # of the friction, from place to place
 GRIP_WAVES = 3
@@ -25,8 +26,9 @@ def draw_as_built(profile: Profile, rng: Generator) -> AsBuilt:
     if profile == "perfect":
         return AS_DRAWN
     size = rng.uniform(SMALLEST_ERROR, LARGEST_ERROR, 3)
-    left, right, separation = 1.0 + size * rng.choice([-1.0, 1.0], 3)
-    return AsBuilt(float(left), float(right), float(separation), float(rng.uniform(LEAST_GRIP, 1.0)))
+    scale, difference, track = (size * rng.choice([-1.0, 1.0], 3)).tolist()
+    grip = float(rng.uniform(LEAST_GRIP, 1.0))
+    return AsBuilt(1.0 + scale - difference / 2, 1.0 + scale + difference / 2, 1.0 + track, grip)
 
 
 class FloorGrip(NamedTuple):

@@ -73,7 +73,7 @@ class Launch(msgspec.Struct, frozen=True, kw_only=True):
 
     def to_json(self) -> str:
         """For the log."""
-        return msgspec.json.encode(self, order="deterministic").decode()
+        return msgspec.json.encode(self).decode()  # the order of nodes is kept: they start in it
 
     @staticmethod
     def from_json(text: str) -> Launch:

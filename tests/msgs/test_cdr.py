@@ -18,7 +18,7 @@ from chefbot.msgs.base import NUMPY_TYPES, FieldType, Message, fields_of, ros_ty
 from chefbot.msgs.cdr import CdrError
 from chefbot.msgs.definition import definition_text, type_hash
 from chefbot.msgs.registry import message_type
-from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.sensor_msgs import LaserScan, Range
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 
@@ -120,8 +120,15 @@ def test_damaged_bytes_raise_cdr_error_and_nothing_else(cut: int, flips: list[tu
 
 
 def test_a_value_that_does_not_fit_is_refused_with_its_type() -> None:
-    with pytest.raises(CdrError, match="sensor_msgs/msg/LaserScan"):
-        LaserScan(angle_min="left").to_cdr()
+    with pytest.raises(CdrError, match="sensor_msgs/msg/Range"):
+        Range(radiation_type=300).to_cdr()
+
+
+def test_a_message_holds_no_more_than_the_wire_carries() -> None:
+    scan = LaserScan(angle_min=0.1, ranges=np.array([0.1], np.float64))
+    back = LaserScan.from_cdr(scan.to_cdr())
+    assert back.angle_min == scan.angle_min == float(np.float32(0.1))
+    assert back.ranges[0] == scan.ranges[0]
 
 
 def test_nan_and_infinity_travel() -> None:

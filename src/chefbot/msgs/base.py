@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import typing
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import msgspec
@@ -54,6 +55,14 @@ class Message(msgspec.Struct, frozen=True, kw_only=False, eq=False):
 
     ROS_PACKAGE: ClassVar[str] = ""
 
+    def __post_init__(self) -> None:
+        """Give every number its field's precision now, so that nobody sees more than the wire carries."""
+        for name, round_off in _roundings(type(self)):
+            value = getattr(self, name)
+            rounded = round_off(value)
+            if rounded is not value:
+                msgspec.structs.force_setattr(self, name, rounded)
+
     def to_cdr(self) -> bytes:
         """Little-endian XCDR1 with its four header bytes, as Fast-CDR writes it."""
         from chefbot.msgs.cdr import encode
@@ -78,6 +87,22 @@ class FieldType(NamedTuple):
     is_array: bool
     fixed_size: int
     """0 unless the array has a fixed length."""
+
+
+@cache
+def _roundings(kind: type[Message]) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
+    """Fields whose values can hold more than their type, and what cuts it off."""
+    found: list[tuple[str, Callable[[Any], Any]]] = []
+    for field in fields_of(kind):
+        if field.element == "float32" and not field.is_array:
+            found.append((field.name, _to_float32))
+        elif field.is_array and field.element in NUMPY_TYPES:
+            found.append((field.name, partial(np.asarray, dtype=np.dtype(NUMPY_TYPES[field.element]))))
+    return tuple(found)
+
+
+def _to_float32(value: float) -> float:
+    return float(np.float32(value))
 
 
 @cache

@@ -188,10 +188,6 @@ class Drives:
         truth = drive([(door, 8.0), (door, 6.0), (door + (2.0 if k < 2 else -2.0), 6.0)])
         return truth, odometry(truth, k)
 
-    def odometry(self, truth: list[SE2], seed: int) -> list[SE2]:
-        """What odometry says of a true path."""
-        return odometry(truth, seed)
-
     def kidnapped(self, after: int) -> tuple[list[SE2], list[SE2]]:
         """Carried away after so many scans, which odometry does not see."""
         before = drive(ROUTE)[:after]
@@ -216,10 +212,10 @@ def twin_rooms() -> World:
     """Two closed rooms, one the copy of the other a whole number of cells further, each with a corner taken
     out."""
     walls: list[Segment] = []
-    for x in (0.02, 4.02):
+    for x in (0.52, 6.52):
         walls += box(x, 0.02, 3.5, 4.5) + box(x, 0.02, 1.0, 0.7)
     segments = np.array(walls)
-    return World(segments, rasterise(segments, 8.0, 5.0))
+    return World(segments, rasterise(segments, 10.5, 5.0))
 
 
 @pytest.fixture(scope="session")

@@ -79,7 +79,7 @@ def test_wider_beliefs_keep_more_particles_within_the_limits() -> None:
     counts = []
     for spread in (0.01, 0.3, 1.0, 3.0):
         particles = np.array([5.0, 5.0, 0.0]) + rng.normal(size=(10_000, 3)) * (spread, spread, spread)
-        out = resampling.resample(particles, np.full(10_000, 1e-4), bins, params, rng)
+        out = resampling.resample(particles, np.full(10_000, 1e-4), bins, params, rng, 100)
         counts.append(len(out))
         assert np.all(bins.labels == -1)
     assert counts == sorted(counts) and counts[0] < 700 and counts[-1] == 8000

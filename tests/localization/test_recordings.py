@@ -11,6 +11,7 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
+import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -23,12 +24,12 @@ from chefbot.maths.se2 import SE2
 SHARED = Path(os.environ.get("CHEFBOT_SHARED", Path(__file__).parents[2].parent / "shared")) / "data/slam"
 RANGE = 30.0
 CELL = 0.05
-POOR_ODOMETRY = {
-    "rotation_noise_from_rotation": 0.2,
-    "rotation_noise_from_translation": 0.1,
-    "translation_noise_from_translation": 0.2,
-    "translation_noise_from_rotation": 0.1,
-}
+POOR_ODOMETRY = AmclParams(
+    rotation_noise_from_rotation=0.2,
+    rotation_noise_from_translation=0.1,
+    translation_noise_from_translation=0.2,
+    translation_noise_from_rotation=0.1,
+)
 pytestmark = [pytest.mark.slow, pytest.mark.data]
 
 
@@ -94,7 +95,7 @@ def localize(amcl: Amcl, r: Recording, scans: range) -> tuple[NDArray[np.float64
 
 
 def test_the_odd_scans_are_tracked_on_the_map_of_the_even_ones(recording: Recording) -> None:
-    amcl = Amcl(AmclParams(**POOR_ODOMETRY), recording.grid, SE2(0.0, 0.0, 0.0))
+    amcl = Amcl(POOR_ODOMETRY, recording.grid, SE2(0.0, 0.0, 0.0))
     amcl.set_pose(SE2.of(recording.reference[1]), 0.2, 0.1)
     errors, sure = localize(amcl, recording, range(1, len(recording.ranges), 2))
     ate = math.sqrt(float(np.mean(errors**2)))
@@ -106,7 +107,9 @@ def test_the_odd_scans_are_tracked_on_the_map_of_the_even_ones(recording: Record
 def test_it_is_found_from_anywhere(recording: Recording) -> None:
     starts = np.linspace(1, len(recording.ranges) - 60, 12).astype(int) // 2 * 2 + 1
     for start in starts:
-        amcl = Amcl(AmclParams(seed=int(start), **POOR_ODOMETRY), recording.grid, SE2(0.0, 0.0, 0.0))
+        amcl = Amcl(
+            msgspec.structs.replace(POOR_ODOMETRY, seed=int(start)), recording.grid, SE2(0.0, 0.0, 0.0)
+        )
         errors, sure = localize(amcl, recording, range(int(start), int(start) + 50, 2))
         assert errors[-5:].max() < 0.4, f"from scan {start}"
         assert sure[-1] and not (sure & (errors > 0.5)).any(), f"from scan {start}"

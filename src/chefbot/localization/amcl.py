@@ -114,7 +114,8 @@ class Amcl:
         self._belief.correct(beams)
         if self._doubt.begun or self._belief.is_narrow:
             self._doubt.see(math.exp(self._belief.score))
-        if self._doubt.share == 0.0:
+        leads = self._contest is not None and self._contest.leads
+        if self._doubt.share == 0.0 and not leads:
             self._contest = None
             return
         if self._contest is None or self._contest.lost:
@@ -162,6 +163,6 @@ class Amcl:
     def converged(self) -> bool:
         """Whether the robot may trust `pose`: one narrow cluster (see belief.CONVERGED_...), the map
         explains the scan, and no other pose explains the last scans better."""
-        challenged = self._contest is not None and self._contest.lead > 0.0
+        challenged = self._contest is not None and self._contest.leads
         explains = self._belief.explained >= CONVERGED_EXPLAINED
         return self._belief.is_narrow and explains and not challenged

@@ -18,9 +18,10 @@ from chefbot.maths.se2 import SE2
 STAGES = 6
 FINE_BEAMS = 180
 """Beams that refine the reported pose; more add nothing but time."""
+DOMINANT = 0.8
 ONE_HUMP = 1.0
-"""Metres: a cluster wider than this may hold several hypotheses."""
-CONVERGED_SHARE = 0.8
+"""A cluster of less weight or wider than so many metres means that there may be several hypotheses."""
+CONVERGED_SHARE = 0.9
 CONVERGED_SPREAD = 0.3
 CONVERGED_EXPLAINED = 0.5
 """A belief knows a pose when one cluster holds most of the weight, it is no wider than a doorway's half, and
@@ -98,22 +99,24 @@ class Belief:
         annealed particle filter does (Deutscher & Reid 2005). While there may be several hypotheses each
         scan gets one stage only, for then the map's faults could outweigh the difference between rooms.
         """
-        one_hump = self.cluster.share >= CONVERGED_SHARE and self.spread <= ONE_HUMP
+        one_hump = self.cluster.share >= DOMINANT and self.spread <= ONE_HUMP
         left = beams.trust(len(beams.coarse))
+        p = self._model.params
+        least = p.min_particles if one_hump else max(p.min_particles, p.max_particles // 4)
         for _ in range(STAGES if one_hump else 1):
-            left -= self._believe(beams.coarse, left)
+            left -= self._believe(beams.coarse, left, least)
             if left <= 0.0:
                 break
         self._gather()
         self._refine(beams)
 
-    def _believe(self, points: NDArray[np.float64], limit: float) -> float:
+    def _believe(self, points: NDArray[np.float64], limit: float, least: int) -> float:
         """One stage: weighs with an exponent up to `limit` and resamples; the exponent."""
         m = self._model
         scores = m.field.weigh(self.particles, points)
         exponent = tempering.exponent_for(scores, self.weights, limit, tempering.EFFECTIVE_SHARE)
         weights = tempering.weights_of(scores, self.weights, exponent)
-        self.particles = resampling.resample(self.particles, weights, m.bins, m.params, m.rng)
+        self.particles = resampling.resample(self.particles, weights, m.bins, m.params, m.rng, least)
         self.weights = np.full(len(self.particles), 1.0 / len(self.particles))
         if exponent < limit:
             share = min(1.0, 1.0 / float(np.sum(weights**2)) / len(self.particles))

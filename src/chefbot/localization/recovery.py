@@ -48,9 +48,9 @@ class Doubt:
         return max(0.0, 1.0 - CARELESSNESS * self.fast / self.slow)
 
 
-PROOF = 30
+PROOF = 20
 """Updates over which a challenger must have been one hump: what stands about one spot can fit elsewhere by
-chance, but not along three metres of way."""
+chance, but not along two metres of way or half a turn."""
 ODDS = 12.0
 """Logarithm of the odds against a given pose out of the hundred thousand that a challenger is chosen from."""
 
@@ -82,6 +82,11 @@ class Contest:
     def won(self) -> bool:
         """Whether the challenger should replace the holder."""
         return self._scans >= PROOF and self.lead > ODDS
+
+    @property
+    def leads(self) -> bool:
+        """Whether the challenger has explained the scans better so far."""
+        return self.lead > 0.0
 
     @property
     def lost(self) -> bool:

@@ -85,15 +85,16 @@ def resample(
     bins: PoseBins,
     params: AmclParams,
     rng: np.random.Generator,
+    least: int,
 ) -> NDArray[np.float64]:
-    """A new set (m, 3) of equally weighted particles drawn from particles (n, 3) with weights (n,) that sum
-    to 1.
+    """A new set (m, 3), m >= least, of equally weighted particles drawn from particles (n, 3) with weights
+    (n,) that sum to 1.
 
     How many is counted on draws in shuffled order as in the book's table 8.4; the set itself is drawn anew
     with a comb of exactly that many teeth, which keeps more of the variety than the independent draws would.
     """
-    most = max(params.min_particles, params.max_particles)
-    limits = (params.min_particles, most, params.pf_err, params.pf_z)
+    most = params.max_particles
+    limits = (least, most, params.pf_err, params.pf_z)
     draws = low_variance(weights, most, rng.random())
     n = _needed(particles, draws, _stride(most), limits, bins.corner, bins.shape, bins.labels)
     return particles[low_variance(weights, n, rng.random())]

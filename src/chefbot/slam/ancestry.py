@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 class Ancestry:
     """Poses of all particles at every processed scan, with each one's parent at the scan before.
 
-    Resampling lets most lines die out, so the particles of today share an ancestor a while ago. What lies before
-    is kept once, as the `trunk`: it cannot change any more, and memory does not grow with particles times time.
+    Resampling lets most lines die out, so the particles of today share an ancestor a while ago. What lies
+    before is kept once, as the `trunk`: it cannot change any more, and memory does not grow with particles
+    times time.
     """
 
     def __init__(self, particles: int) -> None:

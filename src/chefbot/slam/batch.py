@@ -32,7 +32,7 @@ def run_log(
 ) -> SlamResult:
     """Map a recording; `progress` is told the scans done and in all after each. UserError if it has no scan.
 
-    The laser's place on the robot is that of the first scan. The map frame is the robot's pose at the first scan.
+    The laser's place on the robot is that of the first scan, the map frame the robot's pose at that scan.
     """
     scans = [r for r in records if isinstance(r, CarmenScan)]
     if not scans:

@@ -39,8 +39,8 @@ def beams_of(
 ) -> Beams:
     """The useful beams of a scan: angles (n,) rad in the sensor's frame, ranges (n,) m.
 
-    REP-117: +inf means nothing was in reach, so the beam is free up to `clear_range`; NaN, -inf and ranges not
-    above 0 are no measurements and are left out. A return beyond `max_range` is free up to there.
+    REP-117: +inf means nothing was in reach, so the beam is free up to `clear_range`; NaN, -inf and ranges
+    not above 0 are no measurements and are left out. A return beyond `max_range` is free up to there.
     """
     ranges = np.asarray(ranges, np.float64)
     valid = ranges > 0.0

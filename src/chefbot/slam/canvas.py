@@ -8,9 +8,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
 from chefbot.mapping.grid import UNKNOWN, Grid
 from chefbot.slam.beams import Beams
+from chefbot.slam.extent import NOTHING, cells_of
 
 _GROWTH = 0.2
 """Share of its size by which a canvas grows beyond need, so that it seldom does."""
@@ -23,20 +23,19 @@ _CLAMP = 5.0
 class Canvas:
     """How many scans hit and how many crossed each cell.
 
-    A scan counts once for a cell, as a hit if any of its beams ended there: of the many beams that graze a wall
-    before they end in it, none shall erase it.
+    A scan counts once for a cell, as a hit if any of its beams ended there: of the many beams that graze a
+    wall before they end in it, none shall erase it.
     """
 
     def __init__(self, resolution: float, max_cells: int) -> None:
         self._resolution = resolution
         self._max_cells = max_cells
-        self._corner = np.zeros(2, np.int64)
+        self._extent = NOTHING
         self._hits = np.zeros((0, 0), np.uint16)
         self._misses = np.zeros((0, 0), np.uint16)
         self._touched = np.zeros((0, 0), np.int32)
         self._scans = 0
-        self._low = np.full(2, np.iinfo(np.int64).max)
-        self._high = np.full(2, np.iinfo(np.int64).min)
+        self._seen = NOTHING
 
     def copy(self) -> Canvas:
         """An independent canvas with the same scans."""
@@ -52,59 +51,37 @@ class Canvas:
         turn = np.array([[c, s], [-s, c]])
         ends = (beams.ends @ turn + pose[:2]) / self._resolution
         sensor = (beams.sensor @ turn + pose[:2]) / self._resolution
-        cells = np.floor(np.vstack([ends, sensor])).astype(np.int64)
+        cells = cells_of(np.vstack([ends, sensor]))
         self._cover(cells.min(axis=0), cells.max(axis=0))
         self._scans += 1
-        cells -= self._corner
+        cells -= self._extent.begin
         _draw(cells[:-1], beams.hit, cells[-1], self._hits, self._misses, self._touched, self._scans)
 
     def _cover(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
-        self._low = np.minimum(self._low, low)
-        self._high = np.maximum(self._high, high)
-        begin, end = self._corner, self._corner + self._hits.shape[::-1]
-        if self._hits.size and (self._low >= begin).all() and (self._high < end).all():
+        self._seen = self._seen.grown(low, high, np.zeros(2, np.int64))
+        if self._extent.holds(low, high):
             return
-        size = self._high - self._low + 1
-        spare = 16 + (_GROWTH * size).astype(np.int64)
-        new_begin = (
-            np.where(self._low < begin, self._low - spare, begin) if self._hits.size else self._low - spare
-        )
-        new_end = (
-            np.where(self._high >= end, self._high + spare, end) if self._hits.size else self._high + spare
-        )
-        width, height = (int(n) for n in new_end - new_begin)
-        if width * height > self._max_cells:
-            raise UserError(
-                f"the map would have to grow to {width} x {height} cells, more than the {self._max_cells} of max_cells: check odometry and scans, or use a coarser resolution"
-            )
-        column, row = (int(n) for n in begin - new_begin) if self._hits.size else (0, 0)
-        self._hits = _enlarged(self._hits, height, width, row, column)
-        self._misses = _enlarged(self._misses, height, width, row, column)
-        self._touched = _enlarged(self._touched, height, width, row, column)
-        self._corner = new_begin
+        spare = 16 + (_GROWTH * (self._seen.end - self._seen.begin)).astype(np.int64)
+        extent = self._extent.grown(low, high, spare).limited(self._max_cells)
+        self._hits = self._extent.moved(self._hits, extent)
+        self._misses = self._extent.moved(self._misses, extent)
+        self._touched = self._extent.moved(self._touched, extent)
+        self._extent = extent
 
     def grid(self) -> Grid:
         """Occupied share in percent of the cells seen, UNKNOWN elsewhere; bounded by what was drawn."""
         if not self._scans:
             return Grid(np.full((1, 1), UNKNOWN, np.int8), self._resolution, 0.0, 0.0)
-        column, row = self._low - self._corner
-        end_column, end_row = self._high - self._corner + 1
-        part = (slice(row, end_row), slice(column, end_column))
-        x, y = self._low * self._resolution
-        return Grid(_percent(self._hits[part], self._misses[part]), self._resolution, float(x), float(y))
-
-
-def _enlarged(
-    old: NDArray[np.generic], height: int, width: int, row: int, column: int
-) -> NDArray[np.generic]:
-    new = np.zeros((height, width), old.dtype)
-    new[row : row + old.shape[0], column : column + old.shape[1]] = old
-    return new
+        column, row = (int(n) for n in self._seen.begin - self._extent.begin)
+        height, width = self._seen.shape
+        part = (slice(row, row + height), slice(column, column + width))
+        x, y = (float(v) for v in self._seen.begin * self._resolution)
+        return Grid(_percent(self._hits[part], self._misses[part]), self._resolution, x, y)
 
 
 @njit(cache=True, nogil=True)
 def _percent(hits, misses):  # type: ignore[no-untyped-def]
-    """Log odds from the counts, as percent; they are clamped once, at the end, so the order of scans is no matter."""
+    """Log odds from the counts, as percent; clamped once, so that the order of scans does not matter."""
     out = np.empty(hits.shape, np.int8)
     for row in range(hits.shape[0]):
         for column in range(hits.shape[1]):

@@ -78,7 +78,7 @@ def _scan(words: list[str]) -> CarmenScan:
 
 
 def beam_angles(n: int) -> NDArray[np.float32]:
-    """Angles (n,) of a scan's beams: 180 degrees, with both ends for an odd number and without the last else."""
+    """Angles (n,) of a scan's beams: 180 degrees, both ends for an odd number, else without the last."""
     return (-math.pi / 2 + np.arange(n) * (math.pi / (n - n % 2))).astype(np.float32)
 
 

@@ -1,7 +1,7 @@
 """Grid maps with a Rao-Blackwellized particle filter.
 
-Grisetti, Stachniss, Burgard: Improved Techniques for Grid Mapping with Rao-Blackwellized Particle Filters, IEEE
-Transactions on Robotics 23 (1), 2007. Each particle is a path of the robot and the map that follows from it.
+Grisetti, Stachniss, Burgard: Improved Techniques for Grid Mapping with Rao-Blackwellized Particle Filters,
+IEEE Transactions on Robotics 23 (1), 2007. Each particle is a path of the robot and the map that follows from it.
 A particle is moved by odometry with noise and from there to the pose nearby that suits both its map
 and that odometry; its weight is multiplied by how well the scan fits there.
 """
@@ -18,13 +18,15 @@ from chefbot.mapping.grid import Grid
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.ancestry import Ancestry
-from chefbot.slam.beams import Beams, beams_of, reach, thinned
+from chefbot.slam.beams import Beams, beams_of, reach
 from chefbot.slam.canvas import Canvas
-from chefbot.slam.matching import match_all
+from chefbot.slam.level import Belief, Climb, Level
 from chefbot.slam.motion import Step, compose
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.resampling import effective_number, normalized, systematic
-from chefbot.slam.tiles import TileMaps
+
+_COARSE = 4.0
+"""Cells of the map along a cell of the coarse level."""
 
 
 class Gmapping:
@@ -40,7 +42,7 @@ class Gmapping:
         self._poses = np.tile(initial.array(), (params.particles, 1))
         self._log_weights = np.zeros(params.particles)
         self._fits = np.zeros(params.particles)
-        self._maps = TileMaps(params.particles, params.max_cells)
+        self._levels = _levels(params)
         self._ancestry = Ancestry(params.particles)
         self._drawn = Canvas(params.resolution, params.max_cells)
         self._undrawn: list[Beams] = []
@@ -51,10 +53,10 @@ class Gmapping:
     def update(
         self, angles: NDArray[np.float32], ranges: NDArray[np.float32], odom: SE2, range_max: float = math.inf
     ) -> bool:
-        """Take a scan: angles (n,) rad in the laser's frame, ranges (n,) m, odom: the robot in the odom frame.
+        """Take a scan: angles (n,) rad in the laser's frame, ranges (n,) m; odom: the robot in the odom frame.
 
-        +inf and ranges of at least `range_max` mean nothing was in reach; NaN, -inf and ranges not above 0 are no
-        measurement (REP-117). Returns whether the scan was used: one is after enough motion since the last.
+        +inf and ranges of at least `range_max` mean nothing was in reach; NaN, -inf and ranges not above 0
+        are no measurement (REP-117). Returns whether the scan was used: one is after enough motion.
         UserError if the odometry is not finite, the arrays differ in length, or the map would grow absurdly.
         """
         self._check(angles, ranges, odom)
@@ -87,74 +89,53 @@ class Gmapping:
         )
 
     def _process(self, beams: Beams, first: bool) -> None:
-        cells = thinned(beams.surfaces / np.float32(self._params.resolution), np.float32(0.5))
+        points = [level.points(beams.surfaces) for level in self._levels]
         if not first:
-            self._predict_and_match(cells, reach(beams))
-        else:
+            belief = self._predict()
             self._cover(reach(beams))
+            self._match(points, belief)
         self._undrawn.append(beams)
         if self.neff < self._params.resample_threshold * len(self._poses):
             self._resample()
         self._ancestry.append(self._poses)
-        self._register(cells)
+        self._cover(reach(beams))
+        for level, ends in zip(self._levels, points, strict=True):
+            level.add(ends, self._poses)
 
-    def _predict_and_match(self, cells: NDArray[np.float32], far: float) -> None:
-        """Move the particles by odometry with noise, then to where the scan fits, and weigh them.
-
-        The noise moves the centre of each particle's odometry; maximizing the posterior about a centre drawn at
-        random draws from it where the scan says nothing, and finds the scan's mode where it says much.
-        """
-        p = self._params
-        variance = self._step.variance(p)
+    def _predict(self) -> Belief:
+        """Move the particles by odometry with noise."""
+        variance = self._step.variance(self._params)
         noise = self._random.normal(size=self._poses.shape) * np.sqrt(variance)
         axes = self._poses[:, 2].copy()
         self._poses = compose(self._poses, self._step.motion.array() + noise)
-        self._cover(far)
-        local = self._to_cells(self._poses)
-        scale = np.array([p.resolution, p.resolution, 1.0])
-        steps = np.array([p.linear_step / p.resolution, p.angular_step, p.iterations])
-        sharpness = np.float32((p.resolution / p.sigma) ** 2)
-        beam_weight = min(p.cap, p.independent_beams / max(len(cells), 1))
-        fits = match_all(
-            cells, local, local.copy(), scale**2 / variance, axes, beam_weight, steps, sharpness,
-            self._maps.table, self._maps.mean_x, self._maps.mean_y,
-        )  # fmt: skip
-        self._poses = (local + self._corner()) * scale
-        self._log_weights += beam_weight * fits
+        return Belief(self._poses, variance, axes)
+
+    def _match(self, points: list[NDArray[np.float32]], belief: Belief) -> None:
+        """Move the particles to where scan and odometry suit best, and weigh them by how well the scan fits.
+
+        The noise moved the centre of what odometry says for each particle. Maximizing the posterior about a
+        centre drawn at random draws from it where the scan says nothing, and finds its mode where the scan
+        says much; so the proposal is that of the paper's section IV without its samples.
+        """
+        for level, ends in zip(self._levels, points, strict=True):
+            self._poses, fits = level.match(ends, self._poses, belief)
+        self._log_weights += fits
         self._fits += fits
 
-    def _corner(self) -> NDArray[np.float64]:
-        return np.array([*self._maps.corner, 0.0])
-
-    def _to_cells(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Poses (p, 3) with x, y in cells relative to the corner of the tables."""
-        r = self._params.resolution
-        return poses / np.array([r, r, 1.0]) - self._corner()
-
     def _cover(self, far: float) -> None:
-        """Let the maps reach as far as any particle sees, and as the matcher may move it."""
-        slack = far + 1.0
-        r = self._params.resolution
-        self._maps.cover(
-            (self._poses[:, :2].min(axis=0) - slack) / r, (self._poses[:, :2].max(axis=0) + slack) / r
-        )
+        for level in self._levels:
+            level.cover(self._poses, far)
 
     def _resample(self) -> None:
         parents = systematic(normalized(self._log_weights), self._random.random())
         self._poses = self._poses[parents]
         self._fits = self._fits[parents]
         self._log_weights = np.zeros(len(parents))
-        self._maps.resample(parents)
+        for level in self._levels:
+            level.maps.resample(parents)
         self._ancestry.resample(parents)
         for pose in self._ancestry.settle():
             self._drawn.draw(self._undrawn.pop(0), pose)
-
-    def _register(self, cells: NDArray[np.float32]) -> None:
-        """Add the scan to the map of each particle."""
-        for i, (x, y, yaw) in enumerate(self._to_cells(self._poses)):
-            c, s = math.cos(yaw), math.sin(yaw)
-            ends = cells.astype(np.float64) @ np.array([[c, s], [-s, c]]) + np.array([x, y])
-            self._maps.add(i, ends.astype(np.float32))
 
     @property
     def _best(self) -> int:
@@ -190,3 +171,15 @@ class Gmapping:
         for beams, pose in zip(self._undrawn, self._ancestry.branch(self._best), strict=True):
             canvas.draw(beams, pose)
         return canvas.grid()
+
+
+def _levels(p: GmappingParams) -> list[Level]:
+    """Coarse cells first: there the matcher finds its way back from where bad odometry put it."""
+    climbs = (
+        (_COARSE, Climb(_COARSE * p.resolution, 0.1, 3)),
+        (1.0, Climb(0.5 * p.resolution, 0.0125, p.iterations)),
+    )
+    return [
+        Level(p.particles, k * p.resolution, k * p.sigma, climb, p.independent_beams, p.max_cells)
+        for k, climb in climbs
+    ]

@@ -126,3 +126,15 @@ def match_all(  # type: ignore[no-untyped-def]
         poses[i] = best
         scores[i] = found
     return scores
+
+
+@njit(cache=True, nogil=True)
+def place_all(points, poses):  # type: ignore[no-untyped-def]
+    """points (n, 2) float32 seen from each pose (p, 3): (p, n, 2) float32."""
+    placed = np.empty((len(poses), len(points), 2), np.float32)
+    for i in range(len(poses)):
+        c, s = np.cos(poses[i, 2]), np.sin(poses[i, 2])
+        for j in range(len(points)):
+            placed[i, j, 0] = c * points[j, 0] - s * points[j, 1] + poses[i, 0]
+            placed[i, j, 1] = s * points[j, 0] + c * points[j, 1] + poses[i, 1]
+    return placed

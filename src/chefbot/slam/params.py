@@ -30,13 +30,9 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     sigma: Annotated[
         float, Meta(ge=0.005, le=1.0, description="spread of a beam's end about a mapped surface, m")
     ] = 0.05
-    linear_step: Annotated[float, Meta(gt=0.0, le=1.0, description="first step of the scan matcher, m")] = (
-        0.05
-    )
-    angular_step: Annotated[
-        float, Meta(gt=0.0, le=1.0, description="first step of the scan matcher, rad")
-    ] = 0.05
-    iterations: Annotated[int, Meta(ge=1, le=10, description="how often the matcher halves its steps")] = 5
+    iterations: Annotated[
+        int, Meta(ge=1, le=10, description="how often the matcher halves its last steps")
+    ] = 4
     srr: Annotated[
         float, Meta(ge=0.0, le=1.0, description="travel error due to travel, m per m (standard deviation)")
     ] = 0.1
@@ -53,7 +49,6 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     independent_beams: Annotated[
         float, Meta(ge=1.0, le=1000.0, description="a scan counts as at most so many independent beams")
     ] = 30.0
-    cap: float = 0.2
     resample_threshold: Annotated[
         float,
         Meta(ge=0.0, le=1.0, description="resample when fewer than this share of particles is effective"),

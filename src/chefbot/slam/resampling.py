@@ -18,7 +18,9 @@ def effective_number(weights: NDArray[np.float64]) -> float:
 
 
 def systematic(weights: NDArray[np.float64], offset: float) -> NDArray[np.int64]:
-    """Indices of the survivors, in order: each i floor(n w_i) or ceil(n w_i) times (Thrun et al. 2005, table 4.4).
+    """Indices of the survivors in order, each i floor(n w_i) or ceil(n w_i) times.
+
+    Thrun, Burgard, Fox: Probabilistic Robotics, 2005, table 4.4, with n = len(weights) draws.
 
     offset: one random number in [0, 1).
     """

@@ -13,11 +13,13 @@ Lengths are in cells here, relative to the table's corner, or to the corner of a
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
+from chefbot.slam.extent import NOTHING, cells_of
 
 SHIFT = 4
 SIDE = 1 << SHIFT
@@ -30,19 +32,21 @@ EMPTY = 0
 _MARGIN = 16
 """Tiles added around a table that must grow, so that it seldom does."""
 
+_T = TypeVar("_T", bound=np.generic)
+
 
 class TileMaps:
     """One map for each of `particles` particles; `max_cells` bounds the rectangle they cover."""
 
     def __init__(self, particles: int, max_cells: int) -> None:
         self.table: NDArray[np.int32] = np.zeros((particles, 0, 0), np.int32)
-        self.corner = np.zeros(2, np.int64)
-        """(x, y) of the table's corner in cells of the map frame; a multiple of `SIDE`."""
+        self._extent = NOTHING
+        """Of the tables, in tiles."""
         self._max_cells = max_cells
-        self.mean_x = np.full((256, AREA), FAR, np.float32)
-        self.mean_y = np.full((256, AREA), FAR, np.float32)
-        self.hits = np.zeros((256, AREA), np.int32)
-        self._references = np.zeros(256, np.int32)
+        self.mean_x: NDArray[np.float32] = np.full((256, AREA), FAR, np.float32)
+        self.mean_y: NDArray[np.float32] = np.full((256, AREA), FAR, np.float32)
+        self.hits: NDArray[np.int32] = np.zeros((256, AREA), np.int32)
+        self._references: NDArray[np.int32] = np.zeros(256, np.int32)
         self._free = np.arange(255, 0, -1, dtype=np.int32)
         self._free_count = np.array([255])
 
@@ -51,49 +55,26 @@ class TileMaps:
         """Tiles that hold cells, each counted once however many particles share it."""
         return len(self._references) - 1 - int(self._free_count[0])
 
+    @property
+    def corner(self) -> NDArray[np.int64]:
+        """(x, y) of the tables' corner in cells of the map frame."""
+        return self._extent.begin * SIDE
+
     def cover(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
-        """Let the tables reach from `low` to `high`, (x, y) in cells of the map frame.
+        """Let the tables reach from `low` to `high`, (x, y) in cells of the map frame, and a tile further.
 
-        UserError if that takes more cells than a map may have: no laser sees that far, so the input is wrong.
+        UserError if that takes more than `max_cells`.
         """
-        if not (np.abs(low).max() < 1e9 and np.abs(high).max() < 1e9):
-            raise UserError(
-                f"a pose or range puts the map {np.abs(high).max():.3g} cells away: check odometry and scan"
-            )
-        first = np.floor(low / SIDE).astype(np.int64) - 1
-        last = np.floor(high / SIDE).astype(np.int64) + 1
-        begin = self.corner // SIDE
-        end = begin + self.table.shape[:0:-1]
-        if self.table.size and (first >= begin).all() and (last < end).all():
+        first, last = cells_of(np.vstack([low, high])) // SIDE + np.array([[-1], [1]])
+        if self._extent.holds(first, last):
             return
-        self._grow(begin, end, first, last)
-
-    def _grow(
-        self,
-        begin: NDArray[np.int64],
-        end: NDArray[np.int64],
-        first: NDArray[np.int64],
-        last: NDArray[np.int64],
-    ) -> None:
-        if not self.table.size:
-            begin, end = first, last
-        new_begin = np.where(first < begin, first - _MARGIN, begin)
-        new_end = np.where(last >= end, last + 1 + _MARGIN, end)
-        width, height = (int(n) for n in new_end - new_begin)
-        if width * height * SIDE * SIDE > self._max_cells:
-            raise UserError(
-                f"the map would have to grow to {width * SIDE} x {height * SIDE} cells, more than the"
-                f" {self._max_cells} of max_cells: check odometry and scans, or use a coarser resolution"
-            )
-        table = np.zeros((len(self.table), height, width), np.int32)
-        if self.table.size:
-            column, row = (int(n) for n in begin - new_begin)
-            table[:, row : row + self.table.shape[1], column : column + self.table.shape[2]] = self.table
-        self.table = table
-        self.corner = new_begin * SIDE
+        extent = self._extent.grown(first, last, np.full(2, _MARGIN))
+        extent.times(SIDE).limited(self._max_cells)
+        self.table = self._extent.moved(self.table, extent)
+        self._extent = extent
 
     def add(self, particle: int, ends: NDArray[np.float32]) -> None:
-        """Mark the ends of beams, (n, 2) in cells relative to the table's corner; `cover` must have been called."""
+        """Mark the ends of beams, (n, 2) in cells relative to the table's corner; `cover` comes before."""
         done = 0
         while done < len(ends):
             done = _add(
@@ -126,7 +107,7 @@ class TileMaps:
         self._free_count[0] = len(free)
 
 
-def _lengthened(array: NDArray[np.generic], length: int) -> NDArray[np.generic]:
+def _lengthened(array: NDArray[_T], length: int) -> NDArray[_T]:
     longer = np.empty((length, *array.shape[1:]), array.dtype)
     longer[: len(array)] = array
     return longer

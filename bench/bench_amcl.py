@@ -112,21 +112,23 @@ def report(grid: Grid, n: int) -> None:
     pieces = parts(grid, params, n, repeats)
     whole, least = whole_update(grid, params, repeats)
     detail = " + ".join(f"{median:.3f}" for median, _ in pieces)
+    same = sum(median for median, _ in pieces)
     per_read = pieces[1][0] * 1e6 / n / BEAMS
     ros, beluga = PEERS_MS[n]
     print(
-        f"{n:7d} {whole:8.3f} ({least:8.3f}); {detail} | {per_read:5.2f} |"
-        f" {ros:7.2f} {ros / whole:6.1f}x | {beluga:6.2f} {beluga / whole:5.1f}x"
+        f"{n:7d} {whole:8.3f} ({least:8.3f}); {same:7.3f} = {detail} | {per_read:5.2f} |"
+        f" {ros:7.2f} {ros / whole:5.1f}x {ros / same:5.1f}x |"
+        f" {beluga:6.2f} {beluga / whole:5.1f}x {beluga / same:5.1f}x"
     )
 
 
 def main() -> None:
     grid = office(1000, 1)
     print(f"one core of {os.cpu_count()}; ms, median (min), {BEAMS} beams, map 1000 x 1000")
-    print(
-        "      N    total (min) = motion + weights + tempering + resampling + clusters | ns per particle*beam"
-    )
-    print("        | ROS 1 amcl, times ours | beluga native, times ours")
+    print("update: all of Amcl.update, with stages and refinement, which the peers do not have")
+    print("parts: what the peers' totals consist of")
+    print("      N   update (min);   parts = motion + weights + tempering + resampling + clusters")
+    print("        | weights, ns per particle*beam | ROS 1 amcl, over update, over parts | beluga, the same")
     for n in PEERS_MS:
         report(grid, n)
     print("field build, ms: peers at 1000 x 1000 amcl 217-235, beluga 127-135")

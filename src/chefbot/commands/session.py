@@ -37,9 +37,9 @@ def session(robot: Robot, seed: int, kind: str, speed: float, record: Path | Non
     try:
         yield system
     finally:
-        system.stop()
         if recorder is not None:
-            recorder.close()
+            recorder.close()  # before the nodes end: how they end is no part of what they did
+        system.stop()
 
 
 def start(system: System, launch: Launch) -> None:

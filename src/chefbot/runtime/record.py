@@ -46,7 +46,7 @@ class Recorder:
 
     def __call__(self, publication: Publication) -> None:
         """Write one publication; images only if asked for."""
-        if isinstance(publication.message, self._skip):
+        if self._file.closed or isinstance(publication.message, self._skip):
             return
         channel = self._channel(publication)
         self._counts[channel] = self._counts.get(channel, 0) + 1

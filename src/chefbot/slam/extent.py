@@ -56,7 +56,7 @@ class Extent:
         return self
 
     def moved(self, array: NDArray[_T], target: Extent) -> NDArray[_T]:
-        """The array (..., rows, columns) of this extent laid into zeros of the target's, which contains it."""
+        """The array (..., rows, columns) of this extent amid zeros of the target's, which holds it."""
         new = np.zeros((*array.shape[:-2], *target.shape), array.dtype)
         if self.cells:
             column, row = (int(n) for n in self.begin - target.begin)
@@ -76,7 +76,6 @@ FURTHEST = 1e8
 def cells_of(points: NDArray[np.float64]) -> NDArray[np.int64]:
     """The cells that hold the points (n, 2), given in cells. UserError where that is absurdly far away."""
     if not (np.abs(points) < FURTHEST).all():
-        raise UserError(
-            f"a beam ends {np.abs(points).max():.3g} cells from the origin: check odometry and scans"
-        )
+        far = np.abs(points).max()
+        raise UserError(f"a beam ends {far:.3g} cells from the origin: check odometry and scans")
     return np.floor(points).astype(np.int64)

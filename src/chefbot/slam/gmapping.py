@@ -1,9 +1,9 @@
 """Grid maps with a Rao-Blackwellized particle filter.
 
 Grisetti, Stachniss, Burgard: Improved Techniques for Grid Mapping with Rao-Blackwellized Particle Filters,
-IEEE Transactions on Robotics 23 (1), 2007. Each particle is a path of the robot and the map that follows from it.
-A particle is moved by odometry with noise and from there to the pose nearby that suits both its map
-and that odometry; its weight is multiplied by how well the scan fits there.
+IEEE Transactions on Robotics 23 (1), 2007. Each particle is a path of the robot and the map that follows
+from it. A particle is moved by odometry with noise and from there to the pose nearby that suits both its
+map and that odometry; its weight is multiplied by how well the scan fits there.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Gmapping:
     def update(
         self, angles: NDArray[np.float32], ranges: NDArray[np.float32], odom: SE2, range_max: float = math.inf
     ) -> bool:
-        """Take a scan: angles (n,) rad in the laser's frame, ranges (n,) m; odom: the robot in the odom frame.
+        """Take a scan: angles (n,) rad in the laser's frame, ranges (n,) m; odom: robot in the odom frame.
 
         +inf and ranges of at least `range_max` mean nothing was in reach; NaN, -inf and ranges not above 0
         are no measurement (REP-117). Returns whether the scan was used: one is after enough motion.

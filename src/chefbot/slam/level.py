@@ -39,7 +39,7 @@ class Belief:
 
 
 class Level:
-    """Maps of all particles with cells of `resolution` metres; `sigma` (m) blurs their surfaces for matching."""
+    """Maps of all particles: cells of `resolution` metres, surfaces blurred by `sigma` metres for matching."""
 
     def __init__(
         self, particles: int, resolution: float, sigma: float, climb: Climb, weight: float, max_cells: int
@@ -64,7 +64,7 @@ class Level:
     def match(
         self, points: NDArray[np.float32], poses: NDArray[np.float64], belief: Belief
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The poses (p, 3) near `poses` that suit scan and odometry best, and the log likelihoods (p,) there."""
+        """The poses (p, 3) near `poses` that suit scan and odometry best, and log likelihoods (p,) there."""
         c = self._climb
         weight = min(MOST, self._independent_beams / max(len(points), 1))
         local = self._local(poses)

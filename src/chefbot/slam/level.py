@@ -39,7 +39,7 @@ class Belief:
 
 
 class Level:
-    """Maps of all particles: cells of `resolution` metres, surfaces blurred by `sigma` metres for matching."""
+    """Maps of all particles: cells of `resolution` metres, surfaces blurred by `sigma` metres."""
 
     def __init__(
         self, particles: int, resolution: float, sigma: float, climb: Climb, weight: float, max_cells: int

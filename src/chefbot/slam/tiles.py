@@ -101,16 +101,27 @@ class TileMaps:
     def resample(self, parents: NDArray[np.int64]) -> None:
         """Particle i goes on with the map of particle `parents[i]`."""
         self.table = np.ascontiguousarray(self.table[parents])
-        self._references[:] = np.bincount(self.table.ravel(), minlength=len(self._references))
-        free = np.flatnonzero(self._references[1:] == 0)[::-1] + 1
-        self._free[: len(free)] = free
-        self._free_count[0] = len(free)
+        _count(self.table, self._references, self._free, self._free_count)
 
 
 def _lengthened(array: NDArray[_T], length: int) -> NDArray[_T]:
     longer = np.empty((length, *array.shape[1:]), array.dtype)
     longer[: len(array)] = array
     return longer
+
+
+@njit(cache=True, nogil=True)
+def _count(tables, references, free, free_count):  # type: ignore[no-untyped-def]
+    """Count anew how many maps use each tile, and list the tiles that none does."""
+    references[:] = 0
+    for tile in tables.flat:
+        references[tile] += 1
+    n = 0
+    for tile in range(len(references) - 1, EMPTY, -1):
+        if references[tile] == 0:
+            free[n] = tile
+            n += 1
+    free_count[0] = n
 
 
 @njit(cache=True, nogil=True)

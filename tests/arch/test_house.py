@@ -1,0 +1,95 @@
+"""The rules of the house that a program can check."""
+
+from __future__ import annotations
+
+import ast
+import statistics
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).parents[2] / "src" / "chefbot"
+FILES = sorted(SOURCE.rglob("*.py"))
+OUTER_RINGS = ("commands", "devices", "sim", "ui", "wire", "cli.py", "__main__.py")
+CLOCK = SOURCE / "runtime" / "clock.py"
+
+
+def inner_files() -> list[Path]:
+    """Rings 0 to 2, where neither the world's clock nor its chance exists."""
+    return [path for path in FILES if path.relative_to(SOURCE).parts[0] not in OUTER_RINGS]
+
+
+def functions() -> Iterator[tuple[str, int]]:
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+                lines = (node.end_lineno or node.lineno) - node.lineno + 1
+                yield f"{path.relative_to(SOURCE)}:{node.lineno} {node.name}", lines
+
+
+def called_names(path: Path) -> Iterator[tuple[int, str]]:
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Call):
+            yield node.lineno, ast.unparse(node.func)
+
+
+def test_files_stay_readable() -> None:
+    long = {
+        str(path.relative_to(SOURCE)): n for path in FILES if (n := len(path.read_text().splitlines())) > 400
+    }
+    assert long == {}
+
+
+def test_functions_stay_short() -> None:
+    lengths = dict(functions())
+    assert {name: n for name, n in lengths.items() if n > 60} == {}
+    assert statistics.median(lengths.values()) <= 10
+    assert sorted(lengths.values())[int(0.95 * len(lengths))] <= 50
+
+
+@pytest.mark.parametrize("path", inner_files(), ids=lambda path: str(path.relative_to(SOURCE)))
+def test_thought_has_no_clock_no_chance_and_no_voice(path: Path) -> None:
+    forbidden = (
+        "time.time",
+        "time.sleep",
+        "random.",
+        "np.random.seed",
+        "np.random.rand",
+        "np.random.normal",
+        "print",
+    )
+    found = [
+        (line, name)
+        for line, name in called_names(path)
+        if name == "print"
+        or any(name == word or name.startswith(word) for word in forbidden if word != "print")
+    ]
+    assert found == []
+    if path != CLOCK:
+        assert "import time\n" not in path.read_text()
+
+
+def test_every_module_says_what_it_is_for() -> None:
+    silent = [
+        str(path.relative_to(SOURCE)) for path in FILES if not ast.get_docstring(ast.parse(path.read_text()))
+    ]
+    assert silent == []
+
+
+def test_every_public_class_and_function_says_what_it_does() -> None:
+    silent = []
+    for path in FILES:
+        for node in ast.parse(path.read_text()).body:
+            public = isinstance(node, (ast.ClassDef, ast.FunctionDef)) and not node.name.startswith("_")
+            if public and not ast.get_docstring(node):
+                silent.append(f"{path.relative_to(SOURCE)}:{node.lineno} {node.name}")
+    assert silent == []
+
+
+def test_no_path_of_a_developer_and_no_unfinished_work() -> None:
+    words = ("TO" + "DO", "FIX" + "ME", "NotImplemented" + "Error", "/ro" + "ot/", "/wo" + "rk/")
+    found = [
+        f"{path.relative_to(SOURCE)}: {word}" for path in FILES for word in words if word in path.read_text()
+    ]
+    assert found == []

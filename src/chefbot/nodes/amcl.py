@@ -24,6 +24,7 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Empty, Header
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.nodes.sensing import trusted_range
 from chefbot.runtime.node import In, Node, Out, every, topic
 
 SHOWN_PARTICLES = 500
@@ -77,7 +78,8 @@ class AmclNode(Node):
         if self._amcl is None:
             self._amcl = self._make(self.tf.lookup("base_link", scan.header.frame_id))
         stamp = scan.header.stamp.ns
-        updated = self._amcl.update(scan.angles, scan.ranges, scan.range_max, odom)
+        reach = min(scan.range_max, trusted_range(self.robot, self._resolution))
+        updated = self._amcl.update(scan.angles, scan.ranges, reach, odom)
         transform = TransformStamped.of(stamp, "map", "odom", self._amcl.map_T_odom)
         self.tf_out.publish(TFMessage((transform,)))
         if updated:
@@ -88,6 +90,7 @@ class AmclNode(Node):
 
     def _make(self, sensor: SE2) -> Amcl:
         assert self.map.last is not None
+        self._resolution = self.map.last.grid.resolution
         seed = int(self.context.rng().integers(2**31)) + self.params.seed
         amcl = Amcl(msgspec.structs.replace(self.params, seed=seed), self.map.last.grid, sensor)
         if self._wish is not None:

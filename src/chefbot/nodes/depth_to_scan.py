@@ -24,7 +24,7 @@ OVERHEAD = 0.05
 class DepthParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Both conversions."""
 
-    scan: DepthToScanParams = DepthToScanParams(scan_height=10)
+    scan: DepthToScanParams = DepthToScanParams()
     obstacles: ObstacleScanParams = ObstacleScanParams()
 
 

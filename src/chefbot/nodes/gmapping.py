@@ -10,6 +10,7 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.nodes.sensing import trusted_range
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
@@ -36,11 +37,16 @@ class GmappingNode(Node):
     def _update(self, scan: LaserScan, odom: SE2) -> None:
         if self._slam is None:
             sensor = self.tf.lookup("base_link", scan.header.frame_id)
-            seed = int(self.context.rng().integers(2**31)) + self.params.seed
-            self._slam = Gmapping(msgspec.structs.replace(self.params, seed=seed), sensor)
+            self._slam = Gmapping(self._settings(), sensor)
         self._changed |= self._slam.update(scan.angles, scan.ranges, odom, scan.range_max)
         transform = TransformStamped.of(scan.header.stamp.ns, "map", "odom", self._slam.map_T_odom)
         self.tf_out.publish(TFMessage((transform,)))
+
+    def _settings(self) -> GmappingParams:
+        """The params, with this run's seed, and no walls drawn from ranges that the sensor does not know well."""
+        seed = int(self.context.rng().integers(2**31)) + self.params.seed
+        reach = min(self.params.max_range, trusted_range(self.robot, self.params.resolution))
+        return msgspec.structs.replace(self.params, seed=seed, max_range=reach)
 
     @every(hz=0.5)
     def publish_map(self) -> None:

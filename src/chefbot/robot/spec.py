@@ -161,6 +161,11 @@ class DepthCamera(Part, frozen=True, kw_only=True):
         """Pixels, square ones."""
         return self.width / 2.0 / math.tan(self.field_of_view / 2.0)
 
+    def range_with_noise(self, deviation: float) -> float:
+        """Metres up to which the standard deviation of a depth is at most `deviation` metres."""
+        wanted = math.sqrt(deviation / self.noise) if self.noise > 0.0 else math.inf
+        return min(self.range_max, wanted)
+
 
 class Lidar(Part, frozen=True, kw_only=True):
     """A scanner that turns in the plane."""

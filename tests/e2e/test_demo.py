@@ -1,0 +1,64 @@
+"""The main job, as a user starts it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from chefbot.runtime.replay import read_log
+
+
+def chefbot(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "chefbot", *arguments]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+
+
+def demo(cwd: Path, out: str, *arguments: str) -> dict[str, Any]:
+    run = chefbot("demo", "--headless", "--out", out, *arguments, cwd=cwd)
+    assert run.returncode == 0, run.stdout + run.stderr
+    return json.loads((cwd / out / "summary.json").read_text())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ["chefbot", "chefbot_lidar"])
+def test_in_the_room_it_maps_forgets_finds_itself_delivers_and_comes_home(tmp_path: Path, robot: str) -> None:
+    summary = demo(tmp_path, "run", "--world", "room", "--robot", robot, "--seed", "2")
+    assert summary["success"]
+    assert summary["deliveries_done"] == 1
+    assert summary["collisions"] == 0
+    assert summary["explored_fraction"] > 0.95
+    assert summary["localization_error_m"]["median"] < (0.04 if robot == "chefbot_lidar" else 0.08)
+    for name in ("map.yaml", "map.pgm", "map.places.yaml", "report.html", "map_and_plan.png", "run.mcap"):
+        assert (tmp_path / "run" / name).stat().st_size > 0
+
+    replay = chefbot("replay", "run/run.mcap", "--check", cwd=tmp_path)
+    assert replay.returncode == 0, replay.stdout + replay.stderr
+
+
+@pytest.mark.slow
+def test_the_same_seed_gives_the_same_run_to_the_byte(tmp_path: Path) -> None:
+    arguments = ("--world", "room", "--robot", "chefbot", "--seed", "5")
+    logs = []
+    for name in ("a", "b"):
+        demo(tmp_path, name, *arguments)
+        messages = read_log(tmp_path / name / "run.mcap").messages
+        logs.append([one for one in messages if one.topic != "chefbot/launch"])  # it names the folder
+    assert len(logs[0]) > 1000
+    assert logs[0] == logs[1]
+
+
+@pytest.mark.slow
+def test_in_the_hotel_it_carries_food_to_three_tables(tmp_path: Path) -> None:
+    summary = demo(tmp_path, "run", "--world", "hotel", "--robot", "chefbot_lidar", "--seed", "1")
+    assert summary["success"]
+    assert summary["deliveries_done"] == 3
+    assert summary["collisions"] == 0
+    assert summary["explored_fraction"] > 0.95
+    assert summary["map_precision"] > 0.95
+    assert summary["localization_error_m"]["median"] <= 0.04
+    assert (tmp_path / "run" / "run.mcap").stat().st_size < 200_000_000

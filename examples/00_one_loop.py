@@ -1,0 +1,76 @@
+"""The whole robot in one loop, without nodes and messages: `python examples/00_one_loop.py [map.png]`."""
+
+import sys
+from pathlib import Path
+
+from chefbot.control.controller import Status
+from chefbot.control.dwa import Dwa
+from chefbot.control.kinematics import wheel_speeds
+from chefbot.control.limiter import Limiter
+from chefbot.control.limits import Limits
+from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.exploration.explorer import Explorer
+from chefbot.maths.se2 import IDENTITY as HOME
+from chefbot.odometry.gyro_ekf import GyroEkf
+from chefbot.planning.grid_planner import GridPlanner
+from chefbot.robot.load import load_robot
+from chefbot.runtime.files import map_png, write_atomic
+from chefbot.sim.board import Board
+from chefbot.sim.rays import lidar_angles
+from chefbot.sim.simulation import Simulation
+from chefbot.sim.world import load_world
+from chefbot.slam.gmapping import Gmapping
+from chefbot.slam.params import GmappingParams
+
+TICK, SCAN, PLAN, LOOK = 0.02, 5, 50, 350  # seconds; ticks for a scan, for a plan, for a look around
+
+robot, world = load_robot("chefbot_lidar"), load_world("room")
+lidar, limits = robot.sensors.lidar, Limits.of(robot)
+assert lidar is not None
+angles, mount = lidar_angles(lidar), lidar.mount.planar
+
+sim = Simulation(robot, world, profile="real", seed=1)
+board = Board(robot, sim)  # holds the wheels' speeds, and stops by itself when nobody commands
+odometry = GyroEkf(robot)
+slam = Gmapping(GmappingParams(seed=1), sensor=mount)
+costs = LayeredCostmap(CostmapParams(), robot.footprint_radius)
+explorer, planner = Explorer(robot.footprint_radius), GridPlanner()
+controller, limiter = Dwa(limits), Limiter(limits)
+
+goal, status, twist, way, tick = None, Status.NO_PATH, (0.0, 0.0), 0.0, 0
+while True:
+    tick += 1
+    board.run_until(round(tick * TICK * 1e9))  # the world goes on
+    odom = odometry.update(*sim.wheel_ticks(), sim.imu()[0][2], TICK)
+    way += abs(odom.v) * TICK
+    if tick % SCAN:
+        continue
+
+    ranges = sim.lidar()
+    if slam.update(angles, ranges, odom.pose):
+        costs.set_static(slam.map())
+    costs.mark_and_clear("lidar", slam.pose @ mount, angles, ranges)
+    costmap = costs.update()
+
+    if tick > LOOK and (tick % PLAN == 0 or status is not Status.RUNNING):
+        grid = slam.map()
+        if goal and status is Status.REACHED and explorer.still_there(grid, goal):
+            explorer.fruitless(goal)  # it has been there, and still sees nothing
+        if not goal or status is Status.REACHED or not explorer.still_there(grid, goal):
+            goal = explorer.decide(grid, planner.potential(costmap, slam.pose), slam.pose).goal
+        if not goal and slam.pose.distance(HOME) < 0.1:
+            break  # nothing left to see, and at home again
+        controller.set_path(planner.plan(costmap, slam.pose, goal.pose if goal else HOME))
+
+    v, w, status = controller.command(slam.pose, twist, costmap)
+    twist = limiter.step(v, w if tick > LOOK else limits.turn, age=0.0, dt=SCAN * TICK)
+    left, right = wheel_speeds(*twist, robot)
+    board.command(left * robot.wheel_radius, right * robot.wheel_radius)
+
+picture = Path(sys.argv[1] if len(sys.argv) > 1 else "one_loop_map.png")
+write_atomic(picture, map_png(grid))
+off = slam.pose.distance(world.start.between(sim.truth().pose))
+print(f"drove {way:.1f} m in {tick * TICK:.0f} s and touched {sim.collisions().episodes} things")
+print(f"mapped {grid.width * grid.resolution:.1f} x {grid.height * grid.resolution:.1f} m: {picture}")
+print(f"is at home, {1000 * off:.0f} mm from where it thinks it is")

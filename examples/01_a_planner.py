@@ -1,0 +1,128 @@
+"""A planner of one's own: a class, named in a launch file, that drives the simulated robot.
+
+    python examples/01_a_planner.py [run.mcap]
+    PYTHONPATH=examples chefbot launch examples/01_a_planner.yaml world:=room
+
+The planner is Latombe's NF1 (Robot Motion Planning, 1991, 7.2): a wave runs from the goal over the free
+cells, each cell notes when it came, and the path walks down those numbers. It knows no costs, so it passes
+obstacles as near as the robot fits; the built-in planner keeps away where there is room.
+"""
+
+import sys
+from collections import deque
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.se2 import SE2
+from chefbot.planning.params import PlannerParams
+from chefbot.planning.planner import INSCRIBED, Costs, Failure, PlanningError
+
+STEPS = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
+STRIDE = 4  # cells between two poses of the path: fewer would only draw the staircase
+Cell = tuple[int, int]
+
+
+class Wavefront:
+    """See chefbot.planning.planner.Planner: what a planner takes, gives and raises."""
+
+    def __init__(self, settings: PlannerParams) -> None:
+        """The node hands over its `settings`; this planner has no use for them."""
+
+    def plan(self, costmap: Costs, start: SE2, goal: SE2) -> NDArray[np.float64]:
+        """Poses (n, 3) from start to goal."""
+        free = costmap.cells < INSCRIBED
+        a, b = cell_of(costmap, start), cell_of(costmap, goal)
+        for cell, pose, failure in (
+            (a, start, Failure.START_OUTSIDE_MAP),
+            (b, goal, Failure.GOAL_OUTSIDE_MAP),
+        ):
+            if not (0 <= cell[0] < free.shape[0] and 0 <= cell[1] < free.shape[1]):
+                raise PlanningError(failure, pose)
+        free[a] = True  # the robot is where it is
+        if not free[b]:
+            raise PlanningError(Failure.GOAL_OCCUPIED, goal)
+        cells = walk_down(wave(free, b, a), a)
+        if not cells:
+            raise PlanningError(Failure.NO_VALID_PATH, goal)
+        inner = np.array(cells[STRIDE:-STRIDE:STRIDE]).reshape(-1, 2)[:, ::-1]
+        middles = (inner + 0.5) * costmap.resolution + (costmap.origin_x, costmap.origin_y)
+        points = np.vstack([[start[:2]], middles, [goal[:2]]])
+        ahead = np.diff(points, axis=0)
+        return np.column_stack([points, np.append(np.arctan2(ahead[:, 1], ahead[:, 0]), goal.yaw)])
+
+
+def cell_of(costmap: Costs, pose: SE2) -> Cell:
+    """(row, column)."""
+    return (
+        int((pose.y - costmap.origin_y) // costmap.resolution),
+        int((pose.x - costmap.origin_x) // costmap.resolution),
+    )
+
+
+def wave(free: NDArray[np.bool_], source: Cell, until: Cell) -> NDArray[np.int32]:
+    """When the wave from `source` comes to each cell, -1 where it has not come when it reaches `until`."""
+    came = np.full(free.shape, -1, np.int32)
+    came[source] = 0
+    front = deque([source])
+    while front and came[until] < 0:
+        row, column = front.popleft()
+        for cell in neighbours(row, column, free.shape):
+            if free[cell] and came[cell] < 0:
+                came[cell] = came[row, column] + 1
+                front.append(cell)
+    return came
+
+
+def walk_down(came: NDArray[np.int32], start: Cell) -> list[Cell]:
+    """The cells from `start` to where the wave began; empty if it never came."""
+    if came[start] < 0:
+        return []
+    cells = [start]
+    while came[cells[-1]] > 0:
+        below = [c for c in neighbours(*cells[-1], came.shape) if came[c] == came[cells[-1]] - 1]
+        cells.append(below[0])  # straight steps come first in STEPS
+    return cells
+
+
+def neighbours(row: int, column: int, shape: tuple[int, ...]) -> list[Cell]:
+    """The cells round one, as far as they lie on the map."""
+    around = [(row + r, column + c) for r, c in STEPS]
+    return [(r, c) for r, c in around if 0 <= r < shape[0] and 0 <= c < shape[1]]
+
+
+def main() -> None:
+    """Let the robot explore the room with it, as fast as the processor allows."""
+    from chefbot.commands.session import session, start
+    from chefbot.msgs.chefbot_msgs import Collision, ExplorationStatus
+    from chefbot.msgs.nav_msgs import Path as PathMessage
+    from chefbot.robot.load import load_robot
+    from chefbot.runtime.launch import load_launch
+    from chefbot.runtime.loop import Publication
+
+    paths, touched, status = [0], [0], [ExplorationStatus()]
+
+    def look(publication: Publication) -> None:
+        """See every message, as a recorder does."""
+        message = publication.message
+        paths[0] += isinstance(message, PathMessage)
+        touched[0] += isinstance(message, Collision)
+        if isinstance(message, ExplorationStatus):
+            status[0] = message
+
+    launch = load_launch(
+        str(Path(__file__).with_suffix(".yaml")), {"world": "room", "headless": "true", "pictures": "0"}
+    )
+    record = Path(sys.argv[1]) if len(sys.argv) > 1 else None
+    with session(load_robot("chefbot_lidar"), 1, launch.clock, 0.0, record) as system:
+        system.loop.tap(look)
+        start(system, launch)
+        system.loop.run(until_ns=300_000_000_000, until=lambda: status[0].done)
+        planner = type(system.nodes["planner"]._planner).__name__  # type: ignore[attr-defined]
+    print(f"planner: {planner}, {paths[0]} paths")
+    print(f"{system.loop.now_ns / 1e9:.0f} s: {status[0].sentence} Touched {touched[0]} things.")
+
+
+if __name__ == "__main__":
+    main()

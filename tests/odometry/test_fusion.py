@@ -48,7 +48,7 @@ def test_certainty_of_wheels_is_calibrated(metres, diameter, slip):
 def test_certainty_with_gyro_is_calibrated():
     """The simulated bias does not walk as the filter allows for, so it may be somewhat too modest."""
     commands = hotel_round(metres=8.0)
-    faults = Faults(gyro_gain=0.01)
+    faults = Faults(gyro_gain=0.003)
     mean = np.mean([nees(*run(seed, commands, faults, True)[1:]) for seed in range(60)])
     assert 1.5 < mean < 3.0 + 4.0 * math.sqrt(6.0 / 60)
 
@@ -57,7 +57,7 @@ def test_a_gyro_makes_the_heading_several_times_better():
     commands = hotel_round(metres=20.0)
     yaw = {}
     for with_gyro in (False, True):
-        results = [run(seed, commands, Faults(gyro_gain=0.01), with_gyro) for seed in range(8)]
+        results = [run(seed, commands, Faults(gyro_gain=0.003), with_gyro) for seed in range(8)]
         yaw[with_gyro] = np.sqrt(np.mean([error(truth, est.pose)[2] ** 2 for _, truth, est in results]))
     assert yaw[True] < yaw[False] / 5.0
 

@@ -68,6 +68,7 @@ class ExplorerNode(Node):
         self._explorer = Explorer(self.robot.footprint_radius, self._field_of_view(), self.params.explorer)
         self._planner = GridPlanner(self.params.planner)
         self._new_map: Future[None] = Future()
+        self._turn = -2.0 * math.pi
         self._task: Task[None] = self.spawn(self._explore())
 
     def _field_of_view(self) -> float:
@@ -110,7 +111,9 @@ class ExplorerNode(Node):
             raise
 
     async def _look_around(self) -> None:
-        await self.spin.call(Spin_Goal(2.0 * math.pi, Duration.of(30.0)))
+        """Once left, once right about, so that a turn's error of scale is taken back by the next."""
+        self._turn = -self._turn
+        await self.spin.call(Spin_Goal(self._turn, Duration.of(30.0)))
 
     async def _visit(self, goal: Goal) -> None:
         """Go and look; turn to a better goal as soon as this one has shown itself on the way."""

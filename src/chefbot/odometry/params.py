@@ -27,7 +27,7 @@ class OdometryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     ] = 0.005
     gyro_gain_error: Annotated[
         float, Meta(ge=0, le=0.1, description="error of the gyro's sensitivity, as a share of it (no unit)")
-    ] = 0.01
+    ] = 0.003
     gyro_bias_walk: Annotated[
         float, Meta(ge=0, le=0.01, description="how far the gyro's offset wanders in a second, rad/s")
     ] = 2e-5

@@ -16,6 +16,8 @@ SMALLEST_ERROR, LARGEST_ERROR = 0.002, 0.005
 """Share by which the wheels' mean diameter and the track differ from the drawing, and the wheels from each
 other: the three errors that UMBmark sets out to find (Borenstein & Feng, Measurement and correction of
 systematic odometry errors in mobile robots, 1996)."""
+GYRO_GAIN_ERROR = 0.003
+"""Share by which a calibrated gyro's sensitivity is off at most."""
 LEAST_GRIP = 0.75  # of the tyre's friction, on the worst floor
 GRIP_RIPPLE = 0.1  # of the friction, from place to place
 GRIP_WAVES = 3

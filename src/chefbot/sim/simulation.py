@@ -21,7 +21,7 @@ from chefbot.sim.doors import MovingDoor
 from chefbot.sim.furniture import PERSON_RADIUS, person_shapes
 from chefbot.sim.people import Disc, disc, place_people
 from chefbot.sim.rays import ULTRASONIC_NOISE, RayCaster, cone_rays, lidar_rays, mount_rotation, within
-from chefbot.sim.realism import Profile, draw_as_built, draw_grip
+from chefbot.sim.realism import GYRO_GAIN_ERROR, Profile, draw_as_built, draw_grip
 from chefbot.sim.shapes import Shape, ShapeArrays, box, clearance, joined, shape_arrays
 from chefbot.sim.world import World
 from chefbot.sim.world_mjcf import Mover, world_mjcf
@@ -126,6 +126,7 @@ class Simulation:
         reading: NDArray[np.float64] = self._data.sensordata.copy()
         if self.profile == "real":
             imu, rng = self.robot.sensors.imu, self._noise["imu"]
+            reading[:3] *= self._gyro_gain
             reading[:3] += self._gyro_bias + imu.gyro_noise * rng.standard_normal(3)
             reading[3:] += imu.accelerometer_noise * rng.standard_normal(3)
         return reading[:3], reading[3:]
@@ -245,6 +246,7 @@ class Simulation:
         self._lidar: RayCaster | None
         self._ultrasonic: RayCaster | None
         self._gyro_bias = sensors.imu.gyro_bias * rng.standard_normal(3)
+        self._gyro_gain = 1.0 + rng.uniform(-GYRO_GAIN_ERROR, GYRO_GAIN_ERROR)
         lidar, ranger = sensors.lidar, sensors.ultrasonic
         self._lidar = self._ultrasonic = None
         if lidar is not None:

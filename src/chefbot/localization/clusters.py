@@ -38,7 +38,7 @@ def _connect(
         stack[0], depth = start, 1
         while depth > 0:
             depth -= 1
-            depth = _spread(stack, depth, component, found, occupied, shape, labels)
+            depth = _spread(stack, depth, component, occupied, shape, labels)
         found += 1
     return component
 
@@ -48,13 +48,12 @@ def _spread(
     stack: NDArray[np.int32],
     depth: int,
     component: NDArray[np.int32],
-    number: int,
     occupied: NDArray[np.int32],
     shape: tuple[int, int, int],
     labels: NDArray[np.int32],
 ) -> int:
     """Puts the unseen neighbours of stack[depth] on the stack; its new depth."""
-    at = occupied[stack[depth]]
+    at, number = occupied[stack[depth]], component[stack[depth]]
     turn, cell = at % BIN_YAWS, at // BIN_YAWS
     row, col = cell // shape[1], cell % shape[1]
     for r in range(max(row - 1, 0), min(row + 2, shape[0])):
@@ -83,12 +82,14 @@ def _moments(
             sums[2] += w * math.cos(yaw)
             sums[3] += w * math.sin(yaw)
             sums[4] += w
-    mean = np.array([sums[0] / sums[4], sums[1] / sums[4], math.atan2(sums[3], sums[2])])
+    mean = np.empty(3)
+    mean[0], mean[1], mean[2] = sums[0] / sums[4], sums[1] / sums[4], math.atan2(sums[3], sums[2])
     covariance = np.zeros((3, 3))
     off = np.empty(3)
     for i in range(particles.shape[0]):
         if members[i]:
-            off[:] = particles[i] - mean
+            for a in range(3):
+                off[a] = particles[i, a] - mean[a]
             off[2] -= 2.0 * math.pi * round(off[2] / (2.0 * math.pi))
             for a in range(3):
                 for b in range(3):

@@ -70,6 +70,35 @@ def _normal_equations(
 
 
 @njit(cache=True, nogil=True)
+def _times(A: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A x for three unknowns."""
+    out = np.empty(3)
+    for i in range(3):
+        out[i] = A[i, 0] * x[0] + A[i, 1] * x[1] + A[i, 2] * x[2]
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _solve(A: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """x (3,) of A x = b for a positive definite A (3, 3), by Cholesky; LAPACK's takes seconds to compile."""
+    L, x = np.zeros((3, 3)), b.copy()
+    for i in range(3):
+        for j in range(i + 1):
+            rest = A[i, j]
+            for k in range(j):
+                rest -= L[i, k] * L[j, k]
+            L[i, j] = math.sqrt(rest) if i == j else rest / L[j, j]
+        for k in range(i):
+            x[i] -= L[i, k] * x[k]
+        x[i] /= L[i, i]
+    for i in range(2, -1, -1):
+        for k in range(i + 1, 3):
+            x[i] -= L[k, i] * x[k]
+        x[i] /= L[i, i]
+    return x
+
+
+@njit(cache=True, nogil=True)
 def _gauss_newton(
     start: NDArray[np.float64],
     information: NDArray[np.float64],
@@ -85,14 +114,14 @@ def _gauss_newton(
     for _ in range(ITERATIONS):
         H, g, cost = _normal_equations(pose, points, field, frame, sigma)
         off = pose - start
-        pull = np.array([np.sum(information[a] * off) for a in range(3)])
-        total = precision * cost + np.sum(off * pull)
+        pull = _times(information, off)
+        total = precision * cost + off[0] * pull[0] + off[1] * pull[1] + off[2] * pull[2]
         if total >= least:
             break
         best, least = pose, total
-        step = np.linalg.solve(precision * H + information, precision * g + pull)
+        step = _solve(precision * H + information, precision * g + pull)
         pose = pose - step
-        if np.abs(step).max() < ENOUGH:
+        if max(abs(step[0]), abs(step[1]), abs(step[2])) < ENOUGH:
             break
     return best
 

@@ -62,7 +62,9 @@ def weights_of(
     scores: NDArray[np.float64], prior: NDArray[np.float64], exponent: float
 ) -> NDArray[np.float64]:
     """prior * exp(exponent * scores), summing to one."""
-    best = scores.max()
+    best = -np.inf
+    for i in range(scores.size):
+        best = max(best, scores[i])
     out = np.empty(scores.size)
     total = 0.0
     for i in range(scores.size):

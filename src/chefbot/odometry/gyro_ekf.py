@@ -31,24 +31,31 @@ IMPOSSIBLE_TURNS = 3.0
 
 @njit(cache=True, nogil=True)
 def _innovation(state: Array, covariance: Array, angle: float, dt: float) -> tuple[float, float, Array]:
-    """How far the gyro's angle is from the expected one, the variance of that, and P H^T (n,).
+    """How far the gyro's angle is from the expected one, the variance H P H^T of that, and P H^T (n,).
 
-    Expected: (1 + gain error) * turn + bias * dt; the gyro's own noise is not in the variance yet.
+    Expected: (1 + gain error) * turn + bias * dt, with the derivative H by turn, bias and gain error; the
+    gyro's own noise is not in the variance yet.
     """
-    H = np.zeros(state.size)
-    H[TURN], H[BIAS], H[GAIN] = 1.0 + state[GAIN], dt, state[TURN]
-    spread = covariance @ H
-    expected = (1.0 + state[GAIN]) * state[TURN] + state[BIAS] * dt
-    return angle - expected, float(H @ spread), spread
+    by_turn = 1.0 + state[GAIN]
+    spread = np.empty(state.size)
+    for i in range(state.size):
+        row = covariance[i]
+        spread[i] = row[TURN] * by_turn + row[BIAS] * dt + row[GAIN] * state[TURN]
+    variance = by_turn * spread[TURN] + dt * spread[BIAS] + state[TURN] * spread[GAIN]
+    return angle - by_turn * state[TURN] - state[BIAS] * dt, variance, spread
 
 
 @njit(cache=True, nogil=True)
 def _correct(state: Array, covariance: Array, angle: float, dt: float, noise: float) -> tuple[Array, Array]:
     """State and covariance after the gyro's angle with variance `noise`, rad^2."""
     error, variance, spread = _innovation(state, covariance, angle, dt)
-    gain = spread / (variance + noise)
-    corrected = covariance - np.outer(gain, spread)
-    return state + gain * error, 0.5 * (corrected + corrected.T)
+    corrected, certain = state.copy(), covariance.copy()
+    for i in range(state.size):
+        gain = spread[i] / (variance + noise)
+        corrected[i] += gain * error
+        for j in range(state.size):
+            certain[i, j] = 0.5 * (covariance[i, j] + covariance[j, i]) - gain * spread[j]
+    return corrected, certain
 
 
 class GyroEkf:

@@ -1,0 +1,152 @@
+"""What the pictures are drawn from and with: runs of the demo, and grids, costs and robots on axes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from numpy.typing import NDArray
+
+from chefbot.control.controller import INSCRIBED
+from chefbot.costmap.values import Costmap
+from chefbot.mapping.grid import Grid
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.nav_msgs import Odometry
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.runtime.replay import Log, read_log
+
+PICTURES = Path(__file__).parent / "pictures"
+SEED = 1
+BLUE, ORANGE, GREEN, RED, GREY = "#1f6feb", "#e8710a", "#1a7f37", "#cf222e", "0.82"
+LARGEST = 150_000
+M = TypeVar("M")
+
+
+# -- runs
+
+
+@cache
+def run(robot: str) -> Path:
+    """The folder of a demo in the hotel with this robot."""
+    runs = Path(sys.argv[1] if len(sys.argv) > 1 else "runs/pictures")
+    folder = runs / robot
+    if not (folder / "summary.json").exists():
+        command = [sys.executable, "-m", "chefbot", "demo", "--headless", "--seed", str(SEED)]
+        subprocess.run([*command, "--robot", robot, "--out", str(folder)], check=True)
+    return folder
+
+
+@cache
+def log_of(robot: str) -> Log:
+    """The log of that demo."""
+    return read_log(run(robot) / "run.mcap")
+
+
+def said(robot: str, topic: str, kind: type[M]) -> list[tuple[float, M]]:
+    """(seconds, message) of everything on a topic."""
+    decode: Callable[[bytes], M] = kind.from_cdr  # type: ignore[attr-defined]
+    return [(m.time_ns / 1e9, decode(m.data)) for m in log_of(robot).messages if m.topic == topic]
+
+
+def truth(robot: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Times (n,) and true poses (n, 3) in the map frame."""
+    odometry = said(robot, "ground_truth", Odometry)
+    return np.array([t for t, _ in odometry]), np.array([m.pose.pose.se2 for _, m in odometry])
+
+
+def second_launch(robot: str) -> float:
+    """When everything was forgotten, s."""
+    launches = [m.time_ns / 1e9 for m in log_of(robot).messages if m.topic == "chefbot/launch"]
+    return launches[1]
+
+
+def scans_with_odometry(robot: str, begin: float, end: float) -> list[tuple[float, LaserScan, SE2]]:
+    """Scans between two times with the odometry nearest to each."""
+    odometry = [(m.header.stamp.ns / 1e9, m.pose.pose.se2) for _, m in said(robot, "odom", Odometry)]
+    times = np.array([t for t, _ in odometry])
+    found = []
+    for _, scan in said(robot, "scan", LaserScan):
+        stamp = scan.header.stamp.ns / 1e9
+        if begin <= stamp < end:
+            found.append((stamp, scan, odometry[int(np.argmin(np.abs(times - stamp)))][1]))
+    return found
+
+
+# -- drawing
+
+
+def canvas(columns: int, width: float, height: float, rows: int = 1) -> tuple[Figure, Any]:
+    """An empty figure and its axes."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, figure.subplots(rows, columns)
+
+
+def write(figure: Figure, name: str, dpi: int = 100) -> None:
+    """As PNG; a size above 150 kB is a fault."""
+    path = PICTURES / f"{name}.png"
+    figure.set_dpi(dpi)
+    FigureCanvasAgg(figure).print_png(path)
+    size = path.stat().st_size
+    sys.stdout.write(f"{path.name}: {size / 1000:.0f} kB\n")
+    assert size < LARGEST, f"{path} is too large"
+
+
+def draw_grid(axes: Any, grid: Grid, title: str = "") -> None:
+    """Dark is occupied, white free, grey unknown; metres."""
+    shade = np.where(grid.cells < 0, 0.82, 1.0 - 0.88 * grid.cells / 100.0)
+    axes.imshow(
+        shade, cmap="gray", vmin=0, vmax=1, origin="lower", extent=extent(grid), interpolation="nearest"
+    )
+    axes.set_facecolor(GREY)
+    bare(axes, title)
+
+
+def bare(axes: Any, title: str) -> None:
+    """A title instead of numbers."""
+    axes.set_title(title, fontsize=10)
+    axes.set_aspect("equal")
+    axes.set_xticks([])
+    axes.set_yticks([])
+
+
+def draw_costs(axes: Any, costs: Costmap, title: str = "") -> None:
+    """The dearer the redder; black cannot be driven on, grey is unknown."""
+    colours = np.ones((*costs.cells.shape, 3))
+    share = costs.cells / 252.0
+    near = (costs.cells > 0) & (costs.cells < INSCRIBED)
+    colours[near] = np.stack([np.ones_like(share), 1 - 0.75 * share, 1 - 0.9 * share], axis=-1)[near]
+    colours[costs.cells == INSCRIBED] = (0.55, 0.1, 0.1)
+    colours[costs.cells == 254] = (0.1, 0.1, 0.1)
+    colours[costs.cells == 255] = (0.82, 0.82, 0.82)
+    axes.imshow(colours, origin="lower", extent=extent(costs), interpolation="nearest")
+    bare(axes, title)
+
+
+def extent(grid: Grid | Costmap) -> tuple[float, float, float, float]:
+    """Left, right, bottom, top in metres."""
+    x, y = grid.origin_x, grid.origin_y
+    return x, x + grid.width * grid.resolution, y, y + grid.height * grid.resolution
+
+
+def draw_robot(axes: Any, pose: SE2, radius: float, colour: str = BLUE) -> None:
+    """A disc that shows where it looks."""
+    axes.add_patch(
+        Circle((pose.x, pose.y), radius, facecolor=(1, 1, 1, 0.6), edgecolor=colour, lw=1.5, zorder=5)
+    )
+    tip = pose.apply(np.array([[radius, 0.0]]))[0]
+    axes.plot([pose.x, tip[0]], [pose.y, tip[1]], color=colour, lw=1.5, zorder=6)
+
+
+def window(axes: Any, like: Grid) -> None:
+    """Show what `like` covers."""
+    left, right, bottom, top = extent(like)
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom, top)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -11,22 +12,34 @@ from rich.table import Table
 from chefbot.commands.session import session, start, stop_on_signals
 from chefbot.commands.warm import warm_kernels
 from chefbot.errors import UserError
+from chefbot.msgs.std_msgs import String
 from chefbot.robot.load import load_robot
-from chefbot.runtime.launch import Launch, built_in_launches, load_launch
+from chefbot.runtime.launch import STANDARD_ARGS, ArgValue, Launch, built_in_launches, load_launch
+from chefbot.runtime.loop import Publication
 from chefbot.runtime.system import System
 
+MAX_SPEED = 1000.0
 console = Console(highlight=False)
 
 
 def list_launches() -> None:
-    """Name and purpose of each."""
-    table = Table("launch", "what it does", "arguments", box=None)
+    """Name, purpose and arguments of each."""
+    table = Table("launch", "what it does", "its arguments", box=None)
     for name in built_in_launches():
         one = load_launch(name)
         if one.about:
-            own = [f"{key}:={value}" for key, value in one.args.items()]
-            table.add_row(name, one.about, " ".join(own))
+            own = {key: value for key, value in one.args.items() if key not in STANDARD_ARGS}
+            table.add_row(name, one.about, _written(own))
     console.print(table)
+    console.print(f"\nAll understand {_written(STANDARD_ARGS)}")
+
+
+def _written(arguments: Mapping[str, ArgValue]) -> str:
+    """As a person writes them on the command line."""
+    texts = {
+        key: str(value).lower() if isinstance(value, bool) else value for key, value in arguments.items()
+    }
+    return " ".join(f"{key}:={value}" for key, value in texts.items())
 
 
 def parse_arguments(texts: Sequence[str]) -> dict[str, str]:
@@ -43,11 +56,13 @@ def parse_arguments(texts: Sequence[str]) -> dict[str, str]:
 def run_launch(name: str, texts: Sequence[str]) -> None:
     """Until Ctrl-C, or for `duration:=` seconds of its clock."""
     launch = load_launch(name, parse_arguments(texts))
+    _check(launch)
     robot = load_robot(str(launch.args["robot"]))
     record = Path(str(launch.args["record"])) if launch.args["record"] else None
     warm_kernels(console)
     seed, speed = int(launch.args["seed"]), float(launch.args["speed"])
     with session(robot, seed, launch.clock, speed, record) as system:
+        system.loop.tap(_show_remarks)
         start(system, launch)
         _announce(system, launch)
         _run(system, float(launch.args["duration"]))
@@ -55,12 +70,31 @@ def run_launch(name: str, texts: Sequence[str]) -> None:
         console.print(f"recorded {record}")
 
 
+def _check(launch: Launch) -> None:
+    """The bounds of what every launch understands."""
+    seed, speed, duration = (launch.args[key] for key in ("seed", "speed", "duration"))
+    if int(seed) < 0:
+        raise UserError(f"launch {launch.name}: seed:={seed} must not be below 0")
+    if not 0.0 <= float(speed) <= MAX_SPEED:
+        raise UserError(
+            f"launch {launch.name}: speed:={speed} must lie between 0 (as fast as may be) and {MAX_SPEED:.0f}"
+        )
+    if not 0.0 <= float(duration) < math.inf:
+        raise UserError(f"launch {launch.name}: duration:={duration} must be seconds, or 0 for no end")
+
+
 def _announce(system: System, launch: Launch) -> None:
     console.print(f"[bold]{launch.name}[/]: {launch.about}")
     for node in system.nodes.values():
         sentence = getattr(node, "announcement", "")
         if sentence:
-            console.print(f"  {sentence}")
+            console.print(f"  {sentence}", markup=False, soft_wrap=True)
+
+
+def _show_remarks(publication: Publication) -> None:
+    """What devices have to say to the person who started them."""
+    if publication.topic.endswith("/remark") and isinstance(publication.message, String):
+        console.print(f"  {publication.message.data}", markup=False)
 
 
 def _run(system: System, duration: float) -> None:

@@ -27,7 +27,7 @@ def clock_for(kind: str, speed: float) -> Clock:
 @contextmanager
 def session(robot: Robot, seed: int, kind: str, speed: float, record: Path | None) -> Iterator[System]:
     """A system without nodes yet; stops its nodes and finishes the recording whatever happens."""
-    # the camera's thread and the loop hand the interpreter to each other often; 5 ms of waiting each time is too long
+    # the camera's thread and the loop hand the interpreter to each other often; 5 ms each time is too long
     sys.setswitchinterval(1e-4)
     start_ns = time.time_ns() if kind == "wall" else 0
     system = System(Loop(clock_for(kind, speed), start_ns), robot, seed)
@@ -44,19 +44,20 @@ def session(robot: Robot, seed: int, kind: str, speed: float, record: Path | Non
 
 def start(system: System, launch: Launch) -> None:
     """Replace the nodes, as an event of the loop like everything else; faults are raised here."""
-    faults: list[BaseException] = []
+    outcome: list[BaseException | None] = []
 
     def switch() -> None:
         try:
             system.launch(launch)
         except BaseException as fault:
-            faults.append(fault)
+            outcome.append(fault)
+        else:
+            outcome.append(None)
 
-    before = system.loop.now_ns
     system.loop.post(switch)
-    system.loop.run(until_ns=before + 1)
-    if faults:
-        raise faults[0]
+    system.loop.run(until=lambda: bool(outcome))  # not until a time: a wall clock may have passed it already
+    if outcome[0] is not None:
+        raise outcome[0]
 
 
 @contextmanager

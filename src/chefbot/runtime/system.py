@@ -49,8 +49,17 @@ class System:
                 context = Context(name, self.loop, self.robot, self.transforms, self.seed, remap)
                 self.nodes[name] = kind(context, params)
                 made.append(self.nodes[name])
-        for node in made:
-            node.start()
+        self._start(made)
+
+    def _start(self, made: list[Node]) -> None:
+        """If one cannot, neither it nor those behind it are there any more: they have nothing to stop."""
+        for count, node in enumerate(made):
+            try:
+                node.start()
+            except BaseException:
+                for idle in made[count:]:
+                    Node.stop(self.nodes.pop(idle.name))
+                raise
 
     def stop(self) -> None:
         """Stop every node."""

@@ -95,6 +95,10 @@ class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     queue: tuple[str, ...] = ()
     step: str = ""
     waiting_for_taken: bool = False
+    state: str = ""
+    """As in chefbot_msgs/DeliveryStatus."""
+    delivered: tuple[str, ...] = ()
+    """Tables of this order that were served."""
 
 
 class Progress(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

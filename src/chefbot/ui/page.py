@@ -64,7 +64,7 @@ class PageParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class PageDevice(Device):
-    """One page for everything. What it says is recorded like any sensor, so a replay obeys the same clicks."""
+    """One page for everything. What it says is recorded like a sensor, so a replay obeys the same clicks."""
 
     params: PageParams
     map: In[OccupancyGrid]
@@ -104,6 +104,7 @@ class PageDevice(Device):
         self._factor: float | None = None
         self._server = PageServer(self.params.port, self.params.host, self._receive)
         self.url = self._server.start()
+        self.announcement = f"The operator's page: {self.url}"
 
     def stop(self) -> None:
         """Free the port."""
@@ -169,7 +170,13 @@ class PageDevice(Device):
     def on_delivery_status(self, message: DeliveryStatus) -> None:
         """What the waiter does."""
         waiting = message.state == "waiting"
-        view = Delivery(queue=message.queue, step=message.sentence, waiting_for_taken=waiting)
+        view = Delivery(
+            queue=message.queue,
+            step=message.sentence,
+            waiting_for_taken=waiting,
+            state=message.state,
+            delivered=message.delivered,
+        )
         self._server.show("delivery", view)
 
     @every(hz=10)

@@ -1,0 +1,99 @@
+"""`chefbot deliver` and `chefbot map_saver`: verbs for a robot that runs, by its page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
+from chefbot.runtime.files import save_map
+from chefbot.runtime.places import find_place, places_path, save_places
+from chefbot.ui.commands import Deliver
+from chefbot.ui.remote import RemotePage
+
+PATIENCE = 10.0
+"""Seconds for a layer to come: a robot that has just started makes its first map within a few."""
+REFUSAL = 0.5
+"""Seconds in which a robot says no, if it does."""
+ENDED = ("idle", "failed")
+console = Console(highlight=False, soft_wrap=True)
+
+
+def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
+    """Exit code: 1 if not every table was served. UserError if no robot that delivers runs at `page`."""
+    with RemotePage(page) as robot:
+        known = _places(robot)
+        if not known or robot.wait_for("delivery", PATIENCE) is None:
+            raise UserError(
+                f"the robot at {page} does not deliver; it must run `chefbot launch amcl_demo` with a map "
+                "that has named places beside it"
+            )
+        names = [find_place(table, known) for table in tables]
+        before = robot.latest["delivery"]
+        robot.send(Deliver(names))
+        if wait:
+            return _watch(robot, names, before)
+        robot.receive(REFUSAL)
+        console.print(f"ordered: {', '.join(names)}")
+        return 0
+
+
+def _watch(robot: RemotePage, names: list[str], before: Mapping[str, Any]) -> int:
+    """Tell every step until the robot has come home or given up."""
+    busy, told = before["state"] not in ENDED, before["step"]
+    while True:
+        if robot.receive() != "delivery":
+            continue
+        delivery = robot.latest["delivery"]
+        if delivery["step"] != told or delivery["state"] == "failed":
+            told = delivery["step"]
+            console.print(told, markup=False)
+        if delivery["state"] == "failed" or (busy and delivery["state"] in ENDED):
+            return _verdict(names, delivery)
+        busy = busy or delivery["state"] not in ENDED
+
+
+def _verdict(names: list[str], delivery: Mapping[str, Any]) -> int:
+    missed = [name for name in names if name not in delivery["delivered"]]
+    if missed:
+        console.print(f"not delivered: {', '.join(missed)}")
+    return 1 if missed or delivery["state"] == "failed" else 0
+
+
+def save_running_map(file: Path, page: str) -> None:
+    """Save the map that the robot shows, and the places it knows unless some are there already."""
+    with RemotePage(page) as robot:
+        grid = robot.wait_for("map", PATIENCE)
+        if grid is None:
+            raise UserError(
+                f"the robot at {page} has no map yet; start `chefbot launch gmapping_demo` and drive it about"
+            )
+        places = _places(robot)
+    path = save_map(file, grid)
+    height, width = (cells * grid.resolution for cells in grid.cells.shape)
+    console.print(
+        f"saved {path}: {width:.1f} by {height:.1f} m, {grid.resolution:.3g} m a cell", markup=False
+    )
+    if places:
+        _save_places(places_path(path), places)
+
+
+def _save_places(path: Path, places: Mapping[str, SE2]) -> None:
+    """A person may have edited them: never overwritten."""
+    if path.exists():
+        console.print(
+            f"kept {path}, which was there; delete it to have the robot's places saved", markup=False
+        )
+        return
+    save_places(path, places)
+    console.print(f"saved {path}: {len(places)} places", markup=False)
+
+
+def _places(robot: RemotePage) -> dict[str, SE2]:
+    """None known is no fault here: they come with the first frames or not at all."""
+    shown = robot.wait_for("places", 1.0) or []
+    return {place["name"]: SE2(place["x"], place["y"], place["yaw"]) for place in shown}

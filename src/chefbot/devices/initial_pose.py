@@ -1,0 +1,42 @@
+"""Where the robot stands when it starts, as amcl's parameters initial_pose_x, _y, _a say it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
+from chefbot.msgs.std_msgs import Header
+from chefbot.runtime.node import Device, Out
+
+VARIANCE_XY, VARIANCE_YAW = 0.5**2, (np.pi / 12) ** 2
+"""amcl's initial_cov_xx and initial_cov_aa (http://wiki.ros.org/amcl): half a metre, 15 degrees."""
+
+
+class InitialPoseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A pose on the map."""
+
+    x: Annotated[float, Meta(ge=-10_000, le=10_000, description="on the map, m")] = 0.0
+    y: Annotated[float, Meta(ge=-10_000, le=10_000, description="on the map, m")] = 0.0
+    yaw: Annotated[float, Meta(ge=-7, le=7, description="counter-clockwise from the map's x axis, rad")] = 0.0
+
+
+class InitialPoseDevice(Device):
+    """Tells localization once, as a person who clicks on the page would."""
+
+    params: InitialPoseParams
+    initialpose: Out[PoseWithCovarianceStamped]
+
+    def start(self) -> None:
+        """Speak as soon as the loop runs."""
+        self.post(self._tell)
+
+    def _tell(self) -> None:
+        pose = SE2(self.params.x, self.params.y, self.params.yaw)
+        covariance = covariance_36(np.diag([VARIANCE_XY, VARIANCE_XY, VARIANCE_YAW]))
+        message = PoseWithCovariance(Pose.of(pose), covariance)
+        self.initialpose.publish(PoseWithCovarianceStamped(Header.of(self.now_ns, "map"), message))

@@ -1,0 +1,162 @@
+"""A robot that runs elsewhere, by its page: what it shows, and commands to it. For programs."""
+
+from __future__ import annotations
+
+import socket
+import time
+import zlib
+from types import TracebackType
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+import msgspec
+import numpy as np
+from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
+from websockets.sync.client import ClientConnection, connect
+
+from chefbot.errors import UserError
+from chefbot.mapping.grid import Grid
+from chefbot.ui.commands import Command
+from chefbot.ui.gate import COOKIE
+
+CONNECT_LIMIT = 5.0
+"""Seconds that a page may take to answer at all."""
+MAX_FRAME, MAX_CELLS = 64_000_000, 100_000_000
+
+
+class PageGoneError(UserError):
+    """The connection has ended."""
+
+
+class RemotePage:
+    """`with RemotePage("http://127.0.0.1:8080") as page:`; UserError when no robot's page answers there.
+
+    One thread may receive while another sends. Who keeps the connection open must go on receiving: the page
+    drops those that do not listen.
+    """
+
+    def __init__(self, url: str) -> None:
+        self.url = url
+        self.latest: dict[str, Any] = {}
+        """The newest value of each layer that was received, as `decode` gives it."""
+        self._connection = _connect(url)
+
+    def __enter__(self) -> RemotePage:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leave; whoever receives in another thread gets PageGoneError."""
+        self._connection.close()
+
+    def send(self, command: Command) -> None:
+        """Give a command. PageGoneError if nobody is there any more."""
+        try:
+            self._connection.send(msgspec.json.encode(command).decode())
+        except ConnectionClosed:
+            raise self._gone() from None
+
+    def receive(self, patience: float | None = None) -> str:
+        """The name of the next layer that changed; "" if nothing came in `patience` seconds.
+
+        UserError with the robot's sentence when it refused a command of ours.
+        """
+        try:
+            frame = self._connection.recv(timeout=patience)
+        except TimeoutError:
+            return ""
+        except ConnectionClosed:
+            raise self._gone() from None
+        try:
+            layer, value = decode(frame)
+        except (ValueError, KeyError, TypeError, zlib.error):
+            raise _stranger(self.url) from None
+        if layer == "refused":
+            raise UserError(f"the robot at {self.url} refused: {value}")
+        self.latest[layer] = value
+        return layer
+
+    def wait_for(self, layer: str, patience: float) -> Any:
+        """The layer's value as soon as there is one; None if there is none after `patience` seconds."""
+        end = time.monotonic() + patience
+        while self.latest.get(layer) is None and (rest := end - time.monotonic()) > 0:
+            self.receive(rest)
+        return self.latest.get(layer)
+
+    def _gone(self) -> PageGoneError:
+        return PageGoneError(f"the robot at {self.url} has ended or the connection is lost")
+
+
+def decode(frame: str | bytes) -> tuple[str, Any]:
+    """A frame of `wire` as (layer, value), or ("refused", sentence).
+
+    The map is a Grid; other bulk layers, which programs have no use for yet, are left as bytes.
+    ValueError, KeyError, TypeError or zlib.error for what is no frame.
+    """
+    if isinstance(frame, str):
+        message = msgspec.json.decode(frame)
+        return (
+            ("refused", message["refused"]) if "refused" in message else (message["layer"], message["value"])
+        )
+    size = int.from_bytes(frame[:2], "little")
+    header, body = msgspec.json.decode(frame[2 : 2 + size]), frame[2 + size :]
+    return header["layer"], _grid(header, body) if header["kind"] == "int8" else body
+
+
+def _grid(header: dict[str, Any], body: bytes) -> Grid:
+    height, width = int(header["height"]), int(header["width"])
+    if not 0 < height * width <= MAX_CELLS:
+        raise ValueError(f"a map of {width} by {height} cells")
+    data = zlib.decompressobj().decompress(body, height * width)
+    cells = np.frombuffer(data, np.int8).reshape(height, width)
+    return Grid(cells, header["resolution"], header["x"], header["y"])
+
+
+def _connect(url: str) -> ClientConnection:
+    host, port, token = _address(url)
+    try:
+        wire = socket.create_connection((host, port), CONNECT_LIMIT)
+    except OSError as error:
+        raise UserError(
+            f"no robot runs at {url}: {error.strerror or error}; start one with `chefbot launch`, "
+            "or give the address of its page"
+        ) from None
+    shown = f"[{host}]" if ":" in host else host
+    try:
+        return connect(
+            f"ws://{shown}:{port}/live",
+            sock=wire,
+            additional_headers={"Cookie": f"{COOKIE}={token}"} if token else None,
+            open_timeout=CONNECT_LIMIT,
+            close_timeout=1.0,
+            max_size=MAX_FRAME,
+        )
+    except InvalidStatus as error:
+        if error.response.status_code == 403:
+            raise UserError(
+                f"the robot at {url} lets nobody in so: give the whole address with ?token= that it printed "
+                "at its start, or close another screen"
+            ) from None
+        raise _stranger(url) from None
+    except (OSError, WebSocketException):
+        raise _stranger(url) from None
+
+
+def _address(url: str) -> tuple[str, int, str]:
+    """Host, port and token of a page's address."""
+    try:
+        parts = urlsplit(url if "://" in url else f"http://{url}")
+        host, port = parts.hostname, parts.port or 80
+    except ValueError:
+        host, port = None, 0
+    if not host or parts.scheme != "http":
+        raise UserError(f"{url!r} is not the address of a page; write it like http://127.0.0.1:8080")
+    return host, port, parse_qs(parts.query).get("token", [""])[0]
+
+
+def _stranger(url: str) -> UserError:
+    return UserError(f"what answers at {url} is not a robot's page; check host and port")

@@ -1,0 +1,85 @@
+"""Drives a robot that runs elsewhere, by its page."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from chefbot.errors import UserError
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.std_msgs import String
+from chefbot.runtime.node import Device, In, Out, topic
+from chefbot.ui.commands import Drive
+from chefbot.ui.remote import PageGoneError, RemotePage
+
+MIN_PERIOD_NS = 50_000_000
+"""No more often than this, for the page drops who says too much; it wants a word every 0.3 s."""
+
+
+class RemoteDriveParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Which robot."""
+
+    page: Annotated[str, Meta(min_length=1, description="address of the running robot's page")]
+
+
+class RemoteDriveDevice(Device):
+    """Passes `cmd_vel_teleop` on as shares of the robot's limits; in silence the page stops the robot."""
+
+    params: RemoteDriveParams
+    cmd_vel_teleop: In[Twist]
+    remark: Out[String] = topic("remote_drive/remark")
+
+    def start(self) -> None:
+        """Connect."""
+        self._page = RemotePage(self.params.page)
+        self._sent_ns = self.now_ns - MIN_PERIOD_NS
+        self._closing = False
+        self._thread = threading.Thread(target=self._listen, name="remote drive", daemon=True)
+        self._thread.start()
+        self.announcement = f"Driving the robot at {self.params.page}"
+
+    def stop(self) -> None:
+        """Let go and leave."""
+        super().stop()
+        self._closing = True
+        self._page.close()
+        self._thread.join()
+
+    def on_cmd_vel_teleop(self, twist: Twist) -> None:
+        """A stop is never held back."""
+        command = Drive(
+            _share(twist.linear.x, self.robot.max_speed), _share(twist.angular.z, self.robot.max_turn)
+        )
+        if command.still or self.now_ns - self._sent_ns >= MIN_PERIOD_NS:
+            self._sent_ns = self.now_ns
+            self._page.send(command)
+
+    def _listen(self) -> None:
+        """In a thread: the page's answers, and its end."""
+        while True:
+            try:
+                self._page.receive()
+            except PageGoneError as error:
+                if not self._closing:
+                    self.post(_raiser(error))
+                return
+            except UserError as error:
+                self._tell(str(error))
+
+    def _tell(self, sentence: str) -> None:
+        self.post(lambda: self.remark.publish(String(sentence)))
+
+
+def _share(value: float, limit: float) -> float:
+    return min(1.0, max(-1.0, value / limit))
+
+
+def _raiser(error: PageGoneError) -> Callable[[], None]:
+    def fail() -> None:
+        raise error
+
+    return fail

@@ -1,0 +1,31 @@
+"""Opens the page of a robot that runs: what RViz was to the chapter."""
+
+from __future__ import annotations
+
+import webbrowser
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from chefbot.runtime.node import Device
+from chefbot.ui.remote import RemotePage
+
+
+class ViewerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Which robot, and whether there is a screen."""
+
+    page: Annotated[str, Meta(min_length=1, description="address of the running robot's page")]
+    headless: Annotated[bool, Meta(description="only look whether a robot runs there")] = False
+
+
+class ViewerDevice(Device):
+    """Looks whether a robot runs there, opens the browser and is done."""
+
+    params: ViewerParams
+
+    def start(self) -> None:
+        """UserError if no robot runs there."""
+        RemotePage(self.params.page).close()
+        opened = not self.params.headless and webbrowser.open(self.params.page)
+        self.announcement = f"{'Opened' if opened else 'A robot runs at'} {self.params.page}"

@@ -14,9 +14,10 @@ from chefbot.slam.extent import NOTHING, cells_of
 
 _GROWTH = 0.2
 """Share of its size by which a canvas grows beyond need, so that it seldom does."""
-_HIT = math.log(0.7 / 0.3)
-_MISS = math.log(0.4 / 0.6)
-"""Log odds of a cell in which a beam ended, and which one crossed (Thrun et al. 2005, table 9.2)."""
+_MISS = math.log(0.24 / 0.76)
+"""Log odds of a cell that a scan crossed: once is enough to be free for those who ask for less than 25 %."""
+_HIT = -3.0 * _MISS
+"""Log odds of a cell in which a beam ended: even odds if a quarter of the scans hit, gmapping's threshold."""
 _CLAMP = 5.0
 
 

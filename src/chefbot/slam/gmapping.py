@@ -27,6 +27,8 @@ from chefbot.slam.resampling import effective_number, normalized, systematic
 
 _COARSE = 4.0
 """Cells of the map along a cell of the coarse level."""
+_FURTHEST = 1e6
+"""Metres; odometry beyond is broken."""
 
 
 class Gmapping:
@@ -42,7 +44,7 @@ class Gmapping:
         self._poses = np.tile(initial.array(), (params.particles, 1))
         self._log_weights = np.zeros(params.particles)
         self._fits = np.zeros(params.particles)
-        self._levels = _levels(params)
+        self._levels = levels_of(params)
         self._ancestry = Ancestry(params.particles)
         self._drawn = Canvas(params.resolution, params.max_cells)
         self._undrawn: list[Beams] = []
@@ -57,7 +59,7 @@ class Gmapping:
 
         +inf and ranges of at least `range_max` mean nothing was in reach; NaN, -inf and ranges not above 0
         are no measurement (REP-117). Returns whether the scan was used: one is after enough motion.
-        UserError if the odometry is not finite, the arrays differ in length, or the map would grow absurdly.
+        UserError if the odometry is absurd, the arrays differ in length, or the map would grow absurdly.
         """
         self._check(angles, ranges, odom)
         if self._odom is not None:
@@ -74,8 +76,8 @@ class Gmapping:
 
     @staticmethod
     def _check(angles: NDArray[np.float32], ranges: NDArray[np.float32], odom: SE2) -> None:
-        if not all(math.isfinite(v) for v in odom):
-            raise UserError(f"odometry {tuple(odom)} is not finite: check the encoders and the log")
+        if not all(abs(v) < _FURTHEST for v in odom):
+            raise UserError(f"odometry {tuple(odom)} is not a place: check the encoders and the log")
         if np.shape(angles) != np.shape(ranges) or np.ndim(ranges) != 1:
             raise UserError(
                 f"a scan has {np.shape(angles)} angles and {np.shape(ranges)} ranges: give one for each beam"
@@ -173,7 +175,7 @@ class Gmapping:
         return canvas.grid()
 
 
-def _levels(p: GmappingParams) -> list[Level]:
+def levels_of(p: GmappingParams) -> list[Level]:
     """Coarse cells first: there the matcher finds its way back from where bad odometry put it."""
     climbs = (
         (_COARSE, Climb(_COARSE * p.resolution, 0.1, 3)),

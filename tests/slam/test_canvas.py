@@ -1,0 +1,82 @@
+"""The drawn map."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from chefbot.errors import UserError
+from chefbot.mapping.grid import UNKNOWN
+from chefbot.maths.se2 import SE2
+from chefbot.slam.beams import Beams, beams_of
+from chefbot.slam.canvas import Canvas
+
+ANGLES = np.linspace(-np.pi, np.pi, 720, endpoint=False).astype(np.float32)
+HERE = np.array([0.0, 0.0, 0.0])
+
+
+def look(world, x: float, y: float, reach: float = 8.0) -> tuple[Beams, np.ndarray]:
+    ranges = world.ranges(SE2(x, y, 0), ANGLES, reach)
+    return beams_of(ANGLES, ranges, SE2(0, 0, 0), reach, 2.0), np.array([x, y, 0.0])
+
+
+def drawn(*scans: tuple[Beams, np.ndarray]) -> Canvas:
+    canvas = Canvas(0.05, 10_000_000)
+    for beams, pose in scans:
+        canvas.draw(beams, pose)
+    return canvas
+
+
+def test_walls_are_occupied_and_what_lies_before_them_is_free(ring) -> None:
+    grid = drawn(look(ring, 1.3, 1.3)).grid()
+    assert grid.at(-0.001, 1.3) > 65 or grid.at(0.001, 1.3) > 65
+    assert grid.at(1.3, 2.0) < 25
+    assert grid.at(0.3, 1.3) < 25
+    assert grid.at(6.0, 4.0) == UNKNOWN
+    assert grid.at(-1.0, -1.0) == UNKNOWN
+
+
+def test_every_beam_marks_its_end_however_many_graze_the_cell(ring) -> None:
+    beams, pose = look(ring, 1.3, 1.3)
+    grid = drawn((beams, pose)).grid()
+    for x, y in beams.surfaces + pose[:2]:
+        assert grid.at(float(x), float(y)) > 65
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.permutations([(1.3, 1.3), (5, 1.2), (10.6, 1.4), (10.6, 6.5), (1.4, 6.6)]))
+def test_the_order_of_scans_does_not_matter(order) -> None:
+    from tests.slam.conftest import RING, World
+
+    world = World.of(RING)
+    first = drawn(*[look(world, x, y) for x, y in sorted(order)]).grid()
+    again = drawn(*[look(world, x, y) for x, y in order]).grid()
+    assert np.array_equal(first.cells, again.cells)
+    assert (first.origin_x, first.origin_y) == (again.origin_x, again.origin_y)
+
+
+def test_a_person_who_left_is_erased(ring) -> None:
+    empty = look(ring, 1.3, 1.3)
+    person = Beams(np.zeros(2, np.float32), np.array([[1.0, 0.0]], np.float32), np.array([True]))
+    once = drawn((person, empty[1])).grid()
+    assert once.at(2.3, 1.3) > 65
+    assert drawn((person, empty[1]), *[empty] * 4).grid().at(2.3, 1.3) < 25
+
+
+def test_a_copy_is_independent(ring) -> None:
+    canvas = drawn(look(ring, 1.3, 1.3))
+    before = canvas.grid()
+    canvas.copy().draw(*look(ring, 10.6, 6.5))
+    assert np.array_equal(canvas.grid().cells, before.cells)
+
+
+def test_absurd_size_is_refused() -> None:
+    far = Beams(np.zeros(2, np.float32), np.array([[1e4, 1e4]], np.float32), np.array([True]))
+    with pytest.raises(UserError, match="max_cells"):
+        Canvas(0.05, 1_000_000).draw(far, HERE)
+
+
+def test_nothing_drawn_is_one_unknown_cell() -> None:
+    assert Canvas(0.05, 10_000).grid().cells.tolist() == [[UNKNOWN]]

@@ -1,0 +1,66 @@
+"""CARMEN logs: what is read, and what is refused."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
+from chefbot.slam.carmen import CarmenOdom, CarmenScan, beam_angles, parse
+
+ODOM = "ODOM 1.5 -2 0.25 0 0 0 976052857.5 host 12.25"
+SCAN = "FLASER 3 1 2.5 81.83 1.1 2.1 0.1 1 2 0.1 976052858.25 host 13"
+
+
+def test_readings_come_in_the_order_of_the_lines() -> None:
+    odom, scan = parse(f"# made up\nPARAM a b 1 host 2\n{ODOM}\n\n{SCAN}\n")
+    assert odom == CarmenOdom(976052857.5, SE2(1.5, -2, 0.25))
+    assert isinstance(scan, CarmenScan)
+    assert (scan.stamp, scan.laser, scan.odom) == (976052858.25, SE2(1.1, 2.1, 0.1), SE2(1, 2, 0.1))
+    assert scan.ranges.tolist() == pytest.approx([1, 2.5, 81.83])
+
+
+@pytest.mark.parametrize(
+    ("n", "last", "step"), [(180, 89, 1), (181, 90, 1), (360, 89.5, 0.5), (361, 90, 0.5)]
+)
+def test_beams_start_at_minus_90_degrees(n: int, last: float, step: float) -> None:
+    angles = np.degrees(beam_angles(n).astype(float))
+    assert angles[0] == pytest.approx(-90, abs=1e-4)
+    assert angles[-1] == pytest.approx(last, abs=1e-4)
+    assert np.diff(angles) == pytest.approx(step, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "FLASER",
+        "FLASER many 1 2",
+        "FLASER -3 1 2",
+        "FLASER 0 1 1 1 1 1 1 1 h 1",
+        "FLASER 99999999999999999999 1",
+        SCAN.replace("FLASER 3", "FLASER 4"),
+        SCAN.replace("2.5", "nan"),
+        SCAN.replace("2.1", "1e30"),
+        SCAN.replace("81.83", "x"),
+        ODOM.replace("1.5", "inf"),
+        ODOM.replace("976052857.5", "soon"),
+        ODOM[:12],
+    ],
+)
+def test_a_broken_line_is_named(line: str) -> None:
+    with pytest.raises(UserError, match=r"line 3 of the CARMEN log"):
+        list(parse([ODOM, SCAN, line]))
+
+
+@given(st.integers(0, len(SCAN) - 1), st.text(st.characters(codec="ascii"), max_size=4))
+def test_a_damaged_line_is_read_or_named_but_nothing_else(at: int, damage: str) -> None:
+    try:
+        for r in parse([SCAN[:at] + damage + SCAN[at + len(damage) :]]):
+            assert isinstance(r, CarmenScan) and math.isfinite(r.stamp) and np.isfinite(r.ranges).all()
+    except UserError as e:
+        assert "line 1" in str(e)

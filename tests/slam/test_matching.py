@@ -1,0 +1,92 @@
+"""Where the matcher puts a scan."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.slam.conftest import CORRIDOR, RING, World
+
+from chefbot.maths.se2 import SE2
+from chefbot.slam.gmapping import levels_of
+from chefbot.slam.level import Belief, Climb, Level
+from chefbot.slam.matching import score
+from chefbot.slam.params import GmappingParams
+
+ANGLES = np.linspace(-np.pi, np.pi, 360, endpoint=False)
+CLIMB = Climb(0.05, 0.05, 5)
+LOOSE = np.array([0.04, 0.04, 0.04])
+
+
+def seen(world: World, pose: SE2, reach: float = 8.0) -> np.ndarray:
+    """Ends of the beams (n, 2) seen from the robot."""
+    r = world.ranges(pose, ANGLES, reach)
+    keep = np.isfinite(r)
+    return (r[keep, None] * np.column_stack([np.cos(ANGLES[keep]), np.sin(ANGLES[keep])])).astype(np.float32)
+
+
+def mapped(world: World, poses: list[SE2], reach: float = 8.0) -> Level:
+    level = Level(1, 0.05, 0.05, CLIMB, 30.0, 10_000_000)
+    level.cover(np.array([[-35.0, -5, 0], [35, 15, 0]]), 10.0)
+    for pose in poses:
+        level.add(level.points(seen(world, pose, reach)), pose.array()[None])
+    return level
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.8, 1.6), st.floats(0.9, 1.6), st.floats(-3, 3), st.floats(0, 6.28), st.floats(0.05, 0.3))
+def test_the_score_is_highest_at_the_true_pose(x, y, yaw, direction, off) -> None:
+    world, pose = World.of(RING), SE2(x, y, yaw)
+    level = mapped(world, [pose])
+    points = level.points(seen(world, pose))
+
+    def fit(dx: float, dy: float, turn: float) -> float:
+        local = level._local(np.array([[x + dx, y + dy, yaw + turn]]))[0]
+        m = level.maps
+        return float(score(points, *local, np.float32(1), m.table[0], m.mean_x, m.mean_y))
+
+    best = fit(0, 0, 0)
+    assert best == pytest.approx(len(points), rel=0.05)
+    assert best > fit(off * np.cos(direction), off * np.sin(direction), 0)
+    assert best > fit(0, 0, off)
+    assert best > fit(0, 0, -off)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.2))
+def test_a_displaced_start_is_put_right(dx: float, dy: float, turn: float) -> None:
+    world, pose = World.of(RING), SE2(1.3, 1.3, 0.3)
+    start = (pose @ SE2(dx, dy, turn)).array()[None]
+    poses, belief = start, Belief(start, LOOSE, start[:, 2])
+    for level in levels_of(GmappingParams(particles=1)):
+        level.cover(start, 10.0)
+        level.add(level.points(seen(world, pose)), pose.array()[None])
+        poses, _ = level.match(level.points(seen(world, pose)), poses, belief)
+    assert poses[0, :2] == pytest.approx(pose[:2], abs=0.015)
+    assert poses[0, 2] == pytest.approx(pose.yaw, abs=0.006)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-0.25, 0.25), st.floats(-0.08, 0.08))
+def test_along_a_corridor_odometry_decides_and_across_it_the_walls(along: float, across: float) -> None:
+    world = World.of(CORRIDOR)
+    level = mapped(world, [SE2(x, 0, 0) for x in np.arange(-3, 3.1, 0.37)])
+    start = np.array([[0.11 + along, across, 0.02]])
+    variance = np.array([0.02**2, 0.05**2, 0.05**2])
+    poses, _ = level.match(
+        level.points(seen(world, SE2(0.11, 0, 0))), start, Belief(start, variance, np.zeros(1))
+    )
+    assert abs(poses[0, 0] - start[0, 0]) < 0.04
+    assert abs(poses[0, 1]) < 0.015
+    assert abs(poses[0, 2]) < 0.006
+
+
+def test_a_scan_of_unknown_places_leaves_the_pose_to_odometry() -> None:
+    level = mapped(World.of(RING), [])
+    start = np.array([[1.0, 2.0, 0.5]])
+    poses, fits = level.match(
+        level.points(seen(World.of(RING), SE2(1, 2, 0.5))), start, Belief(start, LOOSE, start[:, 2])
+    )
+    assert poses == pytest.approx(start, abs=1e-9)
+    assert fits == pytest.approx(0)

@@ -1,0 +1,132 @@
+"""The examples run as their first lines say, and do what they claim."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from chefbot.costmap.values import INSCRIBED, Costmap
+from chefbot.maths.se2 import SE2
+from chefbot.planning.params import PlannerParams
+from chefbot.planning.planner import Failure, PlanningError
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def run(*words: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """A command in a folder of its own."""
+    return subprocess.run(
+        [sys.executable, *words],
+        cwd=folder,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+
+
+@pytest.fixture(scope="module")
+def own_planner() -> ModuleType:
+    """examples/01_a_planner.py, which no import statement can name."""
+    sys.path.insert(0, str(EXAMPLES))
+    try:
+        return importlib.import_module("01_a_planner")
+    finally:
+        sys.path.remove(str(EXAMPLES))
+
+
+def test_the_loop_is_short_enough_to_be_read() -> None:
+    assert len((EXAMPLES / "00_one_loop.py").read_text().splitlines()) < 80
+
+
+@pytest.mark.slow
+def test_one_loop_maps_the_room_and_comes_home(tmp_path: Path) -> None:
+    done = run(str(EXAMPLES / "00_one_loop.py"), "map.png", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "touched 0 things" in done.stdout
+    off = re.search(r"(\d+) mm from where it thinks", done.stdout)
+    assert off and int(off[1]) < 50
+    width, height = Image.open(tmp_path / "map.png").size
+    assert abs(width * 0.05 - 5.0) < 0.3 and abs(height * 0.05 - 4.0) < 0.3
+
+
+@pytest.mark.slow
+def test_own_planner_drives_the_robot_through_the_room(tmp_path: Path) -> None:
+    done = run(str(EXAMPLES / "01_a_planner.py"), folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    paths = re.search(r"planner: Wavefront, (\d+) paths", done.stdout)
+    assert paths and int(paths[1]) > 3
+    assert "Everything within reach is seen. Touched 0 things." in done.stdout
+
+
+@pytest.mark.slow
+def test_a_launch_finds_the_planner_on_pythonpath_and_says_so_when_it_does_not(tmp_path: Path) -> None:
+    words = ["world:=room", "robot:=chefbot_lidar", "headless:=true", "speed:=0", "duration:=1"]
+    command = ["-m", "chefbot", "launch", str(EXAMPLES / "01_a_planner.yaml"), *words]
+    found = run(*command, folder=tmp_path, PYTHONPATH=str(EXAMPLES))
+    assert found.returncode == 0, found.stderr
+    lost = run(*command, folder=tmp_path, PYTHONPATH="")
+    assert lost.returncode == 2
+    assert "01_a_planner" in lost.stderr and len(lost.stderr.strip().splitlines()) == 1
+
+
+def costmap(free: np.ndarray) -> Costmap:
+    """Free or inscribed, with an origin that is not zero."""
+    return Costmap(np.where(free, 0, INSCRIBED).astype(np.uint8), 0.1, -1.0, 2.0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10_000), share=st.floats(0.5, 1.0))
+def test_own_planner_goes_from_cell_to_cell_and_through_no_obstacle(
+    own_planner: ModuleType, seed: int, share: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    free = rng.random((20, 30)) < share
+    start, goal = (
+        (int(rng.integers(20)), int(rng.integers(30))),
+        (int(rng.integers(20)), int(rng.integers(30))),
+    )
+    free[start] = free[goal] = True
+    came = own_planner.wave(free, goal, start)
+    way = own_planner.walk_down(came, start)
+    if not way:
+        assert came[start] < 0
+        return
+    assert way[0] == start and way[-1] == goal
+    assert all(free[cell] for cell in way)
+    assert all(max(abs(a[0] - b[0]), abs(a[1] - b[1])) == 1 for a, b in zip(way, way[1:], strict=False))
+
+
+def test_own_planner_begins_at_the_robot_and_ends_at_the_goal(own_planner: ModuleType) -> None:
+    start, goal = SE2(-0.55, 2.25, 0.3), SE2(1.72, 3.81, -2.0)
+    path = own_planner.Wavefront(PlannerParams()).plan(costmap(np.ones((20, 30), bool)), start, goal)
+    assert tuple(path[0, :2]) == (start.x, start.y)
+    assert tuple(path[-1]) == tuple(goal)
+
+
+@pytest.mark.parametrize(
+    ("goal", "failure"),
+    [
+        (SE2(9.0, 2.5, 0.0), Failure.GOAL_OUTSIDE_MAP),
+        (SE2(0.55, 2.5, 0.0), Failure.GOAL_OCCUPIED),
+        (SE2(1.55, 2.5, 0.0), Failure.NO_VALID_PATH),
+    ],
+)
+def test_own_planner_says_why_there_is_no_path(own_planner: ModuleType, goal: SE2, failure: Failure) -> None:
+    free = np.ones((20, 30), bool)
+    free[:, 15] = False  # a wall across the map
+    with pytest.raises(PlanningError) as raised:
+        own_planner.Wavefront(PlannerParams()).plan(costmap(free), SE2(-0.5, 2.5, 0.0), goal)
+    assert raised.value.failure is failure

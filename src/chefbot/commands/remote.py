@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 
@@ -19,7 +18,6 @@ PATIENCE = 10.0
 """Seconds for a layer to come: a robot that has just started makes its first map within a few."""
 REFUSAL = 0.5
 """Seconds in which a robot says no, if it does."""
-ENDED = ("idle", "failed")
 console = Console(highlight=False, soft_wrap=True)
 
 
@@ -33,35 +31,33 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
                 "that has named places beside it"
             )
         names = [find_place(table, known) for table in tables]
-        before = robot.latest["delivery"]
         robot.send(Deliver(names))
         if wait:
-            return _watch(robot, names, before)
+            return _watch(robot, names)
         robot.receive(REFUSAL)
         console.print(f"ordered: {', '.join(names)}")
         return 0
 
 
-def _watch(robot: RemotePage, names: list[str], before: Mapping[str, Any]) -> int:
+def _watch(robot: RemotePage, names: list[str]) -> int:
     """Tell every step until the robot has come home or given up."""
-    busy, told = before["state"] not in ENDED, before["step"]
+    busy = False
     while True:
         if robot.receive() != "delivery":
             continue
         delivery = robot.latest["delivery"]
-        if delivery["step"] != told or delivery["state"] == "failed":
-            told = delivery["step"]
-            console.print(told, markup=False)
-        if delivery["state"] == "failed" or (busy and delivery["state"] in ENDED):
-            return _verdict(names, delivery)
-        busy = busy or delivery["state"] not in ENDED
+        console.print(delivery["step"], markup=False)
+        missed = [name for name in names if name not in delivery["delivered"]]
+        idle = delivery["state"] == "idle"
+        if delivery["state"] == "failed" or (idle and (busy or not missed)):
+            return _verdict(missed, delivery["state"])
+        busy = busy or not idle
 
 
-def _verdict(names: list[str], delivery: Mapping[str, Any]) -> int:
-    missed = [name for name in names if name not in delivery["delivered"]]
+def _verdict(missed: list[str], state: str) -> int:
     if missed:
         console.print(f"not delivered: {', '.join(missed)}")
-    return 1 if missed or delivery["state"] == "failed" else 0
+    return 1 if missed or state == "failed" else 0
 
 
 def save_running_map(file: Path, page: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import time
 import zlib
+from contextlib import ExitStack
 from types import TracebackType
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
@@ -39,7 +40,8 @@ class RemotePage:
         self.url = url
         self.latest: dict[str, Any] = {}
         """The newest value of each layer that was received, as `decode` gives it."""
-        self._connection = _connect(url)
+        self._leaving = ExitStack()
+        self._connection = self._leaving.enter_context(_connect(url))
 
     def __enter__(self) -> RemotePage:
         return self
@@ -51,7 +53,7 @@ class RemotePage:
 
     def close(self) -> None:
         """Leave; whoever receives in another thread gets PageGoneError."""
-        self._connection.close()
+        self._leaving.close()
 
     def send(self, command: Command) -> None:
         """Give a command. PageGoneError if nobody is there any more."""
@@ -73,7 +75,7 @@ class RemotePage:
             raise self._gone() from None
         try:
             layer, value = decode(frame)
-        except (ValueError, KeyError, TypeError, zlib.error):
+        except ValueError:
             raise _stranger(self.url) from None
         if layer == "refused":
             raise UserError(f"the robot at {self.url} refused: {value}")
@@ -95,13 +97,20 @@ def decode(frame: str | bytes) -> tuple[str, Any]:
     """A frame of `wire` as (layer, value), or ("refused", sentence).
 
     The map is a Grid; other bulk layers, which programs have no use for yet, are left as bytes.
-    ValueError, KeyError, TypeError or zlib.error for what is no frame.
+    ValueError for what is no frame.
     """
-    if isinstance(frame, str):
-        message = msgspec.json.decode(frame)
-        return (
-            ("refused", message["refused"]) if "refused" in message else (message["layer"], message["value"])
-        )
+    try:
+        return _decode_text(frame) if isinstance(frame, str) else _decode_bulk(frame)
+    except (KeyError, TypeError, msgspec.MsgspecError, zlib.error) as error:
+        raise ValueError(f"not a frame of the page: {error}") from None
+
+
+def _decode_text(frame: str) -> tuple[str, Any]:
+    message = msgspec.json.decode(frame)
+    return ("refused", message["refused"]) if "refused" in message else (message["layer"], message["value"])
+
+
+def _decode_bulk(frame: bytes) -> tuple[str, Any]:
     size = int.from_bytes(frame[:2], "little")
     header, body = msgspec.json.decode(frame[2 : 2 + size]), frame[2 + size :]
     return header["layer"], _grid(header, body) if header["kind"] == "int8" else body

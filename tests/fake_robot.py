@@ -1,0 +1,94 @@
+"""A page with a robot behind it that is none: shows what a test says, and plays deliveries."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from urllib.parse import urlsplit
+
+import numpy as np
+
+from chefbot.errors import UserError
+from chefbot.mapping.grid import Grid
+from chefbot.ui.commands import Command, Deliver
+from chefbot.ui.layers import Delivery, Status
+from chefbot.ui.server import PageServer
+
+PLACES = {
+    "home": (0.0, 0.0, 0.0),
+    "kitchen": (1.0, 2.0, 0.5),
+    "table_1": (2.0, 0.0, 0.0),
+    "table_2": (3.0, 0.0, 0.0),
+}
+STEP = 0.15
+"""Seconds that a step of a delivery lasts: longer than the page's period, so that it is seen."""
+
+
+class FakeRobot:
+    """`fate`: "home", "failed", "cancelled", or "refused"."""
+
+    def __init__(self, fate: str = "home") -> None:
+        self.fate = fate
+        self.heard: queue.Queue[Command] = queue.Queue()
+        self.server = PageServer(0, "127.0.0.1", self._receive)
+        self.url = self.server.start()
+        self.port = urlsplit(self.url).port or 0
+        self.server.show("status", Status(phase="Waiting."))
+        self._stopping = threading.Event()
+        self._threads: list[threading.Thread] = []
+
+    def stop(self) -> None:
+        self._stopping.set()
+        self.server.stop()
+        for thread in self._threads:
+            thread.join()
+
+    def know_places(self) -> None:
+        self.server.show("places", PLACES)
+
+    def wait_for_orders(self) -> None:
+        self._say("idle", "Waiting for an order.")
+
+    def map_a_room(self) -> Grid:
+        cells = np.random.default_rng(3).choice(np.array([-1, 0, 100], np.int8), size=(30, 40))
+        grid = Grid(cells, 0.05, -1.0, -0.5)
+        self.server.show("map", grid)
+        return grid
+
+    def _receive(self, command: Command) -> None:
+        if self.fate == "refused":
+            raise UserError("not today")
+        self.heard.put(command)
+        if isinstance(command, Deliver):
+            self._threads.append(threading.Thread(target=self._deliver, args=(command.tables,)))
+            self._threads[-1].start()
+
+    def _deliver(self, tables: list[str]) -> None:
+        self._say("driving", "On the way to kitchen.")
+        for count, table in enumerate(tables):
+            if self.fate == "cancelled" and count == 1:
+                self._say("idle", "The delivery was cancelled.", tables[:count])
+                return
+            missed = self.fate == "failed" and count == 0
+            self._say("driving", f"On the way to {table}.", [] if missed else tables[:count])
+        self._say("returning", "On the way to home.", tables)
+        if self.fate == "failed":
+            self._say("failed", f"{tables[0]} was not reached.", tables[1:])
+        else:
+            self._say("idle", "At home, waiting for an order.", tables)
+
+    def _say(self, state: str, sentence: str, delivered: list[str] | None = None) -> None:
+        self.server.show("delivery", Delivery(state=state, step=sentence, delivered=tuple(delivered or ())))
+        self._stopping.wait(STEP)
+
+
+@contextmanager
+def fake_robot(fate: str = "home") -> Iterator[FakeRobot]:
+    """One that is stopped at the end."""
+    robot = FakeRobot(fate)
+    try:
+        yield robot
+    finally:
+        robot.stop()

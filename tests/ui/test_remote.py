@@ -1,0 +1,134 @@
+"""A program that talks to the page: what it understands, and what it says when there is no robot."""
+
+from __future__ import annotations
+
+import http.server
+import threading
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.fake_robot import fake_robot
+
+from chefbot.errors import UserError
+from chefbot.mapping.grid import Grid
+from chefbot.ui import wire
+from chefbot.ui.commands import Drive, Goal, Stop
+from chefbot.ui.layers import Status
+from chefbot.ui.remote import PageGoneError, RemotePage, decode
+from chefbot.ui.server import PageServer
+
+SIZES = st.tuples(st.integers(1, 20), st.integers(1, 20))
+
+
+@given(SIZES, st.integers(0, 99), st.floats(0.01, 1.0), st.floats(-50, 50))
+def test_a_map_survives_the_wire(size: tuple[int, int], seed: int, resolution: float, x: float) -> None:
+    cells = np.random.default_rng(seed).integers(-1, 101, size).astype(np.int8)
+    layer, grid = decode(wire.grid("map", wire.GridImage(cells, resolution, x, 1.0)))
+    assert layer == "map"
+    assert np.array_equal(grid.cells, cells)
+    assert (grid.resolution, grid.origin_x, grid.origin_y) == (resolution, x, 1.0)
+
+
+@given(st.binary(max_size=80) | st.text(max_size=40))
+def test_what_is_no_frame_is_a_value_error(frame: bytes | str) -> None:
+    with pytest.raises(ValueError):
+        decode(frame)
+
+
+@given(st.integers(0, 60), st.integers(0, 255))
+def test_a_damaged_map_is_a_value_error_or_a_map(position: int, byte: int) -> None:
+    frame = bytearray(wire.grid("map", wire.GridImage(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0)))
+    frame[position] = byte
+    try:
+        decode(bytes(frame))
+    except ValueError:
+        return
+
+
+def test_a_map_larger_than_it_says_is_refused() -> None:
+    bomb = wire.grid("map", wire.GridImage(np.zeros((1000, 1000), np.int8), 0.05, 0.0, 0.0))
+    liar = bomb.replace(b'"width":1000,"height":1000', b'"width":9000,"height":9999')
+    with pytest.raises(ValueError):
+        decode(liar)
+
+
+def test_layers_come_and_commands_go() -> None:
+    with fake_robot() as robot, RemotePage(robot.url) as page:
+        assert page.wait_for("status", 20)["phase"] == "Waiting."
+        assert page.wait_for("map", 0.05) is None
+        grid = robot.map_a_room()
+        shown = page.wait_for("map", 20)
+        assert isinstance(shown, Grid)
+        assert np.array_equal(shown.cells, grid.cells)
+        for command in (Stop(), Goal(1.0, 2.0, 0.5), Drive(-0.5, 1.0)):
+            page.send(command)
+            assert robot.heard.get(timeout=20) == command
+
+
+def test_a_robot_that_ends_is_told() -> None:
+    with fake_robot() as robot, RemotePage(robot.url) as page:
+        robot.server.stop()
+        with pytest.raises(PageGoneError, match="has ended"):
+            while True:
+                page.receive(20)
+        with pytest.raises(PageGoneError):
+            page.send(Stop())
+
+
+@pytest.mark.parametrize(
+    "url", ["", "http://", "ftp://127.0.0.1", "http://127.0.0.1:99999", "http://[::1", "a b://"]
+)
+def test_what_is_no_address_is_told(url: str) -> None:
+    with pytest.raises(UserError, match="not the address of a page"):
+        RemotePage(url)
+
+
+def test_where_nothing_listens_no_robot_runs() -> None:
+    with fake_robot() as robot:
+        url = robot.url
+    with pytest.raises(UserError, match=r"no robot runs at .*chefbot launch"):
+        RemotePage(url)
+
+
+class Elsewhere(http.server.BaseHTTPRequestHandler):
+    """A server of something else."""
+
+    def do_GET(self) -> None:
+        self.send_response(200)
+        self.end_headers()
+        self.wfile.write(b"hello")
+
+    def log_message(self, format: str, *args: object) -> None:
+        pass
+
+
+@pytest.fixture
+def elsewhere() -> Iterator[str]:
+    server = http.server.HTTPServer(("127.0.0.1", 0), Elsewhere)
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    yield f"http://127.0.0.1:{server.server_address[1]}"
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def test_another_server_is_no_robot(elsewhere: str) -> None:
+    with pytest.raises(UserError, match="not a robot's page"):
+        RemotePage(elsewhere)
+
+
+def test_a_page_on_the_network_wants_its_token() -> None:
+    server = PageServer(0, "0.0.0.0", print)
+    url = server.start()
+    try:
+        with pytest.raises(UserError, match=r"\?token="):
+            RemotePage(url.partition("?")[0])
+        server.show("status", Status(phase="Here."))
+        with RemotePage(url) as page:
+            assert page.wait_for("status", 20)["phase"] == "Here."
+    finally:
+        server.stop()

@@ -163,6 +163,22 @@ def seen_by_the_camera() -> None:
     write(figure, "depth_to_scan")
 
 
+def simulated_world() -> None:
+    """What the robot's camera sees from three places, with people."""
+    robot, world = load_robot("chefbot"), load_world("hotel")
+    camera = robot.sensors.depth_camera
+    assert camera is not None
+    figure, views = canvas(3, 11.0, 2.9)
+    for axes, place in zip(views, ((0.0, 0.5, 20.0), (3.9, 4.9, -32.0), (1.0, 6.2, 100.0)), strict=True):
+        start = SE2(place[0], place[1], math.radians(place[2]))
+        sim = Simulation(robot, world, "real", seed=SEED, start=start, people=4)
+        frame = DepthRenderer(camera, "real", SEED).frame(sim.capture(), 0, colour=True)
+        axes.imshow(frame.colour)
+        axes.set_xticks([])
+        axes.set_yticks([])
+    write(figure, "world")
+
+
 def odometry() -> None:
     """Wheels alone and wheels with gyro, against the truth."""
     robot = load_robot("chefbot")
@@ -384,6 +400,7 @@ def delivery() -> None:
 ALL = (
     hotel,
     robot_from_its_file,
+    simulated_world,
     seen_by_the_camera,
     odometry,
     slam,

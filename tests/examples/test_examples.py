@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import itertools
 import os
 import re
 import subprocess
@@ -106,7 +107,7 @@ def test_own_planner_goes_from_cell_to_cell_and_through_no_obstacle(
         return
     assert way[0] == start and way[-1] == goal
     assert all(free[cell] for cell in way)
-    assert all(max(abs(a[0] - b[0]), abs(a[1] - b[1])) == 1 for a, b in zip(way, way[1:], strict=False))
+    assert all(max(abs(a[0] - b[0]), abs(a[1] - b[1])) == 1 for a, b in itertools.pairwise(way))
 
 
 def test_own_planner_begins_at_the_robot_and_ends_at_the_goal(own_planner: ModuleType) -> None:

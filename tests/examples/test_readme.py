@@ -1,0 +1,111 @@
+"""What README.md and docs/*.md promise exists: commands, options, launches, files, pictures."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer.main
+
+from chefbot.cli import app
+from chefbot.commands.launch import parse_arguments
+from chefbot.runtime.launch import load_launch
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+FENCE = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
+SOURCE = re.compile(r"`((?:src|examples|docs|tests|bench)/[\w./-]+)`")
+
+
+def commands(page: Path) -> list[list[str]]:
+    """The words of each command in the page's `sh` blocks, without comments."""
+    lines = "".join(FENCE.findall(page.read_text())).replace("\\\n", " ").splitlines()
+    return [words for line in lines if (words := shlex.split(line, comments=True))]
+
+
+def all_commands() -> list[list[str]]:
+    return [words for page in PAGES for words in commands(page)]
+
+
+def without_environment(words: list[str]) -> list[str]:
+    while words and re.match(r"^[A-Z_]+=", words[0]):
+        words = words[1:]
+    return words
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_chefbot_command_is_understood(page: Path) -> None:
+    group = typer.main.get_command(app)
+    for words in map(without_environment, commands(page)):
+        if words[0] != "chefbot":
+            continue
+        context = group.make_context("chefbot", words[1:])
+        if words[1].startswith("-"):
+            continue
+        name, verb, rest = group.resolve_command(context, words[1:])  # type: ignore[attr-defined]
+        assert name and verb
+        parsed = verb.make_context(name, list(rest))
+        if name == "launch" and parsed.params["name"]:
+            file = parsed.params["name"]
+            path = str(ROOT / file) if "/" in file else file
+            load_launch(path, parse_arguments(parsed.params["arguments"] or []))
+
+
+def test_every_make_target_exists() -> None:
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    used = {words[1] for words in all_commands() if words[0] == "make"}
+    assert {"demo", "test"} <= used <= targets
+
+
+def test_every_python_script_exists() -> None:
+    scripts = [words[1] for words in all_commands() if words[0] in ("python", ".venv/bin/python")]
+    scripts = [one for one in scripts if one.endswith(".py")]
+    assert scripts and all((ROOT / one).is_file() for one in scripts)
+
+
+def test_only_known_programs_are_called() -> None:
+    programs = {without_environment(words)[0] for words in all_commands()}
+    assert programs <= {"chefbot", "make", "python", "pip", "git", "cd", "source", ".venv/bin/python"}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_picture_and_file_is_there(page: Path) -> None:
+    text = page.read_text()
+    links = [one for one in LINK.findall(text) if "://" not in one]
+    missing = [one for one in links if not (page.parent / one).exists()]
+    missing += [one for one in SOURCE.findall(text) if not (ROOT / one).exists()]
+    assert not missing
+
+
+def test_every_picture_is_shown_somewhere_and_small() -> None:
+    shown = {
+        Path(one).name for page in PAGES for one in LINK.findall(page.read_text()) if one.endswith(".png")
+    }
+    pictures = list((ROOT / "docs" / "pictures").glob("*.png"))
+    assert {one.name for one in pictures} == shown
+    assert all(one.stat().st_size < 150_000 for one in pictures)
+
+
+def test_the_quick_commands_of_the_readme_run() -> None:
+    quick = [["--version"], ["launch"], *([verb, "--help"] for verb in ("demo", "launch", "replay", "slam"))]
+    for words in quick:
+        done = subprocess.run(
+            [sys.executable, "-m", "chefbot", *words], capture_output=True, text=True, timeout=60, check=False
+        )
+        assert done.returncode == 0 and done.stdout, (words, done.stderr)
+
+
+@pytest.mark.slow
+def test_the_one_liners_of_the_pages_run() -> None:
+    lines = [words for words in all_commands() if words[:2] == ["python", "-c"]]
+    assert lines
+    for words in lines:
+        done = subprocess.run(
+            [sys.executable, *words[1:]], capture_output=True, text=True, timeout=60, check=False
+        )
+        assert done.returncode == 0 and done.stdout, (words, done.stderr)

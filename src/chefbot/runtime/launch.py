@@ -103,7 +103,7 @@ def load_launch(name_or_path: str, given: Mapping[str, str] | None = None) -> La
 def find_launch(name_or_path: str) -> Path:
     """The file of a launch."""
     known = built_in_launches()
-    name = name_or_path.removesuffix(".launch").removesuffix(".xml")
+    name = name_or_path.removesuffix(".xml").removesuffix(".launch")
     if name in known:
         return known[name]
     if "/" in name_or_path or name_or_path.endswith((".yaml", ".yml")):

@@ -1,0 +1,235 @@
+"""The keyboard through a real pseudo-terminal: what drives, what stops, and how the terminal comes back."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import termios
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.fake_robot import fake_robot
+
+from chefbot.devices.keyboard import ARROWS, KeyboardDevice, keys_of
+from chefbot.errors import UserError
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import StepClock
+from chefbot.runtime.launch import Launch, NodeEntry
+from chefbot.runtime.loop import Loop, Publication
+from chefbot.runtime.system import System
+
+SECOND = 1_000_000_000
+KEYBOARD = "chefbot.devices.keyboard:KeyboardDevice"
+PATIENCE = 60.0
+
+
+class Pty:
+    """`type` is what a hand does; the program under test has the other end as its standard input."""
+
+    def __init__(self) -> None:
+        self.hand, self.end = os.openpty()
+        self.stdin = os.fdopen(self.end, closefd=False)
+
+    def type(self, text: str) -> None:
+        os.write(self.hand, text.encode())
+
+    def modes(self) -> list[object]:
+        return termios.tcgetattr(self.end)
+
+    @property
+    def echoes(self) -> bool:
+        return bool(termios.tcgetattr(self.end)[3] & (termios.ECHO | termios.ICANON))
+
+    def hang_up(self) -> None:
+        if self.hand >= 0:
+            os.close(self.hand)
+            self.hand = -1
+
+
+@pytest.fixture
+def pty(monkeypatch: pytest.MonkeyPatch) -> Iterator[Pty]:
+    one = Pty()
+    monkeypatch.setattr(sys, "stdin", one.stdin)
+    yield one
+    one.hang_up()
+    one.stdin.close()
+    os.close(one.end)
+
+
+class Driven:
+    """A system with a keyboard; `said` holds (v, w) of every command and when."""
+
+    def __init__(self, *more: str) -> None:
+        self.loop = Loop(StepClock())
+        self.system = System(self.loop, load_robot("chefbot"), 1)
+        self.said: list[tuple[int, float, float]] = []
+        self.loop.tap(self._hear)
+        self.entries = {kind: NodeEntry(kind=kind) for kind in (KEYBOARD, *more)}
+
+    def start(self) -> None:
+        self.system.launch(Launch(name="t", about="", args={}, nodes=self.entries))
+
+    def until_said(self) -> tuple[float, float]:
+        """Simulated time runs on until the thread of the terminal has brought the next key."""
+        count = len(self.said)
+        self.loop.run(until=lambda: len(self.said) > count)
+        return self.said[-1][1:]
+
+    def run(self, seconds: float) -> None:
+        self.loop.run(until_ns=self.loop.now_ns + round(seconds * SECOND))
+
+    def _hear(self, publication: Publication) -> None:
+        if isinstance(publication.message, Twist):
+            twist = publication.message
+            self.said.append((publication.time_ns, twist.linear.x, twist.angular.z))
+
+
+@pytest.fixture
+def driven(pty: Pty) -> Iterator[Driven]:
+    one = Driven()
+    one.start()
+    yield one
+    one.system.stop()
+
+
+def test_a_key_drives_until_its_dead_man_has_stopped_the_robot(pty: Pty, driven: Driven) -> None:
+    pty.type("i")
+    assert driven.until_said()[0] > 0
+    driven.run(5.0)
+    times, speeds, turns = zip(*driven.said, strict=True)
+    top = speeds.index(max(speeds))
+    assert 0.05 < speeds[top] <= driven.system.robot.max_speed
+    assert list(speeds[: top + 1]) == sorted(speeds[: top + 1])
+    assert list(speeds[top:]) == sorted(speeds[top:], reverse=True)
+    assert speeds[-1] == 0.0
+    assert set(turns) == {0.0}
+    assert {b - a for a, b in pairwise(times)} == {SECOND // 10}
+    assert times[-1] - times[0] < 2 * SECOND, "it must fall silent, so that navigation gets the robot back"
+
+
+def test_space_stops_at_once_and_is_said_even_while_the_robot_stands(pty: Pty, driven: Driven) -> None:
+    pty.type(" ")
+    assert driven.until_said() == (0.0, 0.0)
+    pty.type("u")
+    v, w = driven.until_said()
+    assert v > 0 and w > 0
+    while driven.said[-1][1:] != (0.0, 0.0):
+        pty.type("k")
+        driven.until_said()
+    assert driven.said[-2][1] > 0.0 and len(driven.said) < 30
+
+
+def test_many_keys_between_two_ticks_all_count(pty: Pty, driven: Driven) -> None:
+    keyboard = driven.system.nodes[KEYBOARD]
+    assert isinstance(keyboard, KeyboardDevice)
+    before = keyboard._teleop.speed
+    pty.type("ww" + "x" * 5 + "\x1b[D")
+    assert driven.until_said()[1] >= 0
+    for _ in range(50):
+        if keyboard._teleop.speed != before:
+            break
+        driven.run(0.1)
+    driven.run(0.4)
+    assert keyboard._teleop.speed == pytest.approx(before * 1.1**2 * 0.9**5)
+    assert driven.said[-1][2] > 0.0
+
+
+@given(st.text(max_size=12))
+def test_every_text_is_keys(text: str) -> None:
+    keys = keys_of(text)
+    assert all(len(key) <= 2 for key in keys), "a capital may be two letters when small"
+    assert bool(keys) == bool(text)
+
+
+def test_arrows_and_capitals_mean_their_letters() -> None:
+    assert keys_of("".join(ARROWS)) == ["i", ",", "l", "j"]
+    assert keys_of("I\x1b[A") == ["i", "i"]
+    assert keys_of("i\x1b[5~") == ["i", "\x1b"]
+
+
+def test_the_terminal_is_given_back(pty: Pty) -> None:
+    before = pty.modes()
+    driven = Driven()
+    driven.start()
+    assert not pty.echoes
+    driven.system.stop()
+    assert pty.modes() == before
+
+
+def test_the_terminal_is_given_back_when_another_node_cannot_start(pty: Pty) -> None:
+    before = pty.modes()
+    driven = Driven("chefbot.devices.not_written:NotWrittenDevice")
+    driven.entries["chefbot.devices.not_written:NotWrittenDevice"] = NodeEntry(
+        kind="chefbot.devices.not_written:NotWrittenDevice", params={"sentence": "no such thing"}
+    )
+    with pytest.raises(UserError, match="no such thing"):
+        driven.start()
+    assert not pty.echoes
+    driven.system.stop()
+    assert pty.modes() == before
+
+
+def test_the_terminal_is_given_back_by_a_program_that_fails(pty: Pty) -> None:
+    before = pty.modes()
+    script = (
+        "import termios\nfrom chefbot.devices.terminal import Terminal\nTerminal(print, print)\n"
+        "assert not termios.tcgetattr(0)[3] & termios.ECHO\nraise RuntimeError('on purpose')"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], stdin=pty.end, capture_output=True, timeout=PATIENCE
+    )
+    assert b"on purpose" in done.stderr
+    assert pty.modes() == before
+
+
+def test_a_terminal_that_is_gone_ends_the_run(pty: Pty, driven: Driven) -> None:
+    pty.hang_up()
+    with pytest.raises(UserError, match="terminal of the keyboard is gone"):
+        driven.loop.run()
+
+
+def test_without_a_terminal_it_says_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    file = tmp_path / "keys.txt"
+    file.write_text("iii")
+    with file.open() as stdin:
+        for one in (stdin, None):
+            monkeypatch.setattr(sys, "stdin", one)
+            with pytest.raises(UserError, match="needs a terminal"):
+                Driven().start()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", ["\x03", "robot gone"])
+def test_keyboard_teleop_drives_a_running_robot_and_gives_the_terminal_back(pty: Pty, end: str) -> None:
+    """The whole command as a person starts it, in a session whose terminal this is."""
+    before = pty.modes()
+    script = (
+        "import fcntl, os, sys, termios\nos.setsid()\nfcntl.ioctl(0, termios.TIOCSCTTY, 0)\n"
+        "from chefbot.cli import main\nmain()"
+    )
+    with fake_robot() as robot:
+        command = [sys.executable, "-c", script, "launch", "keyboard_teleop", f"page:={robot.url}"]
+        process = subprocess.Popen(command, stdin=pty.end, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        assert process.stdout is not None
+        said = b""
+        while b"limits are" not in said:
+            line = process.stdout.readline()
+            assert line, process.communicate(timeout=PATIENCE)
+            said += line
+        pty.type("i")
+        drive = robot.heard.get(timeout=PATIENCE)
+        assert 0.0 < drive.v < 1.0 and drive.w == 0.0  # type: ignore[attr-defined]
+        if end == "\x03":
+            pty.type(end)
+        else:
+            robot.server.stop()
+        _, fault = process.communicate(timeout=PATIENCE)
+    assert process.returncode == (0 if end == "\x03" else 2)
+    assert (b"has ended" in fault) == (end != "\x03")
+    assert pty.modes() == before

@@ -1,0 +1,179 @@
+"""Every launch file that comes with the package: it parses, it runs, and it runs the same way again.
+
+New launch files are tested as soon as they are there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from tests.fake_robot import fake_robot
+
+from chefbot.commands.launch import run_launch
+from chefbot.commands.session import session, start
+from chefbot.errors import UserError
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.robot.load import load_robot
+from chefbot.runtime.files import save_map
+from chefbot.runtime.launch import built_in_launches, load_launch, node_class, node_params
+from chefbot.runtime.loop import Publication
+from chefbot.runtime.places import places_path, save_places
+from chefbot.runtime.replay import Replay, read_log
+from chefbot.runtime.system import System
+from chefbot.sim.floor_plan import lidar_plan
+from chefbot.sim.load import load_any_world
+
+NEEDS_A_ROBOT = {"keyboard_teleop", "view_robot", "view_navigation"}
+REFUSES = {"robot_standalone"}
+PARTS = {name for name in built_in_launches() if not load_launch(name).about}
+ALONE = sorted(set(built_in_launches()) - NEEDS_A_ROBOT - REFUSES - PARTS)
+CHAPTER = {
+    *("chefbot_empty_world", "chefbot_hotel_world", "gmapping_demo", "amcl_demo", "view_navigation"),
+    *("view_robot", "model_robot", "3dsensor", "keyboard_teleop", "robot_standalone"),
+}
+SECOND = 1_000_000_000
+SEED, SECONDS, NUDGES = 11, 3, 12
+DRIVING = Twist.of(0.2, 0.4)
+
+
+class Said(NamedTuple):
+    """One publication, small enough to keep."""
+
+    topic: str
+    publisher: str
+    time_ns: int
+    digest: bytes
+
+
+@pytest.fixture(scope="module")
+def saved_map(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The room as a mapper would save it, with its places beside it."""
+    path = tmp_path_factory.mktemp("map") / "room.yaml"
+    world = load_any_world("room")
+    save_map(path, lidar_plan(world, load_robot("chefbot_lidar")))
+    save_places(places_path(path), world.places)
+    return path
+
+
+def given(name: str, saved_map: Path) -> dict[str, str]:
+    """Arguments with which the launch runs fast and without a screen."""
+    wanted = {"headless": "true", "seed": str(SEED), "map": str(saved_map), "pictures": "1"}
+    known = load_launch(name).args
+    if known.get("world", "empty") != "empty":
+        wanted |= {"world": "room", "people": "1"}
+    return {key: value for key, value in wanted.items() if key in known}
+
+
+def run(name: str, arguments: dict[str, str], record: Path | None = None) -> list[Said]:
+    """All that was said in some seconds, while somebody drives now and then."""
+    launch = load_launch(name, arguments)
+    said: list[Said] = []
+
+    def hear(one: Publication) -> None:
+        digest = hashlib.sha256(one.message.to_cdr()).digest()
+        said.append(Said(one.topic, one.publisher, one.time_ns, digest))
+
+    robot = load_robot(str(launch.args["robot"]))
+    with session(robot, int(launch.args["seed"]), launch.clock, 0.0, record) as system:
+        system.loop.tap(hear)
+        start(system, launch)
+        for _ in range(NUDGES):
+            nudge(system)
+            system.loop.run(until_ns=system.loop.now_ns + SECONDS * SECOND // NUDGES)
+    return said
+
+
+def nudge(system: System) -> None:
+    system.loop.post(lambda: system.loop.publish("cmd_vel_teleop", DRIVING, "person", from_device=True))
+
+
+def test_the_chapters_launches_are_there() -> None:
+    assert set(built_in_launches()) >= CHAPTER
+    assert not CHAPTER & PARTS, "each says what it is about"
+
+
+@pytest.mark.parametrize("name", sorted(built_in_launches()))
+def test_its_params_are_valid(name: str) -> None:
+    launch = load_launch(name)
+    for node, entry in launch.nodes.items():
+        node_params(node_class(entry.kind, node), entry.params, node)
+    assert launch.nodes
+    assert launch == load_launch(name + ".launch") == load_launch(name + ".launch.xml")
+
+
+@pytest.mark.parametrize(
+    ("name", "robot"), [*((name, "chefbot") for name in ALONE), ("gmapping_demo", "chefbot_lidar")]
+)
+def test_it_does_the_same_again_and_its_replay_too(
+    name: str, robot: str, saved_map: Path, tmp_path: Path
+) -> None:
+    arguments = {**given(name, saved_map), "robot": robot}
+    first = run(name, arguments, tmp_path / "run.mcap")
+    again = run(name, arguments)
+    difference = next((pair for pair in zip(first, again, strict=False) if pair[0] != pair[1]), None)
+    assert difference is None
+    assert len(first) == len(again)
+    assert all(count > 1 for topic, count in Counter(one.topic for one in first).items() if topic == "tf")
+    assert {"tf", "imu/data", "wheel_ticks"} <= {one.topic for one in first}
+    replay = Replay(read_log(tmp_path / "run.mcap"))
+    replay.run()
+    assert replay.differences == []
+    assert replay.compared > 5 * SECONDS
+
+
+def test_another_seed_is_another_run(saved_map: Path) -> None:
+    arguments = given("chefbot_hotel_world", saved_map)
+    one, other = (run("chefbot_hotel_world", {**arguments, "seed": seed}) for seed in ("1", "2"))
+    assert one != other
+
+
+@pytest.mark.parametrize("name", ["chefbot_hotel_world", "gmapping_demo", "amcl_demo"])
+def test_a_person_can_drive_it(name: str, saved_map: Path) -> None:
+    launch = load_launch(name, given(name, saved_map))
+    with session(load_robot("chefbot"), SEED, launch.clock, 0.0, None) as system:
+        start(system, launch)
+        for _ in range(NUDGES):
+            nudge(system)
+            system.loop.run(until_ns=system.loop.now_ns + SECONDS * SECOND // NUDGES)
+        pose = system.transforms.lookup("map", "base_link")
+    assert pose.x > 0.2
+    assert 0.2 < pose.yaw < 1.5
+
+
+def test_the_depth_camera_alone_makes_a_scan_on_the_map(saved_map: Path) -> None:
+    launch = load_launch("3dsensor", given("3dsensor", saved_map))
+    topics: set[str] = set()
+    with session(load_robot("chefbot"), SEED, launch.clock, 0.0, None) as system:
+        system.loop.tap(lambda one: topics.add(one.topic))
+        start(system, launch)
+        system.loop.run(until_ns=2 * SECOND)
+        system.transforms.lookup("map", "camera_depth_frame")
+    assert {"camera/depth/image_raw", "camera/color/image_raw", "scan", "obstacles"} <= topics
+    assert "odom" not in topics
+
+
+@pytest.mark.parametrize("name", ["view_robot", "view_navigation"])
+def test_views_need_a_robot_that_runs(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        page = f"page:={robot.url}"
+        run_launch(name, ["headless:=true", "duration:=5", "speed:=0", page])
+    assert "A robot runs at" in capsys.readouterr().out
+    with pytest.raises(UserError, match="no robot runs at"):
+        run_launch(name, ["headless:=true", page])
+
+
+def test_views_open_the_browser(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) or True)
+    with fake_robot() as robot:
+        run_launch("view_navigation", [f"page:={robot.url}"])
+        assert opened == [robot.url]
+
+
+def test_the_built_robot_is_refused_in_a_sentence() -> None:
+    with pytest.raises(UserError, match=r"driver .* does not exist yet.*chefbot_hotel_world"):
+        run_launch("robot_standalone", ["headless:=true", "duration:=5", "speed:=0"])

@@ -1,0 +1,125 @@
+"""Driving a robot by its page: shares of its limits, not too many, and a sentence when it does not work."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from tests.fake_robot import FakeRobot, fake_robot
+
+from chefbot.errors import UserError
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.std_msgs import String
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import StepClock
+from chefbot.runtime.launch import Launch, NodeEntry
+from chefbot.runtime.loop import Loop
+from chefbot.runtime.system import System
+from chefbot.ui.commands import Drive
+from chefbot.ui.remote import RemotePage
+
+SECOND = 1_000_000_000
+TICK = SECOND // 10
+PATIENCE = 20.0
+
+
+class Driver:
+    """A loop whose only device drives the robot at `url`."""
+
+    def __init__(self, url: str) -> None:
+        self.loop = Loop(StepClock())
+        self.system = System(self.loop, load_robot("chefbot"), 1)
+        self.remarks: list[str] = []
+        self.loop.subscribe("remote_drive/remark", "test", self._hear)
+        entry = NodeEntry(kind="chefbot.ui.remote_drive:RemoteDriveDevice", params={"page": url})
+        self.system.launch(Launch(name="t", about="", args={}, nodes={"drive": entry}))
+
+    def _hear(self, message: object) -> None:
+        assert isinstance(message, String)
+        self.remarks.append(message.data)
+
+    def say(self, v: float, w: float, after_ns: int = TICK) -> None:
+        at = self.loop.now_ns + after_ns
+        self.loop.at(at, 0, lambda: self.loop.publish("cmd_vel_teleop", Twist.of(v, w), "hand"))
+        self.loop.run(until_ns=at)
+
+    def run_until_remark(self) -> None:
+        """The remark comes from the connection's thread."""
+        for _ in range(2000):
+            self.loop.run()
+            if self.remarks:
+                return
+            time.sleep(0.01)
+        raise AssertionError("no remark came")
+
+
+def heard(robot: FakeRobot) -> Drive:
+    command = robot.heard.get(timeout=PATIENCE)
+    assert isinstance(command, Drive)
+    return command
+
+
+def test_twists_arrive_as_shares_of_the_limits() -> None:
+    with fake_robot() as robot:
+        driver = Driver(robot.url)
+        limits = driver.system.robot
+        driver.say(limits.max_speed / 2, -limits.max_turn)
+        assert heard(robot) == Drive(0.5, -1.0)
+        driver.say(9.0, -9.0)
+        assert heard(robot) == Drive(1.0, -1.0)
+        driver.say(0.0, 0.0)
+        assert heard(robot) == Drive(0.0, 0.0)
+        driver.system.stop()
+
+
+def test_too_many_twists_are_thinned_out_but_a_stop_never() -> None:
+    with fake_robot() as robot:
+        driver = Driver(robot.url)
+        for _ in range(50):
+            driver.say(0.1, 0.0, SECOND // 100)
+        driver.say(0.0, 0.0, 1)
+        count = 1
+        while not heard(robot).still:
+            count += 1
+        assert 8 <= count <= 12
+        driver.system.stop()
+
+
+def test_who_is_refused_is_told_why() -> None:
+    with fake_robot() as robot, RemotePage(robot.url) as other:
+        driver = Driver(robot.url)
+        for _ in range(500):  # until our word and theirs meet within the page's patience
+            other.send(Drive(1.0, 0.0))
+            driver.say(0.1, 0.0)
+            driver.loop.run()
+            if driver.remarks:
+                break
+            time.sleep(0.04)
+        driver.run_until_remark()
+        assert "on another screen" in driver.remarks[0]
+        driver.system.stop()
+
+
+def test_leaving_lets_the_robot_stand() -> None:
+    with fake_robot() as robot:
+        driver = Driver(robot.url)
+        driver.say(0.1, 0.1)
+        assert not heard(robot).still
+        driver.system.stop()
+        assert heard(robot).still
+
+
+def test_a_robot_that_ends_ends_the_driving() -> None:
+    with fake_robot() as robot:
+        driver = Driver(robot.url)
+        robot.server.stop()
+        with pytest.raises(UserError, match="has ended"):
+            for _ in range(2000):
+                driver.loop.run()
+                time.sleep(0.01)
+        driver.system.stop()
+
+
+def test_no_robot_no_drive() -> None:
+    with pytest.raises(UserError, match="no robot runs at"):
+        Driver("http://127.0.0.1:1")

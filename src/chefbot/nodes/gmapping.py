@@ -16,10 +16,23 @@ from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
 
 
+CAMERA = GmappingParams(
+    srr=0.005, str=0.001, srt=0.001, stt=0.003, least_shift=0.001, least_turn=0.0005, independent_beams=100.0
+)
+"""A narrow view says little of the heading: believe wheels and gyro as far as they deserve it."""
+
+
+class GmappingNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Settings of the mapper, for each kind of mapping sensor."""
+
+    lidar: GmappingParams = GmappingParams()
+    camera: GmappingParams = CAMERA
+
+
 class GmappingNode(Node):
     """Publishes the map and the transform map -> odom; the map frame begins where the robot stands."""
 
-    params: GmappingParams
+    params: GmappingNodeParams
     scan: In[LaserScan]
     map: Out[OccupancyGrid] = topic(latched=True)
     tf_out: Out[TFMessage] = topic("tf")
@@ -43,10 +56,11 @@ class GmappingNode(Node):
         self.tf_out.publish(TFMessage((transform,)))
 
     def _settings(self) -> GmappingParams:
-        """The params, with this run's seed, and no walls drawn from ranges that the sensor does not know well."""
-        seed = int(self.context.rng().integers(2**31)) + self.params.seed
-        reach = min(self.params.max_range, trusted_range(self.robot, self.params.resolution))
-        return msgspec.structs.replace(self.params, seed=seed, max_range=reach)
+        """Of the robot's sensor, with this run's seed; no walls from ranges that are not known to a cell."""
+        params = self.params.camera if self.robot.sensors.lidar is None else self.params.lidar
+        seed = int(self.context.rng().integers(2**31)) + params.seed
+        reach = min(params.max_range, trusted_range(self.robot, params.resolution))
+        return msgspec.structs.replace(params, seed=seed, max_range=reach)
 
     @every(hz=0.5)
     def publish_map(self) -> None:

@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.params import GmappingParams
 
-_LEAST = np.array([1e-4, 1e-4, 1e-4])
-"""Variance of a step without motion (1 cm, 0.01 rad): stamps of scan and odometry never agree exactly."""
-
 
 class Step:
     """The motion since the last processed scan, and the way it took."""
@@ -44,7 +41,8 @@ class Step:
             p.srr * (aside + wander) + p.str * r + sideways * ahead,
             p.stt * r + p.srt * t,
         ]
-        return np.square(sd) + _LEAST
+        least = np.array([p.least_shift, p.least_shift, p.least_turn])
+        return np.square(sd) + np.square(least)
 
 
 def compose(poses: NDArray[np.float64], steps: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -46,6 +46,11 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     stt: Annotated[
         float, Meta(ge=0.0, le=1.0, description="heading error due to rotation, rad per rad (std. deviation)")
     ] = 0.2
+    least_shift: Annotated[
+        float,
+        Meta(ge=0.0001, le=0.1, description="odometry's error of a step without motion, m; stamps differ"),
+    ] = 0.01
+    least_turn: Annotated[float, Meta(ge=0.0001, le=0.1, description="the same in heading, rad")] = 0.01
     independent_beams: Annotated[
         float, Meta(ge=1.0, le=1000.0, description="a scan counts as at most so many independent beams")
     ] = 30.0

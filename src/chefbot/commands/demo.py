@@ -15,7 +15,7 @@ from chefbot.commands.report import write_report
 from chefbot.commands.score import Scorer, clicked
 from chefbot.commands.session import session, start, stop_on_signals
 from chefbot.commands.summary import DemoResult, summarize
-from chefbot.commands.warm import warm_kernels
+from chefbot.commands.warm import Warming, start_warming
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import ExplorationStatus, Order
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
@@ -35,6 +35,8 @@ from chefbot.ui.page import CLICK_STD_XY, CLICK_STD_YAW
 SECOND = 1_000_000_000
 EXPLORE_LIMIT, FIND_LIMIT, DELIVER_LIMIT = 3600.0, 400.0, 1800.0
 """Seconds of the robot's time after which a phase has failed."""
+FIRST_PICTURE = 2_500_000_000
+"""Nanoseconds of the robot's time until there is a first map, before anything is planned on it."""
 TABLES = 3
 console = Console(highlight=False)
 
@@ -59,9 +61,9 @@ def run_demo(options: DemoOptions) -> int:
     robot, world = load_robot(options.robot), load_any_world(options.world)
     tables = chosen_tables(world, options.seed)
     _make_folder(options.out)
-    warm_kernels(console)
+    warming = start_warming(console, None if options.headless else options.port)
     with session(robot, options.seed, "simulation", speed, options.out / "run.mcap") as system:
-        demo = Demo(system, robot, world, options, tables)
+        demo = Demo(system, robot, world, options, tables, warming)
         with stop_on_signals(demo.give_up):
             demo.run()
     result = demo.result()
@@ -105,10 +107,17 @@ class Demo:
     """The person who runs the show: starts launches, clicks, orders; sees the truth only to score and to click."""
 
     def __init__(
-        self, system: System, robot: Robot, world: World, options: DemoOptions, tables: list[str]
+        self,
+        system: System,
+        robot: Robot,
+        world: World,
+        options: DemoOptions,
+        tables: list[str],
+        warming: Warming,
     ) -> None:
         self.system, self.robot, self.world, self.options, self.tables = system, robot, world, options, tables
         self.places = {name: world.start.between(pose) for name, pose in world.places.items()}
+        self._warming = warming
         self.scorer = Scorer(system, self.places)
         self.map_path = options.out / "map.yaml"
         self.explored = ExplorationStatus()
@@ -144,6 +153,7 @@ class Demo:
     def _explore(self) -> str:
         self._start("explore", {})
         self._say("Exploring: mapping the world alone")
+        self._finish_warming()
         if not self._until(EXPLORE_LIMIT, lambda: self.explored.done):
             return f"exploration was not done after {EXPLORE_LIMIT:.0f} s"
         if self.scorer.map is None:
@@ -210,8 +220,17 @@ class Demo:
 
     def _open_page(self) -> None:
         page: Any = self.system.nodes["page"]
-        console.print(f"The operator's page: [bold]{page.url}[/]")
-        webbrowser.open(page.url)
+        if not self._warming.page_opened:
+            console.print(f"The operator's page: [bold]{page.url}[/]")
+            webbrowser.open(page.url)
+
+    def _finish_warming(self) -> None:
+        """With a first picture on the page, wait for the kernels that thought needs."""
+        if self._warming.busy:
+            self.system.loop.run(until_ns=self.system.loop.now_ns + FIRST_PICTURE)
+            page: Any = self.system.nodes.get("page")
+            self._warming.wait(show=page.show_progress if page else lambda _: None)
+            self._began = wall_ns()
 
     def _until(self, limit: float, done: Callable[[], bool]) -> bool:
         """Run until `done`, for `limit` seconds of the robot's time at most; shows how far it is."""

@@ -58,6 +58,11 @@ class Warming:
             self._workers.append(worker)
             worker.start()
 
+    @property
+    def busy(self) -> bool:
+        """Whether something is still to be compiled."""
+        return self._waits_for(self._wanted)
+
     def wait(self, groups: Sequence[str] = tuple(GROUPS), show: Show = lambda _: None) -> None:
         """Until these groups are compiled; `show` is told how far it is."""
         missing = [group for group in groups if group in self._wanted]

@@ -35,7 +35,7 @@ from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.runtime.transforms import TransformError
 from chefbot.ui import commands as do
-from chefbot.ui.layers import Delivery, RobotView, Scan, Status
+from chefbot.ui.layers import Delivery, Progress, RobotView, Scan, Status
 from chefbot.ui.server import PageServer
 
 CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
@@ -112,6 +112,10 @@ class PageDevice(Device):
         self._server.stop()
 
     # -- what is shown
+
+    def show_progress(self, progress: Progress) -> None:
+        """A long job of the computer's, not the robot's; any thread."""
+        self._server.show("progress", progress)
 
     def on_map(self, message: OccupancyGrid) -> None:
         """The map, as it grows."""

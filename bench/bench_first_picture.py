@@ -1,0 +1,117 @@
+"""How long a user waits for the first picture after `chefbot demo`, with kernels compiled and without.
+
+A WebSocket client takes the browser's part: it knocks at the page from the first moment on and notes when
+each layer comes first. `--cold` compiles into an empty cache before the warm start is measured.
+
+Run: python bench/bench_first_picture.py [--cold] [--robot chefbot_lidar] [--world room]
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import websockets
+
+PORT = 18417
+PICTURE = ("robot", "map", "camera")
+WANTED = (*PICTURE, "scan")
+LIMIT = 300.0
+SOURCE = Path(__file__).resolve().parents[1] / "src"
+
+
+def layer_of(frame: str | bytes) -> str:
+    """The layer's name: text frames are JSON; binary ones begin with the length of a JSON header."""
+    if isinstance(frame, str):
+        return str(json.loads(frame).get("layer", ""))
+    size = int.from_bytes(frame[:2], "little")
+    return str(json.loads(frame[2 : 2 + size]).get("layer", ""))
+
+
+async def watch(began: float, process: subprocess.Popen[str]) -> dict[str, float]:
+    """Seconds from `began` to the first frame of each layer, until all that are wanted have come."""
+    seen: dict[str, float] = {}
+    while not set(WANTED) <= set(seen) and time.monotonic() - began < LIMIT and process.poll() is None:
+        try:
+            async with websockets.connect(f"ws://127.0.0.1:{PORT}/live", max_size=None) as page:
+                seen.setdefault("page", time.monotonic() - began)
+                while not set(WANTED) <= set(seen):
+                    frame = await asyncio.wait_for(page.recv(), LIMIT)
+                    seen.setdefault(layer_of(frame), time.monotonic() - began)
+        except (OSError, websockets.WebSocketException):
+            await asyncio.sleep(0.05)
+    return seen
+
+
+def first_frames(robot: str, world: str, caches: Path) -> dict[str, float]:
+    """Of one start of the demo with these caches; the demo is ended then."""
+    environment = {
+        **os.environ,
+        "NUMBA_CACHE_DIR": str(caches / "numba"),
+        "XDG_CACHE_HOME": str(caches / "user"),
+        "PYTHONPATH": str(SOURCE),
+        "BROWSER": "true",
+    }
+    options = ["--robot", robot, "--world", world, "--port", str(PORT), "--out", str(caches / "run")]
+    with (caches / "output.txt").open("w") as output:
+        began = time.monotonic()
+        process = subprocess.Popen(
+            [sys.executable, "-m", "chefbot", "demo", *options], env=environment, text=True, stdout=output
+        )
+        try:
+            return asyncio.run(watch(began, process))
+        finally:
+            process.terminate()
+            process.wait()
+
+
+def row(name: str, seen: dict[str, float]) -> None:
+    """One line of the table."""
+    names = ("page", "progress", *WANTED)
+    print(f"{name:8}" + "".join(f"{seen[n]:10.2f}" if n in seen else f"{'-':>10}" for n in names))
+
+
+def main() -> None:
+    """The table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cold", action="store_true")
+    parser.add_argument("--robot", default="chefbot")
+    parser.add_argument("--world", default="hotel")
+    parser.add_argument("--repeats", type=int, default=3)
+    given = parser.parse_args()
+    print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}; {given.robot} in {given.world}; seconds")
+    print(f"{'caches':8}" + "".join(f"{name:>10}" for name in ("page", "progress", *WANTED)))
+    with tempfile.TemporaryDirectory() as folder:
+        caches = Path(folder)
+        cold = first_frames(given.robot, given.world, caches)
+        if given.cold:
+            row("cold", cold)
+        fill(given.robot, given.world, caches)
+        runs = [first_frames(given.robot, given.world, caches) for _ in range(given.repeats)]
+        for seen in runs:
+            row("warm", seen)
+
+
+def fill(robot: str, world: str, caches: Path) -> None:
+    """Let the compilation end that the cold start began."""
+    environment = {
+        **os.environ,
+        "NUMBA_CACHE_DIR": str(caches / "numba"),
+        "XDG_CACHE_HOME": str(caches / "user"),
+        "PYTHONPATH": str(SOURCE),
+    }
+    code = (
+        "from rich.console import Console; from chefbot.commands.warm import warm_kernels as w; w(Console())"
+    )
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True, stdout=subprocess.DEVNULL)
+
+
+if __name__ == "__main__":
+    main()

@@ -104,7 +104,7 @@ def _make_folder(out: Path) -> None:
 
 
 class Demo:
-    """The person who runs the show: starts launches, clicks, orders; sees the truth only to score and to click."""
+    """The person who runs the show: starts launches, clicks, orders; sees the truth to score and to click."""
 
     def __init__(
         self,
@@ -245,7 +245,8 @@ class Demo:
     def _progress(self) -> str:
         seconds, spent = self.system.loop.now_ns / 1e9, (wall_ns() - self._began) / 1e9
         pose = self.scorer.last_truth
-        return f"{self._phase}: {seconds:.0f} s, {seconds / spent:.1f} x real time, at ({pose.x:.1f}, {pose.y:.1f}) m"
+        pace = f"{seconds:.0f} s, {seconds / spent:.1f} x real time"
+        return f"{self._phase}: {pace}, at ({pose.x:.1f}, {pose.y:.1f}) m"
 
     def _say(self, sentence: str) -> None:
         self._phase = sentence

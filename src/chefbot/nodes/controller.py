@@ -66,7 +66,7 @@ class ControllerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
 
 
 class ControllerNode(Node):
-    """Serves follow_path, spin and backup, in the frame `odom`, where what was seen stays where it was seen."""
+    """Serves follow_path, spin and backup, in the frame `odom`: what was seen stays where it was seen."""
 
     params: ControllerNodeParams
     scan: In[LaserScan]

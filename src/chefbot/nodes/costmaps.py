@@ -28,9 +28,8 @@ def mark_laser(costs: LayeredCostmap, sensor: SE2, scan: LaserScan) -> None:
 
 def mark_obstacles(costs: LayeredCostmap, sensor: SE2, seen: ObstacleScan) -> None:
     """What a depth camera saw, from above its foot `sensor` in the costmap's frame."""
-    angles: NDArray[np.float64] = float(seen.angle_min) + np.arange(len(seen.ranges)) * float(
-        seen.angle_increment
-    )
+    steps = np.arange(len(seen.ranges), dtype=np.float64)
+    angles: NDArray[np.float64] = np.asarray(seen.angle_min + steps * seen.angle_increment, np.float64)
     floor = (seen.clear_from.astype(np.float64), seen.clear_to.astype(np.float64))
     costs.mark_and_clear("camera", sensor, angles, seen.ranges.astype(np.float64), floor)
 

@@ -53,7 +53,7 @@ class ExplorerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
 
 
 class ExplorerNode(Node):
-    """Sends the navigator from frontier to frontier; `exploration_status` says how far it is and what is left."""
+    """Sends the navigator from frontier to frontier; `exploration_status` says how far it is, what is left."""
 
     params: ExplorerNodeParams
     map: In[OccupancyGrid]

@@ -15,7 +15,6 @@ from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
 
-
 CAMERA = GmappingParams(
     srr=0.005, str=0.001, srt=0.001, stt=0.003, least_shift=0.001, least_turn=0.0005, independent_beams=100.0
 )

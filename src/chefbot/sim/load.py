@@ -6,8 +6,8 @@ from pathlib import Path
 
 from chefbot.config import parse_yaml, read_bytes
 from chefbot.runtime.files import load_map
-from chefbot.sim.world import World, load_world
 from chefbot.sim.map_world import world_from_map
+from chefbot.sim.world import World, load_world
 
 
 def load_any_world(name_or_path: str) -> World:

@@ -24,12 +24,11 @@ STORE = get_typestore(Stores.ROS2_JAZZY)
 
 
 def all_messages() -> list[type[Message]]:
-    found = []
+    found: list[type[Message]] = []
     for module in pkgutil.iter_modules(chefbot.msgs.__path__):
         loaded = importlib.import_module(f"chefbot.msgs.{module.name}")
-        for value in vars(loaded).values():
-            if isinstance(value, type) and issubclass(value, Message) and value.__module__ == loaded.__name__:
-                found.append(value)
+        classes = [value for value in vars(loaded).values() if isinstance(value, type)]
+        found += [one for one in classes if issubclass(one, Message) and one.__module__ == loaded.__name__]
     return [one for one in found if one is not Message]
 
 

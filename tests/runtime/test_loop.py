@@ -42,7 +42,7 @@ def test_messages_are_done_before_timers_of_the_same_instant() -> None:
     loop = Loop(StepClock())
     seen: list[str] = []
     loop.subscribe("a", "first", lambda m: loop.publish("b", m, "first"))
-    loop.subscribe("b", "second", lambda m: seen.append("b"))
+    loop.subscribe("b", "second", lambda _: seen.append("b"))
     loop.at(5, TIMER, lambda: seen.append("timer"))
     loop.at(5, DEVICE, lambda: loop.publish("a", String("x"), "device"))
     loop.run()

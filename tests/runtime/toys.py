@@ -64,7 +64,7 @@ class Cook(Node):
     deliver = serves(Deliver)
     dishes: Out[String] = topic(latched=True)
 
-    async def on_deliver(self, goal: Deliver_Goal, feedback: object) -> Deliver_Result:
+    async def on_deliver(self, goal: Deliver_Goal, _: object) -> Deliver_Result:
         done = []
         for place in goal.places:
             await self.sleep(1.0)

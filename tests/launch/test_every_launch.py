@@ -94,6 +94,8 @@ def nudge(system: System) -> None:
 def test_the_chapters_launches_are_there() -> None:
     assert set(built_in_launches()) >= CHAPTER
     assert not CHAPTER & PARTS, "each says what it is about"
+    page = (Path(__file__).parents[2] / "docs" / "chapter.md").read_text()
+    assert [name for name in sorted(CHAPTER) if f"chefbot launch {name}" not in page] == []
 
 
 @pytest.mark.parametrize("name", sorted(built_in_launches()))

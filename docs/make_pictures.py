@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import Any
 
 import numpy as np
 from matplotlib.patches import Circle, Rectangle
@@ -27,26 +26,24 @@ from picture_tools import (
     said,
     scans_with_odometry,
     second_launch,
+    snapshot,
+    trajectory,
     truth,
     window,
     write,
 )
 
 from chefbot.commands.summary import true_plan
-from chefbot.control.controller import INSCRIBED
 from chefbot.control.dwa import Dwa
-from chefbot.control.dwa_kernel import roll_out
 from chefbot.control.kinematics import wheel_speeds
 from chefbot.control.limiter import Limiter
 from chefbot.control.limits import Limits
 from chefbot.costmap.layers import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.values import Costmap
 from chefbot.exploration.explorer import Explorer
 from chefbot.exploration.frontiers import find_frontiers
 from chefbot.localization.amcl import Amcl
 from chefbot.localization.params import AmclParams
-from chefbot.mapping.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, WheelTicks
 from chefbot.msgs.nav_msgs import OccupancyGrid
@@ -77,7 +74,7 @@ def hotel() -> None:
     times, poses = truth("chefbot")
     mapping = times < second_launch("chefbot")
     figure, (left, right) = canvas(2, 11.0, 4.9)
-    draw_grid(left, plan, "the hotel, and the way that the robot found to map it")
+    draw_grid(left, plan, "the hotel, and how the robot drove to map it")
     left.plot(*poses[mapping, :2].T, color=BLUE, lw=0.9)
     draw_grid(right, load_map(folder / "map.yaml"), "the map that it made, and its way to three tables")
     right.plot(*poses[~mapping, :2].T, color=ORANGE, lw=1.2)
@@ -186,7 +183,7 @@ def odometry() -> None:
     board, limiter = Board(robot, sim), Limiter(Limits.of(robot))
     wheels, both = DeadReckoning(robot), GyroEkf(robot)
     rows, covariance = [], []
-    for tick in range(1, 50 * 240):
+    for tick in range(1, 50 * 170):
         board.run_until(tick * 20_000_000)
         rate, counts = float(sim.imu()[0][2]), sim.wheel_ticks()
         a, b = wheels.update(*counts, 0.02), both.update(*counts, rate, 0.02)
@@ -197,7 +194,7 @@ def odometry() -> None:
             rows.append([tick * 0.02, *sim.truth().pose, *a.pose, *b.pose])
             covariance.append([math.sqrt(np.trace(e.covariance[:2, :2])) for e in (a, b)])
     data, sigma = np.array(rows), np.array(covariance)
-    figure, (way, error) = canvas(2, 10.0, 3.9)
+    figure, (way, error) = canvas(2, 9.0, 3.5)
     for axes_column, colour, label in ((4, ORANGE, "wheels alone"), (7, GREEN, "wheels and gyro")):
         way.plot(data[:, axes_column], data[:, axes_column + 1], color=colour, lw=1, label=label)
         off = np.hypot(*(data[:, axes_column : axes_column + 2] - data[:, 1:3]).T)
@@ -275,7 +272,7 @@ def amcl() -> None:
     assert lidar is not None
     filter_, times_poses = Amcl(AmclParams(seed=SEED), grid, lidar.mount.planar), truth("chefbot_lidar")
     figure, axes = canvas(4, 12.0, 2.9)
-    shown = {0: 0, 1: 1, 4: 2, 12: 3}
+    shown = {1: 1, 2: 2, 8: 3}
     updates = 0
     scans = scans_with_odometry("chefbot_lidar", begin, begin + 120.0)
     snapshot(axes[0], grid, filter_, "before the first scan", None)
@@ -287,17 +284,6 @@ def amcl() -> None:
                 known = "sure" if filter_.converged else "not sure"
                 snapshot(axes[shown[updates]], grid, filter_, f"after scan {updates}: {known}", here)
     write(figure, "amcl")
-
-
-def snapshot(axes: Any, grid: Grid, filter_: Amcl, title: str, here: SE2 | None) -> None:
-    """Particles as dots, the truth as a circle."""
-    draw_grid(axes, grid, title + f", {len(filter_.particles)} particles")
-    step = max(1, len(filter_.particles) // 1500)
-    axes.plot(*filter_.particles[::step, :2].T, ".", color=BLUE, ms=1.5)
-    if here is not None:
-        axes.add_patch(Circle((here.x, here.y), 0.5, fill=False, edgecolor=RED, lw=1.5))
-    axes.title.set_fontsize(8)
-    window(axes, grid)
 
 
 def planning() -> None:
@@ -353,31 +339,6 @@ def dwa() -> None:
     axes.set(xlim=(-0.25, 1.25), ylim=(-0.6, 0.5))
     axes.set_title(f"chosen: {v:.2f} m/s, {w:.2f} rad/s", fontsize=10)
     write(figure, "dwa")
-
-
-def trajectory(
-    axes: Any,
-    costmap: Costmap,
-    now: tuple[float, float],
-    twist: tuple[float, float],
-    limits: Limits,
-    *,
-    chosen: bool = False,
-) -> None:
-    """Where a twist leads in 1.5 s, with the ramp to it; red if it would touch something."""
-    cell = costmap.resolution
-    ramp = max(
-        abs(twist[0] - now[0]) / limits.acceleration, abs(twist[1] - now[1]) / limits.turn_acceleration
-    )
-    points, blocked = [], False
-    for end in np.linspace(0.075, 1.5, 20):
-        x, y, *_, blocked = roll_out(
-            costmap.cells, -costmap.origin_x / cell, -costmap.origin_y / cell, 0.0,
-            (now[0] / cell, now[1]), (twist[0] / cell, twist[1]), ramp, float(end), math.inf, INSCRIBED,
-        )  # fmt: skip
-        points.append((x * cell + costmap.origin_x, y * cell + costmap.origin_y))
-    colour = GREEN if chosen else RED if blocked else "0.55"
-    axes.plot(*np.array(points).T, color=colour, lw=3.0 if chosen else 0.7, zorder=4)
 
 
 def delivery() -> None:

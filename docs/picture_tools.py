@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 from collections.abc import Callable
@@ -16,7 +17,10 @@ from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from chefbot.control.controller import INSCRIBED
+from chefbot.control.dwa_kernel import roll_out
+from chefbot.control.limits import Limits
 from chefbot.costmap.values import Costmap
+from chefbot.localization.amcl import Amcl
 from chefbot.mapping.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav_msgs import Odometry
@@ -150,3 +154,39 @@ def window(axes: Any, like: Grid) -> None:
     left, right, bottom, top = extent(like)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
+
+
+def snapshot(axes: Any, grid: Grid, filter_: Amcl, title: str, here: SE2 | None) -> None:
+    """Particles as dots, the truth as a circle."""
+    draw_grid(axes, grid, title + f", {len(filter_.particles)} particles")
+    step = max(1, len(filter_.particles) // 1500)
+    axes.plot(*filter_.particles[::step, :2].T, ".", color=BLUE, ms=1.5)
+    if here is not None:
+        axes.add_patch(Circle((here.x, here.y), 0.5, fill=False, edgecolor=RED, lw=1.5))
+    axes.title.set_fontsize(8)
+    window(axes, grid)
+
+
+def trajectory(
+    axes: Any,
+    costmap: Costmap,
+    now: tuple[float, float],
+    twist: tuple[float, float],
+    limits: Limits,
+    *,
+    chosen: bool = False,
+) -> None:
+    """Where a twist leads in 1.5 s, with the ramp to it; red if it would touch something."""
+    cell = costmap.resolution
+    ramp = max(
+        abs(twist[0] - now[0]) / limits.acceleration, abs(twist[1] - now[1]) / limits.turn_acceleration
+    )
+    points, blocked = [], False
+    for end in np.linspace(0.075, 1.5, 20):
+        x, y, *_, blocked = roll_out(
+            costmap.cells, -costmap.origin_x / cell, -costmap.origin_y / cell, 0.0,
+            (now[0] / cell, now[1]), (twist[0] / cell, twist[1]), ramp, float(end), math.inf, INSCRIBED,
+        )  # fmt: skip
+        points.append((x * cell + costmap.origin_x, y * cell + costmap.origin_y))
+    colour = GREEN if chosen else RED if blocked else "0.55"
+    axes.plot(*np.array(points).T, color=colour, lw=3.0 if chosen else 0.7, zorder=4)

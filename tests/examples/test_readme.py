@@ -10,14 +10,18 @@ from pathlib import Path
 
 import pytest
 import typer.main
+import yaml
 
 from chefbot.cli import app
 from chefbot.commands.launch import parse_arguments
+from chefbot.robot.load import ROBOT_FOLDER, load_robot
 from chefbot.runtime.launch import load_launch
+from chefbot.runtime.places import load_places
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
+YAML = re.compile(r"^```yaml\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 SOURCE = re.compile(r"`((?:src|examples|docs|tests|bench)/[\w./-]+)`")
 
@@ -109,3 +113,23 @@ def test_the_one_liners_of_the_pages_run() -> None:
             [sys.executable, *words[1:]], capture_output=True, text=True, timeout=60, check=False
         )
         assert done.returncode == 0 and done.stdout, (words, done.stderr)
+
+
+def test_the_excerpt_of_a_robot_is_one(tmp_path: Path) -> None:
+    (excerpt,) = YAML.findall((ROOT / "README.md").read_text())
+    own = yaml.safe_load(excerpt)
+    whole = {**yaml.safe_load((ROBOT_FOLDER / "chefbot.yaml").read_text()), **own}
+    (tmp_path / "my_robot.yaml").write_text(yaml.safe_dump(whole))
+    assert load_robot(str(tmp_path / "my_robot.yaml")).wheels.diameter == pytest.approx(0.12)
+    assert set(own) | {"casters", "drive", "battery", "sensors"} == set(whole)
+
+
+def test_the_excerpt_of_places_is_one(tmp_path: Path) -> None:
+    (excerpt,) = YAML.findall((ROOT / "docs" / "learn" / "09_delivery.md").read_text())
+    (tmp_path / "map.places.yaml").write_text(excerpt)
+    assert set(load_places(tmp_path / "map.places.yaml")) == {"kitchen", "table_3"}
+
+
+def test_the_length_of_the_one_loop_is_told_truly() -> None:
+    length = len((ROOT / "examples" / "00_one_loop.py").read_text().splitlines())
+    assert f"loop of {length} lines" in (ROOT / "README.md").read_text()

@@ -52,18 +52,14 @@ async def watch(began: float, process: subprocess.Popen[str]) -> dict[str, float
 
 def first_frames(robot: str, world: str, caches: Path) -> dict[str, float]:
     """Of one start of the demo with these caches; the demo is ended then."""
-    environment = {
-        **os.environ,
-        "NUMBA_CACHE_DIR": str(caches / "numba"),
-        "XDG_CACHE_HOME": str(caches / "user"),
-        "PYTHONPATH": str(SOURCE),
-        "BROWSER": "true",
-    }
     options = ["--robot", robot, "--world", world, "--port", str(PORT), "--out", str(caches / "run")]
     with (caches / "output.txt").open("w") as output:
         began = time.monotonic()
         process = subprocess.Popen(
-            [sys.executable, "-m", "chefbot", "demo", *options], env=environment, text=True, stdout=output
+            [sys.executable, "-m", "chefbot", "demo", *options],
+            env=environment(caches),
+            text=True,
+            stdout=output,
         )
         try:
             return asyncio.run(watch(began, process))
@@ -93,24 +89,26 @@ def main() -> None:
         cold = first_frames(given.robot, given.world, caches)
         if given.cold:
             row("cold", cold)
-        fill(given.robot, given.world, caches)
+        fill(caches)
         runs = [first_frames(given.robot, given.world, caches) for _ in range(given.repeats)]
         for seen in runs:
             row("warm", seen)
 
 
-def fill(robot: str, world: str, caches: Path) -> None:
+def environment(caches: Path) -> dict[str, str]:
+    """Of a user whose caches are in that folder and whose browser opens nothing."""
+    folders = {"NUMBA_CACHE_DIR": str(caches / "numba"), "XDG_CACHE_HOME": str(caches / "user")}
+    return {**os.environ, **folders, "PYTHONPATH": str(SOURCE), "BROWSER": "true"}
+
+
+def fill(caches: Path) -> None:
     """Let the compilation end that the cold start began."""
-    environment = {
-        **os.environ,
-        "NUMBA_CACHE_DIR": str(caches / "numba"),
-        "XDG_CACHE_HOME": str(caches / "user"),
-        "PYTHONPATH": str(SOURCE),
-    }
     code = (
-        "from rich.console import Console; from chefbot.commands.warm import warm_kernels as w; w(Console())"
+        "from rich.console import Console as C; from chefbot.commands.warm import warm_kernels as w; w(C())"
     )
-    subprocess.run([sys.executable, "-c", code], env=environment, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        [sys.executable, "-c", code], env=environment(caches), check=True, stdout=subprocess.DEVNULL
+    )
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from chefbot.mapping.grid import UNKNOWN, Grid
 
@@ -38,6 +37,8 @@ def frontier_mask(grid: Grid, free_below: int) -> NDArray[np.bool_]:
 
 def find_frontiers(grid: Grid, free_below: int, longest: float) -> list[Frontier]:
     """All frontiers in the order of the grid's rows; those longer than `longest` metres in pieces."""
+    from scipy import ndimage  # takes half a second, and the first picture does not need it
+
     labels, count = ndimage.label(frontier_mask(grid, free_below), structure=np.ones((3, 3)))
     cells = np.argwhere(labels)
     label = labels[cells[:, 0], cells[:, 1]]

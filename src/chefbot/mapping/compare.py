@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from chefbot.mapping.grid import OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -63,6 +62,8 @@ def quality(
     truth_T_map: SE2 = IDENTITY,
 ) -> MapQuality:
     """Quality of `grid` after it has been moved by `truth_T_map`."""
+    from scipy import ndimage  # takes half a second, and the first picture does not need it
+
     mask = (truth.cells >= 0) & (truth.cells <= OCCUPIED_ABOVE) if explorable is None else explorable
     if mask.shape != truth.cells.shape:
         raise ValueError(f"a mask of {mask.shape} does not fit a plan of {truth.cells.shape}")
@@ -122,6 +123,8 @@ def _score(
     width: float,
 ) -> float:
     """Mean of a Gaussian of `width` metres over the distances of the moved points to the true walls."""
+    from scipy import ndimage  # takes half a second, and the first picture does not need it
+
     x, y = (
         _about(middle, motion).apply(points) - (frame.origin_x, frame.origin_y)
     ).T / frame.resolution - 0.5
@@ -131,6 +134,8 @@ def _score(
 
 def _distances(truth: Grid, margin: float) -> tuple[NDArray[np.float64], Grid]:
     """Metres to the nearest occupied cell, on the plan with a margin about it."""
+    from scipy import ndimage  # takes half a second, and the first picture does not need it
+
     cells = math.ceil(margin / truth.resolution)
     occupied = np.pad(_occupied(truth), cells)
     frame = Grid(
@@ -148,6 +153,8 @@ def _occupied(grid: Grid) -> NDArray[np.bool_]:
 
 def _near_occupied(grid: Grid) -> NDArray[np.bool_]:
     """Cells within TOLERANCE of an occupied one, on the grid widened by TOLERANCE on all sides."""
+    from scipy import ndimage  # takes half a second, and the first picture does not need it
+
     occupied = np.pad(_occupied(grid), TOLERANCE)
     if not occupied.any():
         return occupied

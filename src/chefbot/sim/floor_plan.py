@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from chefbot.errors import UserError
 from chefbot.mapping.grid import FREE, OCCUPIED, UNKNOWN, Grid
@@ -44,6 +43,8 @@ def body_plan(world: World, robot: Robot) -> Grid:
 
 def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float = RESOLUTION) -> Grid:
     """FREE where the robot's middle can get to from the start as a disc of its footprint plus `margin`."""
+    from scipy import ndimage  # takes half a second, and the first picture does not need it
+
     plan = _raster(world, robot.body.clearance, robot.overall_height, resolution)
     radius = robot.footprint_radius + margin
     far = ndimage.distance_transform_edt(plan.cells != OCCUPIED) * resolution
@@ -109,6 +110,8 @@ def _inside(grid: Grid, world: World) -> NDArray[np.bool_]:
 
 def _joined(open_cells: NDArray[np.bool_], grid: Grid, start: SE2) -> NDArray[np.bool_]:
     """The open cells that hang together with the start's over their sides."""
+    from scipy import ndimage  # takes half a second, and the first picture does not need it
+
     labels, _ = ndimage.label(open_cells)
     label = labels[grid.cell(start.x, start.y)]
     if label == 0:

@@ -132,4 +132,4 @@ def test_the_excerpt_of_places_is_one(tmp_path: Path) -> None:
 
 def test_the_length_of_the_one_loop_is_told_truly() -> None:
     length = len((ROOT / "examples" / "00_one_loop.py").read_text().splitlines())
-    assert f"loop of {length} lines" in (ROOT / "README.md").read_text()
+    assert f"file of {length} lines" in (ROOT / "README.md").read_text()

@@ -97,6 +97,11 @@ def test_who_is_refused_is_told_why() -> None:
             time.sleep(0.04)
         driver.run_until_remark()
         assert "on another screen" in driver.remarks[0]
+        for _ in range(10):
+            driver.say(0.1, 0.0)
+            other.send(Drive(1.0, 0.0))
+            time.sleep(0.04)
+        assert len(driver.remarks) == 1, "the same is not told again and again"
         driver.system.stop()
 
 

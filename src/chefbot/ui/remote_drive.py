@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Annotated
 
 import msgspec
@@ -18,6 +19,8 @@ from chefbot.ui.remote import PageGoneError, RemotePage
 
 MIN_PERIOD_NS = 50_000_000
 """No more often than this, for the page drops who says too much; it wants a word every 0.3 s."""
+
+REPEAT_NS = 5_000_000_000
 
 
 class RemoteDriveParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -37,6 +40,7 @@ class RemoteDriveDevice(Device):
         """Connect."""
         self._page = RemotePage(self.params.page)
         self._sent_ns = self.now_ns - MIN_PERIOD_NS
+        self._told = ("", self.now_ns)
         self._closing = False
         self._thread = threading.Thread(target=self._listen, name="remote drive", daemon=True)
         self._thread.start()
@@ -68,10 +72,14 @@ class RemoteDriveDevice(Device):
                     self.post(_raiser(error))
                 return
             except UserError as error:
-                self._tell(str(error))
+                self.post(partial(self._tell, str(error)))
 
     def _tell(self, sentence: str) -> None:
-        self.post(lambda: self.remark.publish(String(sentence)))
+        """The same not ten times a second: every word of ours is answered while another drives."""
+        told, told_ns = self._told
+        if sentence != told or self.now_ns - told_ns >= REPEAT_NS:
+            self._told = (sentence, self.now_ns)
+            self.remark.publish(String(sentence))
 
 
 def _share(value: float, limit: float) -> float:

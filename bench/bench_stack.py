@@ -1,0 +1,99 @@
+"""How fast the whole robot runs: simulator, base, mapping and navigation while it explores, and who costs what.
+
+Run: python bench/bench_stack.py [--world hotel] [--seconds 60] [--profile]
+"""
+
+from __future__ import annotations
+
+import argparse
+import cProfile
+import os
+import pstats
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from rich.console import Console
+
+from chefbot.commands.session import session, start
+from chefbot.commands.warm import warm_kernels
+from chefbot.robot.load import load_robot
+from chefbot.runtime.launch import load_launch
+from chefbot.runtime.loop import Timing
+from chefbot.runtime.system import System
+
+TARGETS = {"chefbot_lidar": 8.0, "chefbot": 3.0}
+"""Times real time on two cores."""
+SHOWN = 14
+SETTLE = 5.0
+"""Seconds of the robot's time before the measurement, for what is loaded and made once."""
+
+
+def run(robot: str, world: str, seconds: float, profile: bool) -> None:
+    """Explore for a while, recorded as in the demo, and print where the time went."""
+    with tempfile.TemporaryDirectory() as folder:
+        record = Path(folder) / "run.mcap"
+        with session(load_robot(robot), 1, "simulation", 0.0, record) as system:
+            given = {"world": world, "headless": "true", "pictures": "0", "robot": robot}
+            start(system, load_launch("explore", given))
+            system.loop.run(until_ns=round(SETTLE * 1e9))
+            for timing in system.loop.timings.values():
+                timing.calls = timing.total_ns = timing.worst_ns = 0
+            profiler = cProfile.Profile() if profile else None
+            wall, cpu = go_on(system, seconds, profiler)
+            print_factor(robot, world, seconds, wall, cpu)
+            print_handlers(system.loop.timings, seconds, wall)
+            if profiler is not None:
+                pstats.Stats(profiler, stream=sys.stdout).sort_stats("tottime").print_stats(40)
+
+
+def go_on(system: System, seconds: float, profiler: cProfile.Profile | None) -> tuple[float, float]:
+    """(wall time, CPU time of all threads) of so many seconds of the robot's."""
+    until = system.loop.now_ns + round(seconds * 1e9)
+    wall, cpu = time.perf_counter(), time.process_time()
+    if profiler is None:
+        system.loop.run(until_ns=until)
+    else:
+        profiler.runcall(system.loop.run, until_ns=until)
+    return time.perf_counter() - wall, time.process_time() - cpu
+
+
+def print_factor(robot: str, world: str, seconds: float, wall: float, cpu: float) -> None:
+    """One line."""
+    print(
+        f"\n{robot} explores {world}: {seconds:.0f} s in {wall:.1f} s, {seconds / wall:.1f} x real time "
+        f"(target {TARGETS[robot]:.0f}); {cpu:.1f} s of CPU time, so {seconds / cpu:.1f} x on one free core"
+    )
+
+
+def print_handlers(timings: dict[str, Timing], seconds: float, wall: float) -> None:
+    """The dearest handlers; `rest` is the loop itself."""
+    print(f"{'handler':44}{'calls/s':>9}{'mean ms':>9}{'worst ms':>10}{'share':>8}")
+    dearest = sorted(timings.items(), key=lambda item: -item[1].total_ns)
+    for name, one in dearest[:SHOWN]:
+        mean = one.total_ns / max(one.calls, 1) / 1e6
+        share = one.total_ns / 1e9 / wall
+        print(f"{name:44}{one.calls / seconds:9.1f}{mean:9.3f}{one.worst_ns / 1e6:10.1f}{share:8.1%}")
+    rest = wall - sum(one.total_ns for one in timings.values()) / 1e9
+    print(f"{'rest':44}{'':28}{rest / wall:8.1%}")
+
+
+def main() -> None:
+    """Both robots."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--world", default="room")
+    parser.add_argument("--robot", choices=TARGETS, default=None)
+    parser.add_argument("--seconds", type=float, default=40.0)
+    parser.add_argument(
+        "--profile", action="store_true", help="and the dearest functions of the loop's thread"
+    )
+    given = parser.parse_args()
+    warm_kernels(Console())
+    print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    for robot in [given.robot] if given.robot else TARGETS:
+        run(robot, given.world, given.seconds, given.profile)
+
+
+if __name__ == "__main__":
+    main()

@@ -15,10 +15,8 @@ from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
 
-CAMERA = GmappingParams(
-    srr=0.005, str=0.001, srt=0.001, stt=0.003, least_shift=0.001, least_turn=0.0005, independent_beams=100.0
-)
-"""A narrow view says little of the heading: believe wheels and gyro as far as they deserve it."""
+CAMERA = GmappingParams(srr=0.002, str=0.0005, srt=0.0005, stt=0.001, least_shift=0.0005, least_turn=0.0002)
+"""A narrow view says little of the heading: believe wheels and gyro, which err so little in one step."""
 
 
 class GmappingNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -93,7 +93,9 @@ class LayeredCostmap:
         depth images, a beam clears that stretch only (not finite or not above 0: nothing) and marks where
         the range is finite.
         """
-        layer = self._sources.setdefault(source, np.full(self._static.shape, UNKNOWN, np.uint8))
+        if source not in self._sources:
+            self._sources[source] = np.full(self._static.shape, UNKNOWN, np.uint8)
+        layer = self._sources[source]
         p = self.params
         valid = ranges > 0.0
         near, far = (np.zeros(len(ranges)), np.where(valid, ranges, 0.0)) if floor is None else floor

@@ -16,6 +16,7 @@ Covariance = Annotated[NDArray[np.float64], "float64[36]"]
 _ZERO_36 = np.zeros(36)
 _ZERO_36.flags.writeable = False
 _PLANAR = np.array([0, 1, 5])  # x, y, yaw among x, y, z, roll, pitch, yaw
+_PLANAR_36 = (6 * _PLANAR[:, None] + _PLANAR).reshape(9)  # their nine places among the 36
 
 
 class Vector3(Message, frozen=True, eq=False):
@@ -95,7 +96,7 @@ class PoseWithCovariance(Message, frozen=True, eq=False):
     @property
     def planar_covariance(self) -> NDArray[np.float64]:
         """(3, 3) of x, y, yaw."""
-        return self.covariance.reshape(6, 6)[np.ix_(_PLANAR, _PLANAR)]
+        return self.covariance[_PLANAR_36].reshape(3, 3)
 
 
 class PoseWithCovarianceStamped(Message, frozen=True, eq=False):
@@ -154,6 +155,6 @@ class TransformStamped(Message, frozen=True, eq=False):
 
 def covariance_36(planar: NDArray[np.float64]) -> NDArray[np.float64]:
     """(3, 3) of x, y, yaw as ROS wants it: (36,) with zeros for what a robot on the floor cannot do."""
-    full = np.zeros((6, 6))
-    full[np.ix_(_PLANAR, _PLANAR)] = planar
-    return full.reshape(36)
+    full = np.zeros(36)
+    full[_PLANAR_36] = planar.reshape(9)
+    return full

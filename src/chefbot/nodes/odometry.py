@@ -69,5 +69,5 @@ class OdometryNode(Node):
 def _in_twist(estimate: MotionEstimate) -> NDArray[np.float64]:
     """(3, 3) of forward, sideways, turning: the robot does not slide sideways."""
     full = np.zeros((3, 3))
-    full[np.ix_([0, 2], [0, 2])] = estimate.twist_covariance
+    full[::2, ::2] = estimate.twist_covariance
     return full

@@ -90,6 +90,9 @@ class SimulatorDevice(Device):
         self.simulation = Simulation(self.robot, world, self.params.profile, seed, people=people)
         self._origin = self.simulation.truth().pose
         self._board = Board(self.robot, self.simulation)
+        imu = self.robot.sensors.imu
+        self._gyro_covariance = (imu.gyro_noise**2 * np.eye(3)).reshape(9)
+        self._accelerometer_covariance = (imu.accelerometer_noise**2 * np.eye(3)).reshape(9)
         self._began_ns = self.now_ns
         self._tick = 0
         self._frames = 0
@@ -170,15 +173,14 @@ class SimulatorDevice(Device):
 
     def _publish_imu(self) -> None:
         turn, acceleration = self.simulation.imu()
-        imu = self.robot.sensors.imu
         self.imu.publish(
             Imu(
                 header=self._header("imu_link"),
                 orientation_covariance=UNKNOWN_COVARIANCE,
                 angular_velocity=Vector3(*turn.tolist()),
-                angular_velocity_covariance=np.diag([imu.gyro_noise**2] * 3).reshape(9),
+                angular_velocity_covariance=self._gyro_covariance,
                 linear_acceleration=Vector3(*acceleration.tolist()),
-                linear_acceleration_covariance=np.diag([imu.accelerometer_noise**2] * 3).reshape(9),
+                linear_acceleration_covariance=self._accelerometer_covariance,
             )
         )
 

@@ -20,7 +20,7 @@ from chefbot.localization.amcl import Amcl
 from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
 from chefbot.localization.pose_bins import PoseBins
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 
 BEAMS = 64

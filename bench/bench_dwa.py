@@ -11,7 +11,7 @@ from chefbot.control.dwa import Dwa
 from chefbot.control.dwa_params import DwaParams
 from chefbot.control.limits import Limits
 from chefbot.costmap.inflation import cost_table, inflate
-from chefbot.costmap.values import Costmap
+from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.planner import PlanningError

@@ -9,7 +9,7 @@ import numpy as np
 from bench_costmap import INSCRIBED_RADIUS, RESOLUTION, office
 
 from chefbot.costmap.inflation import cost_table, inflate
-from chefbot.costmap.values import Costmap
+from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner, path_length
 

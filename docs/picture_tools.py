@@ -16,12 +16,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from chefbot.control.controller import INSCRIBED
 from chefbot.control.dwa_kernel import roll_out
 from chefbot.control.limits import Limits
-from chefbot.costmap.values import Costmap
 from chefbot.localization.amcl import Amcl
-from chefbot.mapping.grid import Grid
+from chefbot.maths.costs import INSCRIBED, Costmap
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import LaserScan

@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.planning.params import PlannerParams
-from chefbot.planning.planner import INSCRIBED, Costs, Failure, PlanningError
+from chefbot.planning.planner import Failure, PlanningError
 
 STEPS = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
 STRIDE = 4  # cells between two poses of the path: fewer would only draw the staircase
@@ -30,7 +31,7 @@ class Wavefront:
     def __init__(self, settings: PlannerParams) -> None:
         """The node hands over its `settings`; this planner has no use for them."""
 
-    def plan(self, costmap: Costs, start: SE2, goal: SE2) -> NDArray[np.float64]:
+    def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Poses (n, 3) from start to goal."""
         free = costmap.cells < INSCRIBED
         a, b = cell_of(costmap, start), cell_of(costmap, goal)
@@ -53,7 +54,7 @@ class Wavefront:
         return np.column_stack([points, np.append(np.arctan2(ahead[:, 1], ahead[:, 0]), goal.yaw)])
 
 
-def cell_of(costmap: Costs, pose: SE2) -> Cell:
+def cell_of(costmap: Costmap, pose: SE2) -> Cell:
     """(row, column)."""
     return (
         int((pose.y - costmap.origin_y) // costmap.resolution),

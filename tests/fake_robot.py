@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 import numpy as np
 
 from chefbot.errors import UserError
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.ui.commands import Command, Deliver
 from chefbot.ui.layers import Delivery, Status
 from chefbot.ui.server import PageServer

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from chefbot.behavior.behavior import Progress, free_ahead
 from chefbot.behavior.motions import Spin, Straight, Wait
 from chefbot.behavior.recovery import ORDER, Recoveries, Recovery, RecoveryParams
-from chefbot.costmap.values import INSCRIBED, LETHAL, Costmap
+from chefbot.maths.costs import INSCRIBED, LETHAL, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
 

@@ -12,7 +12,7 @@ from chefbot.control.limiter import Limiter
 from chefbot.control.limits import Limits
 from chefbot.costmap.layers import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner, path_length
 from chefbot.robot.load import load_robot

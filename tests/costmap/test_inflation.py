@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from chefbot.costmap.inflation import cost_table, inflate
-from chefbot.costmap.values import INSCRIBED, LETHAL, UNKNOWN
+from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
 
 maps = arrays(
     np.uint8,

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from chefbot.costmap.layers import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.values import FREE, INSCRIBED, LETHAL, UNKNOWN
-from chefbot.mapping.grid import Grid
+from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
 AHEAD = np.array([0.0])

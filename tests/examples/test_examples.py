@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from chefbot.costmap.values import INSCRIBED, Costmap
+from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import Failure, PlanningError

@@ -8,7 +8,7 @@ from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.raytrace import mark_and_clear
 from chefbot.exploration.explorer import Explorer
 from chefbot.exploration.frontiers import find_frontiers, frontier_mask
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner, path_length
 

@@ -15,7 +15,7 @@ from chefbot.localization.belief import Beams, Belief, Model
 from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
 from chefbot.localization.pose_bins import PoseBins
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
 Run = tuple[np.ndarray, np.ndarray, np.ndarray]

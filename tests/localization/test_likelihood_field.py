@@ -13,7 +13,7 @@ from scipy.ndimage import distance_transform_edt
 from chefbot.errors import UserError
 from chefbot.localization.likelihood_field import PAD, LikelihoodField, log_likelihood
 from chefbot.localization.params import AmclParams
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 
 PARAMS = AmclParams(laser_likelihood_max_dist=0.5)
 

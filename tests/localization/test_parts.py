@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from chefbot.localization import clusters, odometry_motion, recovery, resampling, roughening, tempering
 from chefbot.localization.params import AmclParams
 from chefbot.localization.pose_bins import PoseBins
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
 GRID = Grid(np.zeros((200, 200), np.int8), 0.05, 0.0, 0.0)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from chefbot.localization.amcl import Amcl
 from chefbot.localization.params import AmclParams
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
 SHARED = Path(os.environ.get("CHEFBOT_SHARED", Path(__file__).parents[2].parent / "shared")) / "data/slam"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chefbot.mapping.compare import align, compare, quality
-from chefbot.mapping.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 
 

@@ -15,7 +15,6 @@ from hypothesis.extra import numpy as hnp
 from PIL import Image
 
 from chefbot.errors import UserError
-from chefbot.mapping.grid import Grid
 from chefbot.mapping.image_format import decode_image
 from chefbot.mapping.map_format import (
     decode_map,
@@ -23,6 +22,7 @@ from chefbot.mapping.map_format import (
     encode_map_yaml,
     encode_pgm,
 )
+from chefbot.maths.grid import Grid
 
 YAML = b"""image: a.pgm
 resolution: 0.050000

@@ -105,7 +105,9 @@ def test_type_hashes_are_those_of_ros(shared) -> None:
 
 
 @settings(max_examples=200, deadline=None)
-@given(cut=st.integers(0, 100), flips=st.lists(st.tuples(st.integers(0, 99), st.integers(0, 255)), max_size=4))
+@given(
+    cut=st.integers(0, 100), flips=st.lists(st.tuples(st.integers(0, 99), st.integers(0, 255)), max_size=4)
+)
 def test_damaged_bytes_raise_cdr_error_and_nothing_else(cut: int, flips: list[tuple[int, int]]) -> None:
     scan = LaserScan(angle_min=-1.0, ranges=np.ones(10, np.float32))
     data = bytearray(scan.to_cdr())

@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from chefbot.costmap.values import INSCRIBED, LETHAL, UNKNOWN, Costmap
+from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner, path_length, weights_of
 from chefbot.planning.params import PlannerParams

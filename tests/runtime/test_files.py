@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from chefbot.errors import UserError
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.runtime import files
 from chefbot.runtime.files import load_map, map_png, save_map, write_atomic
 
@@ -190,7 +190,7 @@ import resource, signal, sys
 import numpy as np
 from pathlib import Path
 from chefbot.errors import UserError
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.runtime.files import save_map
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))

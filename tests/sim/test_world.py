@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.errors import UserError
-from chefbot.mapping.grid import FREE, OCCUPIED, Grid
+from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.sim.floor_plan import body_plan, floor_plan, free_area, lidar_plan, reachable

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.errors import UserError
-from chefbot.mapping.grid import UNKNOWN
+from chefbot.maths.grid import UNKNOWN
 from chefbot.maths.se2 import SE2
 from chefbot.slam.beams import Beams, beams_of
 from chefbot.slam.canvas import Canvas

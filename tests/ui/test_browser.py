@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from websockets.sync.client import connect
 
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.ui.commands import Deliver, Drive, Goal, Stop
 from chefbot.ui.layers import RobotView, Status
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from PIL import Image
 
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.ui import wire
 from chefbot.ui.hub import Hub
 from chefbot.ui.layers import LAYERS, RobotView, Scan, Status

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tests.fake_robot import fake_robot
 
 from chefbot.errors import UserError
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.ui import wire
 from chefbot.ui.commands import Drive, Goal, Stop
 from chefbot.ui.layers import Status

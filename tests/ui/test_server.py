@@ -14,7 +14,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from chefbot.errors import UserError
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.ui import client, deadman
 from chefbot.ui.commands import Command, Drive, GoPlace, Stop
 from chefbot.ui.layers import RobotView, Status

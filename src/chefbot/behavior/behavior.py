@@ -6,34 +6,8 @@ import math
 from enum import Enum
 from typing import NamedTuple, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
-
-INSCRIBED = 253
-LETHAL = 254
-UNKNOWN = 255
-
-
-class Costs(Protocol):
-    """A costmap as behaviours read it: uint8 cells (h, w) in Nav2's values, rows from low y to high y."""
-
-    @property
-    def cells(self) -> NDArray[np.uint8]:
-        """0 free, 1..252 near something, 253 inscribed, 254 lethal, 255 unknown."""
-
-    @property
-    def resolution(self) -> float:
-        """Metres per cell."""
-
-    @property
-    def origin_x(self) -> float:
-        """Metres, the outer corner of cell [0, 0]."""
-
-    @property
-    def origin_y(self) -> float:
-        """Metres, the outer corner of cell [0, 0]."""
 
 
 class Progress(Enum):
@@ -56,11 +30,11 @@ class Step(NamedTuple):
 class Behavior(Protocol):
     """A behaviour; a new one is made for every run."""
 
-    def update(self, pose: SE2, costmap: Costs, dt: float) -> Step:
+    def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:
         """The twist for the next `dt` seconds, from the pose now."""
 
 
-def cost_at(costmap: Costs, x: float, y: float) -> int:
+def cost_at(costmap: Costmap, x: float, y: float) -> int:
     """Cost at the point; outside and unknown count as UNKNOWN."""
     row = math.floor((y - costmap.origin_y) / costmap.resolution)
     column = math.floor((x - costmap.origin_x) / costmap.resolution)
@@ -68,7 +42,7 @@ def cost_at(costmap: Costs, x: float, y: float) -> int:
     return int(costmap.cells[row, column]) if 0 <= row < h and 0 <= column < w else UNKNOWN
 
 
-def free_ahead(costmap: Costs, pose: SE2, distance: float) -> bool:
+def free_ahead(costmap: Costmap, pose: SE2, distance: float) -> bool:
     """Whether the disk can go straight by `distance` metres (negative: backwards) without touching anything.
 
     Out of the inscribed zone it may go as long as it meets nothing lethal and the cost does not rise.

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from chefbot.behavior.behavior import Costs, Progress, Step, free_ahead
+from chefbot.behavior.behavior import Progress, Step, free_ahead
 from chefbot.maths.angles import wrap
+from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 
 GENTLE = 0.5
@@ -29,7 +30,7 @@ class Spin:
         self._turned = self._elapsed = 0.0
         self._last: float | None = None
 
-    def update(self, pose: SE2, costmap: Costs, dt: float) -> Step:  # noqa: ARG002
+    def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:  # noqa: ARG002
         """See `Behavior`."""
         self._turned += wrap(pose.yaw - self._last) if self._last is not None else 0.0
         self._last = pose.yaw
@@ -55,7 +56,7 @@ class Straight:
         self._start: SE2 | None = None
         self._elapsed = 0.0
 
-    def update(self, pose: SE2, costmap: Costs, dt: float) -> Step:
+    def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:
         """See `Behavior`."""
         self._start = start = self._start or pose
         self._elapsed += dt
@@ -79,7 +80,7 @@ class Wait:
         self.duration = duration
         self._elapsed = 0.0
 
-    def update(self, pose: SE2, costmap: Costs, dt: float) -> Step:  # noqa: ARG002
+    def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:  # noqa: ARG002
         """See `Behavior`."""
         self._elapsed += dt
         return Step(0.0, 0.0, Progress.DONE if self._elapsed >= self.duration else Progress.RUNNING)

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.base import Message
 from chefbot.msgs.chefbot_msgs import WheelTicks

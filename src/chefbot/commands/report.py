@@ -12,7 +12,7 @@ import numpy as np
 
 from chefbot.commands.score import Scorer, Track
 from chefbot.commands.summary import DemoResult, true_plan
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.runtime.files import write_atomic
 from chefbot.sim.world import World
 

@@ -11,7 +11,7 @@ import msgspec
 from chefbot import __version__
 from chefbot.commands.score import summary_of
 from chefbot.mapping.compare import MapQuality, quality
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.sim.floor_plan import floor_plan
 from chefbot.sim.world import World
 

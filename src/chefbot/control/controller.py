@@ -8,31 +8,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
-
-INSCRIBED = 253
-LETHAL = 254
-UNKNOWN = 255
-
-
-class Costs(Protocol):
-    """A costmap as controllers read it: uint8 cells (h, w) in Nav2's values, rows from low y to high y."""
-
-    @property
-    def cells(self) -> NDArray[np.uint8]:
-        """0 free, 1..252 near something, 253 inscribed, 254 lethal, 255 unknown."""
-
-    @property
-    def resolution(self) -> float:
-        """Metres per cell."""
-
-    @property
-    def origin_x(self) -> float:
-        """Metres, the outer corner of cell [0, 0]."""
-
-    @property
-    def origin_y(self) -> float:
-        """Metres, the outer corner of cell [0, 0]."""
 
 
 class Status(Enum):
@@ -61,5 +38,5 @@ class Controller(Protocol):
         same_goal: planned anew, not ordered anew; the frame may have shifted a little under the goal.
         """
 
-    def command(self, pose: SE2, twist: tuple[float, float], costmap: Costs) -> Command:
+    def command(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> Command:
         """The twist for the next period, from the pose and the twist (v, w) measured now."""

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.control.checkers import GoalChecker, GoalParams
-from chefbot.control.controller import Command, Costs, Status
+from chefbot.control.controller import Command, Status
 from chefbot.control.dwa_kernel import best_twist, nearest_on_path
 from chefbot.control.dwa_params import DwaParams
 from chefbot.control.limits import Limits
 from chefbot.maths.angles import wrap
+from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 
 GENTLE = 0.5
@@ -56,7 +57,7 @@ class Dwa:
             self._goal_checker.reset()
         self._path, self._at = np.ascontiguousarray(path, np.float64), 0
 
-    def command(self, pose: SE2, twist: tuple[float, float], costmap: Costs) -> Command:
+    def command(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> Command:
         """The twist to ramp to; pose, path and costmap in one frame, `twist` where the base's ramp is now."""
         if not len(self._path):
             return Command(*self._brake(twist), Status.NO_PATH)
@@ -115,13 +116,15 @@ class Dwa:
         rim = pairs[:, 0] + np.abs(pairs[:, 1]) * top.separation / 2
         return np.ascontiguousarray(pairs[rim <= top.wheel_speed + 1e-9])
 
-    def _drive(self, pose: SE2, twist: tuple[float, float], costmap: Costs) -> Command:
+    def _drive(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> Command:
         p, corner = self.params, np.array([costmap.origin_x, costmap.origin_y, 0.0])
         ahead = self._path[self._at : self._at + self._count(self.limits.speed * p.sim_time + WINDOW_EXTRA)]
         if len(ahead) < 2:
             ahead = self._path[-2:] if len(self._path) > 1 else np.repeat(self._path, 2, axis=0)
         ahead = ahead - corner
-        ahead[-1, 2] = math.atan2(*(ahead[-1, 1::-1] - ahead[-2, 1::-1]))  # the goal's own heading comes later
+        ahead[-1, 2] = math.atan2(
+            *(ahead[-1, 1::-1] - ahead[-2, 1::-1])
+        )  # the goal's own heading comes later
         remaining = pose.distance(SE2.of(self._path[-1]))
         twists = self._targets(remaining)
         chosen = best_twist(

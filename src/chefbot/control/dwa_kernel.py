@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.control.controller import INSCRIBED, LETHAL, UNKNOWN
+from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
 
 DEAREST = 252.0
 TOO_FAST = 10.0

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.costmap.values import INSCRIBED, LETHAL, UNKNOWN
+from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
 
 BLOCK = 64
 MAX_RADIUS_CELLS = 180

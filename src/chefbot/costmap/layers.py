@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from chefbot.costmap import raytrace
 from chefbot.costmap.inflation import cost_table, inflate
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.values import FREE, LETHAL, UNKNOWN, Costmap
-from chefbot.mapping.grid import Grid
+from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.costmap.values import FREE, LETHAL
+from chefbot.maths.costs import FREE, LETHAL
 
 FRACTION_BITS = 20
 

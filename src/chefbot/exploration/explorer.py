@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from chefbot.exploration.frontiers import Frontier, find_frontiers
 from chefbot.exploration.params import ExplorerParams
 from chefbot.exploration.views import best_view, unknown_in_view
-from chefbot.mapping.grid import Grid
 from chefbot.maths.angles import wrap
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
 FULL_TURN = 2.0 * math.pi

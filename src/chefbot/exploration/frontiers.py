@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.mapping.grid import UNKNOWN, Grid
+from chefbot.maths.grid import UNKNOWN, Grid
 
 
 class Frontier(NamedTuple):

@@ -13,7 +13,7 @@ from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
 from chefbot.localization.pose_bins import PoseBins
 from chefbot.localization.recovery import Contest, Doubt
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
 SCATTER_PER_M2 = 1500.0

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from chefbot.errors import UserError
 from chefbot.localization.params import AmclParams
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 
 OCCUPIED_FROM = 65
 """Percent; Nav2's map server draws the line there."""

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 
 BIN_METRES = 0.5
 BIN_YAWS = 36

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.mapping.grid import OCCUPIED, UNKNOWN, Grid
+from chefbot.maths.grid import OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 
 OCCUPIED_ABOVE = 65

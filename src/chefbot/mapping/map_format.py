@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from chefbot.config import parse_yaml
 from chefbot.errors import UserError, nearest
-from chefbot.mapping.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from chefbot.mapping.image_format import MAX_CELLS, Picture, check_size, decode_image
+from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 
 Mode = Literal["trinary", "scale", "raw"]
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.msgs.base import Float32, Int8Array, Message, String, Uint32
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, PoseWithCovariance, TwistWithCovariance

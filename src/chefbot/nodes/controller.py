@@ -18,7 +18,7 @@ from chefbot.control.dwa_params import DwaParams
 from chefbot.control.limits import Limits
 from chefbot.costmap.layers import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.values import Costmap
+from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import ObstacleScan

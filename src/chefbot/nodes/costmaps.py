@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.costmap.layers import LayeredCostmap
-from chefbot.costmap.values import LETHAL, UNKNOWN, Costmap
-from chefbot.mapping.grid import Grid
+from chefbot.maths.costs import LETHAL, UNKNOWN, Costmap
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.nav_msgs import OccupancyGrid

@@ -14,7 +14,7 @@ from chefbot.costmap.layers import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.exploration.explorer import Decision, Explorer, Goal
 from chefbot.exploration.params import ExplorerParams
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import ExplorationStatus

@@ -7,10 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.planning import search, smoothing
 from chefbot.planning.params import PlannerParams
-from chefbot.planning.planner import INSCRIBED, LETHAL, UNKNOWN, Costs, Failure, PlanningError
+from chefbot.planning.planner import Failure, PlanningError
 
 DEAREST = INSCRIBED - 1
 SWEEPS = 20
@@ -33,7 +34,7 @@ class GridPlanner:
         self._written = np.zeros(0, np.int32)
         self._count = 0
 
-    def plan(self, costmap: Costs, start: SE2, goal: SE2) -> NDArray[np.float64]:
+    def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Poses (n, 3) from `start` to `goal` or to the nearest reachable place within tolerance of it.
 
         Every pose looks along the path, the last one as the goal says. Raises PlanningError.
@@ -56,7 +57,7 @@ class GridPlanner:
             )
         return self._path(costmap, start, goal, int(reached[0]), exact=reached[0] == wanted)
 
-    def potential(self, costmap: Costs, start: SE2) -> NDArray[np.float32]:
+    def potential(self, costmap: Costmap, start: SE2) -> NDArray[np.float32]:
         """Cost-to-come of every cell (h, w), in metres of free driving; inf where no way leads."""
         self.remarks = ()
         self._inside(costmap, start, Failure.START_OUTSIDE_MAP)
@@ -64,24 +65,24 @@ class GridPlanner:
         self._search(self._source(costmap, start), -1)
         return self._g.reshape(self._padded.shape)[1:-1, 1:-1] * np.float32(costmap.resolution)
 
-    def _inside(self, costmap: Costs, pose: SE2, failure: Failure) -> None:
+    def _inside(self, costmap: Costmap, pose: SE2, failure: Failure) -> None:
         h, w = costmap.cells.shape
         column, row = self._cells_of(costmap, pose)
         if not (1.0 <= column < w + 1 and 1.0 <= row < h + 1):
             raise PlanningError(failure, pose)
 
-    def _cells_of(self, costmap: Costs, pose: SE2) -> tuple[float, float]:
+    def _cells_of(self, costmap: Costmap, pose: SE2) -> tuple[float, float]:
         """x, y of the pose in cells of the padded grid."""
         return (
             (pose.x - costmap.origin_x) / costmap.resolution + 1.0,
             (pose.y - costmap.origin_y) / costmap.resolution + 1.0,
         )
 
-    def _index(self, costmap: Costs, pose: SE2) -> int:
+    def _index(self, costmap: Costmap, pose: SE2) -> int:
         column, row = self._cells_of(costmap, pose)
         return int(row) * self._padded.shape[1] + int(column)
 
-    def _load(self, costmap: Costs) -> None:
+    def _load(self, costmap: Costmap) -> None:
         """The costmap into the padded grid; the working arrays clean."""
         h, w = costmap.cells.shape
         if self._padded.shape != (h + 2, w + 2):
@@ -94,7 +95,7 @@ class GridPlanner:
         self._count = 0
         search.pad(costmap.cells, LETHAL, self._padded)
 
-    def _source(self, costmap: Costs, start: SE2) -> int:
+    def _source(self, costmap: Costmap, start: SE2) -> int:
         """The start's cell; if it is blocked, inscribed or unknown cells near it open at the highest cost."""
         source = self._index(costmap, start)
         cost = self._padded.reshape(-1)[source]
@@ -110,7 +111,7 @@ class GridPlanner:
         self._padded.reshape(-1)[source] = DEAREST
         return source
 
-    def _near(self, costmap: Costs, pose: SE2, radius: float) -> NDArray[np.int64]:
+    def _near(self, costmap: Costmap, pose: SE2, radius: float) -> NDArray[np.int64]:
         """Cells of the map whose middle is within `radius` metres, the nearest first."""
         x, y = self._cells_of(costmap, pose)
         reach = radius / costmap.resolution
@@ -122,7 +123,7 @@ class GridPlanner:
         order = np.argsort(away, kind="stable")
         return index[order[away[order] <= reach]].astype(np.int64)
 
-    def _candidates(self, costmap: Costs, goal: SE2) -> NDArray[np.int64]:
+    def _candidates(self, costmap: Costmap, goal: SE2) -> NDArray[np.int64]:
         """Open cells within tolerance of the goal, its own first, then the nearest first."""
         cells = np.concatenate(
             ([self._index(costmap, goal)], self._near(costmap, goal, self.params.tolerance))
@@ -141,7 +142,7 @@ class GridPlanner:
             return PlanningError(Failure.START_OCCUPIED, start)
         return PlanningError(Failure.NO_VALID_PATH, goal)
 
-    def _path(self, costmap: Costs, start: SE2, goal: SE2, end: int, *, exact: bool) -> NDArray[np.float64]:
+    def _path(self, costmap: Costmap, start: SE2, goal: SE2, end: int, *, exact: bool) -> NDArray[np.float64]:
         weight, stride = self._weights, self._padded.shape[1]
         way = search.descend(weight, stride, end, self._g)
         if self.params.smooth:

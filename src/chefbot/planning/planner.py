@@ -8,31 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
-
-INSCRIBED = 253
-LETHAL = 254
-UNKNOWN = 255
-
-
-class Costs(Protocol):
-    """A costmap as planners read it: uint8 cells (h, w) in Nav2's values, rows from low y to high y."""
-
-    @property
-    def cells(self) -> NDArray[np.uint8]:
-        """0 free, 1..252 near something, 253 inscribed, 254 lethal, 255 unknown."""
-
-    @property
-    def resolution(self) -> float:
-        """Metres per cell."""
-
-    @property
-    def origin_x(self) -> float:
-        """Metres, the outer corner of cell [0, 0]."""
-
-    @property
-    def origin_y(self) -> float:
-        """Metres, the outer corner of cell [0, 0]."""
 
 
 class Failure(Enum):
@@ -56,8 +33,8 @@ class PlanningError(Exception):
 class Planner(Protocol):
     """A global planner; name one of your own as `pkg.module:Class` in the launch file."""
 
-    def plan(self, costmap: Costs, start: SE2, goal: SE2) -> NDArray[np.float64]:
+    def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Poses (n, 3) x, y, yaw from start to goal in the costmap's frame; raises PlanningError."""
 
-    def potential(self, costmap: Costs, start: SE2) -> NDArray[np.float32]:
+    def potential(self, costmap: Costmap, start: SE2) -> NDArray[np.float32]:
         """Cost-to-come of every cell (h, w) in metres of free driving; inf where no way leads."""

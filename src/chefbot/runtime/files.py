@@ -16,7 +16,6 @@ from PIL import Image
 
 from chefbot.config import read_bytes
 from chefbot.errors import UserError
-from chefbot.mapping.grid import Grid
 from chefbot.mapping.map_format import (
     GREY,
     WHITE,
@@ -26,6 +25,7 @@ from chefbot.mapping.map_format import (
     encode_map_yaml,
     encode_pgm,
 )
+from chefbot.maths.grid import Grid
 
 MAX_IMAGE_BYTES = 500_000_000
 MAX_YAML_BYTES = 100_000

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.mapping.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
 from chefbot.sim.shapes import Shape, distance

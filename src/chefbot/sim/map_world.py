@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.sim.shapes import Shape, box, clearance
 from chefbot.sim.world import MAX_SHAPES, ROBOT_SPACE, World

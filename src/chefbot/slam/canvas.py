@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.mapping.grid import UNKNOWN, Grid
+from chefbot.maths.grid import UNKNOWN, Grid
 from chefbot.slam.beams import Beams
 from chefbot.slam.extent import NOTHING, cells_of
 

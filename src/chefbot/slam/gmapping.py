@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.mapping.grid import Grid
 from chefbot.maths.angles import wrap
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.ancestry import Ancestry
 from chefbot.slam.beams import Beams, beams_of, reach
@@ -182,6 +182,6 @@ def levels_of(p: GmappingParams) -> list[Level]:
         (1.0, Climb(0.5 * p.resolution, 0.0125, p.iterations)),
     )
     return [
-        Level(p.particles, k * p.resolution, k * p.sigma, climb, p.independent_beams, p.max_cells)
+        Level(p.particles, k * p.resolution, k * p.sigma, climb, p.independent_beams / k, p.max_cells)
         for k, climb in climbs
     ]

@@ -13,6 +13,8 @@ from chefbot.slam.tiles import TileMaps
 
 _SPACING = np.float32(0.5)
 """Cells between the points of a scan."""
+_USUAL_BEAMS = 150
+"""A scan with fewer points than this is worth proportionally less: a camera's, or one of a mostly empty hall."""
 _SLACK = 1.0
 """Metres the maps reach further than the beams: as far as the matcher may push a particle."""
 
@@ -66,7 +68,7 @@ class Level:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The poses (p, 3) near `poses` that suit scan and odometry best, and log likelihoods (p,) there."""
         c = self._climb
-        weight = min(MOST, self._independent_beams / max(len(points), 1))
+        weight = self._independent_beams / max(len(points), _USUAL_BEAMS)
         local = self._local(poses)
         fits = match_all(
             points, local, self._local(belief.poses), self._scale**2 / belief.variance, belief.axes, weight,
@@ -86,7 +88,3 @@ class Level:
     def _local(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
         """Poses (p, 3) with x, y in cells relative to the corner of the tables."""
         return poses / self._scale - self._corner()
-
-
-MOST = 0.2
-"""A beam counts at most so much of an independent one, however few there are."""

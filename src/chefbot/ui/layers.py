@@ -15,7 +15,7 @@ from chefbot.ui.picture import jpeg
 
 
 class GridLike(Protocol):
-    """`chefbot.mapping.grid.Grid`, or a costmap with uint8 cells; rows go up in y."""
+    """`chefbot.maths.grid.Grid`, or a costmap with uint8 cells; rows go up in y."""
 
     @property
     def cells(self) -> NDArray[Any]:

@@ -16,7 +16,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketExce
 from websockets.sync.client import ClientConnection, connect
 
 from chefbot.errors import UserError
-from chefbot.mapping.grid import Grid
+from chefbot.maths.grid import Grid
 from chefbot.ui.commands import Command
 from chefbot.ui.gate import COOKIE
 

@@ -1,29 +1,23 @@
-"""What a cell costs, in the numbers that Nav2 and RViz use."""
+"""What maps and costmaps have in common: square cells in rows."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-FREE = 0
-INSCRIBED = 253
-"""The disk-shaped robot touches something when its centre is here."""
-LETHAL = 254
-UNKNOWN = 255
-
 
 @dataclass(frozen=True, eq=False)
-class Costmap:
-    """Cells in rows from low y to high y; the axes are those of the frame that the owner names.
+class Raster:
+    """Cells in rows from low y to high y, as in nav_msgs/OccupancyGrid; the axes are those of a frame.
 
-    cells: (height, width) uint8; 0 free, 1..252 near something, 253 inscribed, 254 lethal, 255 unknown.
-    resolution: metres per cell.
-    origin_x, origin_y: metres, the outer corner of cell [0, 0].
+    cells: (height, width). resolution: metres per cell.
+    origin_x, origin_y: metres, the outer corner of cell [0, 0] in the frame.
     """
 
-    cells: NDArray[np.uint8]
+    cells: NDArray[Any]
     resolution: float
     origin_x: float
     origin_y: float
@@ -53,13 +47,11 @@ class Costmap:
         )
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether the point lies on the map."""
+        """Whether the point lies on it."""
         row, column = self.cell(x, y)
         return 0 <= row < self.height and 0 <= column < self.width
 
-    def at(self, x: float, y: float) -> int:
-        """The cost at the point; UNKNOWN outside."""
+    def value(self, x: float, y: float, outside: int) -> int:
+        """The cell that holds the point, or `outside`."""
         row, column = self.cell(x, y)
-        if 0 <= row < self.height and 0 <= column < self.width:
-            return int(self.cells[row, column])
-        return UNKNOWN
+        return int(self.cells[row, column]) if self.contains(x, y) else outside

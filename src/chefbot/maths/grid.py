@@ -1,0 +1,25 @@
+"""The occupancy grid that mapping makes and localization and navigation use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.raster import Raster
+
+UNKNOWN = -1
+FREE = 0
+OCCUPIED = 100
+
+
+@dataclass(frozen=True, eq=False)
+class Grid(Raster):
+    """A map: cells (height, width) int8 in the map frame; -1 unknown, 0..100 percent occupied."""
+
+    cells: NDArray[np.int8]
+
+    def at(self, x: float, y: float) -> int:
+        """The value of the cell that holds the point; UNKNOWN outside the grid."""
+        return self.value(x, y, UNKNOWN)

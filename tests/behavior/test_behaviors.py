@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from chefbot.behavior.behavior import Progress, free_ahead
 from chefbot.behavior.motions import Spin, Straight, Wait
-from chefbot.behavior.recovery import ORDER, Recoveries, Recovery, RecoveryParams
 from chefbot.maths.costs import INSCRIBED, LETHAL, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
@@ -81,13 +80,3 @@ def test_wait_waits():
     wait = Wait(1.0)
     running = [wait.update(SE2(0, 0, 0), floor(), DT).progress is Progress.RUNNING for _ in range(30)]
     assert sum(running) == pytest.approx(19, abs=1)
-
-
-def test_recoveries_come_in_order_and_end():
-    recoveries = Recoveries(ROBOT, RecoveryParams(rounds=2))
-    tried = [recoveries.next() for _ in range(2 * len(ORDER) + 1)]
-    assert [step.recovery for step in tried[:-1]] == list(ORDER) * 2
-    assert tried[-1] is None
-    assert tried[0].behavior is None
-    recoveries.reset()
-    assert recoveries.next().recovery is Recovery.CLEAR

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
-from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer, depth_millimetres
+from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
 from chefbot.sim.raster import FLOOR, NOTHING
 from chefbot.sim.shapes import Shape, box, capsule, cylinder, shape_arrays
 from chefbot.sim.simulation import OPTICAL, Capture, Simulation
@@ -195,8 +195,3 @@ def test_colours_are_those_of_the_world() -> None:
     assert r > 80 and g < 20 and b < 20
     floor, sky = picture[-1, 0].tolist(), picture[0, 0].tolist()
     assert floor[0] > floor[2] and sky[2] > sky[0]
-
-
-def test_millimetres() -> None:
-    depth = np.array([[1.2344, np.nan, 90.0]], dtype=np.float32)
-    assert depth_millimetres(depth).tolist() == [[1234, 0, 65535]]

@@ -25,10 +25,8 @@ def all_there(stamp: Path) -> bool:
     """Whether the stamp exists and so do all the files that it names."""
     try:
         files = json.loads(stamp.read_bytes())
-    except FileNotFoundError:
-        return False
-    except ValueError:
-        return False  # cut off by a full disk: compile, and write it anew
+    except (OSError, ValueError):
+        return False  # not there, not readable or cut off by a full disk: compile, and write it anew
     return bool(files) and all(Path(file).exists() for file in files)
 
 

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -48,7 +49,6 @@ class Warming:
         self._files: set[str] = set()
         self._lock = threading.Lock()
         self._workers: list[threading.Thread] = []
-        self._complaint = ""
         self.page_opened = False
 
     def start(self) -> None:
@@ -74,9 +74,8 @@ class Warming:
             while self._waits_for(missing):
                 bar.update(task, description=self._sentence(), completed=len(self._done))
                 show(layers.Progress(text=self._sentence(), done=len(self._done), total=len(self._wanted)))
-                self._workers[0].join(LOOK) if self._workers[0].is_alive() else self._workers[-1].join(LOOK)
+                time.sleep(LOOK)
         show(layers.Progress(text=self._sentence(), done=len(self._done), total=len(self._wanted)))
-        self._finish()
 
     def _waits_for(self, groups: Sequence[str]) -> bool:
         return not self._done.issuperset(groups) and any(worker.is_alive() for worker in self._workers)
@@ -85,13 +84,6 @@ class Warming:
         left = [group for group in self._wanted if group not in self._done]
         return f"Compiling kernels, once after an installation: {left[0]}" if left else "Kernels are compiled"
 
-    def _finish(self) -> None:
-        """Say what went wrong; remember what went well."""
-        if self._complaint:
-            self._console.print(f"Kernels compile when they are first needed: {self._complaint}")
-        elif self._done.issuperset(self._wanted) and self._wanted:
-            remember(self._console, self._files)
-
     def _feed(self) -> None:
         """Give one worker process one group after the other."""
         try:
@@ -99,13 +91,19 @@ class Warming:
                 while not self._todo.empty():
                     group = self._todo.get_nowait()
                     files = ask(group)
-                    with self._lock:
-                        self._files.update(files)
-                        self._done.add(group)
+                    self._take(group, files)
         except queue.Empty:
             return  # another worker was faster
         except (OSError, RuntimeError) as error:
-            self._complaint = str(error)
+            self._console.print(f"Some kernels compile only when they are needed: {error}")
+
+    def _take(self, group: str, files: list[str]) -> None:
+        """One group less; the last one is noted down for the next start."""
+        with self._lock:
+            self._files.update(files)
+            self._done.add(group)
+            if self._done.issuperset(self._wanted):
+                remember(self._console, self._files)
 
 
 @contextmanager

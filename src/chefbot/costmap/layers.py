@@ -117,10 +117,6 @@ class LayeredCostmap:
         """Forget what sensors marked within `radius` metres of the pose."""
         self._forget(self._within(pose, radius))
 
-    def clear_except(self, pose: SE2, radius: float) -> None:
-        """Forget what sensors marked further than `radius` metres from the pose."""
-        self._forget(~self._within(pose, radius))
-
     def clear(self) -> None:
         """Forget all that sensors marked."""
         self._sources = {}

@@ -37,7 +37,7 @@ from chefbot.msgs.nav2_msgs import (
 from chefbot.msgs.nav2_msgs import Spin as SpinAction
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.msgs.std_msgs import Empty, Header
+from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.nodes.costmaps import costmap_message, mark_laser, mark_obstacles
 from chefbot.runtime.actions import serves
 from chefbot.runtime.node import In, Node, Out, every, topic
@@ -72,7 +72,7 @@ class ControllerNode(Node):
     scan: In[LaserScan]
     obstacles: In[ObstacleScan]
     cmd_vel: In[Twist]
-    clear_costmaps: In[Empty]
+    clear_costmaps: In[Float64]
     follow_path = serves(FollowPath)
     spin = serves(SpinAction)
     backup = serves(BackUp)
@@ -107,9 +107,12 @@ class ControllerNode(Node):
         frame = seen.header.frame_id
         self.tf.when("odom", frame, stamp, lambda pose: mark_obstacles(self._costs, pose, seen))
 
-    def on_clear_costmaps(self, _: Empty) -> None:
-        """Forget what was seen."""
-        self._costs.clear()
+    def on_clear_costmaps(self, radius: Float64) -> None:
+        """Forget what was seen within so many metres of the robot."""
+        try:
+            self._costs.clear_around(self.tf.lookup("odom", "base_link"), radius.data)
+        except TransformError:
+            self._costs.clear()  # it does not know where it is: nothing seen is worth keeping
 
     # -- orders
 

@@ -28,7 +28,7 @@ from chefbot.msgs.nav2_msgs import (
     Spin,
     Spin_Goal,
 )
-from chefbot.msgs.std_msgs import Bool, Empty, Header
+from chefbot.msgs.std_msgs import Bool, Empty, Float64, Header
 from chefbot.runtime.actions import calls, serves
 from chefbot.runtime.node import In, Node, Out, topic
 from chefbot.runtime.tasks import Cancelled, Future, Task, first_of
@@ -63,7 +63,7 @@ class NavigatorNode(Node):
     spin = calls(Spin)
     backup = calls(BackUp)
     own_goal = calls(NavigateToPose, "navigate_to_pose")
-    clear_costmaps: Out[Empty]
+    clear_costmaps: Out[Float64]
     navigation_status: Out[NavigationStatus] = topic(latched=True)
     navigation_goal: Out[PoseStamped]
 
@@ -144,7 +144,7 @@ class NavigatorNode(Node):
     async def _do(self, recovery: Recovery) -> None:
         params = self.params.recovery
         if recovery is Recovery.CLEAR:
-            self.clear_costmaps.publish(Empty())
+            self.clear_costmaps.publish(Float64(params.clear_radius))
             await self.sleep(LOOK_AGAIN)
         elif recovery is Recovery.SPIN:
             await self.spin.call(Spin_Goal(params.spin, Duration.of(30.0)))

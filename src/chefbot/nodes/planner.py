@@ -16,7 +16,7 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, ComputePathToPose_Result
 from chefbot.msgs.nav_msgs import OccupancyGrid, Path
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.msgs.std_msgs import Empty, Header
+from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.nodes.costmaps import costmap_message, mark_laser, mark_obstacles
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
@@ -53,7 +53,7 @@ class PlannerNode(Node):
     map: In[OccupancyGrid]
     scan: In[LaserScan]
     obstacles: In[ObstacleScan]
-    clear_costmaps: In[Empty]
+    clear_costmaps: In[Float64]
     compute_path_to_pose = serves(ComputePathToPose)
     plan: Out[Path]
     costmap: Out[OccupancyGrid] = topic("global_costmap/costmap")
@@ -86,9 +86,12 @@ class PlannerNode(Node):
         if self.map.last is not None:
             mark(self._costs, map_T_odom @ odom_T_sensor, message)
 
-    def on_clear_costmaps(self, _: Empty) -> None:
-        """Forget what was seen."""
-        self._costs.clear()
+    def on_clear_costmaps(self, radius: Float64) -> None:
+        """Forget what was seen within so many metres of the robot."""
+        try:
+            self._costs.clear_around(self.tf.lookup("map", "base_link"), radius.data)
+        except TransformError:
+            self._costs.clear()  # it does not know where it is: nothing seen is worth keeping
 
     async def on_compute_path_to_pose(self, goal: ComputePathToPose_Goal, _: Any) -> ComputePathToPose_Result:
         """A path from where the robot is (or from `start`) to the goal, or the reason why not."""

@@ -112,11 +112,6 @@ class DepthCameraWorker:
         self._pool.shutdown(cancel_futures=True)
 
 
-def depth_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """Depth as the encoding 16UC1 wants it: whole millimetres, 0 for no measurement (REP-118)."""
-    return np.where(np.isnan(depth), 0.0, np.rint(depth * 1000.0)).clip(0, 65535).astype(np.uint16)
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
 def spoil(
     depth: NDArray[np.float32],

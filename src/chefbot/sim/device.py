@@ -11,7 +11,6 @@ import numpy as np
 from msgspec import Meta
 
 from chefbot.errors import UserError
-from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Collision, WheelSpeeds, WheelTicks
 from chefbot.msgs.geometry_msgs import (
     Pose,
@@ -252,8 +251,3 @@ class SimulatorDevice(Device):
         self.depth.publish(Image.of(header, "32FC1", frame.depth))
         if frame.colour is not None:
             self.picture.publish(Image.of(header, "rgb8", frame.colour))
-
-
-def true_pose(device: SimulatorDevice) -> SE2:
-    """Of the robot in the world; for scoring and for the person who clicks where it stands."""
-    return device.simulation.truth().pose

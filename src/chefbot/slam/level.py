@@ -44,14 +44,20 @@ class Level:
     """Maps of all particles: cells of `resolution` metres, surfaces blurred by `sigma` metres."""
 
     def __init__(
-        self, particles: int, resolution: float, sigma: float, climb: Climb, weight: float, max_cells: int
+        self,
+        particles: int,
+        resolution: float,
+        sigma: float,
+        climb: Climb,
+        independent_beams: float,
+        max_cells: int,
     ) -> None:
         self.maps = TileMaps(particles, max_cells)
         self._scale = np.array([resolution, resolution, 1.0])
         self._resolution = resolution
         self._sharpness = np.float32((resolution / sigma) ** 2)
         self._climb = climb
-        self._independent_beams = weight
+        self._independent_beams = independent_beams
 
     def points(self, surfaces: NDArray[np.float32]) -> NDArray[np.float32]:
         """Ends of beams (n, 2) in metres as points (m, 2) in cells of this level."""

@@ -1,0 +1,112 @@
+"""Kernels are compiled ahead: all of them, once, in sight, and harmlessly where that cannot be."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+from numba.core.dispatcher import Dispatcher
+from rich.console import Console
+
+from chefbot.commands import kernel_stamp
+from chefbot.commands.demo import DemoOptions, run_demo
+from chefbot.commands.kernels import FIRST, GROUPS, kernel_files
+from chefbot.commands.warm import Warming, remember, start_warming
+
+
+def signatures() -> dict[str, int]:
+    """Kernel to the number of argument types it has been compiled for."""
+    kernels = {
+        id(value): value
+        for name, module in list(sys.modules.items())
+        if name.startswith("chefbot.")
+        for value in vars(module).values()
+        if isinstance(value, Dispatcher)
+    }
+    return {
+        f"{one.py_func.__module__}.{one.py_func.__name__}": len(one.signatures) for one in kernels.values()
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ["chefbot", "chefbot_lidar"])
+def test_after_all_groups_the_demo_needs_no_kernel_more(robot: str, tmp_path: Path) -> None:
+    for work in GROUPS.values():
+        work()
+    compiled = signatures()
+    options = DemoOptions("room", robot, 1, True, "max", tmp_path, "real", 0, 8080)
+    assert run_demo(options) == 0
+    assert {name: n for name, n in signatures().items() if n > compiled.get(name, 0)} == {}
+
+
+def test_a_worker_compiles_a_group_and_names_the_files_of_its_kernels(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    warming = Warming(Console(quiet=True), ["odometry"])
+    warming.start()
+    told: list[tuple[int, int]] = []
+    warming.wait(show=lambda progress: told.append((progress.done, progress.total)))
+    assert told[-1] == (1, 1) and not warming.busy
+    assert kernel_stamp.all_there(kernel_stamp.stamp_path())
+    assert "gyro_ekf._correct" in kernel_stamp.stamp_path().read_text()
+
+
+def test_with_a_stamp_nothing_is_compiled_and_without_its_files_it_is_void(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    held = tmp_path / "kernel.nbi"
+    held.touch()
+    remember(Console(quiet=True), {str(held)})
+    assert not start_warming(Console(quiet=True)).busy
+    held.unlink()
+    assert not kernel_stamp.all_there(kernel_stamp.stamp_path())
+
+
+def test_a_stamp_that_was_cut_off_counts_as_none(tmp_path: Path) -> None:
+    stamp = tmp_path / "stamp"
+    for content in ("", '["/a', "[]", "{}"):
+        stamp.write_text(content)
+        assert not kernel_stamp.all_there(stamp)
+
+
+def test_the_stamp_depends_on_what_numba_depends_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = kernel_stamp.stamp_path()
+    assert kernel_stamp.stamp_path() == plain
+    monkeypatch.setenv("NUMBA_OPT", "1" if os.environ.get("NUMBA_OPT") != "1" else "2")
+    assert kernel_stamp.stamp_path() != plain
+
+
+def test_a_failing_worker_is_told_of_and_does_not_stop_the_start() -> None:
+    console = Console(record=True, quiet=False, file=open(os.devnull, "w"))  # noqa: SIM115, PTH123
+    warming = Warming(console, ["no such group"])
+    warming.start()
+    warming.wait()
+    assert not warming.busy
+    assert "no such group" in console.export_text()
+
+
+def test_an_unwritable_cache_folder_is_told_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    assert not kernel_stamp.all_there(kernel_stamp.stamp_path())
+    console = Console(record=True, file=open(os.devnull, "w"))  # noqa: SIM115, PTH123
+    remember(console, {"a"})
+    assert "cannot be remembered" in console.export_text()
+
+
+def test_the_first_picture_needs_groups_that_exist() -> None:
+    assert set(FIRST) <= set(GROUPS)
+    assert tuple(GROUPS)[: len(FIRST)] == FIRST
+
+
+def test_kernel_files_are_those_of_compiled_kernels() -> None:
+    GROUPS["odometry"]()
+    if numba.config.DISABLE_JIT:
+        pytest.skip("kernels are not compiled at all")
+    files = kernel_files()
+    assert files and all(Path(file).exists() for file in files)

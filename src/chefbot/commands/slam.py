@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 
 from rich.console import Console
@@ -14,8 +15,8 @@ from chefbot.config import read_bytes
 from chefbot.errors import UserError
 from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.files import map_png, save_map, write_atomic
-from chefbot.slam.batch import run_log, trajectory_tum
-from chefbot.slam.carmen import parse
+from chefbot.slam.batch import SlamResult, run_log, trajectory_tum
+from chefbot.slam.carmen import CarmenOdom, CarmenScan, parse
 from chefbot.slam.params import GmappingParams
 
 MAX_LOG_BYTES = 2_000_000_000
@@ -27,11 +28,10 @@ def run_slam(path: Path, out: Path, particles: int, seed: int, max_range: float)
     records = parse(read_text(path))
     params = GmappingParams(particles=particles, seed=seed, max_range=max_range)
     began = wall_ns()
-    with Progress(console=console) as progress:
-        task = progress.add_task(f"mapping {path.name}", total=None)
-        result = run_log(
-            records, params, lambda done, total: progress.update(task, completed=done, total=total)
-        )
+    try:
+        result = _run(path, records, params)
+    except UserError as error:
+        raise UserError(f"log {path}: {error}") from None
     took = (wall_ns() - began) / 1e9
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -41,6 +41,15 @@ def run_slam(path: Path, out: Path, particles: int, seed: int, max_range: float)
     save_map(out / "map", result.grid)
     write_atomic(out / "map.png", map_png(result.grid))
     console.print(f"{len(result.poses)} scans, {took:.1f} s; {out}/map.yaml, map.png, trajectory.tum")
+
+
+def _run(path: Path, records: Iterator[CarmenOdom | CarmenScan], params: GmappingParams) -> SlamResult:
+    """With a bar that shows how far it is."""
+    with Progress(console=console) as progress:
+        task = progress.add_task(f"mapping {path.name}", total=None)
+        return run_log(
+            records, params, lambda done, total: progress.update(task, completed=done, total=total)
+        )
 
 
 def read_text(path: Path) -> str:

@@ -63,9 +63,9 @@ class Warming:
         """Whether something is still to be compiled."""
         return self._waits_for(self._wanted)
 
-    def wait(self, groups: Sequence[str] = tuple(GROUPS), show: Show = lambda _: None) -> None:
-        """Until these groups are compiled; `show` is told how far it is."""
-        missing = [group for group in groups if group in self._wanted]
+    def wait(self, groups: Sequence[str] = (), show: Show = lambda _: None) -> None:
+        """Until these groups, or all, are compiled; `show` is told how far it is."""
+        missing = [group for group in self._wanted if not groups or group in groups]
         if not self._waits_for(missing):
             return
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -63,7 +64,7 @@ def read_log(path: Path) -> Log:
             return _read(path, file)
     except OSError as error:
         raise UserError(f"log {path} cannot be read: {error.strerror}") from None
-    except (McapError, ValueError, EOFError, KeyError, IndexError, MemoryError) as error:
+    except (McapError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError) as error:
         reason = str(error) or type(error).__name__
         raise UserError(f"log {path} is damaged or cut off, it cannot be replayed: {reason}") from None
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import signal
 import sys
 from collections.abc import Callable, Mapping
@@ -237,8 +238,13 @@ def kernel_files() -> list[str]:
 def main() -> None:
     """Compile what is asked for on stdin until it ends; Ctrl-C is the parent's business."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    polite = False
     for line in sys.stdin:
-        GROUPS[line.strip()]()
+        group = line.strip()
+        if group not in FIRST and not polite and hasattr(os, "nice"):
+            os.nice(10)  # the first picture is being made by the parent, which goes before
+            polite = True
+        GROUPS[group]()
         sys.stdout.write(json.dumps(kernel_files()) + "\n")
         sys.stdout.flush()
 

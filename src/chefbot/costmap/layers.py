@@ -113,9 +113,12 @@ class LayeredCostmap:
             np.minimum(far, p.clearing_range).astype(np.float64),
         )
 
-    def clear_around(self, pose: SE2, radius: float) -> None:
-        """Forget what sensors marked within `radius` metres of the pose."""
-        self._forget(self._within(pose, radius))
+    def clear_around(self, pose: SE2, radius: float, source: str | None = None) -> None:
+        """Forget what sensors, or only the one called `source`, marked within `radius` metres of the pose."""
+        where = self._within(pose, radius)
+        for name, layer in self._sources.items():
+            if source in (None, name):
+                layer[where] = UNKNOWN
 
     def clear(self) -> None:
         """Forget all that sensors marked."""
@@ -135,10 +138,6 @@ class LayeredCostmap:
         x = self.origin_x + (np.arange(w) + 0.5) * self.resolution - pose.x
         y = self.origin_y + (np.arange(h) + 0.5) * self.resolution - pose.y
         return x[None, :] ** 2 + y[:, None] ** 2 <= radius * radius
-
-    def _forget(self, where: NDArray[np.bool_]) -> None:
-        for layer in self._sources.values():
-            layer[where] = UNKNOWN
 
 
 @njit(cache=True, nogil=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, NamedTuple
 
 import msgspec
@@ -12,10 +13,15 @@ from chefbot.control.limiter import Limiter, LimiterParams
 from chefbot.control.limits import Limits
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.sensor_msgs import Range
 from chefbot.msgs.std_msgs import Bool, Header
 from chefbot.runtime.node import In, Node, Out, every
 
 RATE = 20.0
+ECHO_TIMEOUT_NS = 300_000_000
+"""An older echo says nothing of what is ahead now."""
+CALM = 0.6
+"""Share of the acceleration that this braking plans with."""
 
 
 class BaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -25,6 +31,9 @@ class BaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     teleop_hold: Annotated[
         float, Meta(ge=0, le=10, description="navigation waits so long after the last key or joystick, s")
     ] = 1.0
+    ultrasonic_margin: Annotated[
+        float, Meta(ge=0, le=1, description="it stops so far before what the ultrasonic ranger sees ahead, m")
+    ] = 0.04
 
 
 class Heard(NamedTuple):
@@ -45,6 +54,7 @@ class BaseNode(Node):
     cmd_vel_teleop: In[Twist]
     cmd_vel_nav: In[Twist]
     emergency_stop: In[Bool]
+    ultrasonic: In[Range]
     cmd_vel: Out[Twist]
     wheel_speeds: Out[WheelSpeeds]
 
@@ -75,13 +85,22 @@ class BaseNode(Node):
         """The next step of the ramp."""
         heard = None if self._stopped else self._chosen()
         v, w, age = (0.0, 0.0, 0.0) if heard is None else (heard.v, heard.w, self._age(heard))
-        v, w = self._limiter.step(v, w, age, 1.0 / RATE)
+        v, w = self._limiter.step(min(v, self._safe_speed()), w, age, 1.0 / RATE)
         self.cmd_vel.publish(Twist.of(v, w))
         left, right = wheel_speeds(v, w, self.robot)
         radius = self.robot.wheel_radius
         self.wheel_speeds.publish(
             WheelSpeeds(Header.of(self.now_ns, "base_link"), left * radius, right * radius)
         )
+
+    def _safe_speed(self) -> float:
+        """Forward speed from which it stops before what the ranger sees: the camera is blind to what is near."""
+        sonar, echo = self.robot.sensors.ultrasonic, self.ultrasonic.last
+        if sonar is None or echo is None or self.now_ns - echo.header.stamp.ns > ECHO_TIMEOUT_NS:
+            return math.inf
+        to_rim = self.robot.footprint_radius - sonar.mount.x
+        room = max(0.0, echo.range - to_rim - self.params.ultrasonic_margin)
+        return math.sqrt(2.0 * CALM * self.robot.max_acceleration * room)
 
     def _chosen(self) -> Heard | None:
         if self._person is not None and self._age(self._person) <= self.params.teleop_hold:

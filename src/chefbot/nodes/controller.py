@@ -38,7 +38,7 @@ from chefbot.msgs.nav2_msgs import Spin as SpinAction
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Float64, Header
-from chefbot.nodes.costmaps import costmap_message, mark_laser, mark_obstacles
+from chefbot.nodes.costmaps import LASER, costmap_message, mark_laser, mark_obstacles
 from chefbot.runtime.actions import serves
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.plugins import plugin
@@ -108,11 +108,14 @@ class ControllerNode(Node):
         self.tf.when("odom", frame, stamp, lambda pose: mark_obstacles(self._costs, pose, seen))
 
     def on_clear_costmaps(self, radius: Float64) -> None:
-        """Forget what was seen within so many metres of the robot."""
+        """Forget what the laser saw, it sees it again at once.
+
+        What the camera saw stays until it looks through it: it is blind to what is near and beside it.
+        """
         try:
-            self._costs.clear_around(self.tf.lookup("odom", "base_link"), radius.data)
+            self._costs.clear_around(self.tf.lookup("odom", "base_link"), radius.data, LASER)
         except TransformError:
-            self._costs.clear()  # it does not know where it is: nothing seen is worth keeping
+            return  # no odometry yet: nothing has been seen
 
     # -- orders
 

@@ -14,6 +14,8 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 
+LASER, CAMERA = "laser", "camera"
+"""Names of the sensors' layers."""
 _AS_PERCENT = np.concatenate([np.arange(255) * 100 // LETHAL, [-1]]).astype(np.int8)
 """Cost to the percent that nav_msgs/OccupancyGrid holds; UNKNOWN to -1."""
 assert _AS_PERCENT[UNKNOWN] == -1
@@ -23,7 +25,7 @@ def mark_laser(costs: LayeredCostmap, sensor: SE2, scan: LaserScan) -> None:
     """A laser scan from `sensor` in the costmap's frame."""
     ranges = scan.ranges.astype(np.float64)
     ranges[ranges >= scan.range_max] = np.inf
-    costs.mark_and_clear("laser", sensor, scan.angles.astype(np.float64), ranges)
+    costs.mark_and_clear(LASER, sensor, scan.angles.astype(np.float64), ranges)
 
 
 def mark_obstacles(costs: LayeredCostmap, sensor: SE2, seen: ObstacleScan) -> None:
@@ -31,7 +33,7 @@ def mark_obstacles(costs: LayeredCostmap, sensor: SE2, seen: ObstacleScan) -> No
     steps = np.arange(len(seen.ranges), dtype=np.float64)
     angles: NDArray[np.float64] = np.asarray(seen.angle_min + steps * seen.angle_increment, np.float64)
     floor = (seen.clear_from.astype(np.float64), seen.clear_to.astype(np.float64))
-    costs.mark_and_clear("camera", sensor, angles, seen.ranges.astype(np.float64), floor)
+    costs.mark_and_clear(CAMERA, sensor, angles, seen.ranges.astype(np.float64), floor)
 
 
 def costmap_message(header: Header, costs: Costmap) -> OccupancyGrid:

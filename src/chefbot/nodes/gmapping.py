@@ -15,7 +15,7 @@ from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
 
-CAMERA = GmappingParams(srr=0.002, str=0.0005, srt=0.0005, stt=0.001, least_shift=0.0005, least_turn=0.0002)
+CAMERA = GmappingParams(srr=0.01, str=0.003, srt=0.003, stt=0.006, least_shift=0.002, least_turn=0.001)
 """A narrow view says little of the heading: believe wheels and gyro, which err so little in one step."""
 
 

@@ -33,6 +33,7 @@ def run_log(
     """Map a recording; `progress` is told the scans done and in all after each. UserError if it has no scan.
 
     The laser's place on the robot is that of the first scan, the map frame the robot's pose at that scan.
+    Ranges of `max_range` and more are no returns: CARMEN logs write 81.83 and the like for those.
     """
     scans = [r for r in records if isinstance(r, CarmenScan)]
     if not scans:
@@ -40,7 +41,7 @@ def run_log(
     slam = Gmapping(params, sensor=scans[0].odom.between(scans[0].laser))
     stamps = []
     for done, scan in enumerate(scans, 1):
-        if slam.update(scan.angles, scan.ranges, scan.odom):
+        if slam.update(scan.angles, scan.ranges, scan.odom, range_max=params.max_range):
             stamps.append(scan.stamp)
         if progress is not None:
             progress(done, len(scans))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from chefbot.config import parse_config, read_bytes
@@ -80,6 +81,7 @@ def load_world(name_or_path: str) -> World:
     return parse_world(read_bytes(path, "world file"), f"world file {path}")
 
 
+@lru_cache(maxsize=4)  # demo, simulator and page each ask for the same world
 def parse_world(data: bytes, where: str) -> World:
     """A world from YAML text; `where` begins every error sentence."""
     return build_world(parse_config(data, WorldSpec, where), where)

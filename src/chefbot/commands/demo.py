@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import webbrowser
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,6 +29,7 @@ from chefbot.runtime.places import places_path, save_places
 from chefbot.runtime.system import System
 from chefbot.sim.load import load_any_world
 from chefbot.sim.world import World
+from chefbot.ui.browser import open_browser
 from chefbot.ui.page import CLICK_STD_XY, CLICK_STD_YAW
 
 SECOND = 1_000_000_000
@@ -222,7 +222,7 @@ class Demo:
         page: Any = self.system.nodes["page"]
         if not self._warming.page_opened:
             console.print(f"The operator's page: [bold]{page.url}[/]")
-            webbrowser.open(page.url)
+            open_browser(page.url)
 
     def _finish_warming(self) -> None:
         """With a first picture on the page, wait for the kernels that thought needs."""

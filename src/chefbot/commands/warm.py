@@ -15,7 +15,6 @@ import sys
 import tempfile
 import threading
 import time
-import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
@@ -26,6 +25,7 @@ from chefbot.commands import kernel_stamp
 from chefbot.commands.kernels import FIRST, GROUPS
 from chefbot.errors import UserError
 from chefbot.ui import layers
+from chefbot.ui.browser import open_browser
 from chefbot.ui.commands import Command
 from chefbot.ui.server import PageServer
 
@@ -171,7 +171,7 @@ def _wait_with_page(console: Console, warming: Warming, port: int) -> None:
     page = PageServer(port, "127.0.0.1", _not_yet)
     url = page.start()
     console.print(f"The operator's page: [bold]{url}[/]")
-    warming.page_opened = webbrowser.open(url)
+    warming.page_opened = open_browser(url)
     try:
         warming.wait(FIRST, lambda progress: page.show("progress", progress))
     finally:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import webbrowser
 from typing import Annotated
 
 import msgspec
 from msgspec import Meta
 
 from chefbot.runtime.node import Device
+from chefbot.ui.browser import open_browser
 from chefbot.ui.remote import RemotePage
 
 
@@ -27,5 +27,5 @@ class ViewerDevice(Device):
     def start(self) -> None:
         """UserError if no robot runs there."""
         RemotePage(self.params.page).close()
-        opened = not self.params.headless and webbrowser.open(self.params.page)
+        opened = not self.params.headless and open_browser(self.params.page)
         self.announcement = f"{'Opened' if opened else 'A robot runs at'} {self.params.page}"

@@ -1,0 +1,15 @@
+"""Opening the owner's browser."""
+
+from __future__ import annotations
+
+import os
+import sys
+import webbrowser
+
+
+def open_browser(url: str) -> bool:
+    """Show `url` in a graphical browser; False where there is no screen: a text browser would take the terminal."""
+    has_screen = sys.platform in ("darwin", "win32") or any(
+        map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))
+    )
+    return has_screen and webbrowser.open(url)

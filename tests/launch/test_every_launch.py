@@ -170,6 +170,7 @@ def test_views_need_a_robot_that_runs(name: str, capsys: pytest.CaptureFixture[s
 
 def test_views_open_the_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
+    monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) or True)
     with fake_robot() as robot:
         run_launch("view_navigation", [f"page:={robot.url}"])

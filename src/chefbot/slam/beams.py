@@ -67,7 +67,7 @@ def thinned(points, spacing):  # type: ignore[no-untyped-def]
             dx, dy = points[i, 0] - kept[n - 1, 0], points[i, 1] - kept[n - 1, 1]
             if dx * dx + dy * dy < spacing * spacing:
                 continue
-        kept[n] = points[i]
+        kept[n, 0], kept[n, 1] = points[i, 0], points[i, 1]
         n += 1
     return kept[:n].copy()
 

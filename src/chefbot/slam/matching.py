@@ -81,7 +81,7 @@ def match(  # type: ignore[no-untyped-def]
             c, s = np.cos(best[2]) * linear, np.sin(best[2]) * linear
             for k in range(6):
                 sign = 1.0 if k % 2 == 0 else -1.0
-                trial[:] = best
+                trial[0], trial[1], trial[2] = best[0], best[1], best[2]
                 if k < 2:
                     trial[2] += sign * angular
                 elif k < 4:
@@ -94,7 +94,7 @@ def match(  # type: ignore[no-untyped-def]
                 worth = beam_weight * fits - _surprise(trial, prior, information, axis)
                 if worth > value:
                     value, found, improved = worth, fits, True
-                    best[:] = trial
+                    best[0], best[1], best[2] = trial[0], trial[1], trial[2]
         linear *= 0.5
         angular *= 0.5
     return best, found
@@ -123,7 +123,7 @@ def match_all(  # type: ignore[no-untyped-def]
             points, poses[i], priors[i], information, axes[i], beam_weight, steps, sharpness,
             tables[i], mean_x, mean_y,
         )  # fmt: skip
-        poses[i] = best
+        poses[i, 0], poses[i, 1], poses[i, 2] = best[0], best[1], best[2]
         scores[i] = found
     return scores
 

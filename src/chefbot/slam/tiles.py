@@ -132,9 +132,9 @@ def _writable(table, row, column, mean_x, mean_y, hits, references, free, free_c
         return tile
     free_count[0] -= 1
     own = free[free_count[0]]
-    mean_x[own] = mean_x[tile]
-    mean_y[own] = mean_y[tile]
-    hits[own] = hits[tile]
+    for cell in range(AREA):
+        mean_x[own, cell], mean_y[own, cell] = mean_x[tile, cell], mean_y[tile, cell]
+        hits[own, cell] = hits[tile, cell]
     if tile != EMPTY:
         references[tile] -= 1
     references[own] = 1

@@ -119,7 +119,8 @@ def test_names_and_paths(tmp_path):
 
 def decade(low, high):
     """Numbers evenly over the orders of magnitude."""
-    return st.floats(math.log(low), math.log(high)).map(math.exp)
+    exponent = st.floats(math.log(low), math.log(high))
+    return exponent.map(lambda x: min(max(math.exp(x), low), high))
 
 
 @st.composite

@@ -10,7 +10,9 @@ from hypothesis import settings
 
 settings.register_profile("ci", derandomize=True)
 if os.environ.get("CI"):
-    settings.load_profile("ci")  # a red run must mean a change, not bad luck; at a desk chance goes on searching
+    settings.load_profile(
+        "ci"
+    )  # a red run must mean a change, not bad luck; at a desk chance goes on searching
 
 REPOSITORY = Path(__file__).parent.parent
 

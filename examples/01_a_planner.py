@@ -1,7 +1,7 @@
 """A planner of one's own: a class, named in a launch file, that drives the simulated robot.
 
     python examples/01_a_planner.py [run.mcap]
-    PYTHONPATH=examples chefbot launch examples/01_a_planner.yaml world:=room
+    chefbot launch examples/01_a_planner.yaml world:=room
 
 The planner is Latombe's NF1 (Robot Motion Planning, 1991, 7.2): a wave runs from the goal over the free
 cells, each cell notes when it came, and the path walks down those numbers. It knows no costs, so it passes

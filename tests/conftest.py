@@ -9,10 +9,8 @@ import pytest
 from hypothesis import settings
 
 settings.register_profile("ci", derandomize=True)
-if os.environ.get("CI"):
-    settings.load_profile(
-        "ci"
-    )  # a red run must mean a change, not bad luck; at a desk chance goes on searching
+if os.environ.get("CI"):  # a red run must mean a change, not bad luck; at a desk chance goes on searching
+    settings.load_profile("ci")
 
 REPOSITORY = Path(__file__).parent.parent
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import tempfile
 from pathlib import Path
 from typing import Annotated
 
@@ -118,8 +119,18 @@ def map_saver(
     save_running_map(file, page)
 
 
+def _find_a_place_for_kernels() -> None:
+    """Numba does not start without a folder for compiled kernels; where none can be written, a passing one does."""
+    usual = (Path(__file__).parent, Path.home() / ".cache", Path.home())
+    if "NUMBA_CACHE_DIR" not in os.environ and not any(os.access(folder, os.W_OK) for folder in usual):
+        folder = tempfile.mkdtemp(prefix="chefbot_kernels_")
+        os.environ["NUMBA_CACHE_DIR"] = folder
+        print(f"chefbot: no folder for compiled kernels can be written; they go to {folder}", file=sys.stderr)
+
+
 def main() -> None:
     """Run a verb; bad input is one sentence on stderr and exit code 2."""
+    _find_a_place_for_kernels()
     try:
         app()
     except UserError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -14,7 +15,14 @@ from chefbot.commands.warm import warm_kernels
 from chefbot.errors import UserError
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.load import load_robot
-from chefbot.runtime.launch import STANDARD_ARGS, ArgValue, Launch, built_in_launches, load_launch
+from chefbot.runtime.launch import (
+    STANDARD_ARGS,
+    ArgValue,
+    Launch,
+    built_in_launches,
+    find_launch,
+    load_launch,
+)
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.system import System
 
@@ -57,6 +65,7 @@ def run_launch(name: str, texts: Sequence[str]) -> None:
     """Until Ctrl-C, or for `duration:=` seconds of its clock."""
     launch = load_launch(name, parse_arguments(texts))
     _check(launch)
+    sys.path.append(str(find_launch(name).parent.resolve()))  # an owner's classes lie beside the launch file
     robot = load_robot(str(launch.args["robot"]))
     record = Path(str(launch.args["record"])) if launch.args["record"] else None
     warm_kernels(console)

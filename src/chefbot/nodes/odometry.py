@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.geometry_msgs import (
     Pose,
     PoseWithCovariance,
@@ -21,7 +22,7 @@ from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.odometry.estimate import MotionEstimate
 from chefbot.odometry.gyro_ekf import GyroEkf
 from chefbot.odometry.params import OdometryParams
-from chefbot.runtime.node import In, Node, Out, topic
+from chefbot.runtime.node import In, Node, Out, every, topic
 
 GYRO_TIMEOUT_NS = 100_000_000
 """An older reading of the gyro says nothing of the present turn."""
@@ -35,6 +36,7 @@ class OdometryNode(Node):
     imu: In[Imu] = topic("imu/data")
     odom: Out[Odometry]
     tf_out: Out[TFMessage] = topic("tf")
+    diagnostics: Out[DiagnosticArray]
 
     def start(self) -> None:
         """Begin at the origin of `odom`."""
@@ -50,6 +52,18 @@ class OdometryNode(Node):
         self._last_ns = stamp
         estimate = self._filter.update(ticks.left, ticks.right, self._gyro(stamp), dt)
         self._publish(stamp, estimate)
+
+    @every(hz=1)
+    def tell_health(self) -> None:
+        """What is wrong with wheels or gyro, in words."""
+        level, sentence = OK, "Wheels and gyro agree."
+        if self._filter.slipping:
+            level, sentence = WARN, "Wheels and gyro contradict each other: the wheels slip."
+        elif self._last_ns and self._filter.gyro_age > GYRO_TIMEOUT_NS / 1e9:
+            age = min(self._filter.gyro_age, self.now_ns / 1e9)
+            level, sentence = WARN, f"No gyro for {age:.1f} s: going on with the wheels alone."
+        status = DiagnosticStatus(level, "odometry", sentence, self.robot.name)
+        self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))
 
     def _gyro(self, stamp: int) -> float | None:
         reading = self.imu.last

@@ -21,7 +21,15 @@ from chefbot.msgs.geometry_msgs import (
     Vector3,
 )
 from chefbot.msgs.nav_msgs import Odometry
-from chefbot.msgs.sensor_msgs import UNKNOWN_COVARIANCE, BatteryState, Image, Imu, LaserScan, Range
+from chefbot.msgs.sensor_msgs import (
+    UNKNOWN_COVARIANCE,
+    BatteryState,
+    CameraInfo,
+    Image,
+    Imu,
+    LaserScan,
+    Range,
+)
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.robot.spec import Lidar
 from chefbot.runtime.node import Device, In, Out, every, topic
@@ -76,6 +84,7 @@ class SimulatorDevice(Device):
     battery_state: Out[BatteryState]
     scan: Out[LaserScan]
     depth: Out[Image] = topic("camera/depth/image_raw")
+    camera_info: Out[CameraInfo] = topic("camera/depth/camera_info")
     picture: Out[Image] = topic("camera/color/image_raw")
     ground_truth: Out[Odometry]
     collision: Out[Collision]
@@ -245,9 +254,20 @@ class SimulatorDevice(Device):
         header = self._header("camera_depth_optical_frame")
         self.at(self.now_ns + CAMERA_LATENCY_NS, lambda: self._deliver(header))
 
+    def _camera_info(self, header: Header) -> CameraInfo:
+        """The ideal pinhole that the robot's file describes."""
+        camera = self.robot.sensors.depth_camera
+        assert camera is not None
+        f, cx, cy = camera.focal_length_px, (camera.width - 1) / 2.0, (camera.height - 1) / 2.0
+        k = np.array([f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0])
+        p = np.array([f, 0.0, cx, 0.0, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0])
+        r = np.eye(3).reshape(9)
+        return CameraInfo(header, camera.height, camera.width, d=np.zeros(5), k=k, r=r, p=p)
+
     def _deliver(self, header: Header) -> None:
         assert self._camera is not None
         frame = self._camera.result()
         self.depth.publish(Image.of(header, "32FC1", frame.depth))
+        self.camera_info.publish(self._camera_info(header))
         if frame.colour is not None:
             self.picture.publish(Image.of(header, "rgb8", frame.colour))

@@ -1,0 +1,49 @@
+"""Odometry as a node: what it says when a sensor falls silent."""
+
+from __future__ import annotations
+
+from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticArray
+from chefbot.msgs.geometry_msgs import Vector3
+from chefbot.msgs.sensor_msgs import Imu
+from chefbot.msgs.std_msgs import Header
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import StepClock
+from chefbot.runtime.launch import Launch, NodeEntry
+from chefbot.runtime.loop import DEVICE, Loop
+from chefbot.runtime.system import System
+
+PERIOD = 20_000_000
+
+
+def health(silent_from: float) -> list[tuple[int, str]]:
+    """Level and sentence of every second of a straight drive; the gyro is silent from `silent_from` s on."""
+    system = System(Loop(StepClock()), load_robot("chefbot"), 1)
+    entry = NodeEntry(kind="chefbot.nodes.odometry:OdometryNode")
+    system.launch(Launch(name="test", about="", args={}, nodes={"odometry": entry}))
+    heard: list[tuple[int, str]] = []
+
+    def listen(message: DiagnosticArray) -> None:
+        heard.append((message.status[0].level, message.status[0].message))
+
+    def sense(i: int) -> None:
+        header = Header.of(system.loop.now_ns, "base_link")
+        if system.loop.now_ns < silent_from * 1e9:
+            system.loop.publish("imu/data", Imu(header, angular_velocity=Vector3()), "test")
+        system.loop.publish("wheel_ticks", WheelTicks(header, 50 * i, 50 * i), "test")
+
+    system.loop.subscribe("diagnostics", "test", listen)
+    for i in range(1, 200):
+        system.loop.at(i * PERIOD, DEVICE, lambda i=i: sense(i))
+    system.loop.run(until_ns=4_000_000_000)
+    return heard
+
+
+def test_a_gyro_that_falls_silent_is_named() -> None:
+    heard = health(silent_from=1.9)
+    assert [level for level, _ in heard] == [OK, OK, WARN, WARN]
+    assert "No gyro" in heard[-1][1]
+
+
+def test_a_healthy_robot_says_so() -> None:
+    assert [level for level, _ in health(silent_from=9.0)] == [OK, OK, OK, OK]

@@ -122,7 +122,7 @@ def test_space_stops_at_once_and_is_said_even_while_the_robot_stands(pty: Pty, d
     while driven.said[-1][1:] != (0.0, 0.0):
         pty.type("k")
         driven.until_said()
-    assert driven.said[-2][1] > 0.0 and len(driven.said) < 30
+    assert len(driven.said) < 30
 
 
 def test_many_keys_between_two_ticks_all_count(pty: Pty, driven: Driven) -> None:

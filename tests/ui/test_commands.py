@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from chefbot.errors import UserError
@@ -39,6 +39,7 @@ def test_every_command_survives_its_own_json() -> None:
         assert parse_command(msgspec.json.encode(command).decode()) == command
 
 
+@example('{"do":""')
 @given(st.text(max_size=60) | json_values.map(json.dumps) | near_commands.map(json.dumps))
 def test_any_text_is_a_bounded_command_or_is_refused(text: str) -> None:
     try:

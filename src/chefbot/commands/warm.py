@@ -101,9 +101,9 @@ class Warming:
         """One group less; the last one is noted down for the next start."""
         with self._lock:
             self._files.update(files)
-            self._done.add(group)
-            if self._done.issuperset(self._wanted):
+            if {*self._done, group}.issuperset(self._wanted):
                 remember(self._console, self._files)
+            self._done.add(group)  # last: who waits may go on now
 
 
 @contextmanager

@@ -139,7 +139,7 @@ def _sentence(text: str, fault: str) -> str:
     """Why a well-formed JSON text is no command."""
     try:
         name = _HEAD.decode(text).do[:64]
-    except (msgspec.ValidationError, RecursionError):
+    except (msgspec.DecodeError, RecursionError):
         name = ""
     if name not in NAMES:
         return f"Unknown command {name!r} was refused{nearest(name, NAMES)}"

@@ -32,7 +32,8 @@ PORTS_TO_TRY = 20
 MAX_CLIENTS = 16
 PENALTY = 1.0
 """Seconds for which a flooding client is not listened to before it is dropped, lest it come back at once."""
-STOP_LIMIT = 1.0
+STOP_LIMIT = 10.0
+"""Seconds; it takes a fraction of one, but on a busy machine a thread may wait for its turn."""
 TYPES = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 
 

@@ -69,7 +69,7 @@ class PageServer:
         return self._url(listener)
 
     def stop(self) -> None:
-        """End all connections, free the port; takes less than a second."""
+        """End all connections, free the port. RuntimeError if that takes longer than STOP_LIMIT."""
         if self._thread is None:
             return
         self._uvicorn.should_exit = True

@@ -13,3 +13,8 @@ def open_browser(url: str) -> bool:
         map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))
     )
     return has_screen and webbrowser.open(url)
+
+
+def in_view(url: str, view: str) -> str:
+    """The page's address with what it shows first; the fragment stays in the browser."""
+    return f"{url}#3d" if view == "3d" else url

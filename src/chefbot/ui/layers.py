@@ -52,6 +52,8 @@ class Scan:
     pose: Sequence[float]
     angles: NDArray[Any]
     ranges: NDArray[Any]
+    frame: str = ""
+    """The sensor's: what is above the floor knows its height from it."""
 
     def points(self) -> NDArray[np.float64]:
         """The end points of the finite beams in the frame of the pose, (m, 2)."""
@@ -60,6 +62,26 @@ class Scan:
         bearing = np.asarray(self.angles, np.float64) + yaw
         ends = np.column_stack([x + ranges * np.cos(bearing), y + ranges * np.sin(bearing)])
         return ends[np.isfinite(ranges)]
+
+
+class FrameView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A frame in its parent: place in metres, attitude as a quaternion (x, y, z, w)."""
+
+    name: str
+    parent: str
+    at: tuple[float, float, float]
+    turn: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class DepthView:
+    """Depth (h, w) in metres along the optical axis, NaN for none; the pinhole in pixels; the optical frame."""
+
+    depth: NDArray[Any]
+    focal: float
+    cx: float
+    cy: float
+    frame: str
 
 
 class Status(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -150,6 +172,45 @@ def _points(columns: int) -> Callable[[Any], NDArray[np.float64]]:
     return take
 
 
+def _scan(value: Scan) -> tuple[NDArray[np.float64], str]:
+    if not isinstance(value, Scan):
+        raise TypeError(f"expected Scan, got {type(value).__name__}")
+    return _points(2)(value), value.frame
+
+
+def _encode_scan(layer: str, value: tuple[NDArray[np.float64], str]) -> bytes:
+    return wire.points(layer, *value)
+
+
+def _frames(value: Sequence[FrameView]) -> tuple[FrameView, ...]:
+    return tuple(_struct(FrameView)(frame) for frame in value)
+
+
+def _joints(value: Mapping[str, float]) -> dict[str, float]:
+    return {str(name): float(position) for name, position in value.items()}
+
+
+def _text(value: str) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"expected a text, got {type(value).__name__}")
+    return value
+
+
+def _depth(value: DepthView) -> wire.DepthImage:
+    """Every so many-th pixel, in whole millimetres: an eye sees no more of a cloud of points."""
+    if not isinstance(value, DepthView) or value.depth.ndim != 2 or value.depth.size == 0:
+        raise TypeError("expected DepthView with depth (h, w)")
+    step = -(-value.depth.shape[1] // CLOUD_WIDTH)
+    metres = value.depth[::step, ::step]
+    millimetres = np.where(np.isfinite(metres), np.clip(metres, 0.0, 65.0), 0.0) * 1000.0
+    pinhole = {"focal": value.focal / step, "cx": value.cx / step, "cy": value.cy / step}
+    return wire.DepthImage(np.rint(millimetres).astype("<u2"), pinhole, value.frame)
+
+
+def _encode_depth(layer: str, image: wire.DepthImage) -> bytes:
+    return wire.depth(layer, image)
+
+
 def _grid(dtype: type[np.generic]) -> Callable[[Any], wire.GridImage]:
     def take(grid: GridLike) -> wire.GridImage:
         if grid.cells.dtype != dtype or grid.cells.ndim != 2:
@@ -173,14 +234,16 @@ def _encode_image(layer: str, image: NDArray[Any]) -> bytes:
 
 _JSON, _POINTS, _GRID = wire.text, wire.points, wire.grid
 FAST, CAMERA, COSTMAP, MAP = 0.1, 0.2, 0.5, 1.0
+CLOUD_WIDTH = 80
+"""Points in a row of the depth camera's cloud: 5 kB a frame."""
 
 LAYERS: dict[str, Layer] = {
     "map": Layer(MAP, _grid(np.int8), _GRID),
     "costmap": Layer(COSTMAP, _grid(np.uint8), _GRID),
     "robot": Layer(FAST, _struct(RobotView), _JSON),
     "truth": Layer(FAST, _pose, _JSON),
-    "scan": Layer(FAST, _points(2), _POINTS),
-    "obstacles": Layer(FAST, _points(2), _POINTS),
+    "scan": Layer(FAST, _scan, _encode_scan),
+    "obstacles": Layer(FAST, _scan, _encode_scan),
     "particles": Layer(FAST, _points(3), _POINTS),
     "path": Layer(FAST, _points(2), _POINTS),
     "local_path": Layer(FAST, _points(2), _POINTS),
@@ -189,5 +252,10 @@ LAYERS: dict[str, Layer] = {
     "status": Layer(FAST, _struct(Status), _JSON),
     "places": Layer(FAST, _places, _JSON),
     "delivery": Layer(FAST, _struct(Delivery), _JSON),
+    "frames": Layer(FAST, _frames, _JSON),
+    "fixed_frames": Layer(MAP, _frames, _JSON),
+    "joints": Layer(FAST, _joints, _JSON),
+    "description": Layer(MAP, _text, _JSON),
+    "depth": Layer(CAMERA, _depth, _encode_depth),
     "progress": Layer(FAST, _struct(Progress), _JSON),
 }

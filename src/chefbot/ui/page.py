@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import msgspec
 import numpy as np
@@ -18,6 +18,7 @@ from chefbot.msgs.chefbot_msgs import (
     ObstacleScan,
     Order,
     Places,
+    WheelTicks,
 )
 from chefbot.msgs.geometry_msgs import (
     Pose,
@@ -29,13 +30,16 @@ from chefbot.msgs.geometry_msgs import (
 )
 from chefbot.msgs.nav2_msgs import ParticleCloud
 from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry, Path
-from chefbot.msgs.sensor_msgs import BatteryState, Image, LaserScan
+from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, LaserScan
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
+from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.runtime.transforms import TransformError
 from chefbot.ui import commands as do
-from chefbot.ui.layers import Delivery, Progress, RobotView, Scan, Status
+from chefbot.ui.body import frame_views, make_glb, wheel_angles
+from chefbot.ui.browser import in_view
+from chefbot.ui.layers import Delivery, DepthView, FrameView, Progress, RobotView, Scan, Status
 from chefbot.ui.server import PageServer
 
 CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
@@ -61,6 +65,7 @@ class PageParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         "127.0.0.1"
     )
     simulation: Annotated[bool, Meta(description="whether to offer boxes, doors and kidnapping")] = False
+    view: Annotated[Literal["2d", "3d"], Meta(description="what the printed address opens first")] = "2d"
 
 
 class PageDevice(Device):
@@ -78,6 +83,12 @@ class PageDevice(Device):
     odom: In[Odometry]
     ground_truth: In[Odometry]
     picture: In[Image] = topic("camera/color/image_raw")
+    depth: In[Image] = topic("camera/depth/image_raw")
+    camera_info: In[CameraInfo] = topic("camera/depth/camera_info")
+    moving_frames: In[TFMessage] = topic("tf")
+    fixed_frames: In[TFMessage] = topic("tf_static")
+    robot_description: In[String]
+    wheel_ticks: In[WheelTicks]
     battery_state: In[BatteryState]
     localization_status: In[LocalizationStatus]
     navigation_status: In[NavigationStatus]
@@ -102,9 +113,13 @@ class PageDevice(Device):
         self._stopped = False
         self._pace = (wall_ns(), self.now_ns)
         self._factor: float | None = None
-        self._server = PageServer(self.params.port, self.params.host, self._receive)
+        self._moving: dict[str, FrameView] = {}
+        self._fixed: dict[str, FrameView] = {}
+        self._server = PageServer(
+            self.params.port, self.params.host, self._receive, lambda: make_glb(self.robot)
+        )
         self.url = self._server.start()
-        self.announcement = f"The operator's page: {self.url}"
+        self.announcement = f"The operator's page: {in_view(self.url, self.params.view)}"
 
     def stop(self) -> None:
         """Free the port."""
@@ -131,14 +146,16 @@ class PageDevice(Device):
         """Where beams ended."""
         sensor = self._find("map", message.header.frame_id)
         if sensor is not None:
-            self._server.show("scan", Scan(sensor, message.angles, message.ranges))
+            scan = Scan(sensor, message.angles, message.ranges, message.header.frame_id)
+            self._server.show("scan", scan)
 
     def on_obstacles(self, message: ObstacleScan) -> None:
         """What the camera sees in the way."""
         sensor = self._find("map", message.header.frame_id)
         if sensor is not None:
             angles = message.angle_min + message.angle_increment * np.arange(len(message.ranges))
-            self._server.show("obstacles", Scan(sensor, angles, message.ranges))
+            scan = Scan(sensor, angles, message.ranges, message.header.frame_id)
+            self._server.show("obstacles", scan)
 
     def on_particle_cloud(self, message: ParticleCloud) -> None:
         """The guesses."""
@@ -165,6 +182,27 @@ class PageDevice(Device):
     def on_picture(self, message: Image) -> None:
         """What the camera sees."""
         self._server.show("camera", message.pixels)
+
+    def on_depth(self, message: Image) -> None:
+        """How far the camera sees."""
+        info = self.camera_info.last
+        if info is not None:
+            focal, cx, cy = info.k[0], info.k[2], info.k[5]
+            view = DepthView(message.pixels, float(focal), float(cx), float(cy), info.header.frame_id)
+            self._server.show("depth", view)
+
+    def on_moving_frames(self, message: TFMessage) -> None:
+        """Shown at the page's own pace: transforms come faster than an eye sees."""
+        self._moving.update(frame_views(message))
+
+    def on_fixed_frames(self, message: TFMessage) -> None:
+        """Where things are mounted."""
+        self._fixed.update(frame_views(message))
+        self._server.show("fixed_frames", tuple(self._fixed.values()))
+
+    def on_robot_description(self, message: String) -> None:
+        """Links, joints and masses, as URDF."""
+        self._server.show("description", message.data)
 
     def on_places(self, message: Places) -> None:
         """Named poses."""
@@ -199,6 +237,9 @@ class PageDevice(Device):
             )
             self._server.show("robot", view)
         self._server.show("status", self._status(pose))
+        self._server.show("frames", tuple(self._moving.values()))
+        if self.wheel_ticks.last is not None:
+            self._server.show("joints", wheel_angles(self.wheel_ticks.last, self.robot))
 
     def _status(self, pose: SE2 | None) -> Status:
         battery, truth = self.battery_state.last, self.ground_truth.last

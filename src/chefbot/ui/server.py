@@ -9,7 +9,6 @@ import secrets
 import socket
 import threading
 from collections.abc import AsyncIterator, Callable
-from importlib import resources
 from typing import Any
 
 import uvicorn
@@ -23,9 +22,11 @@ from chefbot.errors import UserError
 from chefbot.ui.client import Client
 from chefbot.ui.commands import MAX_TEXT, Command, Drive, parse_command
 from chefbot.ui.deadman import DeadMan
-from chefbot.ui.gate import SAFE, Gate
+from chefbot.ui.files import SAFE, content_type, headers_of, static_files
+from chefbot.ui.gate import Gate
 from chefbot.ui.hub import Hub
 from chefbot.ui.protocols import GuardedHttp, GuardedSocket
+from chefbot.ui.solids import Solids
 
 TICK = 0.05
 PORTS_TO_TRY = 20
@@ -34,7 +35,6 @@ PENALTY = 1.0
 """Seconds for which a flooding client is not listened to before it is dropped, lest it come back at once."""
 STOP_LIMIT = 10.0
 """Seconds; it takes a fraction of one, but on a busy machine a thread may wait for its turn."""
-TYPES = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 
 
 class PageServer:
@@ -42,16 +42,24 @@ class PageServer:
 
     `on_command` runs in the page's thread and must return at once (put the command into a queue); a UserError
     that it raises goes as a sentence to the browser that sent the command. Bound to a network address instead
-    of loopback, the page asks for a token that only the URL returned by `start` carries.
+    of loopback, the page asks for a token that only the URL returned by `start` carries. `model` makes the
+    robot's solids (GLB); it is called in a thread when somebody looks at them for the first time.
     """
 
-    def __init__(self, port: int, host: str, on_command: Callable[[Command], None]) -> None:
+    def __init__(
+        self,
+        port: int,
+        host: str,
+        on_command: Callable[[Command], None],
+        model: Callable[[], bytes] | None = None,
+    ) -> None:
         self._wish = (host, port)
         self._on_command = on_command
         self._hub = Hub()
         self._deadman = DeadMan(on_command)
         self._clients: set[Client] = set()
         self._token = None if _is_loopback(host) else secrets.token_urlsafe(16)
+        self._solids = Solids(model)
         self._uvicorn: Any = None
         self._thread: threading.Thread | None = None
         self.app = Gate(self._build_app(), host, self._token)
@@ -91,18 +99,19 @@ class PageServer:
         self._hub.show(layer, payload)
 
     def _build_app(self) -> Starlette:
-        files = _static_files()
+        files = static_files()
 
         async def serve_file(request: Request) -> Response:
             name = request.path_params.get("name", "index.html")
             if name not in files:
                 return Response("No such file.", 404, SAFE, "text/plain")
-            return Response(files[name], 200, SAFE, TYPES[name.rsplit(".")[-1]])
+            return Response(files[name], 200, headers_of(files[name]), content_type(name))
 
         routes = [
             Route("/", serve_file),
             WebSocketRoute("/live", self._live),
-            Route("/{name}", serve_file),
+            Route("/robot.glb", self._solids.serve),
+            Route("/{name:path}", serve_file),
         ]
         return Starlette(routes=routes)
 
@@ -181,12 +190,6 @@ async def _first_to_end(*jobs: Any) -> None:
         await asyncio.gather(*tasks, return_exceptions=True)
     for task in done:
         task.result()
-
-
-def _static_files() -> dict[str, bytes]:
-    """All files by name, read once: what is not in this dict cannot be asked for."""
-    folder = resources.files("chefbot.ui") / "static"
-    return {entry.name: entry.read_bytes() for entry in folder.iterdir() if entry.is_file()}
 
 
 def _uvicorn(app: Any) -> Any:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
 
 from chefbot.runtime.node import Device
-from chefbot.ui.browser import open_browser
+from chefbot.ui.browser import in_view, open_browser
 from chefbot.ui.remote import RemotePage
 
 
@@ -17,6 +17,7 @@ class ViewerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     page: Annotated[str, Meta(min_length=1, description="address of the running robot's page")]
     headless: Annotated[bool, Meta(description="only look whether a robot runs there")] = False
+    view: Annotated[Literal["2d", "3d"], Meta(description="what the page shows first")] = "2d"
 
 
 class ViewerDevice(Device):
@@ -27,5 +28,6 @@ class ViewerDevice(Device):
     def start(self) -> None:
         """UserError if no robot runs there."""
         RemotePage(self.params.page).close()
-        opened = not self.params.headless and open_browser(self.params.page)
-        self.announcement = f"{'Opened' if opened else 'A robot runs at'} {self.params.page}"
+        address = in_view(self.params.page, self.params.view)
+        opened = not self.params.headless and open_browser(address)
+        self.announcement = f"{'Opened' if opened else 'A robot runs at'} {address}"

@@ -9,9 +9,12 @@ Server to page, as text (small layers and answers):
 Server to page, as bytes (bulk layers): header length (uint16, little-endian), header (JSON), body.
     every header                      layer, kind
     kind "points"                     columns, x, y, unit: body int16 (n, columns), little-endian; times
-                                      unit[column], plus x or y for the first two: metres, metres, radians
+                                      unit[column], plus x or y for the first two: metres, metres, radians;
+                                      frame: the sensor that saw them, or empty
     kind "int8" or "uint8"            width, height, resolution, x, y: body zlib of the rows, low y first;
                                       (x, y) is the outer corner of the first cell, metres
+    kind "depth"                      width, height, focal, cx, cy (pixels), frame (an optical one, REP-103):
+                                      body zlib of the rows from the top, uint16 millimetres, 0 for none
     kind "jpeg"                       body is the picture
 
 Points travel as signed 16 bit: centimetres up to 327 m from the first point, coarser beyond, so that no
@@ -44,6 +47,15 @@ class GridImage:
     y: float
 
 
+@dataclass(frozen=True, eq=False)
+class DepthImage:
+    """A thinned depth picture: (h, w) uint16 millimetres, its pinhole in its own pixels, its optical frame."""
+
+    millimetres: NDArray[np.uint16]
+    pinhole: dict[str, float]
+    frame: str
+
+
 def text(layer: str, value: Any) -> str:
     """A small layer."""
     return msgspec.json.encode({"layer": layer, "value": value}).decode()
@@ -60,18 +72,26 @@ def bulk(layer: str, header: dict[str, Any], body: bytes) -> bytes:
     return struct.pack("<H", len(head)) + head + body
 
 
-def points(layer: str, rows: NDArray[np.float64]) -> bytes:
-    """Points (n, 2) or poses (n, 3) with finite numbers, relative to the first one."""
+def points(layer: str, rows: NDArray[np.float64], frame: str = "") -> bytes:
+    """Points (n, 2) or poses (n, 3) with finite numbers, relative to the first one, as `frame` saw them."""
     columns = rows.shape[1]
+    head = {"kind": "points", "columns": columns, "frame": frame}
     if len(rows) == 0:
-        return bulk(layer, {"kind": "points", "columns": columns, "x": 0, "y": 0, "unit": [1] * columns}, b"")
+        return bulk(layer, head | {"x": 0, "y": 0, "unit": [1] * columns}, b"")
     x, y = float(rows[0, 0]), float(rows[0, 1])
     offsets = rows - np.array([x, y, 0.0])[:columns]
     unit = [max(CENTIMETRE, float(np.abs(offsets[:, :2]).max()) / 32767)] * 2 + [MILLIRADIAN] * (columns - 2)
     if columns == 3:
         offsets[:, 2] = np.arctan2(np.sin(offsets[:, 2]), np.cos(offsets[:, 2]))
     body = np.rint(offsets / unit).astype("<i2").tobytes()
-    return bulk(layer, {"kind": "points", "columns": columns, "x": x, "y": y, "unit": unit}, body)
+    return bulk(layer, head | {"x": x, "y": y, "unit": unit}, body)
+
+
+def depth(layer: str, image: DepthImage) -> bytes:
+    """A thinned depth picture, packed."""
+    height, width = image.millimetres.shape
+    header = {"kind": "depth", "width": width, "height": height, "frame": image.frame, **image.pinhole}
+    return bulk(layer, header, zlib.compress(image.millimetres.tobytes(), 1))
 
 
 def grid(layer: str, image: GridImage) -> bytes:

@@ -4,6 +4,7 @@ import { knownArea } from "./grids.js";
 import { COLOURS, PAINTERS, SWITCHES, arrow, scaleBar } from "./layers.js";
 import { Panels } from "./panels.js";
 import { Link } from "./socket.js";
+import { Solid } from "./solid.js";
 import { Tools } from "./tools.js";
 import { View } from "./view.js";
 
@@ -19,6 +20,7 @@ const view = new View($("canvas"), paint);
 const panels = new Panels(send);
 const driver = new Driver((command) => link.send(command));
 const tools = new Tools(view, send, () => follow(false), () => data.get("robot"));
+const solid = new Solid({ data, hidden, following: () => following, turned: (on) => panels.open(on ? "model-panel" : "serve"), say });
 
 function send(command) {
   if (command.do === "stop") driver.release();
@@ -38,9 +40,15 @@ function paint(context) {
   scaleBar(context, view, NARROW.matches ? 62 : 18);
 }
 
+function refresh() {
+  view.refresh();
+  solid.view?.refresh();
+}
+
 function follow(on) {
   following = on;
   $("follow").setAttribute("aria-pressed", String(on));
+  solid.view?.follow(on);
   const robot = data.get("robot");
   if (on && robot) view.centre = { x: robot.x, y: robot.y };
   view.refresh();
@@ -50,6 +58,7 @@ function fit() {
   const grid = data.get("map");
   if (!grid) return;
   follow(false);
+  if (solid.on) { solid.view?.fit(knownArea(grid)); return; }
   const bar = $("tools").offsetHeight + 16;
   view.fit(knownArea(grid), bar, NARROW.matches ? bar + 24 : 30);
 }
@@ -68,6 +77,7 @@ link.addEventListener("layer", ({ detail: { layer, value } }) => {
   lastNews = performance.now();
   data.set(layer, value);
   TAKERS[layer]?.(value);
+  solid.take(layer, value);
   view.refresh();
 });
 link.addEventListener("up", () => {
@@ -100,11 +110,11 @@ for (const [layer, label] of SWITCHES) {
   const row = document.createElement("label"), box = document.createElement("input"), colour = document.createElement("i");
   box.type = "checkbox";
   box.checked = true;
-  box.onchange = () => { if (box.checked) hidden.delete(layer); else hidden.add(layer); view.refresh(); };
+  box.onchange = () => { if (box.checked) hidden.delete(layer); else hidden.add(layer); refresh(); };
   colour.style.background = COLOURS[layer]();
   row.append(box, label, colour);
   $("layer-list").append(row);
 }
 $("follow").onclick = () => follow(!following);
 $("fit").onclick = fit;
-window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => view.refresh());
+window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { refresh(); solid.view?.repaint(data); });

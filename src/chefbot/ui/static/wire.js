@@ -12,6 +12,7 @@ const READERS = {
   points: async (head, body) => points(head, new DataView(body)),
   int8: async (head, body) => ({ ...head, cells: new Int8Array(await inflate(body)) }),
   uint8: async (head, body) => ({ ...head, cells: new Uint8Array(await inflate(body)) }),
+  depth: async (head, body) => ({ ...head, millimetres: new Uint16Array(await inflate(body)) }),
   jpeg: async (head, body) => new Blob([body], { type: "image/jpeg" }),
 };
 
@@ -23,7 +24,7 @@ function points(head, view) {
     const column = i % head.columns;
     rows[i] = offset[column] + head.unit[column] * view.getInt16(2 * i, true);
   }
-  return { columns: head.columns, count: n / head.columns, rows };
+  return { columns: head.columns, count: n / head.columns, rows, frame: head.frame };
 }
 
 async function inflate(body) {

@@ -1,0 +1,53 @@
+"""The page's own files, and the headers under which a browser may use them."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+from importlib import resources
+from importlib.resources.abc import Traversable
+
+TYPES = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
+POLICY = (
+    "default-src 'none'; script-src 'self'{hashes}; style-src 'self'; connect-src 'self'; "
+    "img-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+SAFE = {
+    "content-security-policy": POLICY.format(hashes=""),
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cache-control": "no-cache",
+}
+_IMPORT_MAP = re.compile(rb'<script type="importmap">(.*?)</script>', re.DOTALL)
+
+
+def static_files() -> dict[str, bytes]:
+    """All files by path, read once: what is not in this dict cannot be asked for."""
+    return dict(_walk(resources.files("chefbot.ui") / "static", ""))
+
+
+def content_type(path: str) -> str:
+    """By the name's ending."""
+    return TYPES[path.rsplit(".")[-1]]
+
+
+def headers_of(content: bytes) -> dict[str, str]:
+    """Of a file: the one script within a page that may run is its import map, known by its hash.
+
+    Browsers take an import map from the page itself only (https://html.spec.whatwg.org, 8.1.6.2), and a policy
+    allows one script of a page by the hash of its text (https://www.w3.org/TR/CSP3, 6.7.3.3).
+    """
+    digests = [hashlib.sha256(text).digest() for text in _IMPORT_MAP.findall(content)]
+    hashes = "".join(f" 'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
+    return SAFE | {"content-security-policy": POLICY.format(hashes=hashes)}
+
+
+def _walk(folder: Traversable, prefix: str) -> list[tuple[str, bytes]]:
+    found: list[tuple[str, bytes]] = []
+    for entry in folder.iterdir():
+        if entry.is_dir():
+            found += _walk(entry, f"{prefix}{entry.name}/")
+        elif entry.name.rsplit(".")[-1] in TYPES:
+            found.append((prefix + entry.name, entry.read_bytes()))
+    return found

@@ -1,0 +1,128 @@
+// What the robot sees and means to do, in 3-D: the map on the floor, paths, scans, the depth camera's points.
+import {
+  BufferAttribute, BufferGeometry, CanvasTexture, Color, ConeGeometry, DoubleSide, Group, Mesh, MeshBasicMaterial, NearestFilter,
+  PlaneGeometry, Points, PointsMaterial, SRGBColorSpace,
+} from "three";
+import { costColours, mapColours, picture } from "../grids.js";
+import { COLOURS } from "../layers.js";
+
+const DARK = window.matchMedia("(prefers-color-scheme: dark)");
+const ORDER = { map: -8, costmap: -7, path: -4, local_path: -3 };   // floor from the ground up
+const NEAR = new Color("#e2572b"), MIDDLE = new Color("#d9b62c"), FAR = new Color("#3262d8");
+
+export class Live {
+  constructor(frames) {
+    this.frames = frames;
+    this.sheets = new Group();           // in the map's frame
+    this.objects = new Map();
+    this.sheets.name = "live";
+  }
+
+  // Under the frame `map`, or under the tree's root as long as nobody knows where that is.
+  take(layer, value) {
+    const maker = MAKERS[layer];
+    if (!maker) return;
+    const home = this.frames.has("map") ? this.frames.group("map") : this.frames.world;
+    if (this.sheets.parent !== home) home.add(this.sheets);
+    this.drop(layer);
+    if (!value) return;
+    const object = maker(layer, value, this.frames);
+    if (!object) return;
+    object.name = layer;
+    (value.kind === "depth" ? this.frames.group(value.frame) : this.sheets).add(object);
+    this.objects.set(layer, object);
+  }
+
+  drop(layer) {
+    const before = this.objects.get(layer);
+    before?.removeFromParent();
+    before?.traverse((one) => { one.geometry?.dispose(); one.material?.map?.dispose(); one.material?.dispose(); });
+    this.objects.delete(layer);
+  }
+
+  show(hidden) { for (const [layer, object] of this.objects) object.visible = !hidden.has(layer); }
+}
+
+function sheet(colours) {
+  return (layer, grid) => {
+    const texture = new CanvasTexture(picture(grid, colours(DARK.matches)));
+    texture.magFilter = NearestFilter;
+    texture.colorSpace = SRGBColorSpace;
+    const wide = grid.width * grid.resolution, high = grid.height * grid.resolution;
+    const plane = new Mesh(new PlaneGeometry(wide, high), flat({ map: texture, toneMapped: false }));
+    plane.position.set(grid.x + wide / 2, grid.y + high / 2, 0);
+    plane.renderOrder = ORDER[layer];
+    return plane;
+  };
+}
+
+const flat = (more) => new MeshBasicMaterial({ transparent: true, depthWrite: false, side: DoubleSide, ...more });
+
+// A line on the floor, as wide as a finger.
+function ribbon(width) {
+  return (layer, { rows, count }) => {
+    if (count < 2) return null;
+    const positions = new Float32Array(6 * count), index = [];
+    for (let i = 0; i < count; i++) {
+      const a = 2 * Math.max(0, i - 1), b = 2 * Math.min(count - 1, i + 1);
+      const dx = rows[b] - rows[a], dy = rows[b + 1] - rows[a + 1], long = Math.hypot(dx, dy) || 1;
+      const [x, y, nx, ny] = [rows[2 * i], rows[2 * i + 1], -dy / long * width / 2, dx / long * width / 2];
+      positions.set([x + nx, y + ny, 0, x - nx, y - ny, 0], 6 * i);
+      if (i) index.push(2 * i - 2, 2 * i - 1, 2 * i, 2 * i, 2 * i - 1, 2 * i + 1);
+    }
+    const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(positions, 3)).setIndex(index);
+    const line = new Mesh(geometry, flat({ color: COLOURS[layer](), toneMapped: false }));
+    line.renderOrder = ORDER[layer];
+    return line;
+  };
+}
+
+// Ends of beams, at the height of the sensor that saw them.
+function beams(size) {
+  return (layer, { rows, count, frame }, frames) => {
+    const high = frames.has(frame) ? heightOver(frames.group(frame), frames) : 0;
+    const positions = new Float32Array(3 * count);
+    for (let i = 0; i < count; i++) positions.set([rows[2 * i], rows[2 * i + 1], high], 3 * i);
+    return dots(positions, { size, color: new Color(COLOURS[layer]()) });
+  };
+}
+
+function heightOver(sensor, frames) {
+  frames.settle();
+  const map = frames.has("map") ? frames.group("map") : frames.world;
+  return map.worldToLocal(sensor.getWorldPosition(sensor.position.clone())).z;
+}
+
+function dots(positions, look) {
+  const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(positions, 3));
+  return new Points(geometry, new PointsMaterial({ sizeAttenuation: false, toneMapped: false, ...look }));
+}
+
+// A depth picture as points of its optical frame (REP-103: z ahead, x right, y down), warm is near.
+function cloud(_layer, { millimetres, width, focal, cx, cy }) {
+  const positions = [], colours = [], tint = new Color();
+  millimetres.forEach((depth, i) => {
+    if (!depth) return;
+    const z = depth / 1000, column = i % width, row = (i - column) / width;
+    positions.push((column - cx) * z / focal, (row - cy) * z / focal, z);
+    const share = Math.min(1, Math.max(0, (z - 0.4) / 4.6));
+    if (share < 0.5) tint.lerpColors(NEAR, MIDDLE, 2 * share); else tint.lerpColors(MIDDLE, FAR, 2 * share - 1);
+    colours.push(tint.r, tint.g, tint.b);
+  });
+  const points = dots(new Float32Array(positions), { size: 3, vertexColors: true });
+  points.geometry.setAttribute("color", new BufferAttribute(new Float32Array(colours), 3));
+  return points;
+}
+
+function goal(layer, pose) {
+  const arrow = new Mesh(new ConeGeometry(0.09, 0.26, 24).rotateZ(-Math.PI / 2), new MeshBasicMaterial({ color: COLOURS[layer]() }));
+  arrow.scale.z = 0.25;
+  arrow.position.set(pose.x, pose.y, 0.03);
+  arrow.rotation.z = pose.yaw;
+  return arrow;
+}
+
+const MAKERS = {
+  map: sheet(mapColours), costmap: sheet(costColours), path: ribbon(0.03), local_path: ribbon(0.02),
+  scan: beams(4), obstacles: beams(4), depth: cloud, goal,
+};

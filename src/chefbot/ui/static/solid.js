@@ -1,0 +1,49 @@
+// The switch between the map from above and the robot in 3-D. The 3-D library is fetched when it is first wanted.
+const $ = (id) => document.getElementById(id);
+const HINT = "Drag to turn, right button or two fingers to move, wheel or pinch to zoom, click a part.";
+const HASH = "#3d";
+
+export class Solid {
+  constructor({ data, hidden, following, turned, say }) {
+    Object.assign(this, { data, hidden, following, turned, say });
+    this.view = null;
+    this.on = false;
+    $("solid").onclick = () => this.turn(!this.on);
+    window.addEventListener("hashchange", () => this.turn(location.hash === HASH));
+    if (location.hash === HASH) this.turn(true);
+  }
+
+  async turn(on) {
+    if (on === this.on) return;
+    this.on = on;
+    history.replaceState(null, "", on ? HASH : location.pathname);
+    document.body.classList.toggle("solid", on);
+    $("solid").setAttribute("aria-pressed", String(on));
+    $("canvas").hidden = on;
+    $("model").hidden = $("model-names").hidden = $("model-panel").hidden = $("model-tab").hidden = !on;
+    $("model-hint").textContent = on ? HINT : "";
+    this.turned(on);
+    if (on && !this.loading) await (this.loading = this.load());
+    if (on) this.catchUp();
+  }
+
+  async load() {
+    try {
+      const { ModelView } = await import("./model/view.js");
+      this.view = new ModelView($("model"), $("model-names"), this.hidden);
+    } catch (error) {
+      this.loading = null;
+      await this.turn(false);
+      return this.say(`This browser cannot show the robot in 3-D: ${error.message}`);
+    }
+    globalThis.modelView = this.view;    // for the browser's console
+    this.view.follow(this.following());
+    this.catchUp();
+    await this.view.load("robot.glb");
+  }
+
+  take(layer, value) { if (this.on) this.view?.take(layer, value); }
+
+  // What came while the map was looked at.
+  catchUp() { for (const [layer, value] of this.data) this.view?.take(layer, value); }
+}

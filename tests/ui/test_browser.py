@@ -2,101 +2,27 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
-import shutil
-import subprocess
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import httpx
 import numpy as np
 import pytest
-from websockets.sync.client import connect
+from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
 from chefbot.maths.grid import Grid
 from chefbot.ui.commands import Deliver, Drive, Goal, Stop
 from chefbot.ui.layers import RobotView, Status
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-FLAGS = [
-    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-    *("--remote-debugging-port=0", "--window-size=1280,800"),
-]
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here: `apt-get install chromium` to run this"),
-]
-
-
-class Tab:
-    """One tab, spoken to by the Chrome DevTools protocol."""
-
-    def __init__(self, connection: Any) -> None:
-        self._connection = connection
-        self._number = 0
-
-    def call(self, method: str, **params: Any) -> dict[str, Any]:
-        self._number += 1
-        self._connection.send(json.dumps({"id": self._number, "method": method, "params": params}))
-        while True:
-            answer = json.loads(self._connection.recv(timeout=30))
-            if answer.get("id") == self._number:
-                assert "error" not in answer, answer
-                return dict(answer["result"])
-
-    def ask(self, script: str) -> Any:
-        return self.call("Runtime.evaluate", expression=script, awaitPromise=True)["result"].get("value")
-
-    def wait_for(self, script: str) -> None:
-        for _ in range(300):
-            if self.ask(script):
-                return
-            time.sleep(0.1)
-        raise AssertionError(f"never true in the page: {script}")
-
-    def mouse(self, kind: str, x: float, y: float) -> None:
-        self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
-
-    def middle(self, selector: str) -> tuple[float, float]:
-        box = self.ask(f"JSON.stringify(document.querySelector({selector!r}).getBoundingClientRect())")
-        rect = json.loads(box)
-        return rect["x"] + rect["width"] / 2, rect["y"] + rect["height"] / 2
-
-    def click(self, selector: str) -> None:
-        place = self.middle(selector)
-        self.mouse("mousePressed", *place)
-        self.mouse("mouseReleased", *place)
+pytestmark = [pytest.mark.slow, needs_chromium]
 
 
 @pytest.fixture
 def tab(page: Any, tmp_path: Path) -> Iterator[Tab]:
     show_a_room(page.server)
-    assert CHROMIUM is not None
-    process = subprocess.Popen(
-        [CHROMIUM, *FLAGS, f"--user-data-dir={tmp_path}", page.url], stderr=subprocess.DEVNULL
-    )
-    try:
-        with connect(devtools_address(tmp_path, page.url), max_size=None) as connection:
-            one = Tab(connection)
-            one.wait_for("document.querySelectorAll('#tables button').length === 2")
-            yield one
-    finally:
-        process.terminate()
-        process.wait()
-
-
-def devtools_address(folder: Path, url: str) -> str:
-    for _ in range(300):
-        time.sleep(0.1)
-        with contextlib.suppress(OSError, httpx.TransportError, StopIteration):
-            port = (folder / "DevToolsActivePort").read_text().split()[0]
-            tabs = httpx.get(f"http://127.0.0.1:{port}/json").json()
-            return str(next(one for one in tabs if one["url"] == url)["webSocketDebuggerUrl"])
-    raise AssertionError("Chromium did not start")
+    with open_tab(page.url, tmp_path, NO_GPU) as one:
+        one.wait_for("document.querySelectorAll('#tables button').length === 2")
+        yield one
 
 
 def show_a_room(server: Any) -> None:

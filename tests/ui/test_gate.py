@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import json
+import posixpath
 import re
 import socket
 from importlib import resources
@@ -14,8 +18,10 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from chefbot.ui import protocols
+from chefbot.ui.files import static_files
 from chefbot.ui.server import PageServer
 
+NAMED = re.compile(r"""(?:from ?|import\()["'](\.[\w/.]+)["']|(?:src|href)="([\w.]+)"|: ?"(\./[\w/.]+)\"""")
 STATIC = resources.files("chefbot.ui") / "static"
 
 
@@ -45,7 +51,16 @@ def test_the_own_origin_is_served(page: Any) -> None:
 
 @pytest.mark.parametrize(
     "path",
-    ["../server.py", "..%2fserver.py", "%2e%2e/server.py", "static/style.css", "style.css%00", "/etc/passwd"],
+    [
+        *(
+            "../server.py",
+            "..%2fserver.py",
+            "%2e%2e/server.py",
+            "vendor/three/../../../server.py",
+            "/etc/passwd",
+        ),
+        *("static/style.css", "style.css%00", "vendor", "vendor/three/LICENSE", "model/../model"),
+    ],
 )
 def test_only_the_files_of_the_page_are_served(page: Any, path: str) -> None:
     url = urlsplit(page.url)
@@ -57,19 +72,42 @@ def test_only_the_files_of_the_page_are_served(page: Any, path: str) -> None:
 
 
 def test_every_file_that_the_page_names_is_served_with_strict_headers(page: Any) -> None:
-    for entry in STATIC.iterdir():
-        answer = httpx.get(page.url + entry.name)
+    files = static_files()
+    named = {"index.html"}
+    for path in files:
+        answer = httpx.get(page.url + path)
         assert answer.status_code == 200
         assert "default-src 'none'" in answer.headers["content-security-policy"]
-        for name in re.findall(r'(?:from "\./|(?:src|href)=")([\w.]+)"', answer.text):
-            assert (STATIC / name).is_file()
+        for name in NAMED.findall(answer.text):
+            named.add(posixpath.normpath(posixpath.join(posixpath.dirname(path), "".join(name))))
+    assert named == set(files), "what is not named is not needed; what is not there cannot be named"
+
+
+def test_the_import_map_is_the_only_script_within_the_page_and_its_hash_allows_it(page: Any) -> None:
+    answer = httpx.get(page.url)
+    inline = re.findall(r"<script(?![^>]* src=)[^>]*>(.*?)</script>", answer.text, re.DOTALL)
+    digests = [base64.b64encode(hashlib.sha256(one.encode()).digest()).decode() for one in inline]
+    policy = answer.headers["content-security-policy"]
+    assert re.findall(r"'sha256-([^']+)'", policy) == digests
+    assert len(digests) == 1
+    assert "unsafe" not in policy
+    assert all("://" not in address for one in inline for address in json.loads(one)["imports"].values())
+    assert "sha256" not in httpx.get(page.url + "app.js").headers["content-security-policy"]
+
+
+def test_the_library_says_whose_it_is_and_which() -> None:
+    folder = STATIC / "vendor" / "three"
+    version = re.search(r"three@([\d.]+)", (folder / "README.md").read_text())
+    assert version
+    assert "MIT" in (folder / "LICENSE").read_text()
+    revision = version[1].split(".")[1]
+    assert re.search(rf'="{revision}"', (folder / "three.core.min.js").read_text())
 
 
 def test_no_name_can_become_markup() -> None:
-    for entry in STATIC.iterdir():
-        assert not re.search(
-            r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|eval\(", entry.read_text()
-        )
+    markup = re.compile(rb"innerHTML|outerHTML|insertAdjacentHTML|document\.write|eval\(")
+    own = {path: text for path, text in static_files().items() if not path.startswith("vendor/")}
+    assert [path for path, text in own.items() if markup.search(text)] == []
 
 
 def test_a_connection_that_says_nothing_is_ended(page: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,7 +18,7 @@ from PIL import Image
 from chefbot.maths.grid import Grid
 from chefbot.ui import wire
 from chefbot.ui.hub import Hub
-from chefbot.ui.layers import LAYERS, RobotView, Scan, Status
+from chefbot.ui.layers import LAYERS, DepthView, RobotView, Scan, Status
 from chefbot.ui.picture import false_colour, jpeg
 
 
@@ -54,8 +54,29 @@ def test_a_grid_arrives_cell_by_cell() -> None:
 
 
 def test_the_scan_is_put_into_the_frame_of_its_pose() -> None:
-    scan = Scan((1.0, 2.0, np.pi / 2), np.array([0.0, np.pi / 2, 1.0]), np.array([2.0, 1.0, np.inf]))
-    assert np.allclose(LAYERS["scan"].take(scan), [[1.0, 4.0], [0.0, 2.0]])
+    scan = Scan((1.0, 2.0, np.pi / 2), np.array([0.0, np.pi / 2, 1.0]), np.array([2.0, 1.0, np.inf]), "laser")
+    points, frame = LAYERS["scan"].take(scan)
+    assert np.allclose(points, [[1.0, 4.0], [0.0, 2.0]])
+    header, body = split(LAYERS["scan"].encode("scan", (points, frame)))
+    assert header["frame"] == "laser"
+    assert np.allclose(np.frombuffer(body, "<i2").reshape(-1, 2), [[0, 0], [-100, -200]])
+
+
+@given(st.integers(1, 700), st.integers(1, 9), st.floats(0.1, 64.0))
+def test_thinned_depth_is_where_the_camera_saw_it(width: int, height: int, wall: float) -> None:
+    depth = np.full((height, width), wall, np.float32)
+    depth[0, 0] = np.nan
+    focal, cx = 500.0, (width - 1) / 2
+    header, body = split(
+        LAYERS["depth"].encode("depth", LAYERS["depth"].take(DepthView(depth, focal, cx, 0.0, "eye")))
+    )
+    metres = np.frombuffer(zlib.decompress(body), "<u2").reshape(header["height"], header["width"]) / 1000
+    step = -(-width // 80)
+    assert header["width"] <= 80
+    assert metres[0, 0] == 0
+    assert np.abs(metres.ravel()[1:] - wall).max(initial=0.0) <= 6e-4
+    across = (np.arange(header["width"]) - header["cx"]) / header["focal"]
+    assert np.allclose(across, (np.arange(0, width, step) - cx) / focal)
 
 
 def test_points_that_are_not_finite_are_left_out_and_none_at_all_is_fine() -> None:
@@ -83,6 +104,11 @@ def test_what_is_shown_is_a_copy() -> None:
         ("robot", {"x": 1}),
         ("map", Grid(np.zeros((2, 2), np.float32), 1.0, 0.0, 0.0)),
         ("camera", np.zeros((4, 4), np.uint8)),
+        ("scan", np.zeros((3, 2))),
+        ("depth", np.zeros((4, 4), np.float32)),
+        ("frames", [{"name": "map"}]),
+        ("description", b"<robot/>"),
+        ("joints", {"wheel_left_joint": "fast"}),
     ],
 )
 def test_a_wrong_payload_is_told_to_its_sender(layer: str, payload: Any) -> None:

@@ -16,5 +16,6 @@ def open_browser(url: str) -> bool:
 
 
 def in_view(url: str, view: str) -> str:
-    """The page's address with what it shows first; the fragment stays in the browser."""
-    return f"{url}#3d" if view == "3d" else url
+    """A page's address with what it shows first, "2d" or "3d"; the fragment stays in the browser."""
+    address = url.partition("#")[0]
+    return f"{address}#3d" if view == "3d" else address

@@ -237,7 +237,8 @@ class PageDevice(Device):
             )
             self._server.show("robot", view)
         self._server.show("status", self._status(pose))
-        self._server.show("frames", tuple(self._moving.values()))
+        if self._moving:
+            self._server.show("frames", tuple(self._moving.values()))
         if self.wheel_ticks.last is not None:
             self._server.show("joints", wheel_angles(self.wheel_ticks.last, self.robot))
 

@@ -115,6 +115,9 @@ for (const [layer, label] of SWITCHES) {
   row.append(box, label, colour);
   $("layer-list").append(row);
 }
-$("follow").onclick = () => follow(!following);
+$("follow").onclick = () => {
+  follow(!following);
+  if (following) solid.view?.home();
+};
 $("fit").onclick = fit;
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { refresh(); solid.view?.repaint(data); });

@@ -35,7 +35,6 @@ export class Body {
     node.removeFromParent();
     node.position.set(0, 0, 0);
     node.quaternion.identity();
-    node.scale.set(1, 1, 1);
     node.userData.link = link;
     this.frames.group(link).add(node);
     if (!this.links.has(link)) this.links.set(link, node);

@@ -1,13 +1,13 @@
 // What the robot sees and means to do, in 3-D: the map on the floor, paths, scans, the depth camera's points.
 import {
   BufferAttribute, BufferGeometry, CanvasTexture, Color, ConeGeometry, DoubleSide, Group, Mesh, MeshBasicMaterial, NearestFilter,
-  PlaneGeometry, Points, PointsMaterial, SRGBColorSpace,
+  PlaneGeometry, Points, PointsMaterial, RingGeometry, SRGBColorSpace,
 } from "three";
 import { costColours, mapColours, picture } from "../grids.js";
 import { COLOURS } from "../layers.js";
 
 const DARK = window.matchMedia("(prefers-color-scheme: dark)");
-const ORDER = { map: -8, costmap: -7, path: -4, local_path: -3 };   // floor from the ground up
+const ORDER = { map: -8, costmap: -7, path: -4, local_path: -3, truth: -2 };   // floor from the ground up
 const NEAR = new Color("#e2572b"), MIDDLE = new Color("#d9b62c"), FAR = new Color("#3262d8");
 
 export class Live {
@@ -122,7 +122,20 @@ function goal(layer, pose) {
   return arrow;
 }
 
+function guesses(layer, { rows, count }) {
+  const positions = new Float32Array(3 * count);
+  for (let i = 0; i < count; i++) positions.set([rows[3 * i], rows[3 * i + 1], 0.005], 3 * i);
+  return dots(positions, { size: 2, color: new Color(COLOURS[layer]().slice(0, 7)) });
+}
+
+function truth(layer, pose) {
+  const ring = new Mesh(new RingGeometry(0.2, 0.215, 48), flat({ color: COLOURS[layer](), toneMapped: false }));
+  ring.position.set(pose.x, pose.y, 0);
+  ring.renderOrder = ORDER[layer];
+  return ring;
+}
+
 const MAKERS = {
   map: sheet(mapColours), costmap: sheet(costColours), path: ribbon(0.03), local_path: ribbon(0.02),
-  scan: beams(4), obstacles: beams(4), depth: cloud, goal,
+  scan: beams(4), obstacles: beams(4), particles: guesses, depth: cloud, goal, truth,
 };

@@ -49,7 +49,7 @@ export class Panel {
     row.className = "joint";
     const name = document.createElement("span");
     name.textContent = joint.name;
-    Object.assign(input, { type: "range", min: joint.lower, max: joint.upper, step: 0.01, value: 0, name: joint.name });
+    Object.assign(input, { type: "range", min: joint.lower, max: joint.upper, step: "any", value: 0, name: joint.name });
     const turns = joint.kind !== "prismatic";
     const tell = () => { value.textContent = turns ? `${Math.round(input.value * 180 / Math.PI)}°` : `${Number(input.value).toFixed(3)} m`; };
     input.oninput = () => { tell(); this.moved(joint.name, Number(input.value)); };

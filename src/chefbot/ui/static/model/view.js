@@ -10,6 +10,8 @@ import { Stage } from "./stage.js";
 import { parseUrdf } from "./urdf.js";
 
 const BASE = "base_link";
+const AXES = 0.24;                       // length of a frame's axes, of the robot's radius
+const SMALL = 0.4;                       // metres: that radius as long as no solids are there
 const CLICK = 4;                         // pixels: who moved further meant to turn the picture
 
 export class ModelView {
@@ -26,6 +28,7 @@ export class ModelView {
       changed: () => this.refresh(), moved: (joint, position) => this.move(joint, position), chosen: (link) => this.choose(link),
     });
     this.axes = new Map();
+    this.geometry = axesGeometry(AXES * SMALL);
     this.places = [];
     this.links = new Map();
     this.paint = new MeshBasicMaterial({ vertexColors: true, toneMapped: false });
@@ -68,7 +71,8 @@ export class ModelView {
     const ball = this.body.ball();
     if (!ball || this.ball) return;
     this.ball = ball;
-    this.geometry = axesGeometry(0.24 * ball.radius);
+    this.geometry = axesGeometry(AXES * ball.radius);
+    for (const axes of this.axes.values()) axes.geometry = this.geometry;
     this.seen = null;
     this.stage.look(ball.center, ball.radius);
   }
@@ -89,7 +93,7 @@ export class ModelView {
   }
 
   // The robot in the middle and as large as at the start.
-  home() { this.frames.settle(); this.stage.look(this.ball ? this.body.ball().center : origin(this.frames.group(BASE)), this.ball?.radius ?? 0.4); }
+  home() { this.frames.settle(); this.stage.look(this.ball ? this.body.ball().center : origin(this.frames.group(BASE)), this.ball?.radius ?? SMALL); }
 
   fit(area) {
     this.follow(false);
@@ -117,7 +121,6 @@ export class ModelView {
   }
 
   showAxes() {
-    if (!this.geometry) return;
     for (const [name, group] of this.frames.groups) {
       if (!this.axes.has(name)) this.axes.set(name, this.makeAxes(name));
       const axes = this.axes.get(name);
@@ -158,6 +161,7 @@ export class ModelView {
 
   at(x, y) {
     const caster = new Raycaster();
+    this.stage.camera.updateMatrixWorld();
     caster.setFromCamera(new Vector2(2 * x / this.canvas.clientWidth - 1, 1 - 2 * y / this.canvas.clientHeight), this.stage.camera);
     return this.body.pick(caster);
   }

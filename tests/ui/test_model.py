@@ -1,0 +1,218 @@
+"""The robot in 3-D in a real browser, drawn in software. Needs Chromium."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+from tests.ui.boxes import boxes_glb
+from tests.ui.chromium import SOFTWARE_GL, Tab, needs_chromium, open_tab
+
+from chefbot.design.links import links
+from chefbot.design.urdf import urdf
+from chefbot.maths.grid import Grid
+from chefbot.robot.load import load_robot
+from chefbot.ui.layers import DepthView, FrameView, Scan
+from chefbot.ui.server import PageServer
+
+pytestmark = [pytest.mark.slow, needs_chromium]
+ROBOT = load_robot("chefbot")
+SIZES = {
+    "base_link": (0.3, 0.3, 0.02),
+    "wheel_left_link": (0.09, 0.01, 0.09),
+    "wheel_right_link": (0.09, 0.01, 0.09),
+    "payload_link": (0.2, 0.2, 0.3),
+}
+FLAT = (0.0, 0.0, 0.0, 1.0)
+QUARTER = (0.0, 0.0, 0.5**0.5, 0.5**0.5)
+LOADED = "globalThis.modelView && modelView.body.links.size === 4 && modelView.frames.has('imu_link')"
+MATRIX = "modelView.frames.settle(), modelView.frames.group({!r}).matrixWorld.toArray()"
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[PageServer]:
+    one = PageServer(0, "127.0.0.1", print, lambda: boxes_glb(SIZES))
+    one.show("description", urdf(ROBOT))
+    one.show(
+        "fixed_frames", [FrameView(name="base_link", parent="base_footprint", at=(0, 0, 0.01), turn=FLAT)]
+    )
+    yield one
+    one.stop()
+
+
+@pytest.fixture(scope="module")
+def tab(server: PageServer, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+    url = server.start()
+    with open_tab(f"{url}#3d", tmp_path_factory.mktemp("profile"), SOFTWARE_GL) as one:
+        one.url = url  # type: ignore[attr-defined]
+        one.wait_for(LOADED)
+        yield one
+
+
+def stand(
+    server: PageServer, at: tuple[float, float, float], turn: tuple[float, float, float, float]
+) -> None:
+    """The robot stands there in the frame odom; the map is a metre aside."""
+    odom = FrameView(name="odom", parent="map", at=(1, 0, 0), turn=FLAT)
+    server.show("frames", [odom, FrameView(name="base_footprint", parent="odom", at=at, turn=turn)])
+
+
+def pose(tab: Tab, frame: str) -> np.ndarray:
+    """(4, 4): the frame in the world that is drawn."""
+    return np.array(tab.ask(MATRIX.format(frame))).reshape(4, 4).T
+
+
+def pixels(tab: Tab) -> np.ndarray:
+    """(h, w, 3) of the 3-D picture as it is on the screen."""
+    box = tab.ask("JSON.parse(JSON.stringify(model.getBoundingClientRect()))")
+    tab.ask("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    clip = {key: box[key] for key in ("x", "y", "width", "height")} | {"scale": 1}
+    shot = base64.b64decode(tab.call("Page.captureScreenshot", clip=clip)["data"])
+    return np.asarray(Image.open(io.BytesIO(shot)).convert("RGB")).astype(int)
+
+
+def test_every_link_has_its_solid_at_the_place_that_the_description_gives(tab: Tab) -> None:
+    tab.ask("document.getElementById('fixed-frame').value = 'base_link', modelView.prepare()")
+    for link in links(ROBOT):
+        assert np.allclose(pose(tab, link.name)[:3, 3], link.at, atol=1e-9)
+        parent = tab.ask(f"modelView.body.links.get({link.name!r}).parent.name")
+        assert parent == link.name
+    assert pose(tab, "camera_depth_optical_frame")[:3, :3] == pytest.approx(
+        np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), abs=1e-8
+    )
+    names = tab.ask("[...document.querySelectorAll('#links button')].map((row) => row.textContent)")
+    assert "wheel_left_link60 g" in names
+    assert tab.ask("document.getElementById('links-total').textContent") == "4 with mass, 5.00 kg"
+
+
+def test_it_is_drawn_and_turning_the_picture_changes_it(tab: Tab) -> None:
+    before = pixels(tab)
+    assert len(np.unique(before.reshape(-1, 3), axis=0)) > 100
+    x, y = tab.middle("#model")
+    tab.mouse("mousePressed", x, y)
+    tab.mouse("mouseMoved", x + 120, y)
+    tab.mouse("mouseReleased", x + 120, y)
+    assert (np.abs(pixels(tab) - before).max(axis=2) > 20).mean() > 0.02
+
+
+def test_a_slider_turns_its_wheel_forward_until_the_robot_turns_it(tab: Tab, server: PageServer) -> None:
+    tab.ask(
+        "(() => { const slider = document.querySelector('[name=wheel_left_joint]'); slider.value = 0.5;"
+        " slider.dispatchEvent(new Event('input')); })()"
+    )
+    base, wheel, other = (pose(tab, name) for name in ("base_link", "wheel_left_link", "wheel_right_link"))
+    top = np.linalg.inv(base) @ wheel @ [0, 0, 1, 0]
+    assert top[:3] == pytest.approx([np.sin(0.5), 0, np.cos(0.5)], abs=1e-6)
+    assert np.allclose((np.linalg.inv(base) @ other)[:3, :3], np.eye(3), atol=1e-9)
+    assert "29°" in tab.ask("document.getElementById('joints').textContent")
+    server.show("joints", {"wheel_left_joint": 1.0, "wheel_right_joint": 6.0})
+    tab.wait_for("document.querySelector('[name=wheel_left_joint]').disabled")
+    turned = np.linalg.inv(pose(tab, "base_link")) @ pose(tab, "wheel_right_link") @ [0, 0, 1, 0]
+    assert turned[:3] == pytest.approx([np.sin(6.0), 0, np.cos(6.0)], abs=1e-6)
+
+
+def test_the_fixed_frame_stands_still_and_the_others_move(tab: Tab, server: PageServer) -> None:
+    stand(server, (2.0, 1.0, 0.0), QUARTER)
+    tab.wait_for("modelView.frames.told.has('odom')")
+    expected = {"map": (3.0, 1.0, 0.01), "odom": (2.0, 1.0, 0.01), "base_link": (0.0, 0.0, 0.0)}
+    for frame, place in expected.items():
+        tab.ask(f"document.getElementById('fixed-frame').value = {frame!r}, modelView.prepare()")
+        assert np.allclose(pose(tab, frame), np.eye(4), atol=1e-9)
+        assert pose(tab, "base_link")[:3, 3] == pytest.approx(place, abs=1e-9)
+    assert pose(tab, "odom")[:3, 3] == pytest.approx((-1.0, 2.0, -0.01), abs=1e-9)
+
+
+def test_scan_points_lie_at_the_height_of_their_sensor(tab: Tab, server: PageServer) -> None:
+    server.show("map", Grid(np.zeros((40, 60), np.int8), 0.05, -1.0, -1.0))
+    server.show("path", [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    server.show(
+        "scan", Scan((1.0, 0.0, 0.0), np.array([0.0, np.pi / 2]), np.array([2.0, 1.0]), "camera_link")
+    )
+    tab.wait_for("['map', 'path', 'scan'].every((layer) => modelView.live.objects.has(layer))")
+    points = tab.ask("[...modelView.live.objects.get('scan').geometry.attributes.position.array]")
+    height = 0.01 + ROBOT.sensors.depth_camera.mount.z  # type: ignore[union-attr]
+    assert np.array(points).reshape(-1, 3) == pytest.approx(
+        np.array([[3, 0, height], [1, 1, height]]), abs=1e-6
+    )
+    assert tab.ask("modelView.live.objects.get('map').position.toArray()") == pytest.approx([0.5, 0.0, 0.0])
+
+
+def test_the_depth_cameras_points_lie_ahead_of_it(tab: Tab, server: PageServer) -> None:
+    depth = np.full((3, 5), np.nan, np.float32)
+    depth[2, 4] = 2.0
+    server.show("depth", DepthView(depth, 100.0, 2.0, 1.0, "camera_depth_optical_frame"))
+    tab.wait_for("modelView.live.objects.has('depth')")
+    parent = tab.ask("modelView.live.objects.get('depth').parent.name")
+    points = tab.ask("[...modelView.live.objects.get('depth').geometry.attributes.position.array]")
+    assert parent == "camera_depth_optical_frame"
+    assert points == pytest.approx([0.04, 0.02, 2.0], abs=1e-6)
+
+
+def test_a_click_chooses_a_link_on_both_sides(tab: Tab) -> None:
+    tab.ask("modelView.home(), modelView.choose('payload_link')")
+    assert tab.ask("document.querySelector('[data-link=payload_link]').ariaPressed") == "true"
+    tab.ask("modelView.choose('payload_link')")
+    tab.click("#model")
+    chosen = tab.ask("modelView.body.chosen")
+    assert chosen in SIZES
+    assert tab.ask(f"document.querySelector('[data-link={chosen}]').ariaPressed") == "true"
+
+
+def test_names_of_frames_are_words_that_do_not_lie_on_each_other(tab: Tab) -> None:
+    tab.click("[name=names]")
+    pixels(tab)
+    boxes = tab.ask(
+        "[...document.querySelectorAll('#model-names span')].map((span) => {"
+        " const box = span.getBoundingClientRect();"
+        " return [span.textContent, box.left, box.top, box.right, box.bottom]; })"
+    )
+    assert {"base_link", "imu_link", "camera_depth_optical_frame"} <= {one[0] for one in boxes}
+    for i, (_, left, top, right, bottom) in enumerate(boxes):
+        for _, left2, top2, right2, bottom2 in boxes[:i]:
+            apart = right <= left2 or right2 <= left or bottom <= top2 + 0.6 or bottom2 <= top + 0.6
+            assert apart
+
+
+def test_back_to_the_map_and_again_to_the_robot(tab: Tab, server: PageServer) -> None:
+    tab.click("#solid")
+    assert tab.ask("location.hash + getComputedStyle(document.getElementById('tools')).display") == "flex"
+    assert tab.ask("document.getElementById('canvas').clientWidth") > 100
+    stand(server, (0.0, 0.0, 0.0), FLAT)
+    tab.ask("location.hash = '#3d'")
+    tab.wait_for("document.body.classList.contains('solid')")
+    tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")
+
+
+def test_without_solids_it_says_why_and_shows_the_frames(tmp_path: Path) -> None:
+    one = PageServer(0, "127.0.0.1", print)
+    one.show("description", urdf(ROBOT))
+    with open_tab(f"{one.start()}#3d", tmp_path, SOFTWARE_GL) as tab:
+        tab.wait_for("document.getElementById('model-note').textContent.includes('no robot')")
+        tab.wait_for("modelView.axes.get('imu_link')?.visible")
+    one.stop()
+
+
+def test_a_browser_without_3d_goes_on_with_the_map(tmp_path: Path) -> None:
+    one = PageServer(0, "127.0.0.1", print)
+    flags = ["--disable-gpu", "--disable-3d-apis"]
+    with open_tab(f"{one.start()}#3d", tmp_path, flags) as tab:
+        tab.wait_for("document.getElementById('notice').textContent.includes('cannot show the robot in 3-D')")
+        assert tab.ask("document.getElementById('canvas').clientWidth") > 100
+    one.stop()
+
+
+def test_nothing_was_asked_of_any_other_host_and_nothing_was_complained_of(tab: Tab) -> None:
+    """Last: it looks at all that the tests above did."""
+    url: Any = tab.url  # type: ignore[attr-defined]
+    own = (url, url.replace("http", "ws"), "blob:", "data:", "about:")
+    requested = tab.requested()
+    assert f"{url}robot.glb" in requested
+    assert f"{url}vendor/three/three.module.min.js" in requested
+    assert [one for one in requested if not one.startswith(own)] == []
+    assert tab.complaints() == []

@@ -1,0 +1,145 @@
+"""The robot's solids are made once, when somebody looks; the page tells the browser links, frames and wheels."""
+
+from __future__ import annotations
+
+import threading
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+
+import httpx
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.commands.session import session, start
+from chefbot.control.kinematics import wheel_speeds
+from chefbot.errors import UserError
+from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.msgs.std_msgs import Header
+from chefbot.robot.load import load_robot
+from chefbot.runtime.launch import load_launch
+from chefbot.runtime.system import System
+from chefbot.ui.body import wheel_angles
+from chefbot.ui.browser import in_view
+from chefbot.ui.page import PageDevice
+from chefbot.ui.remote import RemotePage
+from chefbot.ui.server import PageServer
+
+LOOPBACK = "127.0.0.1"
+SECOND = 1_000_000_000
+
+
+@contextmanager
+def served(model: object) -> Iterator[str]:
+    server = PageServer(0, LOOPBACK, print, model)  # type: ignore[arg-type]
+    yield server.start()
+    server.stop()
+
+
+def test_the_solids_are_made_once_and_not_before_somebody_looks() -> None:
+    made: list[str] = []
+
+    def make() -> bytes:
+        made.append(threading.current_thread().name)
+        return b"glTF"
+
+    with served(make) as url:
+        httpx.get(url)
+        assert made == []
+        with ThreadPoolExecutor(4) as browsers:
+            answers = list(browsers.map(lambda _: httpx.get(f"{url}robot.glb"), range(4)))
+        assert {answer.content for answer in answers} == {b"glTF"}
+        assert answers[0].headers["content-type"] == "model/gltf-binary"
+        assert answers[0].headers["x-content-type-options"] == "nosniff"
+    assert len(made) == 1
+    assert made[0] != "operator page", "it would hold up STOP"
+
+
+def test_an_impossible_robot_is_a_sentence_and_no_robot_is_none() -> None:
+    def refuse() -> bytes:
+        raise UserError("robot.yaml: the notch lies outside the plate")
+
+    with served(refuse) as url:
+        answer = httpx.get(f"{url}robot.glb")
+        assert (answer.status_code, answer.text) == (500, "robot.yaml: the notch lies outside the plate")
+        assert httpx.get(url).status_code == 200
+    with served(None) as url:
+        assert httpx.get(f"{url}robot.glb").status_code == 404
+
+
+def test_on_a_network_the_solids_need_the_token() -> None:
+    server = PageServer(0, "0.0.0.0", print, lambda: b"glTF")
+    port = server.start().split(":")[2].split("/")[0]
+    assert httpx.get(f"http://{LOOPBACK}:{port}/robot.glb").status_code == 403
+    server.stop()
+
+
+@given(st.floats(-0.5, 0.5), st.floats(-2.0, 2.0), st.floats(0.0, 500.0))
+def test_wheels_turn_as_far_as_they_roll(v: float, w: float, seconds: float) -> None:
+    robot = load_robot("chefbot")
+    turned = np.array(wheel_speeds(v, w, robot)) * seconds
+    ticks = np.rint(turned * robot.motor.ticks_per_turn / (2 * np.pi)).astype(int)
+    shown = wheel_angles(WheelTicks(Header(), *ticks.tolist()), robot)
+    angles = np.array([shown["wheel_left_joint"], shown["wheel_right_joint"]])
+    assert (
+        np.abs(np.exp(1j * angles) - np.exp(1j * turned)).max() <= np.pi / robot.motor.ticks_per_turn + 1e-9
+    )
+
+
+def test_the_address_opens_what_was_asked_for() -> None:
+    assert in_view("http://robot:8080/?token=x", "3d") == "http://robot:8080/?token=x#3d"
+    assert in_view("http://robot:8080/#3d", "3d") == "http://robot:8080/#3d"
+    assert in_view("http://robot:8080/#3d", "2d") == "http://robot:8080/"
+
+
+def look_at(system: System, layers: set[str]) -> dict[str, object]:
+    """What the page of a running system shows."""
+    page = system.nodes["page"]
+    assert isinstance(page, PageDevice)
+    with RemotePage(page.url) as remote:
+        for _ in range(50):
+            system.loop.run(until_ns=system.loop.now_ns + SECOND // 10)
+            while remote.receive(0.1):
+                pass
+            if layers <= set(remote.latest):
+                return dict(remote.latest)
+    raise AssertionError(f"never shown: {layers - set(remote.latest)}")
+
+
+def test_model_robot_shows_every_frame_and_no_wheel_that_turns_itself() -> None:
+    launch = load_launch("model_robot", {"port": "18720"})
+    with session(load_robot("chefbot"), 1, launch.clock, 0.0, None) as system:
+        start(system, launch)
+        shown = look_at(system, {"description", "frames", "fixed_frames"})
+        assert "#3d" in getattr(system.nodes["page"], "announcement", "")
+    frames = {one["name"]: one["parent"] for one in (*shown["frames"], *shown["fixed_frames"])}  # type: ignore[misc]
+    assert frames["odom"] == "map"
+    assert frames["base_footprint"] == "odom"
+    assert frames["base_link"] == "base_footprint"
+    links = {link.get("name") for link in ET.fromstring(str(shown["description"])).iter("link")}
+    assert set(frames) <= links | {"map", "odom"}
+    assert "joints" not in shown, "nobody but the sliders turns the wheels"
+
+
+def test_a_robot_that_runs_shows_its_wheels_and_what_its_camera_measures() -> None:
+    launch = load_launch("chefbot_empty_world", {"port": "18740", "world": "room"})
+    with session(load_robot("chefbot"), 1, launch.clock, 0.0, None) as system:
+        start(system, launch)
+        shown = look_at(system, {"joints", "depth", "frames", "fixed_frames", "description"})
+    assert set(shown["joints"]) == {"wheel_left_joint", "wheel_right_joint"}  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize("name", ["model_robot", "chefbot_empty_world"])
+def test_no_cad_library_is_loaded_before_somebody_looks(name: str) -> None:
+    import subprocess
+    import sys
+
+    script = (
+        "import sys; from chefbot.commands.launch import run_launch; "
+        f"run_launch({name!r}, ['duration:=0.3', 'speed:=0', 'port:=18760']); "
+        "sys.exit(bool({'trimesh', 'manifold3d', 'shapely'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

@@ -6,6 +6,7 @@ import json
 import struct
 from collections.abc import Mapping
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -13,18 +14,24 @@ FLOAT, UINT16 = 5126, 5123
 
 
 def boxes_glb(sizes: Mapping[str, tuple[float, float, float]]) -> bytes:
-    """Nodes by name, each a box about its link's origin (metres); their places are the description's matter."""
+    """Nodes by name, each a box about its link's origin (metres), all hung into the first one and set aside.
+
+    Where a link really is, the description and the transforms say.
+    """
     corners = np.array(list(product((-0.5, 0.5), repeat=3)), np.float32)
     faces = np.array(
         [0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4]
     )
     faces = np.concatenate([faces, [1, 5, 7, 1, 7, 3]]).astype("<u2")
     body = corners.tobytes() + faces.tobytes()
-    document = {
+    document: dict[str, Any] = {
         "asset": {"version": "2.0"},
         "scene": 0,
-        "scenes": [{"nodes": list(range(len(sizes)))}],
-        "nodes": [{"name": name, "mesh": 0, "scale": list(size)} for name, size in sizes.items()],
+        "scenes": [{"nodes": [0]}],
+        "nodes": [
+            {"name": name, "mesh": 0, "scale": list(size), "translation": [9, 9, 9]}
+            for name, size in sizes.items()
+        ],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
         "buffers": [{"byteLength": len(body)}],
         "bufferViews": [
@@ -37,6 +44,7 @@ def boxes_glb(sizes: Mapping[str, tuple[float, float, float]]) -> bytes:
             {"bufferView": 1, "componentType": UINT16, "count": 36, "type": "SCALAR"},
         ],
     }
+    document["nodes"][0]["children"] = list(range(1, len(sizes)))
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
     chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(body), b"BIN\0") + body

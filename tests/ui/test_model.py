@@ -65,6 +65,7 @@ def stand(
 
 def pose(tab: Tab, frame: str) -> np.ndarray:
     """(4, 4): the frame in the world that is drawn."""
+    tab.wait_for("modelView.frames.glides.done")
     return np.array(tab.ask(MATRIX.format(frame))).reshape(4, 4).T
 
 
@@ -187,6 +188,20 @@ def test_back_to_the_map_and_again_to_the_robot(tab: Tab, server: PageServer) ->
     tab.ask("location.hash = '#3d'")
     tab.wait_for("document.body.classList.contains('solid')")
     tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")
+
+
+def test_things_glide_between_two_news(tab: Tab, server: PageServer) -> None:
+    stand(server, (0.0, 0.0, 0.0), FLAT)
+    tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")
+    places = tab.ask(
+        "(() => { const frames = modelView.frames, group = frames.group('base_footprint'), seen = [];"
+        " frames.glides.told.set('base_footprint', performance.now() - 100);"
+        " frames.tell([{ name: 'base_footprint', parent: 'odom', at: [0.1, 0, 0], turn: [0, 0, 0, 1] }]);"
+        " const { start } = frames.glides.under.get('base_footprint');"
+        " for (const later of [0, 50, 1000]) { frames.glides.advance(start + later); seen.push(group.position.x); }"
+        " return seen; })()"
+    )
+    assert places == pytest.approx([0.0, 0.05, 0.1], abs=0.002)
 
 
 def test_without_solids_it_says_why_and_shows_the_frames(tmp_path: Path) -> None:

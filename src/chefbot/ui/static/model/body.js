@@ -61,14 +61,12 @@ export class Body {
     return box.isEmpty() ? null : box.getBoundingSphere(new Sphere());
   }
 
+  // The chosen one glows, and shines through the others if it has a solid to see.
   choose(link) {
     this.chosen = link === this.chosen ? null : link;
+    const seen = this.links.has(this.chosen);
     for (const [name, node] of this.links) {
-      node.traverse((one) => {
-        if (!one.isMesh) return;
-        one.material.emissive.copy(GLOW);
-        one.material.emissiveIntensity = name === this.chosen ? 0.45 : 0;
-      });
+      node.traverse((one) => { if (one.isMesh) light(one.material, name === this.chosen, seen && name !== this.chosen); });
     }
     return this.chosen;
   }
@@ -80,6 +78,16 @@ export class Body {
     for (let one = hit?.object; one; one = one.parent) if (one.userData.link) return one.userData.link;
     return null;
   }
+}
+
+function light(material, glowing, faint) {
+  const own = (material.userData.own ??= { opacity: material.opacity, transparent: material.transparent });
+  material.emissive?.copy(GLOW);
+  material.emissiveIntensity = glowing ? 0.45 : 0;
+  material.opacity = faint ? 0.25 * own.opacity : own.opacity;
+  material.transparent = faint || own.transparent;
+  material.depthWrite = !material.transparent;
+  material.needsUpdate = true;           // its program knows whether it is opaque
 }
 
 const nameOf = (node) => node.userData.name ?? node.name;   // the loader makes names unique; the file's own is kept

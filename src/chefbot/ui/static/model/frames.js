@@ -1,5 +1,6 @@
 // The tree of frames (REP-105): the description gives every joint, what /tf says of a frame goes before it.
 import { Euler, Group, Quaternion, Vector3 } from "three";
+import { Glides } from "./glide.js";
 
 const SLIDES = "prismatic", STIFF = "fixed";
 
@@ -10,6 +11,7 @@ export class FrameTree {
     this.groups = new Map();
     this.joints = new Map();
     this.told = new Set();
+    this.glides = new Glides();
     this.fixed = "map";
   }
 
@@ -39,9 +41,20 @@ export class FrameTree {
   // From /tf and /tf_static.
   tell(frames) {
     for (const { name, parent, at, turn } of frames ?? []) {
+      const knew = this.told.has(name) && this.group(name).parent === this.group(parent);
       this.told.add(name);
-      this.place(name, parent, at, new Quaternion(...turn));
+      const end = new Quaternion(...turn);
+      if (knew) this.glide(name, new Vector3(...at), end);
+      else this.place(name, parent, at, end);
     }
+  }
+
+  glide(name, at, turn) {
+    const one = this.group(name), from = one.position.clone(), start = one.quaternion.clone();
+    this.glides.to(name, (share) => {
+      one.position.lerpVectors(from, at, share);
+      one.quaternion.slerpQuaternions(start, turn, share);
+    });
   }
 
   place(name, parent, at, turn) {
@@ -51,10 +64,22 @@ export class FrameTree {
     child.quaternion.copy(turn);
   }
 
+  // The robot says where its joints are: the shorter way round to there.
+  follow(positions) {
+    for (const [name, position] of Object.entries(positions ?? {})) {
+      const joint = this.joints.get(name);
+      if (!joint) continue;
+      const from = joint.position ?? 0, way = position - from;
+      const short = joint.kind === SLIDES ? way : Math.atan2(Math.sin(way), Math.cos(way));
+      this.glides.to(`joint ${name}`, (share) => this.move(name, from + share * short));
+    }
+  }
+
   // Radians, or metres of a joint that slides.
   move(name, position) {
     const joint = this.joints.get(name);
     if (!joint?.along || this.told.has(joint.child)) return;
+    joint.position = position;
     const child = this.group(joint.child);
     if (joint.kind === SLIDES) child.position.copy(joint.along).multiplyScalar(position).applyQuaternion(joint.turn).add(joint.at);
     else child.quaternion.setFromAxisAngle(joint.along, position).premultiply(joint.turn);

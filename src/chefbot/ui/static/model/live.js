@@ -129,7 +129,7 @@ function guesses(layer, { rows, count }) {
 }
 
 function truth(layer, pose) {
-  const ring = new Mesh(new RingGeometry(0.2, 0.215, 48), flat({ color: COLOURS[layer](), toneMapped: false }));
+  const ring = new Mesh(new RingGeometry(0.2, 0.207, 64), flat({ color: COLOURS[layer](), toneMapped: false }));
   ring.position.set(pose.x, pose.y, 0);
   ring.renderOrder = ORDER[layer];
   return ring;

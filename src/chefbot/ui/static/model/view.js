@@ -109,6 +109,8 @@ export class ModelView {
   // Before each picture: where everything is.
   prepare() {
     this.frames.fixed = this.panel.fixed;
+    this.frames.glides.advance();
+    if (!this.frames.glides.done) this.refresh();
     this.frames.settle();
     const base = this.frames.has(BASE) ? origin(this.frames.group(BASE)) : new Vector3();
     if (this.following && this.seen) this.stage.shift(base.clone().sub(this.seen));
@@ -173,7 +175,7 @@ const TAKERS = {
   fixed_frames: (view, value) => view.frames.tell(value),
   joints: (view, value) => {
     view.panel.follow(value);
-    for (const [name, position] of Object.entries(value ?? {})) view.frames.move(name, position);
+    view.frames.follow(value);
   },
   places: (view, value) => { view.places = value ?? []; },
 };

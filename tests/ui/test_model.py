@@ -155,6 +155,22 @@ def test_the_depth_cameras_points_lie_ahead_of_it(tab: Tab, server: PageServer) 
     assert points == pytest.approx([0.04, 0.02, 2.0], abs=1e-6)
 
 
+def test_news_cost_neither_memory_nor_shaders(tab: Tab) -> None:
+    news = """(() => {
+      const rows = new Float32Array([0, 0, 1, 0, 1, 1]), points = { rows, count: 3, frame: "camera_link" };
+      const grid = { width: 2, height: 2, resolution: 1, x: 0, y: 0, cells: new Int8Array([0, 100, -1, 50]) };
+      for (let i = 0; i < 20; i++) {
+        for (const layer of ["scan", "path"]) modelView.take(layer, points);
+        modelView.take("map", grid);
+        modelView.stage.draw();
+      }
+      const { memory, programs } = modelView.stage.renderer.info;
+      return JSON.stringify([memory, programs.map((one) => one.id)]);
+    })()"""
+    before = tab.ask(news)
+    assert tab.ask(news) == before
+
+
 def test_a_click_chooses_a_link_on_both_sides(tab: Tab) -> None:
     tab.ask("modelView.home(), modelView.choose('payload_link')")
     assert tab.ask("document.querySelector('[data-link=payload_link]').ariaPressed") == "true"

@@ -15,7 +15,7 @@ export class Labels {
     const seen = new Set();
     for (const one of shown) {
       const span = this.span(one);
-      const wide = (one.width ??= span.offsetWidth), x = one.at.x + 7;
+      const wide = span.offsetWidth, x = one.at.x + 7;
       let y = one.at.y - LINE / 2;
       for (const other of taken) {
         const apart = x > other.x + other.wide || x + wide < other.x;

@@ -15,7 +15,22 @@ export class Live {
     this.frames = frames;
     this.sheets = new Group();           // in the map's frame
     this.objects = new Map();
+    this.looks = new Map();
+    this.radius = 0.2;                   // metres, of the ring where the robot really is
     this.sheets.name = "live";
+  }
+
+  // One material per layer for good: with a new one at each news its shader would be compiled ten times a second.
+  look(layer, make) {
+    if (!this.looks.has(layer)) this.looks.set(layer, make());
+    return this.looks.get(layer);
+  }
+
+  // Other colours: all materials anew.
+  repaint(data) {
+    for (const look of this.looks.values()) { look.map?.dispose(); look.dispose(); }
+    this.looks.clear();
+    for (const [layer, value] of data) this.take(layer, value);
   }
 
   // Under the frame `map`, or under the tree's root as long as nobody knows where that is.
@@ -26,7 +41,7 @@ export class Live {
     if (this.sheets.parent !== home) home.add(this.sheets);
     this.drop(layer);
     if (!value) return;
-    const object = maker(layer, value, this.frames);
+    const object = maker(layer, value, this);
     if (!object) return;
     object.name = layer;
     (value.kind === "depth" ? this.frames.group(value.frame) : this.sheets).add(object);
@@ -36,7 +51,7 @@ export class Live {
   drop(layer) {
     const before = this.objects.get(layer);
     before?.removeFromParent();
-    before?.traverse((one) => { one.geometry?.dispose(); one.material?.map?.dispose(); one.material?.dispose(); });
+    before?.geometry.dispose();
     this.objects.delete(layer);
   }
 
@@ -44,12 +59,15 @@ export class Live {
 }
 
 function sheet(colours) {
-  return (layer, grid) => {
+  return (layer, grid, live) => {
     const texture = new CanvasTexture(picture(grid, colours(DARK.matches)));
     texture.magFilter = NearestFilter;
     texture.colorSpace = SRGBColorSpace;
     const wide = grid.width * grid.resolution, high = grid.height * grid.resolution;
-    const plane = new Mesh(new PlaneGeometry(wide, high), flat({ map: texture, toneMapped: false }));
+    const look = live.look(layer, () => flat({ map: texture, toneMapped: false }));
+    if (look.map !== texture) look.map.dispose();
+    look.map = texture;
+    const plane = new Mesh(new PlaneGeometry(wide, high), look);
     plane.position.set(grid.x + wide / 2, grid.y + high / 2, 0);
     plane.renderOrder = ORDER[layer];
     return plane;
@@ -60,7 +78,7 @@ const flat = (more) => new MeshBasicMaterial({ transparent: true, depthWrite: fa
 
 // A line on the floor, as wide as a finger.
 function ribbon(width) {
-  return (layer, { rows, count }) => {
+  return (layer, { rows, count }, live) => {
     if (count < 2) return null;
     const positions = new Float32Array(6 * count), index = [];
     for (let i = 0; i < count; i++) {
@@ -71,7 +89,7 @@ function ribbon(width) {
       if (i) index.push(2 * i - 2, 2 * i - 1, 2 * i, 2 * i, 2 * i - 1, 2 * i + 1);
     }
     const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(positions, 3)).setIndex(index);
-    const line = new Mesh(geometry, flat({ color: COLOURS[layer](), toneMapped: false }));
+    const line = new Mesh(geometry, live.look(layer, () => flat({ color: COLOURS[layer](), toneMapped: false })));
     line.renderOrder = ORDER[layer];
     return line;
   };
@@ -79,11 +97,11 @@ function ribbon(width) {
 
 // Ends of beams, at the height of the sensor that saw them.
 function beams(size) {
-  return (layer, { rows, count, frame }, frames) => {
-    const high = frames.has(frame) ? heightOver(frames.group(frame), frames) : 0;
+  return (layer, { rows, count, frame }, live) => {
+    const high = live.frames.has(frame) ? heightOver(live.frames.group(frame), live.frames) : 0;
     const positions = new Float32Array(3 * count);
     for (let i = 0; i < count; i++) positions.set([rows[2 * i], rows[2 * i + 1], high], 3 * i);
-    return dots(positions, { size, color: new Color(COLOURS[layer]()) });
+    return dots(positions, live.look(layer, () => dotted({ size, color: COLOURS[layer]() })));
   };
 }
 
@@ -95,11 +113,13 @@ function heightOver(sensor, frames) {
 
 function dots(positions, look) {
   const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(positions, 3));
-  return new Points(geometry, new PointsMaterial({ sizeAttenuation: false, toneMapped: false, ...look }));
+  return new Points(geometry, look);
 }
 
+const dotted = (more) => new PointsMaterial({ sizeAttenuation: false, toneMapped: false, ...more });
+
 // A depth picture as points of its optical frame (REP-103: z ahead, x right, y down), warm is near.
-function cloud(_layer, { millimetres, width, focal, cx, cy }) {
+function cloud(layer, { millimetres, width, focal, cx, cy }, live) {
   const positions = [], colours = [], tint = new Color();
   millimetres.forEach((depth, i) => {
     if (!depth) return;
@@ -109,27 +129,29 @@ function cloud(_layer, { millimetres, width, focal, cx, cy }) {
     if (share < 0.5) tint.lerpColors(NEAR, MIDDLE, 2 * share); else tint.lerpColors(MIDDLE, FAR, 2 * share - 1);
     colours.push(tint.r, tint.g, tint.b);
   });
-  const points = dots(new Float32Array(positions), { size: 3, vertexColors: true });
+  const points = dots(new Float32Array(positions), live.look(layer, () => dotted({ size: 3, vertexColors: true })));
   points.geometry.setAttribute("color", new BufferAttribute(new Float32Array(colours), 3));
   return points;
 }
 
-function goal(layer, pose) {
-  const arrow = new Mesh(new ConeGeometry(0.09, 0.26, 24).rotateZ(-Math.PI / 2), new MeshBasicMaterial({ color: COLOURS[layer]() }));
+function goal(layer, pose, live) {
+  const look = live.look(layer, () => new MeshBasicMaterial({ color: COLOURS[layer](), toneMapped: false }));
+  const arrow = new Mesh(new ConeGeometry(0.09, 0.26, 24).rotateZ(-Math.PI / 2), look);
   arrow.scale.z = 0.25;
   arrow.position.set(pose.x, pose.y, 0.03);
   arrow.rotation.z = pose.yaw;
   return arrow;
 }
 
-function guesses(layer, { rows, count }) {
+function guesses(layer, { rows, count }, live) {
   const positions = new Float32Array(3 * count);
   for (let i = 0; i < count; i++) positions.set([rows[3 * i], rows[3 * i + 1], 0.005], 3 * i);
-  return dots(positions, { size: 2, color: new Color(COLOURS[layer]().slice(0, 7)) });
+  return dots(positions, live.look(layer, () => dotted({ size: 2, color: COLOURS[layer]().slice(0, 7) })));   // no alpha
 }
 
-function truth(layer, pose) {
-  const ring = new Mesh(new RingGeometry(0.2, 0.207, 64), flat({ color: COLOURS[layer](), toneMapped: false }));
+function truth(layer, pose, live) {
+  const look = live.look(layer, () => flat({ color: COLOURS[layer](), toneMapped: false }));
+  const ring = new Mesh(new RingGeometry(live.radius, live.radius + 0.007, 64), look);
   ring.position.set(pose.x, pose.y, 0);
   ring.renderOrder = ORDER[layer];
   return ring;

@@ -79,12 +79,12 @@ export class Stage {
     this.refresh();
   }
 
-  // From far enough that a ball of this radius fills the picture.
-  look(target, radius) {
+  // From ahead of what faces there, and from far enough that a ball of this radius fills the picture.
+  look(target, radius, heading = 0) {
     const narrow = Math.min(1, this.camera.aspect);
     const far = 1.12 * radius / Math.sin(this.camera.fov * Math.PI / 360) / narrow;
     this.controls.target.copy(target);
-    this.camera.position.copy(FROM).multiplyScalar(far).add(target);
+    this.camera.position.copy(FROM).applyAxisAngle(this.camera.up, heading).multiplyScalar(far).add(target);
     this.reach = radius;
     this.controls.update();
     this.refresh();

@@ -74,7 +74,13 @@ export class ModelView {
     this.geometry = axesGeometry(AXES * ball.radius);
     for (const axes of this.axes.values()) axes.geometry = this.geometry;
     this.seen = null;
-    this.stage.look(ball.center, ball.radius);
+    this.stage.look(ball.center, ball.radius, this.heading());
+  }
+
+  // Radians, of the robot in the fixed frame.
+  heading() {
+    const [x, y] = this.frames.group(BASE).matrixWorld.elements;
+    return Math.atan2(y, x);
   }
 
   move(joint, position) {
@@ -93,7 +99,11 @@ export class ModelView {
   }
 
   // The robot in the middle and as large as at the start.
-  home() { this.frames.settle(); this.stage.look(this.ball ? this.body.ball().center : origin(this.frames.group(BASE)), this.ball?.radius ?? SMALL); }
+  home() {
+    this.frames.settle();
+    const middle = this.ball ? this.body.ball().center : origin(this.frames.group(BASE));
+    this.stage.look(middle, this.ball?.radius ?? SMALL, this.heading());
+  }
 
   fit(area) {
     this.follow(false);
@@ -104,7 +114,11 @@ export class ModelView {
   }
 
   refresh() { this.stage.refresh(); }
-  repaint(data) { this.stage.paintGround(); for (const [layer, value] of data) this.live.take(layer, value); }
+
+  repaint(data) {
+    this.live.repaint(data);
+    this.stage.paintGround();
+  }
 
   // Before each picture: where everything is.
   prepare() {
@@ -177,5 +191,6 @@ const TAKERS = {
     view.panel.follow(value);
     view.frames.follow(value);
   },
+  robot: (view, value) => { view.live.radius = value?.radius ?? view.live.radius; },
   places: (view, value) => { view.places = value ?? []; },
 };

@@ -1,0 +1,156 @@
+// The whole motor board: a port owns one of these, calls `step` from a 100 Hz timer interrupt, `poll` from its main
+// loop, `receive` for every byte from the computer, and the two edge functions from pin interrupts.
+#pragma once
+
+#include <stdint.h>
+
+#include "encoder.h"
+#include "fixed.h"
+#include "frame.h"
+#include "hal.h"
+#include "imu.h"
+#include "limits.h"
+#include "line.h"
+#include "robot.h"
+#include "safety.h"
+#include "session.h"
+#include "sonar.h"
+#include "wheel.h"
+
+namespace chefbot {
+
+const int32_t PROTOCOL = 1;
+
+// Why a line from the computer was not obeyed; the last one stands in every `s` line.
+enum class Refusal : uint8_t {
+    NONE = 0,
+    CRC = 1,       // damaged
+    FORM = 2,      // not a line of this protocol
+    SEQUENCE = 3,  // old, repeated, too far ahead, or no session
+    LETTER = 4,    // unknown command or wrong count of numbers
+    VERSION = 5,   // handshake for another protocol
+    STOPPED = 6,   // a fault is latched
+    NEUTRAL = 7,   // after a handshake or a clear, `s 0 0` comes first
+    CAUSE = 8,     // clear: the cause of a fault persists
+};
+
+enum class State : uint8_t {
+    WAITING = 0,  // no session
+    READY = 1,    // session, no fresh speed
+    DRIVING = 2,  // obeys speeds
+    STOPPED = 3,  // a fault is latched
+};
+
+// What was true at one control step; filled in the interrupt, told by the main loop.
+struct Snapshot {
+    uint32_t step;
+    uint32_t ticks[2];
+    uint16_t illegal[2];
+    int32_t set[2];  // ticks/s the wheels are held to now
+    int16_t duty[2];
+    int32_t battery_mv;
+    uint16_t obeyed;  // sequence of the last speed that was taken
+    Flags flags;
+    State state;
+    bool resting;
+};
+
+class Board {
+  public:
+    // `name` of the port: letters and digits. Leaves motors off.
+    void start(const RobotConstants &robot, void *port, const char *name, bool after_watchdog);
+
+    // Timer interrupt, every STEP_US; may be interrupted by the edges.
+    void step();
+    // Main loop, as often as it can; at least once between two steps.
+    void poll();
+    // Main loop: a byte from the computer.
+    void receive(uint8_t byte);
+
+    // Pin interrupts.
+    void encoder_edge(uint8_t wheel, uint8_t lines) { encoders_[wheel].edge(lines); }
+    void echo_edge(bool high, uint16_t us) { sonar_.edge(high, us); }
+    // Instead of edges, where hardware counts; call just before `step`.
+    void encoder_count(uint8_t wheel, uint32_t count, uint16_t illegal) { encoders_[wheel].set(count, illegal); }
+    // What the encoder's pins say before the first edge.
+    void encoder_start(uint8_t wheel, uint8_t lines) { encoders_[wheel].start(lines); }
+
+    const Snapshot &snapshot() const { return now_; }
+    uint16_t refused() const { return refused_; }
+    Refusal refusal() const { return refusal_; }
+
+  private:
+    // step, in this order
+    void count_wheels();
+    void watch();
+    void drive();
+    void hold_still();
+    void apply(int16_t left, int16_t right);
+    void take_snapshot();
+
+    // lines from the computer
+    Refusal obey(const Frame &frame);
+    Refusal obey_in_session(const Frame &frame);
+    Refusal shake_hands(const Frame &frame);
+    Refusal set_speed(Pair speed, bool limited);
+    Refusal clear_faults();
+    Refusal restart();
+    void emergency_stop();
+    void refuse(Refusal why);
+
+    // lines to the computer
+    Line begin(char letter, const Snapshot &at);
+    void send(Line *line);
+    void tell_version(int32_t token);
+    void tell_motion(const Snapshot &at);
+    void tell_status(const Snapshot &at);
+    void tell_inertia(const Snapshot &at);
+    void tell_echo(const Snapshot &at);
+    void tell_battery(const Snapshot &at);
+    void tell_time(const Snapshot &at);
+    void tell_due(const Snapshot &at);
+
+    Flags flags() const;
+    State state() const;
+
+    const RobotConstants *robot_ = nullptr;
+    void *port_ = nullptr;
+    const char *name_ = "";
+
+    Encoder encoders_[2];
+    Wheel wheels_[2];
+    Safety safety_;
+    Session session_;
+    Sonar sonar_;
+    Imu imu_;
+    FrameReader reader_;
+
+    // Written by the interrupt, or by the main loop under lock.
+    uint32_t step_ = 0;
+    uint32_t counted_[2] = {0, 0};
+    Pair target_ = {0, 0};
+    Pair set_q6_ = {0, 0};
+    int32_t ramp_step_q6_ = 0;
+    int16_t duty_[2] = {0, 0};
+    uint32_t commanded_ = 0;  // step of the last speed heard
+    uint16_t obeyed_ = 0;
+    uint16_t rest_steps_ = 0;
+    uint8_t brake_ = 0;     // steps until the drivers go off
+    uint8_t unpolled_ = 0;  // steps since the main loop was seen
+    bool fresh_ = false;
+    bool neutral_first_ = true;
+    bool limited_ = false;
+    bool after_watchdog_ = false;
+    Flags sensors_ = 0;
+    Snapshot now_ = Snapshot();
+
+    // Main loop only.
+    uint32_t told_ = 0;
+    uint16_t line_ = 0;
+    uint16_t dropped_ = 0;  // lines without room
+    uint16_t missed_ = 0;   // steps the main loop did not see
+    uint16_t refused_ = 0;
+    Refusal refusal_ = Refusal::NONE;
+};
+
+}  // namespace chefbot

@@ -1,0 +1,150 @@
+#include "imu.h"
+
+#include "fixed.h"
+#include "hal.h"
+
+namespace chefbot {
+
+namespace {
+
+const uint8_t ADDRESS = 0x68;
+const uint8_t DIVIDER = 0x19, CONFIG = 0x1A, GYRO_CONFIG = 0x1B, ACCEL_CONFIG = 0x1C;
+const uint8_t SAMPLE = 0x3B, POWER = 0x6B, WHO_AM_I = 0x75;
+const uint8_t WAKE_ON_GYRO_CLOCK = 0x01, RESET = 0x80;
+
+const uint8_t RESET_STEPS = 10, SETTLE_STEPS = 10, RETRY_STEPS = 50;
+const uint8_t MISSES = 3;   // reads
+const uint8_t REPEATS = 8;  // samples; real noise never repeats six axes and the temperature even twice
+const uint8_t REST_SAMPLES = 100;
+const int16_t RAIL = 32700;  // LSB; the chip's own end is 32767
+const int32_t GRAVITY_TOLERANCE = 2000;  // mm/s^2
+const int32_t REST_RATE = 90000;         // 10^-6 rad/s: 5 deg/s
+
+struct Setting {
+    uint8_t reg, value;
+};
+
+const Setting SETTINGS[] = {{DIVIDER, 0}, {CONFIG, 3}, {GYRO_CONFIG, 0x08}, {ACCEL_CONFIG, 0x08}};
+const uint8_t SETTING_COUNT = sizeof(SETTINGS) / sizeof(SETTINGS[0]);
+
+// Reads back: a bus that answers 0xFF or 0x00 to all must not pass.
+bool set(void *port, Setting setting) {
+    uint8_t now = 0;
+    return hal_i2c_write(port, ADDRESS, setting.reg, setting.value) &&
+           hal_i2c_read(port, ADDRESS, setting.reg, &now, 1) && now == setting.value;
+}
+
+}  // namespace
+
+int32_t Imu::scaled(int16_t raw, int32_t factor, uint8_t bits) {
+    return shift_down(raw * factor + (static_cast<int32_t>(1) << (bits - 1)), bits);
+}
+
+void Imu::step(void *port) {
+    if (wait_ > 0) {
+        --wait_;
+        return;
+    }
+    switch (state_) {
+        case ABSENT: return begin(port);
+        case RESETTING: return configure(port);
+        case SETTLING: return check(port);
+        default: return run(port);
+    }
+}
+
+void Imu::fail() {
+    state_ = ABSENT;
+    good_ = false;
+    wait_ = RETRY_STEPS;
+}
+
+void Imu::begin(void *port) {
+    uint8_t who = 0;
+    if (!hal_i2c_read(port, ADDRESS, WHO_AM_I, &who, 1) || who != ADDRESS) return fail();
+    if (!hal_i2c_write(port, ADDRESS, POWER, RESET)) return fail();
+    state_ = RESETTING;
+    wait_ = RESET_STEPS;
+}
+
+void Imu::configure(void *port) {
+    if (!hal_i2c_write(port, ADDRESS, POWER, WAKE_ON_GYRO_CLOCK)) return fail();
+    for (uint8_t i = 0; i < SETTING_COUNT; ++i) {
+        if (!set(port, SETTINGS[i])) return fail();
+    }
+    state_ = SETTLING;
+    wait_ = SETTLE_STEPS;
+}
+
+// At rest gravity must be there and turning must not; a robot that is carried about waits.
+void Imu::check(void *port) {
+    if (!read(port) || (resting_ && !plausible_at_rest())) return fail();
+    state_ = RUNNING;
+    misses_ = 0;
+}
+
+bool Imu::plausible_at_rest() const {
+    int32_t square = 0;
+    for (uint8_t axis = 0; axis < 3; ++axis) {
+        if (magnitude(rate(axis)) > REST_RATE) return false;
+        const int32_t part = clamp(acceleration(axis), 20000);
+        square += part * part;
+    }
+    const int32_t least = 9807 - GRAVITY_TOLERANCE, most = 9807 + GRAVITY_TOLERANCE;
+    return square >= least * least && square <= most * most;
+}
+
+void Imu::run(void *port) {
+    if (!read(port)) {
+        good_ = false;
+        if (++misses_ == MISSES) fail();
+        return;
+    }
+    misses_ = 0;
+    if (repeats_ == REPEATS) return fail();
+    good_ = !saturated();
+    if (good_) integrate();
+}
+
+bool Imu::read(void *port) {
+    uint8_t bytes[14];
+    if (!hal_i2c_read(port, ADDRESS, SAMPLE, bytes, sizeof bytes)) return false;
+    bool same = true;
+    for (uint8_t i = 0; i < 7; ++i) {
+        const int16_t value =
+            static_cast<int16_t>(static_cast<uint16_t>(static_cast<uint16_t>(bytes[2 * i]) << 8) | bytes[2 * i + 1]);
+        same = same && value == raw_[i];
+        raw_[i] = value;
+    }
+    if (!same) repeats_ = 0;
+    if (same && repeats_ < REPEATS) ++repeats_;
+    return true;
+}
+
+bool Imu::saturated() const {
+    for (uint8_t i = 0; i < 7; ++i) {
+        if (i != 3 && (raw_[i] > RAIL || raw_[i] < -RAIL)) return true;
+    }
+    return false;
+}
+
+void Imu::integrate() {
+    angle_ += static_cast<uint32_t>(rate(2));
+    ++samples_;
+    if (!resting_) return;
+    rest_sum_ += rate(2);
+    if (++rest_samples_ < REST_SAMPLES) return;
+    bias_ = rest_sum_ / REST_SAMPLES;
+    rest_samples_ = 0;
+    rest_sum_ = 0;
+}
+
+void Imu::rest(bool resting) {
+    if (!resting) {
+        rest_samples_ = 0;
+        rest_sum_ = 0;
+    }
+    resting_ = resting;
+}
+
+}  // namespace chefbot

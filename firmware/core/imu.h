@@ -1,0 +1,60 @@
+// MPU-6050 at register level (InvenSense RM-MPU-6000A-00): 500 deg/s, 4 g, 42 Hz low-pass, sampled once per control
+// step. Axes are the chip's own.
+#pragma once
+
+#include <stdint.h>
+
+namespace chefbot {
+
+class Imu {
+  public:
+    // One step: brings the chip up, reads it, or tries again half a second after a failure.
+    void step(void *port);
+
+    // Moved by the wheels or the motors? A second of rest gives a new estimate of the gyro's offset.
+    void rest(bool resting);
+
+    // The last sample can be trusted.
+    bool good() const { return good_; }
+    // rad/s * 10^6
+    int32_t rate(uint8_t axis) const { return scaled(raw_[4 + axis], 34107, 7); }
+    // m/s^2 * 10^3; 1 LSB = 9.80665 / 8192
+    int32_t acceleration(uint8_t axis) const { return scaled(raw_[axis], 9807, 13); }
+    // 1/100 degree Celsius: raw / 340 + 36.53
+    int32_t temperature() const { return raw_[3] * static_cast<int32_t>(5) / 17 + 3653; }
+    // Turn about the chip's z since the start, 10^-8 rad, modulo 2^32: the sum of rates, 10 ms each.
+    uint32_t angle() const { return angle_; }
+    // Samples in `angle`, modulo 2^16.
+    uint16_t samples() const { return samples_; }
+    // Mean rate about z during the last full second at rest, 10^-6 rad/s. Reported, never taken off.
+    int32_t bias() const { return bias_; }
+
+  private:
+    enum State : uint8_t { ABSENT, RESETTING, SETTLING, RUNNING };
+
+    void begin(void *port);
+    void configure(void *port);
+    void check(void *port);
+    void run(void *port);
+    void fail();
+    bool read(void *port);
+    bool saturated() const;
+    bool plausible_at_rest() const;
+    void integrate();
+    static int32_t scaled(int16_t raw, int32_t factor, uint8_t bits);
+
+    int16_t raw_[7] = {0};  // ax ay az temperature gx gy gz
+    State state_ = ABSENT;
+    bool good_ = false;
+    bool resting_ = false;
+    uint8_t wait_ = 0;    // steps
+    uint8_t misses_ = 0;  // reads in a row that failed
+    uint8_t repeats_ = 0;  // samples in a row that were the same in every bit
+    uint8_t rest_samples_ = 0;
+    uint16_t samples_ = 0;
+    uint32_t angle_ = 0;
+    int32_t rest_sum_ = 0;
+    int32_t bias_ = 0;
+};
+
+}  // namespace chefbot

@@ -1,0 +1,78 @@
+// The faults that stop the robot. Pure logic, one call per control step.
+#pragma once
+
+#include <stdint.h>
+
+#include "flags.h"
+#include "hal.h"
+#include "robot.h"
+
+namespace chefbot {
+
+// Names a wheel that does not do what its duty says.
+class WheelWatch {
+  public:
+    enum Fault : uint8_t { NONE, STALL, ENCODER };
+
+    // duty of the last step, speed in ticks/s.
+    Fault update(int16_t duty, int32_t speed, int32_t no_load);
+
+    static const uint8_t STALL_STEPS = 25;    // hard driven, hardly moving: 0.25 s
+    static const uint8_t SILENT_STEPS = 20;   // driven, not one tick: 0.2 s
+    static const uint8_t REVERSE_STEPS = 10;  // driven one way, counting the other: 0.1 s
+    static const int16_t STALL_DUTY = 600, ENCODER_DUTY = 300;
+    static const int32_t SLOW_PART = 16;      // of the no-load speed
+
+  private:
+    uint8_t stalled_ = 0, silent_ = 0, reversed_ = 0;
+};
+
+// Volts with a memory: motors make the voltage dip, an empty pack keeps it down.
+class BatteryWatch {
+  public:
+    void start(uint16_t mv) { filtered_ = static_cast<int32_t>(mv) * 64; }
+    // One reading; sets and clears BATTERY_LOW, sets BATTERY_EMPTY.
+    void update(uint16_t mv, const RobotConstants &robot, Flags *flags);
+    // Above the warning by half of what lies between warning and stop.
+    bool recovered(const RobotConstants &robot) const;
+    // Smoothed over 0.64 s, mV.
+    int32_t mv() const { return filtered_ / 64; }
+
+    static const uint8_t EMPTY_STEPS = 200;  // 2 s
+
+  private:
+    int32_t filtered_ = 0;  // mV in 1/64
+    uint8_t empty_ = 0;
+};
+
+struct SafetyInputs {
+    bool estop;
+    uint16_t battery_mv;
+    int16_t duty[2];
+    int32_t speed[2];  // ticks/s
+};
+
+class Safety {
+  public:
+    void start(const RobotConstants &robot, uint16_t battery_mv);
+    void update(const SafetyInputs &in);
+    void estop() { flags_ |= ESTOP_COMMAND; }
+    // Lifts every latched fault whose cause is gone; true if none is left.
+    bool clear();
+
+    Flags flags() const { return flags_; }
+    bool latched() const { return flags_ & LATCHED; }
+    bool at_once() const { return flags_ & AT_ONCE; }
+    int32_t battery_mv() const { return battery_.mv(); }
+
+  private:
+    void watch_wheel(uint8_t wheel, const SafetyInputs &in);
+
+    const RobotConstants *robot_ = nullptr;
+    WheelWatch wheels_[2];
+    BatteryWatch battery_;
+    Flags flags_ = 0;
+    bool pressed_ = false;
+};
+
+}  // namespace chefbot

@@ -1,0 +1,140 @@
+"""The firmware's core in a shared library, driven step by step."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import random
+import shutil
+import subprocess
+from ctypes import POINTER, c_int16, c_int32, c_uint8, c_uint32, c_uint64, c_void_p
+from pathlib import Path
+
+import pytest
+
+from chefbot.design.firmware_header import as_int32, firmware_constants
+from chefbot.robot.load import load_robot
+from tests.firmware.lines import Message, framed, messages
+
+FIRMWARE = Path(__file__).parents[2] / "firmware"
+STOPPED = 3
+
+
+def need(*tools: str) -> None:
+    """Skips the test where a tool is missing."""
+    for tool in tools:
+        if shutil.which(tool) is None:
+            pytest.skip(f"{tool} is not installed")
+
+
+def make(target: str, **variables: object) -> str:
+    """Output of the firmware's Makefile; fails the test where it fails."""
+    command = ["make", "-s", "-C", str(FIRMWARE), target, *(f"{k}={v}" for k, v in variables.items())]
+    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"})
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    return done.stdout
+
+
+class BoardState(ctypes.Structure):
+    """chefbot_board_state of ports/host/chefbot_board.h."""
+
+    _fields_ = (
+        ("time_us", c_uint64),
+        ("duty", c_int32 * 2),
+        ("drivers", c_int32),
+        ("state", c_int32),
+        ("flags", c_uint32),
+        ("set", c_int32 * 2),
+        ("ticks", c_uint32 * 2),
+        ("illegal", c_uint32 * 2),
+        ("refused", c_uint32),
+        ("refusal", c_int32),
+        ("restarts", c_uint32),
+    )
+
+
+def library() -> ctypes.CDLL:
+    """Built if need be."""
+    need("make", "g++")
+    make("build/libchefbot_board.so")
+    lib = ctypes.CDLL(str(FIRMWARE / "build" / "libchefbot_board.so"))
+    lib.chefbot_board_create.restype = c_void_p
+    lib.chefbot_board_create.argtypes = [POINTER(c_int32), c_uint32]
+    lib.chefbot_board_write.argtypes = [c_void_p, POINTER(c_uint8), c_uint32]
+    lib.chefbot_board_read.argtypes = [c_void_p, POINTER(c_uint8), c_uint32]
+    lib.chefbot_board_imu.argtypes = [c_void_p, POINTER(c_int16)]
+    lib.chefbot_board_get.argtypes = [c_void_p, POINTER(BoardState)]
+    for name in ("destroy", "power_cycle", "hang"):
+        getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p]
+    for name in ("battery", "echo", "estop", "imu_answers"):
+        getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p, c_int32]
+    for name in ("turn", "encoder_lines"):
+        getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p, c_int32, c_int32]
+    lib.chefbot_board_advance.argtypes = [c_void_p, c_uint32]
+    return lib
+
+
+class HostBoard:
+    """A board with an ideal computer on its line: counts sequences, collects messages."""
+
+    def __init__(self, robot: str = "chefbot") -> None:
+        self.lib = library()
+        self.constants = {c.name: c.value for c in firmware_constants(load_robot(robot))}
+        values = [as_int32(v) for v in self.constants.values()]
+        self.handle = self.lib.chefbot_board_create((c_int32 * len(values))(*values), len(values))
+        assert self.handle
+        self.sequence = 0
+        self.heard: list[Message] = []
+        self._chance = random.Random(1)
+
+    def __del__(self) -> None:
+        if getattr(self, "handle", None):
+            self.lib.chefbot_board_destroy(self.handle)
+
+    @property
+    def state(self) -> BoardState:
+        state = BoardState()
+        self.lib.chefbot_board_get(self.handle, state)
+        return state
+
+    def write(self, data: bytes) -> None:
+        assert self.lib.chefbot_board_write(
+            self.handle, (c_uint8 * len(data)).from_buffer_copy(data), len(data)
+        )
+
+    def read(self) -> bytes:
+        room = (c_uint8 * 65536)()
+        return bytes(room[: self.lib.chefbot_board_read(self.handle, room, len(room))])
+
+    def say(self, letter: str, *numbers: int) -> None:
+        """A command with the next sequence number."""
+        self.sequence = (self.sequence + 1) % 65536
+        self.write(framed(" ".join([letter, str(self.sequence), *map(str, numbers)])))
+
+    def imu(self, *raw: int) -> None:
+        """ax ay az temperature gx gy gz."""
+        self.lib.chefbot_board_imu(self.handle, (c_int16 * 7)(*raw))
+
+    def live_imu(self) -> None:
+        """Level and at rest, with the noise of a real one."""
+        noise = [self._chance.randint(-3, 3) for _ in range(6)]
+        self.imu(noise[0], noise[1], 8192 + noise[2], -3920, *noise[3:])
+
+    def advance(self, ms: float = 10.0) -> list[Message]:
+        """Goes on, step by step; the messages of that time."""
+        start = len(self.heard)
+        left = round(ms * 1000)
+        while left > 0:
+            self.live_imu()
+            part = min(left, 10_000)
+            self.lib.chefbot_board_advance(self.handle, part)
+            left -= part
+        self.heard += messages(self.read())
+        return self.heard[start:]
+
+    def shake_hands(self) -> Message:
+        """Opens a session."""
+        self.write(framed("v 7 1"))
+        (answer,) = [m for m in self.advance(10) if m.letter == "v"]
+        self.sequence = int(answer.fields[-2])
+        return answer

@@ -1,0 +1,107 @@
+"""The design sheet of a robot: what driving needs, what its motors, driver and battery give, whether it tips.
+
+The chapter's own method is in `chapter_method`; here the weight is that of the solids, torque comes from the forces
+on the robot instead of from the grip, and speed, heat, energy and stability are looked at.
+"""
+
+from __future__ import annotations
+
+import math
+
+from chefbot.design import forces, motor_line, power
+from chefbot.design.checks import SPEED_RESERVE, WORST_SHARE_OF_STALL, motor_clearance, turn_rate
+from chefbot.design.stability import Load, tipping
+from chefbot.design.worked import Result, worked
+from chefbot.robot.spec import Robot
+
+
+def needs(robot: Robot, load: Load) -> list[Result]:
+    """Forces, torques and speed that the drive must reach."""
+    mass, cases = load.mass, forces.duties(robot)
+    return [
+        worked("mass with payload", mass, "kg", "b + p", "solids", b=mass - robot.body.payload, p=robot.body.payload),
+        *(forces.force(mass, case) for case in cases),
+        forces.grip(robot, mass, robot.drive.max_slope),
+        *(forces.motor_torque(robot, mass, case) for case in cases),
+        forces.slip_torque(robot, mass),
+        _needed_speed(robot),
+    ]  # fmt: skip
+
+
+def gives(robot: Robot, load: Load) -> list[Result]:
+    """What the motor gives, and what driver and battery must."""
+    mass, motor, battery = load.mass, robot.motor, robot.battery
+    cruising = forces.motor_torque(robot, mass, forces.CRUISE_ON_CARPET).value
+    climbing = forces.motor_torque(robot, mass, forces.climb(robot)).value
+    hardest = forces.motor_torque(robot, mass, forces.worst(robot)).value
+    return [
+        _usable_torque(robot),
+        motor_line.speed(motor, cruising, battery.empty_voltage, "speed on carpet, empty battery"),
+        motor_line.current(motor, cruising, "current of a motor, cruising on carpet"),
+        motor_line.current(motor, climbing, "current of a motor on the ramp"),
+        motor_line.current(motor, hardest, "current of a motor, speeding up on the ramp"),
+        motor_line.stall_current(motor, battery.full_voltage),
+        _turn_rate(robot, mass),
+        power.driving_power(robot, mass),
+        power.mean_power(robot, mass),
+        power.usable_energy(robot),
+        power.run_time(robot, mass),
+        power.highest_draw(robot, mass),
+        power.fuse(robot, mass),
+    ]
+
+
+def stands(robot: Robot, load: Load) -> list[Result]:
+    """Clearance below the motor, and for each way of tipping what the robot bears and what it may meet."""
+    return [
+        _motor_clearance(robot),
+        *(
+            result._replace(name=f"{case.name}: {result.name}")
+            for case in tipping(robot, load)
+            for result in (case.bears, case.meets)
+        ),
+    ]
+
+
+def _needed_speed(robot: Robot) -> Result:
+    speed, radius = robot.drive.max_speed, robot.wheel_radius
+    return worked(
+        "speed of the wheels, with reserve", SPEED_RESERVE * speed / radius, "rad/s", "k * v / r",
+        "20 to 30 % to correct with", k=SPEED_RESERVE, v=speed, r=radius,
+    )  # fmt: skip
+
+
+def _usable_torque(robot: Robot) -> Result:
+    stall = motor_line.stall_torque(robot.motor, robot.battery.empty_voltage).value
+    return worked(
+        "torque for a moment, empty battery", WORST_SHARE_OF_STALL * stall, "N m", "k * T",
+        "maximum-power point of the motor line", k=WORST_SHARE_OF_STALL, T=stall,
+    )  # fmt: skip
+
+
+def _turn_rate(robot: Robot, mass: float) -> Result:
+    rate, width = turn_rate(robot, mass), robot.wheels.separation
+    return worked(
+        "turn rate on the spot",
+        rate,
+        "rad/s",
+        "2 * v / L",
+        "differential drive",
+        v=rate * width / 2.0,
+        L=width,
+    )
+
+
+def _motor_clearance(robot: Robot) -> Result:
+    motor = robot.motor
+    return worked(
+        "clearance below the motor's body", motor_clearance(robot), "m", "r + o - d / 2", motor.title,
+        r=robot.wheel_radius, o=motor.shaft_offset, d=motor.diameter,
+    )  # fmt: skip
+
+
+def smallest_wheel(robot: Robot) -> float:
+    """Diameter at which the motor's body keeps the wanted clearance, m, up to the next millimetre."""
+    motor = robot.motor
+    radius = robot.body.clearance - motor.shaft_offset + motor.diameter / 2.0
+    return math.ceil(2000.0 * radius - 1e-6) / 1000.0

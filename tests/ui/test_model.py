@@ -7,6 +7,7 @@ import io
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -220,13 +221,19 @@ def test_things_glide_between_two_news(tab: Tab, server: PageServer) -> None:
     assert places == pytest.approx([0.0, 0.05, 0.1], abs=0.002)
 
 
-def test_without_solids_it_says_why_and_shows_the_frames(tmp_path: Path) -> None:
+def test_without_solids_it_says_why_shows_the_frames_and_asks_again(tmp_path: Path) -> None:
     one = PageServer(0, "127.0.0.1", print)
     one.show("description", urdf(ROBOT))
-    with open_tab(f"{one.start()}#3d", tmp_path, SOFTWARE_GL) as tab:
+    url = one.start()
+    with open_tab(f"{url}#3d", tmp_path, SOFTWARE_GL) as tab:
         tab.wait_for("document.getElementById('model-note').textContent.includes('no robot')")
         tab.wait_for("modelView.axes.get('imu_link')?.visible")
-    one.stop()
+        one.stop()
+        robot = PageServer(urlsplit(url).port or 0, "127.0.0.1", print, lambda: boxes_glb(SIZES))
+        assert robot.start() == url
+        tab.wait_for(LOADED)
+        assert tab.ask("document.getElementById('model-note').hidden")
+        robot.stop()
 
 
 def test_a_browser_without_3d_goes_on_with_the_map(tmp_path: Path) -> None:

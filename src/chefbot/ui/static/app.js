@@ -56,7 +56,7 @@ function follow(on) {
 
 function fit() {
   const grid = data.get("map");
-  if (!grid) return;
+  if (!grid) { solid.view?.home(); return; }
   follow(false);
   if (solid.on) { solid.view?.fit(knownArea(grid)); return; }
   const bar = $("tools").offsetHeight + 16;
@@ -83,6 +83,7 @@ link.addEventListener("layer", ({ detail: { layer, value } }) => {
 link.addEventListener("up", () => {
   document.body.classList.remove("offline");
   lastNews = performance.now();
+  solid.again();
   say("");
 });
 link.addEventListener("down", () => {

@@ -42,6 +42,9 @@ export class Solid {
     await this.view.load("robot.glb");
   }
 
+  // Another server may answer now: the page that tells how the kernels are compiled knows no robot yet.
+  again() { if (this.view && !this.view.body.file) this.view.load("robot.glb"); }
+
   take(layer, value) { if (this.on) this.view?.take(layer, value); }
 
   // What came while the map was looked at.

@@ -1,6 +1,6 @@
 // The robot's solids: a GLB whose nodes are named like links, each in its link's own frame.
 import {
-  Box3, BoxGeometry, Color, EdgesGeometry, Float32BufferAttribute, LineBasicMaterial, LineSegments, Sphere, Vector3,
+  Box3, BoxGeometry, Color, EdgesGeometry, Float32BufferAttribute, LineBasicMaterial, LineSegments, MeshPhongMaterial, Sphere, Vector3,
 } from "three";
 import { GLTFLoader } from "../vendor/three/loaders/GLTFLoader.js";
 
@@ -45,9 +45,7 @@ export class Body {
     node.traverse((one) => { if (one.isMesh) meshes.push(one); });
     for (const mesh of meshes) {
       mesh.castShadow = mesh.receiveShadow = true;
-      mesh.material = mesh.material.clone();
-      mesh.material.metalness = Math.min(0.75, mesh.material.metalness);   // a bare metal mirrors an empty room
-      mesh.material.roughness = Math.max(0.35, mesh.material.roughness);
+      mesh.material = matt(mesh.material);
       mesh.add(new LineSegments(new EdgesGeometry(mesh.geometry, EDGE), this.edges));
     }
   }
@@ -80,9 +78,14 @@ export class Body {
   }
 }
 
+// Colours as given, without mirroring: a third of the work for who draws without a graphics card.
+function matt({ color, map, vertexColors, flatShading, side, opacity, transparent }) {
+  return new MeshPhongMaterial({ color, map, vertexColors, flatShading, side, opacity, transparent, specular: 0x222222, shininess: 24 });
+}
+
 function light(material, glowing, faint) {
   const own = (material.userData.own ??= { opacity: material.opacity, transparent: material.transparent });
-  material.emissive?.copy(GLOW);
+  material.emissive.copy(GLOW);
   material.emissiveIntensity = glowing ? 0.45 : 0;
   material.opacity = faint ? 0.25 * own.opacity : own.opacity;
   material.transparent = faint || own.transparent;

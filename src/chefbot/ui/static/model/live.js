@@ -35,10 +35,12 @@ export class Live {
 
   // Under the frame `map`, or under the tree's root as long as nobody knows where that is.
   take(layer, value) {
+    if (layer === "robot") this.size(value);
     const maker = MAKERS[layer];
     if (!maker) return;
     const home = this.frames.has("map") ? this.frames.group("map") : this.frames.world;
     if (this.sheets.parent !== home) home.add(this.sheets);
+    if (layer === "truth" && value && this.objects.has(layer)) return this.glide(this.objects.get(layer), value);
     this.drop(layer);
     if (!value) return;
     const object = maker(layer, value, this);
@@ -46,6 +48,18 @@ export class Live {
     object.name = layer;
     (value.kind === "depth" ? this.frames.group(value.frame) : this.sheets).add(object);
     this.objects.set(layer, object);
+  }
+
+  size(robot) {
+    if (!robot || robot.radius === this.radius) return;
+    this.radius = robot.radius;
+    this.drop("truth");
+  }
+
+  // The ring goes as smoothly as the robot beside it.
+  glide(ring, { x, y }) {
+    const { x: x0, y: y0 } = ring.position;
+    this.frames.glides.to("truth", (share) => ring.position.set(x0 + share * (x - x0), y0 + share * (y - y0), 0));
   }
 
   drop(layer) {

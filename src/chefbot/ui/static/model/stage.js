@@ -1,12 +1,12 @@
 // Camera, light, ground and the drawing itself. World axes are the robot's (REP-103): z is up, nothing is converted.
 import {
-  AmbientLight, BackSide, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, Mesh, MeshBasicMaterial,
-  NeutralToneMapping, PCFShadowMap, PerspectiveCamera, PlaneGeometry, PMREMGenerator, Scene, ShaderMaterial, ShadowMaterial, SphereGeometry, Vector3,
-  WebGLRenderer,
+  Color, DirectionalLight, DoubleSide, Group, HemisphereLight, Mesh, NeutralToneMapping, PCFShadowMap, PerspectiveCamera,
+  PlaneGeometry, Scene, ShaderMaterial, ShadowMaterial, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "../vendor/three/controls/OrbitControls.js";
 
 const GROUND = 400;                      // metres: the plane ends beyond where its lines have faded
+const LIGHT = new Vector3(1.1, -0.5, 2.2);
 const FROM = new Vector3(1.0, -1.15, 0.75).normalize();   // from ahead and to the right, a little above
 
 export class Stage {
@@ -36,25 +36,16 @@ export class Stage {
   }
 
   light() {
-    const studio = new Scene();
-    const sky = new Mesh(new SphereGeometry(10), new MeshBasicMaterial({ color: 0xd8dedb, side: BackSide }));
-    const lamp = new Mesh(new PlaneGeometry(9, 9), new MeshBasicMaterial({ color: new Color(5, 5, 5), side: DoubleSide }));
-    lamp.position.set(3, -3, 7);
-    lamp.lookAt(0, 0, 0);
-    studio.add(sky, lamp);
-    const maker = new PMREMGenerator(this.renderer);
-    this.scene.environment = maker.fromScene(studio, 0.035).texture;
-    this.scene.environmentIntensity = 0.55;
-    maker.dispose();
-    const sun = new DirectionalLight(0xfff6e8, 1.7);
+    const sun = new DirectionalLight(0xfff8ec, 1.9);
     sun.castShadow = true;
     sun.shadow.mapSize.set(1024, 1024);
     sun.shadow.radius = 4;
     sun.shadow.bias = -0.0006;
     sun.shadow.normalBias = 0.002;
     this.sun = sun;
-    this.scene.add(sun, sun.target, new HemisphereLight(0xffffff, 0xb9b2a4, 0.35));
-    this.overlay.add(new AmbientLight(0xffffff, 3));
+    this.sky = new HemisphereLight(0xffffff, 0xe2ddd0, 2.0);
+    this.sky.position.set(0, 0, 1);
+    this.scene.add(sun, sun.target, this.sky);
   }
 
   ground() {
@@ -75,7 +66,7 @@ export class Stage {
     const back = colour("--ground");
     this.scene.background = back;
     this.grid.material.uniforms.line.value = colour("--quiet");
-    this.scene.environmentIntensity = back.r > 0.5 ? 0.5 : 0.38;
+    this.sky.intensity = back.r > 0.5 ? 2.0 : 1.6;
     this.refresh();
   }
 
@@ -86,6 +77,7 @@ export class Stage {
     this.controls.target.copy(target);
     this.camera.position.copy(FROM).applyAxisAngle(this.camera.up, heading).multiplyScalar(far).add(target);
     this.reach = radius;
+    this.heading = heading;              // the light comes from where one looked first
     this.controls.update();
     this.refresh();
   }
@@ -111,7 +103,7 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    this.refresh();
+    this.draw();                         // at once: a canvas of another size is empty
   }
 
   refresh() {
@@ -136,8 +128,8 @@ export class Stage {
     const reach = Math.max(0.3, 2.2 * this.reach), shadow = this.sun.shadow.camera;
     this.floor.position.set(place.x, place.y, 0);
     this.grid.material.uniforms.middle.value.set(place.x, place.y);
-    this.sun.position.set(place.x + 1.1 * reach, place.y - 0.5 * reach, 2.2 * reach);
     this.sun.target.position.set(place.x, place.y, 0);
+    this.sun.position.copy(LIGHT).applyAxisAngle(this.camera.up, this.heading).multiplyScalar(reach).add(this.sun.target.position);
     if (shadow.right !== reach) {
       Object.assign(shadow, { left: -reach, right: reach, bottom: -reach, top: reach, near: 0.05 * reach, far: 6 * reach });
       shadow.updateProjectionMatrix();

@@ -191,6 +191,5 @@ const TAKERS = {
     view.panel.follow(value);
     view.frames.follow(value);
   },
-  robot: (view, value) => { view.live.radius = value?.radius ?? view.live.radius; },
   places: (view, value) => { view.places = value ?? []; },
 };

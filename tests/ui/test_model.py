@@ -223,12 +223,14 @@ def test_things_glide_between_two_news(tab: Tab, server: PageServer) -> None:
 
 def test_without_solids_it_says_why_shows_the_frames_and_asks_again(tmp_path: Path) -> None:
     one = PageServer(0, "127.0.0.1", print)
-    one.show("description", urdf(ROBOT))
+    one.show("description", "<robot><link name='bro")
     url = one.start()
     with open_tab(f"{url}#3d", tmp_path, SOFTWARE_GL) as tab:
-        tab.wait_for("document.getElementById('model-note').textContent.includes('no robot')")
+        tab.wait_for("document.getElementById('model-note').textContent.includes('not XML')")
+        one.show("description", urdf(ROBOT))
         tab.wait_for("modelView.axes.get('imu_link')?.visible")
         one.stop()
+        assert "no robot" in tab.ask("document.getElementById('model-note').textContent")
         robot = PageServer(urlsplit(url).port or 0, "127.0.0.1", print, lambda: boxes_glb(SIZES))
         assert robot.start() == url
         tab.wait_for(LOADED)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
@@ -14,6 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chefbot.commands.launch import run_launch
 from chefbot.commands.session import session, start
 from chefbot.control.kinematics import wheel_speeds
 from chefbot.errors import UserError
@@ -132,11 +135,17 @@ def test_a_robot_that_runs_shows_its_wheels_and_what_its_camera_measures() -> No
     assert set(shown["joints"]) == {"wheel_left_joint", "wheel_right_joint"}  # type: ignore[call-overload]
 
 
+def test_view_robot_opens_the_running_robot_in_3d(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) or True)
+    with served(None) as url:
+        run_launch("view_robot", [f"page:={url}"])
+        assert opened == [f"{url}#3d"]
+
+
 @pytest.mark.parametrize("name", ["model_robot", "chefbot_empty_world"])
 def test_no_cad_library_is_loaded_before_somebody_looks(name: str) -> None:
-    import subprocess
-    import sys
-
     script = (
         "import sys; from chefbot.commands.launch import run_launch; "
         f"run_launch({name!r}, ['duration:=0.3', 'speed:=0', 'port:=18760']); "

@@ -14,15 +14,19 @@ export class Panel {
     $("model-switches").replaceChildren(...SWITCHES.map(([key, label]) => this.switch(key, label, changed)));
     $("fixed-frame").replaceChildren(...FIXED.map((name) => new Option(name)));
     $("fixed-frame").onchange = changed;
+    this.notes = new Map();
     this.sliders = new Map();
     this.rows = new Map();
   }
 
   get fixed() { return $("fixed-frame").value; }
 
-  say(sentence) {
-    $("model-note").textContent = sentence;
-    $("model-note").hidden = !sentence;
+  // One sentence about each thing, none when all is well with it.
+  say(about, sentence) {
+    this.notes.set(about, sentence);
+    const words = [...this.notes.values()].filter(Boolean).join(" ");
+    $("model-note").textContent = words;
+    $("model-note").hidden = !words;
   }
 
   switch(key, label, changed) {

@@ -4,6 +4,7 @@ export function parseUrdf(text) {
   const tree = new DOMParser().parseFromString(text, "application/xml");
   if (tree.querySelector("parsererror")) throw new Error("The robot's description is not XML.");
   const robot = tree.documentElement;
+  if (robot.tagName !== "robot") throw new Error("The robot's description is not a URDF.");
   return { links: childrenOf(robot, "link").map(link), joints: childrenOf(robot, "joint").map(joint) };
 }
 

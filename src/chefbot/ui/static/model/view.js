@@ -37,12 +37,12 @@ export class ModelView {
   }
 
   async load(url) {
-    this.panel.say("Loading the robot's solids …");
+    this.panel.say("solids", "Loading the robot's solids …");
     try {
       await this.body.load(url);
-      this.panel.say("");
+      this.panel.say("solids", "");
     } catch (error) {
-      this.panel.say(`The robot's solids are not there: ${error.message}`);
+      this.panel.say("solids", `The robot's solids are not there: ${error.message}`);
     }
     this.assemble();
   }
@@ -56,7 +56,13 @@ export class ModelView {
   describe(text) {
     if (!text || text === this.text) return;
     this.text = text;
-    const model = parseUrdf(text);
+    let model;
+    try {
+      model = parseUrdf(text);
+    } catch (error) {
+      return this.panel.say("description", error.message);
+    }
+    this.panel.say("description", "");
     this.links = new Map(model.links.map((link) => [link.name, link]));
     this.frames.describe(model.joints);
     this.panel.describe(model);

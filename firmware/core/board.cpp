@@ -16,6 +16,7 @@ void Board::start(const RobotConstants &robot, void *port, const char *name, boo
     port_ = port;
     name_ = name;
     after_watchdog_ = after_watchdog;
+    rest_steps_ = REST_STEPS;
     ramp_step_q6_ = ramp_step_q6(robot);
     wheels_[LEFT].start(robot);
     wheels_[RIGHT].start(robot);

@@ -13,7 +13,7 @@ const int32_t MOST_TICKS = 3000;  // in one step; more is no wheel
 }  // namespace
 
 void Wheel::start(const RobotConstants &robot) {
-    gain_q4_ = FULL_Q8 * 16 / robot.no_load;
+    gain_q4_ = (FULL_Q8 * 16 + robot.no_load / 2) / robot.no_load;
     worst_q6_ = robot.no_load * 2 * 64;
     lag_steps_ = robot.lag * CONTROL_HZ / 1000;
     release();

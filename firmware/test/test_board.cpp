@@ -1,0 +1,590 @@
+// The whole board, as a computer on its line sees it.
+#include "check.h"
+#include "desk.h"
+#include "flags.h"
+
+using namespace chefbot;
+
+enum { WAITING, READY, DRIVING, STOPPED };
+
+static int field(const Desk &desk, char letter, size_t at) { return std::stoi(desk.last(letter).at(at)); }
+static const size_t REFUSED = 10, REASON = 11;
+static int reason(const Desk &desk) { return desk.state().refusal; }
+
+// ---- before anyone speaks
+
+TEST(motors_stay_off_without_a_handshake) {
+    Desk desk;
+    CHECK_EQ(desk.state().drivers, 0);
+    desk.run(50);
+    CHECK_EQ(desk.state().state, WAITING);
+    for (int i = 0; i < 40; ++i) {
+        desk.speed(2000, 2000);
+        desk.run(20);
+        CHECK_EQ(desk.state().duty[0], 0);
+        CHECK_EQ(desk.state().drivers, 0);
+    }
+    CHECK_EQ(reason(desk), 3);
+    CHECK(desk.flags() & NO_SESSION);
+    CHECK(desk.flags() & NO_COMMAND);
+    CHECK(desk.flags() & NEUTRAL_FIRST);
+}
+
+TEST(the_handshake_tells_who_is_there) {
+    Desk desk;
+    desk.run(100);
+    desk.write(framed("v 4711 1"));
+    desk.run(10);
+    const std::vector<std::string> v = desk.last('v');
+    const char *expected[] = {"4711", "chefbot", "1", "host", "12345678", "8400000", "100", "1000", "10000", "9600", "8000", "12800"};
+    for (size_t i = 0; i < 12; ++i) CHECK(v.at(2 + i) == expected[i]);
+    CHECK(v.at(14) == std::to_string(0x1000 + 10));
+    CHECK(v.at(15) == "03");
+    CHECK_EQ(desk.state().state, READY);
+    CHECK(!(desk.flags() & NO_SESSION));
+    CHECK_EQ(desk.state().refused, 0u);
+}
+
+TEST(without_ultrasonic_the_board_says_so) {
+    RobotConstants robot = example_robot();
+    robot.sonar_period = 0;
+    Desk desk(robot);
+    desk.open();
+    desk.run(1000);
+    CHECK(desk.last('v').at(15) == "01");
+    CHECK_EQ(desk.count('u'), 0);
+    CHECK(!(desk.flags() & SONAR_BAD));
+}
+
+TEST(another_protocol_gets_an_answer_and_no_session) {
+    Desk desk;
+    desk.write(framed("v 5 2"));
+    desk.run(10);
+    CHECK(desk.last('v').at(2) == "5");
+    CHECK_EQ(desk.state().state, WAITING);
+    CHECK_EQ(reason(desk), 5);
+}
+
+TEST(after_a_handshake_zero_comes_first) {
+    Desk desk;
+    desk.open();
+    desk.drive(2000, 2000, 200);
+    CHECK_EQ(desk.state().duty[0], 0);
+    CHECK_EQ(desk.state().state, READY);
+    CHECK_EQ(reason(desk), 7);
+    desk.speed(0, 1);
+    desk.run(10);
+    CHECK_EQ(desk.state().state, READY);
+    desk.speed(1, 0);
+    desk.run(10);
+    CHECK_EQ(desk.state().state, READY);
+    desk.speed(0, 0);
+    desk.run(10);
+    CHECK_EQ(desk.state().state, DRIVING);
+    CHECK_EQ(desk.flags() & ~(IMU_BAD), 0u);
+    CHECK_EQ(desk.state().drivers, 1);
+    desk.drive(2000, 2000, 200);
+    CHECK(desk.state().duty[0] > 0);
+}
+
+// ---- driving
+
+TEST(the_robot_reaches_the_speed_and_holds_it) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(6000, -2000, 200);
+    CHECK(desk.state().set[0] > 2300 && desk.state().set[0] <= 2600);
+    CHECK(desk.state().set[1] < -750 && desk.state().set[1] >= -900);
+    desk.drive(6000, -2000, 1800);
+    CHECK_EQ(desk.state().set[0], 6000);
+    CHECK_EQ(desk.state().set[1], -2000);
+    CHECK(fabs(desk.wheel_speed[0] - 6000) < 120);
+    CHECK(fabs(desk.wheel_speed[1] + 2000) < 60);
+    CHECK_EQ(desk.state().state, DRIVING);
+    desk.drive(0, 0, 1200);
+    CHECK(fabs(desk.wheel_speed[0]) < 30);
+}
+
+TEST(no_overshoot_above_five_percent) {
+    for (int top : {2000, 5000, 9500}) {
+        Desk desk;
+        desk.open_and_neutral();
+        double most = 0;
+        for (int i = 0; i < 60; ++i) {
+            desk.drive(top, top, 50);
+            most = fmax(most, desk.wheel_speed[0]);
+        }
+        CHECK(most < 1.05 * top);
+        CHECK(most > 0.98 * top);
+    }
+}
+
+TEST(speeds_beyond_the_limit_are_limited_and_named) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(999999999, 999999999, 2000);
+    CHECK_EQ(desk.state().set[0], 9600);
+    CHECK(desk.flags() & LIMITED);
+    CHECK(desk.wheel_speed[0] < 1.05 * 9600);
+    desk.drive(5000, 5000, 50);
+    CHECK(!(desk.flags() & LIMITED));
+    desk.drive(20000, 20000, 50);
+    CHECK(desk.flags() & LIMITED);
+    desk.run(500);
+    CHECK(!(desk.flags() & LIMITED));
+}
+
+TEST(a_silent_computer_stops_the_motors_in_200_ms) {
+    for (int offset = 0; offset < 10; ++offset) {
+        Desk desk;
+        desk.open_and_neutral();
+        desk.drive(8000, 8000, 1500);
+        chefbot_board_advance(desk.board, static_cast<uint32_t>(offset) * 1000);
+        desk.speed(8000, 8000);
+        chefbot_board_advance(desk.board, 189999 - 9000);
+        CHECK(desk.state().duty[0] > 0 && desk.state().duty[1] > 0);
+        chefbot_board_advance(desk.board, 200000 - 180999);
+        CHECK_EQ(desk.state().duty[0], 0);
+        CHECK_EQ(desk.state().duty[1], 0);
+        CHECK_EQ(desk.state().state, READY);
+        CHECK(desk.flags() & NO_COMMAND);
+        CHECK_EQ(desk.state().drivers, 1);  // brakes
+        CHECK_EQ(desk.state().set[0], 0);
+    }
+}
+
+TEST(the_watchdog_counts_from_the_command_to_the_step) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(8000, 8000, 1000);
+    desk.speed(8000, 8000);  // at a step: counted from it
+    for (int i = 1; i < 20; ++i) {
+        desk.run(10);
+        CHECK(desk.state().duty[0] > 0);
+    }
+    desk.run(10);
+    CHECK_EQ(desk.state().duty[0], 0);
+}
+
+TEST(brakes_then_lets_go) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(3000, 3000, 500);
+    desk.run(150);
+    for (int i = 0; i < 99; ++i) {
+        CHECK_EQ(desk.state().drivers, 1);
+        CHECK_EQ(desk.state().duty[0], 0);
+        desk.run(10);
+    }
+    CHECK_EQ(desk.state().drivers, 0);
+}
+
+TEST(a_heartbeat_keeps_the_session_but_not_the_motors) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(3000, 3000, 500);
+    for (int i = 0; i < 60; ++i) {
+        desk.say('h');
+        desk.run(50);
+    }
+    CHECK_EQ(desk.state().duty[0], 0);
+    CHECK_EQ(desk.state().state, READY);
+    desk.drive(3000, 3000, 100);  // resumes: same session
+    CHECK(desk.state().duty[0] > 0);
+    desk.run(940);
+    CHECK_EQ(desk.state().state, READY);
+    desk.run(20);
+    CHECK_EQ(desk.state().state, WAITING);
+    desk.drive(3000, 3000, 100);
+    CHECK_EQ(desk.state().duty[0], 0);
+    CHECK_EQ(reason(desk), 3);
+}
+
+TEST(a_second_handshake_stops_and_starts_anew) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(3000, 3000, 500);
+    const uint16_t old = desk.sequence;
+    desk.open();
+    CHECK_EQ(desk.state().duty[0], 0);
+    CHECK(desk.sequence != old);
+    desk.speed(3000, 3000);
+    desk.run(10);
+    CHECK_EQ(reason(desk), 7);
+    desk.sequence = old;
+    desk.speed(0, 0);
+    desk.run(10);
+    CHECK_EQ(reason(desk), 3);
+}
+
+TEST(old_repeated_and_far_lines_are_refused) {
+    Desk desk;
+    desk.open_and_neutral();
+    const std::string line = framed("s " + std::to_string(desk.sequence + 1) + " 2000 2000");
+    desk.write(line);
+    desk.run(10);
+    CHECK_EQ(desk.state().refused, 0u);
+    desk.write(line);
+    desk.run(10);
+    CHECK_EQ(desk.state().refused, 1u);
+    CHECK_EQ(reason(desk), 3);
+    for (const char *bad : {"s -1 0 0", "s 65536 0 0", "s 999999999 0 0"}) {
+        desk.write(framed(bad));
+        desk.run(10);
+        CHECK_EQ(reason(desk), 3);
+    }
+    desk.sequence = static_cast<uint16_t>(desk.sequence + 258);
+    desk.speed(0, 0);
+    desk.run(10);
+    CHECK_EQ(desk.state().refused, 5u);
+}
+
+TEST(sequence_is_read_whole) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.write(framed("s " + std::to_string(desk.sequence + 1 + 65536) + " 0 0"));
+    desk.write(framed("s " + std::to_string(desk.sequence + 1 - 65536) + " 0 0"));
+    desk.run(10);
+    CHECK_EQ(desk.state().refused, 2u);
+    for (int i = 0; i < 260; ++i) {  // up to and over the end of 16 bits
+        desk.sequence = static_cast<uint16_t>(desk.sequence + 250);
+        desk.speed(0, 0);
+        desk.run(10);
+    }
+    CHECK_EQ(desk.state().refused, 2u);
+    desk.sequence = static_cast<uint16_t>(65535 - 2);
+    Desk top;
+    top.open_and_neutral();
+    while (top.sequence < 65535) {
+        top.sequence = static_cast<uint16_t>(top.sequence + 200 < 65535 ? top.sequence + 200 : 65534);
+        top.speed(0, 0);
+        top.run(10);
+    }
+    CHECK_EQ(top.state().refused, 0u);
+    CHECK_EQ(top.last('s').empty(), false);
+    top.speed(0, 0);  // sequence 0
+    top.run(10);
+    CHECK_EQ(top.state().refused, 0u);
+}
+
+TEST(unknown_letters_and_counts_are_refused) {
+    Desk desk;
+    desk.open_and_neutral();
+    unsigned n = 0;
+    for (const char *text : {"z 1", "q", "s 1 2", "s 1", "h 1 2", "c 1 2", "r 1 2", "x 1 2", "x", "v 1", "v 1 1 1", "S 1 0 0", "g 1", "i 1"}) {
+        desk.write(framed(text));
+        desk.run(10);
+        CHECK_EQ(desk.state().refused, ++n);
+        CHECK_EQ(reason(desk), 4);
+    }
+    CHECK_EQ(desk.state().state, DRIVING);
+    desk.write("garbage\n");
+    desk.run(10);
+    CHECK_EQ(reason(desk), 1);
+    desk.write("a\n");
+    desk.run(10);
+    CHECK_EQ(reason(desk), 2);
+}
+
+// ---- stops
+
+TEST(the_estop_pin_stops_at_the_next_step_and_latches) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(5000, 5000, 1000);
+    chefbot_board_estop(desk.board, 1);
+    desk.run(10);
+    CHECK_EQ(desk.state().duty[0], 0);
+    CHECK_EQ(desk.state().state, STOPPED);
+    CHECK(desk.flags() & ESTOP_INPUT);
+    desk.say('c');
+    desk.run(10);
+    CHECK_EQ(reason(desk), 8);
+    chefbot_board_estop(desk.board, 0);
+    for (int i = 0; i < 20; ++i) {
+        desk.drive(5000, 5000, 50);
+        CHECK_EQ(desk.state().duty[0], 0);
+    }
+    CHECK_EQ(reason(desk), 6);
+    desk.say('c');
+    desk.run(10);
+    CHECK_EQ(desk.state().state, READY);
+    desk.drive(5000, 5000, 300);  // the old speed is not a new command
+    CHECK_EQ(desk.state().duty[0], 0);
+    CHECK_EQ(reason(desk), 7);
+    desk.speed(0, 0);
+    desk.run(10);
+    desk.drive(5000, 5000, 300);
+    CHECK(desk.state().duty[0] > 0);
+}
+
+TEST(the_estop_command_needs_nothing) {
+    Desk desk;
+    desk.write(framed("x 0"));
+    desk.run(10);
+    CHECK_EQ(desk.state().state, STOPPED);
+    CHECK(desk.flags() & ESTOP_COMMAND);
+    desk.open();  // a new computer does not lift it
+    CHECK_EQ(desk.state().state, STOPPED);
+    desk.say('c');
+    desk.run(10);
+    CHECK_EQ(desk.state().state, READY);
+    CHECK(desk.flags() & NEUTRAL_FIRST);
+}
+
+TEST(the_estop_command_stops_a_drive) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(5000, 5000, 1000);
+    desk.write(framed("x 99"));
+    desk.run(10);
+    CHECK_EQ(desk.state().duty[0], 0);
+    CHECK_EQ(desk.state().refused, 0u);
+}
+
+TEST(a_clear_without_fault_asks_for_neutral_too) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(5000, 5000, 1000);
+    desk.say('c');
+    desk.run(10);
+    CHECK(desk.flags() & NEUTRAL_FIRST);
+    desk.drive(5000, 5000, 1000);
+    CHECK_EQ(desk.state().set[0], 0);
+    CHECK(fabs(desk.wheel_speed[0]) < 100);
+}
+
+TEST(a_blocked_wheel_stops_both_within_300_ms_of_full_effort) {
+    for (int wheel = 0; wheel < 2; ++wheel) {
+        Desk desk;
+        desk.open_and_neutral();
+        desk.drive(9000, 9000, 1500);
+        desk.blocked[wheel] = true;
+        int ms = 0;
+        while (desk.state().state == DRIVING && ms < 1000) {
+            if (ms % 50 == 0) desk.speed(9000, 9000);
+            desk.run(10);
+            ms += 10;
+        }
+        CHECK(ms <= 300);
+        CHECK_EQ(desk.state().duty[1 - wheel], 0);
+        CHECK_EQ(desk.flags() & LATCHED, static_cast<unsigned>(wheel == 0 ? ENCODER_LEFT : ENCODER_RIGHT));
+    }
+}
+
+TEST(a_wheel_that_creeps_at_full_effort_is_a_stall) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(5000, 5000, 1000);
+    desk.blocked[1] = true;
+    for (int i = 0; i < 60; ++i) {
+        if (i % 5 == 0) desk.speed(5000, 5000);
+        chefbot_board_turn(desk.board, 1, 1 + i % 2);
+        desk.run(10);
+    }
+    CHECK_EQ(desk.flags() & LATCHED, static_cast<unsigned>(STALL_RIGHT));
+}
+
+TEST(a_dead_or_reversed_encoder_stops) {
+    for (int wheel = 0; wheel < 2; ++wheel) {
+        for (bool reversed : {false, true}) {
+            Desk desk;
+            desk.open_and_neutral();
+            if (reversed) desk.reversed[wheel] = true;
+            else desk.drive(9000, 9000, 1500);
+            desk.cable_off[wheel] = !reversed;
+            int ms = 0;
+            while (desk.state().state == DRIVING && ms < 1000) {
+                if (ms % 50 == 0) desk.speed(9000, 9000);
+                desk.run(10);
+                ms += 10;
+            }
+            CHECK(ms <= 350);
+            CHECK_EQ(desk.flags() & LATCHED, static_cast<unsigned>(wheel == 0 ? ENCODER_LEFT : ENCODER_RIGHT));
+        }
+    }
+}
+
+TEST(an_empty_battery_stops_softly) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(5000, 5000, 1000);
+    chefbot_board_battery(desk.board, 10000);
+    int slowest_change = 0, last = 5000;
+    for (int i = 0; i < 100; ++i) {
+        desk.drive(5000, 5000, 50);
+        const int set = desk.state().set[0];
+        slowest_change = last - set > slowest_change ? last - set : slowest_change;
+        last = set;
+    }
+    CHECK_EQ(desk.state().state, STOPPED);
+    CHECK_EQ(desk.flags() & LATCHED, static_cast<unsigned>(BATTERY_EMPTY));
+    CHECK_EQ(last, 0);
+    CHECK(slowest_change <= 5 * 128);
+    CHECK_EQ(reason(desk), 6);
+    CHECK(fabs(desk.wheel_speed[0]) < 30);
+    desk.say('c');
+    desk.run(10);
+    CHECK_EQ(reason(desk), 8);
+}
+
+TEST(an_empty_battery_and_a_silent_computer_stop_at_once) {
+    Desk desk;
+    desk.open_and_neutral();
+    chefbot_board_battery(desk.board, 10000);
+    desk.drive(9000, 9000, 1000);
+    while (!(desk.flags() & BATTERY_EMPTY)) desk.drive(9000, 9000, 50);
+    CHECK(desk.state().duty[0] != 0);
+    desk.run(200);
+    CHECK_EQ(desk.state().duty[0], 0);
+    desk.drive(9000, 9000, 200);
+    CHECK_EQ(desk.state().set[0], 0);
+    CHECK_EQ(desk.state().duty[0], 0);
+}
+
+TEST(a_hanging_main_loop_is_restarted_with_motors_off) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(5000, 5000, 1000);
+    chefbot_board_hang(desk.board);
+    chefbot_board_advance(desk.board, 50000);
+    CHECK_EQ(desk.state().restarts, 1u);
+    CHECK_EQ(desk.state().duty[0], 0);
+    CHECK_EQ(desk.state().drivers, 0);
+    desk.run(30);
+    CHECK_EQ(desk.state().state, WAITING);
+    CHECK(desk.flags() & WATCHDOG_RESET);
+    desk.open();
+    desk.say('c');
+    desk.run(10);
+    CHECK(!(desk.flags() & WATCHDOG_RESET));
+}
+
+TEST(restart_by_command) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(5000, 5000, 1000);
+    desk.say('r');
+    chefbot_board_advance(desk.board, 1);
+    CHECK_EQ(desk.state().duty[0], 0);
+    CHECK_EQ(desk.state().drivers, 0);
+    desk.run(10);
+    CHECK_EQ(desk.state().restarts, 1u);
+    CHECK_EQ(desk.state().state, WAITING);
+    CHECK(!(desk.flags() & WATCHDOG_RESET));
+    CHECK_EQ(desk.state().ticks[0] < 100u, true);
+}
+
+TEST(power_cycle_keeps_nothing) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(5000, 5000, 1000);
+    chefbot_board_power_cycle(desk.board);
+    CHECK_EQ(desk.state().drivers, 0);
+    desk.drive(5000, 5000, 300);
+    CHECK_EQ(desk.state().duty[0], 0);
+    CHECK_EQ(desk.state().state, WAITING);
+}
+
+// ---- what the board tells
+
+TEST(every_line_has_its_rate_and_its_crc) {
+    Desk desk;
+    chefbot_board_echo(desk.board, 5000);
+    desk.run(10000);
+    CHECK_EQ(desk.count('e'), 500);
+    CHECK(desk.count('i') >= 480 && desk.count('i') <= 500);
+    CHECK_EQ(desk.count('s'), 100);
+    CHECK(desk.count('u') >= 98 && desk.count('u') <= 100);
+    CHECK_EQ(desk.count('b'), 20);
+    CHECK_EQ(desk.count('t'), 10);
+    for (size_t i = 0; i < desk.lines.size(); ++i) {
+        const std::string &line = desk.lines[i];
+        CHECK(framed(line.substr(0, line.size() - 5)) == line + "\n");
+        CHECK_EQ(std::stoul(split(line, ' ')[1]), i);
+    }
+}
+
+TEST(motion_tells_ticks_of_one_moment) {
+    Desk desk;
+    desk.run(20);
+    chefbot_board_turn(desk.board, 0, 1234);
+    chefbot_board_turn(desk.board, 1, -567);
+    desk.run(20);
+    CHECK_EQ(field(desk, 'e', 2), 40000);
+    CHECK_EQ(field(desk, 'e', 3), 1234);
+    CHECK_EQ(field(desk, 'e', 4), -567);
+    CHECK_EQ(desk.state().ticks[1], static_cast<uint32_t>(-567));
+    chefbot_board_encoder_lines(desk.board, 0, 3);
+    chefbot_board_encoder_lines(desk.board, 0, 0);
+    desk.run(100);
+    CHECK(field(desk, 's', 12) > 0);
+    CHECK_EQ(field(desk, 's', 13), 0);
+}
+
+TEST(status_tells_what_is_really_done) {
+    Desk desk;
+    desk.open_and_neutral();
+    desk.drive(5000, 2500, 1500);
+    CHECK_EQ(field(desk, 's', 3), DRIVING);
+    CHECK(desk.last('s').at(4) == "0000");
+    CHECK(field(desk, 's', 5) > desk.sequence - 3 && field(desk, 's', 5) <= desk.sequence);
+    CHECK_EQ(field(desk, 's', 6), 5000);
+    CHECK_EQ(field(desk, 's', 7), 2500);
+    CHECK(abs(field(desk, 's', 8) - desk.state().duty[0]) < 20);
+    CHECK(abs(field(desk, 's', 9) - desk.state().duty[1]) < 20);
+    desk.write("x\ny\n");
+    desk.drive(5000, 2500, 200);
+    CHECK_EQ(field(desk, 's', REFUSED), 2);
+    CHECK_EQ(field(desk, 's', REASON), 2);
+}
+
+TEST(battery_and_time) {
+    Desk desk;
+    chefbot_board_battery(desk.board, 12345);
+    desk.run(9000);
+    CHECK(field(desk, 'b', 3) >= 12340 && field(desk, 'b', 3) <= 12345);
+    CHECK_EQ(field(desk, 't', 3), 8);
+    CHECK_EQ(field(desk, 't', 4), 0);
+    CHECK_EQ(field(desk, 't', 5), 0);
+}
+
+TEST(lines_without_room_are_dropped_and_counted) {
+    Desk desk;
+    for (int i = 0; i < 4000; ++i) chefbot_board_advance(desk.board, 10000);  // nobody reads
+    desk.run(10);
+    desk.lines.clear();
+    desk.run(1000);
+    CHECK(field(desk, 't', 4) > 100);
+    CHECK(std::stoul(desk.last('e').at(1)) > desk.lines.size());
+}
+
+TEST(board_time_wraps_without_a_glitch) {
+    Desk desk;
+    desk.imu_lives = false;
+    chefbot_board_imu_answers(desk.board, 0);
+    const uint64_t wrap = 1ull << 32;
+    for (uint64_t t = 0; t < wrap - 2000000; t += 1000000) {
+        uint8_t bytes[65536];
+        chefbot_board_advance(desk.board, 1000000);
+        chefbot_board_read(desk.board, bytes, sizeof bytes);
+    }
+    desk.imu_lives = true;
+    chefbot_board_imu_answers(desk.board, 1);
+    desk.open_and_neutral();
+    desk.drive(5000, 5000, 500);
+    for (int i = 0; i < 60; ++i) {
+        desk.drive(5000, 5000, 50);
+        CHECK_EQ(desk.state().state, DRIVING);
+    }
+    CHECK(field(desk, 'e', 2) < 10000000);
+    CHECK(desk.state().time_us > wrap);
+    desk.run(200);
+    CHECK_EQ(desk.state().duty[0], 0);
+}
+
+TEST(bad_constants_make_no_board) {
+    int32_t values[ROBOT_CONSTANTS] = {0};
+    CHECK(chefbot_board_create(values, ROBOT_CONSTANTS) == nullptr);
+    CHECK(chefbot_board_create(values, 3) == nullptr);
+}

@@ -1,0 +1,470 @@
+// Encoder, frames, lines, limits, session: the parts by themselves.
+#include "check.h"
+#include "crc16.h"
+#include "desk.h"
+#include "encoder.h"
+#include "fixed.h"
+#include "frame.h"
+#include "limits.h"
+#include "line.h"
+#include "session.h"
+#include "wheel.h"
+
+using namespace chefbot;
+
+static const uint8_t TURN[4] = {0, 2, 3, 1};  // A before B
+
+// ---- crc, frame, line
+
+TEST(crc_has_the_standard_check_value) {
+    uint16_t crc = CRC_START;
+    for (const char *c = "123456789"; *c; ++c) crc = crc16(crc, static_cast<uint8_t>(*c));
+    CHECK_EQ(crc, 0x29B1);
+}
+
+static Got feed(FrameReader *reader, const std::string &bytes) {
+    Got got = Got::NOTHING;
+    for (char c : bytes) {
+        const Got now = reader->push(static_cast<uint8_t>(c));
+        if (now != Got::NOTHING) got = now;
+    }
+    return got;
+}
+
+static bool refused(const std::string &bytes, Got why) {
+    FrameReader reader;
+    const bool right = feed(&reader, bytes) == why;
+    return right && feed(&reader, framed("h 5")) == Got::FRAME;  // and nothing of it is left
+}
+
+TEST(a_frame_gives_its_letter_and_numbers) {
+    FrameReader reader;
+    CHECK(feed(&reader, framed("s 65535 -123456789 999999999")) == Got::FRAME);
+    CHECK_EQ(reader.frame().letter, 's');
+    CHECK_EQ(reader.frame().count, 3);
+    CHECK_EQ(reader.frame().numbers[0], 65535);
+    CHECK_EQ(reader.frame().numbers[1], -123456789);
+    CHECK_EQ(reader.frame().numbers[2], 999999999);
+    CHECK(feed(&reader, framed("x 0")) == Got::FRAME);
+    CHECK_EQ(reader.frame().letter, 'x');
+    CHECK_EQ(reader.frame().count, 1);
+    CHECK_EQ(reader.frame().numbers[0], 0);
+    CHECK(feed(&reader, framed("q")) == Got::FRAME);
+    CHECK_EQ(reader.frame().count, 0);
+}
+
+TEST(a_byte_alone_is_no_frame) {
+    FrameReader reader;
+    const std::string line = framed("h 9");
+    for (size_t i = 0; i + 1 < line.size(); ++i) CHECK(reader.push(static_cast<uint8_t>(line[i])) == Got::NOTHING);
+    CHECK(reader.push('\n') == Got::FRAME);
+}
+
+TEST(empty_lines_are_nothing) {
+    FrameReader reader;
+    CHECK(feed(&reader, "\n\n\n") == Got::NOTHING);
+}
+
+TEST(every_single_bit_error_is_refused) {
+    const std::string good = framed("s 77 -1200 1200");
+    for (size_t at = 0; at + 1 < good.size(); ++at) {
+        for (int bit = 0; bit < 8; ++bit) {
+            std::string bad = good;
+            bad[at] = static_cast<char>(bad[at] ^ (1 << bit));
+            FrameReader reader;
+            CHECK(feed(&reader, bad) != Got::FRAME);
+        }
+    }
+}
+
+TEST(bad_crc_is_told_from_bad_form) {
+    CHECK(refused("h 7*0000\n", Got::BAD_CRC));
+    CHECK(refused("h 7 0000\n", Got::BAD_CRC));
+    std::string low = framed("h 12");
+    for (char &c : low) c = static_cast<char>(c >= 'A' && c <= 'F' ? c + 32 : c);
+    CHECK(low == framed("h 12") || refused(low, Got::BAD_CRC));
+    CHECK(refused("12345\n", Got::BAD_FORM));
+    CHECK(refused("*FFFF\n", Got::BAD_FORM));
+    CHECK(refused("a\n", Got::BAD_FORM));
+    CHECK(refused(framed("h 1").substr(0, 3) + "\x01" + framed("h 1").substr(3), Got::BAD_FORM));
+    CHECK(refused("\r\n", Got::BAD_FORM));
+    CHECK(refused("h 1\x7f*0000\n", Got::BAD_FORM));
+    for (char first : {'1', '2', '3', '4'}) CHECK(refused("h 7*" + std::string(1, first) + "00D\n", Got::BAD_CRC));
+}
+
+TEST(bytes_between_space_and_tilde_only) {
+    FrameReader reader;
+    CHECK(feed(&reader, framed("~ 1")) == Got::FRAME);
+    CHECK(feed(&reader, framed("  1")) == Got::FRAME);  // a space is a letter that nobody obeys
+    CHECK_EQ(reader.frame().letter, ' ');
+}
+
+TEST(malformed_numbers_are_refused) {
+    for (const char *text : {"h 1234567890", "h -", "h  1", "h 1 ", "h+1", "h 1 2 3 4", "h 1a", "h --1", "h 1-", "h,1", "h 1.5",
+                             "h nan", "hh 1", "s 1 2 3 "}) {
+        CHECK(refused(framed(text), Got::BAD_FORM));
+    }
+}
+
+TEST(an_endless_line_costs_only_itself) {
+    CHECK(refused(std::string(40, 'h') + "h\n", Got::BAD_FORM));
+    CHECK(refused(std::string(5000, 'h') + framed("h 1"), Got::BAD_FORM));
+    FrameReader reader;
+    CHECK(feed(&reader, framed("s 65535 -123456789 -123456789")) == Got::FRAME);
+}
+
+TEST(a_line_of_exactly_the_room_is_read_whole) {
+    CHECK(refused(framed(std::string(35, 'h')), Got::BAD_FORM));  // CRC right, so it was not cut
+    CHECK(refused(framed(std::string(36, 'h')), Got::BAD_FORM));
+    FrameReader reader;
+    std::string wrong = framed(std::string(35, 'h'));
+    wrong[36] = 'x';
+    CHECK(feed(&reader, wrong) == Got::BAD_CRC);
+}
+
+TEST(lines_write_what_they_are_told) {
+    Line line('e', 65535);
+    line.number(-2147483647 - 1).number(2147483647).count(4294967295u).number(0).hex(0xBEEF, 4).hex(5, 2).word("abc");
+    line.finish();
+    const std::string text(line.text(), line.length());
+    CHECK(text == framed("e 65535 -2147483648 2147483647 4294967295 0 BEEF 05 abc"));
+}
+
+TEST(a_line_without_room_is_cut) {
+    Line line('e', 1);
+    for (int i = 0; i < 20; ++i) line.number(-2147483647);
+    line.finish();
+    CHECK_EQ(line.length(), 120);
+}
+
+// ---- encoder
+
+TEST(encoder_counts_four_per_cycle_both_ways) {
+    Encoder encoder;
+    encoder.start(0);
+    for (int i = 1; i <= 4000; ++i) encoder.edge(TURN[i & 3]);
+    CHECK_EQ(encoder.count(), 4000u);
+    for (int i = 3999; i >= -10; --i) encoder.edge(TURN[i & 3]);
+    CHECK_EQ(static_cast<int32_t>(encoder.count()), -10);
+    CHECK_EQ(encoder.illegal(), 0);
+}
+
+TEST(encoder_every_transition) {
+    for (int before = 0; before < 4; ++before) {
+        for (int after = 0; after < 4; ++after) {
+            Encoder encoder;
+            encoder.start(static_cast<uint8_t>(TURN[before] | 0xF0));
+            encoder.edge(static_cast<uint8_t>(TURN[after] | 0xA0));
+            const int step = (after - before) & 3;
+            CHECK_EQ(static_cast<int32_t>(encoder.count()), step == 1 ? 1 : step == 3 ? -1 : 0);
+            CHECK_EQ(encoder.illegal(), step == 2 ? 1 : 0);
+        }
+    }
+}
+
+TEST(encoder_starts_anew_and_takes_hardware_counts) {
+    Encoder encoder;
+    encoder.set(0xFFFFFFFFu, 7);
+    CHECK_EQ(encoder.illegal(), 7);
+    encoder.edge(2);
+    CHECK_EQ(encoder.count(), 0u);  // wraps
+    encoder.edge(0);
+    CHECK_EQ(encoder.count(), 0xFFFFFFFFu);
+    encoder.start(3);
+    CHECK_EQ(encoder.count(), 0u);
+    CHECK_EQ(encoder.illegal(), 0);
+    encoder.edge(1);
+    CHECK_EQ(encoder.count(), 1u);
+}
+
+// ---- limits
+
+static Pair limited(int32_t left, int32_t right, bool expected) {
+    Pair speed = {left, right};
+    CHECK_EQ(limit_speed(example_robot(), &speed), expected);
+    return speed;
+}
+
+TEST(speeds_within_the_limits_pass) {
+    for (Pair pass : {Pair{9600, 9600}, Pair{-9600, -9600}, Pair{10000, 9200}, Pair{4000, -4000}, Pair{0, 0}, Pair{9200, 10000}}) {
+        const Pair out = limited(pass.left, pass.right, false);
+        CHECK_EQ(out.left, pass.left);
+        CHECK_EQ(out.right, pass.right);
+    }
+}
+
+TEST(each_limit_scales_both_wheels) {
+    Pair out = limited(12000, 6000, true);  // wheel
+    CHECK_EQ(out.left, 10000);
+    CHECK_EQ(out.right, 5000);
+    out = limited(-6000, -12000, true);
+    CHECK_EQ(out.left, -5000);
+    CHECK_EQ(out.right, -10000);
+    out = limited(10000, 10000, true);  // forward
+    CHECK_EQ(out.left, 9600);
+    CHECK_EQ(out.right, 9600);
+    out = limited(-10000, -10000, true);
+    CHECK_EQ(out.left, -9600);
+    out = limited(8000, -8000, true);  // turn
+    CHECK_EQ(out.left, 4000);
+    CHECK_EQ(out.right, -4000);
+    out = limited(-5000, 5000, true);
+    CHECK_EQ(out.left, -4000);
+    CHECK_EQ(out.right, 4000);
+    CHECK_EQ(limited(9601, 9601, true).left, 9600);
+    CHECK_EQ(limited(4000, -4001, true).left, 3999);
+}
+
+TEST(absurd_speeds_stay_in_bounds) {
+    for (int32_t left : {-999999999, -70000, -65536, 0, 65535, 70000, 999999999}) {
+        for (int32_t right : {-999999999, -65535, -1, 0, 65536, 999999999}) {
+            Pair speed = {left, right};
+            CHECK_EQ(limit_speed(example_robot(), &speed), left != 0 || (right != 0 && right != -1));
+            CHECK(magnitude(speed.left) <= 10000 && magnitude(speed.right) <= 10000);
+            CHECK(magnitude(speed.left + speed.right) <= 2 * 9600);
+            CHECK(magnitude(speed.right - speed.left) <= 8000);
+            CHECK(static_cast<int64_t>(left) * speed.left >= 0 && static_cast<int64_t>(right) * speed.right >= 0);
+        }
+    }
+    CHECK_EQ(limited(999999999, 999999999, true).left, 9600);
+    CHECK_EQ(limited(70000, 35000, true).right, 10000 * 35000 / 65535);
+}
+
+TEST(the_fastest_machine_does_not_overflow) {
+    RobotConstants robot = example_robot();
+    robot.no_load = robot.max_wheel = robot.max_forward = SPEED_BOUND;
+    robot.max_turn = 2 * SPEED_BOUND;
+    robot.acceleration = 102000;
+    CHECK(plausible(robot));
+    Pair speed = {65535, -65535};
+    CHECK(limit_speed(robot, &speed));
+    CHECK_EQ(speed.left, SPEED_BOUND);
+    Pair set = {-SPEED_BOUND * 64, SPEED_BOUND * 64};
+    int steps = 0;
+    while (set.left != speed.left * 64 || set.right != speed.right * 64) {
+        ramp(speed, ramp_step_q6(robot), &set);
+        CHECK(++steps < 70);
+    }
+    CHECK(steps >= 64);
+}
+
+TEST(ramp_step_is_the_acceleration) {
+    CHECK_EQ(ramp_step_q6(example_robot()), 128 * 64);
+}
+
+TEST(ramp_keeps_the_limit_and_the_proportion) {
+    for (Pair target : {Pair{9000, 3000}, Pair{-3000, -9000}, Pair{-4000, 4000}, Pair{9000, 0}}) {
+        Pair set = {0, 0};
+        int steps = 0;
+        while (set.left != target.left * 64 || set.right != target.right * 64) {
+            const Pair before = set;
+            ramp(target, 8192, &set);
+            CHECK(magnitude(set.left - before.left) <= 8192 && magnitude(set.right - before.right) <= 8192);
+            CHECK(magnitude(set.left * (target.right / 1000) - set.right * (target.left / 1000)) < 64 * 2000);
+            CHECK(++steps < 100);
+        }
+        const int32_t most = magnitude(target.left) > magnitude(target.right) ? magnitude(target.left) : magnitude(target.right);
+        CHECK(steps <= most / 128 + 2);
+    }
+}
+
+TEST(ramp_lands_exactly) {
+    Pair set = {100 * 64, -200 * 64};
+    ramp(Pair{228, -72}, 8192, &set);
+    CHECK_EQ(set.left, 228 * 64);
+    CHECK_EQ(set.right, -72 * 64);
+    ramp(Pair{228, -201}, 8192, &set);  // one more than a step
+    CHECK(set.right > -201 * 64 && set.right < -72 * 64);
+    set = Pair{0, 0};
+    ramp(Pair{-129, 0}, 8192, &set);
+    CHECK_EQ(set.right, 0);
+    CHECK(set.left < -126 * 64 && set.left >= -128 * 64);
+}
+
+TEST(ramp_takes_the_worst_wheel_as_its_measure) {
+    Pair set = {0, 0};
+    ramp(Pair{0, 6400}, 8192, &set);
+    CHECK_EQ(set.left, 0);
+    CHECK_EQ(set.right, 6400 * 8192 / 6401);
+    set = Pair{0, 0};
+    ramp(Pair{3200, 6400}, 8192, &set);
+    CHECK_EQ(set.left, 3200 * 8192 / 6401);
+    set = Pair{0, 0};
+    ramp(Pair{6400, 3200}, 8192, &set);
+    CHECK_EQ(set.left, 6400 * 8192 / 6401);
+    CHECK_EQ(set.right, 3200 * 8192 / 6401);
+}
+
+TEST(implausible_robots_are_refused) {
+    CHECK(plausible(example_robot()));
+    const RobotConstants good = example_robot();
+    RobotConstants bad[26];
+    for (RobotConstants &robot : bad) robot = good;
+    bad[0].ticks_per_turn_milli = 0;
+    bad[1].max_wheel = 0;
+    bad[2].max_wheel = good.no_load + 1;
+    bad[3].max_forward = 0;
+    bad[4].max_forward = 32768;
+    bad[5].max_turn = 0;
+    bad[6].max_turn = 65535;
+    bad[7].acceleration = 127;
+    bad[8].acceleration = 102001;
+    bad[9].no_load = 0;
+    bad[10].no_load = 32768;
+    bad[11].battery_stop = -1;
+    bad[12].battery_low = good.battery_stop - 1;
+    bad[13].battery_low = 65536;
+    bad[14].imu_period = 0;
+    bad[15].imu_period = 101;
+    bad[16].sonar_period = -1;
+    bad[17].sonar_period = 1001;
+    bad[18].lag = -1;
+    bad[19].lag = 2001;
+    for (int i = 0; i < 20; ++i) CHECK(!plausible(bad[i]));
+}
+
+// ---- session
+
+TEST(a_session_accepts_only_newer_lines) {
+    Session session;
+    CHECK(!session.accept(1, 0));
+    const uint16_t first = session.open(5);
+    CHECK_EQ(first, 0x1005);
+    CHECK(session.is_open());
+    CHECK(!session.accept(first, 6));
+    CHECK(!session.accept(static_cast<uint16_t>(first - 1), 6));
+    CHECK(session.accept(static_cast<uint16_t>(first + 1), 6));
+    CHECK(!session.accept(static_cast<uint16_t>(first + 1), 6));
+    CHECK(session.accept(static_cast<uint16_t>(first + 257), 6));
+    CHECK(!session.accept(static_cast<uint16_t>(first + 257 + 257), 6));
+    CHECK_EQ(session.last(), first + 257);
+}
+
+TEST(sequence_wraps) {
+    Session session;
+    uint16_t at = session.open(0);
+    for (int i = 0; i < 300; ++i) {
+        at = static_cast<uint16_t>(at + 256);
+        CHECK(session.accept(at, 0));
+        CHECK(!session.accept(static_cast<uint16_t>(at - 1), 0));
+    }
+}
+
+TEST(nothing_of_an_old_session_is_new_in_the_next) {
+    Session session;
+    for (uint32_t step : {0u, 1u, 4095u, 4096u, 0xFFFFFFFFu}) {
+        const uint16_t before = session.last();
+        const uint16_t first = session.open(step);
+        CHECK_EQ(first, static_cast<uint16_t>(before + 0x1000 + (step & 0xFFF)));
+        for (uint16_t old = 0; old < 1000; ++old) CHECK(!session.accept(static_cast<uint16_t>(before + old), step));
+    }
+}
+
+TEST(silence_closes_the_session) {
+    Session session;
+    session.watch(1000);
+    CHECK(!session.is_open());
+    const uint16_t first = session.open(0xFFFFFFF0u);  // time wraps meanwhile
+    session.watch(0xFFFFFFF0u + 99);
+    CHECK(session.is_open());
+    CHECK(session.accept(static_cast<uint16_t>(first + 1), 0xFFFFFFF0u + 99));
+    session.watch(0xFFFFFFF0u + 198);
+    CHECK(session.is_open());
+    CHECK(!session.accept(first, 0xFFFFFFF0u + 198));  // what is refused is no sign of life
+    session.watch(0xFFFFFFF0u + 199);
+    CHECK(!session.is_open());
+    CHECK(!session.accept(static_cast<uint16_t>(first + 2), 300));
+}
+
+// ---- wheel
+
+static Wheel wheel_of(const RobotConstants &robot) {
+    Wheel wheel;
+    wheel.start(robot);
+    return wheel;
+}
+
+TEST(speed_is_ticks_over_the_window) {
+    Wheel wheel = wheel_of(example_robot());
+    for (int i = 1; i <= 5; ++i) {
+        wheel.observe(100);
+        CHECK_EQ(wheel.speed(), 2000 * i);
+    }
+    for (int i = 0; i < 20; ++i) wheel.observe(-50);
+    CHECK_EQ(wheel.speed(), -5000);
+    wheel.observe(2147483647);
+    CHECK_EQ(wheel.speed(), (3000 - 200) * 20);
+    wheel.observe(-2147483647);
+    CHECK_EQ(wheel.speed(), -150 * 20);
+}
+
+TEST(a_wheel_at_rest_gets_nothing) {
+    Wheel wheel = wheel_of(example_robot());
+    CHECK_EQ(wheel.control(0), 0);
+    for (int i = 0; i < 50; ++i) wheel.control(5000 * 64);
+    CHECK_EQ(wheel.control(0), 0);  // not even what the integral learnt
+    wheel.control(0);
+    CHECK_EQ(wheel.control(64), wheel_of(example_robot()).control(64));
+}
+
+TEST(first_answer_is_feed_forward_lead_and_error) {
+    RobotConstants robot = example_robot();
+    robot.no_load = 10000;
+    robot.lag = 0;
+    Wheel plain = wheel_of(robot);
+    CHECK_EQ(plain.control(1000 * 64), 0);    // 100 and an error of 1000 - 2 * 1000
+    CHECK_EQ(plain.control(1000 * 64), 194);  // 100 + 100 - 100 / 16
+    robot.lag = 100;
+    Wheel led = wheel_of(robot);
+    CHECK_EQ(led.control(1000 * 64), 1000);  // lead of 10 steps: 1100 - 100
+    robot.lag = 30;
+    Wheel some = wheel_of(robot);
+    CHECK_EQ(some.control(1000 * 64), 400 - 100);
+    CHECK_EQ(wheel_of(robot).control(-1000 * 64), -300);
+}
+
+TEST(proportional_and_integral_have_their_gains) {
+    RobotConstants robot = example_robot();
+    robot.no_load = 10000;
+    robot.lag = 0;
+    Wheel wheel = wheel_of(robot);
+    for (int i = 0; i < 5; ++i) wheel.observe(20);  // 2000 ticks/s
+    wheel.control(3000 * 64);
+    wheel.release();
+    for (int i = 0; i < 5; ++i) wheel.observe(20);
+    wheel.control(3000 * 64);                  // change of 3000: expected -3000, error -5000
+    const int16_t second = wheel.control(3000 * 64);  // 300 + 100 - 500/16
+    CHECK(second == 369 || second == 368);
+    const int16_t third = wheel.control(3000 * 64);  // + 100/16
+    CHECK(third == 375 || third == 374);
+}
+
+TEST(the_integral_stops_where_the_duty_saturates) {
+    Wheel wheel = wheel_of(example_robot());
+    for (int i = 0; i < 500; ++i) CHECK(wheel.control(10000 * 64) <= 1000);
+    CHECK_EQ(wheel.control(10000 * 64), 1000);
+    for (int i = 0; i < 5; ++i) wheel.observe(105);  // wheel free again, a little too fast
+    int steps = 0;
+    while (wheel.control(10000 * 64) == 1000) CHECK(++steps < 25);  // no long unwinding
+    Wheel back = wheel_of(example_robot());
+    for (int i = 0; i < 500; ++i) CHECK(back.control(-10000 * 64) >= -1000);
+    for (int i = 0; i < 5; ++i) back.observe(-105);
+    steps = 0;
+    while (back.control(-10000 * 64) == -1000) CHECK(++steps < 25);
+}
+
+TEST(extremes_do_not_overflow) {
+    RobotConstants robot = example_robot();
+    robot.lag = 2000;
+    for (int32_t no_load : {130, 11200, 32767}) {
+        robot.no_load = no_load;
+        for (int32_t set : {-no_load * 64, 0, no_load * 64}) {
+            Wheel wheel = wheel_of(robot);
+            for (int i = 0; i < 200; ++i) {
+                wheel.observe(i & 1 ? 2147483647 : -2147483647);
+                if (i > 100) wheel.observe(3000);
+                CHECK(magnitude(wheel.control(i & 4 ? set : -set)) <= 1000);
+            }
+        }
+    }
+}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import queue
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from chefbot.design.links import links
 from chefbot.design.urdf import urdf
 from chefbot.maths.grid import Grid
 from chefbot.robot.load import load_robot
+from chefbot.ui.commands import Command, Goal
 from chefbot.ui.layers import DepthView, FrameView, Scan
 from chefbot.ui.server import PageServer
 
@@ -30,6 +32,7 @@ SIZES = {
     "wheel_right_link": (0.09, 0.01, 0.09),
     "payload_link": (0.2, 0.2, 0.3),
 }
+HEARD: queue.Queue[Command] = queue.Queue()
 FLAT = (0.0, 0.0, 0.0, 1.0)
 QUARTER = (0.0, 0.0, 0.5**0.5, 0.5**0.5)
 LOADED = "globalThis.modelView && modelView.body.links.size === 4 && modelView.frames.has('imu_link')"
@@ -38,7 +41,7 @@ MATRIX = "modelView.frames.settle(), modelView.frames.group({!r}).matrixWorld.to
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[PageServer]:
-    one = PageServer(0, "127.0.0.1", print, lambda: boxes_glb(SIZES))
+    one = PageServer(0, "127.0.0.1", HEARD.put, lambda: boxes_glb(SIZES))
     one.show("description", urdf(ROBOT))
     one.show(
         "fixed_frames", [FrameView(name="base_link", parent="base_footprint", at=(0, 0, 0.01), turn=FLAT)]
@@ -180,6 +183,40 @@ def test_a_click_chooses_a_link_on_both_sides(tab: Tab) -> None:
     chosen = tab.ask("modelView.body.chosen")
     assert chosen in SIZES
     assert tab.ask(f"document.querySelector('[data-link={chosen}]').ariaPressed") == "true"
+
+
+def on_screen(tab: Tab, x: float, y: float) -> tuple[float, float]:
+    """Where in the window a point of the map's floor is drawn."""
+    left, top, width, height = tab.ask(
+        "(() => { const box = model.getBoundingClientRect(); return [box.left, box.top, box.width, box.height]; })()"
+    )
+    across, down = tab.ask(
+        "(() => { modelView.frames.settle(); modelView.stage.camera.updateMatrixWorld();"
+        f" const place = modelView.frames.home.localToWorld(modelView.stage.controls.target.clone().set({x}, {y}, 0))"
+        ".project(modelView.stage.camera); return [place.x, place.y]; })()"
+    )
+    return left + width * (1 + across) / 2, top + height * (1 - down) / 2
+
+
+def test_a_drag_on_the_floor_sends_the_robot_there_and_does_not_turn_the_picture(tab: Tab) -> None:
+    tab.ask("document.getElementById('fixed-frame').value = 'odom', modelView.home()")
+    tab.wait_for("modelView.frames.glides.done && !modelView.stage.pending")
+    before = tab.ask("modelView.stage.camera.position.toArray()")
+    base = tab.ask("modelView.frames.home.worldToLocal(modelView.stage.controls.target.clone()).toArray()")
+    x, y = base[0] + 0.2, base[1] - 0.1
+    start, end = on_screen(tab, x, y), on_screen(tab, x - 0.1, y + 0.15)
+    tab.click("[data-tool=goal]")
+    tab.mouse("mousePressed", *start)
+    tab.mouse("mouseMoved", *end)
+    tab.wait_for("modelView.live.objects.has('aim')")
+    tab.mouse("mouseReleased", *end)
+    goal = HEARD.get(timeout=20)
+    assert isinstance(goal, Goal)
+    assert (goal.x, goal.y) == pytest.approx((x, y), abs=0.01)
+    assert goal.yaw == pytest.approx(np.arctan2(0.15, -0.1), abs=0.1)
+    assert not tab.ask("modelView.live.objects.has('aim')")
+    assert tab.ask("modelView.stage.camera.position.toArray()") == pytest.approx(before)
+    assert tab.ask("modelView.stage.controls.enabled")
 
 
 def test_names_of_frames_are_words_that_do_not_lie_on_each_other(tab: Tab) -> None:

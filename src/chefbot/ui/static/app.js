@@ -20,7 +20,9 @@ const view = new View($("canvas"), paint);
 const panels = new Panels(send);
 const driver = new Driver((command) => link.send(command));
 const tools = new Tools(view, send, () => follow(false), () => data.get("robot"));
-const solid = new Solid({ data, hidden, following: () => following, turned: (on) => panels.open(on ? "model-panel" : "serve"), say });
+const solid = new Solid({
+  data, hidden, tools, say, following: () => following, turned: (on) => panels.open(on ? "model-panel" : "serve"),
+});
 
 function send(command) {
   if (command.do === "stop") driver.release();

@@ -4,8 +4,8 @@ const HINT = "Drag to turn, right button or two fingers to move, wheel or pinch 
 const HASH = "#3d";
 
 export class Solid {
-  constructor({ data, hidden, following, turned, say }) {
-    Object.assign(this, { data, hidden, following, turned, say });
+  constructor({ data, hidden, following, turned, tools, say }) {
+    Object.assign(this, { data, hidden, following, turned, tools, say });
     this.view = null;
     this.on = false;
     $("solid").onclick = () => this.turn(!this.on);
@@ -37,6 +37,8 @@ export class Solid {
       return this.say(`This browser cannot show the robot in 3-D: ${error.message}`);
     }
     globalThis.modelView = this.view;    // for the browser's console
+    this.tools.watch(this.view.floor((floor) => (this.tools.drag && this.tools.view === floor ? this.tools.pose() : null)));
+    this.tools.choose("look");
     this.view.follow(this.following());
     this.catchUp();
     await this.view.load("robot.glb");

@@ -15,13 +15,20 @@ export class Tools {
     this.tool = TOOLS[0];
     this.pointers = new Map();
     this.drag = null;
+    this.views = [];
+    this.watch(view);
+    window.addEventListener("keydown", (event) => { if (event.key === "Escape") this.choose("look"); });
+    this.build();
+  }
+
+  // A view that turns by itself, as the 3-D one, has `rest(on)`: it keeps still while a tool is in use.
+  watch(view) {
+    this.views.push(view);
     const canvas = view.canvas;
-    canvas.addEventListener("pointerdown", (event) => this.down(event));
+    canvas.addEventListener("pointerdown", (event) => this.down(event, view));
     canvas.addEventListener("pointermove", (event) => this.move(event));
     canvas.addEventListener("pointerup", (event) => this.up(event));
     canvas.addEventListener("pointercancel", (event) => this.abandon(event));
-    window.addEventListener("keydown", (event) => { if (event.key === "Escape") this.choose("look"); });
-    this.build();
   }
 
   build() {
@@ -48,16 +55,20 @@ export class Tools {
     this.drag = null;
     for (const button of this.buttons) button.setAttribute("aria-checked", String(button.dataset.tool === id));
     document.getElementById("hint").textContent = this.tool.hint;
-    this.view.canvas.style.cursor = id === "look" ? "grab" : "crosshair";
-    this.view.refresh();
+    for (const view of this.views) {
+      view.canvas.style.cursor = id === "look" ? "grab" : "crosshair";
+      view.rest?.(id !== "look");
+      view.refresh();
+    }
   }
 
-  down(event) {
-    if (event.button > 0) return;
+  down(event, view) {
+    if (event.button > 0 || (view.rest && this.tool.id === "look")) return;
+    this.view = view;
     this.view.canvas.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, this.view.at(event));
-    const start = this.view.at(event);
-    this.drag = this.pointers.size === 1 && this.tool.id !== "look" ? { start, end: start } : null;
+    const start = this.view.at(event), onFloor = this.view.metres(...start);
+    this.drag = this.pointers.size === 1 && this.tool.id !== "look" && onFloor ? { start, end: start } : null;
     this.view.refresh();
   }
 
@@ -65,15 +76,16 @@ export class Tools {
     const before = this.pointers.get(event.pointerId);
     if (!before) return;
     const now = this.view.at(event);
-    if (this.pointers.size === 2) this.pinch(event.pointerId, before, now);
-    else if (this.drag) this.drag.end = now;
-    else { this.lookingAway(); this.view.pan(now[0] - before[0], now[1] - before[1]); }
+    if (this.drag) { if (this.view.metres(...now)) this.drag.end = now; }
+    else if (this.pointers.size === 2) this.pinch(event.pointerId, before, now);
+    else if (!this.view.rest) { this.lookingAway(); this.view.pan(now[0] - before[0], now[1] - before[1]); }
     this.pointers.set(event.pointerId, now);
     this.view.refresh();
   }
 
   pinch(id, before, now) {
     const [, other] = [...this.pointers].find(([key]) => key !== id);
+    if (this.view.rest) return;
     const apart = (point) => Math.hypot(point[0] - other[0], point[1] - other[1]);
     this.lookingAway();
     this.view.pan((now[0] - before[0]) / 2, (now[1] - before[1]) / 2);
@@ -98,10 +110,9 @@ export class Tools {
   // Without a drag a goal is faced as the robot comes to it, and anything else as the robot faces now.
   pose() {
     const { start, end } = this.drag;
-    const { x, y } = this.view.metres(...start);
-    const dx = end[0] - start[0], dy = start[1] - end[1];
+    const { x, y } = this.view.metres(...start), tip = this.view.metres(...end);
     const robot = this.robot();
-    if (Math.hypot(dx, dy) >= SHORT) return { x, y, yaw: Math.atan2(dy, dx) };
+    if (Math.hypot(end[0] - start[0], end[1] - start[1]) >= SHORT) return { x, y, yaw: Math.atan2(tip.y - y, tip.x - x) };
     if (this.tool.id === "goal" && robot) return { x, y, yaw: Math.atan2(y - robot.y, x - robot.x) };
     return { x, y, yaw: robot?.yaw ?? 0 };
   }

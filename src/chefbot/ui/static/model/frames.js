@@ -17,6 +17,9 @@ export class FrameTree {
 
   has(name) { return this.groups.has(name); }
 
+  // Where the map's things are: in its frame, or at the tree's root as long as nobody knows where that is.
+  get home() { return this.has("map") ? this.group("map") : this.world; }
+
   group(name) {
     if (!this.groups.has(name)) {
       const one = new Group();

@@ -33,13 +33,11 @@ export class Live {
     for (const [layer, value] of data) this.take(layer, value);
   }
 
-  // Under the frame `map`, or under the tree's root as long as nobody knows where that is.
   take(layer, value) {
     if (layer === "robot") this.size(value);
     const maker = MAKERS[layer];
     if (!maker) return;
-    const home = this.frames.has("map") ? this.frames.group("map") : this.frames.world;
-    if (this.sheets.parent !== home) home.add(this.sheets);
+    if (this.sheets.parent !== this.frames.home) this.frames.home.add(this.sheets);
     if (layer === "truth" && value && this.objects.has(layer)) return this.glide(this.objects.get(layer), value);
     this.drop(layer);
     if (!value) return;
@@ -121,8 +119,7 @@ function beams(size) {
 
 function heightOver(sensor, frames) {
   frames.settle();
-  const map = frames.has("map") ? frames.group("map") : frames.world;
-  return map.worldToLocal(sensor.getWorldPosition(sensor.position.clone())).z;
+  return frames.home.worldToLocal(sensor.getWorldPosition(sensor.position.clone())).z;
 }
 
 function dots(positions, look) {
@@ -148,8 +145,8 @@ function cloud(layer, { millimetres, width, focal, cx, cy }, live) {
   return points;
 }
 
-function goal(layer, pose, live) {
-  const look = live.look(layer, () => new MeshBasicMaterial({ color: COLOURS[layer](), toneMapped: false }));
+function goal(_layer, pose, live) {
+  const look = live.look("goal", () => new MeshBasicMaterial({ color: COLOURS.goal(), toneMapped: false }));
   const arrow = new Mesh(new ConeGeometry(0.09, 0.26, 24).rotateZ(-Math.PI / 2), look);
   arrow.scale.z = 0.25;
   arrow.position.set(pose.x, pose.y, 0.03);
@@ -173,5 +170,5 @@ function truth(layer, pose, live) {
 
 const MAKERS = {
   map: sheet(mapColours), costmap: sheet(costColours), path: ribbon(0.03), local_path: ribbon(0.02),
-  scan: beams(4), obstacles: beams(4), particles: guesses, depth: cloud, goal, truth,
+  scan: beams(4), obstacles: beams(4), particles: guesses, depth: cloud, goal, aim: goal, truth,
 };

@@ -2,6 +2,7 @@
 import { Mesh, MeshBasicMaterial, Raycaster, Vector2, Vector3 } from "three";
 import { title } from "../layers.js";
 import { Body, axesGeometry, origin } from "./body.js";
+import { Floor } from "./floor.js";
 import { FrameTree } from "./frames.js";
 import { Labels } from "./labels.js";
 import { Live } from "./live.js";
@@ -35,6 +36,9 @@ export class ModelView {
     this.stage.scene.add(this.frames.world);
     this.watchClicks();
   }
+
+  // For the map's tools; `aimed` tells the pose that is being drawn, if one is.
+  floor(aimed) { return new Floor(this, aimed); }
 
   async load(url) {
     this.panel.say("solids", "Loading the robot's solids …");
@@ -115,7 +119,7 @@ export class ModelView {
     this.follow(false);
     const centre = new Vector3((area.left + area.right) / 2, (area.bottom + area.top) / 2, 0);
     this.frames.settle();
-    if (this.frames.has("map")) this.frames.group("map").localToWorld(centre);
+    this.frames.home.localToWorld(centre);
     this.stage.lookDown(centre, Math.max(area.top - area.bottom, (area.right - area.left) / this.stage.camera.aspect));
   }
 
@@ -164,8 +168,8 @@ export class ModelView {
     const wanted = this.panel.on.names ? [...this.frames.groups].map(([name, group]) => ({ key: name, text: name, kind: "frame", place: origin(group) })) : [];
     const chosen = this.body.chosen;
     if (chosen && !this.panel.on.names && this.frames.has(chosen)) wanted.push({ key: chosen, text: chosen, kind: "frame", place: origin(this.frames.group(chosen)) });
-    if (!this.hidden.has("places") && this.frames.has("map")) {
-      const map = this.frames.group("map");
+    if (!this.hidden.has("places")) {
+      const map = this.frames.home;
       for (const { name, x, y } of this.places) wanted.push({ key: `place ${name}`, text: title(name), kind: "place", place: map.localToWorld(new Vector3(x, y, 0)) });
     }
     this.stage.camera.updateMatrixWorld();

@@ -38,7 +38,7 @@ function paint(context) {
     const value = data.get(layer);
     if (value && !hidden.has(layer)) painter(context, view, value, data);
   }
-  if (tools.drag) arrow(context, view, tools.pose(), COLOURS.goal(), Math.max(34, 0.7 * view.scale));
+  if (tools.drag && tools.view === view) arrow(context, view, tools.pose(), COLOURS.goal(), Math.max(34, 0.7 * view.scale));
   scaleBar(context, view, NARROW.matches ? 62 : 18);
 }
 

@@ -16,6 +16,7 @@ export class Solid {
   async turn(on) {
     if (on === this.on) return;
     this.on = on;
+    this.tools.choose("look");           // a drag that was begun in the other view ends
     history.replaceState(null, "", on ? HASH : location.pathname);
     document.body.classList.toggle("solid", on);
     $("solid").setAttribute("aria-pressed", String(on));
@@ -38,14 +39,14 @@ export class Solid {
     }
     globalThis.modelView = this.view;    // for the browser's console
     this.tools.watch(this.view.floor((floor) => (this.tools.drag && this.tools.view === floor ? this.tools.pose() : null)));
-    this.tools.choose("look");
+    this.tools.choose(this.tools.tool.id);
     this.view.follow(this.following());
     this.catchUp();
     await this.view.load("robot.glb");
   }
 
   // Another server may answer now: the page that tells how the kernels are compiled knows no robot yet.
-  again() { if (this.view && !this.view.body.file) this.view.load("robot.glb"); }
+  again() { this.view?.load("robot.glb"); }
 
   take(layer, value) { if (this.on) this.view?.take(layer, value); }
 

@@ -1,13 +1,14 @@
 // What the robot sees and means to do, in 3-D: the map on the floor, paths, scans, the depth camera's points.
 import {
-  BufferAttribute, BufferGeometry, CanvasTexture, Color, ConeGeometry, DoubleSide, Group, Mesh, MeshBasicMaterial, NearestFilter,
-  PlaneGeometry, Points, PointsMaterial, RingGeometry, SRGBColorSpace,
+  BufferAttribute, BufferGeometry, CanvasTexture, Color, DoubleSide, Group, Mesh, MeshBasicMaterial, NearestFilter,
+  PlaneGeometry, Points, PointsMaterial, RingGeometry, Shape, ShapeGeometry, SRGBColorSpace, Vector2,
 } from "three";
 import { costColours, mapColours, picture } from "../grids.js";
 import { COLOURS } from "../layers.js";
 
 const DARK = window.matchMedia("(prefers-color-scheme: dark)");
-const ORDER = { map: -8, costmap: -7, path: -4, local_path: -3, truth: -2 };   // floor from the ground up
+const ORDER = { map: -8, costmap: -7, path: -4, local_path: -3, truth: -2, goal: -1 };   // floor from the ground up
+const ARROW = [[-0.03, -0.025], [0.3, -0.025], [0.3, -0.09], [0.5, 0], [0.3, 0.09], [0.3, 0.025], [-0.03, 0.025]];
 const NEAR = new Color("#e2572b"), MIDDLE = new Color("#d9b62c"), FAR = new Color("#3262d8");
 
 export class Live {
@@ -145,12 +146,13 @@ function cloud(layer, { millimetres, width, focal, cx, cy }, live) {
   return points;
 }
 
+// From where the robot shall stand to where it shall look.
 function goal(_layer, pose, live) {
-  const look = live.look("goal", () => new MeshBasicMaterial({ color: COLOURS.goal(), toneMapped: false }));
-  const arrow = new Mesh(new ConeGeometry(0.09, 0.26, 24).rotateZ(-Math.PI / 2), look);
-  arrow.scale.z = 0.25;
-  arrow.position.set(pose.x, pose.y, 0.03);
+  const look = live.look("goal", () => flat({ color: COLOURS.goal(), toneMapped: false }));
+  const arrow = new Mesh(new ShapeGeometry(new Shape(ARROW.map(([x, y]) => new Vector2(x, y)))), look);
+  arrow.position.set(pose.x, pose.y, 0);
   arrow.rotation.z = pose.yaw;
+  arrow.renderOrder = ORDER.goal;
   return arrow;
 }
 

@@ -41,6 +41,8 @@ export class ModelView {
   floor(aimed) { return new Floor(this, aimed); }
 
   async load(url) {
+    if (this.loading || this.body.file) return;
+    this.loading = true;
     this.panel.say("solids", "Loading the robot's solids …");
     try {
       await this.body.load(url);
@@ -48,6 +50,7 @@ export class ModelView {
     } catch (error) {
       this.panel.say("solids", `The robot's solids are not there: ${error.message}`);
     }
+    this.loading = false;
     this.assemble();
   }
 

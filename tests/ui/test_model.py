@@ -175,6 +175,23 @@ def test_news_cost_neither_memory_nor_shaders(tab: Tab) -> None:
     assert tab.ask(news) == before
 
 
+def test_a_robot_that_stands_still_is_not_drawn_again(tab: Tab) -> None:
+    drawn = """(() => {
+      const frames = [{ name: "base_footprint", parent: "odom", at: [2, 1, 0], turn: [0, 0, 0, 1] }];
+      modelView.take("frames", frames);
+      modelView.stage.draw();
+      modelView.stage.pending = false;
+      modelView.take("frames", structuredClone(frames));
+      modelView.take("status", { clock: Math.random() });
+      const still = !modelView.stage.pending;
+      frames[0].at[0] += 0.01;
+      modelView.take("frames", frames);
+      return [still, modelView.stage.pending];
+    })()"""
+    tab.wait_for("modelView.frames.glides.done")
+    assert tab.ask(f"{drawn}") == [True, True]
+
+
 def test_a_click_chooses_a_link_on_both_sides(tab: Tab) -> None:
     tab.ask("modelView.home(), modelView.choose('payload_link')")
     assert tab.ask("document.querySelector('[data-link=payload_link]').ariaPressed") == "true"

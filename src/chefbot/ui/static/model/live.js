@@ -34,31 +34,33 @@ export class Live {
     for (const [layer, value] of data) this.take(layer, value);
   }
 
+  // Whether there is something new to draw.
   take(layer, value) {
     if (layer === "robot") this.size(value);
     const maker = MAKERS[layer];
-    if (!maker) return;
+    if (!maker) return false;
     if (this.sheets.parent !== this.frames.home) this.frames.home.add(this.sheets);
     if (layer === "truth" && value && this.objects.has(layer)) return this.glide(this.objects.get(layer), value);
     this.drop(layer);
-    if (!value) return;
-    const object = maker(layer, value, this);
-    if (!object) return;
+    const object = value && maker(layer, value, this);
+    if (!object) return true;
     object.name = layer;
     (value.kind === "depth" ? this.frames.group(value.frame) : this.sheets).add(object);
     this.objects.set(layer, object);
+    return true;
   }
 
   size(robot) {
-    if (!robot || robot.radius === this.radius) return;
+    if (!robot) return;
     this.radius = robot.radius;
-    this.drop("truth");
+    this.objects.get("truth")?.scale.setScalar(this.radius);
   }
 
   // The ring goes as smoothly as the robot beside it.
   glide(ring, { x, y }) {
     const { x: x0, y: y0 } = ring.position;
     this.frames.glides.to("truth", (share) => ring.position.set(x0 + share * (x - x0), y0 + share * (y - y0), 0));
+    return true;
   }
 
   drop(layer) {
@@ -164,7 +166,8 @@ function guesses(layer, { rows, count }, live) {
 
 function truth(layer, pose, live) {
   const look = live.look(layer, () => flat({ color: COLOURS[layer](), toneMapped: false }));
-  const ring = new Mesh(new RingGeometry(live.radius, live.radius + 0.007, 64), look);
+  const ring = new Mesh(new RingGeometry(1, 1.035, 64), look);
+  ring.scale.setScalar(live.radius);
   ring.position.set(pose.x, pose.y, 0);
   ring.renderOrder = ORDER[layer];
   return ring;

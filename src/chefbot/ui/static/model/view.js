@@ -31,6 +31,7 @@ export class ModelView {
     this.axes = new Map();
     this.geometry = axesGeometry(AXES * SMALL);
     this.places = [];
+    this.known = new Map();
     this.links = new Map();
     this.paint = new MeshBasicMaterial({ vertexColors: true, toneMapped: false });
     this.stage.scene.add(this.frames.world);
@@ -54,15 +55,20 @@ export class ModelView {
     this.assemble();
   }
 
+  // A robot that stands still says so ten times a second: the same again is nothing new to draw.
   take(layer, value) {
-    TAKERS[layer]?.(this, value);
-    this.live.take(layer, value);
-    this.refresh();
+    const taker = TAKERS[layer];
+    if (taker) {
+      const text = JSON.stringify(value);
+      if (this.known.get(layer) === text) return;
+      this.known.set(layer, text);
+      taker(this, value);
+    }
+    if (this.live.take(layer, value) || taker) this.refresh();
   }
 
   describe(text) {
-    if (!text || text === this.text) return;
-    this.text = text;
+    if (!text) return;
     let model;
     try {
       model = parseUrdf(text);
@@ -107,6 +113,7 @@ export class ModelView {
   }
 
   follow(on) {
+    if (on === this.following) return;
     this.following = on;
     this.refresh();
   }
@@ -205,4 +212,6 @@ const TAKERS = {
     view.frames.follow(value);
   },
   places: (view, value) => { view.places = value ?? []; },
+  truth: () => {},
+  goal: () => {},
 };

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import struct
 import subprocess
 import sys
 import threading
@@ -9,6 +11,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from importlib.util import find_spec
 
 import httpx
 import numpy as np
@@ -19,18 +22,20 @@ from hypothesis import strategies as st
 from chefbot.commands.launch import run_launch
 from chefbot.commands.session import session, start
 from chefbot.control.kinematics import wheel_speeds
+from chefbot.design.urdf import urdf
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.system import System
-from chefbot.ui.body import wheel_angles
+from chefbot.ui.body import make_glb, wheel_angles
 from chefbot.ui.browser import in_view
 from chefbot.ui.page import PageDevice
 from chefbot.ui.remote import RemotePage
 from chefbot.ui.server import PageServer
 
+ROBOT = load_robot("chefbot")
 LOOPBACK = "127.0.0.1"
 SECOND = 1_000_000_000
 
@@ -73,6 +78,21 @@ def test_an_impossible_robot_is_a_sentence_and_no_robot_is_none() -> None:
         assert httpx.get(f"{url}robot.glb").status_code == 404
 
 
+@pytest.mark.skipif(find_spec("chefbot.design.mesh") is None, reason="needs the robot's solids as meshes")
+@pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar"])
+def test_every_link_with_mass_has_a_solid_of_its_name_and_no_other_file_is_needed(name: str) -> None:
+    robot = load_robot(name)
+    glb = make_glb(robot)
+    (size,) = struct.unpack_from("<I", glb, 12)
+    document = json.loads(glb[20 : 20 + size])
+    heavy = {
+        link.get("name") for link in ET.fromstring(urdf(robot)).iter("link") if len(link.findall("inertial"))
+    }
+    assert {"base_link", "wheel_left_link"} <= heavy <= {node.get("name") for node in document["nodes"]}
+    assert [one for one in document["buffers"] if "uri" in one] == []
+    assert "images" not in document, "the page's policy lets no picture be fetched from a blob"
+
+
 def test_on_a_network_the_solids_need_the_token() -> None:
     server = PageServer(0, "0.0.0.0", print, lambda: b"glTF")
     port = server.start().split(":")[2].split("/")[0]
@@ -82,13 +102,12 @@ def test_on_a_network_the_solids_need_the_token() -> None:
 
 @given(st.floats(-0.5, 0.5), st.floats(-2.0, 2.0), st.floats(0.0, 500.0))
 def test_wheels_turn_as_far_as_they_roll(v: float, w: float, seconds: float) -> None:
-    robot = load_robot("chefbot")
-    turned = np.array(wheel_speeds(v, w, robot)) * seconds
-    ticks = np.rint(turned * robot.motor.ticks_per_turn / (2 * np.pi)).astype(int)
-    shown = wheel_angles(WheelTicks(Header(), *ticks.tolist()), robot)
+    turned = np.array(wheel_speeds(v, w, ROBOT)) * seconds
+    ticks = np.rint(turned * ROBOT.motor.ticks_per_turn / (2 * np.pi)).astype(int)
+    shown = wheel_angles(WheelTicks(Header(), *ticks.tolist()), ROBOT)
     angles = np.array([shown["wheel_left_joint"], shown["wheel_right_joint"]])
     assert (
-        np.abs(np.exp(1j * angles) - np.exp(1j * turned)).max() <= np.pi / robot.motor.ticks_per_turn + 1e-9
+        np.abs(np.exp(1j * angles) - np.exp(1j * turned)).max() <= np.pi / ROBOT.motor.ticks_per_turn + 1e-9
     )
 
 

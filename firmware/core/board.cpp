@@ -4,9 +4,9 @@ namespace chefbot {
 
 namespace {
 
-const uint32_t COMMAND_STEPS = 20;  // a speed is good for 200 ms; it came after the step it is counted from
+const uint8_t COMMAND_STEPS = 20;  // a speed is good for 200 ms; it came after the step it is counted from
 const uint8_t BRAKE_STEPS = 100;    // then the wheels may be pushed
-const uint16_t REST_STEPS = 50;     // without a tick or duty: at rest
+const uint8_t REST_STEPS = 50;     // without a tick or duty: at rest
 const uint8_t MOST_UNPOLLED = 2;    // steps without main loop before the hardware watchdog goes hungry
 
 }  // namespace
@@ -16,8 +16,10 @@ void Board::start(const RobotConstants &robot, void *port, const char *name, boo
     port_ = port;
     name_ = name;
     after_watchdog_ = after_watchdog;
+    neutral_first_ = true;
     rest_steps_ = REST_STEPS;
-    ramp_step_q6_ = ramp_step_q6(robot);
+    inertia_age_ = 1;  // so that `i` falls between two `e`
+    ramp_.start(robot);
     wheels_[LEFT].start(robot);
     wheels_[RIGHT].start(robot);
     safety_.start(robot, hal_battery_mv(port));
@@ -27,9 +29,11 @@ void Board::start(const RobotConstants &robot, void *port, const char *name, boo
 }
 
 void Board::step() {
-    ++step_;
-    count_wheels();
-    session_.watch(step_);
+    ++now_.step;
+    if (rest_steps_ < REST_STEPS) ++rest_steps_;
+    count_wheel(LEFT);
+    count_wheel(RIGHT);
+    session_.watch();
     watch();
     if (fresh_) {
         drive();
@@ -37,31 +41,30 @@ void Board::step() {
         hold_still();
     }
     if (sonar_.step()) hal_ping(port_);
-    take_snapshot();
+    finish_snapshot();
     if (unpolled_ < MOST_UNPOLLED) {
         ++unpolled_;
         hal_feed_watchdog(port_);
     }
 }
 
-void Board::count_wheels() {
+void Board::count_wheel(uint8_t wheel) {
     const uint8_t before = hal_lock(port_);
-    const uint32_t left = encoders_[LEFT].count(), right = encoders_[RIGHT].count();
+    const uint32_t count = encoders_[wheel].count();
+    now_.illegal[wheel] = encoders_[wheel].illegal();
     hal_unlock(port_, before);
-    wheels_[LEFT].observe(static_cast<int32_t>(left - counted_[LEFT]));
-    wheels_[RIGHT].observe(static_cast<int32_t>(right - counted_[RIGHT]));
-    const bool still = left == counted_[LEFT] && right == counted_[RIGHT] && duty_[LEFT] == 0 && duty_[RIGHT] == 0;
-    if (!still) rest_steps_ = 0;
-    if (still && rest_steps_ < REST_STEPS) ++rest_steps_;
-    counted_[LEFT] = left;
-    counted_[RIGHT] = right;
+    const int32_t moved = static_cast<int32_t>(count - now_.ticks[wheel]);
+    now_.ticks[wheel] = count;
+    wheels_[wheel].observe(moved);
+    if (moved != 0 || now_.duty[wheel] != 0) rest_steps_ = 0;
 }
 
 void Board::watch() {
-    if (!session_.is_open() || step_ - commanded_ >= COMMAND_STEPS) fresh_ = false;
+    if (command_age_ < COMMAND_STEPS) ++command_age_;
+    if (!session_.is_open() || command_age_ == COMMAND_STEPS) fresh_ = false;
     const SafetyInputs in = {hal_estop(port_),
                              hal_battery_mv(port_),
-                             {duty_[LEFT], duty_[RIGHT]},
+                             {now_.duty[LEFT], now_.duty[RIGHT]},
                              {wheels_[LEFT].speed(), wheels_[RIGHT].speed()}};
     safety_.update(in);
     if (safety_.at_once()) fresh_ = false;
@@ -71,16 +74,17 @@ void Board::watch() {
 }
 
 void Board::drive() {
-    ramp(target_, ramp_step_q6_, &set_q6_);
+    ramp_.step(target_);
     brake_ = BRAKE_STEPS;
     hal_drivers(port_, true);
-    const int16_t left = wheels_[LEFT].control(set_q6_.left);
-    apply(left, wheels_[RIGHT].control(set_q6_.right));
+    const Pair set = ramp_.set();
+    const int16_t left = wheels_[LEFT].control(set.left);
+    apply(left, wheels_[RIGHT].control(set.right));
 }
 
 void Board::hold_still() {
-    target_.left = target_.right = 0;
-    set_q6_ = target_;
+    ramp_.stop();
+    target_ = ramp_.set();
     limited_ = false;
     wheels_[LEFT].release();
     wheels_[RIGHT].release();
@@ -89,8 +93,8 @@ void Board::hold_still() {
 }
 
 void Board::apply(int16_t left, int16_t right) {
-    duty_[LEFT] = left;
-    duty_[RIGHT] = right;
+    now_.duty[LEFT] = left;
+    now_.duty[RIGHT] = right;
     hal_motor(port_, LEFT, left);
     hal_motor(port_, RIGHT, right);
 }
@@ -112,17 +116,9 @@ State Board::state() const {
     return fresh_ ? State::DRIVING : State::READY;
 }
 
-void Board::take_snapshot() {
-    now_.step = step_;
-    for (uint8_t wheel = 0; wheel < 2; ++wheel) {
-        now_.ticks[wheel] = counted_[wheel];
-        now_.illegal[wheel] = encoders_[wheel].illegal();
-        now_.duty[wheel] = duty_[wheel];
-    }
-    now_.set[LEFT] = set_q6_.left / 64;
-    now_.set[RIGHT] = set_q6_.right / 64;
+void Board::finish_snapshot() {
+    now_.set = ramp_.set();
     now_.battery_mv = safety_.battery_mv();
-    now_.obeyed = obeyed_;
     now_.flags = flags();
     now_.state = state();
     now_.resting = rest_steps_ == REST_STEPS;

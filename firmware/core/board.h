@@ -46,9 +46,9 @@ struct Snapshot {
     uint32_t step;
     uint32_t ticks[2];
     uint16_t illegal[2];
-    int32_t set[2];  // ticks/s the wheels are held to now
+    Pair set;  // ticks/s the wheels are held to now
     int16_t duty[2];
-    int32_t battery_mv;
+    uint16_t battery_mv;
     uint16_t obeyed;  // sequence of the last speed that was taken
     Flags flags;
     State state;
@@ -86,13 +86,13 @@ class Board {
     void drive();
     void hold_still();
     void apply(int16_t left, int16_t right);
-    void take_snapshot();
+    void finish_snapshot();
 
     // lines from the computer
     Refusal obey(const Frame &frame);
     Refusal obey_in_session(const Frame &frame);
     Refusal shake_hands(const Frame &frame);
-    Refusal set_speed(Pair speed, bool limited);
+    Refusal set_speed(int32_t left, int32_t right);
     Refusal clear_faults();
     Refusal restart();
     void emergency_stop();
@@ -112,10 +112,11 @@ class Board {
 
     Flags flags() const;
     State state() const;
+    void count_wheel(uint8_t wheel);
 
     const RobotConstants *robot_ = nullptr;
     void *port_ = nullptr;
-    const char *name_ = "";
+    const char *name_ = nullptr;
 
     Encoder encoders_[2];
     Wheel wheels_[2];
@@ -126,27 +127,23 @@ class Board {
     FrameReader reader_;
 
     // Written by the interrupt, or by the main loop under lock.
-    uint32_t step_ = 0;
-    uint32_t counted_[2] = {0, 0};
+    Snapshot now_ = Snapshot();
     Pair target_ = {0, 0};
-    Pair set_q6_ = {0, 0};
-    int32_t ramp_step_q6_ = 0;
-    int16_t duty_[2] = {0, 0};
-    uint32_t commanded_ = 0;  // step of the last speed heard
-    uint16_t obeyed_ = 0;
-    uint16_t rest_steps_ = 0;
+    Ramp ramp_;
+    uint8_t command_age_ = 0;  // steps since the last speed was heard
+    uint8_t rest_steps_ = 0;
     uint8_t brake_ = 0;     // steps until the drivers go off
     uint8_t unpolled_ = 0;  // steps since the main loop was seen
     bool fresh_ = false;
-    bool neutral_first_ = true;
+    bool neutral_first_ = false;
     bool limited_ = false;
     bool after_watchdog_ = false;
     Flags sensors_ = 0;
-    Snapshot now_ = Snapshot();
 
     // Main loop only.
     uint32_t told_ = 0;
     uint16_t line_ = 0;
+    uint8_t inertia_age_ = 0;  // steps since the last `i` line
     uint16_t dropped_ = 0;  // lines without room
     uint16_t missed_ = 0;   // steps the main loop did not see
     uint16_t refused_ = 0;

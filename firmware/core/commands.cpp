@@ -35,7 +35,7 @@ Refusal Board::obey_in_session(const Frame &frame) {
     const int32_t sequence = frame.numbers[0];
     const uint8_t before = hal_lock(port_);
     const bool accepted =
-        sequence >= 0 && sequence <= 0xFFFF && session_.accept(static_cast<uint16_t>(sequence), step_);
+        sequence >= 0 && sequence <= 0xFFFF && session_.accept(static_cast<uint16_t>(sequence));
     hal_unlock(port_, before);
     if (!accepted) return Refusal::SEQUENCE;
     switch (frame.letter) {
@@ -44,9 +44,7 @@ Refusal Board::obey_in_session(const Frame &frame) {
         case 'r': return restart();
         default: break;
     }
-    Pair speed = {frame.numbers[1], frame.numbers[2]};
-    const bool limited = limit_speed(*robot_, &speed);
-    return set_speed(speed, limited);
+    return set_speed(frame.numbers[1], frame.numbers[2]);
 }
 
 Refusal Board::shake_hands(const Frame &frame) {
@@ -55,7 +53,7 @@ Refusal Board::shake_hands(const Frame &frame) {
         return Refusal::VERSION;
     }
     const uint8_t before = hal_lock(port_);
-    session_.open(step_);
+    session_.open(now_.step);
     fresh_ = false;
     neutral_first_ = true;
     hal_unlock(port_, before);
@@ -64,11 +62,13 @@ Refusal Board::shake_hands(const Frame &frame) {
 }
 
 // Even a speed that is refused shows that the computer lives, so that a flat battery ends in a soft stop.
-Refusal Board::set_speed(Pair speed, bool limited) {
-    const bool zero = speed.left == 0 && speed.right == 0;
+Refusal Board::set_speed(int32_t left, int32_t right) {
+    Pair speed;
+    const bool limited = limit_speed(*robot_, left, right, &speed);
+    const bool zero = left == 0 && right == 0;
     Refusal why = Refusal::NONE;
     const uint8_t before = hal_lock(port_);
-    commanded_ = step_;
+    command_age_ = 0;
     if (safety_.latched()) {
         why = Refusal::STOPPED;
     } else if (neutral_first_ && !zero) {
@@ -78,7 +78,7 @@ Refusal Board::set_speed(Pair speed, bool limited) {
         fresh_ = true;
         limited_ = limited;
         target_ = speed;
-        obeyed_ = session_.last();
+        now_.obeyed = session_.last();
     }
     hal_unlock(port_, before);
     return why;

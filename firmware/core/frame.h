@@ -28,7 +28,7 @@ class FrameReader {
     static const uint8_t ROOM = 40;  // the longest line that can be meant has 35 before its end
     static const uint8_t TAIL = 5;   // '*' and four digits
 
-    char line_[ROOM];
+    char line_[ROOM] = {0};
     uint8_t length_ = 0;
     bool spoilt_ = false;
     Frame frame_ = Frame();

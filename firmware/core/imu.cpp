@@ -15,10 +15,11 @@ const uint8_t WAKE_ON_GYRO_CLOCK = 0x01, RESET = 0x80;
 const uint8_t RESET_STEPS = 10, SETTLE_STEPS = 10, RETRY_STEPS = 50;
 const uint8_t MISSES = 3;   // reads
 const uint8_t REPEATS = 8;  // samples; real noise never repeats six axes and the temperature even twice
-const uint8_t REST_SAMPLES = 100;
+const uint8_t REST_SAMPLES = 128;
 const int16_t RAIL = 32700;  // LSB; the chip's own end is 32767
-const int32_t GRAVITY_TOLERANCE = 2000;  // mm/s^2
-const int32_t REST_RATE = 90000;         // 10^-6 rad/s: 5 deg/s
+const uint16_t REST_RATE = 328;                        // LSB: 5 deg/s
+const uint16_t GRAVITY = 8192 / 128;                   // 128 LSB
+const uint16_t LEAST = GRAVITY * 4 / 5, MOST = GRAVITY * 6 / 5;
 
 struct Setting {
     uint8_t reg, value;
@@ -83,15 +84,15 @@ void Imu::check(void *port) {
     misses_ = 0;
 }
 
+// Gravity within a fifth, no turning.
 bool Imu::plausible_at_rest() const {
-    int32_t square = 0;
+    uint16_t square = 0;
     for (uint8_t axis = 0; axis < 3; ++axis) {
-        if (magnitude(rate(axis)) > REST_RATE) return false;
-        const int32_t part = clamp(acceleration(axis), 20000);
-        square += part * part;
+        const uint16_t part = magnitude(raw_[axis]) / 128u;
+        if (part > MOST || magnitude(raw_[4 + axis]) > REST_RATE) return false;
+        square = static_cast<uint16_t>(square + part * part);
     }
-    const int32_t least = 9807 - GRAVITY_TOLERANCE, most = 9807 + GRAVITY_TOLERANCE;
-    return square >= least * least && square <= most * most;
+    return square >= LEAST * LEAST && square <= MOST * MOST;
 }
 
 void Imu::run(void *port) {
@@ -134,7 +135,7 @@ void Imu::integrate() {
     if (!resting_) return;
     rest_sum_ += rate(2);
     if (++rest_samples_ < REST_SAMPLES) return;
-    bias_ = rest_sum_ / REST_SAMPLES;
+    bias_ = shift_down(rest_sum_, 7);
     rest_samples_ = 0;
     rest_sum_ = 0;
 }

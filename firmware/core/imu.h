@@ -11,7 +11,7 @@ class Imu {
     // One step: brings the chip up, reads it, or tries again half a second after a failure.
     void step(void *port);
 
-    // Moved by the wheels or the motors? A second of rest gives a new estimate of the gyro's offset.
+    // Moved by the wheels or the motors? More than a second of rest gives a new estimate of the gyro's offset.
     void rest(bool resting);
 
     // The last sample can be trusted.
@@ -21,12 +21,12 @@ class Imu {
     // m/s^2 * 10^3; 1 LSB = 9.80665 / 8192
     int32_t acceleration(uint8_t axis) const { return scaled(raw_[axis], 9807, 13); }
     // 1/100 degree Celsius: raw / 340 + 36.53
-    int32_t temperature() const { return raw_[3] * static_cast<int32_t>(5) / 17 + 3653; }
+    int32_t temperature() const { return scaled(raw_[3], 19275, 16) + 3653; }
     // Turn about the chip's z since the start, 10^-8 rad, modulo 2^32: the sum of rates, 10 ms each.
     uint32_t angle() const { return angle_; }
     // Samples in `angle`, modulo 2^16.
     uint16_t samples() const { return samples_; }
-    // Mean rate about z during the last full second at rest, 10^-6 rad/s. Reported, never taken off.
+    // Mean rate about z during the last 1.28 s at rest, 10^-6 rad/s. Reported, never taken off.
     int32_t bias() const { return bias_; }
 
   private:

@@ -4,50 +4,71 @@ namespace chefbot {
 
 namespace {
 
-const int32_t ABSURD = 65535;  // ticks/s; times SPEED_BOUND still 32 bits
-
-// Shrinks the pair by `most / value` if |value| exceeds it.
-bool shrink(int32_t value, int32_t most, Pair *speed) {
-    value = magnitude(value);
-    if (value <= most) return false;
-    speed->left = speed->left * most / value;
-    speed->right = speed->right * most / value;
-    return true;
+CHEFBOT_OUT_OF_LINE int16_t scaled(int16_t speed, uint16_t most, uint16_t value) {
+    const uint32_t size = static_cast<uint32_t>(magnitude(speed)) * most / value;
+    return static_cast<int16_t>(speed < 0 ? -static_cast<int32_t>(size) : static_cast<int32_t>(size));
 }
 
-// `change` of the one wheel when the faster-changing one has `most` to go (both ticks/s, |change| <= most > 0).
-int32_t share_q6(int32_t change, int32_t most, int32_t step_q6) {
-    const uint32_t part = static_cast<uint32_t>(magnitude(change)) * static_cast<uint32_t>(step_q6);
-    const int32_t share = static_cast<int32_t>(part / static_cast<uint32_t>(most));
-    return change < 0 ? -share : share;
+// Shrinks the pair by most / value where value is larger.
+void shrink(uint16_t value, int32_t limit, Pair *speed) {
+    const uint16_t most = static_cast<uint16_t>(limit);
+    if (value <= most) return;
+    speed->left = scaled(speed->left, most, value);
+    speed->right = scaled(speed->right, most, value);
+}
+
+// |b - a| needs 16 bits and no sign.
+CHEFBOT_OUT_OF_LINE uint16_t distance(int16_t a, int16_t b) {
+    return static_cast<uint16_t>(a < b ? static_cast<uint16_t>(b) - static_cast<uint16_t>(a)
+                                       : static_cast<uint16_t>(a) - static_cast<uint16_t>(b));
+}
+
+int16_t whole(int32_t q16) { return static_cast<int16_t>(shift_down(q16, 16)); }
+
+int32_t q16(int16_t whole) { return static_cast<int32_t>(whole) * 65536; }
+
+// Moves one wheel by its part; ratio_q16 of a step per tick/s still to go, at most one.
+CHEFBOT_OUT_OF_LINE void approach(int16_t target, uint32_t ratio_q16, int32_t *set_q16) {
+    const int16_t now = whole(*set_q16);
+    const int32_t change = static_cast<int32_t>(distance(now, target) * ratio_q16);
+    *set_q16 += now < target ? change : -change;
 }
 
 }  // namespace
 
-bool limit_speed(const RobotConstants &robot, Pair *speed) {
-    const Pair asked = *speed;
-    speed->left = clamp(asked.left, ABSURD);
-    speed->right = clamp(asked.right, ABSURD);
-    shrink(speed->left, robot.max_wheel, speed);
-    shrink(speed->right, robot.max_wheel, speed);
-    shrink((speed->left + speed->right) / 2, robot.max_forward, speed);
-    shrink(speed->right - speed->left, robot.max_turn, speed);
-    return speed->left != asked.left || speed->right != asked.right;
+bool limit_speed(const RobotConstants &robot, int32_t left, int32_t right, Pair *speed) {
+    speed->left = clip(left);
+    speed->right = clip(right);
+    shrink(magnitude(speed->left), robot.max_wheel, speed);
+    shrink(magnitude(speed->right), robot.max_wheel, speed);
+    shrink(distance(speed->left, static_cast<int16_t>(-speed->right)) / 2, robot.max_forward, speed);
+    shrink(distance(speed->left, speed->right), robot.max_turn, speed);
+    return speed->left != left || speed->right != right;
 }
 
-int32_t ramp_step_q6(const RobotConstants &robot) { return robot.acceleration * 64 / CONTROL_HZ; }
+void Ramp::start(const RobotConstants &robot) {
+    const uint32_t each = static_cast<uint32_t>(robot.acceleration / CONTROL_HZ);
+    const uint32_t rest = static_cast<uint32_t>(robot.acceleration % CONTROL_HZ);
+    step_q16_ = each * 65536u + rest * 65536u / CONTROL_HZ;
+    stop();
+}
 
-void ramp(Pair target, int32_t step_q6, Pair *set_q6) {
-    const int32_t left = target.left * 64 - set_q6->left, right = target.right * 64 - set_q6->right;
-    const int32_t most_q6 = magnitude(left) > magnitude(right) ? magnitude(left) : magnitude(right);
-    if (most_q6 <= step_q6) {
-        set_q6->left = target.left * 64;
-        set_q6->right = target.right * 64;
+void Ramp::step(Pair target) {
+    const uint16_t left = distance(whole(left_q16_), target.left), right = distance(whole(right_q16_), target.right);
+    const uint16_t most = left > right ? left : right;
+    if (most <= step_q16_ >> 16) {
+        left_q16_ = q16(target.left);
+        right_q16_ = q16(target.right);
         return;
     }
-    const int32_t most = most_q6 / 64 + 1;  // rounded up: never a larger step than allowed
-    set_q6->left += share_q6(left / 64, most, step_q6);
-    set_q6->right += share_q6(right / 64, most, step_q6);
+    const uint32_t ratio_q16 = step_q16_ / most;
+    approach(target.left, ratio_q16, &left_q16_);
+    approach(target.right, ratio_q16, &right_q16_);
+}
+
+Pair Ramp::set() const {
+    const Pair set = {whole(left_q16_), whole(right_q16_)};
+    return set;
 }
 
 }  // namespace chefbot

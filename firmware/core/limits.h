@@ -6,13 +6,21 @@
 
 namespace chefbot {
 
-// Scales `speed` (ticks/s) down to what the robot may; true if it had to.
-bool limit_speed(const RobotConstants &robot, Pair *speed);
+// What may be driven of left, right (ticks/s, any number): scaled down to the robot's limits. True if it had to be.
+bool limit_speed(const RobotConstants &robot, int32_t left, int32_t right, Pair *speed);
 
-// ticks/s in 1/64 that the faster-changing wheel may change in one control step.
-int32_t ramp_step_q6(const RobotConstants &robot);
+// The set speed on its way to the target.
+class Ramp {
+  public:
+    void start(const RobotConstants &robot);
+    // One control step towards `target`: the wheel with more to go takes a full step, the other in proportion.
+    void step(Pair target);
+    void stop() { left_q16_ = right_q16_ = 0; }
+    Pair set() const;
 
-// Moves `set_q6` (1/64 ticks/s) towards `target` (ticks/s) by one step, both wheels in proportion.
-void ramp(Pair target, int32_t step_q6, Pair *set_q6);
+  private:
+    uint32_t step_q16_ = 0;
+    int32_t left_q16_ = 0, right_q16_ = 0;
+};
 
 }  // namespace chefbot

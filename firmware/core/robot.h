@@ -28,15 +28,15 @@ const uint8_t ROBOT_CONSTANTS = sizeof(RobotConstants) / sizeof(int32_t);
 const int32_t CONTROL_HZ = 100;
 const int32_t STEP_US = 1000000 / CONTROL_HZ;
 const int16_t DUTY_FULL = 1000;     // duty is per mille
-const int32_t SPEED_BOUND = 32767;  // ticks/s; keeps every product below in 32 bits
+const int32_t SPEED_BOUND = 32767;  // ticks/s; speeds fit 16 bits, their products 32
 
 // False: a number is outside what the fixed-point arithmetic was written for.
 inline bool plausible(const RobotConstants &r) {
     return r.ticks_per_turn_milli > 0 && r.max_wheel > 0 && r.max_wheel <= r.no_load && r.max_forward > 0 &&
            r.max_forward <= SPEED_BOUND && r.max_turn > 0 && r.max_turn <= 2 * SPEED_BOUND && r.acceleration >= 128 &&
-           r.acceleration <= 102000 && r.no_load > 0 && r.no_load <= SPEED_BOUND && r.lag >= 0 && r.lag <= 2000 &&
+           r.acceleration <= 102000 && r.no_load >= 126 && r.no_load <= SPEED_BOUND && r.lag >= 0 && r.lag <= 2000 &&
            r.battery_stop >= 0 &&
-           r.battery_low >= r.battery_stop && r.battery_low <= 65535 && r.imu_period >= 1 && r.imu_period <= 100 &&
+           r.battery_low >= r.battery_stop && r.battery_low <= 40000 && r.imu_period >= 1 && r.imu_period <= 100 &&
            r.sonar_period >= 0 && r.sonar_period <= 1000;
 }
 

@@ -18,9 +18,9 @@ bool lasts(bool holds, uint8_t steps, uint8_t *counter) {
 
 }  // namespace
 
-WheelWatch::Fault WheelWatch::update(int16_t duty, int32_t speed, int32_t no_load) {
-    const int32_t effort = magnitude(duty), pace = magnitude(speed);
-    const bool slow = pace < no_load / SLOW_PART;
+WheelWatch::Fault WheelWatch::update(int16_t duty, int16_t speed, int16_t no_load) {
+    const uint16_t effort = magnitude(duty), pace = magnitude(speed);
+    const bool slow = pace < static_cast<uint16_t>(no_load / SLOW_PART);
     const bool against = (duty < 0) != (speed < 0) && !slow;
     const bool reversed = lasts(effort >= ENCODER_DUTY && against, REVERSE_STEPS, &reversed_);
     const bool silent = lasts(effort >= ENCODER_DUTY && pace == 0, SILENT_STEPS, &silent_);
@@ -28,33 +28,39 @@ WheelWatch::Fault WheelWatch::update(int16_t duty, int32_t speed, int32_t no_loa
     return reversed || silent ? ENCODER : stalled ? STALL : NONE;
 }
 
-void BatteryWatch::update(uint16_t mv, const RobotConstants &robot, Flags *flags) {
-    filtered_ += mv - filtered_ / 64;
-    if (lasts(this->mv() < robot.battery_stop, EMPTY_STEPS, &empty_)) *flags |= BATTERY_EMPTY;
-    if (this->mv() < robot.battery_low) *flags |= BATTERY_LOW;
-    if (recovered(robot)) *flags &= static_cast<Flags>(~BATTERY_LOW);
+void BatteryWatch::start(const RobotConstants &robot, uint16_t mv) {
+    filtered_q6_ = static_cast<uint32_t>(mv) * 64u;
+    mv_ = mv;
+    stop_ = static_cast<uint16_t>(robot.battery_stop);
+    low_ = static_cast<uint16_t>(robot.battery_low);
+    charged_ = static_cast<uint16_t>(low_ + (low_ - stop_) / 2);
 }
 
-bool BatteryWatch::recovered(const RobotConstants &robot) const {
-    return mv() >= robot.battery_low + (robot.battery_low - robot.battery_stop) / 2;
+void BatteryWatch::update(uint16_t mv, Flags *flags) {
+    filtered_q6_ += mv;
+    filtered_q6_ -= mv_;
+    mv_ = static_cast<uint16_t>(filtered_q6_ >> 6);
+    if (lasts(mv_ < stop_, EMPTY_STEPS, &empty_)) *flags |= BATTERY_EMPTY;
+    if (mv_ < low_) *flags |= BATTERY_LOW;
+    if (recovered()) *flags &= static_cast<Flags>(~BATTERY_LOW);
 }
 
 void Safety::start(const RobotConstants &robot, uint16_t battery_mv) {
-    robot_ = &robot;
-    battery_.start(battery_mv);
+    no_load_ = static_cast<int16_t>(robot.no_load);
+    battery_.start(robot, battery_mv);
     flags_ = 0;
 }
 
 void Safety::update(const SafetyInputs &in) {
     pressed_ = in.estop;
     if (pressed_) flags_ |= ESTOP_INPUT;
-    battery_.update(in.battery_mv, *robot_, &flags_);
+    battery_.update(in.battery_mv, &flags_);
     watch_wheel(LEFT, in);
     watch_wheel(RIGHT, in);
 }
 
 void Safety::watch_wheel(uint8_t wheel, const SafetyInputs &in) {
-    const WheelWatch::Fault fault = wheels_[wheel].update(in.duty[wheel], in.speed[wheel], robot_->no_load);
+    const WheelWatch::Fault fault = wheels_[wheel].update(in.duty[wheel], in.speed[wheel], no_load_);
     if (fault == WheelWatch::STALL) flags_ |= wheel == LEFT ? STALL_LEFT : STALL_RIGHT;
     if (fault == WheelWatch::ENCODER) flags_ |= wheel == LEFT ? ENCODER_LEFT : ENCODER_RIGHT;
 }
@@ -62,7 +68,7 @@ void Safety::watch_wheel(uint8_t wheel, const SafetyInputs &in) {
 bool Safety::clear() {
     Flags stays = BATTERY_LOW;
     if (pressed_) stays |= ESTOP_INPUT;
-    if (!battery_.recovered(*robot_)) stays |= BATTERY_EMPTY;
+    if (!battery_.recovered()) stays |= BATTERY_EMPTY;
     flags_ &= stays;
     return !latched();
 }

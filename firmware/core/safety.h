@@ -15,13 +15,13 @@ class WheelWatch {
     enum Fault : uint8_t { NONE, STALL, ENCODER };
 
     // duty of the last step, speed in ticks/s.
-    Fault update(int16_t duty, int32_t speed, int32_t no_load);
+    Fault update(int16_t duty, int16_t speed, int16_t no_load);
 
     static const uint8_t STALL_STEPS = 25;    // hard driven, hardly moving: 0.25 s
     static const uint8_t SILENT_STEPS = 20;   // driven, not one tick: 0.2 s
     static const uint8_t REVERSE_STEPS = 10;  // driven one way, counting the other: 0.1 s
-    static const int16_t STALL_DUTY = 600, ENCODER_DUTY = 300;
-    static const int32_t SLOW_PART = 16;      // of the no-load speed
+    static const uint16_t STALL_DUTY = 600, ENCODER_DUTY = 300;
+    static const int16_t SLOW_PART = 16;      // of the no-load speed
 
   private:
     uint8_t stalled_ = 0, silent_ = 0, reversed_ = 0;
@@ -30,18 +30,20 @@ class WheelWatch {
 // Volts with a memory: motors make the voltage dip, an empty pack keeps it down.
 class BatteryWatch {
   public:
-    void start(uint16_t mv) { filtered_ = static_cast<int32_t>(mv) * 64; }
+    void start(const RobotConstants &robot, uint16_t mv);
     // One reading; sets and clears BATTERY_LOW, sets BATTERY_EMPTY.
-    void update(uint16_t mv, const RobotConstants &robot, Flags *flags);
+    void update(uint16_t mv, Flags *flags);
     // Above the warning by half of what lies between warning and stop.
-    bool recovered(const RobotConstants &robot) const;
+    bool recovered() const { return mv_ >= charged_; }
     // Smoothed over 0.64 s, mV.
-    int32_t mv() const { return filtered_ / 64; }
+    uint16_t mv() const { return mv_; }
 
     static const uint8_t EMPTY_STEPS = 200;  // 2 s
 
   private:
-    int32_t filtered_ = 0;  // mV in 1/64
+    uint32_t filtered_q6_ = 0;                   // mV
+    uint16_t mv_ = 0;
+    uint16_t stop_ = 0, low_ = 0, charged_ = 0;  // mV
     uint8_t empty_ = 0;
 };
 
@@ -49,7 +51,7 @@ struct SafetyInputs {
     bool estop;
     uint16_t battery_mv;
     int16_t duty[2];
-    int32_t speed[2];  // ticks/s
+    int16_t speed[2];  // ticks/s
 };
 
 class Safety {
@@ -63,14 +65,14 @@ class Safety {
     Flags flags() const { return flags_; }
     bool latched() const { return flags_ & LATCHED; }
     bool at_once() const { return flags_ & AT_ONCE; }
-    int32_t battery_mv() const { return battery_.mv(); }
+    uint16_t battery_mv() const { return battery_.mv(); }
 
   private:
     void watch_wheel(uint8_t wheel, const SafetyInputs &in);
 
-    const RobotConstants *robot_ = nullptr;
     WheelWatch wheels_[2];
     BatteryWatch battery_;
+    int16_t no_load_ = 0;
     Flags flags_ = 0;
     bool pressed_ = false;
 };

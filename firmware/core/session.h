@@ -11,20 +11,19 @@ class Session {
     // so nothing said in an earlier session is ever new in this one.
     uint16_t open(uint32_t step);
     // True: `sequence` is newer than all before (at most WINDOW ahead) and the session is open.
-    bool accept(uint16_t sequence, uint32_t step);
+    bool accept(uint16_t sequence);
     // Call every step; closes the session after SILENCE without an accepted line.
-    void watch(uint32_t step);
+    void watch();
 
-    bool is_open() const { return open_; }
+    bool is_open() const { return patience_ > 0; }
     uint16_t last() const { return last_; }
 
     static const uint16_t WINDOW = 256;
-    static const uint32_t SILENCE = 100;  // steps: 1 s
+    static const uint8_t SILENCE = 100;  // steps: 1 s
 
   private:
-    uint32_t heard_ = 0;
     uint16_t last_ = 0;
-    bool open_ = false;
+    uint8_t patience_ = 0;  // steps until the session closes
 };
 
 }  // namespace chefbot

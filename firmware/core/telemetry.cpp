@@ -6,10 +6,10 @@ namespace chefbot {
 namespace {
 
 // Steps between two lines, and where in its period each falls: never all at once on a slow wire.
-const uint32_t MOTION_PERIOD = 2;
-const uint32_t STATUS_PERIOD = 10, STATUS_PHASE = 3;
-const uint32_t BATTERY_PERIOD = 50, BATTERY_PHASE = 5;
-const uint32_t TIME_PERIOD = 100, TIME_PHASE = 7;
+const uint8_t MOTION_PERIOD = 2;
+const uint8_t STATUS_PERIOD = 10, STATUS_PHASE = 3;
+const uint8_t BATTERY_PERIOD = 50, BATTERY_PHASE = 5;
+const uint8_t ROUND = 100, TIME_PHASE = 7;  // all of the above divide it
 
 const uint8_t HAS_IMU = 1, HAS_SONAR = 2;
 
@@ -33,13 +33,12 @@ void Board::poll() {
 }
 
 void Board::tell_due(const Snapshot &at) {
-    if (at.step % MOTION_PERIOD == 0) tell_motion(at);
-    if (at.step % static_cast<uint32_t>(robot_->imu_period) == 1 % static_cast<uint32_t>(robot_->imu_period)) {
-        tell_inertia(at);
-    }
-    if (at.step % STATUS_PERIOD == STATUS_PHASE) tell_status(at);
-    if (at.step % BATTERY_PERIOD == BATTERY_PHASE) tell_battery(at);
-    if (at.step % TIME_PERIOD == TIME_PHASE) tell_time(at);
+    const uint8_t beat = static_cast<uint8_t>(at.step % ROUND);
+    if (beat % MOTION_PERIOD == 0) tell_motion(at);
+    if (++inertia_age_ >= robot_->imu_period) tell_inertia(at);
+    if (beat % STATUS_PERIOD == STATUS_PHASE) tell_status(at);
+    if (beat % BATTERY_PERIOD == BATTERY_PHASE) tell_battery(at);
+    if (beat == TIME_PHASE) tell_time(at);
     const uint8_t before = hal_lock(port_);
     const bool echo = sonar_.take_result();
     hal_unlock(port_, before);
@@ -66,6 +65,7 @@ void Board::tell_motion(const Snapshot &at) {
 }
 
 void Board::tell_inertia(const Snapshot &at) {
+    inertia_age_ = 0;
     if (!imu_.good()) return;
     Line line = begin('i', at);
     for (uint8_t axis = 0; axis < 3; ++axis) line.number(imu_.rate(axis));
@@ -77,7 +77,7 @@ void Board::tell_inertia(const Snapshot &at) {
 void Board::tell_status(const Snapshot &at) {
     Line line = begin('s', at);
     line.count(static_cast<uint8_t>(at.state)).hex(at.flags, 4).count(at.obeyed);
-    line.number(at.set[LEFT]).number(at.set[RIGHT]).number(at.duty[LEFT]).number(at.duty[RIGHT]);
+    line.number(at.set.left).number(at.set.right).number(at.duty[LEFT]).number(at.duty[RIGHT]);
     line.count(refused_).count(static_cast<uint8_t>(refusal_)).count(at.illegal[LEFT]).count(at.illegal[RIGHT]);
     send(&line);
 }
@@ -90,7 +90,7 @@ void Board::tell_echo(const Snapshot &at) {
 
 void Board::tell_battery(const Snapshot &at) {
     Line line = begin('b', at);
-    line.number(at.battery_mv);
+    line.count(at.battery_mv);
     send(&line);
 }
 
@@ -104,7 +104,7 @@ void Board::tell_version(int32_t token) {
     Line line('v', line_);
     line.number(token).word("chefbot").number(PROTOCOL).word(name_).hex(static_cast<uint32_t>(robot_->hash), 8);
     line.number(robot_->ticks_per_turn_milli).number(CONTROL_HZ).number(DUTY_FULL);
-    line.number(robot_->max_wheel).number(robot_->max_forward).number(robot_->max_turn).number(robot_->acceleration);
+    for (const int32_t *limit = &robot_->max_wheel; limit <= &robot_->acceleration; ++limit) line.number(*limit);
     line.count(session_.last()).hex(robot_->sonar_period > 0 ? HAS_IMU | HAS_SONAR : HAS_IMU, 2);
     send(&line);
 }

@@ -6,22 +6,20 @@ namespace chefbot {
 
 namespace {
 
-const int32_t FULL_Q8 = static_cast<int32_t>(DUTY_FULL) * 256;
-const int32_t FULL_Q12 = FULL_Q8 * 16;
-const int32_t MOST_TICKS = 3000;  // in one step; more is no wheel
+const int32_t FULL_Q12 = static_cast<int32_t>(DUTY_FULL) * 4096;
+const int16_t MOST_TICKS = SPEED_BOUND / CONTROL_HZ;  // in one step; more is no wheel
 
 }  // namespace
 
 void Wheel::start(const RobotConstants &robot) {
-    gain_q4_ = (FULL_Q8 * 16 + robot.no_load / 2) / robot.no_load;
-    worst_q6_ = robot.no_load * 2 * 64;
-    lag_steps_ = robot.lag * CONTROL_HZ / 1000;
+    gain_q12_ = static_cast<int16_t>((FULL_Q12 + robot.no_load / 2) / robot.no_load);
+    lag_steps_ = static_cast<int16_t>(robot.lag * CONTROL_HZ / 1000);
     release();
 }
 
 void Wheel::observe(int32_t ticks) {
     const int16_t now = static_cast<int16_t>(clamp(ticks, MOST_TICKS));
-    sum_ += now - ticks_[oldest_];
+    sum_ = static_cast<int16_t>(sum_ + now - ticks_[oldest_]);
     ticks_[oldest_] = now;
     oldest_ = static_cast<uint8_t>(oldest_ + 1 == WINDOW ? 0 : oldest_ + 1);
 }
@@ -31,22 +29,21 @@ void Wheel::observe(int32_t ticks) {
 // windup: while the output saturates the integral only moves back. While the set speed changes, the duty leads it by
 // what the lag eats and the measured speed is expected half a window late; without both, the integral learns the
 // acceleration and overshoots by a tenth.
-int16_t Wheel::control(int32_t set_q6) {
-    const int32_t change_q6 = set_q6 - set_q6_;
-    if (set_q6 == 0 && sum_ == 0) {
+int16_t Wheel::control(int16_t set) {
+    const int32_t change = static_cast<int32_t>(set) - set_;
+    if (set == 0 && sum_ == 0) {
         release();
         return 0;
     }
-    set_q6_ = set_q6;
-    const int32_t ahead_q6 = clamp(set_q6 + change_q6 * lag_steps_, worst_q6_);
-    const int32_t expected_q6 = set_q6 - change_q6 * (WINDOW / 2);
-    const int32_t error_q6 = clamp(expected_q6 - speed() * 64, worst_q6_);
-    const int32_t push_q8 = shift_down(error_q6 * gain_q4_, 10);
-    const int32_t wanted_q8 = shift_down(ahead_q6 * gain_q4_, 10) + push_q8 + shift_down(integral_, 4);
-    if (magnitude(wanted_q8) < FULL_Q8 || (wanted_q8 < 0) != (push_q8 < 0)) {
-        integral_ = clamp(integral_ + push_q8, FULL_Q12);
+    set_ = set;
+    const int16_t error = clip(set - change * (WINDOW / 2) - speed());
+    const int16_t push = clip(set + change * lag_steps_ + error);
+    const int32_t wanted_q12 = static_cast<int32_t>(push) * gain_q12_ + integral_q12_;
+    const int32_t given_q12 = clamp(wanted_q12, FULL_Q12);
+    if (given_q12 == wanted_q12 || (wanted_q12 < 0) != (error < 0)) {
+        integral_q12_ = clamp(integral_q12_ + shift_down(static_cast<int32_t>(error) * gain_q12_, 4), FULL_Q12);
     }
-    return static_cast<int16_t>(shift_down(clamp(wanted_q8, FULL_Q8) + 128, 8));
+    return static_cast<int16_t>(shift_down(given_q12 + 2048, 12));
 }
 
 }  // namespace chefbot

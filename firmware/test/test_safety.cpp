@@ -6,13 +6,14 @@
 using namespace chefbot;
 
 static const RobotConstants ROBOT = example_robot();
-static const int32_t SLOW = 11200 / 16;
+static const int16_t NO_LOAD = 11200;
+static const int16_t SLOW = 11200 / 16;
 
 // Steps until `watch` names a fault, at most 300.
-static int steps_to(WheelWatch::Fault fault, int16_t duty, int32_t speed) {
+static int steps_to(WheelWatch::Fault fault, int16_t duty, int16_t speed) {
     WheelWatch watch;
     for (int step = 1; step <= 300; ++step) {
-        const WheelWatch::Fault now = watch.update(duty, speed, ROBOT.no_load);
+        const WheelWatch::Fault now = watch.update(duty, speed, NO_LOAD);
         if (now == fault) return step;
         CHECK(now == WheelWatch::NONE);
     }
@@ -47,19 +48,19 @@ TEST(a_reversed_encoder_is_named_after_a_tenth) {
 TEST(a_moment_of_motion_starts_the_count_anew) {
     WheelWatch watch;
     for (int round = 0; round < 10; ++round) {
-        for (int i = 0; i < 24; ++i) CHECK(watch.update(800, 20, ROBOT.no_load) == WheelWatch::NONE);
-        CHECK(watch.update(800, 5000, ROBOT.no_load) == WheelWatch::NONE);
-        for (int i = 0; i < 19; ++i) CHECK(watch.update(400, 0, ROBOT.no_load) == WheelWatch::NONE);
-        CHECK(watch.update(400, 60, ROBOT.no_load) == WheelWatch::NONE);
-        for (int i = 0; i < 9; ++i) CHECK(watch.update(400, -5000, ROBOT.no_load) == WheelWatch::NONE);
-        CHECK(watch.update(0, -5000, ROBOT.no_load) == WheelWatch::NONE);
+        for (int i = 0; i < 24; ++i) CHECK(watch.update(800, 20, NO_LOAD) == WheelWatch::NONE);
+        CHECK(watch.update(800, 5000, NO_LOAD) == WheelWatch::NONE);
+        for (int i = 0; i < 19; ++i) CHECK(watch.update(400, 0, NO_LOAD) == WheelWatch::NONE);
+        CHECK(watch.update(400, 60, NO_LOAD) == WheelWatch::NONE);
+        for (int i = 0; i < 9; ++i) CHECK(watch.update(400, -5000, NO_LOAD) == WheelWatch::NONE);
+        CHECK(watch.update(0, -5000, NO_LOAD) == WheelWatch::NONE);
     }
 }
 
 TEST(a_fault_goes_on_being_named) {
     WheelWatch watch;
     for (int i = 0; i < 1000; ++i) {
-        CHECK((watch.update(800, 20, ROBOT.no_load) == WheelWatch::STALL) == (i >= 24));
+        CHECK((watch.update(800, 20, NO_LOAD) == WheelWatch::STALL) == (i >= 24));
     }
 }
 
@@ -158,16 +159,16 @@ TEST(a_dip_is_no_empty_battery) {
 
 TEST(the_filter_has_its_time_constant) {
     BatteryWatch battery;
-    battery.start(12000);
+    battery.start(ROBOT, 12000);
     CHECK_EQ(battery.mv(), 12000);
     Flags flags = 0;
-    for (int i = 0; i < 64; ++i) battery.update(11000, ROBOT, &flags);
+    for (int i = 0; i < 64; ++i) battery.update(11000, &flags);
     CHECK(battery.mv() > 11355 && battery.mv() < 11380);  // 1000/e left
-    for (int i = 0; i < 2000; ++i) battery.update(11500, ROBOT, &flags);
+    for (int i = 0; i < 2000; ++i) battery.update(11500, &flags);
     CHECK(battery.mv() >= 11499 && battery.mv() <= 11500);
-    battery.start(65535);
+    battery.start(ROBOT, 65535);
     CHECK_EQ(battery.mv(), 65535);
-    battery.update(65535, ROBOT, &flags);
+    battery.update(65535, &flags);
     CHECK_EQ(battery.mv(), 65535);
 }
 
@@ -184,10 +185,10 @@ TEST(low_battery_warns_with_hysteresis) {
 
 TEST(recovered_is_half_a_margin_above_the_warning) {
     BatteryWatch battery;
-    battery.start(11899);
-    CHECK(!battery.recovered(ROBOT));
-    battery.start(11900);
-    CHECK(battery.recovered(ROBOT));
+    battery.start(ROBOT, 11899);
+    CHECK(!battery.recovered());
+    battery.start(ROBOT, 11900);
+    CHECK(battery.recovered());
 }
 
 TEST(an_empty_battery_is_cleared_only_when_charged) {

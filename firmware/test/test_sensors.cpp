@@ -72,6 +72,26 @@ TEST(the_bias_is_reported_and_not_hidden) {
     CHECK_EQ(field(desk, 'i', 10), 5329);
 }
 
+TEST(a_driven_wheel_is_not_at_rest_even_if_it_stands) {
+    for (int wheel = 0; wheel < 2; ++wheel) {
+        Desk desk;
+        desk.imu_lives = false;
+        hold_imu(&desk, 0, 300);
+        desk.open_and_neutral();
+        desk.blocked[wheel] = true;
+        for (int i = 0; i < 60; ++i) {  // below the duty that names a fault
+            desk.speed(wheel == 0 ? 100 : 0, wheel == 1 ? 100 : 0);
+            hold_imu(&desk, 40, 3);
+            if (i == 20) CHECK(desk.state().duty[wheel] > 0 && desk.state().duty[1 - wheel] == 0);
+        }
+        CHECK(desk.state().duty[wheel] < 300);
+        CHECK(abs(field(desk, 'i', 10)) < 200);
+        desk.write(framed("x 0"));
+        hold_imu(&desk, 40, 200);
+        CHECK(field(desk, 'i', 10) > 10000);
+    }
+}
+
 TEST(a_stuck_imu_is_named_within_100_ms_and_never_believed) {
     Desk desk;
     desk.run(500);

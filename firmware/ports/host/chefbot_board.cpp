@@ -243,9 +243,10 @@ void chefbot_board_get(const chefbot_board *board, chefbot_board_state *state) {
     state->refused = board->core.refused();
     state->refusal = static_cast<int32_t>(board->core.refusal());
     state->restarts = board->restarts;
+    state->set[CHEFBOT_LEFT] = at.set.left;
+    state->set[CHEFBOT_RIGHT] = at.set.right;
     for (int wheel = 0; wheel < 2; ++wheel) {
         state->duty[wheel] = board->duty[wheel];
-        state->set[wheel] = at.set[wheel];
         state->ticks[wheel] = at.ticks[wheel];
         state->illegal[wheel] = at.illegal[wheel];
     }

@@ -35,8 +35,8 @@ def content_type(path: str) -> str:
 def headers_of(content: bytes) -> dict[str, str]:
     """Of a file: the one script within a page that may run is its import map, known by its hash.
 
-    Browsers take an import map from the page itself only (https://html.spec.whatwg.org, 8.1.6.2), and a policy
-    allows one script of a page by the hash of its text (https://www.w3.org/TR/CSP3, 6.7.3.3).
+    Browsers take an import map from the page itself only (HTML Living Standard, "Import maps"), and a policy
+    allows one script of a page by the hash of its text (W3C, Content Security Policy Level 3, "hash-source").
     """
     digests = [hashlib.sha256(text).digest() for text in _IMPORT_MAP.findall(content)]
     hashes = "".join(f" 'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)

@@ -90,7 +90,10 @@ class Judge:
     """Builds and runs one mutant after another in a folder of its own."""
 
     def __init__(self, core: Path, build: Path) -> None:
-        self.core, self.build = core.resolve(), build.resolve()
+        self.build = build.resolve()
+        self._kept = tempfile.TemporaryDirectory()  # the source may be edited while this runs
+        self.core = Path(self._kept.name) / "core"
+        shutil.copytree(core, self.core)
         self.names = sorted(p.stem for p in self.core.glob("*.cpp"))
 
     def verdict(self, mutant: Mutant) -> str:

@@ -1,0 +1,269 @@
+// ATmega2560 at 16 MHz (Arduino Mega 2560), bare registers. Pin numbers in brackets are the Arduino board's.
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <avr/wdt.h>
+#include <util/delay.h>
+
+#include "board.h"
+#include "robot_constants.h"
+
+using namespace chefbot;
+
+namespace {
+
+// Motor driver: PWM left PB5 [11, OC1A], right PB6 [12, OC1B]; INA/INB left PA0/PA1 [22/23], right PA2/PA3 [24/25];
+// enable PA4 [26] (a pull-down keeps it low in reset). E-stop PA6 [28]: normally closed to ground.
+const uint8_t PWM_LEFT = 1 << PB5, PWM_RIGHT = 1 << PB6;
+const uint8_t IN_A[2] = {1 << PA0, 1 << PA2}, IN_B[2] = {1 << PA1, 1 << PA3};
+const uint8_t ENABLE = 1 << PA4, ESTOP = 1 << PA6;
+// Encoders: left A/B PE4/PE5 [2/3, INT4/INT5], right A/B PD3/PD2 [18/19, INT3/INT2]. Ultrasonic: trigger PC7 [30],
+// echo PL0 [49, ICP4]. Battery ADC0 [A0] through 30k/10k. I2C PD1/PD0 [20/21]. Busy light PB7 [13].
+const uint8_t TRIGGER = 1 << PC7, BUSY = 1 << PB7;
+
+const uint16_t PWM_TOP = 800;                     // 16 MHz / 800 = 20 kHz, above hearing
+const uint16_t STEP_TOP = 16000000UL / 8 / 100 - 1;
+const uint8_t BAUD_115200 = 16;                   // with U2X: 117647, +2.1 %, as the board's USB chip has it too
+const uint8_t TWI_400K = 12;
+const uint16_t TWI_PATIENCE = 1500;               // polls of about 0.6 us: 1 ms
+
+// Survive a reset.
+uint8_t reset_cause __attribute__((section(".noinit")));
+uint16_t restart_asked __attribute__((section(".noinit")));
+const uint16_t ASKED = 0xC4EF;
+
+Board board;
+const RobotConstants ROBOT = CHEFBOT_ROBOT_CONSTANTS;
+volatile uint16_t battery_mv;
+
+// Bytes between interrupts and main loop; one writer, one reader, 8-bit indices are atomic.
+template <uint8_t BITS>
+class Ring {
+  public:
+    bool empty() const { return head_ == tail_; }
+    uint8_t room() const { return static_cast<uint8_t>(MASK - ((head_ - tail_) & MASK)); }
+    void push(uint8_t byte) {
+        bytes_[head_] = byte;
+        head_ = (head_ + 1) & MASK;
+    }
+    uint8_t pop() {
+        const uint8_t byte = bytes_[tail_];
+        tail_ = (tail_ + 1) & MASK;
+        return byte;
+    }
+
+  private:
+    static const uint8_t MASK = static_cast<uint8_t>((1u << BITS) - 1);
+    uint8_t bytes_[1u << BITS];
+    volatile uint8_t head_ = 0, tail_ = 0;
+};
+
+Ring<7> received;
+Ring<8> waiting;
+
+uint8_t left_lines() { return static_cast<uint8_t>((PINE >> 3 & 2) | (PINE >> 5 & 1)); }
+uint8_t right_lines() { return static_cast<uint8_t>((PIND >> 2 & 2) | (PIND >> 2 & 1)); }
+
+bool twi(uint8_t control) {
+    TWCR = static_cast<uint8_t>(control | 1 << TWINT | 1 << TWEN);
+    for (uint16_t i = 0; i < TWI_PATIENCE; ++i) {
+        if (TWCR & 1 << TWINT) return true;
+    }
+    return false;
+}
+
+bool twi_send(uint8_t byte, uint8_t status) {
+    TWDR = byte;
+    return twi(0) && (TWSR & 0xF8) == status;
+}
+
+// Frees the bus and a slave that hangs in the middle of a byte.
+bool twi_stop(bool result) {
+    TWCR = 1 << TWINT | 1 << TWEN | 1 << TWSTO;
+    for (uint16_t i = 0; TWCR & 1 << TWSTO; ++i) {
+        if (i < TWI_PATIENCE) continue;
+        TWCR = 0;
+        return false;
+    }
+    return result;
+}
+
+bool twi_address(uint8_t address, uint8_t reg) {
+    return twi(1 << TWSTA) && (TWSR & 0xF8) == 0x08 && twi_send(static_cast<uint8_t>(address << 1), 0x18) &&
+           twi_send(reg, 0x28);
+}
+
+bool twi_receive(uint8_t address, uint8_t *bytes, uint8_t count) {
+    if (!twi(1 << TWSTA) || (TWSR & 0xF8) != 0x10) return false;
+    if (!twi_send(static_cast<uint8_t>(address << 1 | 1), 0x40)) return false;
+    while (count-- > 0) {
+        if (!twi(count > 0 ? 1 << TWEA : 0)) return false;
+        *bytes++ = TWDR;
+    }
+    return true;
+}
+
+}  // namespace
+
+// ---- the HAL -------------------------------------------------------------------------------------------------------
+
+namespace chefbot {
+
+uint8_t hal_lock(void *) {
+    const uint8_t before = SREG;
+    cli();
+    return before;
+}
+
+void hal_unlock(void *, uint8_t before) { SREG = before; }
+
+// Both inputs high shorts the motor through the upper switches (VNH2SP30, VNH5019: brake to VCC).
+void hal_motor(void *, uint8_t wheel, int16_t duty) {
+    const uint16_t size = static_cast<uint16_t>(duty < 0 ? -duty : duty);
+    const uint16_t compare = static_cast<uint16_t>(size * (PWM_TOP / 100) / (DUTY_FULL / 100));
+    if (wheel == LEFT) OCR1A = compare;
+    else OCR1B = compare;
+    uint8_t pins = static_cast<uint8_t>(PORTA | IN_A[wheel] | IN_B[wheel]);
+    if (duty > 0) pins &= static_cast<uint8_t>(~IN_B[wheel]);
+    if (duty < 0) pins &= static_cast<uint8_t>(~IN_A[wheel]);
+    PORTA = pins;
+}
+
+void hal_drivers(void *, bool on) {
+    if (on) PORTA |= ENABLE;
+    else PORTA &= static_cast<uint8_t>(~ENABLE);
+}
+
+bool hal_estop(void *) { return PINA & ESTOP; }
+
+uint16_t hal_battery_mv(void *) {
+    if (!(ADCSRA & 1 << ADSC)) {
+        battery_mv = static_cast<uint16_t>(ADC * 625UL / 32);  // 5000 mV / 1024 * 4
+        ADCSRA |= 1 << ADSC;
+    }
+    return battery_mv;
+}
+
+void hal_ping(void *) {
+    TCCR4B |= 1 << ICES4;  // rising edge first
+    TIFR4 = 1 << ICF4;
+    PORTC |= TRIGGER;
+    _delay_us(10);
+    PORTC &= static_cast<uint8_t>(~TRIGGER);
+}
+
+bool hal_i2c_write(void *, uint8_t address, uint8_t reg, uint8_t value) {
+    return twi_stop(twi_address(address, reg) && twi_send(value, 0x28));
+}
+
+bool hal_i2c_read(void *, uint8_t address, uint8_t reg, uint8_t *bytes, uint8_t count) {
+    return twi_stop(twi_address(address, reg) && twi_receive(address, bytes, count));
+}
+
+bool hal_send(void *, const char *bytes, uint8_t count) {
+    if (waiting.room() < count) return false;
+    while (count-- > 0) waiting.push(static_cast<uint8_t>(*bytes++));
+    UCSR0B |= 1 << UDRIE0;
+    return true;
+}
+
+void hal_feed_watchdog(void *) { wdt_reset(); }
+
+void hal_restart(void *) {
+    restart_asked = ASKED;
+    cli();
+    for (;;) {}  // the watchdog ends it
+}
+
+}  // namespace chefbot
+
+// ---- interrupts ----------------------------------------------------------------------------------------------------
+
+ISR(INT4_vect) { board.encoder_edge(LEFT, left_lines()); }
+ISR(INT5_vect, ISR_ALIASOF(INT4_vect));
+ISR(INT3_vect) { board.encoder_edge(RIGHT, right_lines()); }
+ISR(INT2_vect, ISR_ALIASOF(INT3_vect));
+
+// Others go on meanwhile: an encoder edge may not wait for a control step.
+ISR(TIMER3_COMPA_vect, ISR_NOBLOCK) {
+    PORTB |= BUSY;
+    board.step();
+    PORTB &= static_cast<uint8_t>(~BUSY);
+}
+
+// Four microseconds per count.
+ISR(TIMER4_CAPT_vect) {
+    const bool high = TCCR4B & 1 << ICES4;
+    board.echo_edge(high, static_cast<uint16_t>(ICR4 * 4u));
+    TCCR4B ^= 1 << ICES4;
+    TIFR4 = 1 << ICF4;
+}
+
+ISR(USART0_RX_vect) {
+    const uint8_t byte = UDR0;
+    if (received.room() > 0) received.push(byte);  // else the line fails its CRC
+}
+
+ISR(USART0_UDRE_vect) {
+    if (waiting.empty()) UCSR0B &= static_cast<uint8_t>(~(1 << UDRIE0));
+    else UDR0 = waiting.pop();
+}
+
+// ---- start ---------------------------------------------------------------------------------------------------------
+
+// Before main: a watchdog that has fired stays on with its shortest time.
+extern "C" void before_main() __attribute__((naked, used, section(".init3")));
+void before_main() {
+    reset_cause = MCUSR;
+    MCUSR = 0;
+    wdt_disable();
+}
+
+static void start_pins() {
+    PORTA = ESTOP;  // pull-up: a broken wire is a pressed button
+    DDRA = IN_A[LEFT] | IN_B[LEFT] | IN_A[RIGHT] | IN_B[RIGHT] | ENABLE;
+    DDRB = PWM_LEFT | PWM_RIGHT | BUSY;
+    DDRC = TRIGGER;
+    PORTE |= 1 << PE4 | 1 << PE5;
+    PORTD |= 1 << PD2 | 1 << PD3;
+}
+
+static void start_timers() {
+    ICR1 = PWM_TOP - 1;
+    TCCR1A = 1 << COM1A1 | 1 << COM1B1 | 1 << WGM11;
+    TCCR1B = 1 << WGM13 | 1 << WGM12 | 1 << CS10;
+    OCR3A = STEP_TOP;
+    TCCR3B = 1 << WGM32 | 1 << CS31;
+    TIMSK3 = 1 << OCIE3A;
+    TCCR4B = 1 << ICNC4 | 1 << ICES4 | 1 << CS41 | 1 << CS40;
+    TIMSK4 = 1 << ICIE4;
+}
+
+static void start_buses() {
+    UBRR0 = BAUD_115200;
+    UCSR0A = 1 << U2X0;
+    UCSR0C = 1 << UCSZ01 | 1 << UCSZ00;
+    UCSR0B = 1 << RXEN0 | 1 << TXEN0 | 1 << RXCIE0;
+    TWBR = TWI_400K;
+    ADMUX = 1 << REFS0;
+    ADCSRA = 1 << ADEN | 1 << ADSC | 1 << ADPS2 | 1 << ADPS1 | 1 << ADPS0;
+    while (ADCSRA & 1 << ADSC) {}
+    EICRA = 1 << ISC20 | 1 << ISC30;  // any edge
+    EICRB = 1 << ISC40 | 1 << ISC50;
+    EIMSK = 1 << INT2 | 1 << INT3 | 1 << INT4 | 1 << INT5;
+}
+
+int main() {
+    start_pins();
+    start_buses();
+    board.start(ROBOT, nullptr, "mega2560", (reset_cause & 1 << WDRF) && restart_asked != ASKED);
+    restart_asked = 0;
+    board.encoder_start(LEFT, left_lines());
+    board.encoder_start(RIGHT, right_lines());
+    start_timers();
+    wdt_enable(WDTO_30MS);
+    sei();
+    for (;;) {
+        while (!received.empty()) board.receive(received.pop());
+        board.poll();
+    }
+}

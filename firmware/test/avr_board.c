@@ -1,0 +1,383 @@
+// The Mega's program in simavr, with encoders, IMU, ultrasonic, battery and e-stop button round it.
+//
+// A test tool by itself: it links simavr, which is under the GPL version 3; nothing of the project links this file.
+//
+//   avr_board FIRMWARE.elf                 lockstep: commands on stdin, one answer each on stdout
+//   avr_board FIRMWARE.elf --link PATH     a pty at PATH in real time, motors modelled
+//
+// Lockstep commands: `tx HEX`, `turn WHEEL N` (quarter steps, spread over the first 6 ms of the next run), `imu AX AY AZ T
+// GX GY GZ`, `imu_answers 0|1`, `battery MV`, `echo US` (-1 no sensor, 0 no echo), `estop 0|1`, `reset`, `run US`.
+// `run` answers `DUTY_LEFT DUTY_RIGHT DRIVERS STEPS LONGEST_STEP_CYCLES RESETS HEX`, where HEX is what the board said (or -).
+// All others answer `ok`. Time starts 3 ms after the first control step.
+#define _GNU_SOURCE
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <pty.h>
+#include <signal.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <termios.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "avr_adc.h"
+#include "avr_ioport.h"
+#include "avr_twi.h"
+#include "avr_uart.h"
+#include "avr_watchdog.h"
+#include "sim_avr.h"
+#include "sim_elf.h"
+#include "sim_irq.h"
+#include "sim_time.h"
+
+enum { HZ = 16000000, PER_US = 16, BYTE_CYCLES = 1389, OUT_ROOM = 1 << 20, IN_ROOM = 4096 };
+enum { IMU = 0x68, WHO_AM_I = 0x75, POWER = 0x6B, SAMPLE = 0x3B };
+
+static avr_t *avr;
+
+// ---- serial line ---------------------------------------------------------------------------------------------------
+
+static uint8_t out[OUT_ROOM], in[IN_ROOM];
+static size_t out_count, in_head, in_tail;
+static avr_cycle_count_t in_next;
+
+static void on_byte_out(struct avr_irq_t *irq, uint32_t value, void *param) {
+    (void)irq;
+    (void)param;
+    if (out_count < OUT_ROOM) out[out_count++] = (uint8_t)value;
+}
+
+static void send_due_byte(void) {
+    if (in_head == in_tail || avr->cycle < in_next) return;
+    avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT), in[in_tail]);
+    in_tail = (in_tail + 1) % IN_ROOM;
+    in_next = avr->cycle + BYTE_CYCLES;
+}
+
+static void queue_byte(uint8_t byte) {
+    if (in_head == in_tail && in_next < avr->cycle) in_next = avr->cycle;
+    if ((in_head + 1) % IN_ROOM == in_tail) return;
+    in[in_head] = byte;
+    in_head = (in_head + 1) % IN_ROOM;
+}
+
+// ---- IMU -----------------------------------------------------------------------------------------------------------
+
+static uint8_t imu[128];
+static int imu_answers = 1, imu_selected, imu_index, imu_written;
+static avr_irq_t *twi_in;
+
+static void imu_put(const int *raw) {
+    for (int i = 0; i < 7; ++i) {
+        imu[SAMPLE + 2 * i] = (uint8_t)((uint16_t)raw[i] >> 8);
+        imu[SAMPLE + 2 * i + 1] = (uint8_t)raw[i];
+    }
+}
+
+static void on_twi(struct avr_irq_t *irq, uint32_t value, void *param) {
+    (void)irq;
+    (void)param;
+    avr_twi_msg_irq_t m;
+    m.u.v = value;
+    if (m.u.twi.msg & TWI_COND_STOP) imu_selected = 0;
+    if (m.u.twi.msg & TWI_COND_START) {
+        imu_selected = imu_answers && (m.u.twi.addr >> 1) == IMU;
+        imu_written = 0;
+        if (imu_selected) avr_raise_irq(twi_in, avr_twi_irq_msg(TWI_COND_ACK, m.u.twi.addr, 1));
+    }
+    if (!imu_selected) return;
+    if (m.u.twi.msg & TWI_COND_WRITE) {
+        avr_raise_irq(twi_in, avr_twi_irq_msg(TWI_COND_ACK, m.u.twi.addr, 1));
+        if (imu_written++ == 0) imu_index = m.u.twi.data & 127;
+        else {
+            imu[imu_index] = imu_index == POWER && (m.u.twi.data & 0x80) ? 0x40 : m.u.twi.data;
+            imu_index = (imu_index + 1) & 127;
+        }
+    }
+    if (m.u.twi.msg & TWI_COND_READ) {
+        avr_raise_irq(twi_in, avr_twi_irq_msg(TWI_COND_READ, m.u.twi.addr, imu[imu_index]));
+        imu_index = (imu_index + 1) & 127;
+    }
+}
+
+// ---- encoders ------------------------------------------------------------------------------------------------------
+
+static const int LINES[4] = {0, 2, 3, 1};  // forward: A before B
+static int phase[2];
+static long turns[2];  // quarter steps still to come
+static double turn_every[2], turn_next[2];
+
+static void pin(char port, int bit, int value) {
+    avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(port), bit), (uint32_t)value);
+}
+
+static void show_lines(int wheel) {
+    static const struct { char port; int a, b; } PINS[2] = {{'E', 4, 5}, {'D', 3, 2}};
+    const int lines = LINES[phase[wheel] & 3];
+    pin(PINS[wheel].port, PINS[wheel].a, lines >> 1);
+    pin(PINS[wheel].port, PINS[wheel].b, lines & 1);
+}
+
+static void turn_due(int wheel) {
+    if (!turns[wheel] || (double)avr->cycle < turn_next[wheel]) return;
+    const int way = turns[wheel] > 0 ? 1 : -1;
+    phase[wheel] += way;
+    turns[wheel] -= way;
+    turn_next[wheel] += turn_every[wheel];
+    show_lines(wheel);
+}
+
+static void spread_turns(int wheel, avr_cycle_count_t cycles) {
+    if (!turns[wheel]) return;
+    turn_every[wheel] = (double)cycles / labs(turns[wheel]);
+    turn_next[wheel] = (double)avr->cycle + turn_every[wheel] * (wheel ? 0.75 : 0.25);
+}
+
+// ---- ultrasonic ----------------------------------------------------------------------------------------------------
+
+static int echo_us;
+
+static avr_cycle_count_t echo_fall(avr_t *a, avr_cycle_count_t when, void *param) {
+    (void)a, (void)when, (void)param;
+    pin('L', 0, 0);
+    return 0;
+}
+
+static avr_cycle_count_t echo_rise(avr_t *a, avr_cycle_count_t when, void *param) {
+    (void)when, (void)param;
+    pin('L', 0, 1);
+    avr_cycle_timer_register_usec(a, echo_us > 0 ? (uint32_t)echo_us : 38000, echo_fall, NULL);
+    return 0;
+}
+
+static void on_trigger(struct avr_irq_t *irq, uint32_t value, void *param) {
+    (void)irq, (void)param;
+    if (value && echo_us >= 0) avr_cycle_timer_register_usec(avr, 460, echo_rise, NULL);
+}
+
+// ---- battery, duty, busy pin ---------------------------------------------------------------------------------------
+
+static int battery_mv = 12000;
+static uint64_t steps, longest_step, resets;
+static avr_cycle_count_t step_began;
+
+static void on_adc(struct avr_irq_t *irq, uint32_t value, void *param) {
+    (void)irq, (void)value, (void)param;
+    avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0), (uint32_t)(battery_mv / 4));
+}
+
+static void on_busy(struct avr_irq_t *irq, uint32_t value, void *param) {
+    (void)irq, (void)param;
+    if (value) {
+        step_began = avr->cycle;
+        ++steps;
+    } else if (step_began && avr->cycle - step_began > longest_step) {
+        longest_step = avr->cycle - step_began;
+    }
+}
+
+static int drivers(void) { return avr->data[0x22] >> 4 & 1; }
+
+// Per mille from timer 1's compare registers and the direction pins.
+static int duty(int wheel) {
+    const int low = wheel ? 0x8A : 0x88, bits = avr->data[0x22] >> (2 * wheel) & 3;
+    const int size = (avr->data[low] | avr->data[low + 1] << 8) * 5 / 4;
+    return bits == 1 ? size : bits == 2 ? -size : 0;
+}
+
+// ---- the machine ---------------------------------------------------------------------------------------------------
+
+static void be_quiet(avr_t *a, const int level, const char *format, va_list list) {
+    (void)a;
+    if (level <= LOG_ERROR) vfprintf(stderr, format, list);
+}
+
+static void connect(void) {
+    uint32_t flags = 0;
+    avr_ioctl(avr, AVR_IOCTL_UART_GET_FLAGS('0'), &flags);
+    flags &= ~(uint32_t)(AVR_UART_FLAG_STDIO | AVR_UART_FLAG_POLL_SLEEP);
+    avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
+    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), on_byte_out, NULL);
+    twi_in = avr_io_getirq(avr, AVR_IOCTL_TWI_GETIRQ(0), TWI_IRQ_INPUT);
+    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_TWI_GETIRQ(0), TWI_IRQ_OUTPUT), on_twi, NULL);
+    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('C'), 7), on_trigger, NULL);
+    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('B'), 7), on_busy, NULL);
+    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), on_adc, NULL);
+}
+
+static void surroundings(void) {
+    pin('A', 6, 0);
+    pin('L', 0, 0);
+    show_lines(0);
+    show_lines(1);
+}
+
+static void load(const char *path) {
+    elf_firmware_t firmware;
+    memset(&firmware, 0, sizeof firmware);
+    if (elf_read_firmware(path, &firmware)) {
+        fprintf(stderr, "avr_board: cannot read %s\n", path);
+        exit(2);
+    }
+    avr = avr_make_mcu_by_name("atmega2560");
+    avr_init(avr);
+    avr->frequency = HZ;
+    avr_load_firmware(avr, &firmware);
+    avr->frequency = HZ;
+    avr->vcc = avr->avcc = avr->aref = 5000;
+    const int level[7] = {0, 0, 8192, -3920, 0, 0, 0};
+    imu[WHO_AM_I] = IMU;
+    imu_put(level);
+    connect();
+    surroundings();
+}
+
+static void run_to(avr_cycle_count_t end) {
+    while (avr->cycle < end) {
+        send_due_byte();
+        turn_due(0);
+        turn_due(1);
+        const int state = avr_run(avr);
+        if (state == cpu_Done || state == cpu_Crashed) {
+            fprintf(stderr, "avr_board: the program crashed at pc 0x%x\n", avr->pc);
+            exit(3);
+        }
+    }
+}
+
+static void run_to_first_step(void) {
+    const uint64_t before = steps;
+    while (steps == before) run_to(avr->cycle + 1);
+    run_to(avr->cycle + 3000 * PER_US);
+}
+
+// ---- lockstep ------------------------------------------------------------------------------------------------------
+
+static void take_hex(const char *hex) {
+    unsigned byte;
+    for (; sscanf(hex, "%2x", &byte) == 1; hex += 2) queue_byte((uint8_t)byte);
+}
+
+static void answer_run(long us) {
+    const avr_cycle_count_t start = avr->cycle;
+    spread_turns(0, 6000 * PER_US);
+    spread_turns(1, 6000 * PER_US);
+    run_to(start + (avr_cycle_count_t)us * PER_US);
+    printf("%d %d %d %llu %llu %llu ", duty(0), duty(1), drivers(), (unsigned long long)steps,
+           (unsigned long long)longest_step, (unsigned long long)resets);
+    for (size_t i = 0; i < out_count; ++i) printf("%02x", out[i]);
+    printf("%s\n", out_count ? "" : "-");
+    out_count = 0;
+}
+
+static void obey(char *line) {
+    static char hex[2 * IN_ROOM + 2];
+    long a, b;
+    int raw[7];
+    if (sscanf(line, "run %ld", &a) == 1) {
+        answer_run(a);
+        return;
+    }
+    if (sscanf(line, "tx %8190s", hex) == 1) take_hex(hex);
+    else if (sscanf(line, "turn %ld %ld", &a, &b) == 2) turns[a & 1] += b;
+    else if (sscanf(line, "imu_answers %ld", &a) == 1) imu_answers = (int)a;
+    else if (sscanf(line, "imu %d %d %d %d %d %d %d", raw, raw + 1, raw + 2, raw + 3, raw + 4, raw + 5, raw + 6) == 7) imu_put(raw);
+    else if (sscanf(line, "battery %ld", &a) == 1) battery_mv = (int)a;
+    else if (sscanf(line, "echo %ld", &a) == 1) echo_us = (int)a;
+    else if (sscanf(line, "estop %ld", &a) == 1) pin('A', 6, (int)a);
+    else {
+        fprintf(stderr, "avr_board: unknown command: %s", line);
+        exit(2);
+    }
+    puts("ok");
+}
+
+static void lockstep(void) {
+    static char line[3 * IN_ROOM];
+    run_to_first_step();
+    while (fgets(line, sizeof line, stdin)) {
+        obey(line);
+        fflush(stdout);
+    }
+}
+
+// ---- real time on a pty --------------------------------------------------------------------------------------------
+
+static volatile sig_atomic_t ended;
+static void on_signal(int signal_number) {
+    (void)signal_number;
+    ended = 1;
+}
+
+static int open_line(const char *path) {
+    int host, board;
+    char name[256];
+    struct termios raw;
+    if (openpty(&host, &board, name, NULL, NULL)) return -1;
+    tcgetattr(board, &raw);
+    cfmakeraw(&raw);
+    tcsetattr(board, TCSANOW, &raw);
+    fcntl(host, F_SETFL, O_NONBLOCK);
+    unlink(path);
+    return symlink(name, path) ? -1 : host;
+}
+
+// Two motors without load but their own friction, 11200 quarter steps per second at full duty.
+static void model_motors(double dt) {
+    static double speed[2], place[2];
+    for (int wheel = 0; wheel < 2; ++wheel) {
+        const double wanted = duty(wheel) / 1000.0, friction = 0.05;
+        const double against = fabs(speed[wheel]) > 1 ? copysign(friction, speed[wheel]) : fabs(wanted) < friction ? wanted : copysign(friction, wanted);
+        speed[wheel] += ((wanted - against) * 11200 * drivers() - speed[wheel]) * (1 - exp(-dt / 0.13));
+        place[wheel] += speed[wheel] * dt;
+        turns[wheel] += (long)place[wheel];
+        place[wheel] -= (double)(long)place[wheel];
+        spread_turns(wheel, (avr_cycle_count_t)(dt * HZ));
+    }
+}
+
+static void exchange(int line) {
+    uint8_t bytes[256];
+    const ssize_t count = read(line, bytes, sizeof bytes);
+    for (ssize_t i = 0; i < count; ++i) queue_byte(bytes[i]);
+    if (out_count && write(line, out, out_count) < 0 && errno != EAGAIN) perror("avr_board");
+    out_count = 0;
+}
+
+static void real_time(const char *path) {
+    const int line = open_line(path);
+    if (line < 0) {
+        perror("avr_board");
+        exit(2);
+    }
+    signal(SIGTERM, on_signal);
+    signal(SIGINT, on_signal);
+    struct timespec next;
+    clock_gettime(CLOCK_MONOTONIC, &next);
+    for (unsigned beat = 0; !ended; ++beat) {
+        const int raw[7] = {(int)(beat % 5), 0, 8192, -3920, (int)(beat % 3), 0, (int)(beat % 7) - 3};
+        imu_put(raw);
+        exchange(line);
+        model_motors(0.002);
+        run_to(avr->cycle + 2000 * PER_US);
+        next.tv_nsec += 2000000;
+        if (next.tv_nsec >= 1000000000) next.tv_nsec -= 1000000000, ++next.tv_sec;
+        clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next, NULL);
+    }
+    unlink(path);
+}
+
+int main(int count, char **arguments) {
+    if (count != 2 && !(count == 4 && !strcmp(arguments[2], "--link"))) {
+        fprintf(stderr, "usage: avr_board FIRMWARE.elf [--link PATH]\n");
+        return 2;
+    }
+    avr_global_logger_set(be_quiet);
+    load(arguments[1]);
+    if (count == 4) real_time(arguments[3]);
+    else lockstep();
+    return 0;
+}

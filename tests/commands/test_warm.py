@@ -52,7 +52,7 @@ def test_a_worker_compiles_a_group_and_names_the_files_of_its_kernels(
     warming.wait(show=lambda progress: told.append((progress.done, progress.total)))
     assert told[-1] == (1, 1) and not warming.busy
     assert kernel_stamp.all_there(kernel_stamp.stamp_path())
-    assert "gyro_ekf._correct" in kernel_stamp.stamp_path().read_text()
+    assert "correction.correct" in kernel_stamp.stamp_path().read_text()
 
 
 def test_with_a_stamp_nothing_is_compiled_and_without_its_files_it_is_void(

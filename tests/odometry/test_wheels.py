@@ -8,10 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.odometry.body import Body
 from chefbot.odometry.dead_reckoning import DeadReckoning
-from chefbot.odometry.motion import arc, predict
+from chefbot.odometry.motion import BIAS_X, BIAS_Y, INPUTS, SIZE, YAW, arc, predict
 from chefbot.odometry.params import OdometryParams
-from chefbot.odometry.wheels import Wheels, tick_difference
+from chefbot.odometry.readings import WheelCounts
+from chefbot.odometry.wheels import Counters, count, tick_difference
 from chefbot.robot.load import load_robot
 
 ROBOT = load_robot("chefbot")
@@ -74,20 +76,50 @@ def test_a_full_circle_closes_however_it_is_cut(parts):
     assert np.allclose(pose.array(), (1.0, -2.0, 0.3), atol=1e-12)
 
 
-@given(
-    st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.floats(-3, 3), st.tuples(*[st.floats(-0.05, 0.05)] * 3)
-)
-def test_the_linearisation_is_the_derivative(left, right, yaw, shares):
-    """The covariance of one direction of error is the outer product of what a nudge that way does."""
-    state = np.array([0.4, -0.2, yaw, 0.0, 0.0, *shares])
-    nothing, quiet, h = np.zeros((8, 8)), np.zeros(2), 1e-6
-    for k in range(8):
-        direction = np.eye(8)[k]
-        _, covariance = predict(state, np.outer(direction, direction), left, right, quiet, 0.3)
-        ahead, _ = predict(state + h * direction, nothing, left, right, quiet, 0.3)
-        behind, _ = predict(state - h * direction, nothing, left, right, quiet, 0.3)
-        slope = (ahead - behind) / (2 * h)
-        assert np.allclose(covariance, np.outer(slope, slope), atol=1e-8)
+small = st.floats(-0.05, 0.05)
+
+
+def nudges(step, at, size):
+    """Derivative of `step` (by a vector) at `at`, by central differences."""
+    h, directions = 1e-6, np.eye(size)
+    return np.array([(step(at + h * d) - step(at - h * d)) / (2 * h) for d in directions]).T
+
+
+@given(left=small, right=small, yaw=st.floats(-3, 3), tilt=st.tuples(small, small), data=st.data())
+def test_the_linearisation_is_the_derivative(left, right, yaw, tilt, data):
+    """By state and by every input: the covariance after one certain way of erring is its outer product."""
+    state = np.array(data.draw(st.lists(small, min_size=SIZE, max_size=SIZE)))
+    state[YAW], inputs = yaw, np.array([left, right, *tilt])
+    nothing, quiet, seconds = np.zeros((SIZE, SIZE)), np.zeros((INPUTS, INPUTS)), 0.1
+
+    def step(x, u):
+        return predict(x, nothing, u[:2], u[2:], seconds, quiet, 0.3, 0.2, 0.0)[0]
+
+    def spread(covariance, noise):
+        return predict(state, covariance, inputs[:2], inputs[2:], seconds, noise, 0.3, 0.2, 0.0)[1]
+
+    by_state = nudges(lambda x: step(x, inputs), state, SIZE)
+    by_input = nudges(lambda u: step(state, u), inputs, 4)
+    for k, direction in enumerate(np.eye(SIZE)):
+        expected = np.outer(by_state[:, k], by_state[:, k])
+        assert np.allclose(spread(np.outer(direction, direction), quiet), expected, atol=1e-8)
+    for k, direction in enumerate(np.eye(INPUTS)[:4]):
+        expected = np.outer(by_input[:, k], by_input[:, k])
+        assert np.allclose(spread(nothing, np.outer(direction, direction)), expected, atol=1e-8)
+
+
+@given(roll=small, pitch=small, yaw=st.floats(-3, 3), step=small)
+def test_on_a_slope_the_way_leads_up(roll, pitch, yaw, step):
+    """Nose down (a positive pitch, REP-103) is down; the length of the way stays."""
+    state = np.zeros(SIZE)
+    state[3:6] = roll, pitch, yaw
+    none = np.zeros((INPUTS, INPUTS))
+    still, both = np.zeros(2), np.array([step, step])
+    moved, _ = predict(state, np.zeros((SIZE, SIZE)), both, still, 0.0, none, 0.3, 0.0, 0.0)
+    assert moved[2] == pytest.approx(-step * math.sin(pitch), abs=1e-12)
+    assert np.linalg.norm(moved[:3]) == pytest.approx(abs(step), abs=1e-12)
+    assert np.allclose(moved[3:6], state[3:6])
+    assert not moved[[BIAS_X, BIAS_Y]].any()
 
 
 @given(steps)
@@ -126,17 +158,18 @@ def test_a_restarted_board_does_not_throw_the_robot_across_the_room():
     for k in range(100):
         before = odometry.update(100_000 + 50 * k, 100_000 + 50 * k, DT)
     after = odometry.update(0, 0, DT)
-    assert odometry.wheels.restarts == 1
+    assert odometry.belief.counters.restarts == 1
     assert after.pose == before.pose
     assert after.covariance[0, 0] > before.covariance[0, 0] + 1e-5
 
 
 def test_the_fastest_possible_motion_is_no_restart():
-    wheels = Wheels(ROBOT, OdometryParams(), 32)
+    body, counters = Body.of(ROBOT, OdometryParams(), 32), Counters(counts=(0, 0))
     full = int(ROBOT.motor.no_load_speed * ROBOT.wheel_radius * DT / ROBOT.metres_per_tick)
     for k in range(10):
-        wheels.step(full * k, -full * k, DT)
-    assert wheels.restarts == 0
+        counters, rolled = count(body, counters, WheelCounts(0, full * k, -full * k), 20_000_000)
+    assert counters.restarts == 0
+    assert rolled.left == -rolled.right == pytest.approx(full * ROBOT.metres_per_tick)
 
 
 @pytest.mark.parametrize("dt", [0.0, -0.1, math.nan])

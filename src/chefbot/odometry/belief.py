@@ -1,0 +1,51 @@
+"""All that the filter knows after a reading: a value, so that one can go back to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from chefbot.odometry.body import Body
+from chefbot.odometry.motion import Array
+from chefbot.odometry.readings import ImuReading, PoseReading
+from chefbot.odometry.watch import Source, Watch
+from chefbot.odometry.wheels import Counters
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Mean speed (m/s), turn rate (rad/s) and length (s) of the last stretch between readings of the wheels."""
+
+    speed: float
+    turn: float
+    dt: float
+
+
+@dataclass(frozen=True, eq=False)
+class Belief:
+    """Estimate and memory. `pending` was sensed after the last reading of the wheels, and waits for the next.
+
+    state (n,), covariance (n, n): see `motion`. stamp_ns: of the last reading of the wheels.
+    """
+
+    state: Array
+    covariance: Array
+    stamp_ns: int | None = None
+    counters: Counters = field(default_factory=Counters)
+    pending: tuple[ImuReading | PoseReading, ...] = ()
+    pace: Pace | None = None
+    gyro_ns: int | None = None
+    """From then on a gyro's reading tells of the turn `SWING`."""
+    doubted: tuple[float, ...] = ()
+    """Turns that the gyro told since then and that jumped so far that the next reading has to confirm them."""
+    tilting: ImuReading | None = None
+    """The last reading whose rates about x and y can be used."""
+    watches: dict[Source, Watch] = field(default_factory=lambda: {source: Watch() for source in Source})
+    contradicted_ns: int | None = None
+    """Since when wheels and gyro contradict each other."""
+    silent_side: int | None = None
+    """0: the left wheel is silent against all evidence, 1: the right one."""
+
+    @classmethod
+    def begin(cls, body: Body) -> Belief:
+        """At the origin of odom, nothing heard."""
+        return cls(*body.start())

@@ -110,6 +110,12 @@ static int phase[2];
 static long turns[2];  // quarter steps still to come
 static double turn_every[2], turn_next[2];
 
+// What drives a pin from outside; without it simavr's pull-ups win whenever the program writes the port.
+static void hold(char port, int mask, int value) {
+    avr_ioport_external_t outside = {.name = (unsigned)port, .mask = (unsigned)mask, .value = (unsigned)value};
+    avr_ioctl(avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(port), &outside);
+}
+
 static void pin(char port, int bit, int value) {
     avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(port), bit), (uint32_t)value);
 }
@@ -208,11 +214,16 @@ static void connect(void) {
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), on_adc, NULL);
 }
 
+static void press_estop(int pressed) {
+    hold('A', 1 << 6, pressed << 6);
+    pin('A', 6, pressed);
+}
+
 static void surroundings(void) {
-    pin('A', 6, 0);
+    press_estop(0);
+    hold('E', 3 << 4, 0);
+    hold('D', 3 << 2, 0);
     pin('L', 0, 0);
-    show_lines(0);
-    show_lines(1);
 }
 
 static void load(const char *path) {
@@ -287,7 +298,7 @@ static void obey(char *line) {
     else if (sscanf(line, "imu %d %d %d %d %d %d %d", raw, raw + 1, raw + 2, raw + 3, raw + 4, raw + 5, raw + 6) == 7) imu_put(raw);
     else if (sscanf(line, "battery %ld", &a) == 1) battery_mv = (int)a;
     else if (sscanf(line, "echo %ld", &a) == 1) echo_us = (int)a;
-    else if (sscanf(line, "estop %ld", &a) == 1) pin('A', 6, (int)a);
+    else if (sscanf(line, "estop %ld", &a) == 1) press_estop(a != 0);
     else {
         fprintf(stderr, "avr_board: unknown command: %s", line);
         exit(2);

@@ -34,6 +34,7 @@ const uint16_t ASKED = 0xC4EF;
 Board board;
 const RobotConstants ROBOT = CHEFBOT_ROBOT_CONSTANTS;
 volatile uint16_t battery_mv;
+volatile bool twi_done;
 
 // Bytes between interrupts and main loop; one writer, one reader, 8-bit indices are atomic.
 template <uint8_t BITS>
@@ -63,17 +64,22 @@ Ring<8> waiting;
 uint8_t left_lines() { return static_cast<uint8_t>((PINE >> 3 & 2) | (PINE >> 5 & 1)); }
 uint8_t right_lines() { return static_cast<uint8_t>((PIND >> 2 & 2) | (PIND >> 2 & 1)); }
 
+// The next action of the bus. Its end is told by interrupt, not read from TWINT: simavr 1.6 leaves that flag set.
 bool twi(uint8_t control) {
-    TWCR = static_cast<uint8_t>(control | 1 << TWINT | 1 << TWEN);
+    twi_done = false;
+    TWCR = static_cast<uint8_t>(control | 1 << TWINT | 1 << TWEN | 1 << TWIE);
     for (uint16_t i = 0; i < TWI_PATIENCE; ++i) {
-        if (TWCR & 1 << TWINT) return true;
+        if (twi_done) return true;
     }
     return false;
 }
 
-bool twi_send(uint8_t byte, uint8_t status) {
+uint8_t twi_status() { return TWSR & 0xF8; }
+
+// Address or data, acknowledged: 0x18 after an address, 0x28 after data (which simavr 1.6 says after both).
+bool twi_send(uint8_t byte) {
     TWDR = byte;
-    return twi(0) && (TWSR & 0xF8) == status;
+    return twi(0) && (twi_status() == 0x18 || twi_status() == 0x28);
 }
 
 // Frees the bus and a slave that hangs in the middle of a byte.
@@ -88,13 +94,13 @@ bool twi_stop(bool result) {
 }
 
 bool twi_address(uint8_t address, uint8_t reg) {
-    return twi(1 << TWSTA) && (TWSR & 0xF8) == 0x08 && twi_send(static_cast<uint8_t>(address << 1), 0x18) &&
-           twi_send(reg, 0x28);
+    return twi(1 << TWSTA) && twi_status() == 0x08 && twi_send(static_cast<uint8_t>(address << 1)) && twi_send(reg);
 }
 
 bool twi_receive(uint8_t address, uint8_t *bytes, uint8_t count) {
-    if (!twi(1 << TWSTA) || (TWSR & 0xF8) != 0x10) return false;
-    if (!twi_send(static_cast<uint8_t>(address << 1 | 1), 0x40)) return false;
+    if (!twi(1 << TWSTA) || twi_status() != 0x10) return false;
+    TWDR = static_cast<uint8_t>(address << 1 | 1);
+    if (!twi(0) || twi_status() != 0x40) return false;
     while (count-- > 0) {
         if (!twi(count > 0 ? 1 << TWEA : 0)) return false;
         *bytes++ = TWDR;
@@ -152,7 +158,7 @@ void hal_ping(void *) {
 }
 
 bool hal_i2c_write(void *, uint8_t address, uint8_t reg, uint8_t value) {
-    return twi_stop(twi_address(address, reg) && twi_send(value, 0x28));
+    return twi_stop(twi_address(address, reg) && twi_send(value));
 }
 
 bool hal_i2c_read(void *, uint8_t address, uint8_t reg, uint8_t *bytes, uint8_t count) {
@@ -198,6 +204,11 @@ ISR(TIMER4_CAPT_vect) {
     TIFR4 = 1 << ICF4;
 }
 
+ISR(TWI_vect) {
+    TWCR = 1 << TWEN;  // keeps TWINT, so the bus waits
+    twi_done = true;
+}
+
 ISR(USART0_RX_vect) {
     const uint8_t byte = UDR0;
     if (received.room() > 0) received.push(byte);  // else the line fails its CRC
@@ -219,6 +230,8 @@ void before_main() {
 }
 
 static void start_pins() {
+    EICRA = 1 << ISC20 | 1 << ISC30;  // any edge; before the pins, for a low pin is an interrupt by default
+    EICRB = 1 << ISC40 | 1 << ISC50;
     PORTA = ESTOP;  // pull-up: a broken wire is a pressed button
     DDRA = IN_A[LEFT] | IN_B[LEFT] | IN_A[RIGHT] | IN_B[RIGHT] | ENABLE;
     DDRB = PWM_LEFT | PWM_RIGHT | BUSY;
@@ -239,16 +252,15 @@ static void start_timers() {
 }
 
 static void start_buses() {
-    UBRR0 = BAUD_115200;
     UCSR0A = 1 << U2X0;
+    UBRR0 = BAUD_115200;
     UCSR0C = 1 << UCSZ01 | 1 << UCSZ00;
     UCSR0B = 1 << RXEN0 | 1 << TXEN0 | 1 << RXCIE0;
     TWBR = TWI_400K;
     ADMUX = 1 << REFS0;
     ADCSRA = 1 << ADEN | 1 << ADSC | 1 << ADPS2 | 1 << ADPS1 | 1 << ADPS0;
     while (ADCSRA & 1 << ADSC) {}
-    EICRA = 1 << ISC20 | 1 << ISC30;  // any edge
-    EICRB = 1 << ISC40 | 1 << ISC50;
+    EIFR = 1 << INTF2 | 1 << INTF3 | 1 << INTF4 | 1 << INTF5;
     EIMSK = 1 << INT2 | 1 << INT3 | 1 << INT4 | 1 << INT5;
 }
 

@@ -119,6 +119,34 @@ def map_saver(
     save_running_map(file, page)
 
 
+@app.command()
+def design(
+    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    payload: Annotated[str | None, typer.Option(help="6, '6 kg' or '13 lb'")] = None,
+    speed: Annotated[str | None, typer.Option(help="m/s, or with a unit")] = None,
+    acceleration: Annotated[str | None, typer.Option(help="m/s^2")] = None,
+    slope: Annotated[str | None, typer.Option(help="steepest ramp, degrees")] = None,
+    run_time: Annotated[str | None, typer.Option(help="of one charge, hours")] = None,
+    wheel: Annotated[str | None, typer.Option(help="diameter, m")] = None,
+    radius: Annotated[str | None, typer.Option(help="of the plates, m")] = None,
+    write: Annotated[Path | None, typer.Option(help="robot file with the choice")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="as JSON, in SI units")] = False,
+) -> None:
+    """Size motors, driver and battery: every sum with its numbers, the catalogue judged, the choice written."""
+    from chefbot.commands.design import run_design
+
+    asked = {
+        "payload": payload,
+        "speed": speed,
+        "acceleration": acceleration,
+        "slope": slope,
+        "run-time": run_time,
+        "wheel": wheel,
+        "radius": radius,
+    }
+    run_design(robot, asked, write, as_json)
+
+
 def _find_a_place_for_kernels() -> None:
     """Numba does not start without a folder for compiled kernels; where none can be written, a passing one does."""
     usual = (Path(__file__).parent, Path.home() / ".cache", Path.home())

@@ -12,18 +12,18 @@ from rich.console import Console
 
 from chefbot.commands.design_json import as_plain
 from chefbot.commands.design_print import print_sheet
-from chefbot.commands.units import amount
+from chefbot.commands.units import amounts
 from chefbot.config import read_bytes
 from chefbot.design.chapter_method import chapter_method
 from chefbot.design.checks import judge
 from chefbot.design.geometry import following, remedies
-from chefbot.design.robot_text import Change, changed, headed, holds
-from chefbot.design.selection import Verdict, choose, nearest, verdicts
+from chefbot.design.robot_text import Change, changed, headed, value_of
+from chefbot.design.selection import Verdict, nearest, settled, verdicts
 from chefbot.design.sheet import Sheet
 from chefbot.design.stability import loaded
 from chefbot.errors import UserError
 from chefbot.robot.catalogue import load_catalogue
-from chefbot.robot.load import parse_robot, robot_path
+from chefbot.robot.load import LIKE, find_robot, parse_robot
 from chefbot.robot.spec import Robot
 from chefbot.robot.units import to_si
 from chefbot.runtime.files import write_atomic
@@ -54,9 +54,9 @@ OPTIONS = {
 }
 
 
-def run_design(robot: str, overrides: Mapping[str, str | None], write: Path | None, as_json: bool) -> int:
+def run_design(robot: str, overrides: Mapping[str, str | None], write: Path | None, as_json: bool) -> None:
     """Print the sheet and write the file; UserError where a file was asked for and no set of parts does."""
-    path = robot_path(robot)
+    path = find_robot(robot)
     given = {name: value for name, value in overrides.items() if value is not None}
     text, sheet = work_out(path, given)
     if as_json:
@@ -66,27 +66,35 @@ def run_design(robot: str, overrides: Mapping[str, str | None], write: Path | No
         console = Console(highlight=False)
         console.width = min(console.width, WIDTH) if console.is_terminal else WIDTH
         print_sheet(console, sheet)
-    return _write(write, text, sheet, console, as_json) if write else 0
+    if write is not None:
+        _write(write, text, sheet)
+        if not as_json:
+            console.print(f"\nWritten: {write}; next: chefbot check {write}", soft_wrap=True)
 
 
 class _Draft(NamedTuple):
     """A robot file in the making: its text, the robot that it describes, and what followed from something else."""
 
+    path: Path
     text: str
     robot: Robot
-    where: str
     follows: tuple[Change, ...] = ()
 
     def with_changes(self, changes: list[Change], asked: bool = False) -> _Draft:
         """With the changes, and with what follows from them in turn."""
         if not changes:
             return self
-        text = changed(self.text, changes)
-        robot = parse_robot(text.encode(), self.where)
-        more = [change for change in following(self.robot, robot) if holds(text, change.path)]
-        text = changed(text, more)
+        texts = {change.path: change.text for change in changes}
+        diameter = _metres(texts.get(("wheels", "diameter")), self.robot.wheels.diameter)
+        radius = _metres(texts.get(("body", "radius")), self.robot.body.radius)
+        more = following(self.robot, diameter, radius)
+        text = changed(self.text, [*changes, *more])
         follows = (*self.follows, *([] if asked else changes), *more)
-        return _Draft(text, parse_robot(text.encode(), self.where), self.where, follows)
+        return _Draft(self.path, text, parse_robot(text.encode(), self.path), follows)
+
+
+def _metres(text: str | None, otherwise: float) -> float:
+    return otherwise if text is None else to_si(text, "m")
 
 
 def work_out(path: Path, given: dict[str, str]) -> tuple[str, Sheet]:
@@ -94,27 +102,39 @@ def work_out(path: Path, given: dict[str, str]) -> tuple[str, Sheet]:
 
     Where no set passes and only the geometry is in the way, the geometry follows, unless the owner asked for it.
     """
-    text = read_bytes(path, "robot file").decode()
-    where = f"robot file {path}" + (f" with {_options(given)}" if given else "")
-    asked = [Change(OPTIONS[name].path, _quantity(name, value), "asked for") for name, value in given.items()]
-    draft = _Draft(text, parse_robot(text.encode(), f"robot file {path}"), where).with_changes(
-        asked, asked=True
-    )
+    draft = _asked(path, given)
     own = judge(draft.robot, loaded(draft.robot))
     candidates = verdicts(draft.robot, load_catalogue())
-    while choose(candidates) is None:
-        verdict = nearest(candidates)
-        fixed = {OPTIONS[name].path for name in given}
-        changes = [c for c in remedies(verdict.robot, verdict.failures) if c.path not in fixed]
+    while (chosen := settled(candidates)) is None:
+        changes = remedies(candidates, {OPTIONS[name].path for name in given})
         if not changes or len(draft.follows) > MOST_FOLLOWING:
             break
         draft = draft.with_changes(changes)
         candidates = verdicts(draft.robot, load_catalogue())
-    chosen = choose(candidates) or nearest(candidates)
-    chapter = chapter_method(draft.robot)
-    return draft.text, Sheet(
-        path.stem, given, draft.robot, list(draft.follows), own, chapter, candidates, chosen
-    )
+    sheet = Sheet(
+        path.stem, given, draft.robot, list(draft.follows), own, chapter_method(draft.robot), candidates,
+        chosen or nearest(candidates),
+    )  # fmt: skip
+    return _movable(draft.text, path), sheet
+
+
+def _movable(text: str, path: Path) -> str:
+    """The text of `path` for a file in another folder: the file that it is like is named in full."""
+    like = value_of(text, (LIKE,))
+    if like is None or not ("/" in like or like.endswith((".yaml", ".yml"))):
+        return text
+    return changed(text, [Change((LIKE,), str((path.parent / like).resolve()))])
+
+
+def _asked(path: Path, given: dict[str, str]) -> _Draft:
+    """The robot file with the overrides."""
+    data = read_bytes(path, "robot file")
+    draft = _Draft(path, data.decode(errors="replace"), parse_robot(data, path))
+    asked = [Change(OPTIONS[name].path, _quantity(name, value), "asked for") for name, value in given.items()]
+    try:
+        return draft.with_changes(asked, asked=True)
+    except UserError as error:
+        raise UserError(f"with {_options(given)}: {error}") from None
 
 
 def _quantity(name: str, value: str) -> str:
@@ -134,27 +154,23 @@ def _options(given: dict[str, str]) -> str:
     )
 
 
-def _write(path: Path, text: str, sheet: Sheet, console: Console, quiet: bool) -> int:
-    """The file with the chosen parts; a set that fails is not written."""
+def _write(path: Path, text: str, sheet: Sheet) -> None:
+    """The file with the chosen parts; UserError where no set passes."""
     if not sheet.chosen.passed:
         failure = sheet.chosen.failures[0]
+        have, bound = amounts(failure.have, failure.bound, failure.unit)
         raise UserError(
-            f"{path} is not written: no set of the catalogue passes; the nearest lacks {failure.name}, "
-            f"{amount(failure.have, failure.unit)} where {amount(failure.bound, failure.unit)} is the bound; "
-            f"change {failure.key}"
+            f"{path} is not written: no set of the catalogue passes; the nearest lacks {failure.name}: "
+            f"{have}, where {bound} is the bound; "
+            f"change {failure.key} or ask for less"
         )
     text = chosen_text(text, path.stem, sheet)
-    robot = parse_robot(text.encode(), f"robot file {path}")
-    if robot.motor != sheet.chosen.robot.motor:
-        raise AssertionError("the written file does not hold the chosen motor")
+    parse_robot(text.encode(), path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"folder {path.parent} cannot be made: {error.strerror}") from None
     write_atomic(path, text.encode())
-    if not quiet:
-        console.print(f"\nWritten: {path}; next: chefbot check {path}", soft_wrap=True)
-    return 0
 
 
 def chosen_text(text: str, stem: str, sheet: Sheet) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.commands.units import amount
+from chefbot.commands.units import amount, amounts
 from chefbot.design.chapter_method import KG_CM
 from chefbot.design.checks import Check
 from chefbot.design.forces import motor_torque, slip_torque, worst
@@ -123,7 +123,7 @@ def reasons(verdict: Verdict, part: str = "") -> list[str]:
 def reason(check: Check) -> str:
     """`motor: continuous torque 0.18 N m (1.8 kg cm), at least 0.4 N m (4 kg cm) is needed`."""
     bound = "at least" if check.at_least else "at most"
-    have, need = amount(check.have, check.unit), amount(check.bound, check.unit)
+    have, need = amounts(check.have, check.bound, check.unit)
     change = "" if check.key == check.part else f"; change {check.key}"
     return f"{check.part}: {check.name} {have}, {bound} {need} wanted{change}"
 

@@ -25,13 +25,19 @@ SHOWN = {
 }
 
 
-def amount(value: float, unit: str) -> str:
+def amount(value: float, unit: str, digits: int = 3) -> str:
     """`amount(0.675, "N m") == "0.675 N m (6.88 kg cm)"`."""
     shown = SHOWN.get(unit)
     if shown is None:
-        return f"{_figure(value)} {unit}".rstrip()
-    other = f"{_figure(value / _factor(unit, shown.unit))} {shown.unit}"
-    return f"{_figure(value)} {unit} ({other})" if shown.beside else other
+        return f"{_figure(value, digits)} {unit}".rstrip()
+    other = f"{_figure(value / _factor(unit, shown.unit), digits)} {shown.unit}"
+    return f"{_figure(value, digits)} {unit} ({other})" if shown.beside else other
+
+
+def amounts(one: float, other: float, unit: str) -> tuple[str, str]:
+    """Two figures, with more digits where three do not tell them apart."""
+    digits = next((d for d in (3, 4, 5) if amount(one, unit, d) != amount(other, unit, d)), 6)
+    return amount(one, unit, digits), amount(other, unit, digits)
 
 
 @cache
@@ -39,5 +45,5 @@ def _factor(unit: str, shown: str) -> float:
     return to_si(f"1 {shown}", unit)
 
 
-def _figure(value: float) -> str:
-    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
+def _figure(value: float, digits: int) -> str:
+    return f"{value:.0f}" if abs(value) >= 10.0**digits else f"{value:.{digits}g}"

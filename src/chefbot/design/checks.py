@@ -16,6 +16,7 @@ from chefbot.design.forces import (
     worst,
 )
 from chefbot.design.stability import SAFETY, Load, tipping
+from chefbot.robot import layout
 from chefbot.robot.spec import Robot
 
 SPEED_RESERVE = 1.2
@@ -102,12 +103,12 @@ def motor_checks(robot: Robot, mass: float) -> list[Check]:
         at_least(
             "motor",
             "clearance below it",
-            motor_clearance(robot),
+            layout.motor_bottom(robot),
             robot.body.clearance,
             "m",
             "wheels.diameter",
         ),
-        at_most("motor", "length", motor.length, motor_room(robot), "m", "wheels.separation"),
+        at_most("motor", "length", motor.length, layout.motor_front(robot), "m", "wheels.separation"),
     ]
 
 
@@ -162,21 +163,6 @@ def wanted_speed(robot: Robot) -> float:
 def turn_rate(robot: Robot, mass: float) -> float:
     """On the spot, rad/s."""
     return 2.0 * wheel_speed(robot, mass) * robot.wheel_radius / robot.wheels.separation
-
-
-def motor_clearance(robot: Robot) -> float:
-    """Floor to the lowest of the motor's body, whose middle is `shaft_offset` above the axle, m."""
-    return robot.wheel_radius + robot.motor.shaft_offset - robot.motor.diameter / 2.0
-
-
-def motor_room(robot: Robot) -> float:
-    """Along the axle for each of the two motors, between the middle and its clamp, m."""
-    return (
-        robot.wheels.separation / DRIVEN_WHEELS
-        - robot.wheels.width / 2.0
-        - robot.wheels.gap
-        - robot.motor_clamp.thickness
-    )
 
 
 def boards(robot: Robot) -> int:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 
 import msgspec
 
-from chefbot.design.checks import TIPS_LESS, WHEEL, Check, robot_checks
+from chefbot.design.checks import TIPS_LESS, WHEEL, robot_checks
 from chefbot.design.robot_text import Change
+from chefbot.design.selection import Verdict
 from chefbot.design.sizing import smallest_wheel
 from chefbot.design.stability import loaded
 from chefbot.robot.spec import Robot
@@ -21,27 +23,39 @@ Values = dict[tuple[str, str], float]
 """Section and field to a length in metres."""
 
 
-def following(before: Robot, after: Robot) -> list[Change]:
-    """Changes that keep `after`, which has another wheel or radius than `before`, in proportion."""
-    edge = _edge(before, after.body.radius - before.body.radius)
+def following(robot: Robot, diameter: float, radius: float) -> list[Change]:
+    """Changes that keep the robot in proportion when it gets wheels of `diameter` and plates of `radius`, metres."""
+    edge = _edge(robot, radius - robot.body.radius)
     moved = [Change(path, mm(value), "moves with body.radius") for path, value in edge.items()]
-    return [*_notch(after), *moved]
+    return [*_notch(robot, diameter), *moved]
 
 
-def remedies(robot: Robot, failures: list[Check]) -> list[Change]:
-    """Changes of the geometry that mend every failure; none where one of them has another cause."""
-    keys = {check.key for check in failures}
-    if not keys or not keys <= {TIPS_LESS, WHEEL}:
-        return []
-    changes = []
-    if WHEEL in keys:
-        changes.append(Change(("wheels", "diameter"), mm(smallest_wheel(robot)), "for the motor's clearance"))
-    if TIPS_LESS in keys:
-        radius = stable_radius(robot)
-        if radius is None:
-            return []
-        changes.append(Change(("body", "radius"), mm(radius), "so that it does not tip"))
-    return changes
+def remedies(candidates: Iterable[Verdict], fixed: set[tuple[str, ...]]) -> list[Change]:
+    """Changes of the geometry, outside of the `fixed` keys, that mend the best set that nothing else is wrong with.
+
+    None where every set has another fault too.
+    """
+    ways = {key: way for key, way in WAYS.items() if tuple(key.split(".")) not in fixed}
+    for verdict in sorted(candidates, key=lambda verdict: (verdict.mass, verdict.power)):
+        keys = sorted({check.key for check in verdict.failures})
+        if keys and all(key in ways for key in keys):
+            changes = [ways[key](verdict.robot) for key in keys]
+            if None not in changes:
+                return [change for change in changes if change is not None]
+    return []
+
+
+def _wheel(robot: Robot) -> Change:
+    return Change(("wheels", "diameter"), mm(smallest_wheel(robot)), "for the motor's clearance")
+
+
+def _radius(robot: Robot) -> Change | None:
+    radius = stable_radius(robot)
+    return None if radius is None else Change(("body", "radius"), mm(radius), "so that it does not tip")
+
+
+WAYS: dict[str, Callable[[Robot], Change | None]] = {TIPS_LESS: _radius, WHEEL: _wheel}
+"""Key of a check to how the geometry mends it."""
 
 
 def stable_radius(robot: Robot) -> float | None:
@@ -65,9 +79,9 @@ def with_radius(robot: Robot, radius: float) -> Robot:
     return robot
 
 
-def _notch(after: Robot) -> list[Change]:
+def _notch(robot: Robot, diameter: float) -> list[Change]:
     """The slot is longer than the wheel (the chapter's rule)."""
-    notch, wanted = after.plates.notch, after.wheels.diameter + NOTCH_LONGER
+    notch, wanted = robot.plates.notch, diameter + NOTCH_LONGER
     if notch is None or notch.length >= wanted - 1e-9:
         return []
     return [Change(("plates", "notch", "length"), mm(wanted), "wheels.diameter + 10 mm")]

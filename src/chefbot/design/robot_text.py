@@ -22,7 +22,7 @@ class Change(NamedTuple):
 
 
 def changed(text: str, changes: list[Change]) -> str:
-    """`text` with the changes made, one after the other. UserError for a key that the file does not have.
+    """`text` with the changes made, one after the other; a key that the file does not have is added.
 
     A section that becomes a name (`motor: pololu_37d_70`) loses its inner lines; a comment behind a changed value
     goes, as it spoke of the old one.
@@ -40,27 +40,67 @@ def headed(text: str, lines: list[str]) -> str:
     return "\n".join([*(f"# {line}".rstrip() for line in lines), *rest])
 
 
-def holds(text: str, path: tuple[str, ...]) -> bool:
-    """Whether the file has the key."""
-    return _find(yaml.compose(text, Loader=yaml.SafeLoader), path) is not None
+def value_of(text: str, path: tuple[str, ...]) -> str | None:
+    """The text of the key's value, None where the file does not have it."""
+    found = _find(_composed(text), path)
+    return str(found[1].value) if found and isinstance(found[1], yaml.ScalarNode) else None
+
+
+def _composed(text: str) -> yaml.MappingNode:
+    node = yaml.compose(text, Loader=yaml.SafeLoader)
+    if not isinstance(node, yaml.MappingNode):
+        raise UserError("the robot file is not a list of sections")
+    return node
 
 
 def _change(text: str, change: Change) -> str:
-    found = _find(yaml.compose(text, Loader=yaml.SafeLoader), change.path)
-    if found is None:
-        raise UserError(f"the robot file has no {'.'.join(change.path)!r} to change; write it there first")
-    key, value = found
-    begin, end = key.end_mark.index, _last_index(value)
+    """The value replaced, or the key added to the deepest section on its way that the file has."""
+    root = _composed(text)
+    found = _find(root, change.path)
+    if found is not None:
+        return _replaced(text, found, change)
+    for depth in range(len(change.path) - 1, 0, -1):
+        section = _find(root, change.path[:depth])
+        if section is not None and isinstance(section[1], yaml.MappingNode) and section[1].value:
+            return _added(text, section[1], change, depth)
+    return text.rstrip("\n") + "\n\n" + _block(change.path, change, 0) + "\n"
+
+
+def _replaced(text: str, found: tuple[yaml.Node, yaml.Node], change: Change) -> str:
+    begin, end = found[0].end_mark.index, _last_index(found[1])
     tail = text[end:]
     comment = _COMMENT.match(tail)
     if comment:
         tail = tail[comment.end() :]
     line = f": {change.text}"
-    at_line_end = tail[:1] in ("", "\n")
-    if change.comment and at_line_end:
-        column = begin - (text.rfind("\n", 0, begin) + 1)
-        line += " " * max(2, COMMENT_COLUMN - column - len(line)) + f"# {change.comment}"
+    if tail[:1] in ("", "\n"):
+        line += _remark(change, begin - (text.rfind("\n", 0, begin) + 1) + len(line))
     return text[:begin] + line + tail
+
+
+def _added(text: str, section: yaml.MappingNode, change: Change, depth: int) -> str:
+    """The rest of the path behind the section's last entry."""
+    rest = change.path[depth:]
+    end = _last_index(section.value[-1][1])
+    if section.flow_style:
+        inner = change.text
+        for key in reversed(rest[1:]):
+            inner = f"{{{key}: {inner}}}"
+        return f"{text[:end]}, {rest[0]}: {inner}{text[end:]}"
+    line_end = text.find("\n", end)
+    line_end = len(text) if line_end < 0 else line_end
+    return text[:line_end] + "\n" + _block(rest, change, section.start_mark.column) + text[line_end:]
+
+
+def _block(path: tuple[str, ...], change: Change, indent: int) -> str:
+    lines = [f"{' ' * (indent + 2 * i)}{key}:" for i, key in enumerate(path)]
+    lines[-1] += f" {change.text}"
+    lines[-1] += _remark(change, len(lines[-1]))
+    return "\n".join(lines)
+
+
+def _remark(change: Change, column: int) -> str:
+    return " " * max(2, COMMENT_COLUMN - column) + f"# {change.comment}" if change.comment else ""
 
 
 def _find(node: yaml.Node | None, path: tuple[str, ...]) -> tuple[yaml.Node, yaml.Node] | None:

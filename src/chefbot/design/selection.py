@@ -12,6 +12,7 @@ from chefbot.design.checks import Check, boards, judge
 from chefbot.design.forces import DRIVEN_WHEELS
 from chefbot.design.power import mean_power
 from chefbot.design.stability import Load, loaded
+from chefbot.robot import layout
 from chefbot.robot.catalogue import Catalogue
 from chefbot.robot.spec import Robot
 
@@ -66,22 +67,46 @@ class Verdict(NamedTuple):
 
 
 def verdicts(robot: Robot, catalogue: Catalogue) -> list[Verdict]:
-    """Every set of the catalogue in this robot. Mass and centre follow the parts."""
-    return [
-        _verdict(robot, catalogue, Parts(*names))
-        for names in product(catalogue.motors, catalogue.drivers, catalogue.batteries)
-    ]
+    """Every set of the catalogue in this robot. Mass and centre follow the parts.
+
+    The solids are weighed once for each motor; driver and battery are boxes that are exchanged by the sums. `settled`
+    weighs the solids of the choice.
+    """
+    sets = []
+    for motor in catalogue.motors:
+        driven = msgspec.structs.replace(robot, motor=catalogue.motors[motor])
+        load = loaded(driven)
+        for driver, battery in product(catalogue.drivers, catalogue.batteries):
+            candidate = msgspec.structs.replace(
+                driven, driver=catalogue.drivers[driver], battery=catalogue.batteries[battery]
+            )
+            exchanged = _exchanged(load, driven, candidate)
+            checks = judge(candidate, exchanged)
+            sets.append(Verdict(Parts(motor, driver, battery), candidate, exchanged, checks))
+    return sets
 
 
-def _verdict(robot: Robot, catalogue: Catalogue, parts: Parts) -> Verdict:
-    candidate = msgspec.structs.replace(
-        robot,
-        motor=catalogue.motors[parts.motor],
-        driver=catalogue.drivers[parts.driver],
-        battery=catalogue.batteries[parts.battery],
-    )
-    load = loaded(candidate)
-    return Verdict(parts, candidate, load, judge(candidate, load))
+def _exchanged(load: Load, before: Robot, after: Robot) -> Load:
+    """The load with the boxes of driver and battery of `after` instead of those of `before`."""
+    terms = [(load.mass, (load.x, load.y, load.z))]
+    for robot, sign in ((before, -1.0), (after, 1.0)):
+        for box, place in ((robot.driver, robot.places.driver), (robot.battery, robot.places.battery)):
+            height = layout.plate_top(robot, place.plate) + box.size.z / 2.0
+            terms.append((sign * box.mass, (place.x, place.y, height)))
+    mass = sum(weight for weight, _ in terms)
+    return Load(mass, *(sum(weight * at[axis] for weight, at in terms) / mass for axis in range(3)))
+
+
+def settled(candidates: Iterable[Verdict]) -> Verdict | None:
+    """The choice, judged again with its solids weighed; the next one where it does not pass then."""
+    left = list(candidates)
+    while (choice := choose(left)) is not None:
+        load = loaded(choice.robot)
+        exact = choice._replace(load=load, checks=judge(choice.robot, load))
+        if exact.passed:
+            return exact
+        left = [verdict for verdict in left if verdict is not choice]
+    return None
 
 
 def choose(candidates: Iterable[Verdict]) -> Verdict | None:

@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 
 from chefbot.design import forces, motor_line, power
-from chefbot.design.checks import SPEED_RESERVE, WORST_SHARE_OF_STALL, motor_clearance, turn_rate
+from chefbot.design.checks import SPEED_RESERVE, WORST_SHARE_OF_STALL, turn_rate
 from chefbot.design.stability import Load, tipping
 from chefbot.design.worked import Result, worked
+from chefbot.robot import layout
 from chefbot.robot.spec import Robot
 
 
@@ -95,7 +96,7 @@ def _turn_rate(robot: Robot, mass: float) -> Result:
 def _motor_clearance(robot: Robot) -> Result:
     motor = robot.motor
     return worked(
-        "clearance below the motor's body", motor_clearance(robot), "m", "r + o - d / 2", motor.title,
+        "clearance below the motor's body", layout.motor_bottom(robot), "m", "r + o - d / 2", motor.title,
         r=robot.wheel_radius, o=motor.shaft_offset, d=motor.diameter,
     )  # fmt: skip
 

@@ -12,7 +12,6 @@ import math
 from typing import NamedTuple
 
 from chefbot.design.worked import Result, worked
-from chefbot.robot.solids import mass_properties
 from chefbot.robot.spec import DRIVEN_SHARE_OF_WEIGHT, GRAVITY, Robot
 
 SAFETY = 1.5
@@ -31,9 +30,9 @@ class Load(NamedTuple):
 
 def loaded(robot: Robot) -> Load:
     """From the solids, with the payload's middle half its height above the top."""
-    own, payload = mass_properties(robot), robot.body.payload
+    own, payload = robot.mass_properties, robot.body.payload
     mass = own.mass + payload
-    height = robot.height + robot.body.payload_height / 2.0
+    height = (robot.height + robot.overall_height) / 2.0
     x, y, z = own.centre
     return Load(mass, own.mass * x / mass, own.mass * y / mass, (own.mass * z + payload * height) / mass)
 

@@ -1,0 +1,144 @@
+"""`chefbot design` as a person runs it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.cli import app
+from chefbot.commands.design import run_design, work_out
+from chefbot.commands.units import SHOWN, amount
+from chefbot.design.checks import judge
+from chefbot.design.stability import loaded
+from chefbot.errors import UserError
+from chefbot.robot.load import find_robot, load_robot
+from chefbot.robot.units import to_si
+
+NOTHING: dict[str, str | None] = {}
+
+
+def printed(capsys: pytest.CaptureFixture[str], *, as_json: bool = False, **asked: str) -> str:
+    run_design("chefbot", {name.replace("_", "-"): value for name, value in asked.items()}, None, as_json)
+    return capsys.readouterr().out
+
+
+def test_the_sheet_shows_both_methods_and_fits_a_hundred_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    out = printed(capsys)
+    for phrase in ("0.6 * 25 * 0.045", "0.675 N m (6.88 kg cm)", "10 kg cm", "74.3 rpm", "80 rpm", "50 N"):
+        assert phrase in out, phrase
+    for phrase in ("m * (a + g * sin(s) + c * g *", "pololu_37d_131", "Chosen (*)", "least power"):
+        assert phrase in out, phrase
+    assert max(len(line) for line in out.splitlines()) <= 100
+
+
+def test_json_holds_every_figure_with_its_working(capsys: pytest.CaptureFixture[str]) -> None:
+    sheet = json.loads(printed(capsys, as_json=True, payload="3 kg"))
+    assert sheet["asked_for"] == {"payload": "3 kg"}
+    for part in ("chapter", "needs", "gives", "stands"):
+        assert all(entry["formula"] and entry["numbers"] and entry["source"] for entry in sheet[part])
+    assert sheet["choice"]["passes"]
+    slow = sheet["catalogue"]["motor"]["pololu_37d_131"]
+    assert not slow["passes"]
+    assert slow["failures"][0]["name"] == "speed with reserve"
+
+
+def test_a_heavier_robot_gets_a_file_that_passes_its_own_checks(tmp_path: Path) -> None:
+    path = tmp_path / "big.yaml"
+    run_design("chefbot", {"payload": "6", "speed": "0.6", "slope": None}, path, as_json=True)
+    robot = load_robot(str(path))
+    assert robot.name == "big"
+    assert robot.body.payload == 6.0
+    assert robot.drive.max_speed == 0.6
+    assert robot.max_speed == 0.6
+    assert all(check.passed for check in judge(robot, loaded(robot)))
+    text = path.read_text()
+    assert "--payload 6 --speed 0.6" in text
+    assert text.count("#") > 10, "the comments stay"
+    again, sheet = work_out(path, {})
+    assert again == text
+    assert not sheet.follows
+    assert all(check.passed for check in sheet.own)
+
+
+def test_other_wheels_take_their_slots_with_them(tmp_path: Path) -> None:
+    path = tmp_path / "wheels.yaml"
+    run_design("chefbot", {"wheel": "15 cm", "payload": "6 kg", "speed": "0.6 m/s"}, path, as_json=True)
+    robot = load_robot(str(path))
+    assert robot.wheels.diameter == pytest.approx(0.15)
+    assert robot.plates.notch is not None
+    assert robot.plates.notch.length > robot.wheels.diameter
+
+
+def test_units_may_be_given_or_left_out() -> None:
+    path = find_robot("chefbot")
+    pairs = [
+        ("payload", "2.5", "2500 g"),
+        ("speed", "0.4", "40 cm/s"),
+        ("slope", "4", "0.0698131700797 rad"),
+        ("run-time", "1.5", "90 min"),
+    ]
+    for name, bare, full in pairs:
+        section, field = {"payload": ("body", "payload"), "speed": ("drive", "max_speed")}.get(
+            name, {"slope": ("drive", "max_slope"), "run-time": ("power", "run_time")}.get(name, ("", ""))
+        )
+        values = [
+            getattr(getattr(work_out(path, {name: text})[1].robot, section), field) for text in (bare, full)
+        ]
+        assert values[0] == pytest.approx(values[1], rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("payload", "banana", "--payload"),
+        ("payload", "3 m", "--payload"),
+        ("payload", "-1", "payload"),
+        ("speed", "nan", "--speed"),
+        ("speed", "1e300", "max_speed"),
+        ("slope", "89", "max_slope"),
+        ("wheel", "0", "diameter"),
+        ("run-time", "", "--run-time"),
+    ],
+)
+def test_what_makes_no_sense_is_said(name: str, value: str, words: str) -> None:
+    with pytest.raises(UserError, match=words) as caught:
+        run_design("chefbot", {name: value}, None, as_json=True)
+    assert "\n" not in str(caught.value)
+
+
+def test_nothing_is_written_where_nothing_passes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "truck.yaml"
+    asked: dict[str, str | None] = {"payload": "80", "speed": "3"}
+    run_design("chefbot", asked, None, as_json=False)
+    assert "No set of the catalogue passes" in capsys.readouterr().out
+    with pytest.raises(UserError, match=r"not written.*nearest"):
+        run_design("chefbot", asked, path, as_json=False)
+    assert not path.exists()
+
+
+def test_the_verb_ends_with_2_and_one_sentence() -> None:
+    command = [sys.executable, "-c", "from chefbot.cli import main; main()", "design", "--payload", "tea"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("chefbot: --payload: ")
+    assert done.stderr.count("\n") == 1
+
+
+def test_the_verb_knows_every_option() -> None:
+    names = {command.callback.__name__ for command in app.registered_commands if command.callback}
+    assert "design" in names
+
+
+@given(st.sampled_from(sorted(SHOWN)), st.floats(1e-3, 1e5))
+def test_a_shown_amount_reads_back_as_the_figure(unit: str, value: float) -> None:
+    text = amount(value, unit)
+    shown = text.split("(")[0].strip()
+    assert to_si(shown, unit) == pytest.approx(value, rel=6e-3)
+    if "(" in text:
+        assert to_si(text.split("(")[1].rstrip(")"), unit) == pytest.approx(value, rel=6e-3)

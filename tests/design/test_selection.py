@@ -1,0 +1,121 @@
+"""The choice from the catalogue, and what the geometry has to follow with."""
+
+from __future__ import annotations
+
+import msgspec
+import pytest
+
+from chefbot.design.geometry import remedies, stable_radius, with_radius
+from chefbot.design.selection import Verdict, best_with, choose, nearest, settled, verdicts
+from chefbot.design.stability import loaded
+from chefbot.robot.catalogue import load_catalogue
+from chefbot.robot.load import load_robot
+from chefbot.robot.spec import Robot
+
+CHEFBOT = load_robot("chefbot")
+CATALOGUE = load_catalogue()
+
+
+def asked(robot: Robot, payload: float, speed: float) -> Robot:
+    body = msgspec.structs.replace(robot.body, payload=payload)
+    return msgspec.structs.replace(
+        robot, body=body, drive=msgspec.structs.replace(robot.drive, max_speed=speed)
+    )
+
+
+@pytest.fixture(scope="module")
+def sets() -> list[Verdict]:
+    return verdicts(CHEFBOT, CATALOGUE)
+
+
+def test_every_set_is_looked_at(sets: list[Verdict]) -> None:
+    wanted = len(CATALOGUE.motors) * len(CATALOGUE.drivers) * len(CATALOGUE.batteries)
+    assert len({verdict.parts for verdict in sets}) == wanted
+
+
+def test_the_choice_keeps_the_criterion(sets: list[Verdict]) -> None:
+    chosen = choose(sets)
+    assert chosen is not None
+    assert chosen.passed
+    passing = [verdict for verdict in sets if verdict.passed]
+    lightest = min(verdict.mass for verdict in passing)
+    assert chosen.mass <= 1.1 * lightest
+    assert all(v.power >= chosen.power for v in passing if v.mass <= 1.1 * lightest)
+
+
+def with_motor(verdict: Verdict, **values: float) -> Verdict:
+    motor = msgspec.structs.replace(verdict.robot.motor, **values)
+    return verdict._replace(robot=msgspec.structs.replace(verdict.robot, motor=motor))
+
+
+def test_among_the_nearly_lightest_the_thriftiest_wins(sets: list[Verdict]) -> None:
+    one = choose(sets)
+    assert one is not None
+    motor = one.robot.motor
+    thrifty = with_motor(one, mass=motor.mass + 0.001, no_load_current=0.5 * motor.no_load_current)
+    heavy = with_motor(one, mass=motor.mass + 0.2, no_load_current=0.1 * motor.no_load_current)
+    assert choose([one, thrifty, heavy]) == choose([heavy, thrifty, one]) == thrifty
+
+
+def test_who_fails_has_a_reason_and_who_passes_has_none(sets: list[Verdict]) -> None:
+    assert all(bool(verdict.failures) != verdict.passed for verdict in sets)
+    assert all(verdict.lack > 0.0 for verdict in sets if not verdict.passed)
+
+
+def test_a_component_is_judged_in_good_company(sets: list[Verdict]) -> None:
+    slow = best_with(sets, "motor", "pololu_37d_131")
+    assert {check.part for check in slow.failures} == {"motor"}
+    weak = best_with(sets, "driver", "tb6612fng")
+    assert {check.part for check in weak.failures} == {"driver"}
+    assert best_with(sets, "battery", "lifepo4_12v8_10ah").passed
+
+
+def test_the_mass_follows_the_parts(sets: list[Verdict]) -> None:
+    by_parts = {verdict.parts: verdict for verdict in sets}
+    one = by_parts[sets[0].parts._replace(battery="lead_12v_12ah")]
+    other = by_parts[sets[0].parts._replace(battery="lifepo4_12v8_10ah")]
+    difference = one.robot.battery.mass - other.robot.battery.mass
+    assert one.load.mass - other.load.mass == pytest.approx(difference)
+    assert one.mass - other.mass == pytest.approx(difference)
+
+
+def test_the_sums_weigh_as_the_solids_do(sets: list[Verdict]) -> None:
+    for verdict in sets[:: len(sets) // 12]:
+        exact = loaded(verdict.robot)
+        assert verdict.load.mass == pytest.approx(exact.mass, abs=0.005)
+        assert verdict.load[1:] == pytest.approx(exact[1:], abs=0.001)
+    choice = settled(sets)
+    assert choice is not None
+    assert choice.load == loaded(choice.robot)
+    assert choice.passed
+
+
+def test_nothing_passes_for_a_robot_beyond_the_catalogue() -> None:
+    sets = verdicts(asked(CHEFBOT, 60.0, 2.0), CATALOGUE)
+    assert choose(sets) is None
+    least = nearest(sets)
+    assert least.lack == min(verdict.lack for verdict in sets)
+    assert remedies(sets, set()) == []
+
+
+def test_only_the_geometry_s_faults_are_mended_and_only_where_the_owner_leaves_it_open() -> None:
+    sets = verdicts(asked(CHEFBOT, 2.0, 0.35), CATALOGUE)
+    thick = [verdict for verdict in sets if verdict.parts.motor.startswith("gobilda")]
+    (change,) = remedies(thick, set())
+    assert change.path == ("wheels", "diameter")
+    assert remedies(thick, {("wheels", "diameter")}) == []
+    slow = [verdict for verdict in sets if verdict.parts.motor == "pololu_37d_131"]
+    assert remedies(slow, set()) == []
+
+
+def test_a_larger_plate_carries_what_tips_the_smaller_one() -> None:
+    heavy = asked(CHEFBOT, 6.0, 0.6)
+    tall = msgspec.structs.replace(heavy, body=msgspec.structs.replace(heavy.body, payload_height=0.4))
+    radius = stable_radius(tall)
+    assert radius is not None
+    assert radius > tall.body.radius
+    grown = with_radius(tall, radius)
+    assert grown.wheels.separation - tall.wheels.separation == pytest.approx(
+        2.0 * (radius - tall.body.radius)
+    )
+    assert grown.casters.offset - tall.casters.offset == pytest.approx(radius - tall.body.radius)

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.robot.spec import Mount
+from chefbot.robot.sections import Mount
 from chefbot.scan.camera import CameraModel
 from chefbot.scan.obstacle_scan import ObstacleScan, ObstacleScanner, ObstacleScanParams
 

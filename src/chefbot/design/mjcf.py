@@ -11,8 +11,9 @@ from collections.abc import Iterable
 from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
-from chefbot.design.links import Inertia, Link, Solid, links, sensor_mounts
+from chefbot.design.links import Link, Primitive, links, looks, sensor_mounts
 from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.robot.shapes import MassProperties
 from chefbot.robot.spec import DRIVE_EFFICIENCY, GRAVITY, ROLLING_RESISTANCE, Robot
 
 HULL_GROUP, LOOKS_GROUP = 1, 2
@@ -68,7 +69,8 @@ def mjcf(robot: Robot) -> str:
 def robot_xml(robot: Robot, as_built: AsBuilt = AS_DRAWN, start: SE2 = IDENTITY) -> RobotXml:
     """The robot standing at `start` (pose of base_link in the world)."""
     base, *others = links(robot)
-    inside = [_inertial(base.inertia), *(_geom(robot, solid, as_built) for solid in base.solids)]
+    inside = [_inertial(base.inertia), *(_hull(robot, hull, as_built) for hull in base.hulls)]
+    inside += [_look(primitive, colour) for part in base.parts for primitive, colour in looks(part)]
     inside += [_sub_body(robot, link, as_built) for link in others]
     inside += [_site(name, *mount) for name, mount in sensor_mounts(robot).items()]
     quaternion = numbers((math.cos(start.yaw / 2), 0.0, 0.0, math.sin(start.yaw / 2)))
@@ -88,15 +90,15 @@ def numbers(values: Iterable[float]) -> str:
     return " ".join(f"{value:.9g}" for value in values)
 
 
-def _inertial(inertia: Inertia) -> str:
+def _inertial(inertia: MassProperties) -> str:
     return (
         f'<inertial pos="{numbers(inertia.centre)}" mass="{inertia.mass:.9g}" '
-        f'diaginertia="{numbers(inertia.moments)}"/>'
+        f'fullinertia="{numbers(inertia.inertia)}"/>'
     )
 
 
 def _sub_body(robot: Robot, link: Link, as_built: AsBuilt) -> str:
-    geoms = "".join(_geom(robot, solid, as_built) for solid in link.solids)
+    geoms = "".join(_hull(robot, hull, as_built) for hull in link.hulls)
     x, y, z = link.at
     joint = ""
     if link.turns:
@@ -115,10 +117,15 @@ def _wheel_factor(name: str, as_built: AsBuilt) -> float:
     return as_built.left_wheel if "left" in name else as_built.right_wheel
 
 
-def _geom(robot: Robot, solid: Solid, as_built: AsBuilt) -> str:
-    if not solid.hull:
-        look = f'group="{LOOKS_GROUP}" contype="0" conaffinity="0" rgba="0.85 0.7 0.45 1"'
-        return f'<geom name="{solid.name}" {_shape(solid)} {look}/>'
+def _look(primitive: Primitive, colour: Iterable[float]) -> str:
+    """Seen, and touched by nothing."""
+    at = f'pos="{numbers(primitive.at)}" quat="{numbers(_quaternion(primitive.rpy))}"'
+    look = f'group="{LOOKS_GROUP}" contype="0" conaffinity="0" mass="0" rgba="{numbers(colour)}"'
+    return f'<geom name="{primitive.name}_look" {_shape(primitive)} {at} {look}/>'
+
+
+def _hull(robot: Robot, solid: Primitive, as_built: AsBuilt) -> str:
+    at = f'pos="{numbers(solid.at)}"'
     if solid.kind == "wheel":
         grip = robot.wheels.friction * as_built.friction
         shape = _tyre(solid, _wheel_factor(solid.name, as_built))
@@ -128,25 +135,37 @@ def _geom(robot: Robot, solid: Solid, as_built: AsBuilt) -> str:
         contact = f'{HARD} priority="1" friction="{CASTER_FRICTION} 0.005 0.0001" rgba="0.6 0.6 0.65 1"'
     else:
         shape = _shape(solid)
-        contact = f'friction="{BODY_FRICTION} 0.005 0.0001" rgba="0.6 0.6 0.65 0.4"'
-    return f'<geom name="{solid.name}" {shape} group="{HULL_GROUP}" condim="3" {contact}/>'
+        contact = f'friction="{BODY_FRICTION} 0.005 0.0001" rgba="0.6 0.6 0.65 0.15"'
+    return f'<geom name="{solid.name}" {shape} {at} group="{HULL_GROUP}" condim="3" {contact}/>'
 
 
-def _tyre(solid: Solid, factor: float) -> str:
+def _tyre(solid: Primitive, factor: float) -> str:
     """An ellipsoid, which touches the floor in one point at the tyre's middle: the track is exact."""
     radius, half = solid.size[0] * factor, solid.size[1] / 2
     return f'type="ellipsoid" size="{numbers((radius, half, radius))}"'
 
 
-def _shape(solid: Solid) -> str:
-    size = (solid.size[0], solid.size[1] / 2) if solid.kind == "cylinder" else solid.size
-    return f'type="{solid.kind}" pos="{numbers(solid.at)}" size="{numbers(size)}"'
+def _shape(solid: Primitive) -> str:
+    """MuJoCo takes half lengths."""
+    radius, rest = solid.size[:1], tuple(side / 2 for side in solid.size[1:])
+    size = tuple(side / 2 for side in solid.size) if solid.kind == "box" else radius + rest
+    return f'type="{solid.kind}" size="{numbers(size)}"'
+
+
+def _quaternion(rpy: tuple[float, float, float]) -> tuple[float, float, float, float]:
+    """w, x, y, z of a turn about x, then y, then z (REP-103)."""
+    (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle / 2), math.sin(angle / 2)) for angle in rpy)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
 
 
 def _site(name: str, at: tuple[float, float, float], pitch: float, yaw: float) -> str:
-    """A sensor's frame: turned by `yaw` about z, then by `pitch` about its own y axis."""
-    cy, sy, cp, sp = math.cos(yaw / 2), math.sin(yaw / 2), math.cos(pitch / 2), math.sin(pitch / 2)
-    quaternion = numbers((cy * cp, -sy * sp, cy * sp, sy * cp))
+    """A sensor's frame."""
+    quaternion = numbers(_quaternion((0.0, pitch, yaw)))
     return f'<site name="{name}" pos="{numbers(at)}" quat="{quaternion}" size="0.01" group="4"/>'
 
 

@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 
-from chefbot.design.links import Inertia, Link, Solid, Vector, links, sensor_mounts
+from chefbot.design.links import Link, Primitive, links, looks, sensor_mounts
+from chefbot.robot.materials import Colour
+from chefbot.robot.shapes import MassProperties, Vector
 from chefbot.robot.spec import Robot
 
 OPTICAL = (-math.pi / 2, 0.0, -math.pi / 2)
 """Roll, pitch, yaw from a body frame (x forward) to an optical one (z forward, x right; REP-103)."""
-COLOURS = {"plate": "0.85 0.7 0.45 1", "black": "0.15 0.15 0.15 1", "steel": "0.6 0.6 0.65 1"}
 
 
 def urdf(robot: Robot) -> str:
     """A URDF document: base_footprint, base_link, wheels, casters and sensor frames (REP-105 names)."""
     root = ET.Element("robot", name=robot.name)
-    for name, rgba in COLOURS.items():
-        ET.SubElement(ET.SubElement(root, "material", name=name), "color", rgba=rgba)
+    for part in (part for link in links(robot) for part in link.parts):
+        _material(root, part.colour)
     ET.SubElement(root, "link", name="base_footprint")
     _joint(root, "base_joint", "base_footprint", "base_link", (0.0, 0.0, 0.0))
     for link in links(robot):
@@ -30,10 +31,14 @@ def urdf(robot: Robot) -> str:
 def _link(root: ET.Element, robot: Robot, link: Link) -> None:
     element = ET.SubElement(root, "link", name=link.name)
     _inertial(element, link.inertia)
-    casters = [solid for solid in link.solids if solid.name.startswith("caster")]
-    for solid in link.solids:
-        if solid not in casters:
-            _solid(element, solid)
+    casters = [hull for hull in link.hulls if hull.name.startswith("caster")]
+    for hull in link.hulls:
+        if hull not in casters:
+            _shape(ET.SubElement(element, "collision", name=hull.name), hull)
+    for primitive, colour in (seen for part in link.parts for seen in looks(part)):
+        visual = ET.SubElement(element, "visual", name=primitive.name)
+        _shape(visual, primitive)
+        ET.SubElement(visual, "material", name=_colour_name(colour))
     if link.turns:
         _wheel_joint(root, robot, link)
     elif link.name != "base_link":
@@ -42,45 +47,43 @@ def _link(root: ET.Element, robot: Robot, link: Link) -> None:
         _caster(root, caster)
 
 
-def _caster(root: ET.Element, solid: Solid) -> None:
-    """A frame of its own, without mass: that is in base_link already."""
-    name = f"{solid.name}_link"
+def _caster(root: ET.Element, ball: Primitive) -> None:
+    """A frame of its own, without mass and looks: those are base_link's."""
+    name = f"{ball.name}_link"
     element = ET.SubElement(root, "link", name=name)
-    _solid(element, solid._replace(at=(0.0, 0.0, 0.0)))
-    _joint(root, f"{solid.name}_joint", "base_link", name, solid.at)
+    _shape(ET.SubElement(element, "collision", name=ball.name), ball._replace(at=(0.0, 0.0, 0.0)))
+    _joint(root, f"{ball.name}_joint", "base_link", name, ball.at)
 
 
-def _inertial(element: ET.Element, inertia: Inertia) -> None:
+def _inertial(element: ET.Element, inertia: MassProperties) -> None:
     inertial = ET.SubElement(element, "inertial")
     ET.SubElement(inertial, "origin", xyz=_text(inertia.centre), rpy="0 0 0")
     ET.SubElement(inertial, "mass", value=f"{inertia.mass:.9g}")
-    ixx, iyy, izz = (f"{moment:.9g}" for moment in inertia.moments)
-    ET.SubElement(inertial, "inertia", ixx=ixx, ixy="0", ixz="0", iyy=iyy, iyz="0", izz=izz)
+    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    moments = {name: f"{value:.9g}" for name, value in zip(names, inertia.inertia, strict=True)}
+    ET.SubElement(inertial, "inertia", moments)
 
 
-def _solid(element: ET.Element, solid: Solid) -> None:
-    """The hull collides, the rest is seen; wheels, casters and payload are both."""
-    seen = solid.name != "hull"
-    if solid.hull:
-        _shape(ET.SubElement(element, "collision", name=solid.name), solid)
-    if seen:
-        visual = ET.SubElement(element, "visual", name=solid.name)
-        _shape(visual, solid)
-        ET.SubElement(visual, "material", name=_material(solid))
+def _material(root: ET.Element, colour: Colour) -> None:
+    name = _colour_name(colour)
+    if root.find(f"material[@name='{name}']") is None:
+        ET.SubElement(ET.SubElement(root, "material", name=name), "color", rgba=_text(colour))
 
 
-def _material(solid: Solid) -> str:
+def _colour_name(colour: Colour) -> str:
+    return "colour_" + "".join(f"{round(255 * share):02x}" for share in colour)
+
+
+def _shape(parent: ET.Element, solid: Primitive) -> None:
+    roll, pitch, yaw = solid.rpy
     if solid.kind == "wheel":
-        return "black"
-    return "plate" if solid.name.startswith("plate") else "steel"
-
-
-def _shape(parent: ET.Element, solid: Solid) -> None:
-    roll = math.pi / 2 if solid.kind == "wheel" else 0.0
-    ET.SubElement(parent, "origin", xyz=_text(solid.at), rpy=_text((roll, 0.0, 0.0)))
+        roll += math.pi / 2
+    ET.SubElement(parent, "origin", xyz=_text(solid.at), rpy=_text((roll, pitch, yaw)))
     geometry = ET.SubElement(parent, "geometry")
     if solid.kind == "sphere":
         ET.SubElement(geometry, "sphere", radius=f"{solid.size[0]:.9g}")
+    elif solid.kind == "box":
+        ET.SubElement(geometry, "box", size=_text(solid.size))
     else:
         ET.SubElement(geometry, "cylinder", radius=f"{solid.size[0]:.9g}", length=f"{solid.size[1]:.9g}")
 

@@ -7,7 +7,8 @@ from chefbot.maths.se2 import IDENTITY
 from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.robot.spec import Mount, Robot
+from chefbot.robot.sections import Mount
+from chefbot.robot.spec import Robot
 from chefbot.runtime.node import Node, NoParams, Out, topic
 
 LIDAR_FRAME = "laser"

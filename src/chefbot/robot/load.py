@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
+from typing import Any
 
-from chefbot.config import read_config
+from chefbot.config import build, parse_yaml, read_bytes
 from chefbot.errors import UserError, nearest
+from chefbot.robot.catalogue import KINDS, component
+from chefbot.robot.possible import check_possible
 from chefbot.robot.spec import Robot
 
 ROBOT_FOLDER = Path(__file__).parent
+LIKE = "like"
 
 
 def built_in_robots() -> dict[str, Path]:
@@ -19,13 +22,27 @@ def built_in_robots() -> dict[str, Path]:
 
 def load_robot(name_or_path: str) -> Robot:
     """A built-in robot by name, or a file by path. UserError with file, key and reason otherwise."""
-    path = _find(name_or_path)
-    robot = read_config(path, Robot, "robot file")
-    check_possible(robot, f"robot file {path}")
+    path = find_robot(name_or_path)
+    return parse_robot(read_bytes(path, "robot file"), path)
+
+
+def parse_robot(text: bytes, path: Path) -> Robot:
+    """The robot that the text of the file `path` describes; UserError as above."""
+    return robot_of(_whole(text, path, ()), f"robot file {path}")
+
+
+def robot_of(data: Any, where: str) -> Robot:
+    """Plain data of a robot file, without `like`, as a Robot that could be built."""
+    if isinstance(data, dict):
+        named = {key: component(key, data[key], where) for key in KINDS if isinstance(data.get(key), str)}
+        data = {**data, **named}
+    robot = build(data, Robot, where)
+    check_possible(robot, where)
     return robot
 
 
-def _find(name_or_path: str) -> Path:
+def find_robot(name_or_path: str) -> Path:
+    """The file of a built-in robot or of a path."""
     known = built_in_robots()
     if name_or_path in known:
         return known[name_or_path]
@@ -36,84 +53,25 @@ def _find(name_or_path: str) -> Path:
     )
 
 
-def check_possible(robot: Robot, where: str) -> None:
-    """UserError for a robot that could not be built or could not move."""
-    for impossible, key, reason in _contradictions(robot):
-        if impossible:
-            raise UserError(f"{where}: {key}: {reason}")
+def _whole(text: bytes, path: Path, seen: tuple[Path, ...]) -> Any:
+    """The file's data laid over that of the robot which it is like."""
+    where = f"robot file {path}"
+    data = parse_yaml(text, where)
+    if not isinstance(data, dict) or LIKE not in data:
+        return data
+    model, seen = data.pop(LIKE), (*seen, path.resolve())
+    if not isinstance(model, str):
+        raise UserError(f"{where}: {LIKE} must be the name of a robot or of a file")
+    file = find_robot(model)
+    file = file if file.is_absolute() else path.parent / file
+    if file.resolve() in seen:
+        raise UserError(f"{where}: {LIKE}: {model} is, over some files, like itself; end the circle")
+    return _laid_over(_whole(read_bytes(file, "robot file"), file, seen), data)
 
 
-def _contradictions(robot: Robot) -> list[tuple[bool, str, str]]:
-    """(does it hold, key, sentence) of everything that cannot be together."""
-    body, wheels, radius = robot.body, robot.wheels, robot.wheel_radius
-    checks = [
-        (
-            body.clearance >= wheels.diameter,
-            "body.clearance",
-            f"{body.clearance:.3g} m is above the wheels' top",
-        ),
-        (body.clearance >= body.height, "body.clearance", f"{body.clearance:.3g} m is not below body.height"),
-        (wheels.separation <= wheels.width, "wheels.separation", "the wheels overlap each other"),
-        (
-            wheels.separation / 2 - wheels.width / 2 > body.radius + wheels.width,
-            "wheels.separation",
-            f"the wheels stand clear of the {body.radius:.3g} m plate; make it smaller or body.radius larger",
-        ),
-        (
-            2 * wheels.mass >= body.mass,
-            "wheels.mass",
-            "two wheels weigh more than the body that they belong to",
-        ),
-        (
-            robot.casters.offset + robot.casters.radius > robot.footprint_radius,
-            "casters.offset",
-            "the casters stand outside the body",
-        ),
-        (
-            robot.max_wheel_speed <= 0.0,
-            "motor.stall_torque",
-            f"{robot.motor.stall_torque:.3g} N m per wheel cannot roll {robot.total_mass:.3g} kg at all",
-        ),
-        (
-            robot.battery.empty_voltage >= robot.battery.voltage,
-            "battery.empty_voltage",
-            "is not below battery.voltage",
-        ),
-        (radius > body.height, "wheels.diameter", "the wheels are taller than twice the body"),
-    ]
-    return checks + _sensor_contradictions(robot)
-
-
-def _sensor_contradictions(robot: Robot) -> list[tuple[bool, str, str]]:
-    checks: list[tuple[bool, str, str]] = []
-    for name in ("depth_camera", "lidar", "ultrasonic"):
-        sensor = getattr(robot.sensors, name)
-        if sensor is not None:
-            key = f"sensors.{name}"
-            checks.append(
-                (sensor.range_min >= sensor.range_max, f"{key}.range_min", "is not below range_max")
-            )
-            outside = math.hypot(sensor.mount.x, sensor.mount.y) > robot.footprint_radius
-            checks.append((outside, f"{key}.mount", "sits outside the body"))
-            checks.append(
-                (
-                    not 0 < sensor.mount.z <= robot.body.height,
-                    f"{key}.mount.z",
-                    "is not between floor and top",
-                )
-            )
-    camera = robot.sensors.depth_camera
-    if camera is not None:
-        checks.append(
-            (
-                camera.field_of_view > 2.6,
-                "sensors.depth_camera.field_of_view",
-                "above 149 degrees is no camera",
-            )
-        )
-        checks.append(
-            (camera.width * camera.height > 4_000_000, "sensors.depth_camera.width", "above 4 megapixels")
-        )
-    if camera is None and robot.sensors.lidar is None:
-        checks.append((True, "sensors", "neither depth_camera nor lidar: the robot could not see"))
-    return checks
+def _laid_over(below: Any, above: Any) -> Any:
+    """Sections are merged key by key, everything else is replaced."""
+    if not (isinstance(below, dict) and isinstance(above, dict)):
+        return above
+    merged = {key: _laid_over(below[key], above[key]) if key in below else above[key] for key in above}
+    return {**below, **merged}

@@ -6,204 +6,83 @@ Lengths in metres, masses in kilograms, angles in radians, SI throughout; the fi
 from __future__ import annotations
 
 import math
-from typing import Annotated
 
-import msgspec
-from msgspec import Meta
-
-from chefbot.maths.se2 import SE2
+from chefbot.robot import layout
+from chefbot.robot.sections import (
+    Battery,
+    Body,
+    Casters,
+    Drive,
+    Driver,
+    Equipment,
+    Motor,
+    MotorClamp,
+    Name,
+    Part,
+    Places,
+    Plates,
+    Poles,
+    PowerNeeds,
+    Sensors,
+    Tubes,
+    Wheels,
+)
+from chefbot.robot.shapes import MassProperties
+from chefbot.robot.solids import whole_mass
 
 GRAVITY = 9.80665  # m/s^2, standard gravity
-
-Length = Annotated[float, Meta(gt=0, le=10, extra={"unit": "m"})]
-Coordinate = Annotated[float, Meta(ge=-10, le=10, extra={"unit": "m"})]
-Mass = Annotated[float, Meta(gt=0, le=1000, extra={"unit": "kg"})]
-Speed = Annotated[float, Meta(gt=0, le=10, extra={"unit": "m/s"})]
-Acceleration = Annotated[float, Meta(gt=0, le=50, extra={"unit": "m/s^2"})]
-TurnRate = Annotated[float, Meta(gt=0, le=50, extra={"unit": "rad/s"})]
-TurnAcceleration = Annotated[float, Meta(gt=0, le=500, extra={"unit": "rad/s^2"})]
-Torque = Annotated[float, Meta(gt=0, le=1000, extra={"unit": "N m"})]
-Angle = Annotated[float, Meta(ge=-2 * math.pi, le=2 * math.pi, extra={"unit": "rad"})]
-FieldOfView = Annotated[float, Meta(gt=0, le=2 * math.pi, extra={"unit": "rad"})]
-Voltage = Annotated[float, Meta(gt=0, le=100, extra={"unit": "V"})]
-Charge = Annotated[float, Meta(gt=0, le=1e7, extra={"unit": "C"})]
-Power = Annotated[float, Meta(gt=0, le=10_000, extra={"unit": "W"})]
-Duration = Annotated[float, Meta(gt=0, le=1e6, extra={"unit": "s"})]
-Rate = Annotated[float, Meta(gt=0, le=1000, extra={"unit": "Hz"})]
-Count = Annotated[int, Meta(gt=0, le=1_000_000)]
-Ratio = Annotated[float, Meta(gt=0, le=10)]
-
-
-class Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A section of the robot file."""
-
-
-class Mount(Part, frozen=True, kw_only=True):
-    """Where a sensor sits: its frame in base_link (on the floor below the axle's middle; x forward)."""
-
-    x: Coordinate
-    y: Coordinate = 0.0
-    z: Coordinate
-    pitch: Angle = 0.0
-    """Positive looks down (REP-103: about +y)."""
-    yaw: Angle = 0.0
-
-    @property
-    def planar(self) -> SE2:
-        """The frame seen from above."""
-        return SE2(self.x, self.y, self.yaw)
-
-
-class Body(Part, frozen=True, kw_only=True):
-    """A round robot of stacked plates."""
-
-    mass: Mass
-    """Without payload, with battery, motors and wheels."""
-    payload: Mass
-    radius: Length
-    """Of the plates."""
-    height: Length
-    """Floor to top plate."""
-    payload_height: Length
-    """What stands on the top plate rises so far above it."""
-    clearance: Length
-    """Floor to the underside of the base plate."""
-
-
-class Wheels(Part, frozen=True, kw_only=True):
-    """The two driven wheels."""
-
-    diameter: Length
-    width: Length
-    separation: Length
-    """Between the two points that touch the floor."""
-    mass: Mass
-    friction: Ratio
-    """Of the tyre on the floor."""
-
-
-class Casters(Part, frozen=True, kw_only=True):
-    """One caster in front, one behind."""
-
-    radius: Length
-    offset: Length
-    """Axle's middle to caster, along x."""
-
-
-class Motor(Part, frozen=True, kw_only=True):
-    """Gear motor at the wheel's shaft, linear between no-load speed and stall torque."""
-
-    stall_torque: Torque
-    no_load_speed: TurnRate
-    ticks_per_turn: Count
-    """Encoder ticks for one turn of the wheel, after gear and decoding."""
-
-
-class Drive(Part, frozen=True, kw_only=True):
-    """What the owner allows; the motors may allow less."""
-
-    max_speed: Speed
-    max_turn: TurnRate
-    max_acceleration: Acceleration
-    max_turn_acceleration: TurnAcceleration
-
-
-class Battery(Part, frozen=True, kw_only=True):
-    """The pack and what drains it."""
-
-    voltage: Voltage
-    capacity: Charge
-    empty_voltage: Voltage
-    electronics_power: Power
-    """Everything but the motors."""
-    run_time: Duration
-    """What the owner wants from one charge."""
-
-
-class Imu(Part, frozen=True, kw_only=True):
-    """Gyro and accelerometer."""
-
-    mount: Mount
-    rate: Rate
-    gyro_noise: Annotated[float, Meta(ge=0, le=1, extra={"unit": "rad/s"})]
-    """Standard deviation of one reading."""
-    gyro_bias: Annotated[float, Meta(ge=0, le=1, extra={"unit": "rad/s"})]
-    """Standard deviation of the offset that a start leaves."""
-    accelerometer_noise: Annotated[float, Meta(ge=0, le=10, extra={"unit": "m/s^2"})]
-
-
-class Ultrasonic(Part, frozen=True, kw_only=True):
-    """A ranger with a cone."""
-
-    mount: Mount
-    rate: Rate
-    field_of_view: FieldOfView
-    range_min: Length
-    range_max: Length
-
-
-class DepthCamera(Part, frozen=True, kw_only=True):
-    """A camera that measures distance along its optical axis."""
-
-    mount: Mount
-    rate: Rate
-    width: Count
-    height: Count
-    field_of_view: FieldOfView
-    """Horizontal."""
-    range_min: Length
-    range_max: Annotated[float, Meta(gt=0, le=100, extra={"unit": "m"})]
-    noise: Annotated[float, Meta(ge=0, le=1)]
-    """Standard deviation of depth z is `noise * z^2` metres, as of structured light."""
-
-    @property
-    def focal_length_px(self) -> float:
-        """Pixels, square ones."""
-        return self.width / 2.0 / math.tan(self.field_of_view / 2.0)
-
-    def range_with_noise(self, deviation: float) -> float:
-        """Metres up to which the standard deviation of a depth is at most `deviation` metres."""
-        wanted = math.sqrt(deviation / self.noise) if self.noise > 0.0 else math.inf
-        return min(self.range_max, wanted)
-
-
-class Lidar(Part, frozen=True, kw_only=True):
-    """A scanner that turns in the plane."""
-
-    mount: Mount
-    rate: Rate
-    beams: Count
-    range_min: Length
-    range_max: Annotated[float, Meta(gt=0, le=200, extra={"unit": "m"})]
-    noise: Annotated[float, Meta(ge=0, le=1, extra={"unit": "m"})]
-    """Standard deviation of a range."""
-
-
-class Sensors(Part, frozen=True, kw_only=True):
-    """What is mounted; a robot maps with the lidar where there is one, else with the camera."""
-
-    imu: Imu
-    ultrasonic: Ultrasonic | None = None
-    depth_camera: DepthCamera | None = None
-    lidar: Lidar | None = None
+ROLLING_RESISTANCE = 0.015
+"""Rubber on a hard floor (handbook value)."""
+DRIVE_EFFICIENCY = 0.65
+"""Wheel and bearing losses behind the gear motor."""
+DRIVEN_SHARE_OF_WEIGHT = 0.5
+"""The driven wheels carry half, the casters the rest."""
 
 
 class Robot(Part, frozen=True, kw_only=True):
     """A differential-drive robot."""
 
-    name: Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[a-z][a-z0-9_]*$")]
+    name: Name
     body: Body
+    plates: Plates
+    poles: Poles
+    tubes: Tubes
+    motor_clamp: MotorClamp
     wheels: Wheels
     casters: Casters
     motor: Motor
-    drive: Drive
+    driver: Driver
     battery: Battery
+    power: PowerNeeds
+    drive: Drive
+    places: Places
+    equipment: tuple[Equipment, ...] = ()
     sensors: Sensors
+
+    @property
+    def mass_properties(self) -> MassProperties:
+        """Of the solids, without payload, in base_link."""
+        return whole_mass(self)
+
+    @property
+    def mass(self) -> float:
+        """Without payload, kg."""
+        return self.mass_properties.mass
 
     @property
     def total_mass(self) -> float:
         """With payload, kg."""
-        return self.body.mass + self.body.payload
+        return self.mass + self.body.payload
+
+    @property
+    def height(self) -> float:
+        """Floor to the top plate's upper side, metres."""
+        return layout.plate_top(self, self.plates.count)
+
+    @property
+    def clearance(self) -> float:
+        """Floor to the lowest point of the body, which wheels and casters are not of; metres."""
+        return min(layout.plate_undersides(self)[0], layout.motor_bottom(self))
 
     @property
     def wheel_radius(self) -> float:
@@ -224,7 +103,7 @@ class Robot(Part, frozen=True, kw_only=True):
     @property
     def overall_height(self) -> float:
         """Floor to the top of the payload, metres."""
-        return self.body.height + self.body.payload_height
+        return self.height + self.body.payload_height
 
     @property
     def max_wheel_speed(self) -> float:
@@ -254,11 +133,3 @@ class Robot(Part, frozen=True, kw_only=True):
     def max_turn_acceleration(self) -> float:
         """On the spot, rad/s^2: the rims accelerate no harder than they may forward."""
         return min(self.drive.max_turn_acceleration, 2.0 * self.max_acceleration / self.wheels.separation)
-
-
-ROLLING_RESISTANCE = 0.015
-"""Rubber on a hard floor (handbook value)."""
-DRIVE_EFFICIENCY = 0.65
-"""Wheel and bearing losses behind the gear motor."""
-DRIVEN_SHARE_OF_WEIGHT = 0.5
-"""The driven wheels carry half, the casters the rest."""

@@ -9,7 +9,7 @@ SAG_AT_ONE_HOUR_RATE = 0.04
 
 
 class Battery:
-    """Open-circuit voltage falls in a line from `battery.voltage` (full) to `battery.empty_voltage` (empty).
+    """Open-circuit voltage falls in a line from `battery.full_voltage` to `battery.empty_voltage`.
 
     charge: coulombs left. current: ampere that flows now. voltage: volts at the terminals now. An empty pack
     gives 0 V.
@@ -17,7 +17,9 @@ class Battery:
 
     def __init__(self, robot: Robot, level: float = 1.0) -> None:
         self._spec = robot.battery
-        self._ampere_per_torque = robot.motor.no_load_speed / (robot.battery.voltage * DRIVE_EFFICIENCY)
+        self._electronics = robot.power.electronics
+        self._motor_voltage = robot.motor.voltage
+        self._ampere_per_torque = robot.motor.no_load_speed / (robot.motor.voltage * DRIVE_EFFICIENCY)
         self._resistance = SAG_AT_ONE_HOUR_RATE * robot.battery.voltage / (robot.battery.capacity / 3600.0)
         self.charge = level * robot.battery.capacity
         self.current = 0.0
@@ -31,8 +33,8 @@ class Battery:
 
     @property
     def drive(self) -> float:
-        """Share of the nominal voltage that the motors get."""
-        return self.voltage / self._spec.voltage
+        """The voltage that the motors get, as a share of the one that their data are for."""
+        return self.voltage / self._motor_voltage
 
     def drain(self, duties: tuple[float, float], torques: tuple[float, float], duration: float) -> None:
         """Take what both motors (duty -1..1, N m at the wheel) and the electronics need for `duration` s.
@@ -44,7 +46,7 @@ class Battery:
             self.charge = self.current = self.voltage = 0.0
             return
         motors = sum(max(d * t, 0.0) for d, t in zip(duties, torques, strict=True)) * self._ampere_per_torque
-        self.current = motors + self._spec.electronics_power / max(self.voltage, self._spec.empty_voltage)
+        self.current = motors + self._electronics / max(self.voltage, self._spec.empty_voltage)
         self.charge -= self.current * duration
-        span = self._spec.voltage - self._spec.empty_voltage
+        span = self._spec.full_voltage - self._spec.empty_voltage
         self.voltage = self._spec.empty_voltage + span * self.level - self._resistance * self.current

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.random import default_rng
 from numpy.typing import NDArray
 
-from chefbot.robot.spec import DepthCamera
+from chefbot.robot.sections import DepthCamera
 from chefbot.sim.raster import draw
 from chefbot.sim.realism import Profile
 from chefbot.sim.shading import shade

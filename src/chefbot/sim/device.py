@@ -31,7 +31,7 @@ from chefbot.msgs.sensor_msgs import (
     Range,
 )
 from chefbot.msgs.std_msgs import Header, String
-from chefbot.robot.spec import Lidar
+from chefbot.robot.sections import Lidar
 from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.sim.board import Board
 from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer

@@ -38,14 +38,14 @@ def lidar_plan(world: World, robot: Robot) -> Grid:
 
 def body_plan(world: World, robot: Robot) -> Grid:
     """Everything that the robot could touch, from its base plate to the top of its payload."""
-    return floor_plan(world, robot.body.clearance, robot.overall_height)
+    return floor_plan(world, robot.clearance, robot.overall_height)
 
 
 def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float = RESOLUTION) -> Grid:
     """FREE where the robot's middle can get to from the start as a disc of its footprint plus `margin`."""
     from scipy import ndimage  # takes half a second, and the first picture does not need it
 
-    plan = _raster(world, robot.body.clearance, robot.overall_height, resolution)
+    plan = _raster(world, robot.clearance, robot.overall_height, resolution)
     radius = robot.footprint_radius + margin
     far = ndimage.distance_transform_edt(plan.cells != OCCUPIED) * resolution
     open_cells = (far - resolution / 2 >= radius) & _inside(plan, world)

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.robot.spec import Lidar, Mount, Ultrasonic
+from chefbot.robot.sections import Lidar, Mount, Ultrasonic
 
 WORLD_ONLY = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
 """Geom groups that rays see: the robot's own are not among them."""

@@ -317,7 +317,7 @@ class Simulation:
         if not all(math.isfinite(value) for value in pose):
             raise UserError(f"{what} {tuple(pose)} is not made of finite numbers")
         solids = [*self.world.static, *self._dropped, *(door.shape for door in self._doors.values())]
-        space = (self.robot.body.clearance, self.robot.overall_height)
+        space = (self.robot.clearance, self.robot.overall_height)
         if clearance(solids, pose.x, pose.y, *space) < self.robot.footprint_radius:
             near = min(solids, key=lambda s: clearance([s], pose.x, pose.y, *space)).name.split("/")[0]
             raise UserError(

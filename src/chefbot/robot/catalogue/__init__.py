@@ -1,0 +1,52 @@
+"""Real motors, drivers and batteries, with the source of each figure; a robot file may name one."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from chefbot.config import build, parse_yaml, read_bytes
+from chefbot.errors import UserError, nearest
+from chefbot.robot.sections import Battery, Driver, Motor, Part
+
+FOLDER = Path(__file__).parent
+KINDS: dict[str, tuple[str, type[Part]]] = {
+    "motor": ("motors.yaml", Motor),
+    "driver": ("drivers.yaml", Driver),
+    "battery": ("batteries.yaml", Battery),
+}
+"""Section of a robot file to the file of the catalogue and the struct of an entry."""
+
+
+class Catalogue(NamedTuple):
+    """Name to component."""
+
+    motors: dict[str, Motor]
+    drivers: dict[str, Driver]
+    batteries: dict[str, Battery]
+
+
+@cache
+def load_catalogue() -> Catalogue:
+    """All components that come with the package."""
+    return Catalogue(*(_components(section) for section in KINDS))
+
+
+def component(section: str, name: str, where: str) -> Any:
+    """The plain data of the component that a robot file names. UserError with the nearest name otherwise."""
+    entries = _entries(section)
+    if name not in entries:
+        raise UserError(f"{where}: {section}: the catalogue has no {name!r}{nearest(name, entries)}")
+    return entries[name]
+
+
+def _components(section: str) -> dict[str, Any]:
+    file, kind = KINDS[section]
+    return {name: build(entry, kind, f"{FOLDER / file}: {name}") for name, entry in _entries(section).items()}
+
+
+@cache
+def _entries(section: str) -> dict[str, Any]:
+    path = FOLDER / KINDS[section][0]
+    return dict(parse_yaml(read_bytes(path, "catalogue"), f"catalogue {path}"))

@@ -1,0 +1,164 @@
+"""Robots that could not be built or could not move, each with a sentence that names the key to change."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from chefbot.errors import UserError, nearest
+from chefbot.robot import layout
+from chefbot.robot.materials import MATERIALS
+from chefbot.robot.sections import Place
+from chefbot.robot.spec import Robot
+
+Contradiction = tuple[bool, str, str]
+"""Does it hold; key; sentence."""
+
+
+def check_possible(robot: Robot, where: str) -> None:
+    """UserError for the first thing of a robot that cannot be together."""
+    for contradictions in (_materials, _plates, _stack, _motors, _wheels, _drive, _sensors):
+        for impossible, key, reason in contradictions(robot):
+            if impossible:
+                raise UserError(f"{where}: {key}: {reason}")
+
+
+def mm(metres: float) -> str:
+    """As drawings write lengths."""
+    return f"{1000 * metres:.4g} mm"
+
+
+def _materials(robot: Robot) -> Iterator[Contradiction]:
+    for section in ("plates", "poles", "tubes", "motor_clamp", "casters"):
+        name = getattr(robot, section).material
+        yield name not in MATERIALS, f"{section}.material", f"unknown {name!r}{nearest(name, MATERIALS)}"
+
+
+def _plates(robot: Robot) -> Iterator[Contradiction]:
+    plates, radius, notch = robot.plates, robot.body.radius, robot.plates.notch
+    floor = layout.notch_floor(robot)
+    outside = notch is not None and (notch.depth >= radius or math.hypot(notch.length / 2, floor) >= radius)
+    yield outside, "plates.notch", f"lies outside the plate of {mm(radius)} radius; make it deeper or shorter"
+    yield (
+        plates.centre_hole / 2 >= floor,
+        "plates.centre_hole",
+        f"{mm(plates.centre_hole)} leaves nothing of the plate",
+    )
+    yield (
+        math.hypot(robot.poles.reach, robot.poles.reach) + robot.poles.radius > radius,
+        "poles.reach",
+        "the poles stand outside the plates",
+    )
+    yield (
+        plates.screw_hole >= 2 * robot.poles.radius,
+        "plates.screw_hole",
+        "is as wide as the poles that are screwed there",
+    )
+    yield (
+        robot.casters.offset + robot.casters.radius > radius,
+        "casters.offset",
+        "the casters stand outside the body",
+    )
+    top = robot.plates.count
+    for key, place in _places(robot):
+        yield place.plate > top, f"{key}.plate", f"there is no plate {place.plate}, the highest is {top}"
+
+
+def _places(robot: Robot) -> Iterator[tuple[str, Place]]:
+    yield "places.battery", robot.places.battery
+    yield "places.driver", robot.places.driver
+    for i, item in enumerate(robot.equipment):
+        yield f"equipment[{i}].place", item.place
+
+
+def _stack(robot: Robot) -> Iterator[Contradiction]:
+    tubes, poles = robot.tubes, robot.poles
+    yield 2 * poles.radius > tubes.bore, "tubes.bore", f"poles of {mm(2 * poles.radius)} do not go in"
+    yield (
+        robot.plates.count > 1 and 2 * poles.height > tubes.length,
+        "poles.height",
+        "two poles are longer than the tube that they hold",
+    )
+    yield (
+        2 * robot.casters.radius >= layout.plate_undersides(robot)[0],
+        "casters.radius",
+        "the balls are higher than the base plate",
+    )
+
+
+def _motors(robot: Robot) -> Iterator[Contradiction]:
+    motor, room = robot.motor, layout.motor_front(robot)
+    yield (
+        motor.diameter >= 2 * robot.body.radius,
+        "motor.diameter",
+        f"{mm(motor.diameter)} is wider than the plate of {mm(2 * robot.body.radius)}",
+    )
+    yield (
+        motor.length >= room,
+        "motor.length",
+        f"{mm(motor.length)} does not fit: between the wheels there are {mm(max(room, 0.0))} for each motor",
+    )
+    yield motor.shaft_diameter >= robot.wheels.diameter, "motor.shaft_diameter", "is as thick as the wheel"
+    hole = layout.SHAFT_CLEARANCE * motor.shaft_diameter
+    yield hole >= robot.motor_clamp.width, "motor_clamp.width", "is narrower than the hole for the shaft"
+    yield (
+        layout.motor_bottom(robot) <= 0.0,
+        "wheels.diameter",
+        f"the motor of {mm(motor.diameter)} would touch the floor",
+    )
+    screws = 4.0 * robot.plates.screw_hole
+    yield robot.motor_clamp.width <= screws, "motor_clamp.width", f"screws need more than {mm(screws)}"
+    yield (
+        motor.no_load_current >= motor.stall_current,
+        "motor.no_load_current",
+        "is not below motor.stall_current",
+    )
+
+
+def _wheels(robot: Robot) -> Iterator[Contradiction]:
+    wheels, body = robot.wheels, robot.body
+    yield (
+        body.clearance >= wheels.diameter,
+        "body.clearance",
+        f"{mm(body.clearance)} is above the wheels' top",
+    )
+    yield wheels.separation <= wheels.width, "wheels.separation", "the wheels overlap each other"
+    yield (
+        wheels.separation / 2 - wheels.width / 2 > body.radius + wheels.width,
+        "wheels.separation",
+        f"the wheels stand clear of the plate of {mm(body.radius)} radius; make it smaller or body.radius larger",
+    )
+    yield robot.wheel_radius > robot.height, "wheels.diameter", "the wheels are taller than twice the body"
+
+
+def _drive(robot: Robot) -> Iterator[Contradiction]:
+    yield (
+        robot.max_wheel_speed <= 0.0,
+        "motor.stall_torque",
+        f"{robot.motor.stall_torque:.3g} N m per wheel cannot roll {robot.total_mass:.3g} kg at all",
+    )
+    battery = robot.battery
+    yield battery.empty_voltage >= battery.voltage, "battery.empty_voltage", "is not below battery.voltage"
+    yield battery.voltage > battery.full_voltage, "battery.voltage", "is above battery.full_voltage"
+    driver = robot.driver
+    yield driver.voltage_min >= driver.voltage_max, "driver.voltage_min", "is not below driver.voltage_max"
+
+
+def _sensors(robot: Robot) -> Iterator[Contradiction]:
+    sensors = robot.sensors
+    for name in ("depth_camera", "lidar", "ultrasonic"):
+        sensor, key = getattr(sensors, name), f"sensors.{name}"
+        if sensor is None:
+            continue
+        yield sensor.range_min >= sensor.range_max, f"{key}.range_min", "is not below range_max"
+        away = math.hypot(sensor.mount.x, sensor.mount.y)
+        yield away > robot.footprint_radius, f"{key}.mount", "sits outside the body"
+        low = not 0 < sensor.mount.z <= robot.height
+        yield low, f"{key}.mount.z", "is not between floor and top"
+    camera = sensors.depth_camera
+    if camera is not None:
+        key = "sensors.depth_camera"
+        yield camera.field_of_view > 2.6, f"{key}.field_of_view", "above 149 degrees is no camera"
+        yield camera.width * camera.height > 4_000_000, f"{key}.width", "above 4 megapixels"
+    blind = camera is None and sensors.lidar is None
+    yield blind, "sensors", "neither depth_camera nor lidar: the robot could not see"

@@ -168,7 +168,9 @@ def test_same_inputs_same_ticks_states_and_messages(avr: AvrBoard) -> None:
     assert max(ticks) - min(ticks) > 5000
 
 
-def test_control_step_is_short_even_at_full_speed(avr: AvrBoard) -> None:
+def test_control_step_is_short_even_at_full_speed(
+    avr: AvrBoard, record_property: Callable[[str, object], None]
+) -> None:
     avr.ask("echo 5000")
     for step in range(60):
         avr.live_imu()
@@ -178,7 +180,7 @@ def test_control_step_is_short_even_at_full_speed(avr: AvrBoard) -> None:
         for wheel in (0, 1):
             avr.ask(f"turn {wheel} {60 if wheel else -60}")  # of 112 at full speed, in 6 ms: no slower pace
         state = avr.run(10_000)
-    print(f"control step: at most {state.longest_step} cycles, {state.longest_step / 16:.0f} us")
+    record_property("longest_step_cycles", state.longest_step)
     assert 500 < state.longest_step <= STEP_CYCLES
 
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -64,6 +65,33 @@ def test_a_heavier_robot_gets_a_file_that_passes_its_own_checks(tmp_path: Path) 
     assert again == text
     assert not sheet.follows
     assert all(check.passed for check in sheet.own)
+
+
+@pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar"])
+def test_the_file_describes_the_robot_that_was_judged(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "judged.yaml"
+    run_design(name, {"payload": "4"}, path, as_json=True)
+    judged = work_out(find_robot(name), {"payload": "4"})[1].chosen.robot
+    written = numbers(msgspec.to_builtins(load_robot(str(path))))
+    assert written == pytest.approx(numbers(msgspec.to_builtins(judged)), abs=1e-9)
+
+
+def numbers(value: object, path: str = "") -> dict[str, float]:
+    """Every number of nested data, by its path."""
+    if isinstance(value, dict):
+        return {k: v for key, part in value.items() for k, v in numbers(part, f"{path}.{key}").items()}
+    if isinstance(value, (list, tuple)):
+        return {k: v for i, part in enumerate(value) for k, v in numbers(part, f"{path}[{i}]").items()}
+    return {path: value} if isinstance(value, (int, float)) else {}
+
+
+def test_a_file_that_is_like_a_neighbour_may_move_away(tmp_path: Path) -> None:
+    run_design("chefbot", NOTHING, tmp_path / "first.yaml", as_json=True)
+    (tmp_path / "second.yaml").write_text("like: first.yaml\nname: second\nbody: {payload: 1 kg}\n")
+    path = tmp_path / "elsewhere" / "third.yaml"
+    run_design(str(tmp_path / "second.yaml"), {"speed": "0.3"}, path, as_json=True)
+    third = load_robot(str(path))
+    assert (third.body.payload, third.drive.max_speed) == (1.0, 0.3)
 
 
 def test_other_wheels_take_their_slots_with_them(tmp_path: Path) -> None:

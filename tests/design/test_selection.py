@@ -5,11 +5,15 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from chefbot.design.geometry import remedies, stable_radius, with_radius
+from chefbot.design.follow import moved_sensors, with_motor, with_radius
+from chefbot.design.remedies import remedies, stable_radius
+from chefbot.design.room import battery_room
 from chefbot.design.selection import Verdict, best_with, choose, nearest, settled, verdicts
 from chefbot.design.stability import loaded
+from chefbot.robot import layout
 from chefbot.robot.catalogue import load_catalogue
 from chefbot.robot.load import load_robot
+from chefbot.robot.sections import Size
 from chefbot.robot.spec import Robot
 
 CHEFBOT = load_robot("chefbot")
@@ -43,7 +47,7 @@ def test_the_choice_keeps_the_criterion(sets: list[Verdict]) -> None:
     assert all(v.power >= chosen.power for v in passing if v.mass <= 1.1 * lightest)
 
 
-def with_motor(verdict: Verdict, **values: float) -> Verdict:
+def another_motor(verdict: Verdict, **values: float) -> Verdict:
     motor = msgspec.structs.replace(verdict.robot.motor, **values)
     return verdict._replace(robot=msgspec.structs.replace(verdict.robot, motor=motor))
 
@@ -52,8 +56,8 @@ def test_among_the_nearly_lightest_the_thriftiest_wins(sets: list[Verdict]) -> N
     one = choose(sets)
     assert one is not None
     motor = one.robot.motor
-    thrifty = with_motor(one, mass=motor.mass + 0.001, no_load_current=0.5 * motor.no_load_current)
-    heavy = with_motor(one, mass=motor.mass + 0.2, no_load_current=0.1 * motor.no_load_current)
+    thrifty = another_motor(one, mass=motor.mass + 0.001, no_load_current=0.5 * motor.no_load_current)
+    heavy = another_motor(one, mass=motor.mass + 0.2, no_load_current=0.1 * motor.no_load_current)
     assert choose([one, thrifty, heavy]) == choose([heavy, thrifty, one]) == thrifty
 
 
@@ -119,3 +123,32 @@ def test_a_larger_plate_carries_what_tips_the_smaller_one() -> None:
         2.0 * (radius - tall.body.radius)
     )
     assert grown.casters.offset - tall.casters.offset == pytest.approx(radius - tall.body.radius)
+
+
+def test_sensors_rise_with_the_plates_on_a_thicker_motor() -> None:
+    thick = msgspec.structs.replace(CHEFBOT.motor, diameter=CHEFBOT.motor.diameter + 0.01)
+    driven = with_motor(CHEFBOT, thick)
+    rise = layout.plate_undersides(driven)[0] - layout.plate_undersides(CHEFBOT)[0]
+    assert rise == pytest.approx(0.005)
+    for frame, sensor in CHEFBOT.sensors.by_frame.items():
+        assert driven.sensors.by_frame[frame].mount.z == pytest.approx(sensor.mount.z + rise)
+    changes = moved_sensors(CHEFBOT, driven)
+    assert len(changes) == len(CHEFBOT.sensors.by_frame)
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.3, 0.01), (0.01, 0.3)])
+def test_a_battery_that_is_too_long_does_not_fit(x: float, y: float) -> None:
+    size = msgspec.structs.replace(CHEFBOT.battery.size, x=x, y=y)
+    assert battery_room(CHEFBOT) >= 0.0
+    assert battery_room(but_battery(size)) < 0.0
+
+
+def test_a_battery_that_is_too_high_or_stands_on_the_driver_does_not_fit() -> None:
+    tall = msgspec.structs.replace(CHEFBOT.battery.size, z=CHEFBOT.tubes.length + 0.001)
+    assert battery_room(but_battery(tall)) == pytest.approx(-0.001)
+    places = msgspec.structs.replace(CHEFBOT.places, battery=CHEFBOT.places.driver)
+    assert battery_room(msgspec.structs.replace(CHEFBOT, places=places)) < 0.0
+
+
+def but_battery(size: Size) -> Robot:
+    return msgspec.structs.replace(CHEFBOT, battery=msgspec.structs.replace(CHEFBOT.battery, size=size))

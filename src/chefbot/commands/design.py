@@ -16,7 +16,8 @@ from chefbot.commands.units import amounts
 from chefbot.config import read_bytes
 from chefbot.design.chapter_method import chapter_method
 from chefbot.design.checks import judge
-from chefbot.design.geometry import following, remedies
+from chefbot.design.follow import following, moved_sensors
+from chefbot.design.remedies import remedies
 from chefbot.design.robot_text import Change, changed, headed, value_of
 from chefbot.design.selection import Verdict, nearest, settled, verdicts
 from chefbot.design.sheet import Sheet
@@ -182,6 +183,7 @@ def chosen_text(text: str, stem: str, sheet: Sheet) -> str:
         Change(("driver",), verdict.parts.driver, robot.driver.title),
         Change(("battery",), verdict.parts.battery, robot.battery.title),
     ]
+    parts += moved_sensors(sheet.robot, robot)
     if _NAME.fullmatch(stem):
         parts.insert(0, Change(("name",), stem))
     heading = [

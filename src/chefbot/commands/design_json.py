@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from chefbot.design.checks import Check
+from chefbot.design.follow import moved_sensors
 from chefbot.design.selection import CRITERION, Verdict, best_with
 from chefbot.design.sheet import Sheet
 from chefbot.design.sizing import gives, needs, stands
@@ -14,10 +15,11 @@ from chefbot.design.worked import Result
 def as_plain(sheet: Sheet) -> dict[str, Any]:
     """Methods, catalogue and choice; every figure with formula, numbers, unit and source."""
     robot, load = sheet.chosen.robot, sheet.chosen.load
+    follows = [*sheet.follows, *moved_sensors(sheet.robot, robot)]
     return {
         "robot": sheet.name,
         "asked_for": sheet.given,
-        "follows": {".".join(change.path): change.text for change in sheet.follows},
+        "follows": {".".join(change.path): change.text for change in follows},
         "own_failures": [_check(check) for check in sheet.own if not check.passed],
         "chapter": [_result(result) for result in sheet.chapter],
         "needs": [_result(result) for result in needs(robot, load)],

@@ -8,6 +8,7 @@ from rich.table import Table
 from chefbot.commands.units import amount, amounts
 from chefbot.design.chapter_method import KG_CM
 from chefbot.design.checks import Check
+from chefbot.design.follow import moved_sensors
 from chefbot.design.forces import motor_torque, slip_torque, worst
 from chefbot.design.selection import CRITERION, Verdict, best_with
 from chefbot.design.sheet import Sheet
@@ -133,7 +134,7 @@ def _print_choice(console: Console, sheet: Sheet) -> None:
     console.print(f"The file's own set: {'passes' if not failing else 'does not pass'}.")
     for check in failing:
         console.print(f"  {reason(check)}")
-    for change in sheet.follows:
+    for change in [*sheet.follows, *moved_sensors(sheet.robot, sheet.chosen.robot)]:
         console.print(f"Follows: {'.'.join(change.path)} becomes {change.text}: {change.comment}.")
     chosen = sheet.chosen
     parts = f"{chosen.parts.motor}, {chosen.parts.driver}, {chosen.parts.battery}"

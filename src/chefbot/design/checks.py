@@ -15,6 +15,7 @@ from chefbot.design.forces import (
     motor_torque,
     worst,
 )
+from chefbot.design.room import battery_room, driver_room
 from chefbot.design.stability import SAFETY, Load, tipping
 from chefbot.robot import layout
 from chefbot.robot.spec import Robot
@@ -48,9 +49,9 @@ class Check(NamedTuple):
 
     @property
     def lack(self) -> float:
-        """Share of the bound that is missing or too much; 0 where the check passes."""
+        """What is missing or too much, as a share of the larger of the two; 0 where the check passes."""
         gap = self.bound - self.have if self.at_least else self.have - self.bound
-        return 0.0 if gap <= 1e-9 * abs(self.bound) else gap / max(abs(self.bound), 1e-9)
+        return 0.0 if gap <= 1e-9 * abs(self.bound) else gap / max(abs(self.bound), abs(self.have))
 
     @property
     def passed(self) -> bool:
@@ -113,7 +114,7 @@ def motor_checks(robot: Robot, mass: float) -> list[Check]:
 
 
 def driver_checks(robot: Robot, mass: float) -> list[Check]:
-    """The voltages of battery and board, and the currents of the motor."""
+    """The voltages of battery and board, the currents of the motor, room."""
     driver, battery, level = robot.driver, robot.battery, LOGIC_SHARE * BOARD_LOGIC
     lasting = motor_line.current(robot.motor, motor_torque(robot, mass, climb(robot)).value, "").value
     stalled = motor_line.stall_current(robot.motor, battery.full_voltage).value
@@ -123,16 +124,18 @@ def driver_checks(robot: Robot, mass: float) -> list[Check]:
         at_least("driver", "continuous current", driver.continuous_current, lasting, "A"),
         at_most("driver", "input level without a level shifter", driver.logic_high_min, level, "V"),
         at_least("driver", "current of a stalled motor", driver.peak_current, stalled, "A"),
+        at_least("driver", "room round it", driver_room(robot), 0.0, "m", "places.driver"),
     ]
 
 
 def battery_checks(robot: Robot, mass: float) -> list[Check]:
-    """Energy and current."""
+    """Energy, current and room."""
     run_time, draw = power.run_time(robot, mass).value, power.highest_draw(robot, mass).value
     given = robot.battery.continuous_current
     return [
         at_least("battery", "run time", run_time, robot.power.run_time, "s"),
         at_least("battery", "current", given, draw, "A"),
+        at_least("battery", "room round it", battery_room(robot), 0.0, "m", "places.battery"),
     ]
 
 

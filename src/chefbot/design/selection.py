@@ -9,6 +9,7 @@ from typing import NamedTuple
 import msgspec
 
 from chefbot.design.checks import Check, boards, judge
+from chefbot.design.follow import with_motor
 from chefbot.design.forces import DRIVEN_WHEELS
 from chefbot.design.power import mean_power
 from chefbot.design.stability import Load, loaded
@@ -74,7 +75,7 @@ def verdicts(robot: Robot, catalogue: Catalogue) -> list[Verdict]:
     """
     sets = []
     for motor in catalogue.motors:
-        driven = msgspec.structs.replace(robot, motor=catalogue.motors[motor])
+        driven = with_motor(robot, catalogue.motors[motor])
         load = loaded(driven)
         for driver, battery in product(catalogue.drivers, catalogue.batteries):
             candidate = msgspec.structs.replace(

@@ -1,0 +1,87 @@
+"""The firmware's constants: whole numbers that follow from the robot, in the order that the firmware reads."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.design.firmware_header import as_int32, firmware_constants, firmware_header
+from chefbot.errors import UserError
+from chefbot.robot.load import built_in_robots, load_robot
+from chefbot.robot.spec import Robot
+
+CORE = Path(__file__).parents[2] / "firmware" / "core"
+
+
+@pytest.fixture
+def robot() -> Robot:
+    return load_robot("chefbot")
+
+
+def values(robot: Robot) -> dict[str, int]:
+    return {c.name: c.value for c in firmware_constants(robot)}
+
+
+def test_the_order_is_the_firmwares() -> None:
+    text = (CORE / "robot.h").read_text()
+    struct = text[text.index("struct RobotConstants") : text.index("};")]
+    fields = re.findall(r"int32_t (\w+);", struct)
+    assert fields == [c.name for c in firmware_constants(load_robot("chefbot"))]
+
+
+def test_numbers_follow_from_the_robot(robot: Robot) -> None:
+    number = values(robot)
+    turn = robot.motor.ticks_per_turn
+    per_metre = turn / (2 * math.pi * robot.wheel_radius)
+    assert number["ticks_per_turn_milli"] == round(1000 * turn)
+    assert number["max_wheel"] / per_metre == pytest.approx(robot.max_wheel_speed, rel=1e-3)
+    assert number["max_wheel"] <= robot.max_wheel_speed * per_metre
+    assert number["max_forward"] / per_metre == pytest.approx(robot.max_speed, rel=1e-3)
+    assert number["acceleration"] / per_metre == pytest.approx(robot.max_acceleration, rel=1e-3)
+    assert number["no_load"] == pytest.approx(robot.motor.no_load_speed * turn / (2 * math.pi), abs=1)
+    assert number["battery_stop"] == round(1000 * robot.battery.empty_voltage) < number["battery_low"]
+
+
+def test_the_hash_knows_every_number(robot: Robot) -> None:
+    heavier = msgspec.structs.replace(
+        robot,
+        battery=msgspec.structs.replace(robot.battery, empty_voltage=robot.battery.empty_voltage + 0.01),
+    )
+    assert values(robot)["hash"] == values(robot)["hash"]
+    assert values(robot)["hash"] != values(heavier)["hash"]
+
+
+@pytest.mark.parametrize("name", sorted(built_in_robots()))
+def test_the_header_is_whole_numbers_with_unit_and_source(name: str) -> None:
+    robot = load_robot(name)
+    header = firmware_header(robot)
+    defines = re.findall(r"^#define CHEFBOT_(\w+) (-?\d+)L  // (.+); (.+)$", header, re.M)
+    assert [(n.lower(), int(v)) for n, v, _, _ in defines] == [
+        (c.name, as_int32(c.value)) for c in firmware_constants(robot)
+    ]
+    listed = re.findall(r"^    CHEFBOT_(\w+), \\$", header, re.M)
+    assert listed == [n for n, _, _, _ in defines]
+
+
+def test_an_encoder_too_fine_for_the_board_is_refused(robot: Robot) -> None:
+    fast = msgspec.structs.replace(robot.motor, no_load_speed=40.0)
+    with pytest.raises(UserError, match="ticks/s"):
+        firmware_constants(msgspec.structs.replace(robot, motor=fast))
+
+
+def test_an_acceleration_too_small_for_the_board_is_refused(robot: Robot) -> None:
+    lazy = msgspec.structs.replace(robot.drive, max_acceleration=1e-3)
+    with pytest.raises(UserError, match="max_acceleration"):
+        firmware_constants(msgspec.structs.replace(robot, drive=lazy))
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_int32_keeps_the_bits(value: int) -> None:
+    signed = as_int32(value)
+    assert -(2**31) <= signed < 2**31 and signed % 2**32 == value

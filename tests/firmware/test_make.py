@@ -1,0 +1,39 @@
+"""What the firmware's own Makefile checks: unit tests under sanitizers, coverage, mutants, fuzz, sizes."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.firmware.host_board import make, need
+
+
+def test_unit_tests_under_sanitizers() -> None:
+    need("make", "g++")
+    assert re.search(r"\d+ tests, 0 failed", make("unit"))
+
+
+def test_the_safety_part_is_covered() -> None:
+    need("make", "g++", "gcov")
+    assert "100.0 % of lines, 100.0 % of branches" in make("coverage")
+
+
+def test_ten_million_fuzzed_bytes() -> None:
+    need("make", "g++")
+    said = make("fuzz", BYTES=10_000_000, SEED=2)
+    match = re.search(r"fuzz: (\d+) bytes.* (\d+) lines accepted.* motion in (\d+) of", said)
+    assert match and int(match[1]) >= 10_000_000 and int(match[2]) > 1000 and int(match[3]) > 1000
+
+
+@pytest.mark.slow
+def test_mutants_are_killed() -> None:
+    need("make", "g++")
+    match = re.search(r"mutants of the safety part: (\d+)/(\d+) killed", make("mutate"))
+    assert match and int(match[1]) >= 0.9 * int(match[2]) and int(match[2]) > 400
+
+
+def test_sizes_on_avr() -> None:
+    need("make", "avr-g++")
+    match = re.search(r"core.*: (\d+) bytes", make("avr"))
+    assert match and int(match[1]) <= 8192

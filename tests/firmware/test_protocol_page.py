@@ -1,0 +1,47 @@
+"""docs/protocol.md tells the truth: its example is what the program says, its tables are what the headers say."""
+
+from __future__ import annotations
+
+import re
+
+from tests.firmware.host_board import FIRMWARE
+from tests.firmware.lines import unframed
+from tests.firmware.transcript import transcript
+
+PAGE = (FIRMWARE.parent / "docs" / "protocol.md").read_text()
+
+
+def test_the_example_is_spoken_by_the_program() -> None:
+    (example,) = re.findall(r"```\n(.*?)\n```", PAGE, re.S)
+    assert example.split("\n") == transcript()
+
+
+def test_the_check_value_of_the_crc() -> None:
+    assert unframed(b"a 1*" + _crc(b"a 1")).letter == "a"
+    assert _crc(b"123456789") == b"29B1" and "29B1" in PAGE
+
+
+def _crc(data: bytes) -> bytes:
+    rest = 0xFFFF
+    for byte in data:
+        rest ^= byte << 8
+        for _ in range(8):
+            rest = (rest << 1 ^ 0x1021) & 0xFFFF if rest & 0x8000 else rest << 1
+    return b"%04X" % rest
+
+
+def test_every_flag_and_reason_is_on_the_page() -> None:
+    flags = re.findall(r"const Flags \w+ = 1u << (\d+);", (FIRMWARE / "core" / "flags.h").read_text())
+    assert len(flags) == 15
+    section = PAGE[PAGE.index("**flags**") : PAGE.index("**reason**")]
+    for bit in map(int, flags):
+        assert f"{1 << bit:04X}" in section
+    reasons = re.findall(r"^    [A-Z]+ = (\d+),.*//|^    NONE = (\d+),", _refusals(), re.M)
+    assert len(reasons) == 9
+    for number in range(1, 9):
+        assert f"{number} " in PAGE[PAGE.index("**reason**") :].split("\n\n")[0]
+
+
+def _refusals() -> str:
+    text = (FIRMWARE / "core" / "board.h").read_text()
+    return text[text.index("enum class Refusal") : text.index("enum class State")]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 import pytest
 
+from chefbot.design.checks import judge
 from chefbot.design.follow import moved_sensors, with_motor, with_radius
 from chefbot.design.remedies import remedies, stable_radius
 from chefbot.design.room import battery_room
@@ -12,7 +13,7 @@ from chefbot.design.selection import Verdict, best_with, choose, nearest, settle
 from chefbot.design.stability import loaded
 from chefbot.robot import layout
 from chefbot.robot.catalogue import load_catalogue
-from chefbot.robot.load import load_robot
+from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.sections import Size
 from chefbot.robot.spec import Robot
 
@@ -81,6 +82,12 @@ def test_the_mass_follows_the_parts(sets: list[Verdict]) -> None:
     difference = one.robot.battery.mass - other.robot.battery.mass
     assert one.load.mass - other.load.mass == pytest.approx(difference)
     assert one.mass - other.mass == pytest.approx(difference)
+
+
+@pytest.mark.parametrize("name", sorted(built_in_robots()))
+def test_the_robots_that_come_along_pass_every_check(name: str) -> None:
+    robot = load_robot(name)
+    assert [check for check in judge(robot, loaded(robot)) if not check.passed] == []
 
 
 def test_the_sums_weigh_as_the_solids_do(sets: list[Verdict]) -> None:

@@ -95,7 +95,7 @@ def test_beams_are_free_up_to_their_end_in_the_plan() -> None:
     plan = lidar_plan(room, ROBOT)
     ranges = Simulation(ROBOT, room).lidar()
     for r, a in zip(ranges.tolist(), lidar_angles(lidar).tolist(), strict=True):
-        for s in np.arange(0.1, r - 0.1, 0.05).tolist():
+        for s in np.arange(0.1, r - 0.1, 0.05).tolist() if math.isfinite(r) else ():
             assert floor_touches(plan, s * math.cos(a), s * math.sin(a))
 
 

@@ -31,6 +31,8 @@ from chefbot.robot.shapes import (
 if TYPE_CHECKING:
     from chefbot.robot.spec import Robot
 
+SENSOR = "sensor"
+"""Material of a sensor's housing."""
 STAND_RADIUS = 0.003
 """Metres; sensors stand on a rod of this size and of nylon."""
 PAYLOAD_SHARE = 0.8
@@ -231,7 +233,7 @@ def _sensors(robot: Robot) -> Iterator[RobotPart]:
             (box,),
             sensor.housing.mass,
             PLASTIC,
-            "sensor",
+            SENSOR,
             at,
             mount.pitch,
             mount.yaw,

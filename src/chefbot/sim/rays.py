@@ -9,10 +9,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.design.mjcf import LOOKS_GROUP
 from chefbot.robot.sections import Lidar, Mount, Ultrasonic
+from chefbot.robot.shapes import rotation
 
 WORLD_ONLY = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
 """Geom groups that rays see: the robot's own are not among them."""
+OWN_BODY = np.array([group == LOOKS_GROUP for group in range(6)], dtype=np.uint8)
+"""The robot's parts as they are built, the sensors' housings left out."""
 CONE_RINGS = 4
 FLATTEST_ECHO = math.radians(60.0)
 """Angle off a surface's normal from which sound is mirrored away; so a ranger does not see the floor."""
@@ -20,9 +24,8 @@ ULTRASONIC_NOISE = 0.003  # m, standard deviation of an HC-SR04's reading
 
 
 def mount_rotation(mount: Mount) -> NDArray[np.float64]:
-    """(3, 3) from the sensor's frame to base_link: yaw, then pitch about the sensor's own y axis."""
-    cy, sy, cp, sp = math.cos(mount.yaw), math.sin(mount.yaw), math.cos(mount.pitch), math.sin(mount.pitch)
-    return np.array([[cy * cp, -sy, cy * sp], [sy * cp, cy, sy * sp], [-sp, 0.0, cp]])
+    """(3, 3) from the sensor's frame to base_link."""
+    return rotation(mount.pitch, mount.yaw)
 
 
 def lidar_angles(lidar: Lidar) -> NDArray[np.float64]:
@@ -58,16 +61,28 @@ class RayCaster:
         self._hit = np.zeros(len(rays), dtype=np.int32)
         self._distance = np.zeros(len(rays))
         self._normal = np.zeros(3 * len(rays))
+        self.own_body: NDArray[np.float64] = np.full(len(rays), np.inf)
+
+    def look_at_own_body(
+        self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
+    ) -> None:
+        """Find once how far each ray gets before it ends at a part of the robot."""
+        self.own_body = self.cast(model, data, position, rotation, OWN_BODY)
 
     def cast(
-        self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
+        self,
+        model: Any,
+        data: Any,
+        position: NDArray[np.float64],
+        rotation: NDArray[np.float64],
+        groups: NDArray[np.uint8] = WORLD_ONLY,
     ) -> NDArray[np.float64]:
         """(n,) metres to the first hit, inf for none, with base_link at `position` turned by `rotation`."""
         origin = position + rotation @ self._at
         vectors = np.ascontiguousarray(self._rays @ rotation.T).ravel()
         count = len(self._rays)
         mujoco.mj_multiRay(
-            model, data, origin, vectors, WORLD_ONLY, True, -1,
+            model, data, origin, vectors, groups, True, -1,
             self._hit, self._distance, self._normal, count, self._reach,
         )  # fmt: skip
         return np.where(self._hit >= 0, self._distance, np.inf)

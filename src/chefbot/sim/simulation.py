@@ -137,6 +137,7 @@ class Simulation:
         if lidar is None or self._lidar is None:
             raise UserError(f"robot {self.robot.name} has no lidar")
         ranges = self._lidar.cast(self._model, self._data, *self._attitude())
+        ranges = np.minimum(ranges, self._lidar.own_body)
         if self.profile == "real":
             ranges = ranges + lidar.noise * self._noise["lidar"].standard_normal(lidar.beams)
         return within(ranges, lidar.range_min, lidar.range_max)
@@ -264,6 +265,8 @@ class Simulation:
         self._contacts.watch(self._model)
         self._place_movers()
         mujoco.mj_forward(self._model, self._data)
+        if self._lidar is not None:
+            self._lidar.look_at_own_body(self._model, self._data, *self._attitude())
 
     def _movers(self) -> list[Mover]:
         doors = [Mover(name, (door.leaf,), door.pose) for name, door in self._doors.items()]

@@ -147,6 +147,40 @@ def design(
     run_design(robot, asked, write, as_json)
 
 
+@app.command()
+def urdf(
+    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    out: Annotated[Path | None, typer.Option(help="file, instead of the screen")] = None,
+) -> None:
+    """The robot as URDF for RViz, Gazebo and the like."""
+    from chefbot.commands.urdf import run_urdf
+
+    run_urdf(robot, out)
+
+
+@app.command()
+def sdf(
+    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    world: Annotated[str | None, typer.Option(help="hotel, room, a world file, or any ROS map.yaml")] = None,
+    out: Annotated[Path | None, typer.Option(help="file, instead of the screen")] = None,
+) -> None:
+    """The robot, or a world with the robot in it, for Gazebo."""
+    from chefbot.commands.describe import run_sdf
+
+    run_sdf(robot, world, out)
+
+
+@app.command()
+def mjcf(
+    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    out: Annotated[Path | None, typer.Option(help="file, instead of the screen")] = None,
+) -> None:
+    """The robot for MuJoCo, as the simulator has it."""
+    from chefbot.commands.describe import run_mjcf
+
+    run_mjcf(robot, out)
+
+
 def _find_a_place_for_kernels() -> None:
     """Numba does not start without a folder for compiled kernels; where none can be written, a passing one does."""
     usual = (Path(__file__).parent, Path.home() / ".cache", Path.home())

@@ -1,23 +1,25 @@
 """The robot in MuJoCo's XML (MJCF), written as text: no simulator is needed to write it.
 
-The wheels' actuators are the motor's line: control is the duty in [-1, 1], and
-torque = efficiency * stall_torque * (duty - speed / no_load_speed).
+The wheels' actuators are the motor's line: control is the motor's voltage as a share of the one that its data
+are for, and torque = efficiency * stall_torque * (share - speed / no_load_speed).
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
 from chefbot.design.links import Link, Primitive, links, looks, sensor_mounts
+from chefbot.design.urdf_frames import joint_name, quaternion
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.robot.shapes import MassProperties
+from chefbot.robot.solids import SENSOR, RobotPart
 from chefbot.robot.spec import DRIVE_EFFICIENCY, GRAVITY, ROLLING_RESISTANCE, Robot
 
-HULL_GROUP, LOOKS_GROUP = 1, 2
-"""Geom groups of the robot; rays of its own sensors pass through both."""
+HULL_GROUP, LOOKS_GROUP, HOUSING_GROUP = 1, 2, 3
+"""Geom groups of the robot: what collides, its parts as built, and the sensors' housings, which their own rays
+begin in."""
 ROTOR_INERTIA = 0.005
 """kg m^2 of the motor's rotor seen through the gear (3e-7 kg m^2 at 131:1)."""
 CASTER_FRICTION = 0.02
@@ -70,13 +72,13 @@ def robot_xml(robot: Robot, as_built: AsBuilt = AS_DRAWN, start: SE2 = IDENTITY)
     """The robot standing at `start` (pose of base_link in the world)."""
     base, *others = links(robot)
     inside = [_inertial(base.inertia), *(_hull(robot, hull, as_built) for hull in base.hulls)]
-    inside += [_look(primitive, colour) for part in base.parts for primitive, colour in looks(part)]
+    inside += [_look(part, primitive, colour) for part in base.parts for primitive, colour in looks(part)]
     inside += [_sub_body(robot, link, as_built) for link in others]
     inside += [_site(name, *mount) for name, mount in sensor_mounts(robot).items()]
-    quaternion = numbers((math.cos(start.yaw / 2), 0.0, 0.0, math.sin(start.yaw / 2)))
+    turn = numbers(quaternion((0.0, 0.0, start.yaw)))
     body = "\n".join(
         [
-            f'<body name="base_link" pos="{numbers((start.x, start.y, 0.0))}" quat="{quaternion}">',
+            f'<body name="base_link" pos="{numbers((start.x, start.y, 0.0))}" quat="{turn}">',
             '<freejoint name="base"/>',
             *inside,
             "</body>",
@@ -103,7 +105,7 @@ def _sub_body(robot: Robot, link: Link, as_built: AsBuilt) -> str:
     joint = ""
     if link.turns:
         rolling = ROLLING_RESISTANCE * robot.total_mass * GRAVITY * robot.wheel_radius / 2
-        name = link.name.replace("_link", "_joint")
+        name = joint_name(link.name)
         joint = (
             f'<joint name="{name}" type="hinge" axis="0 1 0" armature="{ROTOR_INERTIA}" '
             f'frictionloss="{rolling:.9g}"/>'
@@ -117,10 +119,11 @@ def _wheel_factor(name: str, as_built: AsBuilt) -> float:
     return as_built.left_wheel if "left" in name else as_built.right_wheel
 
 
-def _look(primitive: Primitive, colour: Iterable[float]) -> str:
+def _look(part: RobotPart, primitive: Primitive, colour: Iterable[float]) -> str:
     """Seen, and touched by nothing."""
-    at = f'pos="{numbers(primitive.at)}" quat="{numbers(_quaternion(primitive.rpy))}"'
-    look = f'group="{LOOKS_GROUP}" contype="0" conaffinity="0" mass="0" rgba="{numbers(colour)}"'
+    at = f'pos="{numbers(primitive.at)}" quat="{numbers(quaternion(primitive.rpy))}"'
+    group = HOUSING_GROUP if part.material == SENSOR else LOOKS_GROUP
+    look = f'group="{group}" contype="0" conaffinity="0" mass="0" rgba="{numbers(colour)}"'
     return f'<geom name="{primitive.name}_look" {_shape(primitive)} {at} {look}/>'
 
 
@@ -152,29 +155,20 @@ def _shape(solid: Primitive) -> str:
     return f'type="{solid.kind}" size="{numbers(size)}"'
 
 
-def _quaternion(rpy: tuple[float, float, float]) -> tuple[float, float, float, float]:
-    """w, x, y, z of a turn about x, then y, then z (REP-103)."""
-    (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle / 2), math.sin(angle / 2)) for angle in rpy)
-    return (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
-
-
 def _site(name: str, at: tuple[float, float, float], pitch: float, yaw: float) -> str:
     """A sensor's frame."""
-    quaternion = numbers(_quaternion((0.0, pitch, yaw)))
-    return f'<site name="{name}" pos="{numbers(at)}" quat="{quaternion}" size="0.01" group="4"/>'
+    turn = numbers(quaternion((0.0, pitch, yaw)))
+    return f'<site name="{name}" pos="{numbers(at)}" quat="{turn}" size="0.01" group="4"/>'
 
 
 def _actuators(robot: Robot) -> str:
     stall = DRIVE_EFFICIENCY * robot.motor.stall_torque
     slope = stall / robot.motor.no_load_speed
+    full = max(1.0, robot.battery.full_voltage / robot.motor.voltage)
     line = (
         f'gaintype="fixed" gainprm="{stall:.9g}" biastype="affine" biasprm="0 0 {-slope:.9g}" '
-        f'ctrlrange="-1 1" ctrllimited="true" forcerange="{-stall:.9g} {stall:.9g}" forcelimited="true"'
+        f'ctrlrange="{-full:.9g} {full:.9g}" ctrllimited="true" '
+        f'forcerange="{-full * stall:.9g} {full * stall:.9g}" forcelimited="true"'
     )
     sides = ("left", "right")
     return "".join(f'<general name="motor_{side}" joint="wheel_{side}_joint" {line}/>' for side in sides)

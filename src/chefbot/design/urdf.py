@@ -5,119 +5,112 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 
-from chefbot.design.links import Link, Primitive, links, looks, sensor_mounts
+from chefbot.design.links import Link, Primitive, links, looks
+from chefbot.design.mjcf import numbers
+from chefbot.design.sdf_text import shape_tag
+from chefbot.design.urdf_control import gazebo, ros2_control
+from chefbot.design.urdf_frames import Frame, fixed_frames
 from chefbot.robot.materials import Colour
 from chefbot.robot.shapes import MassProperties, Vector
 from chefbot.robot.spec import Robot
 
-OPTICAL = (-math.pi / 2, 0.0, -math.pi / 2)
-"""Roll, pitch, yaw from a body frame (x forward) to an optical one (z forward, x right; REP-103)."""
-
 
 def urdf(robot: Robot) -> str:
-    """A URDF document: base_footprint, base_link, wheels, casters and sensor frames (REP-105 names)."""
+    """A URDF document without any mesh file: base_footprint, base_link, wheels, casters, sensor frames,
+    then the blocks of ros2_control and Gazebo."""
     root = ET.Element("robot", name=robot.name)
     for part in (part for link in links(robot) for part in link.parts):
         _material(root, part.colour)
     ET.SubElement(root, "link", name="base_footprint")
-    _joint(root, "base_joint", "base_footprint", "base_link", (0.0, 0.0, 0.0))
-    for link in links(robot):
-        _link(root, robot, link)
-    _sensor_frames(root, robot)
+    heavy = {link.name: link for link in links(robot)}
+    hulls = {f"{hull.name}_link": hull for hull in heavy["base_link"].hulls}
+    for frame in fixed_frames(robot):
+        if frame.name in heavy:
+            _link(root, heavy[frame.name])
+        else:
+            _frame(root, frame.name, hulls)
+        _joint(root, frame)
+    for link in heavy.values():
+        if link.turns:
+            _link(root, link)
+            _wheel_joint(root, robot, link)
+    root.append(ros2_control(robot))
+    root.extend(gazebo(robot))
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
 
-def _link(root: ET.Element, robot: Robot, link: Link) -> None:
+def _link(root: ET.Element, link: Link) -> None:
     element = ET.SubElement(root, "link", name=link.name)
-    _inertial(element, link.inertia)
-    casters = [hull for hull in link.hulls if hull.name.startswith("caster")]
+    inertial(element, link.inertia)
     for hull in link.hulls:
-        if hull not in casters:
-            _shape(ET.SubElement(element, "collision", name=hull.name), hull)
+        if hull.kind != "sphere":  # the casters' balls: they have frames of their own
+            shaped(ET.SubElement(element, "collision", name=hull.name), hull)
     for primitive, colour in (seen for part in link.parts for seen in looks(part)):
         visual = ET.SubElement(element, "visual", name=primitive.name)
-        _shape(visual, primitive)
-        ET.SubElement(visual, "material", name=_colour_name(colour))
-    if link.turns:
-        _wheel_joint(root, robot, link)
-    elif link.name != "base_link":
-        _joint(root, link.name.replace("_link", "_joint"), "base_link", link.name, link.at)
-    for caster in casters:
-        _caster(root, caster)
+        shaped(visual, primitive)
+        ET.SubElement(visual, "material", name=colour_name(colour))
 
 
-def _caster(root: ET.Element, ball: Primitive) -> None:
-    """A frame of its own, without mass and looks: those are base_link's."""
-    name = f"{ball.name}_link"
+def _frame(root: ET.Element, name: str, hulls: dict[str, Primitive]) -> None:
+    """A frame without mass and looks: those are base_link's. A caster's touches the floor."""
     element = ET.SubElement(root, "link", name=name)
-    _shape(ET.SubElement(element, "collision", name=ball.name), ball._replace(at=(0.0, 0.0, 0.0)))
-    _joint(root, f"{ball.name}_joint", "base_link", name, ball.at)
+    if name in hulls:
+        ball = hulls[name]
+        shaped(ET.SubElement(element, "collision", name=ball.name), ball._replace(at=(0.0, 0.0, 0.0)))
 
 
-def _inertial(element: ET.Element, inertia: MassProperties) -> None:
-    inertial = ET.SubElement(element, "inertial")
-    ET.SubElement(inertial, "origin", xyz=_text(inertia.centre), rpy="0 0 0")
-    ET.SubElement(inertial, "mass", value=f"{inertia.mass:.9g}")
+def inertial(element: ET.Element, inertia: MassProperties) -> None:
+    """Mass, its centre, and the tensor about it."""
+    own = ET.SubElement(element, "inertial")
+    ET.SubElement(own, "origin", xyz=numbers(inertia.centre), rpy="0 0 0")
+    ET.SubElement(own, "mass", value=f"{inertia.mass:.9g}")
     names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
     moments = {name: f"{value:.9g}" for name, value in zip(names, inertia.inertia, strict=True)}
-    ET.SubElement(inertial, "inertia", moments)
+    ET.SubElement(own, "inertia", moments)
 
 
 def _material(root: ET.Element, colour: Colour) -> None:
-    name = _colour_name(colour)
+    name = colour_name(colour)
     if root.find(f"material[@name='{name}']") is None:
-        ET.SubElement(ET.SubElement(root, "material", name=name), "color", rgba=_text(colour))
+        ET.SubElement(ET.SubElement(root, "material", name=name), "color", rgba=numbers(colour))
 
 
-def _colour_name(colour: Colour) -> str:
+def colour_name(colour: Colour) -> str:
+    """A name for the material of a colour."""
     return "colour_" + "".join(f"{round(255 * share):02x}" for share in colour)
 
 
-def _shape(parent: ET.Element, solid: Primitive) -> None:
+def shaped(parent: ET.Element, solid: Primitive) -> None:
+    """Origin and geometry of a visual or a collision."""
     roll, pitch, yaw = solid.rpy
     if solid.kind == "wheel":
         roll += math.pi / 2
-    ET.SubElement(parent, "origin", xyz=_text(solid.at), rpy=_text((roll, pitch, yaw)))
-    geometry = ET.SubElement(parent, "geometry")
-    if solid.kind == "sphere":
-        ET.SubElement(geometry, "sphere", radius=f"{solid.size[0]:.9g}")
-    elif solid.kind == "box":
-        ET.SubElement(geometry, "box", size=_text(solid.size))
-    else:
-        ET.SubElement(geometry, "cylinder", radius=f"{solid.size[0]:.9g}", length=f"{solid.size[1]:.9g}")
+    placed(parent, solid.at, (roll, pitch, yaw))
+    size = {"radius": f"{solid.size[0]:.9g}"}
+    if solid.kind == "box":
+        size = {"size": numbers(solid.size)}
+    elif solid.kind != "sphere":
+        size["length"] = f"{solid.size[1]:.9g}"
+    ET.SubElement(ET.SubElement(parent, "geometry"), shape_tag(solid), size)
 
 
-def _joint(
-    root: ET.Element, name: str, parent: str, child: str, at: Vector, rpy: Vector = (0.0, 0.0, 0.0)
-) -> ET.Element:
-    joint = ET.SubElement(root, "joint", name=name, type="fixed")
-    ET.SubElement(joint, "parent", link=parent)
-    ET.SubElement(joint, "child", link=child)
-    ET.SubElement(joint, "origin", xyz=_text(at), rpy=_text(rpy))
+def placed(parent: ET.Element, at: Vector, rpy: Vector = (0.0, 0.0, 0.0)) -> None:
+    """An origin: metres; roll, pitch, yaw in radians."""
+    ET.SubElement(parent, "origin", xyz=numbers(at), rpy=numbers(rpy))
+
+
+def _joint(root: ET.Element, frame: Frame) -> ET.Element:
+    joint = ET.SubElement(root, "joint", name=frame.joint, type="fixed")
+    ET.SubElement(joint, "parent", link=frame.parent)
+    ET.SubElement(joint, "child", link=frame.name)
+    placed(joint, frame.at, frame.rpy)
     return joint
 
 
 def _wheel_joint(root: ET.Element, robot: Robot, link: Link) -> None:
-    joint = _joint(root, link.name.replace("_link", "_joint"), "base_link", link.name, link.at)
+    joint = _joint(root, Frame(link.name, "base_link", link.at))
     joint.set("type", "continuous")
     ET.SubElement(joint, "axis", xyz="0 1 0")
     effort, velocity = robot.motor.stall_torque, robot.motor.no_load_speed
     ET.SubElement(joint, "limit", effort=f"{effort:.9g}", velocity=f"{velocity:.9g}")
-
-
-def _sensor_frames(root: ET.Element, robot: Robot) -> None:
-    for name, (at, pitch, yaw) in sensor_mounts(robot).items():
-        ET.SubElement(root, "link", name=name)
-        _joint(root, f"{name.removesuffix('_link')}_joint", "base_link", name, at, (0.0, pitch, yaw))
-    if robot.sensors.depth_camera is not None:
-        for name, parent, rpy in (
-            ("camera_depth_frame", "camera_link", (0.0, 0.0, 0.0)),
-            ("camera_depth_optical_frame", "camera_depth_frame", OPTICAL),
-        ):
-            ET.SubElement(root, "link", name=name)
-            _joint(root, name.replace("_frame", "_joint"), parent, name, (0.0, 0.0, 0.0), rpy)
-
-
-def _text(values: tuple[float, ...]) -> str:
-    return " ".join(f"{value:.9g}" for value in values)

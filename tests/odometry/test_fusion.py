@@ -117,7 +117,8 @@ def test_a_slipping_wheel_does_not_turn_the_heading():
         left, right = left + 90 * moving, right + (150 if spinning else 90) * moving
         fused, counted = ekf.update(left, right, next(gyro), DT), wheels.update(left, right, DT)
         slipped += ekf.slipping
-    assert abs(counted.pose.yaw) > 0.3
+    by_counts = 60 * 30 * ROBOT.metres_per_tick / ROBOT.wheels.separation
+    assert counted.pose.yaw == pytest.approx(by_counts, rel=0.05) and by_counts > 0.2
     assert abs(fused.pose.yaw) < 0.03
     assert slipped >= 25
 

@@ -30,7 +30,7 @@ from chefbot.odometry.params import OdometryParams
 from chefbot.odometry.readings import ImuReading, PoseReading, Triple, WheelCounts
 from chefbot.odometry.watch import Condition, Source
 from chefbot.odometry.words import WELL, complaint
-from chefbot.robot.spec import Mount
+from chefbot.robot.sections import Mount
 from chefbot.runtime.node import In, Node, Out, every, topic
 
 

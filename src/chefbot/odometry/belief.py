@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from chefbot.odometry.body import Body
 from chefbot.odometry.motion import Array
@@ -11,8 +11,7 @@ from chefbot.odometry.watch import Source, Watch
 from chefbot.odometry.wheels import Counters
 
 
-@dataclass(frozen=True)
-class Pace:
+class Pace(NamedTuple):
     """Mean speed (m/s), turn rate (rad/s) and length (s) of the last stretch between readings of the wheels."""
 
     speed: float
@@ -20,8 +19,7 @@ class Pace:
     dt: float
 
 
-@dataclass(frozen=True, eq=False)
-class Belief:
+class Belief(NamedTuple):
     """Estimate and memory. `pending` was sensed after the last reading of the wheels, and waits for the next.
 
     state (n,), covariance (n, n): see `motion`. stamp_ns: of the last reading of the wheels.
@@ -29,17 +27,18 @@ class Belief:
 
     state: Array
     covariance: Array
+    watches: dict[Source, Watch]
+    """Not to be changed in place."""
     stamp_ns: int | None = None
-    counters: Counters = field(default_factory=Counters)
+    counters: Counters = Counters()
     pending: tuple[ImuReading | PoseReading, ...] = ()
     pace: Pace | None = None
     gyro_ns: int | None = None
     """From then on a gyro's reading tells of the turn `SWING`."""
     doubted: tuple[float, ...] = ()
-    """Turns that the gyro told since then and that jumped so far that the next reading has to confirm them."""
+    """Turns, rad, that the last readings told beyond the wheels' and that the next one has to confirm."""
     tilting: ImuReading | None = None
     """The last reading whose rates about x and y can be used."""
-    watches: dict[Source, Watch] = field(default_factory=lambda: {source: Watch() for source in Source})
     contradicted_ns: int | None = None
     """Since when wheels and gyro contradict each other."""
     silent_side: int | None = None
@@ -48,4 +47,4 @@ class Belief:
     @classmethod
     def begin(cls, body: Body) -> Belief:
         """At the origin of odom, nothing heard."""
-        return cls(*body.start())
+        return cls(*body.start(), {source: Watch() for source in Source})

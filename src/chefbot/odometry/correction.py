@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from chefbot.odometry.motion import Array
+from chefbot.odometry.motion import SIZE, Array
+
+Flags = NDArray[np.bool_]
+ALL: Flags = np.ones(SIZE, np.bool_)
+"""Every element of the state may change."""
 
 GATE = 25.0
 """Squared standard deviations from what is expected that chance explains: five of them."""
@@ -64,12 +69,16 @@ def distance(covariance: Array, error: Array, H: Array, noise: Array) -> tuple[f
 
 
 @njit(cache=True, nogil=True)
-def correct(state: Array, covariance: Array, error: Array, H: Array, noise: Array) -> tuple[Array, Array]:
+def correct(
+    state: Array, covariance: Array, error: Array, H: Array, noise: Array, open_: Flags
+) -> tuple[Array, Array]:
     """State and covariance after a reading that is `error` (m,) off what H (m, n) linearises.
 
-    noise: R (m, m), positive definite. With S = L L^T and W = L^-1 H P the gain is W^T L^-1 and the covariance
-    falls by W^T W, which is symmetric to the last bit (the square-root form of the update in Thrun, Burgard &
-    Fox 2005, table 3.3).
+    noise: R (m, m), positive definite. open_ (n,): which elements may change; the others are only considered,
+    which is the update with their rows of the gain zero (Schmidt 1966, "Application of state-space methods to
+    navigation problems"). With S = L L^T and W = L^-1 H P the gain is W^T L^-1 and the covariance falls by
+    W^T W where one of the two elements is open, which is symmetric to the last bit (Thrun, Burgard & Fox 2005,
+    table 3.3, in square-root form).
     """
     spread, total = _expected(covariance, H, noise)
     lower = cholesky(total)
@@ -77,9 +86,11 @@ def correct(state: Array, covariance: Array, error: Array, H: Array, noise: Arra
     corrected, certain = state.copy(), covariance.copy()
     for k in range(H.shape[0]):
         for i in range(state.size):
-            corrected[i] += W[k, i] * white[k, 0]
+            if open_[i]:
+                corrected[i] += W[k, i] * white[k, 0]
             for j in range(state.size):
-                certain[i, j] -= W[k, i] * W[k, j]
+                if open_[i] or open_[j]:
+                    certain[i, j] -= W[k, i] * W[k, j]
     return corrected, certain
 
 

@@ -13,7 +13,6 @@ Operating System").
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -72,8 +71,10 @@ class Ekf:
 
     def _begin_anew(self, stamp_ns: int) -> None:
         """Go on from the same belief on a clock that was set back; the counters have lost nothing."""
-        belief = replace(
-            self.belief, stamp_ns=stamp_ns - 1, pending=(), gyro_ns=None, doubted=(), tilting=None
+        pace = self.belief.pace
+        missed_ns = round(STEPPED_BACK * pace.dt * 1e9) if pace else 1
+        belief = self.belief._replace(
+            stamp_ns=stamp_ns - missed_ns, pending=(), gyro_ns=None, doubted=(), tilting=None
         )
         self._history = History(partial(fold, self._body), belief, HORIZON_NS)
         self._back, self._lag_ns = 0, dict.fromkeys(Source, 0)

@@ -34,13 +34,16 @@ class MotionEstimate:
     pitch: float = 0.0
 
 
+_PLANE = np.ix_([X, Y, YAW], [X, Y, YAW])
+
+
 def estimate_of(belief: Belief) -> MotionEstimate:
     """The part of state and covariance that others want."""
-    state, covariance, plane = belief.state, belief.covariance, [X, Y, YAW]
+    state, covariance = belief.state, belief.covariance
     dt = belief.pace.dt if belief.pace else 1.0
     return MotionEstimate(
         SE2(float(state[X]), float(state[Y]), wrap(float(state[YAW]))),
-        covariance[np.ix_(plane, plane)],
+        covariance[_PLANE],
         float(state[STEP]) / dt,
         float(state[TURN]) / dt,
         covariance[STEP : TURN + 1, STEP : TURN + 1] / dt**2,

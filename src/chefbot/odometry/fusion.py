@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from chefbot.odometry.belief import Belief
 from chefbot.odometry.body import Body
 from chefbot.odometry.leg import Leg
@@ -24,8 +22,8 @@ def fold(body: Body, belief: Belief, reading: Reading) -> Belief:
     if isinstance(reading, WheelCounts | WheelTwist):
         return _on_wheels(body, belief, reading)
     if belief.stamp_ns is not None and reading.stamp_ns - belief.stamp_ns > BRIDGE_NS:
-        belief = replace(blind(body, belief, reading.stamp_ns), counters=_nothing(belief.counters))
-    return replace(belief, pending=(*belief.pending, reading))
+        belief = blind(body, belief, reading.stamp_ns)._replace(counters=_nothing(belief.counters))
+    return belief._replace(pending=(*belief.pending, reading))
 
 
 def blind(body: Body, belief: Belief, stamp_ns: int) -> Belief:
@@ -49,7 +47,7 @@ def _on_wheels(body: Body, belief: Belief, reading: WheelCounts | WheelTwist) ->
     watches = dict(belief.watches)
     values = tuple(float(v) for v in reading[1:3])
     watches[Source.WHEELS] = watches[Source.WHEELS].heard(stamp_ns, values, float("inf")).used()
-    belief = replace(belief, watches=watches)
+    belief = belief._replace(watches=watches)
     if belief.stamp_ns is None:
         return _begin(belief, reading)
     if isinstance(reading, WheelTwist):
@@ -59,7 +57,7 @@ def _on_wheels(body: Body, belief: Belief, reading: WheelCounts | WheelTwist) ->
         return _go(body, belief, rolled, stamp_ns, belief.counters)
     if belief.counters.counts is None:  # back after a long silence
         since = blind(body, belief, stamp_ns)
-        return replace(since, counters=replace(belief.counters, counts=(reading.left, reading.right)))
+        return since._replace(counters=belief.counters._replace(counts=(reading.left, reading.right)))
     if stamp_ns == belief.stamp_ns:
         return belief
     counters, rolled = count(body, belief.counters, reading, stamp_ns - belief.stamp_ns)
@@ -72,10 +70,10 @@ def _on_wheels(body: Body, belief: Belief, reading: WheelCounts | WheelTwist) ->
 def _begin(belief: Belief, reading: WheelCounts | WheelTwist) -> Belief:
     """The first reading of the wheels is where odom begins; what was sensed before says nothing of it."""
     counts = (reading.left, reading.right) if isinstance(reading, WheelCounts) else None
-    counters = replace(belief.counters, counts=counts)
+    counters = belief.counters._replace(counts=counts)
     started = [r.stamp_ns for r in belief.pending if isinstance(r, ImuReading)]
     gyro_ns = reading.stamp_ns if started else None
-    return replace(belief, stamp_ns=reading.stamp_ns, counters=counters, pending=(), gyro_ns=gyro_ns)
+    return belief._replace(stamp_ns=reading.stamp_ns, counters=counters, pending=(), gyro_ns=gyro_ns)
 
 
 def _go(body: Body, belief: Belief, rolled: Rolled, stamp_ns: int, counters: Counters) -> Belief:
@@ -90,8 +88,7 @@ def _go(body: Body, belief: Belief, rolled: Rolled, stamp_ns: int, counters: Cou
     since = belief.contradicted_ns if belief.contradicted_ns is not None else stamp_ns
     silent = counters.silent_side
     doubtful = silent is not None and (leg.contradicted or belief.silent_side == silent)
-    return replace(
-        belief,
+    return belief._replace(
         state=leg.state,
         covariance=leg.covariance,
         stamp_ns=stamp_ns,

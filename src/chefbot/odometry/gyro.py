@@ -8,7 +8,6 @@ its range, reversed if it says the opposite of the wheels, and one reading that 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -39,26 +38,22 @@ def hear_gyro(leg: Leg, reading: ImuReading) -> None:
     if not math.isinf(reading.rates_variance[2]):
         watch = _weigh(leg, reading, before, watch)
     leg.watches[Source.GYRO] = watch
-    if not leg.doubted:
-        leg.gyro_ns = reading.stamp_ns
-        leg.state, leg.covariance = forget(leg.state, leg.covariance, SWING)
+    leg.gyro_ns = reading.stamp_ns
+    leg.state, leg.covariance = forget(leg.state, leg.covariance, SWING)
 
 
 def _weigh(leg: Leg, reading: ImuReading, before: Watch, watch: Watch) -> Watch:
     rate, body = reading.rates[2], leg.body
     doubted, leg.doubted = leg.doubted, ()
     if body.gyro_range <= abs(rate) <= RAIL * body.gyro_range:
-        leg.blur((rate * _seconds(reading.stamp_ns, before.last_ns)) ** 2)  # it turned by that, or by more
+        period = min(reading.stamp_ns - (before.last_ns or reading.stamp_ns), GYRO_TIMEOUT_NS) / 1e9
+        leg.blur((rate * period) ** 2)  # it turned by that, or by more
         return watch.left_out(Condition.SATURATED)
     if not abs(rate) <= min(body.fastest_turn, RAIL * body.gyro_range):  # true for NaN
         return watch.left_out()
     if leg.gyro_ns is None or not 0 < reading.stamp_ns - leg.gyro_ns <= GYRO_TIMEOUT_NS:
         return watch  # it cannot say since when the robot turns so
     return _compare(leg, Turned(leg, reading), before, watch, doubted)
-
-
-def _seconds(stamp_ns: int, since_ns: int | None) -> float:
-    return 0.0 if since_ns is None else min(stamp_ns - since_ns, GYRO_TIMEOUT_NS) / 1e9
 
 
 class Turned:
@@ -106,7 +101,7 @@ class Turned:
 
 
 def _compare(leg: Leg, turned: Turned, before: Watch, watch: Watch, doubted: tuple[float, ...]) -> Watch:
-    watch = replace(watch.stirred(turned.error), mirrored=_count(watch.mirrored + turned.mirrored))
+    watch = watch.stirred(turned.error)._replace(mirrored=_count(watch.mirrored + turned.mirrored))
     if watch.flaw is Condition.STUCK:
         return watch.left_out()
     if watch.mirrored >= MIRRORED:
@@ -114,12 +109,12 @@ def _compare(leg: Leg, turned: Turned, before: Watch, watch: Watch, doubted: tup
     if turned.excess(turned.error) > 0.0:
         if turned.mirrored > 0 or watch.repeating:
             return watch.left_out()
-        own = _seconds(watch.last_ns or 0, before.last_ns)
-        if len(doubted) < JUMPS and _jumped(leg, turned, before.value, own):
-            leg.doubted = (*doubted, turned.rate * own)
+        if len(doubted) < JUMPS and _jumped(leg, turned, before.value):
+            leg.doubted = (*doubted, turned.error)
             return watch.left_out()
-        turned.angle = sum(doubted) + turned.rate * own if doubted else turned.angle
-        _slip(leg, turned)
+        leg.contradicted = True
+        leg.slip(turned.error)
+        leg.turn_more(sum(doubted))  # it was no spike
     turned.believe()
     return watch.used()
 
@@ -128,17 +123,9 @@ def _count(mirrored: int) -> int:
     return min(max(mirrored, 0), 2 * MIRRORED)
 
 
-def _jumped(leg: Leg, turned: Turned, before: tuple[float, ...], seconds: float) -> bool:
+def _jumped(leg: Leg, turned: Turned, before: tuple[float, ...]) -> bool:
     """Whether no motor, slip or push changes a turn so fast."""
     if not before:
         return False
     chance = math.sqrt(2.0 * GATE * turned.noise) / turned.period
-    return not abs(turned.rate - before[2]) <= leg.body.hardest_turn * seconds + chance  # true for NaN
-
-
-def _slip(leg: Leg, turned: Turned) -> None:
-    """So much more variance per wheel that the contradiction is one of sqrt(GATE) deviations."""
-    leg.contradicted = True
-    excess = turned.excess(turned.error)
-    if excess > 0.0:
-        leg.slip(excess)
+    return not abs(turned.rate - before[2]) <= leg.body.hardest_turn * turned.period + chance  # true for NaN

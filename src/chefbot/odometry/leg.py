@@ -8,17 +8,22 @@ import numpy as np
 
 from chefbot.odometry.belief import Belief, Pace
 from chefbot.odometry.body import Body
-from chefbot.odometry.correction import GATE, correct, distance, forget
+from chefbot.odometry.correction import ALL, GATE, Flags, correct, distance, forget
 from chefbot.odometry.motion import BIAS_X, BIAS_Y, BIAS_Z, INPUTS, SIZE, STEP, TURN, YAW, Array, predict
-from chefbot.odometry.watch import Condition, Source, Watch
+from chefbot.odometry.watch import Condition, Source
 from chefbot.odometry.wheels import Rolled
 
 GYRO_TIMEOUT_NS = 100_000_000
 """A reading of the gyro says nothing of a longer time before or after it."""
 SETTLING = 1.0
 """Seconds in which a driving robot without a gyro meets another slope: a tile or two at walking pace."""
-PATIENCE_NS = 1_000_000_000
-"""Who is refused for so long has the right to be heard: then the estimate is what is wrong."""
+PATIENCE = {Source.ATTITUDE: 5, Source.SCANS: 5, Source.ACCELEROMETER: 50}
+"""Who is refused so many times in a row has the right to be heard: then the estimate is what is wrong. The
+accelerometer tells the attitude only by the way, and a push lasts longer than an outlier."""
+
+NOTHING = 25.0
+"""Squared standard deviations of a slipping wheel in units of what it is known to have slipped: so uncertain
+that its contradiction is no surprise, and draws nothing with it that was estimated from better days."""
 
 
 def selecting(states: tuple[int, ...]) -> Array:
@@ -63,12 +68,15 @@ class Leg:
         self.state, self.covariance = self._predicted(0.0)
         self._stir()
 
-    def slip(self, excess: float) -> None:
-        """Go the last part again with `excess` rad^2 more variance of its turn: the wheels slipped."""
-        self.state, self.covariance = self._predicted(0.5 * excess * self.body.separation**2)
+    def slip(self, error: float) -> None:
+        """Go the last part again with wheels whose turn, `error` rad off, says nothing.
+
+        Which of the two slipped is open, so the step is off by half of that to either side.
+        """
+        self.state, self.covariance = self._predicted(error * self.body.separation)
 
     def _predicted(self, slip: float) -> tuple[Array, Array]:
-        """After the last part of the way, with `slip` added to the variance of each wheel, m^2."""
+        """After the last part of the way, on which one of the wheels slipped by `slip` metres."""
         seconds, settling, by_gyro, angles = self._seconds, 0.0, 0.0, np.zeros(2)
         share, noise = seconds / self._dt, self._noise(slip)
         if self.tilting is not None:
@@ -84,9 +92,10 @@ class Leg:
         """Covariance (6, 6) of the inputs of `predict` over the last part of the way, as far as wheels go."""
         rolled, share = self._rolled, self._seconds / self._dt
         noise = np.zeros((INPUTS, INPUTS))
-        noise[0, 0] = rolled.variance_left * share + slip
-        noise[1, 1] = rolled.variance_right * share + slip
-        noise[0, 1] = noise[1, 0] = rolled.shared * share
+        step, turn = 0.25 * slip**2, NOTHING * slip**2
+        noise[0, 0] = rolled.variance_left * share + step + turn
+        noise[1, 1] = rolled.variance_right * share + step + turn
+        noise[0, 1] = noise[1, 0] = rolled.shared * share + step - turn
         noise[4, 4] = noise[5, 5] = rolled.slide * share
         return noise
 
@@ -99,33 +108,52 @@ class Leg:
             Source.SCANS: self.pace.speed,
         }
         for source, rate in amounts.items():
-            self.watches[source] = self.watches[source].stirred(rate * self._seconds)
+            if self.watches[source].repeating:
+                self.watches[source] = self.watches[source].stirred(rate * self._seconds)
 
-    def correct(self, error: Array, H: Array, noise: Array) -> None:
-        """Believe a reading that is `error` (m,) off what H (m, n) linearises, with covariance `noise`."""
-        self.state, self.covariance = correct(self.state, self.covariance, error, H, noise)
+    def correct(self, error: Array, H: Array, noise: Array, open_: Flags = ALL) -> None:
+        """Believe a reading that is `error` (m,) off what H (m, n) linearises, with covariance `noise`.
+
+        It may change the elements `open_` (n,) of the state.
+        """
+        self.state, self.covariance = correct(self.state, self.covariance, error, H, noise, open_)
 
     def distance(self, error: Array, H: Array, noise: Array) -> tuple[float, Array]:
         """Squared Mahalanobis distance of that reading, and the covariance (m, m) of its error."""
         return distance(self.covariance, error, H, noise)
 
-    def weigh(self, watch: Watch, error: Array, H: Array, noise: Array, moved: tuple[int, ...]) -> Watch:
-        """`correct` if the reading can be believed; `moved` are the states (m,) that may be wrong if not."""
+    def weigh(
+        self,
+        source: Source,
+        error: Array,
+        H: Array,
+        noise: Array,
+        wrong: tuple[int, ...],
+        open_: Flags = ALL,
+    ) -> None:
+        """`correct` if the reading can be believed; `wrong` are the states (m,) to blame if it lasts."""
+        watch = self.watches[source]
+        self.watches[source] = watch.left_out()
         if watch.flaw is Condition.STUCK or not np.isfinite(error).all():
-            return watch.left_out()
+            return
         far, total = self.distance(error, H, noise)
         if far > GATE:
-            if watch.refused_for() < PATIENCE_NS:
-                return watch.left_out()
-            self._loosen(H[:, list(moved)], total * (far / GATE), moved)
-        self.correct(error, H, noise)
-        return watch.used()
+            if watch.refused_run < PATIENCE[source]:
+                return
+            self._loosen(H[:, list(wrong)], total * (far / GATE), wrong)
+        self.correct(error, H, noise, open_)
+        self.watches[source] = watch.used()
 
-    def _loosen(self, by_moved: Array, wanted: Array, moved: tuple[int, ...]) -> None:
+    def _loosen(self, by_wrong: Array, wanted: Array, wrong: tuple[int, ...]) -> None:
         """Grow the covariance until a lasting contradiction is one of sqrt(GATE) standard deviations."""
-        inverse = np.linalg.inv(by_moved)
+        inverse = np.linalg.inv(by_wrong)
         self.covariance = self.covariance.copy()
-        self.covariance[np.ix_(moved, moved)] += inverse @ wanted @ inverse.T
+        self.covariance[np.ix_(wrong, wrong)] += inverse @ wanted @ inverse.T
+
+    def turn_more(self, angle: float) -> None:
+        """The heading changed by so much more than the wheels said."""
+        self.state = self.state.copy()
+        self.state[[YAW, TURN]] += angle
 
     def blur(self, variance: float) -> None:
         """The heading may have changed by more than anything tells, with this variance, rad^2."""

@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from chefbot.maths.angles import wrap
-from chefbot.odometry.correction import GATE
+from chefbot.odometry.correction import GATE, Flags
 from chefbot.odometry.gyro import LEAST_GYRO_NOISE, hear_gyro
 from chefbot.odometry.leg import Leg, selecting
-from chefbot.odometry.motion import BIAS_X, BIAS_Y, FORCE_X, FORCE_Y, PITCH, ROLL, YAW, Array, X, Y
+from chefbot.odometry.motion import BIAS_X, BIAS_Y, FORCE_X, FORCE_Y, PITCH, ROLL, SIZE, YAW, Array, X, Y, Z
 from chefbot.odometry.readings import ImuReading, PoseReading
 from chefbot.odometry.watch import Condition, Source
 from chefbot.robot.spec import GRAVITY
@@ -21,6 +21,10 @@ robot_localization is tested with have 0.7 (a Husky on asphalt) and 0.9 (a Jacka
 robot's own accelerations in it."""
 FORCE_RANGE = 2.0 * GRAVITY
 """m/s^2: the narrowest range of the accelerometers in use (MPU-6050 register map, AFS_SEL 0)."""
+SLOPING: Flags = np.zeros(SIZE, np.bool_)
+"""What the accelerometer may change. Its comparison takes the wheels' speeds as they are, so it must not turn
+round and correct wheels and heading by them."""
+SLOPING[[Z, ROLL, PITCH, BIAS_X, BIAS_Y, FORCE_X, FORCE_Y]] = True
 STUCK_TURN, STUCK_SPEED, STUCK_TRAVEL = 0.05, 0.1, 0.1
 """rad, m/s, m: what attitude, accelerometer and scans cannot have missed, if the wheels are right."""
 
@@ -40,11 +44,12 @@ def hear_imu(leg: Leg, reading: ImuReading) -> None:
 def hear_pose(leg: Leg, reading: PoseReading) -> None:
     """A match of scans at its instant."""
     leg.move_to(reading.stamp_ns)
-    watch = leg.watches[Source.SCANS].heard(reading.stamp_ns, tuple(reading.pose), STUCK_TRAVEL)
+    before = leg.watches[Source.SCANS]
+    leg.watches[Source.SCANS] = before.heard(reading.stamp_ns, tuple(reading.pose), STUCK_TRAVEL)
     x, y, yaw = reading.pose
     error = np.array([x - leg.state[X], y - leg.state[Y], wrap(yaw - leg.state[YAW])])
     axes = (X, Y, YAW)
-    leg.watches[Source.SCANS] = leg.weigh(watch, error, selecting(axes), np.array(reading.covariance), axes)
+    leg.weigh(Source.SCANS, error, selecting(axes), np.array(reading.covariance), axes)
 
 
 def _tells_tilt(leg: Leg, reading: ImuReading) -> bool:
@@ -81,7 +86,7 @@ def _hear_force(leg: Leg, reading: ImuReading) -> None:
         return
     expected, H, unrest = _expected_force(leg)
     noise = np.diag(np.array(reading.force_variance[:2]) + unrest)
-    leg.watches[Source.ACCELEROMETER] = leg.weigh(watch, value - expected, H, noise, (PITCH, ROLL))
+    leg.weigh(Source.ACCELEROMETER, value - expected, H, noise, (PITCH, ROLL), SLOPING)
 
 
 def _expected_force(leg: Leg) -> tuple[Array, Array, Array]:
@@ -94,8 +99,9 @@ def _expected_force(leg: Leg) -> tuple[Array, Array, Array]:
     between = 0.5 * (pace.dt + last.dt)
     gathers, turns = (pace.speed - last.speed) / between, (pace.turn - last.turn) / between
     sr, cr, sp, cp = (f(state[i]) for i in (ROLL, PITCH) for f in (math.sin, math.cos))
-    along = gathers - pace.turn**2 * body.imu_x - GRAVITY * sp + state[FORCE_X]
-    aside = pace.speed * pace.turn - pace.turn**2 * body.imu_y + GRAVITY * cp * sr + state[FORCE_Y]
+    along = gathers - pace.turn**2 * body.imu_x - turns * body.imu_y - GRAVITY * sp + state[FORCE_X]
+    aside = pace.turn * (pace.speed - pace.turn * body.imu_y) + turns * body.imu_x
+    aside += GRAVITY * cp * sr + state[FORCE_Y]
     H = selecting((FORCE_X, FORCE_Y))
     H[0, PITCH], H[1, ROLL], H[1, PITCH] = -GRAVITY * cp, GRAVITY * cp * cr, -GRAVITY * sp * sr
     unrest = np.zeros(2)
@@ -107,9 +113,10 @@ def _expected_force(leg: Leg) -> tuple[Array, Array, Array]:
 
 def _hear_attitude(leg: Leg, reading: ImuReading) -> None:
     """Roll, pitch and yaw as far as the sensor tells them."""
-    watch = leg.watches[Source.ATTITUDE].heard(reading.stamp_ns, reading.attitude, STUCK_TURN)
+    before = leg.watches[Source.ATTITUDE]
+    leg.watches[Source.ATTITUDE] = before.heard(reading.stamp_ns, reading.attitude, STUCK_TURN)
     told = [i for i in range(3) if math.isfinite(reading.attitude_variance[i])]
     error = np.array([wrap(reading.attitude[i] - leg.state[ROLL + i]) for i in told])
     axes = tuple(ROLL + i for i in told)
     noise = np.diag([reading.attitude_variance[i] for i in told])
-    leg.watches[Source.ATTITUDE] = leg.weigh(watch, error, selecting(axes), noise, axes)
+    leg.weigh(Source.ATTITUDE, error, selecting(axes), noise, axes)

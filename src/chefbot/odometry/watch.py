@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from enum import Enum
+from typing import NamedTuple
 
 STUCK_READINGS = 5
 """So many equal to the last bit, one after the other; with a sensor's noise over its last digit that is rarer
@@ -33,8 +33,7 @@ class Condition(Enum):
     """It has never said anything."""
 
 
-@dataclass(frozen=True)
-class Watch:
+class Watch(NamedTuple):
     """One source. `stir` sums what the wheels did since its readings are equal, and a live sensor would tell."""
 
     last_ns: int | None = None
@@ -49,8 +48,8 @@ class Watch:
     """How many more turns it told with the wrong sign than with the right one."""
     refused: int = 0
     """Readings so far that were damaged or beyond belief."""
-    refused_ns: int | None = None
-    """Stamp from which on one reading after the other was refused."""
+    refused_run: int = 0
+    """How many of these were the last ones, one after the other."""
     flaw: Condition = Condition.FRESH
     """Stuck, saturated or reversed, by what it said last."""
 
@@ -61,27 +60,21 @@ class Watch:
 
     def stirred(self, amount: float) -> Watch:
         """Something happened that its readings have to show; sign and units are the source's own."""
-        return replace(self, stir=self.stir + amount)
+        return self._replace(stir=self.stir + amount)
 
     def heard(self, stamp_ns: int, value: tuple[float, ...], enough: float) -> Watch:
         """A reading came; it is stuck when `STUCK_READINGS` are equal though it was stirred by `enough`."""
         if value != self.value:  # so does a NaN, which is damaged, not stuck
-            return replace(self, last_ns=stamp_ns, value=value, repeats=0, stir=0.0, flaw=Condition.FRESH)
+            return self._replace(last_ns=stamp_ns, value=value, repeats=0, stir=0.0, flaw=Condition.FRESH)
         stuck = self.repeats + 2 >= STUCK_READINGS and abs(self.stir) > enough
         flaw = Condition.STUCK if stuck or self.flaw is Condition.STUCK else Condition.FRESH
-        return replace(self, last_ns=stamp_ns, repeats=self.repeats + 1, flaw=flaw)
+        return self._replace(last_ns=stamp_ns, repeats=self.repeats + 1, flaw=flaw)
 
     def used(self) -> Watch:
         """The last reading went into the estimate."""
-        return replace(self, used_ns=self.last_ns, refused_ns=None)
+        return self._replace(used_ns=self.last_ns, refused_run=0)
 
     def left_out(self, flaw: Condition | None = None) -> Watch:
         """The last reading did not go into the estimate, for `flaw` or as an outlier."""
-        since = self.refused_ns if self.refused_ns is not None else self.last_ns
-        return replace(self, refused=self.refused + 1, refused_ns=since, flaw=flaw or self.flaw)
-
-    def refused_for(self) -> int:
-        """Nanoseconds for which all readings were refused."""
-        if self.refused_ns is None or self.last_ns is None:
-            return 0
-        return self.last_ns - self.refused_ns
+        run = self.refused_run + 1
+        return self._replace(refused=self.refused + 1, refused_run=run, flaw=flaw or self.flaw)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from chefbot.odometry.body import Body
 from chefbot.odometry.readings import WheelCounts, WheelTwist
@@ -17,8 +17,7 @@ DEAD_TICKS = 20
 """So many the other one must have counted meanwhile."""
 
 
-@dataclass(frozen=True)
-class Rolled:
+class Rolled(NamedTuple):
     """Travel of each rim since the last reading, m, their variances, and that of a slide, m^2.
 
     `shared` is the covariance of the two.
@@ -32,8 +31,7 @@ class Rolled:
     slide: float = 0.0
 
 
-@dataclass(frozen=True)
-class Counters:
+class Counters(NamedTuple):
     """What is remembered of the two encoders."""
 
     counts: tuple[int, int] | None = None
@@ -90,8 +88,7 @@ def _heard(before: Counters, reading: WheelCounts, ticks: tuple[int, int], dt_ns
     silent = [0 if t else s + dt_ns for t, s in zip(ticks, before.silent_ns, strict=True)]
     others = zip(ticks, reversed(ticks), before.alone, strict=True)
     alone = [0 if own else seen + abs(other) for own, other, seen in others]
-    return replace(
-        before,
+    return before._replace(
         counts=(reading.left, reading.right),
         idle_ns=0 if any(ticks) else before.idle_ns + dt_ns,
         silent_ns=(silent[0], silent[1]),
@@ -101,7 +98,7 @@ def _heard(before: Counters, reading: WheelCounts, ticks: tuple[int, int], dt_ns
 
 def _lost(body: Body, after: Counters, dt: float) -> tuple[Counters, Rolled]:
     """Counts that no motion explains say nothing about this step."""
-    return replace(after, restarts=after.restarts + 1), unknown(body, dt)
+    return after._replace(restarts=after.restarts + 1), unknown(body, dt)
 
 
 def unknown(body: Body, dt: float) -> Rolled:
@@ -119,8 +116,7 @@ def ambiguous(body: Body, rolled: Rolled, ticks_before: int, ticks: int) -> Roll
     """
     before, after = ticks_before * body.metres_per_tick, (ticks_before + ticks) * body.metres_per_tick
     more = 0.25 * (after**2 - before**2)
-    return replace(
-        rolled,
+    return rolled._replace(
         variance_left=rolled.variance_left + more,
         variance_right=rolled.variance_right + more,
         shared=rolled.shared + more,

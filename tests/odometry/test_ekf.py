@@ -1,0 +1,319 @@
+"""Late readings, outliers, and sensors that drop out, stick, saturate or lie."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sensed import BODY, PERIOD, ROBOT, sensed, through, weave
+
+from chefbot.maths.angles import wrap
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.odometry.ekf import HORIZON_NS, Ekf
+from chefbot.odometry.readings import ImuReading, PoseReading, WheelCounts
+from chefbot.odometry.watch import Condition, Source
+from chefbot.odometry.words import complaint
+from chefbot.robot.spec import GRAVITY
+
+SURE = ((1e-4, 0.0, 0.0), (0.0, 1e-4, 0.0), (0.0, 0.0, 1e-4))
+READINGS, TRUTH = sensed(weave(12.0))
+SECOND = READINGS[300:360]  # less than the horizon, in full drive
+
+
+def same(a, b):
+    return a.state.tobytes() == b.state.tobytes() and a.covariance.tobytes() == b.covariance.tobytes()
+
+
+# -- late readings
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.permutations(SECOND), st.integers(0, 59), st.floats(-0.1, 0.1))
+def test_the_order_of_arrival_does_not_matter_within_the_history(shuffled, k, off):
+    x, y, yaw = TRUTH[150 + k // 2]
+    match = PoseReading(SECOND[k].stamp_ns, SE2(x + off, y, yaw), SURE)
+    assert SECOND[-1].stamp_ns - SECOND[0].stamp_ns < HORIZON_NS
+    ordered = through([*SECOND, match], ekf=through(READINGS[:300]))
+    mixed = through([match, *shuffled], ekf=through(READINGS[:300]))
+    again = through(shuffled[:20], ekf=mixed)  # told twice is told once
+    assert same(ordered.belief, mixed.belief) and same(ordered.belief, again.belief)
+
+
+def test_a_late_match_of_scans_counts_where_the_robot_was_then():
+    match = PoseReading(READINGS[400].stamp_ns, TRUTH[200], SURE)
+    in_time = through([*READINGS[:401], match, *READINGS[401:440]])
+    late = through([*READINGS[:440], match])
+    never = through(READINGS[:440])
+    assert same(in_time.belief, late.belief) and not same(late.belief, never.belief)
+
+
+def test_what_is_older_than_the_history_is_refused_and_counted():
+    ekf = through(READINGS[:400])
+    before = ekf.belief
+    assert not ekf.add(READINGS[100])
+    assert ekf.too_late == 1 and same(before, ekf.belief)
+
+
+def test_a_clock_that_is_set_back_does_not_stop_the_robot():
+    ekf, hour = through(READINGS[:400]), 3_600_000_000_000
+    rest = [r._replace(stamp_ns=r.stamp_ns - hour) for r in READINGS[400:]]
+    end, undisturbed = through(rest, ekf=ekf).estimate, through(READINGS).estimate
+    assert end.pose.distance(undisturbed.pose) < 0.02
+    assert abs(wrap(end.pose.yaw - undisturbed.pose.yaw)) < math.radians(1.0)
+
+
+# -- the estimate
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.data())
+def test_covariance_stays_symmetric_and_positive_whatever_comes(data):
+    rate = st.floats(-6, 6) | st.sampled_from([math.nan, math.inf, 0.0])
+    ekf, left, right = Ekf(BODY), 0, 0
+    for k in range(1, 30):
+        left += data.draw(st.integers(-200, 200))
+        right += data.draw(st.integers(-200, 200))
+        rates = tuple(data.draw(rate) for _ in range(3))
+        force = tuple(data.draw(rate) for _ in range(3))
+        ekf.add(ImuReading(k * PERIOD, rates, (1e-6,) * 3, force, (1e-3,) * 3))
+        ekf.add(WheelCounts(k * PERIOD, left, right))
+        if data.draw(st.booleans()):
+            place = SE2(*(data.draw(st.floats(-1, 1)) for _ in range(3)))
+            ekf.add(PoseReading(k * PERIOD, place, SURE))
+    matrix = ekf.belief.covariance
+    assert np.isfinite(ekf.belief.state).all()
+    assert np.array_equal(matrix, matrix.T)
+    assert np.linalg.eigvalsh(matrix).min() > -1e-12 * np.linalg.eigvalsh(matrix).max()
+
+
+def test_standing_still_the_heading_stops_drifting():
+    """A bias of 1 deg/s would turn a robot by 60 deg in a minute; this one finds it, about all axes."""
+    bias = np.radians([0.5, -0.7, 1.0])
+    readings, _ = sensed([(0.0, 0.0)] * 3000)
+    noise, half = np.random.default_rng(4), None
+    ekf = Ekf(BODY)
+    for reading in readings:
+        if isinstance(reading, ImuReading):
+            rates = bias + ROBOT.sensors.imu.gyro_noise * noise.normal(size=3)
+            reading = reading._replace(rates=tuple(rates.tolist()))
+        ekf.add(reading)
+        half = ekf.estimate if reading.stamp_ns == 1500 * PERIOD else half
+    end = ekf.estimate
+    assert np.allclose(ekf.belief.state[13:16], bias, atol=2e-4)
+    assert abs(end.pose.yaw - half.pose.yaw) < math.radians(0.001)
+    assert abs(end.pose.yaw) < math.radians(0.1)
+    assert max(abs(end.roll), abs(end.pitch)) < math.radians(0.5)
+
+
+def test_on_a_ramp_the_way_leads_up_and_is_shorter_seen_from_above():
+    slope, readings = math.radians(-5.0), sensed([(0.0, 0.0)] * 100 + [(0.3, 0.0)] * 500)[0]
+    gone, ekf = 0, Ekf(BODY)
+    for reading in readings:
+        if isinstance(reading, ImuReading):
+            gone += 1
+            tilting = 200 <= gone < 250  # it gets on the ramp within a second
+            up = slope * min(max(gone - 200, 0), 50) / 50
+            rates = (reading.rates[0], reading.rates[1] + slope * tilting, reading.rates[2])
+            force = (reading.force[0] - GRAVITY * math.sin(up), reading.force[1], reading.force[2])
+            reading = reading._replace(rates=rates, force=force)
+        ekf.add(reading)
+    on_ramp = 0.3 * 0.02 * (600 - 225)
+    assert ekf.estimate.height == pytest.approx(-on_ramp * math.sin(slope), rel=0.15)
+    assert ekf.estimate.pitch == pytest.approx(slope, abs=math.radians(0.8))
+
+
+def test_matched_scans_take_the_drift_away():
+    commands = weave(40.0)
+    readings, truth = sensed(commands)
+    ekf, rng = Ekf(BODY), np.random.default_rng(3)
+    for reading in readings:
+        ekf.add(reading)
+        k = reading.stamp_ns // PERIOD
+        if isinstance(reading, WheelCounts) and k % 50 == 25 and k > 60:
+            x, y, yaw = truth[k - 26] + 0.01 * rng.normal(size=3)
+            ekf.add(PoseReading((k - 25) * PERIOD, SE2(x, y, yaw), SURE))  # half a second late
+    alone = through(readings)
+    assert ekf.estimate.pose.distance(truth[-1]) < 0.02
+    assert np.trace(ekf.estimate.covariance) < 0.2 * np.trace(alone.estimate.covariance)
+    assert ekf.condition(Source.SCANS, readings[-1].stamp_ns) is Condition.LATE
+
+
+# -- outliers
+
+
+@pytest.mark.parametrize("spike", [3.0, -2.0, 0.6])
+def test_one_spike_of_the_gyro_does_not_turn_the_robot(spike):
+    def damaged(reading):
+        x, y, z = reading.rates
+        hit = reading.stamp_ns == 400 * PERIOD
+        return reading._replace(rates=(x, y, z + spike)) if hit else reading
+
+    clean, hit = through(READINGS), through(READINGS, damaged)
+    assert hit.belief.watches[Source.GYRO].refused == 1
+    # one step by the wheels alone, whose slip is 0.06 deg (one sigma); the spike itself would be 0.6 deg or more
+    assert abs(wrap(hit.estimate.pose.yaw - clean.estimate.pose.yaw)) < math.radians(0.2)
+    assert hit.estimate.pose.distance(clean.estimate.pose) < 5e-3
+
+
+def test_an_outlier_of_scans_or_accelerometer_moves_nothing():
+    ekf = through(READINGS[:400])
+    before, stamp = ekf.belief, READINGS[399].stamp_ns
+    x, y, yaw = ekf.estimate.pose
+    ekf.add(PoseReading(stamp, SE2(x + 1.0, y, yaw), SURE))
+    assert same(before, ekf.belief) and ekf.belief.watches[Source.SCANS].refused == 1
+
+    def hit(reading):
+        return reading._replace(force=(9.0, 0.0, GRAVITY)) if reading.stamp_ns == 400 * PERIOD else reading
+
+    assert through(READINGS, hit).estimate.pose.distance(through(READINGS).estimate.pose) < 1e-4
+
+
+def test_scans_that_insist_are_believed_at_last():
+    """A robot that was carried off by a metre must not call the truth an outlier for ever."""
+    ekf = Ekf(BODY)
+    for reading in READINGS:
+        ekf.add(reading)
+        k = reading.stamp_ns // PERIOD
+        if isinstance(reading, WheelCounts) and k > 200 and k % 10 == 0:
+            x, y, yaw = TRUTH[k - 1]
+            ekf.add(PoseReading(reading.stamp_ns, SE2(x + 1.0, y, yaw), SURE))
+    assert ekf.estimate.pose.distance(SE2(TRUTH[-1].x + 1.0, TRUTH[-1].y, 0.0)) < 0.05
+
+
+# -- sensors that fail
+
+
+def failing(change, since=300):
+    """(yaw error, filter with the failure, filter without): the failure begins at step `since`."""
+
+    def after(reading):
+        return change(reading) if reading.stamp_ns > since * PERIOD else reading
+
+    ekf = through(READINGS, after)
+    return abs(wrap(ekf.estimate.pose.yaw - TRUTH[-1].yaw)), ekf, through(READINGS)
+
+
+def stuck_at(k):
+    rates = READINGS[2 * k].rates
+    return lambda reading: reading._replace(rates=rates)
+
+
+FAILURES = {
+    "stops": (lambda _: None, Condition.LOST),
+    "sticks turning": (stuck_at(300), Condition.STUCK),
+    "sticks at zero": (lambda r: r._replace(rates=(0.0, 0.0, 0.0)), Condition.STUCK),
+    "saturates": (lambda r: r._replace(rates=(0.0, 0.0, BODY.gyro_range)), Condition.SATURATED),
+    "is reversed": (lambda r: r._replace(rates=tuple(-rate for rate in r.rates)), Condition.REVERSED),
+}
+
+
+@pytest.mark.parametrize("name", FAILURES)
+def test_a_gyro_that_fails_is_named_and_turns_nobody(name):
+    """The wheels carry on; 9.5 s with wheels of 0.3 % error turn by some 2 deg, 0.5 rad/s by 270."""
+    change, condition = FAILURES[name]
+    error, ekf, well = failing(change)
+    now = READINGS[-1].stamp_ns
+    assert ekf.condition(Source.GYRO, now) is condition
+    assert well.condition(Source.GYRO, now) is Condition.FRESH and complaint(well, now) is None
+    assert error < math.radians(6.0)
+    assert ekf.estimate.covariance[2, 2] > 2.0 * well.estimate.covariance[2, 2]
+    assert "gyro" in (complaint(ekf, now) or "")
+
+
+@pytest.mark.parametrize("name", ["sticks turning", "sticks at zero", "saturates", "stops"])
+def test_no_phantom_turn_before_the_failure_is_known(name):
+    """Within any 100 ms after the failure the heading stays within a degree of the healthy filter's."""
+    change, _ = FAILURES[name]
+    failed, well = Ekf(BODY), Ekf(BODY)
+    for reading in READINGS[:640]:
+        broken = isinstance(reading, ImuReading) and reading.stamp_ns > 300 * PERIOD
+        heard = change(reading) if broken else reading
+        if heard is not None:
+            failed.add(heard)
+        well.add(reading)
+        assert abs(wrap(failed.estimate.pose.yaw - well.estimate.pose.yaw)) < math.radians(1.0)
+
+
+def test_a_gyro_that_comes_back_is_used_again():
+    frozen = stuck_at(300)
+
+    def repaired(reading):
+        return frozen(reading) if 300 * PERIOD < reading.stamp_ns < 400 * PERIOD else reading
+
+    ekf = through(READINGS, repaired)
+    assert ekf.condition(Source.GYRO, READINGS[-1].stamp_ns) is Condition.FRESH
+    assert ekf.silent_for(Source.GYRO, READINGS[-1].stamp_ns) == 0.0
+
+
+def test_without_wheels_it_neither_freezes_silently_nor_goes_on():
+    ekf = through(READINGS[:600])
+    last = READINGS[599].stamp_ns
+    for reading in READINGS[600:]:
+        if isinstance(reading, ImuReading):
+            ekf.add(reading)
+    assert ekf.condition(Source.WHEELS, last + 200_000_000) is Condition.FRESH
+    assert ekf.condition(Source.WHEELS, last + 400_000_000) is Condition.LOST
+    assert "No wheels for 1.0 s" in (complaint(ekf, last + 1_000_000_000) or "")
+    here, soon, later = (ekf.at(last + s * 1_000_000_000) for s in (0, 1, 3))
+    assert later.pose.distance(here.pose) < 1e-3 and abs(later.v) < 1e-3
+    assert here.covariance[0, 0] < soon.covariance[0, 0] < later.covariance[0, 0]
+    assert later.covariance[0, 0] > 0.1  # three seconds at full speed may be a metre
+
+
+def test_counters_that_come_back_tell_what_happened_meanwhile():
+    gap = [r for r in READINGS if not (isinstance(r, WheelCounts) and 300 < r.stamp_ns // PERIOD <= 450)]
+    ekf = through(gap)
+    assert ekf.estimate.pose.distance(TRUTH[-1]) < 0.1  # of 0.9 m on a winding way without wheels
+    assert abs(wrap(ekf.estimate.pose.yaw - TRUTH[-1].yaw)) < math.radians(1.0)
+
+
+def test_after_a_long_silence_only_the_gyro_knows():
+    readings, truth = sensed(weave(25.0))
+    gap = [r for r in readings if not (isinstance(r, WheelCounts) and 300 < r.stamp_ns // PERIOD <= 1000)]
+    ekf = through(gap)
+    off = np.array(ekf.estimate.pose[:2]) - np.array(truth[-1][:2])
+    assert abs(wrap(ekf.estimate.pose.yaw - truth[-1].yaw)) < math.radians(2.0)
+    assert off @ np.linalg.solve(ekf.estimate.covariance[:2, :2], off) < 9.2  # 99 % of chi-squared
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_dead_encoder_is_named_and_the_way_grows_uncertain(side):
+    straight = sensed([(0.0, 0.0)] * 50 + [(0.3, 0.0)] * 400)[0]
+    last = next(r for r in straight if isinstance(r, WheelCounts) and r.stamp_ns == 200 * PERIOD)
+
+    def dead(reading):
+        broken = isinstance(reading, WheelCounts) and reading.stamp_ns > 200 * PERIOD
+        return reading._replace(**{side: getattr(last, side)}) if broken else reading
+
+    ekf, told = Ekf(BODY), None
+    for reading in map(dead, straight):
+        ekf.add(reading)
+        sentence = complaint(ekf, reading.stamp_ns) or ""
+        if f"The {side} wheel counts nothing" in sentence and told is None:
+            told = reading.stamp_ns
+    assert told is not None and told - 200 * PERIOD <= 300_000_000
+    gone = 0.3 * 0.02 * 250
+    assert abs(ekf.estimate.pose.yaw) < math.radians(3.0)
+    assert abs(ekf.estimate.pose.x - 0.3 * 0.02 * 400) < 2.0 * math.sqrt(ekf.estimate.covariance[0, 0])
+    assert math.sqrt(ekf.estimate.covariance[0, 0]) == pytest.approx(0.5 * gone, rel=0.2)
+
+
+def test_a_stuck_accelerometer_is_left_out():
+    force = READINGS[600].force
+
+    def frozen(reading):
+        return reading._replace(force=force) if reading.stamp_ns > 300 * PERIOD else reading
+
+    stopping, _ = sensed(weave(8.0) + [(0.0, 0.0)] * 40)
+    ekf = through(stopping, frozen)
+    assert ekf.condition(Source.ACCELEROMETER, stopping[-1].stamp_ns) is Condition.STUCK
+    assert "accelerometer" in (complaint(ekf, stopping[-1].stamp_ns) or "")
+
+
+def test_before_anything_is_heard_nothing_is_wrong():
+    ekf = Ekf(BODY)
+    assert ekf.estimate.pose == IDENTITY and complaint(ekf, 10**10) is None
+    assert ekf.condition(Source.WHEELS, 0) is Condition.ABSENT
+    ekf.add(WheelCounts(PERIOD, 5, 5))
+    assert "No gyro so far" in (complaint(ekf, PERIOD) or "")

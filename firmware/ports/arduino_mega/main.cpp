@@ -4,6 +4,7 @@
 #include <avr/wdt.h>
 #include <util/delay.h>
 
+#include "../ring.h"
 #include "board.h"
 #include "robot_constants.h"
 
@@ -35,28 +36,6 @@ Board board;
 const RobotConstants ROBOT = CHEFBOT_ROBOT_CONSTANTS;
 volatile uint16_t battery_mv;
 volatile bool twi_done;
-
-// Bytes between interrupts and main loop; one writer, one reader, 8-bit indices are atomic.
-template <uint8_t BITS>
-class Ring {
-  public:
-    bool empty() const { return head_ == tail_; }
-    uint8_t room() const { return static_cast<uint8_t>(MASK - ((head_ - tail_) & MASK)); }
-    void push(uint8_t byte) {
-        bytes_[head_] = byte;
-        head_ = (head_ + 1) & MASK;
-    }
-    uint8_t pop() {
-        const uint8_t byte = bytes_[tail_];
-        tail_ = (tail_ + 1) & MASK;
-        return byte;
-    }
-
-  private:
-    static const uint8_t MASK = static_cast<uint8_t>((1u << BITS) - 1);
-    uint8_t bytes_[1u << BITS];
-    volatile uint8_t head_ = 0, tail_ = 0;
-};
 
 Ring<7> received;
 Ring<8> waiting;

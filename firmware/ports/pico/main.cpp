@@ -1,0 +1,246 @@
+// Raspberry Pi Pico (RP2040), bare registers (RP2040 data sheet). Runs from its 12 MHz crystal without PLL: a control step
+// takes a hundredth of its period even so, and nothing can lose lock.
+#include "../arm/cortex.h"
+#include "board.h"
+#include "robot_constants.h"
+
+using namespace chefbot;
+
+namespace {
+
+const uint32_t CLOCK = 12000000;
+
+const uint32_t RESETS = 0x4000C000, RESET_DONE = RESETS + 8;
+const uint32_t NEEDED = 1u << 0 | 1u << 3 | 1u << 5 | 1u << 8 | 1u << 14 | 1u << 21 | 1u << 22;  // adc i2c0 io pads pwm timer uart0
+const uint32_t XOSC = 0x40024000, XOSC_STATUS = 0x04, XOSC_STARTUP = 0x0C;
+const uint32_t CLOCKS = 0x40008000, REF_CTRL = 0x30, REF_SELECTED = 0x38, SYS_CTRL = 0x3C, SYS_SELECTED = 0x44, PERI_CTRL = 0x48,
+               ADC_CTRL = 0x60;
+const uint32_t IO_BANK0 = 0x40014000, INTR = 0xF0, PROC0_INTE = 0x100, PADS = 0x4001C004;
+const uint32_t SIO_IN = 0xD0000004, SIO_SET = 0xD0000014, SIO_CLR = 0xD0000018, SIO_OE_SET = 0xD0000024;
+const uint32_t PWM0 = 0x40050000, PWM_CC = 0x0C, PWM_TOP = 0x10;
+const uint32_t TIMER_RAW = 0x40054028;
+const uint32_t ADC = 0x4004C000, ADC_RESULT = 0x04;
+const uint32_t I2C0 = 0x40044000, IC_TAR = 0x04, IC_DATA_CMD = 0x10, IC_HCNT = 0x1C, IC_LCNT = 0x20, IC_RAW = 0x34,
+               IC_CLR_ABORT = 0x54, IC_ENABLE = 0x6C, IC_STATUS = 0x70, IC_RXFLR = 0x78, IC_SPKLEN = 0xA0;
+const uint32_t WATCHDOG = 0x40058000, WD_LOAD = 0x04, WD_REASON = 0x08, WD_TICK = 0x2C, PSM_WDSEL = 0x40010008;
+const uint32_t UART0_BASE = 0x40034000, UART0_IRQ = 20, IO_IRQ = 13;
+
+enum Pin : uint32_t {
+    TX = 0, RX = 1, SDA = 4, SCL = 5, LEFT_A = 6, LEFT_B = 7, RIGHT_A = 8, RIGHT_B = 9, LEFT_IN_A = 10, LEFT_IN_B = 11,
+    RIGHT_IN_A = 12, RIGHT_IN_B = 13, ENABLE = 14, ESTOP = 15, PWM_LEFT = 16, PWM_RIGHT = 17, TRIGGER = 18, ECHO = 19, BATTERY = 26
+};
+const uint32_t IN_A[2] = {1u << LEFT_IN_A, 1u << RIGHT_IN_A}, IN_B[2] = {1u << LEFT_IN_B, 1u << RIGHT_IN_B};
+const uint32_t OUTPUTS = IN_A[0] | IN_B[0] | IN_A[1] | IN_B[1] | 1u << ENABLE | 1u << TRIGGER;
+const uint32_t FUNCTION_UART = 2, FUNCTION_I2C = 3, FUNCTION_PWM = 4, FUNCTION_SIO = 5;
+const uint32_t PULLED_UP = 0x5A, PLAIN = 0x52;  // pad: input enabled, Schmitt trigger, 4 mA
+const uint32_t PWM_PERIOD = CLOCK / 20000;      // 20 kHz, above hearing
+
+Board board;
+Uart uart(UART0_BASE);
+const RobotConstants ROBOT = CHEFBOT_ROBOT_CONSTANTS;
+uint16_t battery_mv;
+
+uint32_t lines(uint32_t pins, uint32_t first) { return (pins >> first & 1) << 1 | (pins >> (first + 1) & 1); }
+
+void connect(uint32_t pin, uint32_t function, uint32_t pad) {
+    reg(PADS + 4 * pin) = pad;
+    reg(IO_BANK0 + 8 * pin + 4) = function;
+}
+
+// Both edges of a pin: bits 2 and 3 of its four.
+void interrupt_on(uint32_t pin) { set_bits(IO_BANK0 + PROC0_INTE + 4 * (pin / 8), 0xCu << (4 * (pin % 8))); }
+
+bool wait_for(uint32_t address, uint32_t bits, bool set) {
+    const uint32_t start = reg(TIMER_RAW);
+    while (((reg(address) & bits) != 0) != set) {
+        if (reg(IC_RAW + I2C0) & 1u << 6 || reg(TIMER_RAW) - start > 1000) return false;  // refused, or 1 ms
+    }
+    return true;
+}
+
+void i2c_to(uint8_t address) {
+    reg(I2C0 + IC_ENABLE) = 0;
+    reg(I2C0 + IC_TAR) = address;
+    reg(I2C0 + IC_ENABLE) = 1;
+    const uint32_t reason = reg(I2C0 + IC_CLR_ABORT);  // reading forgets it
+    (void)reason;
+}
+
+const uint32_t READ = 1u << 8, STOP = 1u << 9, RESTART = 1u << 10;
+const uint32_t ROOM = 1u << 1, ALL_SENT = 1u << 2, ACTIVE = 1u << 5;
+
+bool i2c_put(uint32_t command) {
+    if (!wait_for(I2C0 + IC_STATUS, ROOM, true)) return false;
+    reg(I2C0 + IC_DATA_CMD) = command;
+    return true;
+}
+
+}  // namespace
+
+// ---- the HAL -------------------------------------------------------------------------------------------------------
+
+namespace chefbot {
+
+uint8_t hal_lock(void *) { return lock(); }
+void hal_unlock(void *, uint8_t before) { unlock(before); }
+
+// Both inputs high shorts the motor through the upper switches (VNH2SP30, VNH5019: brake to VCC).
+void hal_motor(void *, uint8_t wheel, int16_t duty) {
+    const uint32_t level = static_cast<uint32_t>(duty < 0 ? -duty : duty) * (PWM_PERIOD / 200) / (DUTY_FULL / 200);
+    const uint32_t now = reg(PWM0 + PWM_CC);
+    reg(PWM0 + PWM_CC) = wheel == LEFT ? (now & 0xFFFF0000u) | level : (now & 0xFFFFu) | level << 16;
+    const uint32_t low = duty > 0 ? IN_B[wheel] : duty < 0 ? IN_A[wheel] : 0;
+    reg(SIO_CLR) = low;
+    reg(SIO_SET) = (IN_A[wheel] | IN_B[wheel]) & ~low;
+}
+
+void hal_drivers(void *, bool on) { reg(on ? SIO_SET : SIO_CLR) = 1u << ENABLE; }
+
+bool hal_estop(void *) { return reg(SIO_IN) >> ESTOP & 1; }
+
+uint16_t hal_battery_mv(void *) {
+    if (reg(ADC) & 1u << 8) {
+        battery_mv = static_cast<uint16_t>(reg(ADC + ADC_RESULT) * 4703 >> 10);  // 3300 mV / 4096 * 5.7
+        reg(ADC) = 5;
+    }
+    return battery_mv;
+}
+
+void hal_ping(void *) {
+    const uint32_t start = reg(TIMER_RAW);
+    reg(SIO_SET) = 1u << TRIGGER;
+    while (reg(TIMER_RAW) - start < 11) {}
+    reg(SIO_CLR) = 1u << TRIGGER;
+}
+
+bool hal_i2c_write(void *, uint8_t address, uint8_t reg_number, uint8_t value) {
+    i2c_to(address);
+    if (!i2c_put(reg_number) || !i2c_put(value | STOP)) return false;
+    return wait_for(I2C0 + IC_STATUS, ALL_SENT, true) && wait_for(I2C0 + IC_STATUS, ACTIVE, false);
+}
+
+bool hal_i2c_read(void *, uint8_t address, uint8_t reg_number, uint8_t *bytes, uint8_t count) {
+    i2c_to(address);
+    if (!i2c_put(reg_number)) return false;
+    for (uint8_t i = 0; i < count; ++i) {
+        if (!i2c_put(READ | (i == 0 ? RESTART : 0) | (i + 1 == count ? STOP : 0))) return false;
+        if (!wait_for(I2C0 + IC_RXFLR, 0x1F, true)) return false;
+        bytes[i] = static_cast<uint8_t>(reg(I2C0 + IC_DATA_CMD));
+    }
+    return true;
+}
+
+bool hal_send(void *, const char *bytes, uint8_t count) { return uart.send(bytes, count); }
+
+// Thirty milliseconds; the counter of this chip runs twice as fast as it says (erratum RP2040-E1).
+void hal_feed_watchdog(void *) { reg(WATCHDOG + WD_LOAD) = 2 * 30000; }
+
+void hal_restart(void *) { reset_processor(); }
+
+}  // namespace chefbot
+
+// ---- interrupts ----------------------------------------------------------------------------------------------------
+
+extern "C" {
+
+void reset_handler();
+void hang();
+extern uint32_t stack_top;
+
+void step_handler() { board.step(); }
+
+// Pins 6..9 and 19: acknowledge first, so that an edge meanwhile calls again.
+void pin_handler() {
+    const uint32_t low = reg(IO_BANK0 + INTR), middle = reg(IO_BANK0 + INTR + 4), high = reg(IO_BANK0 + INTR + 8);
+    reg(IO_BANK0 + INTR) = low;
+    reg(IO_BANK0 + INTR + 4) = middle;
+    reg(IO_BANK0 + INTR + 8) = high;
+    const uint32_t pins = reg(SIO_IN);
+    board.encoder_edge(LEFT, static_cast<uint8_t>(lines(pins, LEFT_A)));
+    board.encoder_edge(RIGHT, static_cast<uint8_t>(lines(pins, RIGHT_A)));
+    if (high >> (4 * (ECHO % 8)) & 0xC) board.echo_edge(pins >> ECHO & 1, static_cast<uint16_t>(reg(TIMER_RAW)));
+}
+
+void uart_handler() { uart.serve(); }
+
+typedef void (*Handler)();
+__attribute__((section(".vectors"), used)) const Handler VECTORS[16 + 21] = {
+    reinterpret_cast<Handler>(&stack_top), reset_handler, hang, hang, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, hang,
+    nullptr, nullptr, hang, step_handler,
+    hang, hang, hang, hang, hang, hang, hang, hang, hang, hang, hang, hang, hang, pin_handler, hang, hang, hang, hang, hang, hang, uart_handler};
+}
+
+// ---- start ---------------------------------------------------------------------------------------------------------
+
+static void start_clocks() {
+    reg(XOSC + XOSC_STARTUP) = 47;  // 1 ms
+    reg(XOSC) = 0xFABAA0;
+    while (!(reg(XOSC + XOSC_STATUS) & 1u << 31)) {}
+    reg(CLOCKS + REF_CTRL) = 2;
+    while (!(reg(CLOCKS + REF_SELECTED) & 1u << 2)) {}
+    reg(CLOCKS + SYS_CTRL) = 0;
+    while (!(reg(CLOCKS + SYS_SELECTED) & 1)) {}
+    reg(CLOCKS + PERI_CTRL) = 1u << 11;
+    reg(CLOCKS + ADC_CTRL) = 1u << 11 | 3u << 5;
+    reg(WATCHDOG + WD_TICK) = 1u << 9 | CLOCK / 1000000;  // also the microseconds of the timer
+}
+
+static void start_pins() {
+    reg(SIO_CLR) = OUTPUTS;
+    reg(SIO_OE_SET) = OUTPUTS;
+    for (uint32_t pin = LEFT_IN_A; pin <= ENABLE; ++pin) connect(pin, FUNCTION_SIO, PLAIN);
+    connect(TRIGGER, FUNCTION_SIO, PLAIN);
+    connect(ECHO, FUNCTION_SIO, PLAIN);
+    connect(ESTOP, FUNCTION_SIO, PULLED_UP);  // a broken wire is a pressed button
+    for (uint32_t pin = LEFT_A; pin <= RIGHT_B; ++pin) connect(pin, FUNCTION_SIO, PULLED_UP);
+    connect(TX, FUNCTION_UART, PLAIN);
+    connect(RX, FUNCTION_UART, PULLED_UP);
+    connect(SDA, FUNCTION_I2C, PULLED_UP);
+    connect(SCL, FUNCTION_I2C, PULLED_UP);
+    connect(PWM_LEFT, FUNCTION_PWM, PLAIN);
+    connect(PWM_RIGHT, FUNCTION_PWM, PLAIN);
+    reg(PADS + 4 * BATTERY) = 0x80;  // analogue: no input, no output, no pull
+}
+
+static void start_blocks() {
+    reg(PWM0 + PWM_TOP) = PWM_PERIOD - 1;
+    reg(PWM0) = 1;
+    reg(ADC) = 1;
+    while (!(reg(ADC) & 1u << 8)) {}
+    reg(ADC) = 5;
+    while (!(reg(ADC) & 1u << 8)) {}
+    reg(I2C0 + IC_ENABLE) = 0;
+    reg(I2C0) = 1u << 6 | 1u << 5 | 2u << 1 | 1;  // master, 400 kHz, restarts
+    reg(I2C0 + IC_HCNT) = 10;
+    reg(I2C0 + IC_LCNT) = 18;
+    reg(I2C0 + IC_SPKLEN) = 1;
+    uart.start(6, 33);  // 12 MHz / 16 / 115200
+}
+
+static void start_watchdog() {
+    reg(PSM_WDSEL) = 0x1FFFC;  // all but the oscillators
+    hal_feed_watchdog(nullptr);
+    reg(WATCHDOG) = 1u << 30;
+}
+
+int main() {
+    const bool after_watchdog = reg(WATCHDOG + WD_REASON) & 1;
+    start_clocks();
+    clear_bits(RESETS, NEEDED);
+    while ((reg(RESET_DONE) & NEEDED) != NEEDED) {}
+    start_pins();
+    start_blocks();
+    board.start(ROBOT, nullptr, "rp2040", after_watchdog);
+    board.encoder_start(LEFT, static_cast<uint8_t>(lines(reg(SIO_IN), LEFT_A)));
+    board.encoder_start(RIGHT, static_cast<uint8_t>(lines(reg(SIO_IN), RIGHT_A)));
+    const uint32_t edges[] = {LEFT_A, LEFT_B, RIGHT_A, RIGHT_B, ECHO};
+    for (uint32_t pin : edges) interrupt_on(pin);
+    enable_interrupt(IO_IRQ);
+    enable_interrupt(UART0_IRQ);
+    start_watchdog();
+    start_steps(CLOCK / CONTROL_HZ);
+    for (;;) {
+        while (!uart.received().empty()) board.receive(uart.received().pop());
+        board.poll();
+    }
+}

@@ -1,0 +1,140 @@
+"""The sums of the design sheet, as findings: what motors, driver, battery and stability lack, and what would do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import msgspec
+
+from chefbot.design.check_finding import Bound, Finding, Severity, below, mm_up
+from chefbot.design.checks import (
+    TIPS_LESS,
+    WHEEL,
+    Check,
+    judge,
+    turn_rate,
+)
+from chefbot.design.follow import with_motor
+from chefbot.design.forces import CARPET_RESISTANCE, grip
+from chefbot.design.remedies import stable_radius
+from chefbot.design.sizing import smallest_wheel
+from chefbot.design.stability import Load, loaded
+from chefbot.robot.catalogue import Catalogue
+from chefbot.robot.solids import solids
+from chefbot.robot.spec import GRAVITY, Robot
+
+SEEN_ELSEWHERE = "room round it"
+"""The sheet's estimate of what overlaps and edges tell from the solids."""
+MENDED_OUTSIDE = ("driver", "input level without a level shifter")
+"""A part that no robot file has: a level shifter does."""
+HEAVIEST = 5
+
+
+def drives(robot: Robot, catalogue: Catalogue) -> Iterator[Finding]:
+    """Every sizing check that fails, and the mass against its budget."""
+    load = loaded(robot)
+    for check in judge(robot, load):
+        if not check.passed and check.name != SEEN_ELSEWHERE:
+            yield _finding(robot, check, load, catalogue)
+    yield from _budget(robot)
+
+
+def _finding(robot: Robot, check: Check, load: Load, catalogue: Catalogue) -> Finding:
+    severity: Severity = "warning" if (check.part, check.name) == MENDED_OUTSIDE else "error"
+    remedy = REMEDIES.get(check.key)
+    value = remedy(robot, load, catalogue) if remedy else ""
+    return Finding(
+        severity, "drive" if check.part != "robot" else "stability", check.part, f"{check.part}: {check.name}",
+        check.have, check.bound, check.unit, check.at_least, check.key, value,
+    )  # fmt: skip
+
+
+def _budget(robot: Robot) -> Iterator[Finding]:
+    """The solids against what the sums on paper assumed."""
+    heaviest: dict[str, float] = {}
+    for part in solids(robot):
+        heaviest[part.kind] = heaviest.get(part.kind, 0.0) + part.mass
+    ordered = sorted(heaviest, key=lambda kind: -heaviest[kind])[:HEAVIEST]
+    named = ", ".join(f"{kind} {1000 * heaviest[kind]:.0f} g" for kind in ordered)
+    budget, mass = robot.body.mass_budget, robot.mass
+    value = f"{math.ceil(10.0 * mass - 1e-9) / 10.0:g} kg"
+    yield from below(
+        "mass", "robot", f"the robot weighs {mass:.3g} kg without payload; most: {named}",
+        Bound(budget, mass, "kg"), "body.mass_budget", value, "warning",
+    )  # fmt: skip
+
+
+# -- what would do
+
+
+def _fitting(robot: Robot, entries: dict[str, Any], exchange: Callable[[Any], Robot], part: str) -> str:
+    """The lightest of the catalogue with which the part's checks, and as many others as now, pass."""
+    now = sum(1 for check in judge(robot, loaded(robot)) if not check.passed and check.part != part)
+    for name in sorted(entries, key=lambda name: entries[name].mass):
+        candidate = exchange(entries[name])
+        failing = [check for check in judge(candidate, loaded(candidate)) if not check.passed]
+        own = [check for check in failing if check.part == part]
+        if not own and len(failing) <= now:
+            return name
+    return ""
+
+
+def _motor(robot: Robot, _load: Load, catalogue: Catalogue) -> str:
+    return _fitting(robot, catalogue.motors, lambda motor: with_motor(robot, motor), "motor")
+
+
+def _driver(robot: Robot, _load: Load, catalogue: Catalogue) -> str:
+    def exchange(driver: Any) -> Robot:
+        return msgspec.structs.replace(robot, driver=driver)
+
+    return _fitting(robot, catalogue.drivers, exchange, "driver")
+
+
+def _battery(robot: Robot, _load: Load, catalogue: Catalogue) -> str:
+    def exchange(battery: Any) -> Robot:
+        return msgspec.structs.replace(robot, battery=battery)
+
+    return _fitting(robot, catalogue.batteries, exchange, "battery")
+
+
+def _wheel(robot: Robot, _load: Load, _catalogue: Catalogue) -> str:
+    return mm_up(smallest_wheel(robot))
+
+
+def _separation(robot: Robot, _load: Load, _catalogue: Catalogue) -> str:
+    room = robot.motor.length + robot.motor_clamp.thickness + robot.wheels.gap + robot.wheels.width / 2.0
+    return mm_up(2.0 * room)
+
+
+def _turn(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
+    rate = math.floor(100.0 * turn_rate(robot, load.mass)) / 100.0
+    return f"{rate:g} rad/s" if rate > 0.0 else ""
+
+
+def _acceleration(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
+    """What grip leaves on the steepest ramp."""
+    slope = robot.drive.max_slope
+    held = grip(robot, load.mass, slope).value / load.mass
+    left = held - GRAVITY * (math.sin(slope) + CARPET_RESISTANCE * math.cos(slope))
+    best = math.floor(100.0 * left) / 100.0
+    return f"{best:g} m/s^2" if best > 0.0 else ""
+
+
+def _radius(robot: Robot, _load: Load, _catalogue: Catalogue) -> str:
+    radius = stable_radius(robot)
+    return "" if radius is None else mm_up(radius)
+
+
+REMEDIES: dict[str, Callable[[Robot, Load, Catalogue], str]] = {
+    "motor": _motor,
+    "driver": _driver,
+    "battery": _battery,
+    WHEEL: _wheel,
+    "wheels.separation": _separation,
+    "drive.max_turn": _turn,
+    "drive.max_acceleration": _acceleration,
+    TIPS_LESS: _radius,
+}
+"""Key to a value of it with which the check passes."""

@@ -181,6 +181,23 @@ def mjcf(
     run_mjcf(robot, out)
 
 
+@app.command()
+def drawing(
+    sheets: Annotated[
+        list[str],
+        typer.Argument(
+            help="base_plate, middle_plate, top_plate, pole, tube, motor_clamp, caster, assembly, or all"
+        ),
+    ],
+    robot: Annotated[str, typer.Option(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    out: Annotated[Path, typer.Option(help="folder for DXF, PNG and PDF")] = Path("runs/drawings"),
+) -> None:
+    """Draw the robot's parts with their dimensions, true to scale."""
+    from chefbot.commands.drawing import run_drawing
+
+    run_drawing(sheets, robot, out)
+
+
 def _find_a_place_for_kernels() -> None:
     """Numba does not start without a folder for compiled kernels; where none can be written, a passing one does."""
     usual = (Path(__file__).parent, Path.home() / ".cache", Path.home())

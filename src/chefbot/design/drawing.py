@@ -1,0 +1,246 @@
+"""What a technical drawing is made of: lines, texts and dimensions, before any file format.
+
+Lengths are true millimetres in the plane of the sheet, x to the right and y up. Sizes that belong to the
+paper (text heights, gaps) are given in millimetres of paper and multiplied by the sheet's factor: a sheet of
+1:2 has the factor 2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Literal, NamedTuple
+
+from chefbot.maths.outline import Corner, Loop, arc_between, circle, edges
+
+Layer = Literal["OUTLINE", "HOLES", "CENTRE", "DIMENSION", "REFERENCE", "TITLE"]
+Align = Literal["left", "middle", "right"]
+Point = tuple[float, float]
+
+MM = 1000.0
+"""Millimetres in a metre."""
+TEXT = 2.5
+"""Height of letters on paper, mm (ISO 3098 series: 2.5, 3.5, 5)."""
+LETTER = 0.85
+"""Width of a letter to its height, rather too much than too little."""
+ROW = 7.0
+"""Between two rows of dimensions, mm on paper."""
+FIRST_ROW = 9.0
+"""From the view to the first row, mm on paper."""
+
+
+class Line(NamedTuple):
+    """Corners joined by lines and arcs; `hidden` lines are dashed."""
+
+    layer: Layer
+    corners: Loop
+    closed: bool = True
+    hidden: bool = False
+
+
+class Circle(NamedTuple):
+    """A whole circle."""
+
+    layer: Layer
+    x: float
+    y: float
+    radius: float
+    hidden: bool = False
+
+
+class Text(NamedTuple):
+    """A line of text; `height` on paper, y is the middle of the letters."""
+
+    layer: Layer
+    x: float
+    y: float
+    text: str
+    height: float = TEXT
+    align: Align = "left"
+
+
+class Linear(NamedTuple):
+    """Distance of two points along x or y; its line lies at `at` on the other axis. <> is the measurement."""
+
+    a: Point
+    b: Point
+    along: Literal["x", "y"]
+    at: float
+    text: str = "<>"
+
+
+class Radial(NamedTuple):
+    """Radius or diameter of a circle: touches it at `angle` (degrees); the text stands `reach` (mm on paper)
+    from the circle, outwards if positive. The sign of radius or diameter stands before <> by itself."""
+
+    kind: Literal["radius", "diameter"]
+    x: float
+    y: float
+    radius: float
+    angle: float
+    reach: float
+    text: str = "<>"
+
+
+class Hatch(NamedTuple):
+    """Cut material inside the loops."""
+
+    loops: tuple[Loop, ...]
+
+
+Item = Line | Circle | Text | Linear | Radial | Hatch
+
+
+class Title(NamedTuple):
+    """What the title block tells of the part."""
+
+    robot: str
+    part: str
+    material: str
+    size: str
+    count: int
+    mass: float
+    """Of one piece, kg."""
+
+
+class Plan(NamedTuple):
+    """A part drawn for one scale: what stands on the sheet but frame and title block."""
+
+    title: Title
+    items: tuple[Item, ...]
+
+
+class Box(NamedTuple):
+    """Of things on the sheet, mm."""
+
+    left: float
+    low: float
+    right: float
+    high: float
+
+    @property
+    def width(self) -> float:
+        """Along x."""
+        return self.right - self.left
+
+    @property
+    def height(self) -> float:
+        """Along y."""
+        return self.high - self.low
+
+    @property
+    def middle(self) -> Point:
+        """Of both sides."""
+        return (self.left + self.right) / 2, (self.low + self.high) / 2
+
+
+def around(boxes: Iterable[Box]) -> Box:
+    """The smallest box that holds all of them."""
+    lefts, lows, rights, highs = zip(*boxes, strict=True)
+    return Box(min(lefts), min(lows), max(rights), max(highs))
+
+
+def scaled(loop: Loop, factor: float, x: float = 0.0, y: float = 0.0) -> Loop:
+    """The loop grown by `factor`, then shifted."""
+    return tuple(Corner(factor * c.x + x, factor * c.y + y, c.bulge) for c in loop)
+
+
+def loop_item(layer: Layer, loop: Loop, hidden: bool = False) -> Line | Circle:
+    """A true circle where the loop is one, else a closed line."""
+    if len(loop) == 2 and all(abs(corner.bulge) == 1.0 for corner in loop):
+        a, b = loop
+        radius = ((a.x - b.x) ** 2 + (a.y - b.y) ** 2) ** 0.5 / 2
+        return Circle(layer, (a.x + b.x) / 2, (a.y + b.y) / 2, radius, hidden)
+    return Line(layer, loop, True, hidden)
+
+
+def segment(layer: Layer, a: Point, b: Point) -> Line:
+    """A straight line."""
+    return Line(layer, (Corner(*a), Corner(*b)), False)
+
+
+def rectangle(layer: Layer, box: Box) -> Line:
+    """The box's edge."""
+    left, low, right, high = box
+    corners = ((right, low), (right, high), (left, high), (left, low))
+    return Line(layer, tuple(Corner(*corner) for corner in corners))
+
+
+def loop_box(loop: Loop) -> Box:
+    """Exact: corners, and of every arc the points where it is highest, lowest and farthest to the sides."""
+    points = [(corner.x, corner.y) for corner in loop]
+    for a, b in edges(loop):
+        if a.bulge:
+            points += _extremes(a, b)
+    xs, ys = zip(*points, strict=True)
+    return Box(min(xs), min(ys), max(xs), max(ys))
+
+
+def item_box(item: Item, factor: float) -> Box:
+    """Where an item stands, its text included, at a sheet's factor."""
+    match item:
+        case Line():
+            return loop_box(item.corners) if item.closed else around(_dot(c.x, c.y) for c in item.corners)
+        case Circle():
+            return loop_box(circle(item.radius, item.x, item.y))
+        case Hatch():
+            return around(loop_box(loop) for loop in item.loops)
+        case Text():
+            return _text_box(item, factor)
+        case Linear():
+            return _linear_box(item, factor)
+        case Radial():
+            return _radial_box(item, factor)
+
+
+def moved(item: Item, dx: float, dy: float) -> Item:
+    """The item shifted."""
+    match item:
+        case Line():
+            return item._replace(corners=scaled(item.corners, 1.0, dx, dy))
+        case Hatch():
+            return Hatch(tuple(scaled(loop, 1.0, dx, dy) for loop in item.loops))
+        case Linear():
+            (ax, ay), (bx, by) = item.a, item.b
+            at = item.at + (dy if item.along == "x" else dx)
+            return item._replace(a=(ax + dx, ay + dy), b=(bx + dx, by + dy), at=at)
+        case _:
+            return item._replace(x=item.x + dx, y=item.y + dy)
+
+
+def _extremes(a: Corner, b: Corner) -> list[Point]:
+    arc = arc_between(a, b)
+    low, high = sorted((arc.start, arc.start + arc.turn))
+    first = math.ceil(low / (math.pi / 2) - 1e-9)
+    quarters = []
+    while first * math.pi / 2 <= high + 1e-9:
+        angle = first * math.pi / 2
+        quarters.append((arc.x + arc.radius * math.cos(angle), arc.y + arc.radius * math.sin(angle)))
+        first += 1
+    return quarters
+
+
+def _dot(x: float, y: float) -> Box:
+    return Box(x, y, x, y)
+
+
+def _text_box(item: Text, factor: float) -> Box:
+    height = item.height * factor
+    width = LETTER * height * len(item.text)
+    left = item.x - {"left": 0.0, "middle": width / 2, "right": width}[item.align]
+    return Box(left, item.y - height / 2, left + width, item.y + height / 2)
+
+
+def _linear_box(item: Linear, factor: float) -> Box:
+    margin = 2.0 * TEXT * factor
+    ends = around((_dot(*item.a), _dot(*item.b)))
+    if item.along == "x":
+        return around((ends, Box(ends.left, item.at - margin / 2, ends.right, item.at + margin)))
+    return around((ends, Box(item.at - margin, ends.low, item.at + margin / 2, ends.high)))
+
+
+def _radial_box(item: Radial, factor: float) -> Box:
+    angle, reach = math.radians(item.angle), item.radius + item.reach * factor
+    text = Text("DIMENSION", item.x + reach * math.cos(angle), item.y + reach * math.sin(angle), item.text)
+    align: Align = "left" if math.cos(angle) >= 0 else "right"
+    return around((_dot(item.x, item.y), _text_box(text._replace(align=align), factor)))

@@ -1,0 +1,163 @@
+"""The whole robot: from the front, from its right side, and its lowest deck from above; with a parts list."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from chefbot.design.drawing import (
+    MM,
+    Box,
+    Item,
+    Linear,
+    Plan,
+    Radial,
+    Text,
+    Title,
+    around,
+    item_box,
+    moved,
+    segment,
+)
+from chefbot.design.drawing_hidden import Seen, visible
+from chefbot.design.drawing_views import FRONT, SIDE, TOP, View, part_seen
+from chefbot.design.sheets.common import number, row
+from chefbot.design.sheets.parts_list import Mark, balloons, entries, table
+from chefbot.robot import layout
+from chefbot.robot.solids import RobotPart, link_origin, solids
+
+if TYPE_CHECKING:
+    from chefbot.robot.spec import Robot
+
+CAPTION = 3.5
+"""Height of the views' names, mm on paper."""
+NUMBERS = 14.0
+"""From a view to its numbers, mm on paper."""
+
+
+class Face(NamedTuple):
+    """A view with what is seen of each kind of part."""
+
+    items: list[Item]
+    box: Box
+    marks: dict[str, Seen]
+
+
+def assembly(robot: Robot, factor: float) -> Plan:
+    """Three views in first-angle order and the parts list right of them."""
+    everything = list(solids(robot))
+    front, side = _face(robot, everything, FRONT), _face(robot, everything, SIDE)
+    top = _face(robot, _lowest_deck(robot), TOP)
+    chosen = _marks(robot, [front, side, top])
+    drawn = [
+        _dressed(face, marks, sizes(robot, face.box, factor), name, factor)
+        for face, marks, sizes, name in zip(
+            (front, side, top),
+            chosen,
+            (_front_sizes, _side_sizes, _top_sizes),
+            ("Front", "Right side", "Lowest deck from above"),
+            strict=True,
+        )
+    ]
+    boxes = [around(item_box(item, factor) for item in items) for items in drawn]
+    beside = boxes[0].right - boxes[1].left + 4.0 * factor
+    below = boxes[0].low - boxes[2].high - 3.0 * factor
+    items = drawn[0] + [moved(item, beside, 0.0) for item in drawn[1]]
+    items += [moved(item, 0.0, below) for item in drawn[2]]
+    items += table(robot, boxes[1].right + beside + 8.0 * factor, boxes[0].high, factor)
+    return Plan(_title(robot, front.box, side.box), tuple(items))
+
+
+def _title(robot: Robot, front: Box, side: Box) -> Title:
+    size = f"{number(side.width)} x {number(front.width)} x {number(front.high)}"
+    return Title(robot.name, "Assembly", "see parts list", size, 1, robot.mass)
+
+
+def _lowest_deck(robot: Robot) -> list[RobotPart]:
+    """Parts that a viewer from above sees once the second plate is off."""
+    undersides = layout.plate_undersides(robot)
+    ceiling = undersides[1] if len(undersides) > 1 else float("inf")
+    return [part for part in solids(robot) if _top_of(robot, part) <= ceiling + 1e-9]
+
+
+def _top_of(robot: Robot, part: RobotPart) -> float:
+    shapes = part_seen(part, link_origin(robot, part.link), TOP)
+    return max(shape.near for shape in shapes) / MM
+
+
+def _face(robot: Robot, parts: list[RobotPart], view: View) -> Face:
+    """All visible lines; of every kind the shape that shows most."""
+    shapes, kinds = [], []
+    for part in parts:
+        for shape in part_seen(part, link_origin(robot, part.link), view):
+            shapes.append(shape)
+            kinds.append(part.kind)
+    seen = visible(shapes)
+    items = [item for one in seen for item in one.items]
+    marks: dict[str, Seen] = {}
+    for kind, one in zip(kinds, seen, strict=True):
+        if one.area > 0.0 and (kind not in marks or one.area > marks[kind].area):
+            marks[kind] = one
+    return Face(items, around(item_box(item, 1.0) for item in items), marks)
+
+
+def _marks(robot: Robot, faces: list[Face]) -> list[list[Mark]]:
+    """For each view the numbers it bears: a part is numbered where it shows most."""
+    chosen: list[list[Mark]] = [[] for _ in faces]
+    for entry in entries(robot):
+        areas = [face.marks[entry.kind].area if entry.kind in face.marks else 0.0 for face in faces]
+        best = areas.index(max(areas))
+        if areas[best] > 0.0:
+            chosen[best].append(Mark(entry.number, faces[best].marks[entry.kind].anchor))
+    return chosen
+
+
+def _dressed(face: Face, marks: list[Mark], sizes: list[Item], name: str, factor: float) -> list[Item]:
+    """A view with dimensions, numbers and caption."""
+    x, y = face.box.middle
+    right = max(item_box(item, factor).right for item in [*sizes, *face.items])
+    numbers = balloons(marks, right + NUMBERS * factor / 2, y, factor)
+    caption = Text("TITLE", x, face.box.high + 7.0 * factor, name, CAPTION, "middle")
+    return [*face.items, *sizes, *numbers, caption]
+
+
+def _floor(box: Box, factor: float) -> Item:
+    return segment("REFERENCE", (box.left - 6.0 * factor, 0.0), (box.right + 6.0 * factor, 0.0))
+
+
+def _front_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
+    """Heights of the plates, of all, track and width."""
+    undersides = [z * MM for z in layout.plate_undersides(robot)]
+    thickness, edge = robot.plates.thickness * MM, robot.body.radius * MM
+    track, left = robot.wheels.separation * MM / 2, -edge
+    steps = [0.0, *(z for low in undersides for z in (low, low + thickness))]
+    chain = [(a, b) for a, b in zip(steps, steps[1:], strict=False) if b - a > thickness + 1e-6]
+    items: list[Item] = [Linear((left, a), (left, b), "y", box.left - row(0, factor)) for a, b in chain]
+    items.append(Linear((left, 0.0), (left, robot.height * MM), "y", box.left - row(1, factor)))
+    if box.high > robot.height * MM + 1e-6:
+        items.append(Linear((left, 0.0), (left, box.high), "y", box.left - row(2, factor)))
+    return [
+        *items,
+        _floor(box, factor),
+        Linear((-track, 0.0), (track, 0.0), "x", -row(0, factor)),
+        Linear((box.left, undersides[0]), (box.right, undersides[0]), "x", -row(1, factor)),
+    ]
+
+
+def _side_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
+    """Wheel, casters, and clearance: what it is, and what was wanted."""
+    wheel, offset = robot.wheel_radius * MM, robot.casters.offset * MM
+    clear, wanted, front = robot.clearance * MM, robot.body.clearance * MM, robot.body.radius * MM
+    motor = robot.motor.diameter * MM / 2
+    return [
+        _floor(box, factor),
+        segment("REFERENCE", (box.left, wanted), (box.right, wanted)),
+        Linear((front, 0.0), (front, wanted), "y", box.right + row(1, factor), "min. <>"),
+        Linear((front, 0.0), (motor, clear), "y", box.right + row(0, factor)),
+        Radial("diameter", 0.0, wheel, wheel, 35.0, 6.0),
+        Linear((-offset, 0.0), (offset, 0.0), "x", -row(0, factor)),
+    ]
+
+
+def _top_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
+    """The circle that the robot turns in."""
+    return [Radial("radius", 0.0, 0.0, robot.body.radius * MM, 215.0, 4.0)] if box.width else []

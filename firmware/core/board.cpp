@@ -68,9 +68,7 @@ void Board::watch() {
                              {wheels_[LEFT].speed(), wheels_[RIGHT].speed()}};
     safety_.update(in);
     if (safety_.at_once()) fresh_ = false;
-    if (!safety_.latched()) return;
-    target_.left = target_.right = 0;
-    neutral_first_ = true;
+    if (safety_.latched()) target_.left = target_.right = 0;
 }
 
 void Board::drive() {
@@ -84,7 +82,6 @@ void Board::drive() {
 
 void Board::hold_still() {
     ramp_.stop();
-    target_ = ramp_.set();
     limited_ = false;
     wheels_[LEFT].release();
     wheels_[RIGHT].release();

@@ -50,7 +50,6 @@ void Ramp::start(const RobotConstants &robot) {
     const uint32_t each = static_cast<uint32_t>(robot.acceleration / CONTROL_HZ);
     const uint32_t rest = static_cast<uint32_t>(robot.acceleration % CONTROL_HZ);
     step_q16_ = each * 65536u + rest * 65536u / CONTROL_HZ;
-    stop();
 }
 
 void Ramp::step(Pair target) {

@@ -14,7 +14,6 @@ const int16_t MOST_TICKS = SPEED_BOUND / CONTROL_HZ;  // in one step; more is no
 void Wheel::start(const RobotConstants &robot) {
     gain_q12_ = static_cast<int16_t>((FULL_Q12 + robot.no_load / 2) / robot.no_load);
     lag_steps_ = static_cast<int16_t>(robot.lag * CONTROL_HZ / 1000);
-    release();
 }
 
 void Wheel::observe(int32_t ticks) {

@@ -34,7 +34,7 @@ TOKEN = re.compile(
     r"|0x[0-9A-Fa-f]+u?|\b\d+u?\b|\w+|[-+*/<>&|^!]"
 )
 TYPES = re.compile(r"static_cast<[^>]*>|#include.*|\b\w+ &\w+|(?:[,(]\s*|^\s*|const )[\w:]+ \*+\w+|case \w+:|\benum\b.*")
-STATEMENT = re.compile(r"^\s+(?!return\b|const\b|static\b|else\b|typedef\b|using\b|uint\w+ \w+ =|int\w+ \w+ =|bool \w+ =|Pair \w+ =|Flags \w+ =|char \w+ =)[^{}]*;\s*$")
+STATEMENT = re.compile(r"^\s+(?!\s|default|return\b|const\b|static\b|else\b|typedef\b|using\b|uint\w+ \w+ =|int\w+ \w+ =|bool \w+ =|Pair \w+ =|Flags \w+ =|char \w+ =)[^{}]*;\s*$")
 
 
 class Mutant(NamedTuple):

@@ -153,8 +153,8 @@ TEST(encoder_every_transition) {
     for (int before = 0; before < 4; ++before) {
         for (int after = 0; after < 4; ++after) {
             Encoder encoder;
-            encoder.start(static_cast<uint8_t>(TURN[before] | 0xF0));
-            encoder.edge(static_cast<uint8_t>(TURN[after] | 0xA0));
+            encoder.start(static_cast<uint8_t>(TURN[before] | 0xFC));
+            encoder.edge(static_cast<uint8_t>(TURN[after] | 0xA4));
             const int step = (after - before) & 3;
             CHECK_EQ(static_cast<int32_t>(encoder.count()), step == 1 ? 1 : step == 3 ? -1 : 0);
             CHECK_EQ(encoder.illegal(), step == 2 ? 1 : 0);
@@ -288,6 +288,9 @@ TEST(ramp_lands_exactly) {
     CHECK_EQ(set.right, -256);
     set = run_ramp(&ramp, Pair{128, -257});
     CHECK_EQ(set.right, -257);
+    set = run_ramp(&ramp, Pair{28, -157});  // less than a step
+    CHECK_EQ(set.left, 28);
+    CHECK_EQ(set.right, -157);
     ramp.stop();
     CHECK_EQ(ramp.set().left, 0);
     CHECK_EQ(ramp.set().right, 0);
@@ -301,6 +304,15 @@ TEST(ramp_takes_the_wheel_with_more_to_go_as_its_measure) {
         CHECK(fast >= 1278 && fast <= 1280);
         CHECK(slow >= 638 && slow <= 640);
     }
+}
+
+TEST(ramp_knows_parts_of_a_tick) {
+    RobotConstants robot = example_robot();
+    robot.acceleration = 12850;
+    Ramp ramp;
+    ramp.start(robot);
+    for (int i = 0; i < 20; ++i) ramp.step(Pair{2600, 2600});
+    CHECK(ramp.set().left >= 2568 && ramp.set().left <= 2570);
 }
 
 TEST(ramp_turns_round_without_a_jump) {

@@ -18,7 +18,7 @@ const size_t LINE_IN = 4096, LINE_OUT = 65536;
 const uint64_t ECHO_DELAY_US = 460;  // ping to rise, HC-SR04
 const uint64_t ECHO_HELD_US = 38000;  // how long the line stays high without an echo
 const uint64_t NEVER = UINT64_MAX;
-const int WATCHDOG_STEPS = 2;  // 30 ms at most since the last feed
+const int WATCHDOG_STEPS = 3;  // 30 ms since the last feed
 const uint8_t IMU_ADDRESS = 0x68, IMU_WHO = 0x75, IMU_POWER = 0x6B, IMU_DATA = 0x3B;
 
 }  // namespace
@@ -34,6 +34,8 @@ struct chefbot_board {
     bool drivers = false;
     bool restart = false;
     bool hangs = false;
+    bool restarted_driving = false;
+    uint8_t locked = 0;  // interrupts are off
     int hungry_steps = 0;
     uint32_t restarts = 0;
 
@@ -58,8 +60,12 @@ namespace chefbot {
 
 static chefbot_board &of(void *port) { return *static_cast<chefbot_board *>(port); }
 
-uint8_t hal_lock(void *) { return 0; }
-void hal_unlock(void *, uint8_t) {}
+uint8_t hal_lock(void *port) {
+    const uint8_t before = of(port).locked;
+    of(port).locked = 1;
+    return before;
+}
+void hal_unlock(void *port, uint8_t before) { of(port).locked = before; }
 
 void hal_motor(void *port, uint8_t wheel, int16_t duty) { of(port).duty[wheel] = duty; }
 void hal_drivers(void *port, bool on) { of(port).drivers = on; }
@@ -97,7 +103,12 @@ bool hal_send(void *port, const char *bytes, uint8_t count) {
 }
 
 void hal_feed_watchdog(void *port) { of(port).hungry_steps = 0; }
-void hal_restart(void *port) { of(port).restart = true; }
+
+void hal_restart(void *port) {
+    chefbot_board &board = of(port);
+    board.restart = true;
+    board.restarted_driving |= board.drivers || board.duty[LEFT] != 0 || board.duty[RIGHT] != 0;
+}
 
 }  // namespace chefbot
 
@@ -108,7 +119,10 @@ void chefbot_board::power_on(bool after_watchdog) {
     boot_us = time_us;
     in.clear();
     restart = hangs = false;
+    locked = 0;
     hungry_steps = 0;
+    drivers = true;  // whatever the pins did before
+    duty[0] = duty[1] = chefbot::DUTY_FULL;
     echo_rise = echo_fall = NEVER;
     core.start(robot, this, "host", after_watchdog);
     core.encoder_start(chefbot::LEFT, lines[0]);
@@ -140,7 +154,7 @@ void chefbot_board::main_loop() {
 
 void chefbot_board::step() {
     play_echo();
-    core.step();
+    if (!locked) core.step();
     if (++hungry_steps <= WATCHDOG_STEPS) return;
     ++restarts;
     power_on(true);
@@ -231,6 +245,8 @@ void chefbot_board_echo(chefbot_board *board, int32_t us) { board->echo_us = us 
 void chefbot_board_estop(chefbot_board *board, int32_t pressed) { board->estop = pressed != 0; }
 
 void chefbot_board_hang(chefbot_board *board) { board->hangs = true; }
+
+int32_t chefbot_board_restarted_driving(const chefbot_board *board) { return board->restarted_driving; }
 
 void chefbot_board_advance(chefbot_board *board, uint32_t us) { board->run_until(board->time_us + us); }
 

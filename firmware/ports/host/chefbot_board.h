@@ -56,6 +56,8 @@ void chefbot_board_echo(chefbot_board *board, int32_t us);
 void chefbot_board_estop(chefbot_board *board, int32_t pressed);
 // The main loop hangs from now on, as in an endless wait: the hardware watchdog will restart the board.
 void chefbot_board_hang(chefbot_board *board);
+// 1: a restart by command ever began with the motors not off.
+int32_t chefbot_board_restarted_driving(const chefbot_board *board);
 
 // Time goes on. Control steps fall on whole multiples of 10 ms since power-on. What was written is obeyed first.
 void chefbot_board_advance(chefbot_board *board, uint32_t us);

@@ -151,11 +151,22 @@ def design(
 def urdf(
     robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
     out: Annotated[Path | None, typer.Option(help="file, instead of the screen")] = None,
+    package: Annotated[
+        Path | None, typer.Option(help="folder that gets the ROS 2 package chefbot_description")
+    ] = None,
+    check: Annotated[Path | None, typer.Option(help="somebody's URDF or xacro file to look through")] = None,
 ) -> None:
-    """The robot as URDF for RViz, Gazebo and the like."""
-    from chefbot.commands.urdf import run_urdf
+    """The robot as URDF for RViz, Gazebo and the like; as a ROS 2 package with xacro and meshes; or a check."""
+    from chefbot.commands.urdf import run_check, run_package, run_urdf
 
-    run_urdf(robot, out)
+    if sum(way is not None for way in (out, package, check)) > 1:
+        raise UserError("--out, --package and --check are different things to do; give one of them")
+    if check is not None:
+        run_check(check)
+    elif package is not None:
+        run_package(robot, package)
+    else:
+        run_urdf(robot, out)
 
 
 @app.command()
@@ -196,6 +207,18 @@ def drawing(
     from chefbot.commands.drawing import run_drawing
 
     run_drawing(sheets, robot, out)
+
+
+@app.command()
+def check(
+    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, porter, desk, or a robot file")],
+    as_json: Annotated[bool, typer.Option("--json", help="as JSON, in SI units")] = False,
+    out: Annotated[Path | None, typer.Option(help="PNG of the robot from above, overlaps in red")] = None,
+) -> None:
+    """Look for what is wrong with a robot before it is built; exit code 1 with errors, 0 with warnings only."""
+    from chefbot.commands.check import run_check
+
+    raise typer.Exit(run_check(robot, as_json, out))
 
 
 def _find_a_place_for_kernels() -> None:

@@ -27,6 +27,8 @@ NEAR = 1e-4
 HIDDEN_WARNING, HIDDEN_ERROR = 0.001, 0.02
 """Share of a picture, or of a cone's section, that the robot may hide."""
 CONE_SIDES = 64
+NOISE_RESERVE = 3.0
+"""Standard deviations by which the lidar's shortest range must be beyond the robot's own parts."""
 FAR_ROBOTS = 3.0
 """The view is cut off so many footprints away: there the robot ends."""
 
@@ -44,7 +46,7 @@ class Hidden(NamedTuple):
 
 
 class Sectors(NamedTuple):
-    """Angle in radians of a scan that the robot hides, by part; and its farthest point in the plane, metres."""
+    """Angle in radians of a scan that the robot hides, by part; the farthest point that a beam meets, metres."""
 
     angle: float
     by_part: dict[str, float]
@@ -167,22 +169,24 @@ def _scan(robot: Robot, lidar: Lidar) -> Iterator[Finding]:
     sectors = hidden_sectors(robot, lidar)
     if sectors.angle <= 0.0:
         return
-    names = ", ".join(sorted(sectors.by_part, key=lambda part: -sectors.by_part[part]))
+    names = ", ".join(sectors.by_part)
+    sentence = f"{math.degrees(sectors.angle):.3g} degrees of the lidar's turn show the robot: {names}"
+    tubes = any(name.startswith("tube_") for name in sectors.by_part)
+    if tubes:
+        sentence += "; tubes are at every height, thinner ones hide less"
+    key, value = ("tubes.bore", "") if tubes else ("sensors.lidar.mount.z", _free_height(robot))
     yield Finding(
-        "warning", "view", names,
-        f"{math.degrees(sectors.angle):.3g} degrees of the lidar's turn show the robot: {names}",
-        sectors.angle, 0.0, "rad", False, "sensors.lidar.mount.z", _free_height(robot, sectors),
+        "warning", "view", names, sentence, sectors.angle, 0.0, "rad", False, key, value,
     )  # fmt: skip
+    least = sectors.farthest + NOISE_RESERVE * lidar.noise
     yield from below(
-        "view", names, "the lidar measures the robot itself and takes it for a wall",
-        Bound(lidar.range_min, sectors.farthest, "m"), "sensors.lidar.range_min", mm_up(sectors.farthest),
+        "view", names, "the lidar measures the robot itself, with noise, and takes it for a wall",
+        Bound(lidar.range_min, least, "m"), "sensors.lidar.range_min", mm_up(least),
     )  # fmt: skip
 
 
-def _free_height(robot: Robot, sectors: Sectors) -> str:
-    """Where nothing hides it; none is looked for if the tubes do, for they are at every height."""
-    if any(name.startswith("tube_") for name in sectors.by_part):
-        return ""
+def _free_height(robot: Robot) -> str:
+    """Where nothing hides it."""
 
     def good(candidate: Robot) -> bool:
         lidar = candidate.sensors.lidar
@@ -192,23 +196,37 @@ def _free_height(robot: Robot, sectors: Sectors) -> str:
 
 
 def hidden_sectors(robot: Robot, lidar: Lidar) -> Sectors:
-    """Of the plane that the lidar turns in."""
+    """Of the plane that the lidar turns in; a part that another hides wholly is not named."""
     turn, at = _frame(lidar.mount)
-    intervals: list[tuple[float, float]] = []
-    by_part, farthest = {}, 0.0
+    spans: dict[str, list[tuple[float, float]]] = {}
+    farthest = 0.0
     for body in _others(robot, "laser"):
-        for polygon in _section(body, turn, at):
-            hidden = _interval(polygon)
-            intervals += hidden
-            by_part[body.name] = by_part.get(body.name, 0.0) + _covered(hidden)
-            farthest = max(farthest, float(np.hypot(*polygon.T).max()))
-    return Sectors(_covered(intervals), by_part, farthest)
+        for loop in _section(body, turn, at):
+            spans[body.name] = spans.get(body.name, []) + _interval(loop)
+            farthest = max(farthest, _farthest_met(loop))
+    union: list[tuple[float, float]] = []
+    by_part = {}
+    for name in sorted(spans, key=lambda name: -_covered(spans[name])):
+        alone = _covered(union)
+        union += spans[name]
+        if _covered(union) > alone + 1e-9:
+            by_part[name] = _covered(spans[name])
+    return Sectors(_covered(union), by_part, farthest)
 
 
 def _section(body: Body, turn: NDArray[np.float64], at: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Loops (n, 2) in the lidar's plane."""
+    """Outer loops (n, 2) in the lidar's plane: what is behind a wall does not count."""
     back = body.surface.transform(placement(turn.T, -turn.T @ at))
-    return [np.asarray(loop) for loop in back.slice(0.0).to_polygons()]
+    loops = (np.asarray(loop) for loop in back.slice(0.0).to_polygons())
+    return [loop for loop in loops if _cross(loop, np.roll(loop, -1, axis=0)).sum() > 0.0]
+
+
+def _farthest_met(loop: NDArray[np.float64]) -> float:
+    """Of the edges that face the lidar; all of it lies inside a loop that has none."""
+    following = np.roll(loop, -1, axis=0)
+    facing = _cross(loop, following) < 0.0
+    met = np.vstack([loop[facing], following[facing]]) if facing.any() else loop
+    return float(np.hypot(*met.T).max())
 
 
 def _interval(loop: NDArray[np.float64]) -> list[tuple[float, float]]:

@@ -60,13 +60,28 @@ class Text(NamedTuple):
 
 
 class Linear(NamedTuple):
-    """Distance of two points along x or y; its line lies at `at` on the other axis. <> is the measurement."""
+    """Distance of two points along x or y; its line lies at `at` on the other axis. <> is the measurement.
+    The text stands over the middle, `shift` (mm on paper) along the line from it; beyond the end where it is
+    too narrow for it."""
 
     a: Point
     b: Point
     along: Literal["x", "y"]
     at: float
     text: str = "<>"
+    shift: float = 0.0
+
+    def text_shift(self, factor: float) -> float:
+        """Along the line from its middle, mm of the drawing."""
+        axis = 0 if self.along == "x" else 1
+        span, letters = abs(self.a[axis] - self.b[axis]), self._letters() * factor
+        narrow = letters + 2.0 * TEXT * factor > span
+        return span / 2 + letters / 2 + 2.5 * TEXT * factor if narrow else self.shift * factor
+
+    def _letters(self) -> float:
+        axis = 0 if self.along == "x" else 1
+        value = f"{abs(self.a[axis] - self.b[axis]):.2f}".rstrip("0").rstrip(".")
+        return LETTER * TEXT * len(self.text.replace("<>", value))
 
 
 class Radial(NamedTuple):
@@ -98,7 +113,7 @@ class Title(NamedTuple):
     part: str
     material: str
     size: str
-    count: int
+    pieces: int
     mass: float
     """Of one piece, kg."""
 
@@ -234,9 +249,12 @@ def _text_box(item: Text, factor: float) -> Box:
 def _linear_box(item: Linear, factor: float) -> Box:
     margin = 2.0 * TEXT * factor
     ends = around((_dot(*item.a), _dot(*item.b)))
+    (x, y), beyond = ends.middle, item.text_shift(factor) + LETTER * TEXT * len(item.text) * factor
     if item.along == "x":
-        return around((ends, Box(ends.left, item.at - margin / 2, ends.right, item.at + margin)))
-    return around((ends, Box(item.at - margin, ends.low, item.at + margin / 2, ends.high)))
+        line = Box(ends.left, item.at - margin / 2, max(ends.right, x + beyond), item.at + margin)
+    else:
+        line = Box(item.at - margin, ends.low, item.at + margin / 2, max(ends.high, y + beyond))
+    return around((ends, line))
 
 
 def _radial_box(item: Radial, factor: float) -> Box:

@@ -152,7 +152,7 @@ def _add(space: Modelspace, item: Item, factor: float) -> None:
         case Hatch():
             _add_hatch(space, item, factor)
         case Linear():
-            _add_linear(space, item)
+            _add_linear(space, item, factor)
         case Radial():
             _add_radial(space, item, factor)
 
@@ -168,15 +168,19 @@ def _add_hatch(space: Modelspace, item: Hatch, factor: float) -> None:
         hatch.paths.add_polyline_path([(c.x, c.y, c.bulge) for c in loop], is_closed=True)
 
 
-def _add_linear(space: Modelspace, item: Linear) -> None:
-    along_x = item.along == "x"
+def _add_linear(space: Modelspace, item: Linear, factor: float) -> None:
+    along_x, shift, above = item.along == "x", item.text_shift(factor), (TEXT / 2 + 0.8) * factor
+    (ax, ay), (bx, by) = item.a, item.b
+    spot = ((ax + bx) / 2 + shift, item.at + above) if along_x else (item.at - above, (ay + by) / 2 + shift)
     space.add_linear_dim(
         base=(item.a[0], item.at) if along_x else (item.at, item.a[1]),
         p1=item.a,
         p2=item.b,
         angle=0 if along_x else 90,
+        location=spot if shift else None,
         text=item.text,
         dimstyle=DIMENSIONS,
+        override={"dimtmove": 2},
         dxfattribs={"layer": "DIMENSION"},
     ).render()
 

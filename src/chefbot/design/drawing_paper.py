@@ -91,12 +91,12 @@ def _block(title: Title, paper: tuple[float, float], scale: Scale) -> list[Item]
     items += [segment("TITLE", (0.0, y), (width, y)) for y in rows]
     items += [segment("TITLE", (x, 0.0), (x, rows[-1])) for x in columns]
     items.append(segment("TITLE", (columns[-1], rows[-1]), (columns[-1], height)))
-    items += _field(0.0, rows[-1] + 1.0, "Part", title.part, 5.0)
-    items += _field(columns[-1], rows[-1] + 1.0, "Robot", title.robot, 3.5)
+    items += _field(0.0, rows[-1] + 1.8, "Part", title.part, 5.0)
+    items += _field(columns[-1], rows[-1] + 1.8, "Robot", title.robot, 3.5)
     fields = {
         (0.0, rows[0]): ("Material", title.material),
         (columns[0], rows[0]): ("Size", title.size),
-        (columns[1], rows[0]): ("Pieces", str(title.count)),
+        (columns[1], rows[0]): ("Pieces", str(title.pieces)),
         (columns[2], rows[0]): ("Mass of one", mass_text(title.mass)),
         (0.0, 0.0): ("Scale", scale.text),
         (columns[0], 0.0): ("Sheet", NAMES[paper]),
@@ -115,7 +115,7 @@ def mass_text(mass: float) -> str:
 
 def _field(x: float, y: float, label: str, value: str, height: float) -> list[Item]:
     return [
-        Text("TITLE", x + 1.5, y + 8.0, label, 1.8),
+        Text("TITLE", x + 1.5, y + 8.2, label, 1.8),
         Text("TITLE", x + 1.5, y + 3.5, value, height),
     ]
 

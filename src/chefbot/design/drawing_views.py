@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -69,7 +70,7 @@ def cut(outline: Outline) -> list[tuple[float, float]]:
     """Where the line v = 0 runs through material: intervals of u, in the outline's unit."""
     loops = (outline.edge, *outline.holes)
     found = sorted({round(u, 12) for loop in loops for a, b in edges(loop) for u in _crossings(a, b)})
-    return [(low, high) for low, high in zip(found, found[1:], strict=False) if _inside(outline, low, high)]
+    return [(low, high) for low, high in itertools.pairwise(found) if _inside(outline, low, high)]
 
 
 def _seen_prism(prism: Prism, turn: NDArray[np.float64], at: NDArray[np.float64]) -> Shape:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, NamedTuple
 
 from chefbot.design.drawing import (
@@ -49,7 +50,7 @@ def assembly(robot: Robot, factor: float) -> Plan:
     top = _face(robot, _lowest_deck(robot), TOP)
     chosen = _marks(robot, [front, side, top])
     drawn = [
-        _dressed(face, marks, sizes(robot, face.box, factor), name, factor)
+        _dressed(face, marks, sizes(robot, face.box, factor), name, factor, face is top)
         for face, marks, sizes, name in zip(
             (front, side, top),
             chosen,
@@ -111,11 +112,16 @@ def _marks(robot: Robot, faces: list[Face]) -> list[list[Mark]]:
     return chosen
 
 
-def _dressed(face: Face, marks: list[Mark], sizes: list[Item], name: str, factor: float) -> list[Item]:
-    """A view with dimensions, numbers and caption."""
+def _dressed(
+    face: Face, marks: list[Mark], sizes: list[Item], name: str, factor: float, both: bool
+) -> list[Item]:
+    """A view with dimensions, numbers (on both sides where there is room) and caption."""
     x, y = face.box.middle
-    right = max(item_box(item, factor).right for item in [*sizes, *face.items])
-    numbers = balloons(marks, right + NUMBERS * factor / 2, y, factor)
+    box = around(item_box(item, factor) for item in [*sizes, *face.items])
+    gap = NUMBERS * factor / 2
+    left = [mark for mark in marks if both and mark.anchor[0] < x]
+    numbers = balloons([mark for mark in marks if mark not in left], box.right + gap, y, factor)
+    numbers += balloons(left, box.left - gap, y, factor)
     caption = Text("TITLE", x, face.box.high + 7.0 * factor, name, CAPTION, "middle")
     return [*face.items, *sizes, *numbers, caption]
 
@@ -130,7 +136,7 @@ def _front_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
     thickness, edge = robot.plates.thickness * MM, robot.body.radius * MM
     track, left = robot.wheels.separation * MM / 2, -edge
     steps = [0.0, *(z for low in undersides for z in (low, low + thickness))]
-    chain = [(a, b) for a, b in zip(steps, steps[1:], strict=False) if b - a > thickness + 1e-6]
+    chain = [(a, b) for a, b in itertools.pairwise(steps) if b - a > thickness + 1e-6]
     items: list[Item] = [Linear((left, a), (left, b), "y", box.left - row(0, factor)) for a, b in chain]
     items.append(Linear((left, 0.0), (left, robot.height * MM), "y", box.left - row(1, factor)))
     if box.high > robot.height * MM + 1e-6:
@@ -153,11 +159,12 @@ def _side_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
         segment("REFERENCE", (box.left, wanted), (box.right, wanted)),
         Linear((front, 0.0), (front, wanted), "y", box.right + row(1, factor), "min. <>"),
         Linear((front, 0.0), (motor, clear), "y", box.right + row(0, factor)),
-        Radial("diameter", 0.0, wheel, wheel, 35.0, 6.0),
+        Radial("diameter", 0.0, wheel, wheel, 305.0, 8.0),
         Linear((-offset, 0.0), (offset, 0.0), "x", -row(0, factor)),
     ]
 
 
 def _top_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
-    """The circle that the robot turns in."""
-    return [Radial("radius", 0.0, 0.0, robot.body.radius * MM, 215.0, 4.0)] if box.width else []
+    """The plate's width with the notches."""
+    floor, low = layout.notch_floor(robot) * MM, box.low - row(0, factor)
+    return [Linear((-floor, 0.0), (floor, 0.0), "x", low)] if robot.plates.notch else []

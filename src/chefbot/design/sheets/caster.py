@@ -13,6 +13,7 @@ from chefbot.design.drawing import (
     Linear,
     Plan,
     Radial,
+    Text,
     around,
     loop_box,
     moved,
@@ -43,6 +44,8 @@ def caster(robot: Robot, factor: float) -> Plan:
     below += cross(0.0, 0.0, box.width / 2, factor)
     shift = box.right + BETWEEN * factor + row(1, factor) + box.width / 2
     items += [moved(item, shift, box.middle[1]) for item in dict.fromkeys(below)]
+    caption = box.middle[1] + box.width / 2 + 6.0 * factor
+    items.append(Text("TITLE", shift, caption, "From below", 3.5, "middle"))
     size = f"Ø{number(box.width)} x {number(box.height)}"
     return Plan(title(robot, "caster", size), tuple(items))
 
@@ -62,7 +65,6 @@ def _sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
     return [
         Radial("radius", 0.0, 0.0, radius, 205.0, 8.0),
         Linear((box.right, 0.0), (box.right, radius), "y", right),
-        Linear((box.right, radius), (box.right, box.high), "y", right),
         Linear((0.0, box.low), (box.right, box.high), "y", box.right + row(1, factor)),
         Linear((box.left, box.high), (box.right, box.high), "x", box.high + row(0, factor), "Ø<>"),
         Linear((box.left, 0.0), (-radius, 0.0), "x", box.low - row(0, factor)),

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 LINE = 5.5
 """Height of a line, mm on paper."""
-COLUMNS = (0.0, 10.0, 44.0, 58.0, 108.0, 128.0)
+COLUMNS = (0.0, 10.0, 44.0, 58.0, 108.0, 134.0)
 """Edges of number, name, pieces, material and mass, mm on paper."""
 HEADS = ("No.", "Part", "Pieces", "Material", "Mass of one")
 LONGEST = 22
@@ -61,7 +61,7 @@ def table(robot: Robot, left: float, high: float, factor: float) -> list[Item]:
 
 
 def balloons(marks: list[Mark], x: float, middle: float, factor: float) -> list[Item]:
-    """Numbers in circles one above the other at `x`, in the order of their points, so that no lines cross."""
+    """Numbers in circles one above the other at `x`, in the order of their points."""
     ordered = sorted(marks, key=lambda mark: mark.anchor[1])
     items: list[Item] = []
     for i, mark in enumerate(ordered):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from chefbot.design.drawing import MM, TEXT, Item, Linear, Plan, Radial, Text, Title, loop_box
+from chefbot.design.drawing import MM, TEXT, Item, Linear, Plan, Radial, Text, Title, loop_box, segment
 from chefbot.design.drawing_views import PLAN, Shape, View, part_seen, seen
 from chefbot.design.sheets.common import cross, number, pieces, reference, row, shape_items, title
 from chefbot.robot import layout
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from chefbot.robot.spec import Robot
 
 MOUNTED = ("motor_clamp", "motor", "wheel", "caster")
-FROM_RIGHT = View((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
-"""A plate on its edge, beside the view from above."""
+FROM_LEFT = View((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+"""A plate on its edge, beside the view from above: right of it in first-angle projection."""
 EDGE_VIEW = 24.0
 """From the plate to the view of its edge, mm on paper; a row of dimensions stands between."""
 
@@ -47,16 +47,22 @@ def _plate(robot: Robot, kind: str, factor: float) -> list[Item]:
     hole_radius = robot.plates.centre_hole * MM / 2
     items.append(Radial("radius", 0.0, 0.0, radius, 120.0, 5.0))
     items.append(Radial("diameter", 0.0, 0.0, hole_radius, 60.0, -hole_radius / factor / 2))
-    return items + _edge(shape, seen(solid, FROM_RIGHT), factor) + _holes(robot, shape, factor)
+    return items + _edge(robot, shape, seen(solid, FROM_LEFT), factor) + _holes(robot, shape, factor)
 
 
-def _edge(plate: Shape, edge: Shape, factor: float) -> list[Item]:
-    """The plate seen from the right, with its thickness."""
+def _edge(robot: Robot, plate: Shape, edge: Shape, factor: float) -> list[Item]:
+    """The plate on its edge, with its thickness."""
     box = loop_box(edge.edge)
     x = loop_box(plate.edge).right + EDGE_VIEW * factor - box.left
     moved = edge._replace(edge=tuple(c._replace(x=c.x + x) for c in edge.edge), hidden=())
     left, low, right, _ = loop_box(moved.edge)
-    return [*shape_items(moved), Linear((left, low), (right, low), "x", low - row(0, factor))]
+    notch = robot.plates.notch if len(plate.edge) > 2 else None
+    ends = (-notch.length * MM / 2, notch.length * MM / 2) if notch else ()
+    return [
+        *shape_items(moved),
+        *(segment("OUTLINE", (left, y), (right, y)) for y in ends),
+        Linear((left, low), (right, low), "x", low - row(0, factor)),
+    ]
 
 
 def _holes(robot: Robot, shape: Shape, factor: float) -> list[Item]:
@@ -70,7 +76,7 @@ def _holes(robot: Robot, shape: Shape, factor: float) -> list[Item]:
     ]
     if robot.plates.count > 1:
         reach, edge = robot.poles.reach * MM, robot.body.radius * MM
-        items.append(Linear((-reach, reach), (reach, reach), "x", edge + row(0, factor)))
+        items.append(Linear((-reach, reach), (reach, reach), "x", edge + row(1, factor)))
         items.append(Linear((-reach, -reach), (-reach, reach), "y", -edge - row(0, factor)))
     return items
 
@@ -87,7 +93,7 @@ def _pole_radius(robot: Robot) -> list[Item]:
     if robot.plates.count < 2:
         return []
     reach = robot.poles.reach * MM
-    return [Radial("radius", -reach, reach, robot.poles.radius * MM, 210.0, 4.0)]
+    return [Radial("radius", -reach, reach, robot.poles.radius * MM, 140.0, 5.0)]
 
 
 def _notch_sizes(robot: Robot, factor: float) -> list[Item]:
@@ -115,9 +121,9 @@ def _clamp_sizes(robot: Robot, factor: float) -> list[Item]:
     sx, sy = (MM * value for value in layout.clamp_screws(robot)[0])
     return [
         Linear((middle - half, width), (middle + half, width), "x", width + 6.0 * factor),
-        Linear((middle - half, -width), (middle - half, width), "y", middle - half - 4.0 * factor),
-        Linear((-middle - sy, -sx), (-middle + sy, -sx), "x", -width - 6.0 * factor),
-        Linear((-middle + sy, -sx), (-middle + sy, sx), "y", -middle + half + 6.0 * factor),
+        Linear((middle - half, -width), (middle - half, width), "y", middle - half - 4.0 * factor, shift=5.0),
+        Linear((-middle - sy, sx), (-middle + sy, sx), "x", width + 6.0 * factor),
+        Linear((-middle + sy, -sx), (-middle + sy, sx), "y", -middle + half + 6.0 * factor, shift=4.0),
         Linear((-middle, 0.0), (middle, 0.0), "x", -edge - row(1, factor)),
     ]
 
@@ -127,9 +133,9 @@ def _caster_sizes(robot: Robot, factor: float) -> list[Item]:
     offset, radius, edge = robot.casters.offset * MM, robot.casters.radius * MM, robot.body.radius * MM
     _, screw = layout.caster_screws(robot)[0]
     return [
-        Radial("radius", 0.0, -offset, radius, 20.0, 6.0),
-        Linear((0.0, -offset), (0.0, offset), "y", -edge - row(1, factor)),
-        Linear((-screw * MM, offset), (screw * MM, offset), "x", edge + row(1, factor)),
+        Radial("radius", 0.0, -offset, radius, -35.0, 6.0),
+        Linear((-screw * MM, -offset), (-screw * MM, offset), "y", -edge - row(1, factor)),
+        Linear((-screw * MM, offset), (screw * MM, offset), "x", edge + row(0, factor)),
     ]
 
 
@@ -138,15 +144,16 @@ def _labels(robot: Robot, factor: float) -> list[Item]:
     middle, width = layout.clamp_middle(robot) * MM, robot.motor_clamp.width * MM / 2
     offset, edge = robot.casters.offset * MM, robot.body.radius * MM
     beside = (robot.casters.radius + robot.casters.wall) * MM + 2.0 * factor
+    below = -width - 4.0 * factor
     items: list[Item] = [
-        Text("TITLE", -middle, 0.0, "M1", 3.5, "middle"),
-        Text("TITLE", middle, 0.0, "M2", 3.5, "middle"),
-        Text("TITLE", -beside, offset, "C1", 3.5, "right"),
-        Text("TITLE", -beside, -offset, "C2", 3.5, "right"),
+        Text("TITLE", -middle - 2.0 * factor, below, "M1", 3.5, "right"),
+        Text("TITLE", middle + 2.0 * factor, below, "M2", 3.5),
+        Text("TITLE", beside, offset, "C1", 3.5),
+        Text("TITLE", beside, -offset, "C2", 3.5),
         Text("TITLE", 0.0, edge + row(2, factor) + TEXT * factor, "FRONT", 3.5, "middle"),
     ]
     poles = layout.pole_positions(robot) if robot.plates.count > 1 else []
-    below = robot.poles.radius * MM + 3.5 * factor
+    under = robot.poles.radius * MM + 3.5 * factor
     for i, (x, y) in enumerate(poles, start=1):
-        items.append(Text("TITLE", -y * MM, x * MM - below, f"P1-{i}", 3.5, "middle"))
+        items.append(Text("TITLE", -y * MM, x * MM - under, f"P1-{i}", 3.5, "middle"))
     return items

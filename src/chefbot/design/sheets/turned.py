@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from chefbot.design.drawing import MM, Hatch, Item, Line, Linear, Plan, loop_box, segment
+from chefbot.design.drawing import MM, Hatch, Item, Linear, Plan, loop_box, segment
 from chefbot.design.drawing_views import View, cut, seen
 from chefbot.design.sheets.common import OVERHANG, cross, number, pieces, row, shape_items, title
 from chefbot.maths.outline import Corner, Loop
@@ -51,7 +51,8 @@ def _section(solid: Prism, factor: float) -> list[Item]:
     shape = seen(solid, LYING)
     items: list[Item] = [Hatch((wall,)) for wall in walls]
     items += shape_items(shape, hidden=False)
-    items += [Line("HOLES", bore) for bore in shape.hidden]
+    for bore in map(loop_box, shape.hidden):
+        items += [segment("HOLES", (bore.left, y), (bore.right, y)) for y in (bore.low, bore.high)]
     overhang = half + OVERHANG * factor
     return [*items, segment("CENTRE", (-overhang, 0.0), (overhang, 0.0))]
 

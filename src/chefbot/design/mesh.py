@@ -5,16 +5,16 @@ Geometry is in metres in the link's own frame (REP-103, z up); only the root nod
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.design.links import Link, links
 from chefbot.design.mesh_parts import DEVIATION, part_mesh
+from chefbot.errors import UserError
 from chefbot.robot.materials import Colour
-from chefbot.robot.shapes import Solid, Vector, rotation
+from chefbot.robot.shapes import Vector, rotation
 from chefbot.robot.solids import RobotPart
 from chefbot.robot.spec import Robot
 
@@ -43,12 +43,19 @@ def _scene(robot: Robot, deviation: float) -> Scene:
     from trimesh import Scene
 
     scene = Scene(base_frame=robot.name, metadata={})
+    meshes: dict[tuple[object, ...], str] = {}
     frames = {name.removesuffix("_link"): name for name in robot.sensors.by_frame}
     for link in links(robot):
         _hang_link(scene, robot, link)
     for link in links(robot):
         for part in link.parts:
-            _hang_part(scene, part, link.name, frames.get(part.name, part.name), deviation)
+            node = frames.get(part.name, part.name)
+            if node in scene.graph.nodes:
+                raise UserError(f"equipment of the robot file is called {node!r}, which is taken; rename it")
+            shared = meshes.setdefault((part.solids, part.material, part.colour), node)
+            if shared not in scene.geometry:
+                scene.geometry[shared] = _coloured(part, deviation)
+            _hang_part(scene, part, link.name, node, shared)
     return scene
 
 
@@ -63,16 +70,13 @@ def _hang_link(scene: Scene, robot: Robot, link: Link) -> None:
     )
 
 
-def _hang_part(scene: Scene, part: RobotPart, link: str, node: str, deviation: float) -> None:
-    """Equal parts share one mesh, named like the first of them."""
-    mesh = _coloured(part, deviation)
-    shared = next((name for name, other in scene.geometry.items() if other is mesh), node)
-    scene.geometry.setdefault(shared, mesh)
+def _hang_part(scene: Scene, part: RobotPart, link: str, node: str, mesh: str) -> None:
+    """Equal parts share one mesh, which is named like the first of them."""
     scene.graph.update(
         node,
         link,
         matrix=_matrix(rotation(part.pitch, part.yaw), part.at),
-        geometry=shared,
+        geometry=mesh,
         metadata={"kind": part.kind, "material": part.material, "mass": part.mass},
     )
 
@@ -84,21 +88,16 @@ def _matrix(turn: NDArray[np.float64], at: Vector) -> NDArray[np.float64]:
 
 
 def _coloured(part: RobotPart, deviation: float) -> Trimesh:
-    return _looking(part.solids, part.material, part.colour, deviation)
-
-
-@lru_cache(maxsize=256)
-def _looking(solids: tuple[Solid, ...], material: str, colour: Colour, deviation: float) -> Trimesh:
     from trimesh import Trimesh
     from trimesh.visual import TextureVisuals
 
-    mesh = part_mesh(solids, deviation, shaded=True)
+    mesh = part_mesh(part.solids, deviation, shaded=True)
     return Trimesh(
         mesh.vertices,
         mesh.triangles,
         vertex_normals=mesh.normals,
         process=False,
-        visual=TextureVisuals(material=_material(material, colour)),
+        visual=TextureVisuals(material=_material(part.material, part.colour)),
     )
 
 

@@ -56,8 +56,8 @@ def part_mesh(solids: tuple[Solid, ...], deviation: float = DEVIATION, shaded: b
     """
     prisms = [_prism(solid, deviation) for solid in solids if isinstance(solid, Prism)]
     balls = [_ball(solid, deviation) for solid in solids if isinstance(solid, Ball)]
-    united = [_united(prisms)] if prisms else []
-    return joined([_mesh(body, shaded) for body in (*united, *balls)])
+    shells = [_united(prisms)] if prisms else []
+    return joined([_mesh(body, shaded) for body in (*shells, *balls)])
 
 
 def joined(meshes: list[Mesh]) -> Mesh:
@@ -70,6 +70,11 @@ def joined(meshes: list[Mesh]) -> Mesh:
         np.vstack(triangles),
         np.vstack(normals) if len(normals) == len(meshes) else None,
     )
+
+
+def united(meshes: list[Mesh]) -> Mesh:
+    """The union of closed meshes: bodies that touch or overlap become one."""
+    return _mesh(_united([_body(mesh) for mesh in meshes]), shaded=False)
 
 
 def placed(mesh: Mesh, turn: NDArray[np.float64], at: NDArray[np.float64]) -> Mesh:
@@ -121,6 +126,12 @@ def _matrix(turn: NDArray[np.float64], at: tuple[float, float, float]) -> NDArra
 
 def _on_grid(body: Manifold) -> Manifold:
     return body.warp_batch(lambda corners: np.round(np.asarray(corners) / GRID) * GRID)
+
+
+def _body(mesh: Mesh) -> Manifold:
+    from manifold3d import Manifold, Mesh64
+
+    return _on_grid(Manifold(Mesh64(mesh.vertices / MILLI, mesh.triangles.astype(np.uint64))))
 
 
 def _united(bodies: list[Manifold]) -> Manifold:

@@ -1,0 +1,146 @@
+// The Pico's program in rp2040js, driven like avr_board.c: the same commands on stdin, the same answers on stdout.
+// rp2040js (MIT, npm) is looked up from the working directory or NODE_PATH: `npm install rp2040js` in any folder.
+// Usage: node pico_board.mjs pico.bin. The boot ROM and the second stage are left out; the program starts at its vectors.
+import { readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { createInterface } from 'node:readline';
+
+const require = createRequire(process.cwd() + '/');
+const { Simulator, LogLevel, ConsoleLogger } = require(process.env.RP2040JS ?? 'rp2040js');
+
+const VECTORS = 0x10000100, PWM0_CC = 0x4005000c, GPIO_OUT = 0xd0000010;
+const IMU = 0x68, WHO_AM_I = 0x75, POWER = 0x6b, SAMPLE = 0x3b;
+const PINS = [[6, 7], [8, 9]], IN_A = [10, 12], IN_B = [11, 13], ENABLE = 14, ESTOP = 15, TRIGGER = 18, ECHO = 19;
+const LINES = [0, 2, 3, 1];
+const PWM_PERIOD = 600, BYTE_NS = 86806;
+
+const simulator = new Simulator();
+const { rp2040: mcu, clock } = simulator;
+mcu.logger = new ConsoleLogger(LogLevel.Error);
+
+const said = [], queue = [];
+let byteDue = 0;
+const turns = [0, 0], turnEvery = [0, 0], turnNext = [0, 0], phase = [0, 0];
+const imu = new Uint8Array(128);
+let imuAnswers = true, imuIndex = 0, imuWritten = 0;
+let steps = 0, cycles = 0, longest = 0, began = 0, resets = 0, echoUs = 0;
+
+function putImu(raw) {
+  raw.forEach((value, i) => {
+    imu[SAMPLE + 2 * i] = (value >> 8) & 255;
+    imu[SAMPLE + 2 * i + 1] = value & 255;
+  });
+}
+
+function connectImu() {
+  const bus = mcu.i2c[0];
+  bus.onStart = () => { imuWritten = 0; bus.completeStart(); };
+  bus.onConnect = (address) => bus.completeConnect(imuAnswers && address === IMU);
+  bus.onWriteByte = (value) => {
+    if (imuWritten++ === 0) imuIndex = value & 127;
+    else imu[imuIndex++ & 127] = imuIndex - 1 === POWER && value & 0x80 ? 0x40 : value;
+    bus.completeWrite(true);
+  };
+  bus.onReadByte = () => bus.completeRead(imu[imuIndex++ & 127]);
+  bus.onStop = () => bus.completeStop();
+}
+
+function showLines(wheel) {
+  const lines = LINES[phase[wheel] & 3];
+  mcu.gpio[PINS[wheel][0]].setInputValue(Boolean(lines & 2));
+  mcu.gpio[PINS[wheel][1]].setInputValue(Boolean(lines & 1));
+}
+
+function turnDue(wheel) {
+  if (!turns[wheel] || clock.nanos < turnNext[wheel]) return;
+  const way = Math.sign(turns[wheel]);
+  phase[wheel] += way;
+  turns[wheel] -= way;
+  turnNext[wheel] += turnEvery[wheel];
+  showLines(wheel);
+}
+
+function duty(wheel) {
+  const level = (mcu.readUint32(PWM0_CC) >>> (16 * wheel)) & 0xffff, out = mcu.readUint32(GPIO_OUT);
+  const a = (out >>> IN_A[wheel]) & 1, b = (out >>> IN_B[wheel]) & 1;
+  return a === b ? 0 : (a ? 1 : -1) * Math.round((level * 1000) / PWM_PERIOD);
+}
+
+function runFor(nanos) {
+  const end = clock.nanos + nanos, core = mcu.core;
+  while (clock.nanos < end) {
+    if (queue.length && clock.nanos >= byteDue) {
+      mcu.uart[0].feedByte(queue.shift());
+      byteDue = Math.max(byteDue, clock.nanos - BYTE_NS) + BYTE_NS;
+    }
+    turnDue(0);
+    turnDue(1);
+    const before = core.IPSR;
+    const spent = core.executeInstruction();
+    cycles += spent;
+    if (before !== 15 && core.IPSR === 15 && !began) { ++steps; began = cycles; }
+    if (began && core.IPSR === 0) { longest = Math.max(longest, cycles - began); began = 0; }
+    clock.tick((spent * 1e9) / mcu.clkSys);
+  }
+}
+
+function run(us) {
+  for (const wheel of [0, 1]) {
+    if (!turns[wheel]) continue;
+    turnEvery[wheel] = 6e6 / Math.abs(turns[wheel]);
+    turnNext[wheel] = clock.nanos + turnEvery[wheel] * (wheel ? 0.75 : 0.25);
+  }
+  runFor(us * 1000);
+  const answer = [duty(0), duty(1), (mcu.readUint32(GPIO_OUT) >>> ENABLE) & 1, steps, longest, resets];
+  const hex = Buffer.from(said.splice(0)).toString('hex') || '-';
+  return [...answer, hex].join(' ');
+}
+
+function obey(line) {
+  const [verb, ...words] = line.trim().split(' ');
+  const [a, b] = words.map(Number);
+  switch (verb) {
+    case 'run': return run(a);
+    case 'tx': queue.push(...Buffer.from(words[0], 'hex')); byteDue = Math.max(byteDue, clock.nanos); break;
+    case 'turn': turns[a & 1] += b; break;
+    case 'imu': putImu(words.map(Number)); break;
+    case 'imu_answers': imuAnswers = Boolean(a); break;
+    case 'battery': mcu.adc.channelValues[0] = Math.round((a * 1024) / 4703); break;
+    case 'echo': echoUs = a; break;
+    case 'estop': mcu.gpio[ESTOP].setInputValue(Boolean(a)); break;
+    default: throw new Error(`pico_board: unknown command: ${line}`);
+  }
+  return 'ok';
+}
+
+function load(path) {
+  mcu.flash.fill(0xff);
+  mcu.flash.set(readFileSync(path));
+  mcu.core.VTOR = VECTORS;
+  mcu.core.SP = mcu.readUint32(VECTORS);
+  mcu.core.PC = mcu.readUint32(VECTORS + 4) & ~1;
+  mcu.uart[0].onByte = (value) => said.push(value);
+  mcu.peripherals[0x40058].onWatchdogTrigger = () => { throw new Error('pico_board: the hardware watchdog fired'); };
+  imu[WHO_AM_I] = IMU;
+  putImu([0, 0, 8192, -3920, 0, 0, 0]);
+  connectImu();
+  mcu.adc.channelValues[0] = Math.round((12000 * 1024) / 4703);
+  mcu.gpio[ESTOP].setInputValue(false);
+  mcu.gpio[ECHO].setInputValue(false);
+  showLines(0);
+  showLines(1);
+  mcu.gpio[TRIGGER].addListener((state) => {
+    if (state !== 1 || echoUs < 0) return;
+    const fall = clock.createAlarm(() => mcu.gpio[ECHO].setInputValue(false));
+    const rise = clock.createAlarm(() => {
+      mcu.gpio[ECHO].setInputValue(true);
+      fall.schedule((echoUs || 38000) * 1000);
+    });
+    rise.schedule(460000);
+  });
+  while (steps === 0) runFor(1000);
+  runFor(3e6);
+}
+
+load(process.argv[2]);
+createInterface({ input: process.stdin }).on('line', (line) => console.log(obey(line)));

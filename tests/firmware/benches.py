@@ -1,0 +1,155 @@
+"""The microcontrollers' programs in their emulators, driven like HostBoard."""
+
+from __future__ import annotations
+
+import math
+import random
+import subprocess
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from tests.firmware.host_board import FIRMWARE, make, need
+from tests.firmware.lines import framed
+
+BUILD = FIRMWARE / "build"
+SIMAVR_HEADER = Path("/usr/include/simavr/sim_avr.h")
+
+
+class BenchState(NamedTuple):
+    """What `run` answers."""
+
+    duty: tuple[int, int]
+    drivers: int
+    steps: int
+    longest_step: int
+    """Cycles from the first instruction of a control step to its last, encoder interrupts within included."""
+    resets: int
+    said: bytes
+
+
+class Bench:
+    """A microcontroller's program in its emulator, in lockstep; `close` ends it."""
+
+    name: str
+    battery_adc: int
+    """What the converter reads of the bench's first 12 V."""
+    echo_jitter_us: int
+    """Between a pulse and what the program measures of it."""
+
+    def __init__(self, command: list[str], folder: Path) -> None:
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=folder
+        )
+        self.sequence = 0
+        self.said = b""
+        self._chance = random.Random(3)
+
+    def battery_mv(self, adc: int) -> int:
+        """Millivolts that the program makes of a reading."""
+        raise NotImplementedError
+
+    def battery_command(self, adc: int) -> int:
+        """Millivolts to give to the bench for that reading."""
+        raise NotImplementedError
+
+    def readable_duty(self, duty: int) -> int:
+        """What can be read back of `duty` from the timer's compare register."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        assert self._process.stdin and self._process.stdout
+        self._process.stdin.close()
+        assert self._process.wait(30) == 0
+        self._process.stdout.close()
+
+    def ask(self, command: str) -> str:
+        """Answer to one command of the bench."""
+        assert self._process.stdin and self._process.stdout
+        self._process.stdin.write(command + "\n")
+        self._process.stdin.flush()
+        return self._process.stdout.readline().strip()
+
+    def write(self, data: bytes) -> None:
+        assert self.ask(f"tx {data.hex()}") == "ok"
+
+    def say(self, letter: str, *numbers: int) -> None:
+        """A command with the next sequence number."""
+        self.sequence = (self.sequence + 1) % 65536
+        self.write(framed(" ".join([letter, str(self.sequence), *map(str, numbers)])))
+
+    def live_imu(self) -> None:
+        """Level, at rest, with noise."""
+        noise = [self._chance.randint(-3, 3) for _ in range(6)]
+        raw = [noise[0], noise[1], 8192 + noise[2], -3920, *noise[3:]]
+        assert self.ask("imu " + " ".join(map(str, raw))) == "ok"
+
+    def run(self, us: int) -> BenchState:
+        answer = self.ask(f"run {us}").split()
+        left, right, drivers, steps, longest, resets = map(int, answer[:6])
+        said = b"" if answer[6] == "-" else bytes.fromhex(answer[6])
+        self.said += said
+        return BenchState((left, right), drivers, steps, longest, resets, said)
+
+    def shake_hands(self) -> None:
+        """Opens a session; the answer names its first sequence."""
+        self.write(framed("v 7 1"))
+        self.said = b""
+        for _ in range(5):
+            self.live_imu()
+            self.run(10_000)
+        (answer,) = [line for line in self.said.splitlines() if line.startswith(b"v ")]
+        self.sequence = int(answer.split(b"*")[0].split(b" ")[-2])
+
+
+class Mega(Bench):
+    """ATmega2560 in simavr."""
+
+    name = "mega2560"
+    battery_adc = 613
+    echo_jitter_us = 4  # a hardware counter of 4 us
+
+    def __init__(self) -> None:
+        need("make", "avr-g++", "gcc", "pkg-config")
+        if not SIMAVR_HEADER.exists():
+            pytest.skip("simavr is not installed (Debian: libsimavr-dev libelf-dev)")
+        make("build/mega.elf")
+        make("build/avr_board")
+        super().__init__([str(BUILD / "avr_board"), str(BUILD / "mega.elf")], BUILD)
+
+    def battery_mv(self, adc: int) -> int:
+        return adc * 625 // 32
+
+    def battery_command(self, adc: int) -> int:
+        return math.ceil((adc + 0.5) * 4 * 5000 / 1023)
+
+    def readable_duty(self, duty: int) -> int:
+        size = abs(duty) * 4 // 5 * 5 // 4
+        return size if duty > 0 else -size
+
+
+class Pico(Bench):
+    """RP2040 in rp2040js."""
+
+    name = "rp2040"
+    battery_adc = 2613
+    echo_jitter_us = 20  # an interrupt that another may hold up
+
+    def __init__(self) -> None:
+        need("make", "arm-none-eabi-g++", "node")
+        if not (BUILD / "node_modules" / "rp2040js").exists():
+            pytest.skip("rp2040js is not installed (make -C firmware rp2040js)")
+        make("build/pico.elf")
+        program = FIRMWARE / "test" / "pico_board.mjs"
+        super().__init__(["node", str(program), "pico.bin"], BUILD)
+
+    def battery_mv(self, adc: int) -> int:
+        return adc * 4703 >> 10
+
+    def battery_command(self, adc: int) -> int:
+        return round(adc * 4703 / 1024)
+
+    def readable_duty(self, duty: int) -> int:
+        size = round(abs(duty) * 3 // 5 * 1000 / 600)
+        return size if duty > 0 else -size

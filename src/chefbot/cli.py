@@ -6,7 +6,7 @@ import os
 import sys
 import tempfile
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -219,6 +219,25 @@ def check(
     from chefbot.commands.check import run_check
 
     raise typer.Exit(run_check(robot, as_json, out))
+
+
+@app.command()
+def model(
+    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    form: Annotated[
+        Literal["stl", "glb", "obj", "step"],
+        typer.Option("--format", help="for printers, viewers, old programs, CAD"),
+    ] = "stl",
+    part: Annotated[str, typer.Option(help="a part such as base_plate, all, or assembly")] = "all",
+    mm: Annotated[bool, typer.Option("--mm", help="stl and obj in millimetres, not metres")] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="folder of stl and obj, file of glb and step; default in runs/")
+    ] = None,
+) -> None:
+    """Every part and the whole robot as solids, the bill of materials, and a picture."""
+    from chefbot.commands.model import run_model
+
+    run_model(robot, form, part, mm, out)
 
 
 def _find_a_place_for_kernels() -> None:

@@ -34,9 +34,26 @@ def glb(robot: Robot, deviation: float = DEVIATION) -> bytes:
     A node is named like its link and holds a node for each part. A sensor's node is named like its frame, and
     lies where that frame lies.
     """
-    scene = _scene(robot, deviation)
+    return _binary(_scene(robot, deviation))
+
+
+def part_glb(part: RobotPart, deviation: float = DEVIATION) -> bytes:
+    """A part alone, in its own frame."""
+    from trimesh import Scene
+
+    scene = Scene(base_frame="part", metadata={})
+    scene.geometry[part.name] = _coloured(part, deviation)
+    scene.graph.update(part.name, "part", matrix=Y_UP, geometry=part.name, metadata=_extras(part))
+    return _binary(scene)
+
+
+def _binary(scene: Scene) -> bytes:
     data: bytes = scene.export(file_type="glb", include_normals=True, unitize_normals=True)
     return data
+
+
+def _extras(part: RobotPart) -> dict[str, object]:
+    return {"kind": part.kind, "material": part.material, "mass": part.mass}
 
 
 def _scene(robot: Robot, deviation: float) -> Scene:
@@ -77,7 +94,7 @@ def _hang_part(scene: Scene, part: RobotPart, link: str, node: str, mesh: str) -
         link,
         matrix=_matrix(rotation(part.pitch, part.yaw), part.at),
         geometry=mesh,
-        metadata={"kind": part.kind, "material": part.material, "mass": part.mass},
+        metadata=_extras(part),
     )
 
 

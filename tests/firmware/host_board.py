@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import fcntl
 import os
 import random
 import shutil
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from ctypes import POINTER, c_int16, c_int32, c_uint8, c_uint32, c_uint64, c_void_p
 from pathlib import Path
 
@@ -30,9 +33,20 @@ def need(*tools: str) -> None:
 def make(target: str, **variables: object) -> str:
     """Output of the firmware's Makefile; fails the test where it fails."""
     command = ["make", "-s", "-C", str(FIRMWARE), target, *(f"{k}={v}" for k, v in variables.items())]
-    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"})
+    with _alone("plain" if target in ("coverage", "mutate") else "build"):
+        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"})
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
     return done.stdout
+
+
+@contextmanager
+def _alone(what: str) -> Iterator[None]:
+    """Tests run in several processes; one of them at a time writes these files."""
+    folder = FIRMWARE / "build"
+    folder.mkdir(exist_ok=True)
+    with (folder / f"{what}.lock").open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
 
 class BoardState(ctypes.Structure):

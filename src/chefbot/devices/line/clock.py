@@ -1,0 +1,44 @@
+"""The board's microseconds on the computer's clock."""
+
+from __future__ import annotations
+
+from chefbot.devices.line.counters import signed
+
+WINDOW_NS = 1_000_000_000
+"""In each such time at least one line comes with hardly a delay."""
+
+
+class BoardTime:
+    """Stamps for lines: when the board measured, not when the computer got round to reading.
+
+    Computer minus board is the least that it ever was lately: a delay only ever adds (Cristian 1989,
+    "Probabilistic clock synchronization": the message with the least delay tells most). Once a second it
+    follows the least delay of that second, as quartzes drift.
+    """
+
+    def __init__(self, t_us: int, heard_ns: int) -> None:
+        """From the first line."""
+        self._offset_ns = heard_ns - t_us * 1000
+        self._window_ns, self._least_ns = heard_ns, 0
+
+    def unwrap(self, t_us: int, heard_ns: int) -> int:
+        """Microseconds since power-on, not wrapped: the value of the 32 bits nearest to what is expected."""
+        expected = (heard_ns - self._offset_ns) // 1000
+        return expected + signed(t_us - expected)
+
+    def late_ns(self, full_us: int, heard_ns: int) -> int:
+        """How much later than the quickest line it came; negative: quicker."""
+        return heard_ns - self._offset_ns - full_us * 1000
+
+    def stamp(self, full_us: int, heard_ns: int) -> int:
+        """Nanoseconds on the computer's clock, never after `heard_ns`; learns from the line."""
+        late = self.late_ns(full_us, heard_ns)
+        if heard_ns - self._window_ns > WINDOW_NS:
+            self._offset_ns += max(self._least_ns, 0)
+            late = self.late_ns(full_us, heard_ns)
+            self._window_ns, self._least_ns = heard_ns, late
+        self._least_ns = min(self._least_ns, late)
+        if late < 0:
+            self._offset_ns += late
+            self._least_ns = 0
+        return self._offset_ns + full_us * 1000

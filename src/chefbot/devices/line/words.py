@@ -1,0 +1,82 @@
+"""The board's flags and reasons in words (docs/protocol.md)."""
+
+from __future__ import annotations
+
+from enum import IntEnum, IntFlag
+
+
+class Flag(IntFlag):
+    """Bits of the field `flags`."""
+
+    ESTOP_INPUT = 0x0001
+    ESTOP_COMMAND = 0x0002
+    STALL_LEFT = 0x0004
+    STALL_RIGHT = 0x0008
+    ENCODER_LEFT = 0x0010
+    ENCODER_RIGHT = 0x0020
+    BATTERY_EMPTY = 0x0040
+    NO_SESSION = 0x0080
+    NO_SPEED = 0x0100
+    NEUTRAL_FIRST = 0x0200
+    LIMITED = 0x0400
+    BATTERY_LOW = 0x0800
+    IMU_BAD = 0x1000
+    ULTRASONIC_ABSENT = 0x2000
+    WATCHDOG_RESTART = 0x4000
+
+
+LATCHED = Flag(0x007F)
+"""Until a clear."""
+
+
+class State(IntEnum):
+    """The field `state`."""
+
+    WAITING = 0
+    READY = 1
+    DRIVING = 2
+    STOPPED = 3
+
+
+CLEAR = "press and release STOP to clear it"
+FAULTS = {
+    Flag.ESTOP_INPUT: "the emergency stop button is or was pressed",
+    Flag.ESTOP_COMMAND: "it was stopped by an emergency stop command",
+    Flag.STALL_LEFT: "the left wheel is blocked",
+    Flag.STALL_RIGHT: "the right wheel is blocked",
+    Flag.ENCODER_LEFT: "the left encoder is silent or counts against the motor",
+    Flag.ENCODER_RIGHT: "the right encoder is silent or counts against the motor",
+    Flag.BATTERY_EMPTY: "the battery is empty",
+}
+WARNINGS = {
+    Flag.LIMITED: "the speed asked for is more than the robot's limits; it was scaled down",
+    Flag.BATTERY_LOW: "the battery is low",
+    Flag.IMU_BAD: "the IMU is absent, stuck or saturated",
+    Flag.ULTRASONIC_ABSENT: "no ultrasonic sensor answers",
+    Flag.WATCHDOG_RESTART: f"its hardware watchdog restarted it; {CLEAR}",
+}
+REASONS = {
+    1: "its CRC was wrong",
+    2: "its form was wrong",
+    3: "its number was out of order, or there was no session",
+    4: "its letter or its count of fields is unknown",
+    5: "its protocol version is another",
+    6: "a fault is latched",
+    7: "a stop must come first",
+    8: "the cause of a fault persists",
+}
+
+
+def faults(flags: int) -> list[str]:
+    """Why the board has stopped the motors and keeps them so."""
+    return [words for flag, words in FAULTS.items() if flags & flag]
+
+
+def warnings(flags: int) -> list[str]:
+    """What is not as it should be, while the board drives on."""
+    return [words for flag, words in WARNINGS.items() if flags & flag]
+
+
+def reason(number: int) -> str:
+    """Why the board refused a line; of an unknown number, that."""
+    return REASONS.get(number, f"reason {number}, which this program does not know")

@@ -75,8 +75,8 @@ class Linear(NamedTuple):
         """Along the line from its middle, mm of the drawing."""
         axis = 0 if self.along == "x" else 1
         span, letters = abs(self.a[axis] - self.b[axis]), self._letters() * factor
-        narrow = letters + 2.0 * TEXT * factor > span
-        return span / 2 + letters / 2 + 2.5 * TEXT * factor if narrow else self.shift * factor
+        narrow = letters + 0.4 * TEXT * factor > span
+        return span / 2 + letters / 2 + 0.8 * TEXT * factor if narrow else self.shift * factor
 
     def _letters(self) -> float:
         axis = 0 if self.along == "x" else 1

@@ -59,7 +59,8 @@ ALIGNMENT = {
 def dxf_document(drawing: Drawing) -> Document:
     """The drawing as an ezdxf document."""
     _use_one_font()
-    document = ezdxf.new("R2010", units=MILLIMETRES)
+    with _fixed_meta_data():
+        document = ezdxf.new("R2010", units=MILLIMETRES)
     document.header["$MEASUREMENT"] = METRIC
     document.header["$LWDISPLAY"] = 1
     factor = drawing.scale.factor

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 DEVIATION = 0.01
 """Millimetres that a partly covered arc may be off; whole ones stay true."""
+GRID = 1e-4
+"""Millimetres that corners are rounded to, so that edges which touch do not cross by a rounding error."""
 SPECK = 0.2
 """Millimetres of line, or square millimetres of face, that are not worth showing."""
 
@@ -35,19 +37,18 @@ def visible(shapes: Sequence[Shape]) -> list[Seen]:
     covered: shapely.Geometry = shapely.Polygon()
     for index in sorted(range(len(shapes)), key=lambda i: -shapes[i].near):
         shape = shapes[index]
-        face = shapely.Polygon(
-            points(shape.edge, DEVIATION), [points(hole, DEVIATION) for hole in shape.holes]
-        )
+        holes = shapely.union_all([shapely.Polygon(points(hole, DEVIATION)) for hole in shape.holes])
+        face = shapely.Polygon(points(shape.edge, DEVIATION)).difference(holes, grid_size=GRID)
         result[index] = _seen(shape, face, covered)
-        covered = shapely.union(covered, face)
+        covered = shapely.union(covered, face, grid_size=GRID)
     return [result[index] for index in range(len(shapes))]
 
 
-def _seen(shape: Shape, face: shapely.Polygon, covered: shapely.Geometry) -> Seen:
+def _seen(shape: Shape, face: shapely.Geometry, covered: shapely.Geometry) -> Seen:
     items = _uncovered("OUTLINE", shape.edge, covered)
     for hole in shape.holes:
         items += _uncovered("HOLES", hole, covered)
-    left = face.difference(covered)
+    left = face.difference(covered, grid_size=GRID)
     spot = left.representative_point() if left.area > SPECK else None
     return Seen(items, (spot.x, spot.y) if spot else (0.0, 0.0), left.area if spot else 0.0)
 

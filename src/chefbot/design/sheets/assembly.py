@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 from chefbot.design.drawing import (
@@ -45,9 +47,7 @@ class Face(NamedTuple):
 
 def assembly(robot: Robot, factor: float) -> Plan:
     """Three views in first-angle order and the parts list right of them."""
-    everything = list(solids(robot))
-    front, side = _face(robot, everything, FRONT), _face(robot, everything, SIDE)
-    top = _face(robot, _lowest_deck(robot), TOP)
+    front, side, top = _faces(robot)
     chosen = _marks(robot, [front, side, top])
     drawn = [
         _dressed(face, marks, sizes(robot, face.box, factor), name, factor, face is top)
@@ -68,6 +68,13 @@ def assembly(robot: Robot, factor: float) -> Plan:
     return Plan(_title(robot, front.box, side.box), tuple(items))
 
 
+@lru_cache(maxsize=8)
+def _faces(robot: Robot) -> tuple[Face, Face, Face]:
+    """Front, side and lowest deck: no scale is in them, so they serve all that are tried."""
+    parts = solids(robot)
+    return _face(robot, parts, FRONT), _face(robot, parts, SIDE), _face(robot, _lowest_deck(robot), TOP)
+
+
 def _title(robot: Robot, front: Box, side: Box) -> Title:
     size = f"{number(side.width)} x {number(front.width)} x {number(front.high)}"
     return Title(robot.name, "Assembly", "see parts list", size, 1, robot.mass)
@@ -85,7 +92,7 @@ def _top_of(robot: Robot, part: RobotPart) -> float:
     return max(shape.near for shape in shapes) / MM
 
 
-def _face(robot: Robot, parts: list[RobotPart], view: View) -> Face:
+def _face(robot: Robot, parts: Sequence[RobotPart], view: View) -> Face:
     """All visible lines; of every kind the shape that shows most."""
     shapes, kinds = [], []
     for part in parts:
@@ -137,16 +144,24 @@ def _front_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
     track, left = robot.wheels.separation * MM / 2, -edge
     steps = [0.0, *(z for low in undersides for z in (low, low + thickness))]
     chain = [(a, b) for a, b in itertools.pairwise(steps) if b - a > thickness + 1e-6]
-    items: list[Item] = [Linear((left, a), (left, b), "y", box.left - row(0, factor)) for a, b in chain]
-    items.append(Linear((left, 0.0), (left, robot.height * MM), "y", box.left - row(1, factor)))
+    items, lanes = _chain(left, box.left, chain, factor)
+    items.append(Linear((left, 0.0), (left, robot.height * MM), "y", box.left - row(lanes, factor)))
     if box.high > robot.height * MM + 1e-6:
-        items.append(Linear((left, 0.0), (left, box.high), "y", box.left - row(2, factor)))
+        items.append(Linear((left, 0.0), (left, box.high), "y", box.left - row(lanes + 1, factor)))
     return [
         *items,
         _floor(box, factor),
         Linear((-track, 0.0), (track, 0.0), "x", -row(0, factor)),
         Linear((box.left, undersides[0]), (box.right, undersides[0]), "x", -row(1, factor)),
     ]
+
+
+def _chain(x: float, edge: float, steps: list[tuple[float, float]], factor: float) -> tuple[list[Item], int]:
+    """Heights one above the other: in a row, or in two by turns where a text has no room between its ends."""
+    line = [Linear((x, a), (x, b), "y", edge - row(0, factor)) for a, b in steps]
+    if not any(step.text_shift(factor) for step in line):
+        return list(line), 1
+    return [step._replace(at=edge - row(i % 2, factor)) for i, step in enumerate(line)], 2
 
 
 def _side_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:

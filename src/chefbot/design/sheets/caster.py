@@ -20,14 +20,15 @@ from chefbot.design.drawing import (
     rectangle,
     segment,
 )
+from chefbot.design.drawing_hidden import visible
 from chefbot.design.drawing_views import SIDE, View, cut, seen
-from chefbot.design.sheets.common import OVERHANG, cross, number, pieces, row, shape_items, title
+from chefbot.design.sheets.common import OVERHANG, cross, number, pieces, row, title
 from chefbot.robot.shapes import Ball, Prism
 
 if TYPE_CHECKING:
     from chefbot.robot.spec import Robot
 
-FROM_BELOW = View((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+FROM_BELOW = View((1.0, 0.0, 0.0), (0.0, -1.0, 0.0))
 BETWEEN = 14.0
 """Of both views, mm on paper."""
 
@@ -40,10 +41,10 @@ def caster(robot: Robot, factor: float) -> Plan:
     axis = OVERHANG * factor
     items.append(segment("CENTRE", (0.0, box.low - axis), (0.0, box.high + axis)))
     items += _sizes(robot, box, factor)
-    below = [item for solid in solids for item in shape_items(seen(solid, FROM_BELOW))]
+    below = [item for one in visible([seen(solid, FROM_BELOW) for solid in solids]) for item in one.items]
     below += cross(0.0, 0.0, box.width / 2, factor)
     shift = box.right + BETWEEN * factor + row(1, factor) + box.width / 2
-    items += [moved(item, shift, box.middle[1]) for item in dict.fromkeys(below)]
+    items += [moved(item, shift, box.middle[1]) for item in below]
     caption = box.middle[1] + box.width / 2 + 6.0 * factor
     items.append(Text("TITLE", shift, caption, "From below", 3.5, "middle"))
     size = f"Ø{number(box.width)} x {number(box.height)}"

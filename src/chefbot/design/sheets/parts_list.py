@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
 LINE = 5.5
 """Height of a line, mm on paper."""
-COLUMNS = (0.0, 10.0, 44.0, 58.0, 108.0, 134.0)
+COLUMNS = (0.0, 10.0, 44.0, 58.0, 124.0, 150.0)
 """Edges of number, name, pieces, material and mass, mm on paper."""
 HEADS = ("No.", "Part", "Pieces", "Material", "Mass of one")
-LONGEST = 22
+LONGEST = 30
 """Letters of a material that fit into its column."""
 BALLOON, STEP = 3.2, 8.0
 """Radius of a numbered circle and distance of two, mm on paper."""

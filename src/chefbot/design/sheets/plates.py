@@ -45,7 +45,7 @@ def _plate(robot: Robot, kind: str, factor: float) -> list[Item]:
         box = loop_box(hole)
         items += cross(*box.middle, box.width / 2, factor)
     hole_radius = robot.plates.centre_hole * MM / 2
-    items.append(Radial("radius", 0.0, 0.0, radius, 120.0, 5.0))
+    items.append(Radial("radius", 0.0, 0.0, radius, 105.0, 4.0))
     items.append(Radial("diameter", 0.0, 0.0, hole_radius, 60.0, -hole_radius / factor / 2))
     return items + _edge(robot, shape, seen(solid, FROM_LEFT), factor) + _holes(robot, shape, factor)
 
@@ -93,7 +93,7 @@ def _pole_radius(robot: Robot) -> list[Item]:
     if robot.plates.count < 2:
         return []
     reach = robot.poles.reach * MM
-    return [Radial("radius", -reach, reach, robot.poles.radius * MM, 140.0, 5.0)]
+    return [Radial("radius", reach, -reach, robot.poles.radius * MM, 150.0, 5.0)]
 
 
 def _notch_sizes(robot: Robot, factor: float) -> list[Item]:
@@ -148,8 +148,8 @@ def _labels(robot: Robot, factor: float) -> list[Item]:
     items: list[Item] = [
         Text("TITLE", -middle - 2.0 * factor, below, "M1", 3.5, "right"),
         Text("TITLE", middle + 2.0 * factor, below, "M2", 3.5),
-        Text("TITLE", beside, offset, "C1", 3.5),
-        Text("TITLE", beside, -offset, "C2", 3.5),
+        Text("TITLE", beside, offset + 3.0 * factor, "C1", 3.5),
+        Text("TITLE", beside, 3.0 * factor - offset, "C2", 3.5),
         Text("TITLE", 0.0, edge + row(2, factor) + TEXT * factor, "FRONT", 3.5, "middle"),
     ]
     poles = layout.pole_positions(robot) if robot.plates.count > 1 else []

@@ -11,6 +11,7 @@ import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import POINTER, c_int16, c_int32, c_uint8, c_uint32, c_uint64, c_void_p
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -30,8 +31,9 @@ def need(*tools: str) -> None:
             pytest.skip(f"{tool} is not installed")
 
 
+@cache
 def make(target: str, **variables: object) -> str:
-    """Output of the firmware's Makefile; fails the test where it fails."""
+    """Output of the firmware's Makefile, run once; fails the test where it fails."""
     command = ["make", "-s", "-C", str(FIRMWARE), target, *(f"{k}={v}" for k, v in variables.items())]
     with _alone("plain" if target in ("coverage", "mutate") else "build"):
         done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"})

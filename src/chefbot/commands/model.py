@@ -152,8 +152,8 @@ def _write(path: Path, data: bytes) -> None:
     """Never in the place of what is no file, such as a device."""
     try:
         other = path.exists() and not path.is_file()
-    except (OSError, ValueError) as error:
-        raise UserError(f"{str(path)!r} cannot be written: {error}") from None
+    except OSError as error:
+        raise UserError(f"{path} cannot be written: {error.strerror}") from None
     if other:
         raise UserError(f"{path} cannot be written: it is there and is no file")
     write_into_folder(path, data)

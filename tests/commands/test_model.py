@@ -1,0 +1,136 @@
+"""`chefbot model` as its user runs it: files that read back, and one sentence where it cannot be done."""
+
+from __future__ import annotations
+
+import errno
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from chefbot.commands.model import Format, run_model
+from chefbot.errors import UserError
+from chefbot.robot.load import load_robot
+
+CHEFBOT = [sys.executable, "-m", "chefbot"]
+
+
+def test_every_part_and_the_assembly_as_stl_in_millimetres(tmp_path: Path) -> None:
+    out = tmp_path / "made" / "stl"
+    done = subprocess.run(
+        [*CHEFBOT, "model", "--mm", "--out", str(out)], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    files = {path.name for path in out.iterdir()}
+    assert {"base_plate.stl", "wheel.stl", "caster.stl", "assembly.stl", "bom.csv", "assembly.png"} <= files
+    robot = load_robot("chefbot")
+    plate = trimesh.load(out / "base_plate.stl")
+    assert plate.extents[2] == pytest.approx(robot.plates.thickness * 1e3, abs=1e-3)
+    assert plate.is_watertight
+    image = np.asarray(Image.open(out / "assembly.png"))
+    assert np.std(image) > 30, "something is on it"
+    assert f"{robot.mass:.4f}" in done.stdout
+    assert str(out.name) in done.stdout
+
+
+@pytest.mark.parametrize("form", ["stl", "obj"])
+def test_one_part_as_one_file(tmp_path: Path, form: Format) -> None:
+    run_model("desk", form, "pole", False, tmp_path / f"one.{form}")
+    mesh = trimesh.load(tmp_path / f"one.{form}", force="mesh")
+    robot = load_robot("desk")
+    assert sorted(mesh.extents)[2] == pytest.approx(max(robot.poles.height, 2 * robot.poles.radius), rel=1e-3)
+    assert (tmp_path / "one.png").exists()
+    run_model("desk", form, "stand", False, tmp_path / "folder")
+    assert (tmp_path / "folder" / f"stand.{form}").exists()
+    assert not (tmp_path / "folder" / f"assembly.{form}").exists()
+    if form == "obj":
+        library = next(line for line in (tmp_path / "one.obj").read_text().splitlines() if "mtllib" in line)
+        assert (tmp_path / library.split()[1]).exists()
+
+
+def test_a_glb_of_the_robot_and_of_a_part(tmp_path: Path) -> None:
+    run_model("chefbot", "glb", "all", False, tmp_path / "robot.glb")
+    run_model("chefbot", "glb", "wheel", False, tmp_path / "wheel.glb")
+    robot, wheel = trimesh.load(tmp_path / "robot.glb"), trimesh.load(tmp_path / "wheel.glb")
+    assert "wheel_left_link" in robot.graph.nodes
+    assert max(wheel.extents) == pytest.approx(load_robot("chefbot").wheels.diameter, rel=1e-3)
+
+
+REFUSED: list[tuple[Format, str, bool, str, str]] = [
+    ("stl", "wheal", False, "out", "wheel"),
+    ("stl", "", False, "out", "no part"),
+    ("glb", "all", True, "x.glb", "metres"),
+    ("glb", "all", False, "x.txt", "ends in .glb"),
+    ("stl", "all", False, "x.stl", "folder"),
+    ("glb", "all", False, "/dev/full", "ends in .glb"),
+    ("stl", "pole", False, "/dev/full", "cannot be made"),
+    ("stl", "pole", False, "x" * 300, "cannot be"),
+    ("glb", "pole", False, "x" * 300 + ".glb", "cannot be"),
+    ("glb", "pole", False, "device.glb", "no file"),
+    ("stl", "pole", False, "file/below", "cannot be made"),
+    ("glb", "pole", False, "folder.glb", "no file"),
+]
+
+
+@pytest.mark.parametrize(("form", "part", "mm", "out", "words"), REFUSED)
+def test_what_cannot_be_is_said_in_a_sentence(
+    tmp_path: Path, form: Format, part: str, mm: bool, out: str, words: str
+) -> None:
+    (tmp_path / "file").write_text("old")
+    (tmp_path / "folder.glb").mkdir()
+    (tmp_path / "device.glb").symlink_to("/dev/full")
+    with pytest.raises(UserError, match=words) as refusal:
+        run_model("desk", form, part, mm, tmp_path / out)
+    assert "\n" not in str(refusal.value)
+    assert (tmp_path / "file").read_text() == "old"
+
+
+def test_a_full_disk_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = tmp_path / "pole.stl"
+    target.write_bytes(b"old")
+
+    def full(*_: object) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "write", full)
+    with pytest.raises(UserError, match="No space left"):
+        run_model("desk", "stl", "pole", False, target)
+    monkeypatch.undo()
+    assert target.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_the_exit_code_of_bad_input_is_2() -> None:
+    done = subprocess.run([*CHEFBOT, "model", "--part", "wing"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(find_spec("build123d") is not None, reason="the extra is installed")
+def test_without_the_cad_extra_step_says_what_to_install(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"pip install 'chefbot\[cad\]'"):
+        run_model("desk", "step", "all", False, tmp_path / "x.step")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_spec("build123d") is None, reason="STEP needs the extra: chefbot[cad]")
+def test_step_has_arcs_and_names(tmp_path: Path) -> None:
+    from build123d import import_step
+
+    run_model("desk", "step", "all", False, tmp_path / "x.step")
+    text = (tmp_path / "x.step").read_text()
+    assert "PRODUCT('base_plate'" in text
+    assert "CYLINDRICAL_SURFACE" in text
+    assert "SPHERICAL_SURFACE" in text
+    robot = load_robot("desk")
+    from chefbot.robot.solids import solids
+
+    read = import_step(tmp_path / "x.step")
+    assert read.volume * 1e-9 == pytest.approx(sum(part.volume for part in solids(robot)), rel=1e-6)

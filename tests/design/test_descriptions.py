@@ -1,7 +1,12 @@
-"""URDF and MJCF of every built-in robot, and of robots drawn at random, describe the same machine."""
+"""URDF and MJCF of every built-in robot, and of robots drawn at random, describe the machine of the solids."""
 
+import io
 import math
+import re
+import shutil
+import subprocess
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import msgspec
 import mujoco
@@ -9,18 +14,33 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.design.bodies import assert_same, of_mujoco, of_solids, of_urdf
 
-from chefbot.design.links import CASTER_GAP, cylinder_moments, links
-from chefbot.design.mjcf import mjcf
+from chefbot.design.mjcf import mjcf, robot_xml
 from chefbot.design.urdf import urdf
+from chefbot.design.urdf_frames import fixed_frames, quaternion
+from chefbot.robot.layout import CASTER_GAP
 from chefbot.robot.load import built_in_robots, load_robot
+from chefbot.robot.shapes import rotation
 from chefbot.robot.spec import Robot
+from chefbot.sim.world_mjcf import world_mjcf
 
-EXPECTED_LINKS = {
+ALWAYS = {
     "base_footprint", "base_link", "wheel_left_link", "wheel_right_link", "caster_front_link",
-    "caster_back_link", "payload_link", "imu_link", "camera_link", "camera_depth_frame",
-    "camera_depth_optical_frame", "ultrasonic_link",
+    "caster_back_link", "payload_link", "imu_link",
 }  # fmt: skip
+
+
+def expected_links(robot: Robot) -> set[str]:
+    """By the usual names, as the robot's equipment is."""
+    names, sensors = set(ALWAYS), robot.sensors
+    if sensors.depth_camera:
+        names |= {"camera_link", "camera_depth_frame", "camera_depth_optical_frame"}
+    return (
+        names
+        | ({"laser"} if sensors.lidar else set())
+        | ({"ultrasonic_link"} if sensors.ultrasonic else set())
+    )
 
 
 @pytest.fixture(params=sorted(built_in_robots()))
@@ -28,90 +48,136 @@ def robot(request: pytest.FixtureRequest) -> Robot:
     return load_robot(request.param)
 
 
-def urdf_masses(text: str) -> dict[str, float]:
-    masses = {}
-    for link in ET.fromstring(text).iter("link"):
-        mass = link.find("inertial/mass")
-        if mass is not None:
-            masses[link.attrib["name"]] = float(mass.attrib["value"])
-    return masses
+def turned(robot: Robot, pitch: float, yaw: float) -> Robot:
+    """With the IMU mounted askew."""
+    mount = msgspec.structs.replace(robot.sensors.imu.mount, pitch=pitch, yaw=yaw)
+    imu = msgspec.structs.replace(robot.sensors.imu, mount=mount)
+    return msgspec.structs.replace(robot, sensors=msgspec.structs.replace(robot.sensors, imu=imu))
 
 
-def test_mujoco_compiles_it_and_masses_are_those_of_the_urdf(robot: Robot) -> None:
-    model = mujoco.MjModel.from_xml_string(mjcf(robot))
-    masses = urdf_masses(urdf(robot))
-    assert sum(masses.values()) == pytest.approx(robot.total_mass, rel=1e-8)
-    for name, mass in masses.items():
-        assert model.body(name).mass[0] == pytest.approx(mass, rel=1e-8), name
+def test_mass_centre_and_inertia_are_those_of_the_solids(robot: Robot) -> None:
+    expected = of_solids(robot)
+    assert sum(body.mass for body in expected.values()) == pytest.approx(robot.total_mass, rel=1e-9)
+    assert_same(of_urdf(urdf(robot)), expected)
+    assert_same(of_mujoco(mujoco.MjModel.from_xml_string(mjcf(robot))), expected)
+    assert_same(of_mujoco(mujoco.MjModel.from_xml_string(urdf(robot))), expected)
 
 
-def test_inertias_and_frames_agree(robot: Robot) -> None:
-    model = mujoco.MjModel.from_xml_string(mjcf(robot))
-    root = ET.fromstring(urdf(robot))
-    for element in root.iter("link"):
-        inertia = element.find("inertial/inertia")
-        if inertia is None:
-            continue
-        written = [float(inertia.attrib[key]) for key in ("ixx", "iyy", "izz")]
-        assert sorted(model.body(element.attrib["name"]).inertia) == pytest.approx(sorted(written), rel=1e-7)
-    for joint in root.iter("joint"):
-        child, origin = joint.find("child"), joint.find("origin")
-        assert child is not None and origin is not None
-        name = child.attrib["link"]
-        if name.startswith("wheel"):
-            place = [float(v) for v in origin.attrib["xyz"].split()]
-            assert model.body(name).pos == pytest.approx(place, abs=1e-9)
+@settings(max_examples=15, deadline=None)
+@given(
+    pitch=st.floats(-0.7, 0.7),
+    yaw=st.floats(-3.0, 3.0),
+    diameter=st.floats(0.07, 0.11),
+    payload=st.floats(0.1, 20.0),
+)
+def test_any_robot_is_the_same_in_every_description(
+    pitch: float, yaw: float, diameter: float, payload: float
+) -> None:
+    drawn = turned(load_robot("chefbot_lidar"), pitch, yaw)
+    body = msgspec.structs.replace(drawn.body, payload=payload)
+    wheels = msgspec.structs.replace(drawn.wheels, diameter=diameter)
+    robot = msgspec.structs.replace(drawn, body=body, wheels=wheels)
+    own, foreign = mujoco.MjModel.from_xml_string(mjcf(robot)), mujoco.MjModel.from_xml_string(urdf(robot))
+    expected = of_solids(robot)
+    assert_same(of_mujoco(own), expected)
+    assert_same(of_mujoco(foreign), expected)
+    for frame, turn in (("camera_link", np.eye(3)), ("imu_link", rotation(pitch, yaw))):
+        site, link = own.site(frame), foreign.body(frame)
+        assert site.pos == pytest.approx(link.pos, abs=1e-8)
+        for quat in (site.quat, link.quat):
+            matrix = np.zeros(9)
+            mujoco.mju_quat2Mat(matrix, quat)
+            assert matrix.reshape(3, 3) == pytest.approx(turn, abs=1e-7)
+
+
+def test_the_simulator_has_this_very_text(robot: Robot) -> None:
+    from chefbot.design.mjcf import AS_DRAWN
+    from chefbot.maths.se2 import IDENTITY
+
+    body = robot_xml(robot).body
+    assert body in mjcf(robot)
+    assert body in world_mjcf(robot, (), (), AS_DRAWN, IDENTITY)
 
 
 def test_urdf_is_one_tree_with_the_usual_names(robot: Robot) -> None:
     root = ET.fromstring(urdf(robot))
-    names = [link.attrib["name"] for link in root.iter("link")]
+    names = [link.attrib["name"] for link in root.iterfind("link")]
     assert len(names) == len(set(names))
-    assert set(names) >= EXPECTED_LINKS
-    assert ("laser" in names) == (robot.sensors.lidar is not None)
-    children = [c.attrib["link"] for c in root.iter("child")]
-    parents = {p.attrib["link"] for p in root.iter("parent")}
+    assert set(names) == expected_links(robot)
+    children = [c.attrib["link"] for c in root.iterfind("joint/child")]
+    parents = {p.attrib["link"] for p in root.iterfind("joint/parent")}
     assert sorted(children) == sorted(set(names) - {"base_footprint"})
     assert parents <= set(names)
 
 
-def test_optical_frame_looks_forward(robot: Robot) -> None:
-    joint = next(
-        j
-        for j in ET.fromstring(urdf(robot)).iter("joint")
-        if j.attrib["name"] == "camera_depth_optical_joint"
+def test_check_urdf_of_debian_accepts_it(robot: Robot, tmp_path: Path) -> None:
+    if shutil.which("check_urdf") is None:
+        pytest.skip("needs check_urdf: apt-get install liburdfdom-tools")
+    file, text = tmp_path / "robot.urdf", urdf(robot)
+    file.write_text(text)
+    done = subprocess.run(["check_urdf", str(file)], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    joints = len(ET.fromstring(text).findall("joint"))
+    seen = len(re.findall(r"child\(\d+\):", done.stdout))
+    assert ("root Link: base_footprint" in done.stdout, seen) == (True, joints)
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_yourdfpy_puts_every_frame_where_we_do(robot: Robot) -> None:
+    yourdfpy = pytest.importorskip("yourdfpy", reason="needs yourdfpy from PyPI")
+    robot = turned(robot, 0.3, 0.5)
+    model = yourdfpy.URDF.load(io.BytesIO(urdf(robot).encode()), build_scene_graph=True, load_meshes=False)
+    assert model.validate()
+    assert set(model.actuated_joint_names) == {"wheel_left_joint", "wheel_right_joint"}
+    for frame in fixed_frames(robot):
+        matrix = model.get_transform(frame.name, frame.parent)
+        turn = np.zeros(9)
+        mujoco.mju_quat2Mat(turn, np.array(quaternion(frame.rpy)))
+        assert matrix[:3, 3] == pytest.approx(frame.at, abs=1e-8), frame.name
+        assert matrix[:3, :3] == pytest.approx(turn.reshape(3, 3), abs=1e-7), frame.name
+
+
+@given(st.floats(-1.5, 1.5), st.floats(-math.pi, math.pi))
+def test_the_quaternion_is_the_rotation_that_the_solids_are_turned_by(pitch: float, yaw: float) -> None:
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, np.array(quaternion((0.0, pitch, yaw))))
+    assert turn.reshape(3, 3) == pytest.approx(rotation(pitch, yaw), abs=1e-12)
+
+
+def test_optical_frame_looks_forward() -> None:
+    frames = fixed_frames(load_robot("chefbot"))
+    frame = next(frame for frame in frames if frame.name == "camera_depth_optical_frame")
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, np.array(quaternion(frame.rpy)))
+    right, down, forward = turn.reshape(3, 3).T
+    assert forward == pytest.approx([1.0, 0.0, 0.0], abs=1e-12)
+    assert right == pytest.approx([0.0, -1.0, 0.0], abs=1e-12)
+    assert down == pytest.approx([0.0, 0.0, -1.0], abs=1e-12)
+
+
+def test_ros2_control_drives_both_wheels_within_the_motors_speed(robot: Robot) -> None:
+    block = ET.fromstring(urdf(robot)).find("ros2_control")
+    assert block is not None
+    joints = {joint.attrib["name"]: joint for joint in block.iterfind("joint")}
+    assert set(joints) == {"wheel_left_joint", "wheel_right_joint"}
+    for joint in joints.values():
+        assert [one.attrib["name"] for one in joint.iterfind("state_interface")] == ["position", "velocity"]
+        limits = {
+            param.attrib["name"]: float(param.text or "nan")
+            for param in joint.iterfind("command_interface/param")
+        }
+        speed = robot.motor.no_load_speed
+        assert limits == {"min": pytest.approx(-speed), "max": pytest.approx(speed)}
+    assert [float(one.text or 0) for one in block.iterfind("transmission/joint/mechanical_reduction")] == (
+        [pytest.approx(robot.motor.gear_ratio)] * 2
     )
-    origin = joint.find("origin")
-    assert origin is not None
-    roll, pitch, yaw = (float(v) for v in origin.attrib["rpy"].split())
-    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
-    z_axis = [cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr]
-    assert z_axis == pytest.approx([1.0, 0.0, 0.0], abs=1e-8)
 
 
-@settings(max_examples=20, deadline=None)
-@given(st.floats(0.1, 5.0), st.floats(0.02, 0.5), st.floats(0.002, 1.0))
-def test_a_cylinders_moments_are_those_of_its_mass_points(mass: float, radius: float, length: float) -> None:
-    rng = np.random.default_rng(0)
-    r, phi = radius * np.sqrt(rng.random(200_000)), rng.uniform(0, 2 * np.pi, 200_000)
-    x, y, z = r * np.cos(phi), r * np.sin(phi), rng.uniform(-length / 2, length / 2, 200_000)
-    points = [mass * np.mean(a**2 + b**2) for a, b in ((y, z), (x, z), (x, y))]
-    assert cylinder_moments(mass, radius, length) == pytest.approx(points, rel=0.02)
-
-
-@settings(max_examples=25, deadline=None)
-@given(st.floats(0.05, 0.4), st.floats(0.02, 0.2), st.floats(0.1, 20.0), st.floats(0.1, 20.0))
-def test_any_size_and_load_makes_a_valid_model(
-    radius: float, diameter: float, mass: float, payload: float
-) -> None:
-    drawn = load_robot("chefbot")
-    body = msgspec.structs.replace(drawn.body, radius=radius, mass=mass + 0.2, payload=payload)
-    wheels = msgspec.structs.replace(drawn.wheels, diameter=diameter, separation=2 * radius)
-    robot = msgspec.structs.replace(drawn, body=body, wheels=wheels)
-    model = mujoco.MjModel.from_xml_string(mjcf(robot))
-    assert model.body_mass.sum() == pytest.approx(robot.total_mass, rel=1e-7)
-    base = links(robot)[0]
-    assert all(moment > 0 for moment in base.inertia.moments)
+def test_a_name_with_marks_of_xml_is_still_a_name(robot: Robot) -> None:
+    name = "a\"<b>&'c"
+    strange = msgspec.structs.replace(robot, name=name)
+    assert ET.fromstring(urdf(strange)).attrib["name"] == name
+    assert ET.fromstring(mjcf(strange)).attrib["model"] == name
 
 
 def test_casters_hang_clear_and_wheels_touch_at_the_drawn_track(robot: Robot) -> None:
@@ -128,7 +194,7 @@ def test_full_duty_reaches_the_speed_that_the_spec_promises(robot: Robot) -> Non
     model = mujoco.MjModel.from_xml_string(mjcf(robot))
     data = mujoco.MjData(model)
     data.ctrl[:] = 1.0
-    for _ in range(1000):
+    for _ in range(2000):
         mujoco.mj_step(model, data)
     assert data.qvel[0] == pytest.approx(robot.max_wheel_speed, rel=0.02)
     stall = model.actuator_forcerange[:, 1]

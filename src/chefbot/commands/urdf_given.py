@@ -32,7 +32,8 @@ except RecursionError:
 except MemoryError:
     sys.exit("it needs too much memory")
 except Exception as error:
-    sys.exit(str(error) or type(error).__name__)
+    cause = getattr(error, "exc", None)  # what xacro met, which may have no words
+    sys.exit(f"{'' if cause is None or str(cause) else type(cause).__name__} {error}".strip() or type(error).__name__)
 sys.stdout.buffer.write(text.encode())
 """
 """Runs in a process of its own: xacro evaluates what the file says, and may never end."""

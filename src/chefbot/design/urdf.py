@@ -36,8 +36,17 @@ def urdf(robot: Robot) -> str:
             _wheel_joint(root, robot, link)
     root.append(ros2_control(robot))
     root.extend(gazebo(robot))
+    root.append(for_mujoco())
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def for_mujoco() -> ET.Element:
+    """MuJoCo's own words (https://mujoco.readthedocs.io/en/stable/modeling.html#urdf-extensions): it shall keep
+    all links and looks, and give the casters' frames, whose mass is base_link's, no mass of its own making."""
+    element = ET.Element("mujoco")
+    ET.SubElement(element, "compiler", fusestatic="false", discardvisual="false", inertiafromgeom="false")
+    return element
 
 
 def _link(root: ET.Element, link: Link) -> None:

@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ET
 
 from chefbot.design.links import Link, links
 from chefbot.design.mjcf import numbers
-from chefbot.design.urdf import colour_name
+from chefbot.design.urdf import colour_name, for_mujoco
 from chefbot.design.urdf_control import MOCK, gazebo, ros2_control
 from chefbot.design.urdf_frames import Frame, fixed_frames
 from chefbot.robot import layout
@@ -185,6 +185,7 @@ def _main(robot: Robot, package: str) -> ET.Element:
         _call(root, "caster", name=name, reflect=f"{x / robot.casters.offset:g}")
     _frames(root, robot)
     _call(root, "include", filename="ros2_control.xacro")
+    root.append(for_mujoco())
     _call(_call(root, "if", value="$(arg use_gazebo)"), "include", filename="gazebo.xacro")
     return root
 

@@ -3,6 +3,7 @@
 Usage: coverage.py FOLDER NAME...   (FOLDER holds NAME.gcno and NAME.gcda)
 """
 
+# ruff: noqa: T201
 from __future__ import annotations
 
 import json
@@ -64,7 +65,9 @@ def main() -> int:
             gaps += 1
     every_line = [c for counted in total.values() for c in counted.lines.values()]
     every_branch = [c for counted in total.values() for c in counted.branches.values()]
-    print(f"coverage of the safety part: {_percent(every_line)} of lines, {_percent(every_branch)} of branches")
+    print(
+        f"coverage of the safety part: {_percent(every_line)} of lines, {_percent(every_branch)} of branches"
+    )
     return 1 if gaps else 0
 
 

@@ -5,6 +5,7 @@ FOLDER of --build holds the objects of the unchanged program, and `unit_tests.o`
 killed/total; fails below the share in WANTED. A mutant that does not compile does not count.
 """
 
+# ruff: noqa: T201
 from __future__ import annotations
 
 import argparse
@@ -26,15 +27,20 @@ FLAGS = ["-std=c++11", "-O0", "-w"]
 SWAPS = {
     "<": ("<=", ">"), "<=": ("<",), ">": (">=", "<"), ">=": (">",), "==": ("!=",), "!=": ("==",),
     "&&": ("||",), "||": ("&&",), "+": ("-",), "-": ("+",), "*": ("/",), "/": ("*",), "++": ("--",), "--": ("++",),
-    "+=": ("-=",), "-=": ("+=",), "&=": ("|=",), "|=": ("&=",), "<<": (">>",), ">>": ("<<",), "&": ("|",), "|": ("&",),
-    "^": ("|",), "!": ("",), "true": ("false",), "false": ("true",),
+    "+=": ("-=",), "-=": ("+=",), "&=": ("|=",), "|=": ("&=",), "<<": (">>",), ">>": ("<<",),
+    "&": ("|",), "|": ("&",), "^": ("|",), "!": ("",), "true": ("false",), "false": ("true",),
 }  # fmt: skip
 TOKEN = re.compile(
     r"'(?:\\.|[^'])'|\"[^\"]*\"|->|<<=|>>=|<=|>=|==|!=|&&|\|\||\+\+|--|\+=|-=|&=|\|=|\^=|<<|>>"
     r"|0x[0-9A-Fa-f]+u?|\b\d+u?\b|\w+|[-+*/<>&|^!]"
 )
-TYPES = re.compile(r"static_cast<[^>]*>|#include.*|\b\w+ &\w+|(?:[,(]\s*|^\s*|const )[\w:]+ \*+\w+|case \w+:|\benum\b.*")
-STATEMENT = re.compile(r"^\s+(?!\s|default|return\b|const\b|static\b|else\b|typedef\b|using\b|uint\w+ \w+ =|int\w+ \w+ =|bool \w+ =|Pair \w+ =|Flags \w+ =|char \w+ =)[^{}]*;\s*$")
+TYPES = re.compile(
+    r"static_cast<[^>]*>|#include.*|\b\w+ &\w+|(?:[,(]\s*|^\s*|const )[\w:]+ \*+\w+|case \w+:|\benum\b.*"
+)
+DECLARED = r"(?:u?int\d+_t|bool|char|Pair|Flags) \w+ ="
+STATEMENT = re.compile(
+    rf"^\s+(?!\s|default|return\b|const\b|static\b|else\b|typedef\b|using\b|{DECLARED})[^{{}}]*;\s*$"
+)
 
 
 class Mutant(NamedTuple):
@@ -97,7 +103,7 @@ class Judge:
         self.names = sorted(p.stem for p in self.core.glob("*.cpp"))
 
     def verdict(self, mutant: Mutant) -> str:
-        """"killed", "survived" or "no program"."""
+        """One of "killed", "survived", "no program"."""
         with tempfile.TemporaryDirectory() as folder:
             source = Path(folder) / "core"
             shutil.copytree(self.core, source)
@@ -110,7 +116,8 @@ class Judge:
     def _program(self, folder: Path, source: Path, file: str) -> Path | None:
         changed = self.names if file.endswith(".h") else [Path(file).stem]
         for name in changed:
-            command = ["g++", *FLAGS, f"-I{source}", "-c", str(source / f"{name}.cpp"), "-o", str(folder / f"{name}.o")]
+            files = ["-c", str(source / f"{name}.cpp"), "-o", str(folder / f"{name}.o")]
+            command = ["g++", *FLAGS, f"-I{source}", *files]
             if subprocess.run(command, capture_output=True).returncode:
                 return None
         objects = [str((folder if n in changed else self.build) / f"{n}.o") for n in self.names]
@@ -132,7 +139,9 @@ def main() -> int:
     parser.add_argument("--build", type=Path, required=True)
     parser.add_argument("names", nargs="+")
     options = parser.parse_args()
-    files = [p for n in options.names for p in (options.core / f"{n}.cpp", options.core / f"{n}.h") if p.exists()]
+    files = [
+        p for n in options.names for p in (options.core / f"{n}.cpp", options.core / f"{n}.h") if p.exists()
+    ]
     mutants = [m for path in files for m in mutants_of(path)]
     judge = Judge(options.core, options.build)
     with ThreadPoolExecutor(WORKERS) as pool:

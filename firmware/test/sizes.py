@@ -1,5 +1,6 @@
 """Prints the flash and RAM of a program: sizes.py SIZE-TOOL LABEL ELF MOST_FLASH; fails above MOST_FLASH bytes."""
 
+# ruff: noqa: T201
 from __future__ import annotations
 
 import subprocess

@@ -1,0 +1,113 @@
+"""The SDF of every built-in robot, as Gazebo's own library reads it."""
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import mujoco
+import numpy as np
+import pytest
+from tests.design.bodies import Body, assert_same, of_solids, tensor
+from tests.design.sdf_checker import read_by_libsdformat
+
+from chefbot.design.links import links
+from chefbot.design.mjcf import mjcf
+from chefbot.design.sdf import sdf
+from chefbot.design.sdf_sensors import CONE_STEP, gz_sensors
+from chefbot.robot.load import built_in_robots, load_robot
+from chefbot.robot.spec import Robot
+
+
+@pytest.fixture(params=sorted(built_in_robots()))
+def robot(request: pytest.FixtureRequest) -> Robot:
+    return load_robot(request.param)
+
+
+def told(text: str, tmp_path: Path) -> dict[str, Any]:
+    """What libsdformat reads; it must have no complaint."""
+    file = tmp_path / "it.sdf"
+    file.write_text(text)
+    return read_by_libsdformat(file)
+
+
+def number(element: ET.Element, path: str) -> float:
+    """The one number at a path."""
+    (found,) = element.iterfind(path)
+    return float(found.text or "nan")
+
+
+def test_libsdformat_finds_the_solids_masses_and_our_frames(robot: Robot, tmp_path: Path) -> None:
+    model = told(sdf(robot), tmp_path)[robot.name]
+    found = {
+        name: Body(values[0], np.array(values[1:4]), tensor(*values[4:10]))
+        for name, values in model["links"].items()
+    }
+    assert_same(found, of_solids(robot))
+    for link in links(robot):
+        assert model["links"][link.name][10:] == pytest.approx(link.at, abs=1e-8)
+    compiled = mujoco.MjModel.from_xml_string(mjcf(robot))
+    for frame in robot.sensors.by_frame:
+        at, turn = model["frames"][frame][:3], np.array(model["frames"][frame][3:])
+        site = compiled.site(frame)
+        assert at == pytest.approx(site.pos, abs=1e-8)
+        assert abs(turn @ site.quat) == pytest.approx(1.0, abs=1e-12)
+    assert model["collisions"] == sum(len(link.hulls) for link in links(robot))
+    assert not model["static"]
+
+
+def test_drive_sensors_and_grip_are_the_robots(robot: Robot) -> None:
+    model = ET.fromstring(sdf(robot)).find("model")
+    assert model is not None
+    drive = model.find("plugin[@filename='gz-sim-diff-drive-system']")
+    assert drive is not None
+    assert number(drive, "wheel_separation") == pytest.approx(robot.wheels.separation)
+    assert number(drive, "wheel_radius") == pytest.approx(robot.wheel_radius)
+    assert number(drive, "max_linear_velocity") == pytest.approx(robot.max_speed, rel=1e-8)
+    assert number(drive, "min_angular_velocity") == pytest.approx(-robot.max_turn, rel=1e-8)
+    joints = {joint.attrib["name"] for joint in model.iterfind("joint[@type='revolute']")}
+    assert {drive.findtext("left_joint"), drive.findtext("right_joint")} == joints
+    grips = {
+        solid.attrib["name"]: number(solid, "surface/friction/ode/mu")
+        for solid in model.iterfind("link/collision")
+    }
+    assert grips["wheel_left"] == grips["wheel_right"] == pytest.approx(robot.wheels.friction)
+    assert grips["caster_front"] < grips["hull"] < grips["wheel_left"]
+    sensors = {sensor.attrib["name"]: sensor for sensor in model.iterfind("link/sensor")}
+    assert set(sensors) == {frame.removesuffix("_link") for frame in robot.sensors.by_frame}
+    for frame, sensor in robot.sensors.by_frame.items():
+        element = sensors[frame.removesuffix("_link")]
+        assert number(element, "update_rate") == pytest.approx(sensor.rate)
+        pose = element.find("pose")
+        assert pose is not None and pose.attrib["relative_to"] == frame
+    imu = robot.sensors.imu
+    assert number(sensors["imu"], "imu/angular_velocity/z/noise/stddev") == pytest.approx(
+        imu.gyro_noise, rel=1e-8
+    )
+
+
+def test_the_lidars_beams_are_a_full_turn_without_one_twice() -> None:
+    lidar = load_robot("chefbot_lidar").sensors.lidar
+    assert lidar is not None
+    element = gz_sensors(load_robot("chefbot_lidar"))["laser"]
+    low, high = (number(element, f"lidar/scan/horizontal/{end}_angle") for end in ("min", "max"))
+    step = (high - low) / (number(element, "lidar/scan/horizontal/samples") - 1)
+    assert step * lidar.beams == pytest.approx(2 * np.pi, abs=1e-6)
+
+
+def test_the_ultrasonic_cone_has_no_gap_that_a_chairs_leg_fits_through() -> None:
+    robot = load_robot("chefbot")
+    sensor = robot.sensors.ultrasonic
+    assert sensor is not None
+    fan = gz_sensors(robot)["ultrasonic_link"].find("lidar/scan/horizontal")
+    assert fan is not None
+    width = number(fan, "max_angle") - number(fan, "min_angle")
+    assert width == pytest.approx(sensor.field_of_view, rel=1e-8)
+    assert width / (number(fan, "samples") - 1) <= 1.5 * CONE_STEP
+
+
+def test_a_name_with_marks_of_xml_is_still_a_name(tmp_path: Path) -> None:
+    name = "a\"<b>&'c"
+    strange = msgspec.structs.replace(load_robot("chefbot"), name=name)
+    model = ET.fromstring(sdf(strange)).find("model")
+    assert model is not None and model.attrib["name"] == name

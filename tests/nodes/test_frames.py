@@ -1,0 +1,72 @@
+"""/tf_static says the same as the URDF, attitudes included, and planning from above still finds its frames."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import msgspec
+import mujoco
+import numpy as np
+import pytest
+
+from chefbot.design.urdf import urdf
+from chefbot.design.urdf_frames import fixed_frames
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.nodes.frames import CAMERA_FRAME, transform
+from chefbot.robot.load import built_in_robots, load_robot
+from chefbot.robot.spec import Robot
+from chefbot.runtime.transforms import Transforms
+
+PITCH, YAW = 0.35, 0.2
+
+
+def tilted() -> Robot:
+    """With a camera that looks down and aside."""
+    robot = load_robot("chefbot")
+    camera = robot.sensors.depth_camera
+    assert camera is not None
+    mount = msgspec.structs.replace(camera.mount, pitch=PITCH, yaw=YAW)
+    camera = msgspec.structs.replace(camera, mount=mount)
+    return msgspec.structs.replace(robot, sensors=msgspec.structs.replace(robot.sensors, depth_camera=camera))
+
+
+def matrix(quat: list[float]) -> np.ndarray:
+    """(3, 3) of w, x, y, z."""
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, np.array(quat))
+    return turn.reshape(3, 3)
+
+
+@pytest.mark.parametrize(
+    "robot", [*map(load_robot, sorted(built_in_robots())), tilted()], ids=lambda r: r.name
+)
+def test_each_transform_is_the_urdfs_joint(robot: Robot) -> None:
+    said = {frame.name: transform(0, frame) for frame in fixed_frames(robot)}
+    compiled = mujoco.MjModel.from_xml_string(urdf(robot))
+    joints = ET.fromstring(urdf(robot)).findall("joint[@type='fixed']")
+    assert len(joints) == len(said)
+    for joint in joints:
+        parent, child = joint.find("parent"), joint.find("child")
+        assert parent is not None and child is not None
+        one, body = said[child.attrib["link"]], compiled.body(child.attrib["link"])
+        at, turn = one.transform.translation, one.transform.rotation
+        assert one.header.frame_id == parent.attrib["link"]
+        assert (at.x, at.y, at.z) == pytest.approx(tuple(body.pos), abs=1e-8)
+        assert matrix([turn.w, turn.x, turn.y, turn.z]) == pytest.approx(matrix(list(body.quat)), abs=1e-7)
+
+
+def test_a_camera_that_looks_down_does_so_in_the_message() -> None:
+    frames = {frame.name: transform(0, frame) for frame in fixed_frames(tilted())}
+    turn = frames["camera_link"].transform.rotation
+    ahead = matrix([turn.w, turn.x, turn.y, turn.z])[:, 0]
+    assert ahead == pytest.approx(
+        [np.cos(PITCH) * np.cos(YAW), np.cos(PITCH) * np.sin(YAW), -np.sin(PITCH)], abs=1e-12
+    )
+
+
+def test_seen_from_above_the_camera_is_where_its_mount_is() -> None:
+    robot, tree = tilted(), Transforms()
+    tree.receive(TFMessage(tuple(transform(0, frame) for frame in fixed_frames(robot))), static=True)
+    camera = robot.sensors.depth_camera
+    assert camera is not None
+    assert tree.lookup("base_footprint", CAMERA_FRAME) == pytest.approx(camera.mount.planar, abs=1e-12)

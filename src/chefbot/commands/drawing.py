@@ -7,9 +7,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from chefbot.commands.drawing_picture import picture
 from chefbot.design.drawing_dxf import dxf_bytes, dxf_document
 from chefbot.design.drawing_paper import NAMES, Drawing
-from chefbot.design.drawing_picture import picture
 from chefbot.design.sheets import asked_for, draw
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot

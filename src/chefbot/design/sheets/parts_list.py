@@ -68,9 +68,9 @@ def balloons(marks: list[Mark], x: float, middle: float, factor: float) -> list[
         y = middle + (i - (len(ordered) - 1) / 2) * STEP * factor
         edge = x - BALLOON * factor if mark.anchor[0] < x else x + BALLOON * factor
         items += [
-            segment("TITLE", mark.anchor, (edge, y)),
-            Circle("TITLE", *mark.anchor, 0.5 * factor),
-            Circle("TITLE", x, y, BALLOON * factor),
+            segment("DIMENSION", mark.anchor, (edge, y)),
+            Circle("DIMENSION", *mark.anchor, 0.5 * factor),
+            Circle("DIMENSION", x, y, BALLOON * factor),
             Text("TITLE", x, y, str(mark.number), TEXT, "middle"),
         ]
     return items

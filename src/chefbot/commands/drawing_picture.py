@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
+import random
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Literal
 
 from ezdxf.addons.drawing import Frontend, RenderContext
@@ -35,6 +37,17 @@ class Backend(MatplotlibBackend):
         self.ax.add_patch(PathPatch(outline, color=properties.color, linewidth=0, zorder=self._get_z()))
 
 
+@contextmanager
+def _same_chance() -> Iterator[None]:
+    """ezdxf moves hatch lines a little, by Python's own generator: the same drawing is to give the same bytes."""
+    before = random.getstate()
+    random.seed(0)
+    try:
+        yield
+    finally:
+        random.setstate(before)
+
+
 def picture(document: Document, drawing: Drawing, kind: Literal["png", "pdf"]) -> bytes:
     """PNG of 150 dots per inch, or PDF; printed on its paper the scale is true."""
     width, height = drawing.paper
@@ -48,7 +61,8 @@ def picture(document: Document, drawing: Drawing, kind: Literal["png", "pdf"]) -
         lineweight_scaling=POINT_PER_MM,
     )
     backend = Backend(axes, adjust_figure=False)
-    Frontend(RenderContext(document), backend, config=settings).draw_layout(document.modelspace())
+    with _same_chance():
+        Frontend(RenderContext(document), backend, config=settings).draw_layout(document.modelspace())
     axes.set_xlim(0.0, drawing.size[0])
     axes.set_ylim(0.0, drawing.size[1])
     file = io.BytesIO()

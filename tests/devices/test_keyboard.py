@@ -164,11 +164,10 @@ def test_the_terminal_is_given_back(pty: Pty) -> None:
 
 def test_the_terminal_is_given_back_when_another_node_cannot_start(pty: Pty) -> None:
     before = pty.modes()
-    driven = Driven("chefbot.devices.not_written:NotWrittenDevice")
-    driven.entries["chefbot.devices.not_written:NotWrittenDevice"] = NodeEntry(
-        kind="chefbot.devices.not_written:NotWrittenDevice", params={"sentence": "no such thing"}
-    )
-    with pytest.raises(UserError, match="no such thing"):
+    driven = Driven()
+    kind = "chefbot.devices.map_file:MapFileDevice"
+    driven.entries[kind] = NodeEntry(kind=kind, params={"map": "/no/such/map.yaml"})
+    with pytest.raises(UserError, match="does not exist"):
         driven.start()
     assert not pty.echoes
     driven.system.stop()

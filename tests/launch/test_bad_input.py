@@ -45,7 +45,7 @@ QUICK = ["headless:=true", "speed:=0", "duration:=0.1"]
         (["amcl_demo", "map:=none.yaml", "world:=room"], "map file none.yaml does not exist"),
         (["amcl_demo", "map:=none.yaml", "initial_pose_a:=9", "world:=room"], "yaw"),
         (["keyboard_teleop", "page:=http://127.0.0.1:1"], "no robot runs at"),
-        (["robot_standalone"], "does not exist yet"),
+        (["robot_standalone", "port:=/no/board"], "/no/board does not exist"),
     ],
 )
 def test_it_is_one_sentence_and_exit_code_2(

@@ -28,10 +28,10 @@ from chefbot.sim.floor_plan import lidar_plan
 from chefbot.sim.load import load_any_world
 
 NEEDS_A_ROBOT = {"keyboard_teleop", "view_robot", "view_navigation"}
-REFUSES = {"robot_standalone"}
+NEEDS_A_BOARD = {"robot_standalone"}  # tests/devices/test_board.py has one
 SENSES_NOTHING = {"model_robot"}
 PARTS = {name for name in built_in_launches() if not load_launch(name).about}
-ALONE = sorted(set(built_in_launches()) - NEEDS_A_ROBOT - REFUSES - PARTS)
+ALONE = sorted(set(built_in_launches()) - NEEDS_A_ROBOT - NEEDS_A_BOARD - PARTS)
 CHAPTER = {
     *("chefbot_empty_world", "chefbot_hotel_world", "gmapping_demo", "amcl_demo", "view_navigation"),
     *("view_robot", "model_robot", "3dsensor", "keyboard_teleop", "robot_standalone"),
@@ -179,6 +179,6 @@ def test_views_open_the_browser(monkeypatch: pytest.MonkeyPatch) -> None:
         assert opened == [robot.url]
 
 
-def test_the_built_robot_is_refused_in_a_sentence() -> None:
-    with pytest.raises(UserError, match=r"driver .* does not exist yet.*chefbot_hotel_world"):
-        run_launch("robot_standalone", ["headless:=true", "duration:=5", "speed:=0"])
+def test_the_built_robot_without_its_board_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"port .* does not exist.*port:=auto"):
+        run_launch("robot_standalone", ["headless:=true", "duration:=5", f"port:={tmp_path}/board"])

@@ -54,7 +54,7 @@ class Session:
         self._heard_ns: int | None = None
         self._sequence = 0
         self._command: _Command | None = None
-        self._stopping = False
+        self._stopped = False
         self._clear_ns: int | None = None
         self.neutral_first = True
         """Upstream must command a stop before anything else is passed on."""
@@ -110,8 +110,6 @@ class Session:
             self._watch_flags(now_ns)
 
     def _watch_flags(self, now_ns: int) -> None:
-        if self.flags & Flag.ESTOP_COMMAND:
-            self._stopping = False
         if self._open_ns is None or now_ns - self._open_ns < SETTLE_NS:
             return
         if self.flags & Flag.NO_SESSION:
@@ -148,18 +146,21 @@ class Session:
         return self._say_speed(now_ns) if self.is_open else b""
 
     def stop(self, now_ns: int) -> bytes:
-        """Emergency stop: what to send at once; `speak` repeats it until the board has taken it."""
-        self._stopping, self._clear_ns, self._command = True, None, None
+        """Emergency stop until `clear`: what to send at once; `speak` repeats it until the board has taken it.
+
+        A board that restarts meanwhile is stopped again.
+        """
+        self._stopped, self._clear_ns, self._command = True, None, None
         return self._emergency(now_ns)
 
     def clear(self, now_ns: int) -> None:
         """Lift latched faults whose cause is gone, from the next `speak` on."""
-        self._stopping, self._command = False, None
+        self._stopped, self._command = False, None
         self._clear_ns, self.neutral_first = now_ns, True
 
     def speak(self, now_ns: int) -> bytes:
         """What is due; call it every `REPEAT_NS`."""
-        if self._stopping:
+        if self._stopped and not self.flags & Flag.ESTOP_COMMAND:
             return self._emergency(now_ns) + (b"" if self.is_open else self._ask(now_ns))
         if not self.is_open:
             return self._ask(now_ns)

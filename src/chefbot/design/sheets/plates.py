@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from chefbot.design.drawing import MM, TEXT, Item, Linear, Plan, Radial, Text, Title, loop_box, segment
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 MOUNTED = ("motor_clamp", "motor", "wheel", "caster")
 FROM_LEFT = View((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
 """A plate on its edge, beside the view from above: right of it in first-angle projection."""
+LETTERS_IN_HOLE = 14.0
+"""Radius of a hole, mm on paper, that has room for its size."""
 EDGE_VIEW = 24.0
 """From the plate to the view of its edge, mm on paper; a row of dimensions stands between."""
 
@@ -46,7 +49,9 @@ def _plate(robot: Robot, kind: str, factor: float) -> list[Item]:
         items += cross(*box.middle, box.width / 2, factor)
     hole_radius = robot.plates.centre_hole * MM / 2
     items.append(Radial("radius", 0.0, 0.0, radius, 105.0, 4.0))
-    items.append(Radial("diameter", 0.0, 0.0, hole_radius, 60.0, -hole_radius / factor / 2))
+    roomy = hole_radius > LETTERS_IN_HOLE * factor
+    angle, reach = (60.0, -hole_radius / factor / 2) if roomy else (300.0, 8.0)
+    items.append(Radial("diameter", 0.0, 0.0, hole_radius, angle, reach))
     return items + _edge(robot, shape, seen(solid, FROM_LEFT), factor) + _holes(robot, shape, factor)
 
 
@@ -93,7 +98,7 @@ def _pole_radius(robot: Robot) -> list[Item]:
     if robot.plates.count < 2:
         return []
     reach = robot.poles.reach * MM
-    return [Radial("radius", reach, -reach, robot.poles.radius * MM, 150.0, 5.0)]
+    return [Radial("radius", reach, -reach, robot.poles.radius * MM, 200.0, 5.0)]
 
 
 def _notch_sizes(robot: Robot, factor: float) -> list[Item]:
@@ -140,14 +145,14 @@ def _caster_sizes(robot: Robot, factor: float) -> list[Item]:
 
 
 def _labels(robot: Robot, factor: float) -> list[Item]:
-    """Names as in the chapter's figure, beside what they name."""
+    """Names as in the chapter's figure, where no dimension runs: those of the poles towards the axle."""
     middle, width = layout.clamp_middle(robot) * MM, robot.motor_clamp.width * MM / 2
     offset, edge = robot.casters.offset * MM, robot.body.radius * MM
     beside = (robot.casters.radius + robot.casters.wall) * MM + 2.0 * factor
     below = -width - 4.0 * factor
     items: list[Item] = [
-        Text("TITLE", -middle - 2.0 * factor, below, "M1", 3.5, "right"),
-        Text("TITLE", middle + 2.0 * factor, below, "M2", 3.5),
+        Text("TITLE", -middle + 2.0 * factor, below, "M1", 3.5),
+        Text("TITLE", middle - 2.0 * factor, below, "M2", 3.5, "right"),
         Text("TITLE", beside, offset + 3.0 * factor, "C1", 3.5),
         Text("TITLE", beside, 3.0 * factor - offset, "C2", 3.5),
         Text("TITLE", 0.0, edge + row(2, factor) + TEXT * factor, "FRONT", 3.5, "middle"),
@@ -155,5 +160,5 @@ def _labels(robot: Robot, factor: float) -> list[Item]:
     poles = layout.pole_positions(robot) if robot.plates.count > 1 else []
     under = robot.poles.radius * MM + 3.5 * factor
     for i, (x, y) in enumerate(poles, start=1):
-        items.append(Text("TITLE", -y * MM, x * MM - under, f"P1-{i}", 3.5, "middle"))
+        items.append(Text("TITLE", -y * MM, x * MM - math.copysign(under, x), f"P1-{i}", 3.5, "middle"))
     return items

@@ -16,7 +16,7 @@ from chefbot.robot.outlines import (
     clamp_face_outline,
     clamp_holes,
     flange_outline,
-    plate_outline,
+    middle_plate_outline,
     pole_holes,
 )
 from chefbot.robot.spec import Robot
@@ -49,7 +49,7 @@ def holes(robot: Robot) -> Iterator[Finding]:
     yield from _in_outline(base_plate_outline(robot), base, diameter)
     upper = _named("plates above", "pole screw", pole_holes(robot), "poles.reach")
     if robot.plates.count > 1:
-        yield from _in_outline(plate_outline(robot), upper, diameter)
+        yield from _in_outline(middle_plate_outline(robot), upper, diameter)
     flange = _named("motor_clamp", "clamp screw", layout.clamp_screws(robot), "motor_clamp.width")
     yield from _in_outline(flange_outline(robot), flange, diameter)
     yield from _shaft_hole(robot)

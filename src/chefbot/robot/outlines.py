@@ -12,9 +12,15 @@ if TYPE_CHECKING:
     from chefbot.robot.spec import Robot
 
 
-def plate_outline(robot: Robot) -> Outline:
-    """Middle and top plate: a disc with a hole for the wiring and one screw hole for each pole."""
-    return Outline(circle(robot.body.radius), (_centre_hole(robot), *_screw_holes(robot, pole_holes(robot))))
+def middle_plate_outline(robot: Robot) -> Outline:
+    """A disc with a hole for the wiring and one screw hole for each pole."""
+    disc, poles = top_plate_outline(robot)
+    return Outline(disc, (_centre_hole(robot), *poles))
+
+
+def top_plate_outline(robot: Robot) -> Outline:
+    """A disc with one screw hole for each pole: nothing falls through it."""
+    return Outline(circle(robot.body.radius), tuple(_screw_holes(robot, pole_holes(robot))))
 
 
 def base_plate_outline(robot: Robot) -> Outline:

@@ -11,7 +11,13 @@ import numpy as np
 from chefbot.maths.outline import Loop, Outline, circle, rectangle
 from chefbot.robot import layout
 from chefbot.robot.materials import MATERIALS, Colour
-from chefbot.robot.outlines import base_plate_outline, clamp_face_outline, flange_outline, plate_outline
+from chefbot.robot.outlines import (
+    base_plate_outline,
+    clamp_face_outline,
+    flange_outline,
+    middle_plate_outline,
+    top_plate_outline,
+)
 from chefbot.robot.sections import Housing, Place, Size
 from chefbot.robot.shapes import (
     ORIGIN,
@@ -139,9 +145,15 @@ def _plates(robot: Robot) -> Iterator[RobotPart]:
     for i, low in enumerate(undersides):
         kind = "base_plate" if i == 0 else "top_plate" if i == len(undersides) - 1 else "middle_plate"
         name = f"middle_plate_{i}" if kind == "middle_plate" and len(undersides) > 3 else kind
-        outline = base_plate_outline(robot) if i == 0 else plate_outline(robot)
-        prism = Prism(outline, plates.thickness)
+        prism = Prism(PLATE_OUTLINES[kind](robot), plates.thickness)
         yield _made(kind, name, plates.material, (prism,), (0.0, 0.0, low + plates.thickness / 2))
+
+
+PLATE_OUTLINES = {
+    "base_plate": base_plate_outline,
+    "middle_plate": middle_plate_outline,
+    "top_plate": top_plate_outline,
+}
 
 
 def _poles_and_tubes(robot: Robot) -> Iterator[RobotPart]:

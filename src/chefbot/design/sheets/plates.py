@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from chefbot.design.drawing import MM, TEXT, Item, Linear, Plan, Radial, Text, Title, loop_box, segment
 from chefbot.design.drawing_views import PLAN, Shape, View, part_seen, seen
 from chefbot.design.sheets.common import cross, number, pieces, reference, row, shape_items, title
+from chefbot.maths.outline import Loop
 from chefbot.robot import layout
 from chefbot.robot.solids import link_origin, solids
 
@@ -44,14 +45,15 @@ def _plate(robot: Robot, kind: str, factor: float) -> list[Item]:
     solid = pieces(robot, kind)[0].solids[0]
     shape, radius = seen(solid, PLAN), robot.body.radius * MM
     items = shape_items(shape) + cross(0.0, 0.0, radius, factor)
-    for hole in shape.holes[1:]:
-        box = loop_box(hole)
-        items += cross(*box.middle, box.width / 2, factor)
-    hole_radius = robot.plates.centre_hole * MM / 2
     items.append(Radial("radius", 0.0, 0.0, radius, 105.0, 4.0))
-    roomy = hole_radius > LETTERS_IN_HOLE * factor
-    angle, reach = (60.0, -hole_radius / factor / 2) if roomy else (300.0, 8.0)
-    items.append(Radial("diameter", 0.0, 0.0, hole_radius, angle, reach))
+    for screw in _screws(shape):
+        box = loop_box(screw)
+        items += cross(*box.middle, box.width / 2, factor)
+    if kind != "top_plate":
+        hole_radius = robot.plates.centre_hole * MM / 2
+        roomy = hole_radius > LETTERS_IN_HOLE * factor
+        angle, reach = (60.0, -hole_radius / factor / 2) if roomy else (300.0, 8.0)
+        items.append(Radial("diameter", 0.0, 0.0, hole_radius, angle, reach))
     return items + _edge(robot, shape, seen(solid, FROM_LEFT), factor) + _holes(robot, shape, factor)
 
 
@@ -70,9 +72,14 @@ def _edge(robot: Robot, plate: Shape, edge: Shape, factor: float) -> list[Item]:
     ]
 
 
+def _screws(shape: Shape) -> list[Loop]:
+    """The holes beside the middle."""
+    return [hole for hole in shape.holes if math.hypot(*loop_box(hole).middle) > 0.0]
+
+
 def _holes(robot: Robot, shape: Shape, factor: float) -> list[Item]:
     """Size and number of the screw holes, and where those of the poles are."""
-    screws = shape.holes[1:]
+    screws = _screws(shape)
     if not screws:
         return []
     x, y = max((loop_box(screw).middle for screw in screws), key=lambda at: (round(at[0] + at[1], 6), at[0]))

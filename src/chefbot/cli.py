@@ -240,6 +240,78 @@ def model(
     run_model(robot, form, part, mm, out)
 
 
+board_app = typer.Typer(no_args_is_help=True, help="The motor board: emulate one, watch one, log one.")
+app.add_typer(board_app, name="board")
+firmware_app = typer.Typer(no_args_is_help=True, help="The firmware of the motor board.")
+app.add_typer(firmware_app, name="firmware")
+_PORT = typer.Argument(help="a serial port's path, or auto where there is only one")
+_SECONDS = typer.Option(min=0, help="how long; 0: until Ctrl-C")
+
+
+@board_app.command("emulate")
+def board_emulate(
+    link: Annotated[Path, typer.Option(help="where it can be opened like a serial port")] = Path(
+        "runs/board"
+    ),
+    robot: Annotated[str, typer.Option(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+) -> None:
+    """Run the firmware on this computer, with modelled motors: a board without a board."""
+    from chefbot.commands.board import run_emulator
+
+    run_emulator(robot, link)
+
+
+@board_app.command("monitor")
+def board_monitor(port: Annotated[str, _PORT] = "auto", seconds: Annotated[float, _SECONDS] = 0.0) -> None:
+    """What a board says, decoded: a live table, or line by line into a pipe. It does not drive."""
+    from chefbot.commands.board import run_monitor
+
+    run_monitor(port, seconds)
+
+
+@board_app.command("log")
+def board_log(
+    port: Annotated[str, _PORT] = "auto",
+    out: Annotated[Path, typer.Option(help="file")] = Path("runs/board.log"),
+    seconds: Annotated[float, _SECONDS] = 0.0,
+) -> None:
+    """Keep what a board says as it came, with times."""
+    from chefbot.commands.board import run_log
+
+    run_log(port, out, seconds)
+
+
+@firmware_app.command("header")
+def firmware_header(
+    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    out: Annotated[Path | None, typer.Option(help="file, instead of the screen")] = None,
+) -> None:
+    """The robot's numbers as the C header that the firmware is compiled with."""
+    from chefbot.commands.firmware import run_header
+
+    run_header(robot, out)
+
+
+@app.command()
+def flash(
+    board: Annotated[str, typer.Option(help="mega, tiva or pico")],
+    robot: Annotated[str, typer.Option(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    port: Annotated[str, typer.Option(help="serial port of the board, where its tool asks for one")] = "auto",
+) -> None:
+    """Compile the firmware for a robot and write it to its motor board."""
+    from chefbot.commands.firmware import run_flash
+
+    raise typer.Exit(run_flash(board, robot, port))
+
+
+@app.command()
+def doctor() -> None:
+    """What of this computer matters to the robot: ports, permissions, tools; prints the udev rule for the board."""
+    from chefbot.commands.doctor import run_doctor
+
+    run_doctor()
+
+
 def _find_a_place_for_kernels() -> None:
     """Numba does not start without a folder for compiled kernels; where none can be written, a passing one does."""
     usual = (Path(__file__).parent, Path.home() / ".cache", Path.home())

@@ -1,0 +1,157 @@
+"""`chefbot board`: a board on this computer, and what a board says."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import serial
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+from chefbot.devices.board_emulator import emulator
+from chefbot.devices.board_line import AUTO
+from chefbot.devices.board_ports import explain, open_port, ports
+from chefbot.devices.line.chapter_lines import parse_chapter
+from chefbot.devices.line.describe import describe, describe_chapter
+from chefbot.devices.line.frame import LineSplitter, frame
+from chefbot.devices.line.lines import PROTOCOL, parse
+from chefbot.errors import UserError
+from chefbot.robot.load import load_robot
+
+ASKS, ASK_PERIOD = 10, 0.3
+"""How often, and every how many seconds, the monitor asks who is there."""
+WINDOW = 1.0
+"""Seconds that a rate is taken over."""
+console = Console(highlight=False, soft_wrap=True)
+
+
+def run_emulator(robot: str, link: Path) -> None:
+    """Become the firmware's program for this computer; it ends with Ctrl-C."""
+    program = emulator(load_robot(robot))
+    link.parent.mkdir(parents=True, exist_ok=True)
+    if link.exists() and not link.is_symlink():
+        raise UserError(f"{link} is there already and no link; choose another --link")
+    _leave_the_terminal_alone()
+    console.print(
+        "A motor board with motor model; what can happen to it goes to its standard input: "
+        "estop 0|1, block WHEEL 0|1, cable WHEEL 0|1, battery MV, echo US, imu 0|1, hang, power. It speaks at:"
+    )
+    sys.stdout.flush()
+    os.execv(program, [str(program), "--link", str(link)])
+
+
+def _leave_the_terminal_alone() -> None:
+    """In the background, one that reads the terminal is halted by the next key that somebody types."""
+    if sys.stdin is not None and sys.stdin.isatty() and os.tcgetpgrp(0) != os.getpgrp():
+        os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+
+
+def run_monitor(port: str, seconds: float) -> None:
+    """A table that lives in a terminal, a line for each line elsewhere; `seconds` 0: until Ctrl-C."""
+    with _opened(port) as opened:
+        if console.is_terminal:
+            _show_table(opened, seconds)
+        else:
+            for letter, words in _decoded(opened, seconds):
+                if letter:
+                    console.print(f"{letter}: {words}", markup=False)
+
+
+def run_log(port: str, out: Path, seconds: float) -> None:
+    """Each line as it came, behind the seconds since the start; bytes that do not print as \\x escapes."""
+    count, splitter = 0, LineSplitter(longest=1000)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with _opened(port) as opened, out.open("w", encoding="ascii") as file:
+        console.print(f"Logging {opened.port} to {out}; Ctrl-C ends it.", markup=False)
+        try:
+            for data, at in _chunks(opened, seconds):
+                for line in splitter.push(data):
+                    file.write(
+                        f"{at:.6f}\t{line.decode('latin-1').encode('unicode_escape').decode('ascii')}\n"
+                    )
+                    count += 1
+                file.flush()
+        finally:
+            console.print(f"{count} lines in {out}", markup=False)
+
+
+def _opened(port: str) -> serial.Serial:
+    path = _only_port() if port == AUTO else port
+    try:
+        return open_port(path)
+    except OSError as error:
+        raise UserError(explain(path, error)) from None
+
+
+def _only_port() -> str:
+    found = ports()
+    if len(found) != 1:
+        named = ", ".join(port.path for port in found) or "none"
+        raise UserError(f"say which port; there are: {named}")
+    return found[0].path
+
+
+def _chunks(opened: serial.Serial, seconds: float) -> Iterator[tuple[bytes, float]]:
+    """What comes, and when, in seconds since the start; asks for the handshake until somebody answers."""
+    began, asked = time.monotonic(), 0
+    while seconds <= 0 or time.monotonic() - began < seconds:
+        try:
+            if asked < ASKS and time.monotonic() - began >= asked * ASK_PERIOD:
+                asked += 1
+                opened.write(b"\n" + frame(f"v {os.getpid()} {PROTOCOL}"))
+            data = opened.read(max(1, opened.in_waiting))
+        except OSError as error:
+            raise UserError(f"the connection to {opened.port} broke: {error}") from None
+        asked = ASKS if b"chefbot" in data else asked
+        yield data, time.monotonic() - began
+
+
+def _decoded(opened: serial.Serial, seconds: float) -> Iterator[tuple[str, str]]:
+    """Kind and words of each line; two empty texts where nothing came."""
+    splitter = LineSplitter()
+    for data, _ in _chunks(opened, seconds):
+        yield "", ""
+        for raw in splitter.push(data):
+            yield _words(raw)
+
+
+def _words(raw: bytes) -> tuple[str, str]:
+    line = parse(raw)
+    if line is not None:
+        return describe(line)
+    chapter = parse_chapter(raw)
+    if chapter is not None:
+        return describe_chapter(chapter)
+    return "? damaged", repr(raw)
+
+
+def _show_table(opened: serial.Serial, seconds: float) -> None:
+    newest: dict[str, str] = {}
+    counts: Counter[str] = Counter()
+    rates: dict[str, float] = {}
+    since = time.monotonic()
+    with Live(console=console, auto_refresh=False, screen=False) as live:
+        for letter, words in _decoded(opened, seconds):
+            if letter:
+                newest[letter] = words
+                counts[letter] += 1
+            passed = time.monotonic() - since
+            if passed >= WINDOW:
+                rates = {kind: count / passed for kind, count in counts.items()}
+                counts.clear()
+                since = time.monotonic()
+            if not letter:
+                live.update(_table(str(opened.port), newest, rates), refresh=True)
+
+
+def _table(port: str, newest: dict[str, str], rates: dict[str, float]) -> Table:
+    table = Table("line", "a second", "says", title=port, box=None, title_justify="left")
+    for letter in sorted(newest):
+        table.add_row(letter, f"{rates.get(letter, 0.0):.1f}", newest[letter])
+    return table

@@ -10,14 +10,17 @@ import msgspec
 
 from chefbot.design.check_finding import Bound, Finding, Severity, below, mm_up
 from chefbot.design.checks import (
+    SPEED_RESERVE,
     TIPS_LESS,
     WHEEL,
     Check,
     judge,
     turn_rate,
+    wheel_speed,
 )
 from chefbot.design.follow import with_motor
-from chefbot.design.forces import CARPET_RESISTANCE, grip
+from chefbot.design.forces import CARPET_RESISTANCE, force, grip, worst
+from chefbot.design.power import run_time
 from chefbot.design.remedies import stable_radius
 from chefbot.design.sizing import smallest_wheel
 from chefbot.design.stability import Load, loaded
@@ -29,6 +32,7 @@ SEEN_ELSEWHERE = "room round it"
 """The sheet's estimate of what overlaps and edges tell from the solids."""
 MENDED_OUTSIDE = ("driver", "input level without a level shifter")
 """A part that no robot file has: a level shifter does."""
+NO_OTHER = "; no single other part of the catalogue mends it: `chefbot design` tries all sets"
 HEAVIEST = 5
 
 
@@ -43,12 +47,17 @@ def drives(robot: Robot, catalogue: Catalogue) -> Iterator[Finding]:
 
 def _finding(robot: Robot, check: Check, load: Load, catalogue: Catalogue) -> Finding:
     severity: Severity = "warning" if (check.part, check.name) == MENDED_OUTSIDE else "error"
-    remedy = REMEDIES.get(check.key)
-    value = remedy(robot, load, catalogue) if remedy else ""
+    rule = "stability" if check.part == "robot" else "drive"
+    key, sentence = check.key, f"{check.part}: {check.name}"
+    value = REMEDIES[key](robot, load, catalogue)
+    if not value and check.name in LESS:
+        key, less = LESS[check.name]
+        value = less(robot, load)
+    if not value:
+        sentence += NO_OTHER
     return Finding(
-        severity, "drive" if check.part != "robot" else "stability", check.part, f"{check.part}: {check.name}",
-        check.have, check.bound, check.unit, check.at_least, check.key, value,
-    )  # fmt: skip
+        severity, rule, check.part, sentence, check.have, check.bound, check.unit, check.at_least, key, value
+    )
 
 
 def _budget(robot: Robot) -> Iterator[Finding]:
@@ -122,6 +131,26 @@ def _acceleration(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
     return f"{best:g} m/s^2" if best > 0.0 else ""
 
 
+def _slope(robot: Robot, load: Load) -> str:
+    """The steepest whole degree at which the tyres hold."""
+    duty = worst(robot)
+    for degrees in range(math.floor(math.degrees(robot.drive.max_slope)), -1, -1):
+        slope = math.radians(degrees)
+        if grip(robot, load.mass, slope).value >= force(load.mass, duty._replace(slope=slope)).value:
+            return f"{degrees} deg"
+    return ""
+
+
+def _speed(robot: Robot, load: Load) -> str:
+    """What the motors hold with the reserve."""
+    speed = wheel_speed(robot, load.mass) * robot.wheel_radius / SPEED_RESERVE
+    return f"{math.floor(100.0 * speed) / 100.0:g} m/s" if speed >= 0.01 else ""
+
+
+def _run_time(robot: Robot, load: Load) -> str:
+    return f"{math.floor(run_time(robot, load.mass).value / 60.0):g} min"
+
+
 def _radius(robot: Robot, _load: Load, _catalogue: Catalogue) -> str:
     radius = stable_radius(robot)
     return "" if radius is None else mm_up(radius)
@@ -138,3 +167,9 @@ REMEDIES: dict[str, Callable[[Robot, Load, Catalogue], str]] = {
     TIPS_LESS: _radius,
 }
 """Key to a value of it with which the check passes."""
+LESS: dict[str, tuple[str, Callable[[Robot, Load], str]]] = {
+    "speed with reserve": ("drive.max_speed", _speed),
+    "run time": ("power.run_time", _run_time),
+    "grip on the ramp": ("drive.max_slope", _slope),
+}
+"""Name of a check to what may be asked for instead, where nothing better is to be had."""

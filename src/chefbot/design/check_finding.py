@@ -15,10 +15,8 @@ from chefbot.robot.spec import Robot
 
 Severity = Literal["error", "warning"]
 _INDEXED = re.compile(r"(\w+)\[(\d+)\]")
-STEP = 0.001
-"""Metres; lengths of robot files are given to a millimetre."""
-FARTHEST = 150
-"""Steps that a value is moved by in search of one that does."""
+AWAY = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 35, 40, 50, 60, 70, 80, 90, 100, 120, 150)
+"""Millimetres that a value is moved by in search of one that does."""
 
 
 class Finding(NamedTuple):
@@ -107,22 +105,22 @@ def _replaced(value: Any, steps: list[tuple[str, int | None]], new: Any) -> Any:
 def searched(robot: Robot, keys: Iterable[str], good: Callable[[Robot], bool]) -> tuple[str, str]:
     """The first of the keys, and the length nearest to its present one, with which the robot is good.
 
-    ("", "") where there is none within FARTHEST steps.
+    ("", "") where there is none within the last of AWAY.
     """
     for key in keys:
         for value in _outwards(float(value_at(robot, key))):
             candidate = with_value(robot, key, value)
-            if is_possible(candidate) and good(candidate):
+            if good(candidate) and is_possible(candidate):
                 return key, f"{1000.0 * value:.6g} mm"
     return "", ""
 
 
 def _outwards(present: float) -> Iterator[float]:
     """Whole millimetres round the present value, the near ones first."""
-    start = round(present / STEP)
-    for away in range(1, FARTHEST + 1):
-        yield (start + away) * STEP
-        yield (start - away) * STEP
+    start = round(1000.0 * present)
+    for away in AWAY:
+        yield (start + away) / 1000.0
+        yield (start - away) / 1000.0
 
 
 def is_possible(robot: Robot) -> bool:

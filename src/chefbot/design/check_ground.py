@@ -44,9 +44,10 @@ def _on_the_floor(robot: Robot) -> Iterator[Finding]:
 def _clearance(robot: Robot) -> Iterator[Finding]:
     """Plate, and whatever else hangs; the motor's body is one of the sizing checks."""
     wanted = robot.body.clearance
-    for body in bodies(robot):
-        part, low = body.part, float(body.low[2])
-        if part.kind in STANDS or part.kind == "motor" or part.link != "base_link":
+    others = {body.part.kind: body for body in bodies(robot) if body.part.link == "base_link"}
+    for kind, body in others.items():
+        low = float(body.low[2])
+        if kind in STANDS or kind == "motor" or low >= wanted:
             continue
         key, value = _higher(robot, body, wanted - low)
         sentence = f"below {body.name} there is less than body.clearance"

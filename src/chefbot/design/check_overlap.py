@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from itertools import combinations
+from functools import partial
+from itertools import combinations, islice
 from typing import NamedTuple
 
 import numpy as np
@@ -65,7 +67,8 @@ def overlaps(robot: Robot) -> Iterator[Finding]:
     """A finding for each pair, with the nearest place where the movable one of both is free."""
     found = sorted(overlapping(robot), key=lambda pair: -pair.volume)
     for i, pair in enumerate(found):
-        keys = keys_of(robot, pair.one.part) + keys_of(robot, pair.other.part)
+        lighter, heavier = sorted((pair.one.part, pair.other.part), key=lambda part: part.mass)
+        keys = keys_of(robot, lighter) + keys_of(robot, heavier)
         if {"base_plate", "wheel"} <= {pair.one.part.kind, pair.other.part.kind}:
             continue  # the notch's own check says it better
         key, value = _remedy(robot, pair, keys, len(found)) if i < MOST_REMEDIES else ("", "")
@@ -78,21 +81,23 @@ def overlaps(robot: Robot) -> Iterator[Finding]:
 
 
 def _remedy(robot: Robot, pair: Overlap, keys: list[str], before: int) -> tuple[str, str]:
-    """Key and value with which these two are apart and no other pair has come together."""
+    """Key and value with which these two are apart, inside the body, and no other pair has come together."""
     names = pair.one.name, pair.other.name
 
     def good(candidate: Robot) -> bool:
-        if overlap(body(candidate, names[0]), body(candidate, names[1])) is not None:
+        one, other = (body(candidate, name) for name in names)
+        if overlap(one, other) is not None or not all(map(partial(_inside, candidate), (one, other))):
             return False
-        return sum(1 for _ in overlapping(candidate)) < before and not _overhangs(candidate, robot)
+        return len(list(islice(overlapping(candidate), before))) < before
 
     return searched(robot, keys, good)
 
 
-def _overhangs(candidate: Robot, robot: Robot) -> bool:
-    from chefbot.design.check_seat import seats  # it asks for keys here
-
-    return len([*seats(candidate)]) > len([*seats(robot)])
+def _inside(robot: Robot, box: Body) -> bool:
+    """Whether no corner sticks out of the round body; wheels and casters may."""
+    x, y = np.maximum(np.abs(box.low), np.abs(box.high))[:2].tolist()
+    boxes = ("equipment", "sensor")
+    return box.part.material not in boxes or math.hypot(x, y) <= robot.body.radius
 
 
 def keys_of(robot: Robot, part: RobotPart) -> list[str]:

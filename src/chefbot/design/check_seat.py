@@ -32,9 +32,10 @@ def seats(robot: Robot) -> Iterator[Finding]:
     found = bodies(robot)
     floating = _floating(found)
     for body in found:
+        if body.part.material in ("equipment", "sensor"):
+            yield from _edge(robot, body)
         if body.part.material == "equipment":
             yield from _bay(robot, body)
-            yield from _edge(robot, body)
             yield from _foot(robot, body, found)
         elif body.part.kind == "stand":
             yield from _foot(robot, body, found)
@@ -55,7 +56,7 @@ def _bay(robot: Robot, body: Body) -> Iterator[Finding]:
 
 
 def _edge(robot: Robot, body: Body) -> Iterator[Finding]:
-    """A box's corners do not stick out of the round body."""
+    """A box's corners do not stick out of the round body, which is all that the planner knows."""
     x, y = (max(abs(float(body.low[i])), abs(float(body.high[i]))) for i in (0, 1))
     key = keys_of(robot, body.part)[0 if x >= y else 1]
     corner, radius = math.hypot(x, y), robot.body.radius
@@ -127,6 +128,9 @@ def _floating(found: tuple[Body, ...]) -> set[str]:
 
 
 def _touch(one: Body, other: Body) -> bool:
+    """A tilted sensor is screwed to its stand, which ends below the middle of the housing."""
+    if f"{one.name}_stand" == other.name or f"{other.name}_stand" == one.name:
+        return True
     if np.any(one.low > other.high + TOUCHING) or np.any(other.low > one.high + TOUCHING):
         return False
     return one.surface.min_gap(other.surface, 2.0 * TOUCHING) <= TOUCHING

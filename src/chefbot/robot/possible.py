@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 
 from chefbot.errors import UserError, nearest
 from chefbot.robot import layout
 from chefbot.robot.materials import MATERIALS
 from chefbot.robot.sections import Place
+from chefbot.robot.solids import payload, solids
 from chefbot.robot.spec import Robot
 
 Contradiction = tuple[bool, str, str]
@@ -17,7 +19,7 @@ Contradiction = tuple[bool, str, str]
 
 def check_possible(robot: Robot, where: str) -> None:
     """UserError for the first thing of a robot that cannot be together."""
-    for contradictions in (_materials, _plates, _stack, _motors, _wheels, _drive, _sensors):
+    for contradictions in (_materials, _wheels, _plates, _stack, _motors, _clamps, _drive, _sensors, _names):
         for impossible, key, reason in contradictions(robot):
             if impossible:
                 raise UserError(f"{where}: {key}: {reason}")
@@ -80,7 +82,7 @@ def _stack(robot: Robot) -> Iterator[Contradiction]:
         "two poles are longer than the tube that they hold",
     )
     yield (
-        2 * robot.casters.radius >= layout.plate_undersides(robot)[0],
+        2 * robot.casters.radius + layout.CASTER_GAP >= layout.plate_undersides(robot)[0],
         "casters.radius",
         "the balls are higher than the base plate",
     )
@@ -99,20 +101,43 @@ def _motors(robot: Robot) -> Iterator[Contradiction]:
         f"{mm(motor.length)} does not fit: between the wheels there are {mm(max(room, 0.0))} for each motor",
     )
     yield motor.shaft_diameter >= robot.wheels.diameter, "motor.shaft_diameter", "is as thick as the wheel"
-    hole = layout.SHAFT_CLEARANCE * motor.shaft_diameter
-    yield hole >= robot.motor_clamp.width, "motor_clamp.width", "is narrower than the hole for the shaft"
     yield (
         layout.motor_bottom(robot) <= 0.0,
         "wheels.diameter",
         f"the motor of {mm(motor.diameter)} would touch the floor",
     )
-    screws = 4.0 * robot.plates.screw_hole
-    yield robot.motor_clamp.width <= screws, "motor_clamp.width", f"screws need more than {mm(screws)}"
     yield (
         motor.no_load_current >= motor.stall_current,
         "motor.no_load_current",
         "is not below motor.stall_current",
     )
+
+
+def _clamps(robot: Robot) -> Iterator[Contradiction]:
+    clamp, motor, screw = robot.motor_clamp, robot.motor, robot.plates.screw_hole
+    hole = layout.SHAFT_CLEARANCE * motor.shaft_diameter
+    yield hole >= clamp.width, "motor_clamp.width", "is narrower than the hole for the shaft"
+    below = motor.diameter / 2 - motor.shaft_offset
+    yield (
+        hole / 2 >= below,
+        "motor.shaft_diameter",
+        f"a hole of {mm(hole)} round the shaft breaks out of the clamp, which ends {mm(below)} below the shaft",
+    )
+    across, along = layout.clamp_screws(robot)[0]
+    yield 2.0 * across <= screw, "motor_clamp.width", f"screws need more than {mm(5.0 * screw)}"
+    yield (
+        clamp.length / 2 - along <= screw / 2,
+        "motor_clamp.length",
+        f"{mm(clamp.length)} leaves no material round screws of {mm(screw)}",
+    )
+    yield clamp.thickness >= clamp.length, "motor_clamp.thickness", "is not below motor_clamp.length"
+
+
+def _names(robot: Robot) -> Iterator[Contradiction]:
+    """Every part has a name of its own: drawings, models and this check speak of them by it."""
+    names = Counter(part.name for part in (*solids(robot), payload(robot)))
+    for i, item in enumerate(robot.equipment):
+        yield names[item.name] > 1, f"equipment[{i}].name", f"another part is called {item.name!r} too"
 
 
 def _wheels(robot: Robot) -> Iterator[Contradiction]:

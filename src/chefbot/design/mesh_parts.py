@@ -20,8 +20,8 @@ VOLUME_SHARE = 8e-4
 """Of a solid's volume that its chords may cut off or add at most."""
 FINER = 0.7
 """From one try to the next, as long as the volume is too far off."""
-GRID = 1e-6
-"""Millimetres that corners are rounded to: faces that lie on each other then do so to the last bit."""
+SAME = 1e-6
+"""Millimetres: coordinates that differ by less are rounding errors of the same one."""
 MILLI = 1e-3
 SHARP = 45.0
 """Degrees between two triangles that make an edge; chords of an arc meet at 15 at most."""
@@ -54,10 +54,9 @@ def part_mesh(solids: tuple[Solid, ...], deviation: float = DEVIATION, shaded: b
     Prisms are united to one shell. A ball stays a shell of its own: it touches its cup along a line only, and
     has to turn in it.
     """
-    prisms = [_prism(solid, deviation) for solid in solids if isinstance(solid, Prism)]
-    balls = [_ball(solid, deviation) for solid in solids if isinstance(solid, Ball)]
-    shells = [_united(prisms)] if prisms else []
-    return joined([_mesh(body, shaded) for body in (*shells, *balls)])
+    prisms = [_mesh(_prism(solid, deviation)) for solid in solids if isinstance(solid, Prism)]
+    balls = [_mesh(_ball(solid, deviation), shaded) for solid in solids if isinstance(solid, Ball)]
+    return joined([*([united(prisms, shaded)] if prisms else []), *balls])
 
 
 def joined(meshes: list[Mesh]) -> Mesh:
@@ -72,9 +71,28 @@ def joined(meshes: list[Mesh]) -> Mesh:
     )
 
 
-def united(meshes: list[Mesh]) -> Mesh:
-    """The union of closed meshes: bodies that touch or overlap become one."""
-    return _mesh(_united([_body(mesh) for mesh in meshes]), shaded=False)
+def united(meshes: list[Mesh], shaded: bool = False) -> Mesh:
+    """The union of closed meshes without normals: bodies that touch or overlap become one."""
+    from manifold3d import Manifold, Mesh64, OpType
+
+    ends = np.cumsum([len(mesh.vertices) for mesh in meshes])
+    corners = _together(np.vstack([mesh.vertices for mesh in meshes]) / MILLI)
+    bodies = [
+        Manifold(Mesh64(np.ascontiguousarray(own), mesh.triangles.astype(np.uint64)))
+        for own, mesh in zip(np.split(corners, ends[:-1]), meshes, strict=True)
+    ]
+    return _mesh(Manifold.batch_boolean(bodies, OpType.Add), shaded)
+
+
+def _together(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Coordinates (n, 3) that are nearly the same made the same: faces that lie on each other then really do."""
+    result = np.empty_like(corners)
+    for axis, values in enumerate(corners.T):
+        order = np.argsort(values)
+        rising = values[order]
+        fresh = np.append(True, np.diff(rising) > SAME)
+        result[order, axis] = rising[fresh][np.cumsum(fresh) - 1]
+    return result
 
 
 def placed(mesh: Mesh, turn: NDArray[np.float64], at: NDArray[np.float64]) -> Mesh:
@@ -88,7 +106,7 @@ def _prism(prism: Prism, deviation: float) -> Manifold:
 
     length = prism.length / MILLI
     body = Manifold.extrude(_section(prism.outline, deviation), length).translate((0.0, 0.0, -length / 2))
-    return _on_grid(body.transform(_matrix(AXES[prism.axis], prism.at)))
+    return body.transform(_matrix(AXES[prism.axis], prism.at))
 
 
 def _section(outline: Outline, deviation: float) -> CrossSection:
@@ -124,23 +142,7 @@ def _matrix(turn: NDArray[np.float64], at: tuple[float, float, float]) -> NDArra
     return np.column_stack([turn, np.array(at) / MILLI])
 
 
-def _on_grid(body: Manifold) -> Manifold:
-    return body.warp_batch(lambda corners: np.round(np.asarray(corners) / GRID) * GRID)
-
-
-def _body(mesh: Mesh) -> Manifold:
-    from manifold3d import Manifold, Mesh64
-
-    return _on_grid(Manifold(Mesh64(mesh.vertices / MILLI, mesh.triangles.astype(np.uint64))))
-
-
-def _united(bodies: list[Manifold]) -> Manifold:
-    from manifold3d import Manifold, OpType
-
-    return Manifold.batch_boolean(bodies, OpType.Add)
-
-
-def _mesh(body: Manifold, shaded: bool) -> Mesh:
+def _mesh(body: Manifold, shaded: bool = False) -> Mesh:
     found: Any = (body.calculate_normals(0, SHARP) if shaded else body).to_mesh64()
     corners = np.asarray(found.vert_properties)
     normals = corners[:, 3:6].copy() if shaded else None

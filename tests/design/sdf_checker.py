@@ -19,10 +19,27 @@ SOURCE = r"""
 
 static void tell(const sdf::Model &model, bool first) {
   std::cout << (first ? "" : ",") << "\"" << model.Name() << "\":{\"static\":" << (model.Static() ? "true" : "false")
-            << ",\"collisions\":";
-  size_t count = 0;
-  for (size_t i = 0; i < model.LinkCount(); ++i) count += model.LinkByIndex(i)->CollisionCount();
-  std::cout << count << ",\"links\":{";
+            << ",\"collisions\":{";
+  const char *comma = "";
+  for (size_t i = 0; i < model.LinkCount(); ++i)
+    for (size_t j = 0; j < model.LinkByIndex(i)->CollisionCount(); ++j, comma = ",") {
+      const auto *solid = model.LinkByIndex(i)->CollisionByIndex(j);
+      std::cout << comma << "\"" << model.LinkByIndex(i)->Name() << "/" << solid->Name()
+                << "\":"
+                << solid->Element()->GetElement("surface")->GetElement("friction")->GetElement("ode")
+                       ->Get<double>("mu");
+    }
+  std::cout << "},\"sensors\":{";
+  comma = "";
+  for (size_t i = 0; i < model.LinkCount(); ++i)
+    for (size_t j = 0; j < model.LinkByIndex(i)->SensorCount(); ++j, comma = ",") {
+      const auto *sensor = model.LinkByIndex(i)->SensorByIndex(j);
+      ignition::math::Pose3d at;
+      if (!sensor->SemanticPose().Resolve(at, "__model__").empty()) std::exit(3);
+      std::cout << comma << "\"" << sensor->Name() << "\":[" << at.Pos().X() << "," << at.Pos().Y() << ","
+                << at.Pos().Z() << "]";
+    }
+  std::cout << "},\"links\":{";
   for (size_t i = 0; i < model.LinkCount(); ++i) {
     const auto *link = model.LinkByIndex(i);
     ignition::math::Pose3d at;
@@ -75,8 +92,10 @@ def _checker() -> Path:
 
 
 def read_by_libsdformat(path: Path) -> dict[str, Any]:
-    """Model to its links, frames and number of collisions. Fails the test when libsdformat complains; skips it
-    where the library is not installed."""
+    """Model to its links, frames, sensors, and friction of what collides.
+
+    Fails the test when libsdformat complains; skips it where the library is not installed.
+    """
     if shutil.which("g++") is None or shutil.which("pkg-config") is None:
         pytest.skip("needs g++ and pkg-config")
     if subprocess.run(["pkg-config", "--exists", "sdformat12"], check=False).returncode != 0:

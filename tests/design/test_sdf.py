@@ -12,9 +12,10 @@ from tests.design.bodies import Body, assert_same, of_solids, tensor
 from tests.design.sdf_checker import read_by_libsdformat
 
 from chefbot.design.links import links
-from chefbot.design.mjcf import mjcf
+from chefbot.design.mjcf import CASTER_FRICTION, mjcf
 from chefbot.design.sdf import sdf
 from chefbot.design.sdf_sensors import CONE_STEP, gz_sensors
+from chefbot.design.urdf import urdf
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.spec import Robot
 
@@ -52,8 +53,24 @@ def test_libsdformat_finds_the_solids_masses_and_our_frames(robot: Robot, tmp_pa
         site = compiled.site(frame)
         assert at == pytest.approx(site.pos, abs=1e-8)
         assert abs(turn @ site.quat) == pytest.approx(1.0, abs=1e-12)
-    assert model["collisions"] == sum(len(link.hulls) for link in links(robot))
+    assert len(model["collisions"]) == sum(len(link.hulls) for link in links(robot))
     assert not model["static"]
+
+
+def test_gazebo_makes_of_the_urdf_what_we_make_of_the_robot(robot: Robot, tmp_path: Path) -> None:
+    """Its reader joins what is fixed to one link, with all masses, sensors and frictions."""
+    file = tmp_path / "it.urdf"
+    file.write_text(urdf(robot))
+    theirs, ours = read_by_libsdformat(file)[robot.name], told(sdf(robot), tmp_path)[robot.name]
+    for model in (theirs, ours):
+        masses = [values[0] for values in model["links"].values()]
+        assert sum(masses) == pytest.approx(robot.total_mass, rel=1e-8)
+    assert theirs["sensors"].keys() == ours["sensors"].keys()
+    for name, at in ours["sensors"].items():
+        assert theirs["sensors"][name] == pytest.approx(at, abs=1e-8)
+    assert sorted(theirs["collisions"].values()) == pytest.approx(sorted(ours["collisions"].values()))
+    casters = [mu for name, mu in theirs["collisions"].items() if "__caster_" in name]
+    assert casters == [pytest.approx(CASTER_FRICTION)] * 2
 
 
 def test_drive_sensors_and_grip_are_the_robots(robot: Robot) -> None:

@@ -26,7 +26,7 @@ def test_libsdformat_reads_it_with_every_solid(world: World, tmp_path: Path) -> 
     objects = {name: model for name, model in models.items() if name != robot.name}
     assert all(model["static"] for model in objects.values())
     assert (
-        sum(model["collisions"] for model in objects.values()) == len(world.shapes_at_rest()) + 1
+        sum(len(model["collisions"]) for model in objects.values()) == len(world.shapes_at_rest()) + 1
     )  # the floor
 
 

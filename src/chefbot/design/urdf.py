@@ -50,11 +50,12 @@ def for_mujoco() -> ET.Element:
 
 
 def _link(root: ET.Element, link: Link) -> None:
+    """The collision is called like the link: only then does Gazebo's reader give it the link's friction."""
     element = ET.SubElement(root, "link", name=link.name)
     inertial(element, link.inertia)
     for hull in link.hulls:
         if hull.kind != "sphere":  # the casters' balls: they have frames of their own
-            shaped(ET.SubElement(element, "collision", name=hull.name), hull)
+            shaped(ET.SubElement(element, "collision", name=link.name), hull)
     for primitive, colour in (seen for part in link.parts for seen in looks(part)):
         visual = ET.SubElement(element, "visual", name=primitive.name)
         shaped(visual, primitive)
@@ -66,7 +67,7 @@ def _frame(root: ET.Element, name: str, hulls: dict[str, Primitive]) -> None:
     element = ET.SubElement(root, "link", name=name)
     if name in hulls:
         ball = hulls[name]
-        shaped(ET.SubElement(element, "collision", name=ball.name), ball._replace(at=(0.0, 0.0, 0.0)))
+        shaped(ET.SubElement(element, "collision", name=name), ball._replace(at=(0.0, 0.0, 0.0)))
 
 
 def inertial(element: ET.Element, inertia: MassProperties) -> None:

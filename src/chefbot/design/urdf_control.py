@@ -52,7 +52,7 @@ def gazebo(robot: Robot, prefix: str = "") -> list[ET.Element]:
     blocks += [
         _friction(f"{prefix}caster_{name}_link", CASTER_FRICTION) for name in layout.caster_positions(robot)
     ]
-    blocks.append(_friction(f"{prefix}base_link", BODY_FRICTION))
+    blocks += [_friction(f"{prefix}{link}", BODY_FRICTION) for link in ("base_link", "payload_link")]
     for frame, sensor in gz_sensors(robot, prefix).items():
         block = ET.Element("gazebo", reference=f"{prefix}{frame}")
         block.append(sensor)

@@ -54,9 +54,10 @@ MACROS = """
     </visual>
   </xacro:macro>
 
-  <!-- What collides: an upright cylinder from the height `low` to the height `high`. -->
-  <xacro:macro name="hull" params="name radius low high">
-    <collision name="${name}">
+  <!-- What collides: an upright cylinder from the height `low` to the height `high`. Called like its link, or
+       Gazebo's reader does not give it the link's friction. -->
+  <xacro:macro name="hull" params="link radius low high">
+    <collision name="${prefix}${link}">
       <origin xyz="0 0 ${(low + high) / 2}" rpy="0 0 0"/>
       <geometry>
         <cylinder radius="${radius}" length="${high - low}"/>
@@ -77,7 +78,7 @@ MACROS = """
     <link name="${prefix}wheel_${side}_link">
       <xacro:inertial mass="${wheel_mass}" xyz="0 0 0" ixx="${wheel_ixx}" iyy="${wheel_iyy}" izz="${wheel_izz}"
                       ixy="0" ixz="0" iyz="0"/>
-      <collision name="wheel_${side}">
+      <collision name="${prefix}wheel_${side}_link">
         <origin xyz="0 0 0" rpy="${pi / 2} 0 0"/>
         <geometry>
           <cylinder radius="${wheel_radius}" length="${wheel_width}"/>
@@ -97,7 +98,7 @@ MACROS = """
   <!-- A ball that touches the floor; its mass and looks are base_link's. reflect is 1 in front. -->
   <xacro:macro name="caster" params="name reflect">
     <link name="${prefix}caster_${name}_link">
-      <collision name="caster_${name}">
+      <collision name="${prefix}caster_${name}_link">
         <origin xyz="0 0 0" rpy="0 0 0"/>
         <geometry>
           <sphere radius="${caster_radius}"/>
@@ -232,7 +233,7 @@ def _link(root: ET.Element, robot: Robot, link: Link) -> None:
     size = {"radius": f"{hull.size[0]:.9g}", "low": f"{low:.9g}", "high": f"{high:.9g}"}
     if link.name == "base_link":
         size = {"radius": "${body_radius}", "low": "${body_low}", "high": "${body_high}"}
-    _call(element, "hull", name=hull.name, **size)
+    _call(element, "hull", link=link.name, **size)
     for part, mesh in _meshes(robot):
         if part.link == link.name:
             _part(element, part, mesh)

@@ -169,9 +169,9 @@ def _print(robot: Robot, items: list[Item], paths: list[Path]) -> None:
     for item in items:
         size = " x ".join(f"{round(side / MILLI, 1):g}" for side in item.size)
         what = item.title or item.part.material
-        table.add_row(item.name, what, str(item.count), f"{item.part.mass:.4f}", f"{item.mass:.4f}", size)
+        table.add_row(item.name, what, str(item.number), f"{item.part.mass:.4f}", f"{item.mass:.4f}", size)
     table.add_section()
-    table.add_row("all", "", str(sum(item.count for item in items)), "", f"{robot.mass:.4f}", "")
+    table.add_row("all", "", str(sum(item.number for item in items)), "", f"{robot.mass:.4f}", "")
     console.print(table)
     folder = paths[0].parent
     console.print(f"\nWritten to {folder}: {', '.join(path.name for path in paths)}", soft_wrap=True)

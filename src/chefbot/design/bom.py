@@ -40,14 +40,14 @@ class Item(NamedTuple):
 
     name: str
     part: RobotPart
-    count: int
+    number: int
     title: str
     size: tuple[float, float, float]
 
     @property
     def mass(self) -> float:
         """Of all, kg."""
-        return self.count * self.part.mass
+        return self.number * self.part.mass
 
 
 def bill(robot: Robot) -> list[Item]:
@@ -84,7 +84,7 @@ def bill_csv(items: list[Item]) -> bytes:
     for item in items:
         size = [f"{side / 1e-3:.1f}" for side in item.size]
         masses = [f"{item.part.mass:.6f}", f"{item.mass:.6f}"]
-        table.writerow([item.name, item.count, item.title, item.part.material, *masses, *size, "", ""])
+        table.writerow([item.name, item.number, item.title, item.part.material, *masses, *size, "", ""])
     return text.getvalue().encode()
 
 

@@ -7,7 +7,7 @@ SIGGRAPH 1988: three half-planes); here they are solved for the first and last p
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +26,12 @@ class Seen(NamedTuple):
 
 
 class _Rows(NamedTuple):
-    """Pieces of triangles one pixel high: triangle, row, first column and how many columns."""
+    """Pieces of triangles one pixel high: triangle, row, first column and how many columns long."""
 
     triangle: Ints
     row: Ints
     first: Ints
-    count: Ints
+    long: Ints
 
 
 def rasterize(corners: Floats, width: int, height: int) -> Seen:
@@ -82,9 +82,9 @@ def _draw(
     corners: Floats, rows: _Rows, width: int, depth: NDArray[np.float32], nearest: NDArray[np.int32]
 ) -> None:
     """Nearer ones win; of equally near ones, the last in the list."""
-    triangle = np.repeat(rows.triangle, rows.count)
-    column = np.repeat(rows.first, rows.count) + _counting(rows.count)
-    row = np.repeat(rows.row, rows.count)
+    triangle = np.repeat(rows.triangle, rows.long)
+    column = np.repeat(rows.first, rows.long) + _counting(rows.long)
+    row = np.repeat(rows.row, rows.long)
     z = _depth(corners, triangle, column + 0.5, row + 0.5).astype(np.float32)
     pixel = row * width + column
     np.minimum.at(depth, pixel, z)
@@ -92,7 +92,7 @@ def _draw(
     nearest[pixel[won]] = triangle[won]
 
 
-def _depth(corners: Floats, triangle: Ints, x: Floats, y: Floats) -> Floats:
+def _depth(corners: Floats, triangle: Ints, x: NDArray[Any], y: NDArray[Any]) -> Floats:
     """Of the triangle's plane; never beyond its corners, where it is seen nearly edge-on."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     dx = (u[:, 2] * v[:, 1] - v[:, 2] * u[:, 1]) / _area(corners)
@@ -108,7 +108,7 @@ def _area(corners: Floats) -> Floats:
 
 
 def _batches(rows: _Rows) -> Iterator[_Rows]:
-    for part in _groups(rows.count):
+    for part in _groups(rows.long):
         yield _Rows(*(column[part] for column in rows))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,7 @@ BAND = 100 * FINE
 CREASE = math.cos(math.radians(30.0))
 """Cosine between neighbours' normals below which there is an edge; chords of an arc meet at 15 degrees."""
 Image = NDArray[np.float32]
+UP = np.array([[0.0, 0.0, 1.0]], np.float32)
 
 
 class Body(NamedTuple):
@@ -65,7 +66,7 @@ class _Eye(NamedTuple):
     pixel: float
     corner: NDArray[np.float64]
 
-    def project(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    def project(self, places: NDArray[Any]) -> NDArray[np.float64]:
         """(..., 3) metres to pixels and metres of depth."""
         seen = places @ self.turn.T
         seen[..., :2] = (seen[..., :2] - self.corner) / self.pixel
@@ -119,7 +120,7 @@ def _eye(corners: NDArray[np.float64], azimuth: float, elevation: float, width: 
 
 def _normals(scene: _Scene, triangles: NDArray[np.int32]) -> Image:
     """Of what is seen, (..., 3); the floor's where there is nothing."""
-    return np.vstack([scene.normals, np.float32([[0.0, 0.0, 1.0]])])[triangles]
+    return np.vstack([scene.normals, UP])[triangles]
 
 
 def _lit(scene: _Scene, triangles: NDArray[np.int32], lamp: Image, sky: Image) -> Image:
@@ -128,7 +129,7 @@ def _lit(scene: _Scene, triangles: NDArray[np.int32], lamp: Image, sky: Image) -
     above = 0.5 + 0.5 * _normals(scene, triangles)[..., 2]
     soft = (GROUND_SHARE + (SKY_SHARE - GROUND_SHARE) * above) * sky
     full = LAMP_SHARE * math.sin(LAMP[1]) + SKY_SHARE  # on the floor, far from everything
-    lit: Image = colours * ((LAMP_SHARE * lamp + soft) / np.float32(full))[..., None]
+    lit: Image = colours * ((LAMP_SHARE * lamp + soft) / full)[..., None].astype(np.float32)
     return lit
 
 

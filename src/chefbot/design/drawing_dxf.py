@@ -75,7 +75,9 @@ def dxf_document(drawing: Drawing) -> Document:
 
 
 def dxf_bytes(document: Document) -> bytes:
-    """As a file, with neither date nor chance in it."""
+    """As a file, with neither date nor chance nor the order of a set in it."""
+    for name in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf would take them in a set's order
+        document.classes.add_class(name)
     text = io.StringIO()
     with _fixed_meta_data():
         document.write(text)

@@ -102,7 +102,7 @@ def test_the_chefbot_is_what_its_chapter_asks_for():
         ("wheels", "separation", "1 cm", "overlap"),
         ("wheels", "separation", "2 m", "stand clear"),
         ("wheels", "separation", "16 cm", "does not fit"),
-        ("wheels", "diameter", "1 cm", "wheels.diameter"),
+        ("motor", "diameter", "12 cm", "wheels.diameter: the motor of 120 mm would touch the floor"),
         ("casters", "offset", "40 cm", "outside the body"),
         ("casters", "radius", "4 cm", "casters"),
         ("motor", "stall_torque", "0.01 N m", "cannot roll"),

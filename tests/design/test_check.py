@@ -1,0 +1,134 @@
+"""Robots with a fault each: it is found, and what the finding says would do, does."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+import yaml
+
+pytest.importorskip("manifold3d")
+
+from chefbot.commands.check import run_check
+from chefbot.design.check import check
+from chefbot.design.check_finding import with_value
+from chefbot.design.check_overlap import overlapping
+from chefbot.design.check_view import hidden_from, hidden_sectors
+from chefbot.robot.catalogue import load_catalogue
+from chefbot.robot.load import built_in_robots, load_robot
+from chefbot.robot.units import to_si
+
+CATALOGUE = load_catalogue()
+ROBOTS = {name: load_robot(name) for name in ("chefbot", "chefbot_lidar")}
+SI = {"mm": "m", "kg": "kg", "m/s": "m/s", "rad/s": "rad/s", "m/s^2": "m/s^2", "min": "s", "deg": "rad"}
+
+
+def quantity(text):
+    """`110 mm` in SI; a component's name as the component."""
+    for kind in CATALOGUE:
+        if text in kind:
+            return kind[text]
+    return to_si(text, SI[text.split(" ", 1)[1]])
+
+
+@pytest.mark.parametrize("name", sorted(built_in_robots()))
+def test_what_comes_with_the_package_has_no_errors(name):
+    assert [finding for finding in check(load_robot(name), CATALOGUE) if finding.severity == "error"] == []
+
+
+FAULTS = [
+    ("chefbot", "places.driver.y", -0.045, "overlap", "driver"),
+    ("chefbot", "sensors.imu.mount.x", 0.09, "overlap", "imu"),
+    ("chefbot", "plates.notch.length", 0.08, "notch", "base_plate"),
+    ("chefbot", "plates.notch.depth", 0.017, "notch", "wheel"),
+    ("chefbot", "wheels.gap", 0.0005, "notch", "motor_clamp"),
+    ("chefbot", "wheels.diameter", 0.08, "clearance", "motor_clamp"),
+    ("chefbot", "sensors.depth_camera.mount.x", -0.03, "view", "middle_plate"),
+    ("chefbot", "sensors.depth_camera.mount.x", 0.149, "edge", "camera"),
+    ("chefbot", "drive.max_speed", 0.9, "drive", "motor"),
+    ("chefbot", "drive.max_turn", 9.0, "drive", "motor"),
+    ("chefbot", "drive.max_acceleration", 3.0, "stability", "robot"),
+    ("chefbot", "power.run_time", 18000.0, "drive", "battery"),
+    ("chefbot", "battery", CATALOGUE.batteries["nimh_7v2_3ah"], "drive", "battery"),
+    ("chefbot", "driver", CATALOGUE.drivers["drv8833"], "drive", "driver"),
+    ("chefbot_lidar", "sensors.lidar.range_min", 0.1, "view", "tube"),
+]
+
+
+@pytest.mark.parametrize(("name", "key", "value", "rule", "subject"), FAULTS)
+def test_a_fault_is_found_and_its_remedy_mends_it(name, key, value, rule, subject):
+    robot = with_value(ROBOTS[name], key, value)
+    found = [
+        finding
+        for finding in check(robot, CATALOGUE)
+        if finding.severity == "error" and finding.rule == rule and subject in finding.subject
+    ]
+    assert found
+    fault = found[0]
+    assert fault.value and (fault.have < fault.bound) == fault.at_least
+    mended = with_value(robot, fault.key, quantity(fault.value))
+    left = [(f.rule, f.subject, f.sentence) for f in check(mended, CATALOGUE) if f.severity == "error"]
+    assert (fault.rule, fault.subject, fault.sentence) not in left
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "rule", "subject"),
+    [
+        ("body.payload_height", 0.9, "stability", "robot"),
+        ("body.payload", 15.0, "stability", "robot"),
+        ("equipment[0].place.plate", 1, "overlap", "battery, computer"),
+        ("equipment[2].place.x", -0.145, "edge", "wiring"),
+        ("battery", CATALOGUE.batteries["lead_12v_12ah"], "overlap", "battery, board"),
+        ("tubes.length", 0.09, "bay", "battery"),
+        ("poles.reach", 0.1, "hole", "base_plate"),
+        ("sensors.ultrasonic.mount.z", 0.02, "clearance", "ultrasonic"),
+        ("sensors.depth_camera.mount.pitch", 0.9, "view", "middle_plate"),
+    ],
+)
+def test_faults_that_need_more_than_one_value_are_found(key, value, rule, subject):
+    found = check(with_value(ROBOTS["chefbot"], key, value), CATALOGUE)
+    assert any(finding.rule == rule and subject in finding.subject for finding in found)
+
+
+def test_an_overlap_has_the_volume_of_the_box_that_is_shared():
+    robot = with_value(ROBOTS["chefbot"], "places.driver.y", -0.04)
+    pairs = [pair for pair in overlapping(robot) if {pair.one.name, pair.other.name} == {"battery", "driver"}]
+    depth = (robot.battery.size.y + robot.driver.size.y) / 2 - 0.04
+    wanted = robot.driver.size.x * depth * robot.driver.size.z
+    assert [pair.volume for pair in pairs] == pytest.approx([wanted], rel=1e-6)
+
+
+def test_a_lidar_loses_the_angle_under_which_it_sees_the_tubes():
+    robot = ROBOTS["chefbot_lidar"]
+    radius = robot.tubes.bore / 2 + robot.tubes.wall
+    away = math.hypot(robot.poles.reach, robot.poles.reach)
+    sectors = hidden_sectors(robot, robot.sensors.lidar)
+    assert sectors.angle == pytest.approx(8 * math.asin(radius / away), rel=1e-3)
+    assert sectors.farthest == pytest.approx(math.sqrt(away**2 - radius**2), rel=0.01)
+
+
+def test_a_camera_behind_the_edge_of_a_plate_sees_as_much_of_it_as_the_rays_say():
+    """Rays through the middle of each pixel against the discs, which is another way than cutting and projecting."""
+    robot = with_value(ROBOTS["chefbot"], "sensors.depth_camera.mount.x", -0.03)
+    hidden = hidden_from(robot, "camera", "depth_camera")
+    camera, plate = robot.sensors.depth_camera, robot.height - 2 * robot.plates.thickness - robot.tubes.length
+    columns, rows = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
+    y = (columns - camera.width / 2) / camera.focal_length_px
+    z = (camera.height / 2 - rows) / camera.focal_length_px
+    top = plate + robot.plates.thickness
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = (top - camera.mount.z) / z
+        seen = (reach > 0) & (np.hypot(camera.mount.x + reach, reach * y) < robot.body.radius)
+    assert hidden.by_part["middle_plate"] == pytest.approx(seen.mean(), abs=2e-3)
+
+
+def test_the_verb_prints_and_its_exit_code_tells(capsys, tmp_path):
+    assert run_check("chefbot", as_json=True, out=None) == 0
+    assert {f["severity"] for f in json.loads(capsys.readouterr().out)["findings"]} == {"warning"}
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(yaml.safe_dump({"like": "chefbot", "name": "bad", "places": {"driver": {"y": "-4 cm"}}}))
+    picture = tmp_path / "bad.png"
+    assert run_check(str(bad), as_json=False, out=picture) == 1
+    text = capsys.readouterr().out
+    assert "places.driver.y" in text and "1 error" in text
+    assert picture.read_bytes().startswith(b"\x89PNG")

@@ -1,6 +1,6 @@
 """The documentation's pictures of drawings and solids, made by the verbs that everyone uses.
 
-    python docs/design_pictures.py
+python docs/design_pictures.py
 """
 
 from __future__ import annotations

@@ -22,8 +22,8 @@ robot's own accelerations in it."""
 FORCE_RANGE = 2.0 * GRAVITY
 """m/s^2: the narrowest range of the accelerometers in use (MPU-6050 register map, AFS_SEL 0)."""
 SLOPING: Flags = np.zeros(SIZE, np.bool_)
-"""What the accelerometer may change. Its comparison takes the wheels' speeds as they are, so it must not turn
-round and correct wheels and heading by them."""
+"""What accelerometer and gyro about x and y may change. Their comparisons take wheels and stand as they are, so
+they must not turn round and correct the plane's business by them: heading, wheels, gyro about z."""
 SLOPING[[Z, ROLL, PITCH, BIAS_X, BIAS_Y, FORCE_X, FORCE_Y]] = True
 STUCK_TURN, STUCK_SPEED, STUCK_TRAVEL = 0.05, 0.1, 0.1
 """rad, m/s, m: what attitude, accelerometer and scans cannot have missed, if the wheels are right."""
@@ -70,7 +70,7 @@ def _stands_still(leg: Leg, reading: ImuReading) -> bool:
     noise = np.diag([max(v, LEAST_GYRO_NOISE**2) for v in reading.rates_variance[:2]])
     if leg.distance(error, selecting(axes), noise)[0] > GATE:
         return False
-    leg.correct(error, selecting(axes), noise)
+    leg.correct(error, selecting(axes), noise, SLOPING)
     return True
 
 

@@ -1,0 +1,158 @@
+"""Odometry over 40 m through the simulated hotel, on robots of the `real` profile, against the truth.
+
+Driven by the real controller between tables of the hotel; the controller sees the true pose, so that all filters
+ride along the same way. `calibrated` starts with the shares that this robot really has, as far as a calibration
+finds them: to 0.1 % of the wheels, 0.2 % of their separation and of the gyro's scale (standard deviations).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.commands.summary import true_plan
+from chefbot.control.dwa import Dwa
+from chefbot.control.kinematics import wheel_speeds
+from chefbot.control.limiter import Limiter
+from chefbot.control.limits import Limits
+from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.maths.angles import wrap
+from chefbot.maths.costs import Costmap
+from chefbot.maths.se2 import SE2
+from chefbot.odometry.body import Body
+from chefbot.odometry.dead_reckoning import DeadReckoning
+from chefbot.odometry.ekf import Ekf
+from chefbot.odometry.estimate import MotionEstimate
+from chefbot.odometry.motion import LEFT, RIGHT, SEPARATION
+from chefbot.odometry.params import OdometryParams
+from chefbot.odometry.readings import ImuReading, WheelCounts
+from chefbot.planning.grid_planner import GridPlanner
+from chefbot.robot.load import load_robot
+from chefbot.sim.board import Board
+from chefbot.sim.load import load_any_world
+from chefbot.sim.simulation import Simulation
+
+ROBOT, WORLD = load_robot("chefbot"), load_any_world("hotel")
+METRES, RUNS, TICK_NS = 40.0, 12, 20_000_000
+CALIBRATED = OdometryParams(diameter_error=0.001, separation_error=0.002, gyro_gain_error=0.002)
+LIMIT_M, LIMIT_DEG = 0.01 * METRES, 2.0
+
+
+class Sensed(NamedTuple):
+    """One tick of a drive: what the sensors say, and the truth since the start."""
+
+    wheels: WheelCounts
+    imu: ImuReading
+    truth: SE2
+
+
+def way(rng: np.random.Generator, costmap: Costmap, start: SE2) -> Iterator[NDArray[np.float64]]:
+    """Paths from table to table."""
+    tables = [name for name in WORLD.places if name.startswith("table")]
+    planner, here = GridPlanner(), start
+    while True:
+        goal = WORLD.places[str(rng.choice(tables))]
+        if goal.distance(here) > 2.0:
+            yield planner.plan(costmap, here, goal)
+            here = goal
+
+
+def drive(seed: int) -> tuple[Simulation, list[Sensed]]:
+    """Stand for two seconds, then METRES from table to table."""
+    sim = Simulation(ROBOT, WORLD, "real", seed, people=0)
+    costs = LayeredCostmap(CostmapParams(), ROBOT.footprint_radius)
+    costs.set_static(true_plan(WORLD, ROBOT))
+    costmap, limits = costs.update(), Limits.of(ROBOT)
+    board, dwa, limiter = Board(ROBOT, sim), Dwa(limits), Limiter(limits)
+    paths, start = way(np.random.default_rng(seed), costmap, sim.truth().pose), sim.truth().pose
+    sensed, gone, twist, last, tick = [], 0.0, (0.0, 0.0), start, 0
+    while gone < METRES:
+        tick += 1
+        board.run_until(tick * TICK_NS)
+        here = sim.truth().pose
+        gone, last = gone + last.distance(here), here
+        sensed.append(_sense(sim, start.between(here), tick))
+        if tick % 5 or tick < 100:
+            continue
+        v, w, status = dwa.command(here, twist, costmap)
+        if status.name != "RUNNING":
+            dwa.set_path(next(paths))
+        twist = limiter.step(v, w, 0.0, 0.1)
+        left, right = wheel_speeds(*twist, ROBOT)
+        board.command(left * ROBOT.wheel_radius, right * ROBOT.wheel_radius)
+    return sim, sensed
+
+
+def _sense(sim: Simulation, truth: SE2, tick: int) -> Sensed:
+    rates, force = (tuple(values.tolist()) for values in sim.imu())
+    spec, stamp = ROBOT.sensors.imu, tick * TICK_NS
+    noise = (spec.gyro_noise**2,) * 3, (spec.accelerometer_noise**2,) * 3
+    return Sensed(
+        WheelCounts(stamp, *sim.wheel_ticks()), ImuReading(stamp, rates, noise[0], force, noise[1]), truth
+    )
+
+
+def fused(sensed: list[Sensed], params: OdometryParams, shares: NDArray[np.float64]) -> MotionEstimate:
+    """By wheels, gyro and accelerometer; `shares` (3,) of left wheel, right wheel, separation to begin with."""
+    ekf = Ekf(Body.of(ROBOT, params))
+    ekf.belief.state[[LEFT, RIGHT, SEPARATION]] = shares
+    for one in sensed:
+        ekf.add(one.imu)
+        ekf.add(one.wheels)
+    return ekf.estimate
+
+
+def by_wheels(sensed: list[Sensed]) -> MotionEstimate:
+    """By the wheels as the robot file has them."""
+    odometry = DeadReckoning(ROBOT)
+    for one in sensed:
+        estimate = odometry.update(one.wheels.left, one.wheels.right, TICK_NS / 1e9)
+    return estimate
+
+
+def off(estimate: MotionEstimate, truth: SE2) -> tuple[float, float, float]:
+    """Metres, degrees, and the normalised error squared (3 is honest)."""
+    x, y, yaw = estimate.pose
+    error = np.array([x - truth.x, y - truth.y, wrap(yaw - truth.yaw)])
+    nees = float(error @ np.linalg.solve(estimate.covariance, error))
+    return math.hypot(error[0], error[1]), abs(math.degrees(error[2])), nees
+
+
+def main() -> None:
+    """Print the table; exit code 1 if calibrated odometry misses its limits."""
+    rows: dict[str, list[tuple[float, float, float]]] = {"wheels": [], "fused": [], "fused, calibrated": []}
+    seconds = ticks = 0.0
+    for seed in range(RUNS):
+        sim, sensed = drive(seed)
+        built, rng = sim.as_built, np.random.default_rng(seed)
+        shares = np.array([built.left_wheel, built.right_wheel, built.separation]) - 1.0
+        shares += rng.normal(size=3) * (0.001, 0.001, 0.002)
+        truth, begun = sensed[-1].truth, time.perf_counter()
+        rows["fused"].append(off(fused(sensed, OdometryParams(), np.zeros(3)), truth))
+        seconds, ticks = seconds + time.perf_counter() - begun, ticks + len(sensed)
+        rows["fused, calibrated"].append(off(fused(sensed, CALIBRATED, shares), truth))
+        rows["wheels"].append(off(by_wheels(sensed), truth))
+    print(
+        f"{RUNS} drives of {METRES:.0f} m in the hotel; limits {LIMIT_M:.1f} m (1 %) and {LIMIT_DEG:.0f} deg"
+    )
+    print("                     error m           error deg        NEES")
+    print("                   median    max     median    max      mean")
+    for name, found in rows.items():
+        m, deg, nees = np.array(found).T
+        cells = f"{np.median(m):6.3f} {m.max():6.3f}   {np.median(deg):6.2f} {deg.max():6.2f}"
+        print(f"{name:18s} {cells} {nees.mean():9.1f}")
+    print(f"one tick with IMU: {1e6 * seconds / ticks:.0f} us (one of {os.cpu_count()} cores)")
+    m, deg, _ = np.array(rows["fused, calibrated"]).T
+    if m.max() > LIMIT_M or deg.max() > LIMIT_DEG:
+        raise SystemExit("calibrated odometry misses its limits")
+
+
+if __name__ == "__main__":
+    main()

@@ -20,7 +20,7 @@ SOURCE, ROBOTS = ROOT / "src" / "chefbot", ROOT / "src" / "chefbot" / "robot"
 KINDS = (".py", ".js", ".html", ".yaml", ".cpp", ".hpp", ".h", ".c", ".ino")
 QUANTITY = re.compile(r"([0-9.]+(?:e-?[0-9]+)?) *([A-Za-z][A-Za-z/^0-9 ]*)?")
 NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+)")
-SMALL = re.compile(r"(\d+\.?\d*) ?(cm|mm|g|ms|rpm|deg)\b")
+SMALL = re.compile(r"(?<![\w.])(\d+\.?\d*) ?(cm|mm|g|ms|rpm|deg)\b")
 SMALLER = {"cm": 0.01, "mm": 1e-3, "g": 1e-3, "ms": 1e-3, "rpm": 2 * math.pi / 60, "deg": math.pi / 180}
 WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 UNTELLING = {
@@ -130,7 +130,8 @@ def copies(path: Path, found: list[Home]) -> Iterator[str]:
     for number, code in code_lines(path).items():
         line = NOT_SIZES.sub("", code)
         written = {float(text) for text in NUMBER.findall(line)}
-        written |= {float(text) * SMALLER[unit] for text, unit in SMALL.findall(line)}
+        if path.suffix == ".yaml":  # the only files where people write units; code is in SI
+            written |= {float(text) * SMALLER[unit] for text, unit in SMALL.findall(line)}
         words = {word.lower().rstrip("s") for word in WORD.findall(line)}
         for one in found:
             same = [

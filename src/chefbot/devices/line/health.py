@@ -12,6 +12,8 @@ REFUSALS_SHOWN_NS = 3_000_000_000
 LOSS_TOLD = 0.02
 """Share of lost or damaged lines in the last second above which it is told."""
 
+HELD_BACK = "the robot waits for a stop to be commanded before it drives: let go of the controls once"
+
 
 class Health:
     """Collects what lines say of the board; `report` puts it in words, with levels of diagnostic_msgs."""
@@ -62,6 +64,8 @@ class Health:
 
     def _complaints(self, session: Session, now_ns: int) -> list[str]:
         found = warnings(session.flags)
+        if session.held_back(now_ns):
+            found.append(HELD_BACK)
         if session.warning is not None:
             found.append(session.warning)
         if self._loss > LOSS_TOLD:

@@ -79,6 +79,12 @@ class Session:
         """No valid line for a second, or none ever."""
         return self._heard_ns is None or now_ns - self._heard_ns > SILENCE_NS
 
+    def held_back(self, now_ns: int) -> bool:
+        """A speed is commanded, but it may be an old one: a stop must be commanded first."""
+        command = self._command
+        fresh = command is not None and now_ns - command.time_ns < SILENCE_NS
+        return self.is_open and self.neutral_first and fresh
+
     # -- from the board
 
     def hear(self, data: bytes, now_ns: int) -> list[Heard]:
@@ -140,8 +146,7 @@ class Session:
             return b""
         scale = 1.0 / self._robot.metres_per_tick
         wanted = _Command(_ticks(left * scale), _ticks(right * scale), now_ns)
-        if self.neutral_first and self._can_begin(wanted, now_ns):
-            self.neutral_first = False
+        self.neutral_first = self.neutral_first and not (self.is_open and wanted.left == wanted.right == 0)
         self._command = wanted
         return self._say_speed(now_ns) if self.is_open else b""
 
@@ -171,13 +176,10 @@ class Session:
             return self._say_speed(now_ns)
         return self._numbered("h", now_ns) if now_ns - self._said_ns >= HEARTBEAT_NS else b""
 
-    def _can_begin(self, wanted: _Command, now_ns: int) -> bool:
-        settled = self._open_ns is not None and now_ns - self._open_ns >= SETTLE_NS
-        return settled and self._clear_ns is None and wanted.left == wanted.right == 0
-
     def _say_speed(self, now_ns: int) -> bytes:
         assert self._command is not None
-        still = self.neutral_first or bool(self.flags & Flag.NEUTRAL_FIRST)
+        clearing = self._clear_ns is not None
+        still = self.neutral_first or clearing or bool(self.flags & Flag.NEUTRAL_FIRST)
         left, right = (0, 0) if still else (self._command.left, self._command.right)
         return self._numbered("s", now_ns, left, right)
 

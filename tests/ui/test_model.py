@@ -93,7 +93,10 @@ def test_every_link_has_its_solid_at_the_place_that_the_description_gives(tab: T
     )
     names = tab.ask("[...document.querySelectorAll('#links button')].map((row) => row.textContent)")
     assert "wheel_left_link60 g" in names
-    assert tab.ask("document.getElementById('links-total').textContent") == f"4 with mass, {ROBOT.total_mass:.2f} kg"
+    assert (
+        tab.ask("document.getElementById('links-total').textContent")
+        == f"4 with mass, {ROBOT.total_mass:.2f} kg"
+    )
 
 
 def test_it_is_drawn_and_turning_the_picture_changes_it(tab: Tab) -> None:

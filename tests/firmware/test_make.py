@@ -1,10 +1,10 @@
-"""What the firmware's own Makefile checks: unit tests under sanitizers, coverage, mutants, fuzz, sizes."""
+"""What the firmware's own Makefile checks: unit tests under sanitizers, coverage, fuzz, sizes.
+
+Its mutants take minutes; `make -C firmware test` runs them."""
 
 from __future__ import annotations
 
 import re
-
-import pytest
 
 from tests.firmware.host_board import make, need
 
@@ -24,13 +24,6 @@ def test_ten_million_fuzzed_bytes() -> None:
     said = make("fuzz", BYTES=10_000_000, SEED=2)
     match = re.search(r"fuzz: (\d+) bytes.* (\d+) lines accepted.* motion in (\d+) of", said)
     assert match and int(match[1]) >= 10_000_000 and int(match[2]) > 1000 and int(match[3]) > 1000
-
-
-@pytest.mark.slow
-def test_mutants_are_killed() -> None:
-    need("make", "g++")
-    match = re.search(r"mutants of the safety part: (\d+)/(\d+) killed", make("mutate"))
-    assert match and int(match[1]) >= 0.9 * int(match[2]) and int(match[2]) > 400
 
 
 def test_sizes_on_avr() -> None:

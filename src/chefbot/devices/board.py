@@ -15,7 +15,7 @@ from chefbot.devices.line.probe import Dialect
 from chefbot.errors import UserError
 from chefbot.msgs.base import Message
 from chefbot.msgs.chefbot_msgs import WheelSpeeds, WheelTicks
-from chefbot.msgs.diagnostic_msgs import ERROR, DiagnosticArray, DiagnosticStatus
+from chefbot.msgs.diagnostic_msgs import ERROR, DiagnosticArray, DiagnosticStatus, KeyValue
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
 from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.runtime.clock import wall_ns
@@ -170,5 +170,11 @@ class BoardDevice(Device):
         if self._link is None or not self._connected:
             status = DiagnosticStatus(ERROR, "board", f"{self._missing}.", self._where)
         else:
-            status = self._link.report(self._where, self.now_ns)
+            status = self._with_own(self._link.report(self._where, self.now_ns))
         self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))
+
+    def _with_own(self, status: DiagnosticStatus) -> DiagnosticStatus:
+        """What only this side knows."""
+        own = {"old commands refused": self._refused_commands, "writes that did not fit": self._unsent}
+        pairs = tuple(KeyValue(key, str(value)) for key, value in own.items())
+        return msgspec.structs.replace(status, values=status.values + pairs)

@@ -11,10 +11,10 @@ import numpy as np
 
 from chefbot.odometry.ekf import Ekf
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tests" / "odometry"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "odometry"))
 from bags import BODY, load
 
+ROOT = Path(__file__).resolve().parents[1]
 FOLDER = Path(os.environ.get("CHEFBOT_SHARED", ROOT.parent / "shared")) / "data" / "ekf"
 
 

@@ -54,9 +54,7 @@ def test_the_host_holds_the_speed_that_the_board_cannot() -> None:
     desk.run(50, 0.1)
     assert abs(desk.ticks[-1].left - before - 4 * (desk.board.place[0] - at)) <= 4
     stamps = [ticks.header.stamp.ns for ticks in desk.ticks]
-    assert all(
-        b - a == STEP_NS for a, b in itertools.pairwise(stamps)
-    )  # over the wrap of its clock
+    assert all(b - a == STEP_NS for a, b in itertools.pairwise(stamps))  # over the wrap of its clock
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))

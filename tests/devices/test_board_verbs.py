@@ -1,0 +1,105 @@
+"""The verbs about the motor board, as a user types them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from tests.devices.emulated import Emulator
+
+from chefbot.cli import main
+from chefbot.design.firmware_header import firmware_header
+from chefbot.devices.line import parse
+from chefbot.robot.load import load_robot
+
+
+@pytest.fixture
+def emulated(tmp_path: Path) -> Iterator[Emulator]:
+    one = Emulator(tmp_path)
+    yield one
+    one.close()
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *line: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["chefbot", *line])
+    with pytest.raises(SystemExit) as end:
+        main()
+    return int(str(end.value.code or 0))
+
+
+def test_the_monitor_decodes_every_line(
+    emulated: Emulator, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, "board", "monitor", str(emulated.path), "--seconds", "2") == 0
+    out = capsys.readouterr().out
+    for start in (
+        "v handshake: chefbot protocol 1 on host",
+        "e motion: ticks 0 0",
+        "s status: waiting",
+        "t time",
+    ):
+        assert start in out
+    assert "no session; no speed; neutral first" in out
+
+
+def test_the_log_holds_what_came(emulated: Emulator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "logs" / "board.log"
+    assert run(monkeypatch, "board", "log", str(emulated.path), "--out", str(out), "--seconds", "1") == 0
+    pieces = [line.split("\t") for line in out.read_text().splitlines()]
+    times = [float(time) for time, _ in pieces]
+    whole = [parse(text.encode().decode("unicode_escape").encode("latin-1")) for _, text in pieces[1:]]
+    assert len(whole) > 20 and None not in whole  # the first may be half a line
+    assert times == sorted(times)
+
+
+def test_the_header_is_the_robots(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, "firmware", "header", "desk") == 0
+    assert capsys.readouterr().out == firmware_header(load_robot("desk"))
+
+
+def test_the_doctor_prints_a_rule_and_no_open_door(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("chefbot.commands.doctor.ports", list)
+    assert run(monkeypatch, "doctor") == 0
+    out = capsys.readouterr().out
+    assert 'ATTRS{idVendor}=="2341"' in out and 'MODE="0660"' in out and "udevadm" in out
+    assert "777" not in out and "0666" not in out
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        (["board", "monitor", "/no/port"], "/no/port is not there"),
+        (["board", "log", "/dev/null", "--out", "{tmp}/x"], "/dev/null cannot be opened"),
+        (["board", "emulate", "--link", "{tmp}"], "is there already and no link"),
+        (["flash", "--board", "mege"], "did you mean 'mega'?"),
+        (["flash", "--board", "mega", "--robot", "chefbt"], "did you mean 'chefbot'?"),
+        (["firmware", "header", "no.yaml"], "no.yaml"),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    line: list[str],
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run(monkeypatch, *(word.format(tmp=tmp_path) for word in line)) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("chefbot: ") and sentence in error and error.count("\n") == 1
+
+
+def test_without_a_compiler_the_package_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert run(monkeypatch, "board", "emulate", "--link", str(tmp_path / "board")) == 2
+    assert "sudo apt-get install g++" in capsys.readouterr().err
+    assert run(monkeypatch, "flash", "--board", "pico") == 2
+    assert "make is not installed" in capsys.readouterr().err

@@ -18,6 +18,8 @@ Nothing here has a clock, a thread or a port; time is integer nanoseconds, given
     health.take(heard[0].line, now_ns)
     status: DiagnosticStatus = health.report(session, port_name, now_ns)      # about once a second
 
+`link`: `BoardLink(robot, token)` is these three as one; `chapter`: `ChapterLink(robot)` is the same for the chapter's
+own board. `probe`: `Probe` tells which of the two is at a port.
 `frame`: CRC, `frame(text) -> bytes`, `unframe(line) -> str | None`, `LineSplitter.push(data) -> list[bytes]`.
 `lines`: `parse(line) -> Version | Motion | Inertia | Status | Echo | Battery | Uptime | OtherVersion | None`.
 `stream`: `Stream.take(line, now_ns) -> Heard(line, stamp_ns, board_us, restarted) | None`.

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 import typer.main
-import yaml
 
 from chefbot.cli import app
 from chefbot.commands.launch import parse_arguments

@@ -110,16 +110,22 @@ def _prism(prism: Prism, deviation: float) -> Manifold:
 
 
 def _section(outline: Outline, deviation: float) -> CrossSection:
-    """In millimetres, as finely cut as its area asks for."""
+    """In millimetres, as finely cut as its area asks for. Holes of a robot in question may run into each other."""
     from manifold3d import CrossSection, FillRule
 
     exact = outline.moments().area
     while True:
-        loops = [_millimetres(loop, deviation) for loop in (outline.edge, *outline.holes)]
-        section = CrossSection(loops, FillRule.EvenOdd)
-        if abs(section.area() * MILLI**2 - exact) <= VOLUME_SHARE * exact:
-            return section
+        edge, *holes = (_millimetres(loop, deviation) for loop in (outline.edge, *outline.holes))
+        area = _area(edge) - sum(map(_area, holes))
+        if abs(area * MILLI**2 - exact) <= VOLUME_SHARE * exact:
+            return CrossSection([edge], FillRule.NonZero) - CrossSection(holes, FillRule.NonZero)
         deviation *= FINER
+
+
+def _area(polygon: NDArray[np.float64]) -> float:
+    """Of corners (n, 2), whichever way round (shoelace formula)."""
+    x, y = polygon.T
+    return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2.0
 
 
 def _millimetres(loop: Loop, deviation: float) -> NDArray[np.float64]:

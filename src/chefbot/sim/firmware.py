@@ -6,7 +6,7 @@ import ctypes
 import runpy
 import subprocess
 import sys
-from ctypes import POINTER, c_char_p, c_int16, c_int32, c_uint8, c_uint32, c_uint64, c_void_p
+from ctypes import POINTER, c_char_p, c_int16, c_int32, c_uint32, c_uint64, c_void_p
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -57,7 +57,7 @@ class Firmware:
         if not self._board:
             raise RuntimeError(f"the board's firmware does not take the constants of {robot.name}: {values}")
         self._imu = (c_int16 * 7)()
-        self.imu: NDArray[np.int16] = np.frombuffer(self._imu, np.int16)
+        self.imu: NDArray[np.int16] = np.ctypeslib.as_array(self._imu)
         """The IMU's registers from the next `step` on: ax ay az temperature gx gy gz; 8192 LSB per g, 65.5 per
         deg/s."""
         self.state = FirmwareState()
@@ -89,7 +89,7 @@ class Firmware:
     def read(self) -> bytes:
         """All bytes for the computer so far."""
         count = self._library.chefbot_board_read(self._board, self._line, _ROOM)
-        return self._line.raw[:count] if count == _ROOM else ctypes.string_at(self._line, count)
+        return ctypes.string_at(self._line, count)
 
     def press_estop(self, pressed: bool) -> None:
         """The button of the emergency stop."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.robot.spec import DRIVE_EFFICIENCY, Robot
+from chefbot.robot.spec import Robot
 
 SAG_AT_ONE_HOUR_RATE = 0.04
 """Share of the voltage lost at the current that empties the pack in one hour (small lead or NiMH pack)."""
@@ -19,7 +19,6 @@ class Battery:
         self._spec = robot.battery
         self._electronics = robot.power.electronics
         self._motor_voltage = robot.motor.voltage
-        self._ampere_per_torque = robot.motor.no_load_speed / (robot.motor.voltage * DRIVE_EFFICIENCY)
         self._resistance = SAG_AT_ONE_HOUR_RATE * robot.battery.voltage / (robot.battery.capacity / 3600.0)
         self.charge = level * robot.battery.capacity
         self.current = 0.0
@@ -36,16 +35,15 @@ class Battery:
         """The voltage that the motors get, as a share of the one that their data are for."""
         return self.voltage / self._motor_voltage
 
-    def drain(self, duties: tuple[float, float], torques: tuple[float, float], duration: float) -> None:
-        """Take what both motors (duty -1..1, N m at the wheel) and the electronics need for `duration` s.
+    def drain(self, duties: tuple[float, float], currents: tuple[float, float], duration: float) -> None:
+        """Take what both motors (duty -1..1, ampere in the windings) and the electronics need for `duration` s.
 
-        An ideal DC motor turns ampere into torque by V / no-load speed; a chopper with duty d draws d times
-        the motor's current from the pack. Braking motors give nothing back.
+        A chopper with duty d draws d times the motor's current from the pack. Braking motors give nothing back.
         """
         if self.charge <= 0.0:
             self.charge = self.current = self.voltage = 0.0
             return
-        motors = sum(max(d * t, 0.0) for d, t in zip(duties, torques, strict=True)) * self._ampere_per_torque
+        motors = sum(max(d * c, 0.0) for d, c in zip(duties, currents, strict=True))
         self.current = motors + self._electronics / max(self.voltage, self._spec.empty_voltage)
         self.charge -= self.current * duration
         span = self._spec.full_voltage - self._spec.empty_voltage

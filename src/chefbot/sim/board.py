@@ -1,50 +1,67 @@
-"""The motor board of the simulated robot: wheel speeds in, duty out, at 100 Hz, with a watchdog."""
+"""The simulated board with the computer's end of its line: wheel speeds in, messages out."""
 
 from __future__ import annotations
 
-from chefbot.control.wheel_pid import WheelPid
+from chefbot.devices.line.link import BoardLink
+from chefbot.msgs.base import Message
 from chefbot.robot.spec import Robot
-from chefbot.sim.simulation import STEP_NS, Simulation
+from chefbot.sim.motor_board import MotorBoard
+from chefbot.sim.simulation import Simulation
 
-PERIOD_NS = 10_000_000
-WATCHDOG_NS = 200_000_000
-"""A command older than this is a stop, whatever the computer does."""
+TALK_NS = 20_000_000
+"""The computer reads and speaks so often."""
+WAKE_NS = 300_000_000
+"""Of which the IMU takes 0.22 s."""
 
 
 class Board:
-    """Holds the wheel speeds that were commanded last."""
+    """Everything between a command and a sensor's message goes as bytes through the firmware."""
 
-    def __init__(self, robot: Robot, simulation: Simulation) -> None:
+    def __init__(self, robot: Robot, simulation: Simulation, began_ns: int = 0) -> None:
+        """Switched on, and woken; `began_ns`: what the computer's clock says now."""
         self._simulation = simulation
-        self._radius = robot.wheel_radius
-        self._wheels = (WheelPid(robot), WheelPid(robot))
-        self._ticks = simulation.wheel_ticks()
-        self._target = (0.0, 0.0)
-        self._commanded_ns = -WATCHDOG_NS
+        self._offset_ns = began_ns - simulation.time_ns
+        self.link = BoardLink(robot)
+        self.motors = MotorBoard(robot, simulation)
+        self._wake()
+
+    @property
+    def now_ns(self) -> int:
+        """The computer's clock."""
+        return self._simulation.time_ns + self._offset_ns
 
     def command(self, left: float, right: float) -> None:
-        """Rim speeds in m/s."""
-        self._target = (left / self._radius, right / self._radius)
-        self._commanded_ns = self._simulation.time_ns
+        """Rim speeds in m/s; without a new one in 200 ms the board stops. Nothing drives before a stop."""
+        self.motors.write(self.link.command(left, right, self.now_ns))
 
-    def run_until(self, time_ns: int) -> None:
-        """Physics and control up to `time_ns`."""
-        while self._simulation.time_ns < time_ns:
-            if self._simulation.time_ns % PERIOD_NS == 0:
-                self._control()
-            self._simulation.step()
+    def stop(self) -> None:
+        """Emergency stop, until `clear`."""
+        self.motors.write(self.link.stop(self.now_ns))
 
-    def _control(self) -> None:
-        stale = self._simulation.time_ns - self._commanded_ns > WATCHDOG_NS
-        target = (0.0, 0.0) if stale else self._target
-        ticks = self._simulation.wheel_ticks()
-        moved = (ticks[0] - self._ticks[0], ticks[1] - self._ticks[1])
-        self._ticks = ticks
-        duty = [
-            wheel.update(speed, count, PERIOD_NS / 1e9)
-            for wheel, speed, count in zip(self._wheels, target, moved, strict=True)
-        ]
-        self._simulation.set_duty(duty[0], duty[1])
+    def clear(self) -> None:
+        """Lift the emergency stop."""
+        self.link.clear(self.now_ns)
 
+    def run_until(self, time_ns: int) -> list[Message]:
+        """Physics, firmware and talk up to `time_ns` of the computer's clock; what the board told."""
+        messages: list[Message] = []
+        while (now_ns := self.now_ns) < time_ns:
+            self.motors.write(self.link.speak(now_ns))
+            self.motors.run_until(min(now_ns + TALK_NS, time_ns) - self._offset_ns)
+            messages += self.link.hear(self.motors.read(), self.now_ns)
+            if self.now_ns == now_ns:
+                break  # less than a control step is left
+        return messages
 
-assert PERIOD_NS % STEP_NS == 0
+    def _wake(self) -> None:
+        """The robot is switched on WAKE_NS before its programs: hands are shaken, the IMU runs, it stands still.
+
+        The computer's clock is as it was, so that they find a board that may drive.
+        """
+        self._offset_ns -= WAKE_NS
+        end_ns = self.now_ns + WAKE_NS
+        while self.now_ns < end_ns:
+            self.command(0.0, 0.0)
+            self.run_until(self.now_ns + TALK_NS)
+        if self.link.session.neutral_first:
+            raise RuntimeError(f"the simulated board does not shake hands: {self.link.refused}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Annotated, Literal
 
@@ -11,26 +10,19 @@ import numpy as np
 from msgspec import Meta
 
 from chefbot.errors import UserError
+from chefbot.msgs.base import Message
 from chefbot.msgs.chefbot_msgs import Collision, WheelSpeeds, WheelTicks
+from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
     Pose,
     PoseStamped,
     PoseWithCovariance,
     Twist,
     TwistWithCovariance,
-    Vector3,
 )
 from chefbot.msgs.nav_msgs import Odometry
-from chefbot.msgs.sensor_msgs import (
-    UNKNOWN_COVARIANCE,
-    BatteryState,
-    CameraInfo,
-    Image,
-    Imu,
-    LaserScan,
-    Range,
-)
-from chefbot.msgs.std_msgs import Header, String
+from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, Imu, LaserScan, Range
+from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.robot.sections import Lidar
 from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.sim.board import Board
@@ -40,9 +32,9 @@ from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
 
 BOARD_HZ = 50
-"""The board tells ticks and IMU so often; every other sensor's rate is rounded to a part of it."""
+"""The computer talks with the board so often; the rate of camera and lidar is rounded to a part of it."""
 TRUTH_HZ = 10
-BATTERY_HZ = 1
+HEALTH_HZ = 1
 CAMERA_LATENCY_NS = 50_001_000
 """From exposure to delivery. The odd microsecond gives a frame an instant of its own: a log without pictures,
 in which the scan speaks in their place, then has the same order."""
@@ -70,11 +62,14 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 class SimulatorDevice(Device):
     """Physics, board and sensors. `ground_truth` is for scoring and the ghost on the page; no node reads it.
 
+    Wheels, IMU, ultrasonic ranger and battery are on the motor board, and all of theirs goes as bytes through its
+    firmware and the driver's half of the line, at the firmware's rates.
     The frame `map` of the truth begins where the robot stands at the start, as a mapper's does.
     """
 
     params: SimulatorParams
     wheel_speeds: In[WheelSpeeds]
+    emergency_stop: In[Bool]
     drop_box: In[PoseStamped] = topic("simulation/drop_box")
     door: In[String] = topic("simulation/door")
     kidnap: In[PoseStamped] = topic("simulation/kidnap")
@@ -82,6 +77,7 @@ class SimulatorDevice(Device):
     imu: Out[Imu] = topic("imu/data")
     ultrasonic: Out[Range]
     battery_state: Out[BatteryState]
+    diagnostics: Out[DiagnosticArray]
     scan: Out[LaserScan]
     depth: Out[Image] = topic("camera/depth/image_raw")
     camera_info: Out[CameraInfo] = topic("camera/depth/camera_info")
@@ -96,12 +92,9 @@ class SimulatorDevice(Device):
         people = None if self.params.people < 0 else self.params.people
         seed = int(self.context.rng().integers(2**31))
         self.simulation = Simulation(self.robot, world, self.params.profile, seed, people=people)
+        self._board = Board(self.robot, self.simulation, self.now_ns)
         self._origin = self.simulation.truth().pose
-        self._board = Board(self.robot, self.simulation)
-        imu = self.robot.sensors.imu
-        self._gyro_covariance = (imu.gyro_noise**2 * np.eye(3)).reshape(9)
-        self._accelerometer_covariance = (imu.accelerometer_noise**2 * np.eye(3)).reshape(9)
-        self._began_ns = self.now_ns
+        self._pressed = False
         self._tick = 0
         self._frames = 0
         self._collisions = 0
@@ -126,8 +119,15 @@ class SimulatorDevice(Device):
 
     def on_wheel_speeds(self, command: WheelSpeeds) -> None:
         """The board holds these until the next, or its watchdog."""
-        if math.isfinite(command.left) and math.isfinite(command.right):
-            self._board.command(command.left, command.right)
+        self._board.command(command.left, command.right)
+
+    def on_emergency_stop(self, pressed: Bool) -> None:
+        """Pressed: the board stops by itself. Released: it may drive again, after a new command."""
+        if pressed.data:
+            self._board.stop()
+        elif self._pressed:
+            self._board.clear()
+        self._pressed = pressed.data
 
     def on_drop_box(self, at: PoseStamped) -> None:
         """Somebody puts a box down."""
@@ -154,21 +154,18 @@ class SimulatorDevice(Device):
 
     @every(hz=BOARD_HZ)
     def advance(self) -> None:
-        """Physics up to now, then all sensors that are due."""
-        self._board.run_until(self.now_ns - self._began_ns)
+        """Physics up to now, what the board told, then all other sensors that are due."""
+        for message in self._board.run_until(self.now_ns):
+            self._publish(message)
         self._tick += 1
         sensors = self.robot.sensors
-        self._publish_imu()
-        left, right = self.simulation.wheel_ticks()
-        self.wheel_ticks.publish(WheelTicks(self._header("base_link"), left, right))
         if sensors.lidar is not None and self._due(sensors.lidar.rate):
             self.scan.publish(self._laser_scan(sensors.lidar))
-        if sensors.ultrasonic is not None and self._due(sensors.ultrasonic.rate):
-            self._publish_ultrasonic()
         if sensors.depth_camera is not None and self._due(sensors.depth_camera.rate):
             self._expose()
-        if self._due(BATTERY_HZ):
-            self._publish_battery()
+        if self._due(HEALTH_HZ):
+            status = self._board.link.report("simulated", self.now_ns)
+            self.diagnostics.publish(DiagnosticArray(self._header("base_link"), (status,)))
         if self._due(TRUTH_HZ):
             self._publish_truth()
         self._publish_collisions()
@@ -179,18 +176,17 @@ class SimulatorDevice(Device):
     def _header(self, frame: str) -> Header:
         return Header.of(self.now_ns, frame)
 
-    def _publish_imu(self) -> None:
-        turn, acceleration = self.simulation.imu()
-        self.imu.publish(
-            Imu(
-                header=self._header("imu_link"),
-                orientation_covariance=UNKNOWN_COVARIANCE,
-                angular_velocity=Vector3(*turn.tolist()),
-                angular_velocity_covariance=self._gyro_covariance,
-                linear_acceleration=Vector3(*acceleration.tolist()),
-                linear_acceleration_covariance=self._accelerometer_covariance,
-            )
-        )
+    def _publish(self, message: Message) -> None:
+        if isinstance(message, WheelTicks):
+            self.wheel_ticks.publish(message)
+        elif isinstance(message, Imu):
+            self.imu.publish(message)
+        elif isinstance(message, Range):
+            self.ultrasonic.publish(message)
+        elif isinstance(message, BatteryState):
+            self.battery_state.publish(message)
+        else:
+            raise TypeError(f"the board's line gave a {type(message).__name__}, which has no topic here")
 
     def _laser_scan(self, lidar: Lidar) -> LaserScan:
         angles = lidar_angles(lidar)
@@ -200,30 +196,6 @@ class SimulatorDevice(Device):
         period = 1.0 / lidar.rate
         return LaserScan(
             self._header("laser"), float(angles[0]), float(angles[-1]), step, 0.0, period, *limits, ranges
-        )
-
-    def _publish_ultrasonic(self) -> None:
-        sonar = self.robot.sensors.ultrasonic
-        assert sonar is not None
-        distance = self.simulation.ultrasonic()
-        limits = (sonar.range_min, sonar.range_max)
-        self.ultrasonic.publish(
-            Range(self._header("ultrasonic_link"), Range.ULTRASOUND, sonar.field_of_view, *limits, distance)
-        )
-
-    def _publish_battery(self) -> None:
-        battery, spec = self.simulation.battery, self.robot.battery
-        self.battery_state.publish(
-            BatteryState(
-                header=self._header("base_link"),
-                voltage=battery.voltage,
-                current=-battery.current,
-                charge=battery.charge / 3600.0,
-                capacity=spec.capacity / 3600.0,
-                design_capacity=spec.capacity / 3600.0,
-                percentage=battery.level,
-                power_supply_status=2,
-            )
         )
 
     def _publish_truth(self) -> None:

@@ -19,6 +19,7 @@ from chefbot.sim.battery import Battery
 from chefbot.sim.contacts import Collisions, ContactWatch
 from chefbot.sim.doors import MovingDoor
 from chefbot.sim.furniture import PERSON_RADIUS, person_shapes
+from chefbot.sim.motors import Motors, switch
 from chefbot.sim.people import Disc, disc, place_people
 from chefbot.sim.rays import ULTRASONIC_NOISE, RayCaster, cone_rays, lidar_rays, mount_rotation, within
 from chefbot.sim.realism import GYRO_GAIN_ERROR, Profile, draw_as_built, draw_grip
@@ -78,7 +79,8 @@ class Simulation:
         self._grip = draw_grip(profile, grip)
         self._noise = {"imu": imu, "lidar": lidar, "ultrasonic": sonar}
         self.battery = Battery(robot)
-        self._duty = (0.0, 0.0)
+        self._motors = Motors.of(robot)
+        self._duty, self._drivers = (0.0, 0.0), True
         self._steps = 0
         self._doors = {door.name: MovingDoor(door) for door in world.doors}
         self._dropped: list[Shape] = []
@@ -90,6 +92,7 @@ class Simulation:
         self._contacts = ContactWatch()
         self._prepare_sensors(imu)
         self._compile(place)
+        self._inertia_before: NDArray[np.float64] = self._data.sensordata.copy()
 
     @property
     def time_ns(self) -> int:
@@ -102,6 +105,11 @@ class Simulation:
             raise ValueError(f"duty must be finite, not {left}, {right}")
         self._duty = (min(max(left, -1.0), 1.0), min(max(right, -1.0), 1.0))
 
+    def set_drivers(self, on: bool) -> None:
+        """Motor drivers: off, the wheels turn freely whatever the duty; on, a duty of 0 brakes."""
+        self._drivers = on
+        switch(self._model, on)
+
     def step(self) -> None:
         """One physics step of 5 ms."""
         if self._steps % MOVERS_EVERY == 0:
@@ -109,10 +117,11 @@ class Simulation:
             self._change_floor()
         data, drive = self._data, self.battery.drive
         data.ctrl[0], data.ctrl[1] = self._duty[0] * drive, self._duty[1] * drive
+        self._inertia_before = data.sensordata.copy()
         mujoco.mj_step(self._model, data)
         self._steps += 1
         left, right = data.actuator_force.tolist()
-        self.battery.drain(self._duty, (left, right), PHYSICS_STEP)
+        self.battery.drain(self._duty, self._motors.currents((left, right)), PHYSICS_STEP)
         self._contacts.update(data.contact.geom, self.time_ns)
 
     def wheel_ticks(self) -> tuple[int, int]:
@@ -122,8 +131,11 @@ class Simulation:
         return math.floor(left * per_radian), math.floor(right * per_radian)
 
     def imu(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Angular velocity (3,) rad/s and specific force (3,) m/s^2 in imu_link; at rest z reads +9.8."""
-        reading: NDArray[np.float64] = self._data.sensordata.copy()
+        """Angular velocity (3,) rad/s and specific force (3,) m/s^2 in imu_link; at rest z reads +9.8.
+
+        The mean of the last two physics steps: a low-pass of 44 Hz, which the MPU-6050 sets to 42.
+        """
+        reading: NDArray[np.float64] = 0.5 * (self._inertia_before + self._data.sensordata)
         if self.profile == "real":
             imu, rng = self.robot.sensors.imu, self._noise["imu"]
             reading[:3] *= self._gyro_gain
@@ -142,14 +154,19 @@ class Simulation:
             ranges = ranges + lidar.noise * self._noise["lidar"].standard_normal(lidar.beams)
         return within(ranges, lidar.range_min, lidar.range_max)
 
-    def ultrasonic(self) -> float:
-        """Metres to the nearest thing in the cone; inf sees nothing, -inf is too close."""
-        ranger = self.robot.sensors.ultrasonic
-        if ranger is None or self._ultrasonic is None:
+    def echo(self) -> float:
+        """Metres to the nearest thing that throws sound back to the ultrasonic ranger; inf for none."""
+        if self._ultrasonic is None:
             raise UserError(f"robot {self.robot.name} has no ultrasonic ranger")
-        nearest = self._ultrasonic.echoes(self._model, self._data, *self._attitude()).min(keepdims=True)
+        nearest = float(self._ultrasonic.echoes(self._model, self._data, *self._attitude()).min())
         if self.profile == "real":
-            nearest = nearest + ULTRASONIC_NOISE * self._noise["ultrasonic"].standard_normal()
+            nearest += ULTRASONIC_NOISE * float(self._noise["ultrasonic"].standard_normal())
+        return nearest
+
+    def ultrasonic(self) -> float:
+        """`echo` as the ranger tells it: inf beyond its reach, -inf too close."""
+        nearest, ranger = np.array([self.echo()]), self.robot.sensors.ultrasonic
+        assert ranger is not None
         return float(within(nearest, ranger.range_min, ranger.range_max)[0])
 
     def capture(self) -> Capture:
@@ -261,6 +278,8 @@ class Simulation:
         xml = world_mjcf(self.robot, solids, self._movers(), self.as_built, start)
         self._model: Any = mujoco.MjModel.from_xml_string(xml)
         self._data: Any = mujoco.MjData(self._model)
+        self._motors.install(self._model)
+        switch(self._model, self._drivers)
         self._wheels = [self._model.geom(f"wheel_{side}").id for side in ("left", "right")]
         self._contacts.watch(self._model)
         self._place_movers()

@@ -1,0 +1,350 @@
+"""The firmware in the simulated robot: what it drives, what it tells, and that it stops without a computer."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+
+from chefbot.devices.line.lines import Inertia, Motion
+from chefbot.devices.line.words import Flag
+from chefbot.maths.angles import wrap
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.base import Message
+from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
+from chefbot.robot.load import load_robot
+from chefbot.robot.spec import GRAVITY
+from chefbot.sim.board import TALK_NS, Board
+from chefbot.sim.firmware import BUILDER, LIBRARY, Firmware, library
+from chefbot.sim.motor_board import MotorBoard
+from chefbot.sim.simulation import Simulation
+from chefbot.sim.world import load_world
+
+ROBOT = load_robot("chefbot_lidar")
+SECOND = 1_000_000_000
+BEAT_NS = 50_000_000
+"""The node that commands the wheels does so at 20 Hz."""
+
+
+def robot_in(world: str, profile: str = "perfect", seed: int = 0, name: str = "") -> tuple[Simulation, Board]:
+    robot = load_robot(name) if name else ROBOT
+    sim = Simulation(robot, load_world(world), profile, seed)  # type: ignore[arg-type]
+    return sim, Board(robot, sim)
+
+
+def drive(board: Board, left: float, right: float, seconds: float) -> list[Message]:
+    """Rim speeds, m/s, as a node commands them; what the board tells meanwhile."""
+    told = []
+    for _ in range(round(seconds * SECOND / BEAT_NS)):
+        board.command(left, right)
+        told += board.run_until(board.now_ns + BEAT_NS)
+    return told
+
+
+# -- UMBmark: by the board's ticks alone
+
+
+class Walker:
+    """Dead reckoning on the ticks that the board tells, and legs by it."""
+
+    def __init__(self, sim: Simulation, board: Board) -> None:
+        self.board, self.robot, self.pose = board, sim.robot, SE2(0.0, 0.0, 0.0)
+        self.ticks: WheelTicks | None = None
+
+    def go(self, v: float, w: float) -> None:
+        """20 ms at the speeds v and w; ramps are the board's."""
+        half = self.robot.wheels.separation / 2
+        self.board.command(v - w * half, v + w * half)
+        for message in self.board.run_until(self.board.now_ns + TALK_NS):
+            if isinstance(message, WheelTicks):
+                self._count(message)
+
+    def _count(self, now: WheelTicks) -> None:
+        before, self.ticks = self.ticks or now, now
+        left, right = now.left - before.left, now.right - before.right
+        angle = (right - left) * self.robot.metres_per_tick / self.robot.wheels.separation
+        way = (left + right) / 2 * self.robot.metres_per_tick
+        self.pose = self.pose @ SE2(way * math.cos(angle / 2), way * math.sin(angle / 2), angle)
+
+    def turn_to(self, yaw: float) -> None:
+        for _ in range(1000):
+            error = wrap(yaw - self.pose.yaw)
+            if abs(error) < 0.002:
+                break
+            self.go(0.0, math.copysign(min(1.0, 2.0 * abs(error) + 0.02), error))
+        for _ in range(25):
+            self.go(0.0, 0.0)
+
+    def drive_to(self, x: float, y: float) -> None:
+        yaw = math.atan2(y - self.pose.y, x - self.pose.x)
+        for _ in range(5000):
+            ahead = SE2(x, y, yaw).between(self.pose)
+            if ahead.x > -0.003:
+                break
+            self.go(min(0.3, math.sqrt(0.4 * -ahead.x) + 0.01), -2.0 * ahead.y - 2.0 * ahead.yaw)
+        for _ in range(25):
+            self.go(0.0, 0.0)
+
+
+def square_error(profile: str, seed: int, side: float, sign: float) -> float:
+    """Drive a square by odometry; how far odometry and truth are apart at its end, metres."""
+    sim, board = robot_in("empty", profile, seed)
+    origin, walker = sim.truth().pose, Walker(sim, board)
+    for x, y in ((side, 0.0), (side, sign * side), (0.0, sign * side), (0.0, 0.0)):
+        walker.turn_to(math.atan2(y - walker.pose.y, x - walker.pose.x))
+        walker.drive_to(x, y)
+    assert walker.pose.distance(SE2(0.0, 0.0, 0.0)) < 0.03  # it did drive the square
+    assert sim.warnings == 0
+    return origin.between(sim.truth().pose).distance(walker.pose)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_perfect_odometry_of_a_ten_metre_square(sign: float) -> None:
+    assert square_error("perfect", 0, 10.0, sign) < 0.02
+
+
+def test_real_robots_differ_from_the_drawing_and_from_each_other() -> None:
+    errors = [square_error("real", seed, 2.0, 1.0) for seed in (1, 2)]
+    assert min(errors) > 2 * square_error("perfect", 0, 2.0, 1.0)
+    assert errors[0] != errors[1]
+    for seed in range(20):
+        built = Simulation(ROBOT, load_world("empty"), "real", seed).as_built
+        mean, difference = (built.left_wheel + built.right_wheel) / 2, built.right_wheel - built.left_wheel
+        for error in (mean - 1.0, difference, built.separation - 1.0):
+            assert 0.00199 <= abs(error) <= 0.00501
+
+
+# -- what it drives
+
+
+@pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar", "porter"])
+def test_it_holds_the_speed_it_was_given(name: str) -> None:
+    sim, board = robot_in("empty", "perfect", 0, name)
+    drive(board, sim.robot.max_speed, sim.robot.max_speed, 4.0)
+    assert sim.truth().v == pytest.approx(sim.robot.max_speed, rel=0.03)
+    assert abs(sim.truth().pose.y) < 0.002
+    drive(board, -0.05, 0.05, 3.0)
+    assert sim.truth().w == pytest.approx(0.1 / sim.robot.wheels.separation, rel=0.03)
+
+
+def test_the_ramp_is_the_boards_and_no_steeper_than_the_robot_file_says() -> None:
+    sim, board = robot_in("empty")
+    wanted, before = ROBOT.max_acceleration / ROBOT.metres_per_tick / 100, 0
+    start = sim.truth().v
+    for step in range(25):
+        if step % 5 == 0:
+            board.command(ROBOT.max_speed, ROBOT.max_speed)
+        board.motors.run_until(sim.time_ns + 10_000_000)
+        assert board.motors.state.set[0] - before == pytest.approx(wanted, abs=1.0)
+        before = board.motors.state.set[0]
+    assert (sim.truth().v - start) / 0.25 == pytest.approx(ROBOT.max_acceleration, rel=0.2)
+
+
+@pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar", "porter"])
+@pytest.mark.parametrize("profile", ["perfect", "real"])
+def test_a_dead_computer_stops_it(name: str, profile: str) -> None:
+    """Killed at full speed: the wheels' command is zero within 200 ms, and it stands within 0.25 m."""
+    sim, board = robot_in("empty", profile, 3, name)
+    drive(board, sim.robot.max_speed, sim.robot.max_speed, 3.0)
+    board.motors.write(board.link.speak(board.now_ns))  # its last word
+    began, start = sim.time_ns, sim.truth().pose
+    assert sim.truth().v > 0.9 * sim.robot.max_speed
+    while board.motors.state.duty[0] or board.motors.state.duty[1] or board.motors.state.set[0]:
+        board.motors.run_until(sim.time_ns + 10_000_000)
+    assert sim.time_ns - began <= 200_000_000
+    board.motors.run_until(sim.time_ns + SECOND)
+    assert start.distance(sim.truth().pose) < 0.25
+    assert abs(sim.truth().v) < 0.002
+    board.motors.run_until(sim.time_ns + SECOND)
+    assert not board.motors.state.drivers
+
+
+def test_half_a_command_moves_nothing() -> None:
+    sim, board = robot_in("empty")
+    start = sim.truth().pose
+    for cut in (2, 5, 12):
+        board.motors.write(board.link.command(0.3, 0.3, board.now_ns)[:-cut] + b"\n")
+        board.motors.run_until(sim.time_ns + SECOND // 2)
+    assert start.distance(sim.truth().pose) < 0.001
+    assert board.motors.state.refused == 3
+
+
+def test_an_emergency_stop_holds_until_it_is_cleared_and_a_stop_was_commanded() -> None:
+    sim, board = robot_in("empty")
+    drive(board, 0.3, 0.3, 1.0)
+    board.stop()
+    drive(board, 0.3, 0.3, 0.5)
+    assert abs(sim.truth().v) < 0.002
+    assert board.motors.state.flags & Flag.ESTOP_COMMAND
+    board.clear()
+    drive(board, 0.3, 0.3, 1.0)  # an old wish
+    assert abs(sim.truth().v) < 0.002
+    drive(board, 0.0, 0.0, 0.3)
+    drive(board, 0.3, 0.3, 1.0)
+    assert sim.truth().v > 0.25
+
+
+def test_a_blocked_robot_switches_its_motors_off() -> None:
+    sim, board = robot_in("empty")
+    sim.drop_box(0.5, 0.0, (0.2, 2.0, 0.5))
+    sim._model.geom_friction[sim._wheels, 0] = 5.0  # so that no wheel spins on the spot
+    drive(board, ROBOT.max_speed, ROBOT.max_speed, 6.0)
+    assert board.motors.state.flags & (Flag.STALL_LEFT | Flag.STALL_RIGHT | Flag.ENCODER_LEFT)
+    assert list(board.motors.state.duty) == [0, 0]
+    assert "wheel" in board.link.report("simulated", board.now_ns).message
+
+
+# -- what the motors do
+
+
+def coast(drivers: bool) -> float:
+    """Metres that it rolls on from 0.3 m/s without duty."""
+    sim = Simulation(ROBOT, load_world("empty"))
+    sim.set_duty(0.6, 0.6)
+    for _ in range(400):
+        sim.step()
+    start = sim.truth().pose
+    sim.set_duty(0.0, 0.0)
+    sim.set_drivers(drivers)
+    for _ in range(400):
+        sim.step()
+    return start.distance(sim.truth().pose)
+
+
+def test_shorted_motors_brake_and_open_ones_roll() -> None:
+    assert 1.5 * coast(drivers=True) < coast(drivers=False) < 0.5
+
+
+def test_a_motor_without_load_turns_as_its_data_sheet_says() -> None:
+    """At the rated voltage: the no-load speed and current; held fast: stall torque and current."""
+    sim = Simulation(ROBOT, load_world("empty"))
+    motor, motors = ROBOT.motor, sim._motors
+    gain = sim._model.actuator_gainprm[0, 0]
+    slope = -sim._model.actuator_biasprm[0, 2]
+    at_speed = gain - slope * motor.no_load_speed
+    assert at_speed == pytest.approx(motors.friction)  # nothing is left for a load
+    assert motors.currents((at_speed, at_speed))[0] == pytest.approx(motor.no_load_current)
+    assert motors.currents((gain, gain))[0] == pytest.approx(motor.stall_current)
+
+
+# -- what it tells
+
+
+def test_its_messages_are_what_the_simulation_holds() -> None:
+    sim, board = robot_in("room")
+    told = drive(board, 0.0, 0.0, 0.5) + drive(board, 0.1, 0.2, 1.5)
+    last = {type(message): message for message in told}
+    ticks, imu = last[WheelTicks], last[Imu]
+    assert isinstance(ticks, WheelTicks) and isinstance(imu, Imu)
+    assert (ticks.left, ticks.right) == sim.wheel_ticks()
+    assert ticks.header.stamp.ns == board.now_ns
+    assert imu.angular_velocity.z == pytest.approx(sim.truth().w, abs=0.01)
+    assert imu.linear_acceleration.z == pytest.approx(GRAVITY, abs=0.3)
+    told = drive(board, 0.0, 0.0, 3.0)
+    battery = [message for message in told if isinstance(message, BatteryState)][-1]
+    assert battery.voltage == pytest.approx(sim.battery.voltage, abs=0.01)
+    echo = [message for message in told if isinstance(message, Range)][-1]
+    assert echo.range == pytest.approx(sim.ultrasonic(), abs=0.005)
+    rates = [message.angular_velocity.z for message in told[-50:] if isinstance(message, Imu)]
+    assert np.abs(rates).max() < 0.001
+
+
+def test_each_message_comes_as_often_as_the_protocol_says() -> None:
+    _, board = robot_in("empty", "real", 4)
+    kinds = [type(message) for message in drive(board, 0.1, 0.1, 10.0)]
+    sonar = ROBOT.sensors.ultrasonic
+    assert sonar is not None
+    assert (kinds.count(WheelTicks), kinds.count(Imu)) == (500, 500)
+    assert kinds.count(BatteryState) == 20
+    assert kinds.count(Range) == round(10 * sonar.rate)
+    assert board.link.session.damaged == board.link.session.stream.lost == 0
+
+
+def test_nothing_in_reach_is_no_echo_and_what_touches_the_ranger_is_too_close() -> None:
+    sim, board = robot_in("empty")
+    far = [m.range for m in drive(board, 0.0, 0.0, 0.5) if isinstance(m, Range)]
+    assert far == [math.inf] * len(far) != []
+    sim.drop_box(0.352, 0.0, (0.4, 0.6, 0.6))
+    near = [m.range for m in drive(board, 0.0, 0.0, 0.5) if isinstance(m, Range)]
+    assert near[-1] == -math.inf
+
+
+def test_the_imu_has_the_chips_steps_and_the_robots_noise() -> None:
+    sim, board = robot_in("empty", "real", 5)
+    motion, inertia = [], []
+    for _ in range(1000):
+        board.motors.run_until(sim.time_ns + TALK_NS)
+        for heard in board.link.session.hear(board.motors.read(), board.now_ns):
+            (motion if isinstance(heard.line, Motion) else inertia).append(heard.line)
+    rates = np.array([line.gz for line in inertia if isinstance(line, Inertia)]) * 1e-6
+    lsb = math.radians(1.0) / 65.5
+    assert np.abs(rates / lsb - np.rint(rates / lsb)).max() < 0.02
+    assert rates.std() == pytest.approx(ROBOT.sensors.imu.gyro_noise, rel=0.15)
+    angle = (motion[-1].angle - motion[0].angle) * 1e-8
+    mean = angle / ((motion[-1].t - motion[0].t) * 1e-6)
+    assert mean == pytest.approx(rates.mean(), abs=5 * ROBOT.sensors.imu.gyro_noise / math.sqrt(1000))
+
+
+def test_a_spin_beyond_the_gyros_range_is_told_as_bad() -> None:
+    board = Firmware(ROBOT)
+    board.imu[:] = (0, 0, 8192, -3920, 0, 0, 32767)
+    flags = []
+    for temperature in range(40):
+        board.imu[3] = temperature
+        board.step((0, 0), 13000)
+        flags.append(board.state.flags)
+    assert flags[-1] & Flag.IMU_BAD
+
+
+# -- order
+
+
+def test_the_same_seed_gives_the_same_bytes() -> None:
+    def bytes_of(seed: int) -> tuple[bytes, str]:
+        sim = Simulation(ROBOT, load_world("room"), "real", seed)
+        board = Board(ROBOT, sim)
+        said = b""
+        for beat in range(60):
+            board.command(0.1, 0.1 + 0.002 * beat)
+            board.motors.write(board.link.speak(board.now_ns))
+            board.motors.run_until(sim.time_ns + TALK_NS)
+            said += (part := board.motors.read())
+            board.link.hear(part, board.now_ns)
+        return said, sim.state_hash()
+
+    first = bytes_of(1)
+    assert bytes_of(1) == first
+    assert bytes_of(2)[0] != first[0] != b""
+
+
+def test_pieces_of_time_make_no_difference() -> None:
+    """Whole control steps only: asking every 3 ms or every second gives the same lines."""
+
+    def lines(pieces: int) -> bytes:
+        sim = Simulation(ROBOT, load_world("empty"), "real", 2)
+        board = MotorBoard(ROBOT, sim)
+        said = b""
+        for end in np.linspace(0, SECOND, pieces + 1)[1:]:
+            board.run_until(int(end))
+            said += board.read()
+        return said
+
+    assert lines(1) == lines(333)
+
+
+def test_the_library_is_of_the_sources_in_this_checkout() -> None:
+    library()
+    if not BUILDER.exists():
+        pytest.skip("an installed package has no sources beside it")
+    import runpy
+
+    assert runpy.run_path(str(BUILDER))["fingerprint"]().encode() in LIBRARY.read_bytes()
+
+
+def test_constants_that_the_firmware_cannot_hold_are_refused() -> None:
+    motor = msgspec.structs.replace(ROBOT.motor, no_load_speed=1e-6)
+    with pytest.raises(RuntimeError, match="does not take the constants"):
+        Firmware(msgspec.structs.replace(ROBOT, motor=motor))

@@ -218,6 +218,17 @@ def test_the_boards_time_goes_on_over_its_wrap(start: int, steps: list[tuple[int
         )
 
 
+@given(st.lists(st.tuples(st.integers(1, 10**6), st.integers(0, 10**9)), min_size=2, max_size=30))
+def test_stamps_never_run_backwards_however_late_lines_come(steps: list[tuple[int, int]]) -> None:
+    """Steps in us; delays in ns, up to a second as on a computer that is busy starting."""
+    now = board = 0
+    clock, stamps = BoardTime(0, 10**9), [10**9]
+    for step_us, delay_ns in steps:
+        now, board = now + step_us * 1000, board + step_us
+        stamps.append(clock.stamp(board, max(now + delay_ns, stamps[-1])))
+        assert stamps[-1] - stamps[-2] >= step_us * 500
+
+
 @given(
     st.integers(BITS - 40 * STEP_US, BITS),
     st.integers(-(2**33), 2**33),

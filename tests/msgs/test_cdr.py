@@ -6,6 +6,7 @@ import importlib
 import json
 import math
 import pkgutil
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -14,19 +15,26 @@ from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
 import chefbot.msgs
+from chefbot.msgs.action import Action
 from chefbot.msgs.base import NUMPY_TYPES, FieldType, Message, fields_of, ros_type
 from chefbot.msgs.cdr import CdrError
 from chefbot.msgs.definition import definition_text, type_hash
-from chefbot.msgs.registry import message_type
+from chefbot.msgs.rcl_interfaces import IntegerRange, ParameterDescriptor
+from chefbot.msgs.registry import action_type, message_type, service_type
 from chefbot.msgs.sensor_msgs import LaserScan, Range
+from chefbot.msgs.service import Service
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 
 
+def all_modules() -> list[ModuleType]:
+    names = [module.name for module in pkgutil.iter_modules(chefbot.msgs.__path__)]
+    return [importlib.import_module(f"chefbot.msgs.{name}") for name in names]
+
+
 def all_messages() -> list[type[Message]]:
     found: list[type[Message]] = []
-    for module in pkgutil.iter_modules(chefbot.msgs.__path__):
-        loaded = importlib.import_module(f"chefbot.msgs.{module.name}")
+    for loaded in all_modules():
         classes = [value for value in vars(loaded).values() if isinstance(value, type)]
         found += [one for one in classes if issubclass(one, Message) and one.__module__ == loaded.__name__]
     return [one for one in found if one is not Message]
@@ -39,7 +47,7 @@ INTEGERS = {"int8": 8, "int16": 16, "int32": 32, "int64": 64}
 def values_of(field: FieldType) -> st.SearchStrategy:
     if field.message is not None:
         one = instances_of(field.message)
-        return st.lists(one, max_size=3).map(tuple) if field.is_array else one
+        return st.lists(one, max_size=field.bound or 3).map(tuple) if field.is_array else one
     if field.element == "string":
         text = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=9)
         return st.lists(text, max_size=3).map(tuple) if field.is_array else text
@@ -100,8 +108,35 @@ def test_every_message_survives_the_wire_and_is_found_by_name(kind: type[Message
 def test_type_hashes_are_those_of_ros(shared) -> None:
     known = json.loads(shared("data/ros2/type_hashes.json").read_text())
     ours = {ros_type(one): type_hash(one) for one in all_messages() if ros_type(one) in known}
-    assert len(ours) >= 35
+    assert len(ours) >= 125
     assert ours == {name: known[name] for name in ours}
+
+
+def test_hashes_of_services_and_actions_are_those_of_ros(shared) -> None:
+    known = json.loads(shared("data/ros2/type_hashes.json").read_text())
+    found = [value for module in all_modules() for value in vars(module).values()]
+    actions = [one for one in found if isinstance(one, Action)]
+    services = [one for one in found if isinstance(one, Service)]
+    services += [part for one in actions for part in (one.send_goal_service, one.get_result_service)]
+    ours = {one.name: one.type_hash for one in services} | {one.ros_name: one.type_hash for one in actions}
+    both = ours.keys() & known.keys()
+    assert len(both) >= 18 and "tf2_msgs/action/LookupTransform" in both
+    assert {name: ours[name] for name in both} == {name: known[name] for name in both}
+
+
+def test_services_and_actions_are_found_by_name() -> None:
+    assert service_type("std_srvs/srv/SetBool").request.__name__ == "SetBool_Request"
+    navigate = action_type("nav2_msgs/action/NavigateToPose")
+    assert service_type("nav2_msgs/action/NavigateToPose_SendGoal") is navigate.send_goal_service
+    with pytest.raises(KeyError, match="is no service type"):
+        service_type("std_msgs/msg/String")
+    with pytest.raises(KeyError, match="no type is called"):
+        action_type("nav2_msgs/action/Fly")
+
+
+def test_a_sequence_beyond_its_bound_is_refused() -> None:
+    with pytest.raises(CdrError, match="bound"):
+        ParameterDescriptor(integer_range=(IntegerRange(), IntegerRange())).to_cdr()
 
 
 @settings(max_examples=200, deadline=None)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
-from typing import Generic, NamedTuple, TypeVar, cast
+from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import msgspec
 
-from chefbot.msgs.base import Int8, Message
+from chefbot.msgs.base import Bool, Int8, Message, ros_type
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.definition import Description, compose, describe, description_hash
+from chefbot.msgs.service import Service, define_service
 from chefbot.msgs.unique_identifier_msgs import UUID
 
 G = TypeVar("G", bound=Message)
@@ -17,7 +19,7 @@ F = TypeVar("F", bound=Message)
 
 
 class Action(NamedTuple, Generic[G, R, F]):
-    """The types of one action; the last three are what travels (ROS 2 design, "Actions")."""
+    """The types of one action; the last five are what travels (ROS 2 design, "Actions")."""
 
     name: str
     goal: type[G]
@@ -28,7 +30,34 @@ class Action(NamedTuple, Generic[G, R, F]):
     feedback_message: type[Message]
     """`goal_id, feedback`"""
     outcome: type[Message]
-    """`goal_id, status, result`: what get_result answers, with the goal that it belongs to."""
+    """`goal_id, status, stamp, result`: within a process, what get_result answers and for which goal."""
+    send_goal_service: Service[Any, Any]
+    """`goal_id, goal` -> `accepted, stamp`"""
+    get_result_service: Service[Any, Any]
+    """`goal_id` -> `status, result`"""
+
+    @property
+    def ros_name(self) -> str:
+        """'nav2_msgs/action/NavigateToPose'"""
+        return ros_type(self.goal).removesuffix("_Goal")
+
+    @property
+    def description(self) -> Description:
+        """As type_description_interfaces tells it."""
+        members = [
+            ("goal", describe(self.goal)),
+            ("result", describe(self.result)),
+            ("feedback", describe(self.feedback)),
+            ("send_goal_service", self.send_goal_service.description),
+            ("get_result_service", self.get_result_service.description),
+            ("feedback_message", describe(self.feedback_message)),
+        ]
+        return compose(self.ros_name, members)
+
+    @property
+    def type_hash(self) -> str:
+        """'RIHS01_...' of the action."""
+        return description_hash(self.description)
 
 
 def define_action(goal: type[G], result: type[R], feedback: type[F]) -> Action[G, R, F]:
@@ -46,20 +75,20 @@ def define_action(goal: type[G], result: type[R], feedback: type[F]) -> Action[G
         setattr(sys.modules[module], kind.__name__, kind)
         return kind
 
+    which, when = ("goal_id", UUID, UUID()), ("stamp", Time, Time())
+    status, outcome = ("status", Int8, 0), ("result", result, result())
+    send_goal = wrapper("SendGoal_Request", [which, ("goal", goal, goal())])
+    accepted = wrapper("SendGoal_Response", [("accepted", Bool, False), when])
+    get_result = wrapper("GetResult_Request", [which])
+    got = wrapper("GetResult_Response", [status, outcome])
     return Action(
         name,
         goal,
         result,
         feedback,
-        wrapper("SendGoal_Request", [("goal_id", UUID, UUID()), ("goal", goal, goal())]),
-        wrapper("FeedbackMessage", [("goal_id", UUID, UUID()), ("feedback", feedback, feedback())]),
-        wrapper(
-            "Outcome",
-            [
-                ("goal_id", UUID, UUID()),
-                ("status", Int8, 0),
-                ("stamp", Time, Time()),
-                ("result", result, result()),
-            ],
-        ),
+        send_goal,
+        wrapper("FeedbackMessage", [which, ("feedback", feedback, feedback())]),
+        wrapper("Outcome", [which, status, when, outcome]),
+        define_service(send_goal, accepted),
+        define_service(get_result, got),
     )

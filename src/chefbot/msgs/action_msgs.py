@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from chefbot.msgs.base import Int8, Message
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.service import define_service
 from chefbot.msgs.unique_identifier_msgs import UUID
 
 STATUS_UNKNOWN, STATUS_ACCEPTED, STATUS_EXECUTING, STATUS_CANCELING = range(4)
 STATUS_SUCCEEDED, STATUS_CANCELED, STATUS_ABORTED = 4, 5, 6
+CANCEL_NONE, CANCEL_REJECTED, CANCEL_UNKNOWN_GOAL, CANCEL_GOAL_TERMINATED = range(4)
+"""Return codes of CancelGoal."""
 
 
 class GoalInfo(Message, frozen=True, eq=False):
@@ -34,3 +37,13 @@ class CancelGoal_Request(Message, frozen=True, eq=False):  # noqa: N801 (the nam
     """Give up this goal."""
 
     goal_info: GoalInfo = GoalInfo()
+
+
+class CancelGoal_Response(Message, frozen=True, eq=False):  # noqa: N801 (the name on the wire)
+    """Which goals are being given up."""
+
+    return_code: Int8 = 0
+    goals_canceling: tuple[GoalInfo, ...] = ()
+
+
+CancelGoal = define_service(CancelGoal_Request, CancelGoal_Response)

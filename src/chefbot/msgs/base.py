@@ -87,6 +87,10 @@ class FieldType(NamedTuple):
     is_array: bool
     fixed_size: int
     """0 unless the array has a fixed length."""
+    bound: int = 0
+    """Most elements that a sequence may have, 0 for any number."""
+    string_bound: int = 0
+    """Most bytes that a string may have, 0 for any number."""
 
 
 @cache
@@ -129,8 +133,12 @@ def fields_of(kind: type[Message]) -> tuple[FieldType, ...]:
 def _field(name: str, hint: Any) -> FieldType:
     if isinstance(hint, type) and issubclass(hint, Message):
         return FieldType(name, "", hint, False, 0)
-    if typing.get_origin(hint) is tuple:
-        return FieldType(name, "", typing.get_args(hint)[0], True, 0)
-    text = hint.__metadata__[0]
+    text = "" if typing.get_origin(hint) is tuple else hint.__metadata__[0]
+    inner = hint.__origin__ if typing.get_origin(hint) is Annotated else hint
+    if typing.get_origin(inner) is tuple and typing.get_args(inner)[0] is not str:
+        return FieldType(name, "", typing.get_args(inner)[0], True, 0, int(text.removeprefix("<=") or 0))
     element, bracket, size = text.partition("[")
-    return FieldType(name, element, None, bool(bracket), int(size[:-1] or 0) if bracket else 0)
+    element, _, string_bound = element.partition("<=")
+    size = size.removesuffix("]")
+    fixed, bound = (0, int(size[2:])) if size.startswith("<=") else (int(size or 0), 0)
+    return FieldType(name, element, None, bool(bracket), fixed, bound, int(string_bound or 0))

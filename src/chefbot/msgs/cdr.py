@@ -88,7 +88,7 @@ class _Source:
 
 def _check(holds: bool) -> None:
     if not holds:
-        raise ValueError("a length reaches beyond the bytes")
+        raise ValueError("a length reaches beyond the bytes or its bound")
 
 
 @cache
@@ -115,11 +115,15 @@ def _write_fields(source: _Source, kind: type[Message], value: str, run: list[tu
 def _write_variable(source: _Source, field: FieldType, place: str, run: list[tuple[str, str]]) -> None:
     if field.element == "string" and not field.is_array:
         source.add(f"s = {place}.encode()")
+        if field.string_bound:
+            source.add(f"check(len(s) <= {field.string_bound})")
         run.append(("I", "len(s) + 1"))
         _flush_writes(source, run)
         source.add("b += s; b += b'\\0'")
     elif field.element == "string" or field.message is not None:
         source.add(f"v = {place}")
+        if field.bound:
+            source.add(f"check(len(v) <= {field.bound})")
         run.append(("I", "len(v)"))
         _flush_writes(source, run)
         writer = source.name(_write_string if field.message is None else _writer(field.message))
@@ -193,7 +197,7 @@ def _read_variable(source: _Source, field: FieldType, target: str, run: list[tup
         source.add(f"{target} = str(d[p : p + n - 1], 'utf-8'); p += n")
     elif field.element == "string" or field.message is not None:
         reader = source.name(_read_string if field.message is None else _reader(field.message))
-        source.add("check(n <= len(d) - p)")
+        source.add(f"check(n <= {f'min({field.bound}, len(d) - p)' if field.bound else 'len(d) - p'})")
         source.add("v = []")
         source.add("for _ in range(n):")
         source.add(f"    item, p = {reader}(d, p)")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterable
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from chefbot.msgs.base import FieldType, Message, fields_of, ros_type
 
@@ -14,8 +15,30 @@ _TYPE_IDS = {
     "float32": 10, "float64": 11, "bool": 15, "byte": 16, "string": 17,
 }  # fmt: skip
 """type_description_interfaces/msg/FieldType."""
+_BOUNDED_STRING = 21
 _FIXED_ARRAY = 48
+_BOUNDED_SEQUENCE = 96
 _UNBOUNDED_SEQUENCE = 144
+
+
+class FieldDescription(NamedTuple):
+    """One field as type_description_interfaces tells it."""
+
+    name: str
+    type_id: int
+    capacity: int
+    string_capacity: int
+    nested: str
+    """Full name of a nested type, else ''."""
+
+
+class Description(NamedTuple):
+    """A message, service or action as type_description_interfaces tells it."""
+
+    name: str
+    fields: tuple[FieldDescription, ...]
+    uses: tuple[Description, ...]
+    """All types below it, each once, sorted by name; their own `uses` are empty."""
 
 
 @cache
@@ -30,13 +53,32 @@ def definition_text(kind: type[Message]) -> str:
 
 @cache
 def type_hash(kind: type[Message]) -> str:
-    """'RIHS01_...': sha256 of the type description in its canonical JSON."""
-    used = sorted(_used_by(kind), key=ros_type)
-    description = {
-        "type_description": _describe(kind),
-        "referenced_type_descriptions": [_describe(one) for one in used],
+    """'RIHS01_...' of a message."""
+    return description_hash(describe(kind))
+
+
+@cache
+def describe(kind: type[Message]) -> Description:
+    """The description of a message."""
+    uses = tuple(_own_description(one) for one in sorted(_used_by(kind), key=ros_type))
+    return _own_description(kind)._replace(uses=uses)
+
+
+def compose(name: str, members: Iterable[tuple[str, Description]]) -> Description:
+    """The description of what is no message itself but made of some: a service, an action."""
+    parts = tuple(members)
+    fields = tuple(FieldDescription(field, _TYPE_IDS[""], 0, 0, part.name) for field, part in parts)
+    below = {one.name: one._replace(uses=()) for _, part in parts for one in (part, *part.uses)}
+    return Description(name, fields, tuple(below[key] for key in sorted(below)))
+
+
+def description_hash(description: Description) -> str:
+    """'RIHS01_...': sha256 of the type description in its canonical JSON (REP-2016)."""
+    plain = {
+        "type_description": _plain(description),
+        "referenced_type_descriptions": [_plain(one) for one in description.uses],
     }
-    text = json.dumps(description, separators=(", ", ": "), ensure_ascii=True)
+    text = json.dumps(plain, separators=(", ", ": "), ensure_ascii=True)
     return "RIHS01_" + hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -58,19 +100,39 @@ def _lines(kind: type[Message]) -> str:
 
 def _type_text(field: FieldType) -> str:
     name = field.element or ros_type(field.message).replace("/msg/", "/")
-    return f"{name}[{field.fixed_size or ''}]" if field.is_array else name
+    name += f"<={field.string_bound}" if field.string_bound else ""
+    size = field.fixed_size or (f"<={field.bound}" if field.bound else "")
+    return f"{name}[{size}]" if field.is_array else name
 
 
-def _describe(kind: type[Message]) -> dict[str, Any]:
-    return {"type_name": ros_type(kind), "fields": [_describe_field(field) for field in fields_of(kind)]}
+def _own_description(kind: type[Message]) -> Description:
+    return Description(ros_type(kind), tuple(_describe_field(field) for field in fields_of(kind)), ())
 
 
-def _describe_field(field: FieldType) -> dict[str, Any]:
-    offset = 0 if not field.is_array else _FIXED_ARRAY if field.fixed_size else _UNBOUNDED_SEQUENCE
+def _describe_field(field: FieldType) -> FieldDescription:
+    base = _BOUNDED_STRING if field.string_bound else _TYPE_IDS[field.element]
+    nested = ros_type(field.message) if field.message else ""
+    capacity = field.fixed_size or field.bound
+    return FieldDescription(field.name, base + _array_offset(field), capacity, field.string_bound, nested)
+
+
+def _array_offset(field: FieldType) -> int:
+    if not field.is_array:
+        return 0
+    if field.fixed_size:
+        return _FIXED_ARRAY
+    return _BOUNDED_SEQUENCE if field.bound else _UNBOUNDED_SEQUENCE
+
+
+def _plain(description: Description) -> dict[str, Any]:
+    return {"type_name": description.name, "fields": [_plain_field(one) for one in description.fields]}
+
+
+def _plain_field(field: FieldDescription) -> dict[str, Any]:
     kind = {
-        "type_id": _TYPE_IDS[field.element] + offset,
-        "capacity": field.fixed_size,
-        "string_capacity": 0,
-        "nested_type_name": ros_type(field.message) if field.message else "",
+        "type_id": field.type_id,
+        "capacity": field.capacity,
+        "string_capacity": field.string_capacity,
+        "nested_type_name": field.nested,
     }
     return {"name": field.name, "type": kind}

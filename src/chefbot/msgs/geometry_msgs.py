@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.base import Float64, Message, String
+from chefbot.msgs.base import Float32, Float64, Message, String
 from chefbot.msgs.std_msgs import Header
 
 Covariance = Annotated[NDArray[np.float64], "float64[36]"]
@@ -151,6 +151,41 @@ class TransformStamped(Message, frozen=True, eq=False):
         """`parent_T_child` on the floor, or `z` metres above it."""
         transform = Transform(Vector3(pose.x, pose.y, z), Quaternion.of_yaw(pose.yaw))
         return TransformStamped(Header.of(ns, parent), child, transform)
+
+
+class PointStamped(Message, frozen=True, eq=False):
+    """A place in a frame; RViz's button "Publish Point" gives it."""
+
+    header: Header = Header()
+    point: Point = Point()
+
+
+class Point32(Message, frozen=True, eq=False):
+    """A place of single precision."""
+
+    x: Float32 = 0.0
+    y: Float32 = 0.0
+    z: Float32 = 0.0
+
+
+class Polygon(Message, frozen=True, eq=False):
+    """Corners in order."""
+
+    points: tuple[Point32, ...] = ()
+
+
+class PolygonStamped(Message, frozen=True, eq=False):
+    """Corners in a frame, such as a robot's outline."""
+
+    header: Header = Header()
+    polygon: Polygon = Polygon()
+
+
+class TwistWithCovarianceStamped(Message, frozen=True, eq=False):
+    """Velocity with covariance of a frame, at a time."""
+
+    header: Header = Header()
+    twist: TwistWithCovariance = TwistWithCovariance()
 
 
 def covariance_36(planar: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from chefbot.msgs.action import define_action
-from chefbot.msgs.base import Bool, Float32, Float64, Int16, Message, String, Uint16
+from chefbot.msgs.base import Bool, Float32, Float64, Int16, Message, String, Uint8, Uint16
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.nav_msgs import Path
@@ -70,7 +70,7 @@ class ComputePathToPose_Result(Message, frozen=True, eq=False):
 class ComputePathToPose_Feedback(Message, frozen=True, eq=False):
     """None."""
 
-    structure_needs_at_least_one_member: Bool = False
+    structure_needs_at_least_one_member: Uint8 = 0
 
 
 class FollowPath_Goal(Message, frozen=True, eq=False):

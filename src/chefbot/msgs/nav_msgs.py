@@ -1,13 +1,22 @@
-"""nav_msgs: odometry, maps, paths."""
+"""nav_msgs: odometry, maps, paths, and the services of a map server."""
+# ruff: noqa: N801 (names on the wire)
 
 from __future__ import annotations
 
 import numpy as np
 
 from chefbot.maths.grid import Grid
-from chefbot.msgs.base import Float32, Int8Array, Message, String, Uint32
+from chefbot.msgs.base import Bool, Float32, Int8Array, Message, String, Uint8, Uint32
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, PoseWithCovariance, TwistWithCovariance
+from chefbot.msgs.geometry_msgs import (
+    Point,
+    Pose,
+    PoseStamped,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    TwistWithCovariance,
+)
+from chefbot.msgs.service import define_service
 from chefbot.msgs.std_msgs import Header
 
 _NO_CELLS = np.empty(0, np.int8)
@@ -60,3 +69,61 @@ class Path(Message, frozen=True, eq=False):
 
     header: Header = Header()
     poses: tuple[PoseStamped, ...] = ()
+
+
+class GetMap_Request(Message, frozen=True, eq=False):
+    """The map, please."""
+
+    structure_needs_at_least_one_member: Uint8 = 0
+
+
+class GetMap_Response(Message, frozen=True, eq=False):
+    """It."""
+
+    map: OccupancyGrid = OccupancyGrid()
+
+
+class LoadMap_Request(Message, frozen=True, eq=False):
+    """Read this map."""
+
+    map_url: String = ""
+
+
+class LoadMap_Response(Message, frozen=True, eq=False):
+    """It, or why not; codes 0 good, 1 no such map, 2 bad data, 3 bad metadata, 255 undefined."""
+
+    map: OccupancyGrid = OccupancyGrid()
+    result: Uint8 = 0
+
+
+class GetPlan_Request(Message, frozen=True, eq=False):
+    """A way between two poses."""
+
+    start: PoseStamped = PoseStamped()
+    goal: PoseStamped = PoseStamped()
+    tolerance: Float32 = 0.0
+
+
+class GetPlan_Response(Message, frozen=True, eq=False):
+    """It."""
+
+    plan: Path = Path()
+
+
+class SetMap_Request(Message, frozen=True, eq=False):
+    """Use this map; you are there."""
+
+    map: OccupancyGrid = OccupancyGrid()
+    initial_pose: PoseWithCovarianceStamped = PoseWithCovarianceStamped()
+
+
+class SetMap_Response(Message, frozen=True, eq=False):
+    """Whether it is used."""
+
+    success: Bool = False
+
+
+GetMap = define_service(GetMap_Request, GetMap_Response)
+LoadMap = define_service(LoadMap_Request, LoadMap_Response)
+GetPlan = define_service(GetPlan_Request, GetPlan_Response)
+SetMap = define_service(SetMap_Request, SetMap_Response)

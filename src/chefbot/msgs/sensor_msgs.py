@@ -32,6 +32,8 @@ _ZERO_9 = np.zeros(9)
 _NO_FLOATS = np.empty(0, np.float32)
 _NO_DOUBLES = np.empty(0, np.float64)
 _NO_BYTES = np.empty(0, np.uint8)
+_NO_BUTTONS = np.empty(0, np.int32)
+Int32Array = Annotated[NDArray[np.int32], "int32[]"]
 
 
 class Imu(Message, frozen=True, eq=False):
@@ -171,3 +173,34 @@ class JointState(Message, frozen=True, eq=False):
     position: Float64Array = _NO_DOUBLES
     velocity: Float64Array = _NO_DOUBLES
     effort: Float64Array = _NO_DOUBLES
+
+
+class PointField(Message, frozen=True, eq=False):
+    """Where one number of a point lies among its bytes."""
+
+    name: String = ""
+    offset: Uint32 = 0
+    datatype: Uint8 = 0
+    count: Uint32 = 0
+
+
+class PointCloud2(Message, frozen=True, eq=False):
+    """Points as bytes; `fields` says what they mean."""
+
+    header: Header = Header()
+    height: Uint32 = 0
+    width: Uint32 = 0
+    fields: tuple[PointField, ...] = ()
+    is_bigendian: Bool = False
+    point_step: Uint32 = 0
+    row_step: Uint32 = 0
+    data: Uint8Array = _NO_BYTES
+    is_dense: Bool = False
+
+
+class Joy(Message, frozen=True, eq=False):
+    """Sticks from -1 to 1, and buttons."""
+
+    header: Header = Header()
+    axes: Float32Array = _NO_FLOATS
+    buttons: Int32Array = _NO_BUTTONS

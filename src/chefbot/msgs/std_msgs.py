@@ -41,3 +41,24 @@ class Float64(Message, frozen=True, eq=False):
     """A number."""
 
     data: base.Float64 = 0.0
+
+
+class Float32(Message, frozen=True, eq=False):
+    """A number of single precision."""
+
+    data: base.Float32 = 0.0
+
+
+class Int32(Message, frozen=True, eq=False):
+    """A whole number."""
+
+    data: base.Int32 = 0
+
+
+class ColorRGBA(Message, frozen=True, eq=False):
+    """A colour, shares of one."""
+
+    r: base.Float32 = 0.0
+    g: base.Float32 = 0.0
+    b: base.Float32 = 0.0
+    a: base.Float32 = 0.0

@@ -1,0 +1,22 @@
+"""service_msgs: what an observer is told of a call."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.msgs.base import Int64, Message, Uint8
+from chefbot.msgs.builtin_interfaces import Time
+
+_NO_GID = np.zeros(16, np.uint8)
+
+
+class ServiceEventInfo(Message, frozen=True, eq=False):
+    """Which step of which call."""
+
+    event_type: Uint8 = 0
+    stamp: Time = Time()
+    client_gid: Annotated[NDArray[np.uint8], "uint8[16]"] = _NO_GID
+    sequence_number: Int64 = 0

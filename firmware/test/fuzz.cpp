@@ -116,7 +116,7 @@ struct Model {
     void tick() {
         ++step;
         if (open && step - heard >= 100) open = false;
-        if (!open || step - commanded >= 20 || latched) fresh = false;
+        if (!open || step - commanded >= 15 || latched) fresh = false;
         if (latched) neutral = true;
         if (!fresh) moving = false;
     }

@@ -312,7 +312,7 @@ def test_what_is_no_number_is_not_said(bad: float, left: bool) -> None:
 
 @given(st.lists(st.tuples(st.floats(-2.0, 2.0), st.integers(1, 400)), min_size=1, max_size=30))
 def test_an_old_speed_is_never_repeated(commands: list[tuple[float, int]]) -> None:
-    """Whatever pauses upstream makes: 50 ms after its last word no speed is said."""
+    """Whatever pauses upstream makes: 40 ms after its last word no speed is said."""
     session, now = opened(), 1000
     for speed, pause in commands:
         now += pause
@@ -320,7 +320,7 @@ def test_an_old_speed_is_never_repeated(commands: list[tuple[float, int]]) -> No
         assert speeds(session.command(speed, speed, now * MS)) == [(ticks, ticks)]
         for age in range(10, 300, 10):
             said = speeds(session.speak((now + age) * MS))
-            assert said == ([(ticks, ticks)] if age < 50 else [])
+            assert said == ([(ticks, ticks)] if age < 40 else [])
         now += 300
         session.hear(motion(now % 65536, now * 1000), now * MS)
 

@@ -195,7 +195,7 @@ def test_no_edge_is_lost_at_full_speed(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("offset_us", [1700, 8100])
-def test_a_silent_computer_stops_the_motors_in_200_ms(bench: Bench, offset_us: int) -> None:
+def test_a_silent_computer_stops_the_motors_in_150_ms(bench: Bench, offset_us: int) -> None:
     for _ in range(30):
         bench.live_imu()
         bench.run(10_000)
@@ -211,12 +211,12 @@ def test_a_silent_computer_stops_the_motors_in_200_ms(bench: Bench, offset_us: i
             bench.run(10_000)
     bench.run(offset_us)
     bench.say("s", 4000, 4000)
-    for _ in range(18):
+    for _ in range(13):
         bench.ask("turn 0 30")
         bench.ask("turn 1 30")
         state = bench.run(10_000)
         assert state.duty[0] > 0 and state.duty[1] > 0
-    state = bench.run(20_000 + 3_000)  # 200 ms, and what the line takes to carry the command
+    state = bench.run(20_000 + 3_000)  # 150 ms, and what the line takes to carry the command
     assert state.duty == (0, 0)
 
 

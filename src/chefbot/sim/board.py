@@ -31,7 +31,7 @@ class Board:
         return self._simulation.time_ns + self._offset_ns
 
     def command(self, left: float, right: float) -> None:
-        """Rim speeds in m/s; without a new one in 200 ms the board stops. Nothing drives before a stop."""
+        """Rim speeds in m/s; without a new one in 150 ms the board stops. Nothing drives before a stop."""
         self.motors.write(self.link.command(left, right, self.now_ns))
 
     def stop(self) -> None:

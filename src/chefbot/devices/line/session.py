@@ -14,8 +14,9 @@ from chefbot.robot.spec import Robot
 
 REPEAT_NS = 20_000_000
 """A speed is said again so often, as lines get lost."""
-FRESH_NS = 50_000_000
-"""So long it is repeated: the period of the node that commands. Then silence, and 200 ms later the board stops."""
+FRESH_NS = 40_000_000
+"""So long it is repeated; then silence, and 150 ms later the board stops. With 10 ms left for the line, wheels get no
+more than 200 ms out of a command whose sender has died, and two of three lines may be lost."""
 HEARTBEAT_NS = 200_000_000
 """Pause between two signs of life; a session ends after 1 s without."""
 HANDSHAKE_NS = 200_000_000

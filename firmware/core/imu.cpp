@@ -17,8 +17,8 @@ const uint8_t MISSES = 3;   // reads
 const uint8_t REPEATS = 8;  // samples; real noise never repeats six axes and the temperature even twice
 const uint8_t REST_SAMPLES = 128;
 const int16_t RAIL = 32700;  // LSB; the chip's own end is 32767
-const uint16_t REST_RATE = 328;                        // LSB: 5 deg/s
-const uint16_t GRAVITY = 8192 / 128;                   // 128 LSB
+const uint16_t REST_RATE = (Imu::LSB_PER_10_DEGREES + 1) / 2;  // 5 deg/s
+const uint16_t GRAVITY = Imu::LSB_PER_G / 128;                 // 128 LSB
 const uint16_t LEAST = GRAVITY * 4 / 5, MOST = GRAVITY * 6 / 5;
 
 struct Setting {

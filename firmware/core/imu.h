@@ -8,6 +8,9 @@ namespace chefbot {
 
 class Imu {
   public:
+    // Of the ranges that SETTINGS (imu.cpp) asks for: 4 g and 500 deg/s (register map 4.4, 4.5, 4.17, 4.19).
+    static constexpr int16_t LSB_PER_G = 8192, LSB_PER_10_DEGREES = 655;
+
     // One step: brings the chip up, reads it, or tries again half a second after a failure.
     void step(void *port);
 
@@ -17,9 +20,9 @@ class Imu {
     // The last sample can be trusted.
     bool good() const { return good_; }
     // rad/s * 10^6
-    int32_t rate(uint8_t axis) const { return scaled(raw_[4 + axis], 34107, 7); }
-    // m/s^2 * 10^3; 1 LSB = 9.80665 / 8192
-    int32_t acceleration(uint8_t axis) const { return scaled(raw_[axis], 9807, 13); }
+    int32_t rate(uint8_t axis) const { return scaled(raw_[4 + axis], MICRORADIANS_Q7, 7); }
+    // m/s^2 * 10^3
+    int32_t acceleration(uint8_t axis) const { return scaled(raw_[axis], GRAVITY_MM, G_BITS); }
     // 1/100 degree Celsius: raw / 340 + 36.53
     int32_t temperature() const { return scaled(raw_[3], 19275, 16) + 3653; }
     // Turn about the chip's z since the start, 10^-8 rad, modulo 2^32: the sum of rates, 10 ms each.
@@ -30,6 +33,12 @@ class Imu {
     int32_t bias() const { return bias_; }
 
   private:
+    // 1 LSB of a rate, 10^-6 rad/s * 2^7: one degree is 17453.2925 of them.
+    static constexpr int32_t MICRORADIANS_Q7 = static_cast<int32_t>(17453.2925 * 10 * 128 / LSB_PER_10_DEGREES + 0.5);
+    static constexpr int32_t GRAVITY_MM = 9807;  // mm/s^2 per g
+    static constexpr uint8_t G_BITS = 13;
+    static_assert(LSB_PER_G == 1 << G_BITS, "a shift divides by it");
+
     enum State : uint8_t { ABSENT, RESETTING, SETTLING, RUNNING };
 
     void begin(void *port);

@@ -258,7 +258,7 @@ def board_emulate(
     """Run the firmware on this computer, with modelled motors: a board without a board."""
     from chefbot.commands.board import run_emulator
 
-    run_emulator(robot, link)
+    raise typer.Exit(run_emulator(robot, link))
 
 
 @board_app.command("monitor")

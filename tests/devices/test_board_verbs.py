@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -94,12 +95,27 @@ def test_bad_input_is_one_sentence(
     assert error.startswith("chefbot: ") and sentence in error and error.count("\n") == 1
 
 
-def test_without_a_compiler_the_package_is_named(
+def test_without_tools_the_package_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert run(monkeypatch, "board", "emulate", "--link", str(tmp_path / "board")) == 2
-    assert "sudo apt-get install g++" in capsys.readouterr().err
     assert run(monkeypatch, "flash", "--board", "pico") == 2
     assert "make is not installed" in capsys.readouterr().err
+
+
+def test_flash_compiles_for_the_robot_and_says_what_it_lacks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for tool in ("make", "avr-g++"):
+        if shutil.which(tool) is None:
+            pytest.skip(f"{tool} is not installed")
+    if shutil.which("avrdude") is not None:
+        pytest.skip("avrdude is here: it would look for a board")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert run(monkeypatch, "flash", "--board", "mega", "--robot", "desk") == 2
+    program = tmp_path / "chefbot" / "firmware" / "mega.hex"
+    assert f"avrdude is not installed: sudo apt-get install avrdude; the program is {program}" in (
+        capsys.readouterr().err
+    )
+    assert program.read_text().startswith(":")
+    assert firmware_header(load_robot("desk")) == program.with_name("robot_constants.h").read_text()

@@ -6,13 +6,14 @@ import math
 import os
 import random
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.firmware.host_board import FIRMWARE, STOPPED, HostBoard, make, need
+from tests.firmware.host_board import STOPPED, HostBoard
 from tests.firmware.lines import Message, framed, unframed
 
 DRIVING, READY = 2, 1
@@ -126,16 +127,23 @@ def test_a_computer_that_dies_at_full_speed(car: Car) -> None:
 @pytest.fixture
 def program(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
     """The board as a process, and the computer's end of its pty."""
-    need("make", "g++")
-    make("build/chefbot_board")
     link = tmp_path / "board"
     process = subprocess.Popen(
-        [str(FIRMWARE / "build" / "chefbot_board"), "--link", str(link)],
+        [
+            sys.executable,
+            "-c",
+            "from chefbot.cli import main; main()",
+            "board",
+            "emulate",
+            "--link",
+            str(link),
+        ],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
     )
     assert process.stdout and process.stdin
+    assert process.stdout.readline().startswith("A motor board with motor model")
     assert process.stdout.readline().strip() == str(link)
     line = os.open(link, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     yield process, line

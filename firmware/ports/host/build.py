@@ -25,7 +25,12 @@ ONE_FILE = ("-static-libstdc++", "-static-libgcc")
 
 def sources() -> list[Path]:
     """Everything that the library is made of, headers as well."""
-    return [*sorted(CORE.glob("*.cpp")), *sorted(CORE.glob("*.h")), *sorted(PORT.glob("chefbot_board.*"))]
+    return [
+        *sorted(CORE.glob("*.cpp")),
+        *sorted(CORE.glob("*.h")),
+        *sorted(PORT.glob("*.cpp")),
+        *sorted(PORT.glob("*.h")),
+    ]
 
 
 def fingerprint() -> str:
@@ -50,7 +55,7 @@ def build(library: Path) -> None:
     """Write the library beside its place and rename it; RuntimeError with the compiler's words if it fails."""
     command = compiler()
     if command is None:
-        raise RuntimeError("there is no C++ compiler: install g++, or `pip install ziglang`")
+        raise RuntimeError("there is no C++ compiler: `sudo apt-get install g++`, or `pip install ziglang`")
     library.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=library.parent) as folder:
         mark, made = Path(folder, "mark.cpp"), Path(folder, library.name)

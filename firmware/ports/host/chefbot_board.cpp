@@ -188,7 +188,7 @@ chefbot_board *chefbot_board_create(const int32_t *constants, uint32_t count) {
     }
     memset(board->imu, 0, sizeof board->imu);
     board->imu[IMU_WHO] = IMU_ADDRESS;
-    const int16_t level[7] = {0, 0, 8192, -3920, 0, 0, 0};
+    const int16_t level[7] = {0, 0, chefbot::Imu::LSB_PER_G, -3920, 0, 0, 0};
     chefbot_board_imu(board, level);
     board->power_on(false);
     return board;
@@ -233,6 +233,9 @@ void chefbot_board_imu(chefbot_board *board, const int16_t raw[7]) {
         board->imu[IMU_DATA + 2 * i + 1] = static_cast<uint8_t>(raw[i] & 255);
     }
 }
+
+double chefbot_board_lsb_per_g(void) { return chefbot::Imu::LSB_PER_G; }
+double chefbot_board_lsb_per_degree(void) { return chefbot::Imu::LSB_PER_10_DEGREES / 10.0; }
 
 void chefbot_board_imu_answers(chefbot_board *board, int32_t answers) { board->imu_answers = answers != 0; }
 

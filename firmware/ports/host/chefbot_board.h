@@ -45,9 +45,12 @@ uint32_t chefbot_board_read(chefbot_board *board, uint8_t *bytes, uint32_t room)
 void chefbot_board_turn(chefbot_board *board, int32_t wheel, int32_t quarter_steps);
 // The encoder's two lines as they are (A in bit 1, B in bit 0), for tests of broken encoders.
 void chefbot_board_encoder_lines(chefbot_board *board, int32_t wheel, int32_t lines);
-// What the MPU-6050's registers hold until the next call: ax ay az temperature gx gy gz; 8192 LSB per g, 65.5 LSB per
-// deg/s. A real sensor is never still: eight equal samples in a row (80 ms) count as a stuck sensor, so add its noise.
+// What the MPU-6050's registers hold until the next call: ax ay az temperature gx gy gz. A real sensor is never still:
+// eight equal samples in a row (80 ms) count as a stuck sensor, so add its noise.
 void chefbot_board_imu(chefbot_board *board, const int16_t raw[7]);
+// What the registers count in: LSB per g of the first three, LSB per deg/s of the last three.
+double chefbot_board_lsb_per_g(void);
+double chefbot_board_lsb_per_degree(void);
 // 0: the IMU does not answer on the bus.
 void chefbot_board_imu_answers(chefbot_board *board, int32_t answers);
 void chefbot_board_battery(chefbot_board *board, int32_t millivolts);
@@ -62,6 +65,10 @@ int32_t chefbot_board_restarted_driving(const chefbot_board *board);
 // Time goes on. Control steps fall on whole multiples of 10 ms since power-on. What was written is obeyed first.
 void chefbot_board_advance(chefbot_board *board, uint32_t us);
 void chefbot_board_get(const chefbot_board *board, chefbot_board_state *state);
+
+// A board of its own on a pty, in real time, with motors, battery and sensors modelled (pty.cpp): linked at `link_path`
+// unless that is null, for `seconds` or, if 0, until SIGINT or SIGTERM. Exit code of a program.
+int32_t chefbot_board_serve(const int32_t *constants, uint32_t count, const char *link_path, double seconds);
 
 #ifdef __cplusplus
 }

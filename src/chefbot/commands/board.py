@@ -14,7 +14,6 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from chefbot.devices.board_emulator import emulator
 from chefbot.devices.board_line import AUTO
 from chefbot.devices.board_ports import explain, open_port, ports
 from chefbot.devices.line.chapter_lines import parse_chapter
@@ -23,6 +22,7 @@ from chefbot.devices.line.frame import LineSplitter, frame
 from chefbot.devices.line.lines import PROTOCOL, parse
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
+from chefbot.sim.firmware import serve
 
 ASKS, ASK_PERIOD = 10, 0.3
 """How often, and every how many seconds, the monitor asks who is there."""
@@ -31,9 +31,9 @@ WINDOW = 1.0
 console = Console(highlight=False, soft_wrap=True)
 
 
-def run_emulator(robot: str, link: Path) -> None:
-    """Become the firmware's program for this computer; it ends with Ctrl-C."""
-    program = emulator(load_robot(robot))
+def run_emulator(robot: str, link: Path) -> int:
+    """The firmware, compiled for this computer, at a pty; it ends with Ctrl-C. Its exit code."""
+    made_for = load_robot(robot)
     link.parent.mkdir(parents=True, exist_ok=True)
     if link.exists() and not link.is_symlink():
         raise UserError(f"{link} is there already and no link; choose another --link")
@@ -43,7 +43,7 @@ def run_emulator(robot: str, link: Path) -> None:
         "estop 0|1, block WHEEL 0|1, cable WHEEL 0|1, battery MV, echo US, imu 0|1, hang, power. It speaks at:"
     )
     sys.stdout.flush()
-    os.execv(program, [str(program), "--link", str(link)])
+    return serve(made_for, link)
 
 
 def _leave_the_terminal_alone() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -10,9 +11,9 @@ from typing import NamedTuple
 
 from rich.console import Console
 
+import chefbot
 from chefbot.commands.describe import deliver
 from chefbot.design.firmware_header import firmware_header
-from chefbot.devices.board_emulator import firmware_folder
 from chefbot.devices.board_line import AUTO
 from chefbot.devices.board_ports import BOARD_VENDORS, ports
 from chefbot.errors import UserError, nearest
@@ -36,7 +37,7 @@ class Target(NamedTuple):
 
 TARGETS = {
     "mega": Target(
-        "avr",
+        "mega.elf",
         "mega.hex",
         "avr-g++",
         "gcc-avr avr-libc binutils-avr",
@@ -57,7 +58,7 @@ TARGETS = {
         ),
     ),
     "tiva": Target(
-        "tiva",
+        "tiva.elf",
         "tiva.bin",
         "arm-none-eabi-g++",
         "gcc-arm-none-eabi",
@@ -66,7 +67,7 @@ TARGETS = {
         ("-v", "{program}"),
     ),
     "pico": Target(
-        "pico",
+        "pico.elf",
         "pico.uf2",
         "arm-none-eabi-g++",
         "gcc-arm-none-eabi",
@@ -104,11 +105,28 @@ def _compiled(target: Target, robot: str) -> Path:
         if shutil.which(tool) is None:
             raise UserError(f"{tool} is not installed: sudo apt-get install {packages}")
     named = str(Path(robot).resolve()) if Path(robot).exists() else robot
-    command = ["make", "-s", "-C", str(folder), target.make, f"ROBOT={named}", f"PYTHON={sys.executable}"]
+    made = _cache() / "firmware"
+    command = ["make", "-s", "-C", str(folder), f"BUILD={made}", f"ROBOT={named}", f"PYTHON={sys.executable}"]
+    command.append(str(made / target.make))
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         raise UserError(f"the firmware does not compile: {(done.stderr or done.stdout).strip()[-500:]}")
-    return folder / "build" / target.program
+    return made / target.program
+
+
+def firmware_folder() -> Path:
+    """The firmware's sources: an installed package carries them, a checkout has them beside it. UserError."""
+    package = Path(chefbot.__file__).parent
+    for folder in (package / "_firmware", package.parents[1] / "firmware"):
+        if (folder / "core").is_dir():
+            return folder
+    raise UserError(f"the firmware's sources are missing in {package}: install chefbot again")
+
+
+def _cache() -> Path:
+    """Where a user's programs keep what they can make again."""
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(home).resolve() / "chefbot"
 
 
 def _port(wanted: str) -> str:

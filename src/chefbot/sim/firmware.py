@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import runpy
 import subprocess
 import sys
-from ctypes import POINTER, c_char_p, c_int16, c_int32, c_uint32, c_uint64, c_void_p
+from ctypes import POINTER, c_char_p, c_double, c_int16, c_int32, c_uint32, c_uint64, c_void_p
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from chefbot.design.firmware_header import CONTROL_HZ, as_int32, firmware_constants
 from chefbot.errors import UserError
-from chefbot.robot.spec import Robot
+from chefbot.robot.spec import GRAVITY, Robot
 
 LIBRARY = Path(__file__).parent / "_firmware" / "libchefbot_board.so"
 BUILDER = Path(__file__).parents[3] / "firmware" / "ports" / "host" / "build.py"
@@ -52,14 +53,15 @@ class Firmware:
     def __init__(self, robot: Robot) -> None:
         """Made for the robot as drawn, switched on."""
         self._library = library()
-        values = [as_int32(constant.value) for constant in firmware_constants(robot)]
-        self._board = self._library.chefbot_board_create((c_int32 * len(values))(*values), len(values))
+        values = _constants(robot)
+        self._board = self._library.chefbot_board_create(values, len(values))
         if not self._board:
-            raise RuntimeError(f"the board's firmware does not take the constants of {robot.name}: {values}")
+            raise RuntimeError(
+                f"the board's firmware does not take the constants of {robot.name}: {values[:]}"
+            )
         self._imu = (c_int16 * 7)()
         self.imu: NDArray[np.int16] = np.ctypeslib.as_array(self._imu)
-        """The IMU's registers from the next `step` on: ax ay az temperature gx gy gz; 8192 LSB per g, 65.5 per
-        deg/s."""
+        """The IMU's registers from the next `step` on: ax ay az temperature gx gy gz; see `imu_scale`."""
         self.state = FirmwareState()
         """After the last `step`."""
         self._line = ctypes.create_string_buffer(_ROOM)
@@ -100,6 +102,24 @@ class Firmware:
         self._library.chefbot_board_power_cycle(self._board)
 
 
+def imu_scale() -> tuple[float, float]:
+    """LSB of the IMU's registers per m/s^2 and per rad/s, in the ranges that the firmware sets."""
+    found = library()
+    return found.chefbot_board_lsb_per_g() / GRAVITY, found.chefbot_board_lsb_per_degree() * math.degrees(1.0)
+
+
+def serve(robot: Robot, link: Path) -> int:
+    """Be a board at the path `link`, in real time, until SIGINT or SIGTERM; its exit code (ports/host/pty.cpp)."""
+    values = _constants(robot)
+    return int(library().chefbot_board_serve(values, len(values), bytes(link), 0.0))
+
+
+def _constants(robot: Robot) -> ctypes.Array[c_int32]:
+    """In the order of core/robot.h."""
+    values = [as_int32(constant.value) for constant in firmware_constants(robot)]
+    return (c_int32 * len(values))(*values)
+
+
 @cache
 def library() -> Any:
     """The library with the types of its functions; in a checkout, of the firmware as it is now.
@@ -116,6 +136,8 @@ def library() -> Any:
     found.chefbot_board_write.argtypes = [c_void_p, c_char_p, c_uint32]
     found.chefbot_board_read.argtypes = [c_void_p, c_char_p, c_uint32]
     found.chefbot_board_imu.argtypes = [c_void_p, POINTER(c_int16)]
+    found.chefbot_board_lsb_per_g.restype = found.chefbot_board_lsb_per_degree.restype = c_double
+    found.chefbot_board_serve.argtypes = [POINTER(c_int32), c_uint32, c_char_p, c_double]
     found.chefbot_board_get.argtypes = [c_void_p, POINTER(FirmwareState)]
     found.chefbot_board_turn.argtypes = [c_void_p, c_int32, c_int32]
     found.chefbot_board_advance.argtypes = [c_void_p, c_uint32]

@@ -8,15 +8,12 @@ import numpy as np
 from numpy.random import default_rng
 
 from chefbot.design.firmware_header import firmware_constants
-from chefbot.robot.spec import GRAVITY, Robot
-from chefbot.sim.firmware import CONTROL_NS, DUTY_FULL, NO_ECHO, Firmware, FirmwareState
+from chefbot.robot.spec import Robot
+from chefbot.sim.firmware import CONTROL_NS, DUTY_FULL, NO_ECHO, Firmware, FirmwareState, imu_scale
 from chefbot.sim.simulation import STEP_NS, Simulation
 
 SOUND = 343.2
 """m/s, air of 20 degC."""
-LSB_PER_FORCE = 8192.0 / GRAVITY
-LSB_PER_RATE = math.degrees(1.0) * 65.5
-"""MPU-6050 in the firmware's ranges of 4 g and 500 deg/s (register map RM-MPU-6000A-00, 4.17 and 4.19)."""
 RAIL = 32767
 ROOM_TEMPERATURE, RIPPLE = -3920, 3
 """LSB: 25 degC, and the width of its noise. So a robot without noise of its own has no sensor that looks stuck."""
@@ -36,6 +33,7 @@ class MotorBoard:
         self._boot_ns = simulation.time_ns
         self._restarts = 0
         self._ticks = simulation.wheel_ticks()
+        self._lsb_per_force, self._lsb_per_rate = imu_scale()
         self._temperature = default_rng(simulation.seed)
 
     @property
@@ -77,9 +75,9 @@ class MotorBoard:
         """The registers as the chip's converters would fill them, with whole numbers up to its rails."""
         rates, force = self._simulation.imu()
         registers = self.firmware.imu
-        registers[:3] = np.rint(np.clip(force * LSB_PER_FORCE, -RAIL, RAIL))
+        registers[:3] = np.rint(np.clip(force * self._lsb_per_force, -RAIL, RAIL))
         registers[3] = ROOM_TEMPERATURE + self._temperature.integers(RIPPLE)
-        registers[4:] = np.rint(np.clip(rates * LSB_PER_RATE, -RAIL, RAIL))
+        registers[4:] = np.rint(np.clip(rates * self._lsb_per_rate, -RAIL, RAIL))
 
 
 def _echo(distance: float) -> int:

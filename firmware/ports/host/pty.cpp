@@ -1,11 +1,10 @@
-// The board as a program: a pty that speaks the protocol, in real time, with motors, battery, IMU and ultrasonic modelled.
+// The board on a pty, in real time, with motors, battery, IMU and ultrasonic modelled.
 // What happens to it comes on stdin, one line each: `estop 0|1`, `block WHEEL 0|1`, `cable WHEEL 0|1`, `battery MV`,
 // `echo US`, `imu 0|1`, `hang`, `power`. It says where its pty is on stdout.
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
 #include <poll.h>
-#include <pty.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,17 +16,16 @@
 #include <string>
 
 #include "chefbot_board.h"
+#include "imu.h"
 #include "robot.h"
-#include "robot_constants.h"
 
 namespace {
 
-const chefbot::RobotConstants ROBOT = CHEFBOT_ROBOT_CONSTANTS;
 const double STEP = 0.001;            // s
 const double FRICTION = 0.05;         // of stall torque
 const double SAG = 0.06;              // of the voltage, both motors stalled
 const double DRAIN = 0.4 / 3600;      // V/s at full effort of both motors: empty in hours, not in minutes
-const double GYRO_LSB = 65.5 * 180 / M_PI;  // per rad/s
+const double GYRO_LSB = chefbot::Imu::LSB_PER_10_DEGREES / 10.0 * 180 / M_PI;  // per rad/s
 const double TRACK_PER_TURN = 1.06;   // wheel circumference / separation, of the Chefbot; only the modelled gyro needs it
 
 volatile sig_atomic_t ended;
@@ -37,12 +35,13 @@ void end(int) { ended = 1; }
 // Two gear motors and what carries them.
 class Plant {
   public:
-    explicit Plant(chefbot_board *board) : board_(board), volts_(ROBOT.battery_low * 1.08e-3) {}
+    Plant(chefbot_board *board, const chefbot::RobotConstants &robot)
+        : board_(board), robot_(robot), volts_(robot.battery_low * 1.08e-3) {}
 
     void step() {
         chefbot_board_state now;
         chefbot_board_get(board_, &now);
-        for (int wheel = 0; wheel < 2; ++wheel) turn(wheel, now.drivers ? now.duty[wheel] * 1e-3 : speed_[wheel] / ROBOT.no_load);
+        for (int wheel = 0; wheel < 2; ++wheel) turn(wheel, now.drivers ? now.duty[wheel] * 1e-3 : speed_[wheel] / robot_.no_load);
         volts_ -= DRAIN * STEP * (fabs(effort_[0]) + fabs(effort_[1])) / 2;
         const double sag = 1 - SAG * (fabs(effort_[0]) + fabs(effort_[1])) / 2;
         chefbot_board_battery(board_, static_cast<int32_t>(volts_ * 1e3 * sag));
@@ -56,10 +55,10 @@ class Plant {
     // First-order: the duty's speed is reached with the robot's time constant, friction takes its part.
     void turn(int wheel, double duty) {
         double &speed = speed_[wheel];
-        effort_[wheel] = duty - speed / ROBOT.no_load;
+        effort_[wheel] = duty - speed / robot_.no_load;
         const bool moves = fabs(speed) > 1;
         const double drag = moves ? copysign(FRICTION, speed) : fabs(duty) < FRICTION ? duty : copysign(FRICTION, duty);
-        const double next = speed + ((duty - drag) * ROBOT.no_load - speed) * STEP / (ROBOT.lag * 1e-3);
+        const double next = speed + ((duty - drag) * robot_.no_load - speed) * STEP / (robot_.lag * 1e-3);
         speed = blocked[wheel] || (moves && next * speed < 0 && fabs(duty) < FRICTION) ? 0 : next;
         place_[wheel] += speed * STEP;
         const double whole = floor(place_[wheel]);
@@ -69,9 +68,9 @@ class Plant {
     // Level, turning as the wheels say, with the noise that a living sensor has.
     void feel() {
         if (!imu_moves) return;
-        const double turns = (speed_[1] - speed_[0]) * 1e3 / ROBOT.ticks_per_turn_milli;
+        const double turns = (speed_[1] - speed_[0]) * 1e3 / robot_.ticks_per_turn_milli;
         const double rate = turns * TRACK_PER_TURN;
-        int16_t raw[7] = {noise(), noise(), static_cast<int16_t>(8192 + noise()), -3920, noise(), noise(), noise()};
+        int16_t raw[7] = {noise(), noise(), static_cast<int16_t>(chefbot::Imu::LSB_PER_G + noise()), -3920, noise(), noise(), noise()};
         raw[6] = static_cast<int16_t>(raw[6] + fmax(-32000, fmin(32000, rate * GYRO_LSB)));
         chefbot_board_imu(board_, raw);
     }
@@ -81,27 +80,30 @@ class Plant {
     }
 
     chefbot_board *board_;
+    const chefbot::RobotConstants &robot_;
     double volts_;
     double speed_[2] = {0, 0}, place_[2] = {0, 0}, effort_[2] = {0, 0};
     uint32_t random_ = 1;
 };
 
+// The computer's end is a terminal device; ours is what comes back, or -1 with errno.
 int open_line(const char *link_path) {
-    int computer, board;
-    char name[256];
+    const int ours = posix_openpt(O_RDWR | O_NOCTTY);
+    if (ours < 0 || grantpt(ours) || unlockpt(ours)) return -1;
+    const std::string name = ptsname(ours);
+    const int theirs = open(name.c_str(), O_RDWR | O_NOCTTY);  // stays open: the line outlives the computers at it
     termios raw;
-    if (openpty(&computer, &board, name, nullptr, nullptr)) return -1;
-    tcgetattr(board, &raw);
+    if (theirs < 0 || tcgetattr(theirs, &raw)) return -1;
     cfmakeraw(&raw);
-    tcsetattr(board, TCSANOW, &raw);
-    fcntl(computer, F_SETFL, O_NONBLOCK);
+    tcsetattr(theirs, TCSANOW, &raw);
+    fcntl(ours, F_SETFL, O_NONBLOCK);
     if (link_path) {
         unlink(link_path);
-        if (symlink(name, link_path)) return -1;
+        if (symlink(name.c_str(), link_path)) return -1;
     }
-    printf("%s\n", link_path ? link_path : name);
+    printf("%s\n", link_path ? link_path : name.c_str());
     fflush(stdout);
-    return computer;
+    return ours;
 }
 
 // What the computer does not read in time is lost, as on a wire.
@@ -144,45 +146,47 @@ void listen(chefbot_board *board, Plant *plant) {
     }
 }
 
-void run(chefbot_board *board, int line, double seconds) {
-    Plant plant(board);
-    timespec next;
-    clock_gettime(CLOCK_MONOTONIC, &next);
+int64_t now_ns() {
+    timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return now.tv_sec * 1000000000LL + now.tv_nsec;
+}
+
+void sleep_until(int64_t when_ns) {
+    const int64_t left = when_ns - now_ns();
+    if (left <= 0) return;
+    const timespec pause = {static_cast<time_t>(left / 1000000000), static_cast<long>(left % 1000000000)};
+    nanosleep(&pause, nullptr);
+}
+
+void run(chefbot_board *board, const chefbot::RobotConstants &robot, int line, double seconds) {
+    Plant plant(board, robot);
+    int64_t next = now_ns();
     for (double t = 0; !ended && (seconds <= 0 || t < seconds); t += STEP) {
         listen(board, &plant);
         exchange(board, line);
         plant.step();
         chefbot_board_advance(board, static_cast<uint32_t>(STEP * 1e6));
-        next.tv_nsec += static_cast<long>(STEP * 1e9);
-        if (next.tv_nsec >= 1000000000) next.tv_nsec -= 1000000000, ++next.tv_sec;
-        clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next, nullptr);
+        next += static_cast<int64_t>(STEP * 1e9);
+        sleep_until(next);
     }
 }
 
 }  // namespace
 
-int main(int count, char **arguments) {
-    const char *link_path = nullptr;
-    double seconds = 0;
-    for (int i = 1; i < count; ++i) {
-        if (!strcmp(arguments[i], "--link") && i + 1 < count) link_path = arguments[++i];
-        else if (!strcmp(arguments[i], "--seconds") && i + 1 < count) seconds = atof(arguments[++i]);
-        else {
-            fprintf(stderr, "usage: chefbot_board [--link PATH] [--seconds N]\n");
-            return 2;
-        }
+extern "C" int32_t chefbot_board_serve(const int32_t *constants, uint32_t count, const char *link_path, double seconds) {
+    chefbot_board *board = chefbot_board_create(constants, count);
+    const int line = board ? open_line(link_path) : -1;
+    if (line < 0) {
+        fprintf(stderr, "chefbot_board: %s\n", board ? strerror(errno) : "the robot's constants are out of range");
+        chefbot_board_destroy(board);
+        return 2;
     }
     signal(SIGTERM, end);
     signal(SIGINT, end);
-    int32_t constants[chefbot::ROBOT_CONSTANTS];
-    memcpy(constants, &ROBOT, sizeof constants);
-    chefbot_board *board = chefbot_board_create(constants, chefbot::ROBOT_CONSTANTS);
-    const int line = open_line(link_path);
-    if (!board || line < 0) {
-        fprintf(stderr, "chefbot_board: %s\n", board ? strerror(errno) : "the robot's constants are out of range");
-        return 2;
-    }
-    run(board, line, seconds);
+    chefbot::RobotConstants robot;
+    memcpy(&robot, constants, sizeof robot);
+    run(board, robot, line, seconds);
     if (link_path) unlink(link_path);
     chefbot_board_destroy(board);
     return 0;

@@ -1,0 +1,39 @@
+"""The 33 bytes beside every sample, request and reply: which one, when, from whom."""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple
+
+from chefbot.wire.errors import WireError
+
+_FORM = struct.Struct("<qqB16s")
+SIZE = _FORM.size
+GID_SIZE = 16
+
+
+class Attachment(NamedTuple):
+    """Of a topic: the publisher's; of a service: the client's, and a reply repeats number and gid."""
+
+    sequence: int
+    """Counts from 1."""
+    stamp_ns: int
+    """System clock of the sender."""
+    gid: bytes
+    """16 bytes."""
+
+    def pack(self) -> bytes:
+        """As Zenoh's serializer writes (int64, int64, bytes)."""
+        return _FORM.pack(self.sequence, self.stamp_ns, GID_SIZE, self.gid)
+
+
+def unpack(data: bytes | None) -> Attachment:
+    """The attachment. WireError when it is missing or of another form, e.g. that of Jazzy before 0.2.4."""
+    if data is None:
+        raise WireError("no attachment")
+    if len(data) != SIZE:
+        raise WireError(f"an attachment of {len(data)} bytes instead of {SIZE}")
+    sequence, stamp, size, gid = _FORM.unpack(data)
+    if size != GID_SIZE:
+        raise WireError(f"an attachment whose gid has {size} bytes")
+    return Attachment(sequence, stamp, gid)

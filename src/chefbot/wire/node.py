@@ -1,0 +1,144 @@
+"""A node on ROS 2's graph: what it has is declared on the wire and told by a token."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import zenoh
+
+from chefbot.msgs.base import Message
+from chefbot.msgs.service import Service
+from chefbot.wire.attachment import Attachment
+from chefbot.wire.names import WireType, check_namespace, check_node_name, has_byte_array, resolve, topic_key
+from chefbot.wire.publisher import Publisher
+from chefbot.wire.qos import DEFAULT, QoS
+from chefbot.wire.service import TIMEOUT, Call, Client, Server
+from chefbot.wire.session import Wire
+from chefbot.wire.subscription import Receive, Subscription
+from chefbot.wire.tokens import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, End, NodeId, Token
+
+M = TypeVar("M", bound=Message)
+Q = TypeVar("Q", bound=Message)
+S = TypeVar("S", bound=Message)
+CPU_BACKEND = "backends:cpu:"
+"""Asks newer rmw_zenoh for plain bytes of types with `uint8[]`; older ones do not look at it."""
+
+
+class WireNode:
+    """One node; names are resolved in its namespace. WireError for a name that ROS would refuse.
+
+    `remote_only`: its listeners and servers do not hear this very process.
+    """
+
+    def __init__(self, wire: Wire, name: str, namespace: str = "/", *, remote_only: bool = False) -> None:
+        self.wire = wire
+        self.id = NodeId(
+            wire.domain, wire.zid, wire.next_id(), check_namespace(namespace), check_node_name(name)
+        )
+        self._remote_only = remote_only
+        self._entities: list[Any] = []
+        self._tokens: list[zenoh.LivelinessToken] = []
+        self._tell(Token(self.id))
+
+    @property
+    def full_name(self) -> str:
+        """'/robot1/base'"""
+        return self.id.full_name
+
+    def publisher(self, topic: str, kind: type[M], qos: QoS = DEFAULT) -> Publisher[M]:
+        """A publisher of messages of class `kind`."""
+        token = self._end(PUBLISHER, topic, WireType.of(kind), qos)
+        return self._keep(Publisher[M](self.wire, self._key(token), qos, token.gid), token)
+
+    def subscription(
+        self, topic: str, kind: type[M], callback: Callable[[M], None], qos: QoS = DEFAULT
+    ) -> Subscription:
+        """Call `callback(message)` in Zenoh's thread; what is no such message is counted and refused."""
+
+        def receive(data: bytes, _: Attachment) -> None:
+            callback(kind.from_cdr(data))
+
+        buffered = has_byte_array(kind) and not qos.latched
+        return self.raw_subscription(topic, WireType.of(kind), receive, qos, buffered=buffered)
+
+    def raw_subscription(
+        self, topic: str, kind: WireType, receive: Receive, qos: QoS = DEFAULT, *, buffered: bool = False
+    ) -> Subscription:
+        """Call `receive(cdr bytes, attachment)`: also for types that we have no class of."""
+        backends = CPU_BACKEND if buffered else ""
+        token = self._end(SUBSCRIPTION, topic, kind, qos, backends)
+        made = Subscription(
+            self.wire,
+            self._key(token),
+            qos,
+            receive,
+            topic=_name(token),
+            remote_only=self._remote_only,
+            buffered=buffered,
+        )
+        return self._keep(made, token)
+
+    def server(
+        self,
+        name: str,
+        service: Service[Q, S],
+        handler: Callable[[Call[Q, S]], None],
+        qos: QoS = DEFAULT,
+    ) -> Server[Q, S]:
+        """Serve: `handler(call)` runs in Zenoh's thread; `call.answer(response)` now or later."""
+        token = self._end(SERVER, name, WireType.of(service), qos)
+        made = Server[Q, S](
+            self.wire,
+            self._key(token),
+            service,
+            handler,
+            name=_name(token),
+            remote_only=self._remote_only,
+        )
+        return self._keep(made, token)
+
+    def client(
+        self, name: str, service: Service[Q, S], qos: QoS = DEFAULT, timeout: float = TIMEOUT
+    ) -> Client[Q, S]:
+        """A client; each call ends after `timeout` seconds at the latest."""
+        token = self._end(CLIENT, name, WireType.of(service), qos)
+        made = Client[Q, S](
+            self.wire, self._key(token), service, token.gid, name=_name(token), timeout=timeout
+        )
+        return self._keep(made, token)
+
+    def close(self) -> None:
+        """Take all tokens back, then end what they told of."""
+        for token in reversed(self._tokens):
+            token.undeclare()
+        for entity in reversed(self._entities):
+            entity.close()
+        self._tokens, self._entities = [], []
+
+    def __enter__(self) -> WireNode:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _end(self, kind: str, name: str, wire_type: WireType, qos: QoS, backends: str = "") -> Token:
+        full = resolve(name, self.id.namespace, self.full_name)
+        return Token(self.id, End(self.wire.next_id(), kind, full, wire_type, qos, backends))
+
+    def _key(self, token: Token) -> str:
+        assert token.end is not None
+        return topic_key(self.wire.domain, token.end.topic, token.end.type)
+
+    def _keep(self, entity: Any, token: Token) -> Any:
+        """First the data's end, then the token that promises it."""
+        self._entities.append(entity)
+        self._tell(token)
+        return entity
+
+    def _tell(self, token: Token) -> None:
+        self._tokens.append(self.wire.session.liveliness().declare_token(str(token)))
+
+
+def _name(token: Token) -> str:
+    return token.end.topic if token.end else ""

@@ -1,0 +1,136 @@
+"""A place on the wire: this process's Zenoh session, and a router when the machine has none yet.
+
+Each process tries to be the router of its machine; one wins the port (a running rmw_zenohd counts), the others
+are peers that find each other through it and then talk directly. When the router's process dies, another one
+takes its place within a fraction of a second.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+from itertools import count
+from typing import Any
+
+import zenoh
+
+from chefbot.errors import UserError
+from chefbot.wire.errors import Tally
+from chefbot.wire.graph import Graph
+
+PORT = 7447
+"""Where rmw_zenoh looks for its router."""
+LOOPBACK = "127.0.0.1"
+WATCH_PERIOD = 0.2
+"""Seconds between two looks whether there is a router."""
+MAX_DOMAIN = 232
+
+
+class Wire:
+    """One Zenoh session and what is known of the others in its ROS domain.
+
+    `router`: take the router's place when nobody has it; programs that stay a moment only should not.
+    UserError when the wire cannot be opened at all.
+    """
+
+    def __init__(self, domain: int = 0, *, port: int = PORT, router: bool = True) -> None:
+        if not 0 <= domain <= MAX_DOMAIN:
+            raise UserError(f"ROS domain {domain} must lie between 0 and {MAX_DOMAIN}")
+        self.domain = domain
+        self.refused = Tally()
+        """What came in and was no message of its type, by reason; for diagnostics."""
+        self._port = port
+        self._numbers = count()
+        self._closing = threading.Event()
+        self._router = _open_router(port) if router else None
+        self.session = _open_peer(port)
+        self.zid = str(self.session.zid())
+        self.graph = Graph(self.session, domain, self.refused)
+        self._watcher = threading.Thread(target=self._watch, name="wire watcher", daemon=True)
+        if router:
+            self._watcher.start()
+
+    @property
+    def is_router(self) -> bool:
+        """Whether this process is the router of its machine."""
+        return self._router is not None
+
+    @property
+    def connected(self) -> bool:
+        """Whether there is a router, ours or another."""
+        return bool(self.session.info.routers_zid())
+
+    def next_id(self) -> str:
+        """Nodes and their ends are numbered through, from 0."""
+        return str(next(self._numbers))
+
+    def close(self) -> None:
+        """Say goodbye to all and free the port."""
+        self._closing.set()
+        if self._watcher.is_alive():
+            self._watcher.join()
+        self.graph.close()
+        self.session.close()
+        if self._router is not None:
+            self._router.close()
+            self._router = None
+
+    def __enter__(self) -> Wire:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _watch(self) -> None:
+        """Take the router's place when it is empty."""
+        while not self._closing.wait(WATCH_PERIOD):
+            if self._router is None and not self.connected:
+                self._router = _open_router(self._port)
+
+
+def _open_router(port: int) -> zenoh.Session | None:
+    """A router on loopback, None when the port is taken: then somebody else is it."""
+    config = {**_common(), "mode": "router", "listen": {"endpoints": [f"tcp/{LOOPBACK}:{port}"]}}
+    try:
+        return zenoh.open(_config(config))
+    except zenoh.ZError as error:
+        if "in use" in str(error):
+            return None
+        raise UserError(f"the wire's port {LOOPBACK}:{port} cannot be opened: {_short(error)}") from None
+
+
+def _open_peer(port: int) -> zenoh.Session:
+    retry = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 2}
+    config = {
+        **_common(),
+        "mode": "peer",
+        "listen": {"endpoints": [f"tcp/{LOOPBACK}:0"]},
+        "connect": {
+            "endpoints": [f"tcp/{LOOPBACK}:{port}"],
+            "timeout_ms": 0,
+            "exit_on_failure": False,
+            "retry": retry,
+        },
+    }
+    try:
+        return zenoh.open(_config(config))
+    except zenoh.ZError as error:
+        raise UserError(f"the wire cannot be opened: {_short(error)}") from None
+
+
+def _common() -> dict[str, Any]:
+    """As rmw_zenoh's own configuration has it, but without its half second of scouting."""
+    return {
+        "scouting": {"delay": 0, "multicast": {"enabled": False}, "gossip": {"enabled": True}},
+        "timestamping": {"enabled": True},
+        "transport": {"shared_memory": {"enabled": False}},
+    }
+
+
+def _config(plain: dict[str, Any]) -> zenoh.Config:
+    return zenoh.Config.from_json5(json.dumps(plain))
+
+
+def _short(error: zenoh.ZError) -> str:
+    """Without the library's own file names."""
+    return str(error).partition(" at /")[0]

@@ -1,0 +1,79 @@
+"""A subscription as rmw_zenoh has it: what is no message of its type is counted and refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import zenoh
+from zenoh import ext
+
+from chefbot.msgs.cdr import CdrError
+from chefbot.wire.attachment import Attachment, unpack
+from chefbot.wire.errors import Tally, WireError
+from chefbot.wire.qos import QoS
+from chefbot.wire.session import Wire
+
+Receive = Callable[[bytes, Attachment], None]
+"""Called in Zenoh's thread with a sample's CDR bytes; CdrError or WireError raised there are counted."""
+CPU_BUFFERS = "_buf_cpu"
+"""Where newer rmw_zenoh sends types with `uint8[]` to those who ask for it (`backends:cpu:`)."""
+
+
+class Subscription:
+    """Listens to one topic; made by `WireNode.subscription`. `remote_only`: not to this very process.
+
+    `topic` names it in the tally of what was refused.
+    """
+
+    def __init__(
+        self,
+        wire: Wire,
+        key: str,
+        qos: QoS,
+        receive: Receive,
+        *,
+        topic: str,
+        remote_only: bool = False,
+        buffered: bool = False,
+    ) -> None:
+        self.key = key
+        self.qos = qos
+        self._receive = receive
+        self._topic = topic
+        self._refused: Tally = wire.refused
+        origin = zenoh.Locality.REMOTE if remote_only else zenoh.Locality.ANY
+        keys = [key, f"{key}/{CPU_BUFFERS}"] if buffered else [key]
+        self._zenoh = [_declare(wire.session, one, qos, self._take, origin) for one in keys]
+
+    def close(self) -> None:
+        """Listen no more."""
+        for one in self._zenoh:
+            one.undeclare()
+
+    def _take(self, sample: zenoh.Sample) -> None:
+        try:
+            attachment = None if sample.attachment is None else sample.attachment.to_bytes()
+            self._receive(sample.payload.to_bytes(), unpack(attachment))
+        except (WireError, CdrError) as error:
+            self._refused.add(f"{self._topic}: {error}")
+
+
+def _declare(
+    session: zenoh.Session,
+    key: str,
+    qos: QoS,
+    take: Callable[[zenoh.Sample], None],
+    origin: zenoh.Locality,
+) -> Any:
+    if not qos.latched:
+        return session.declare_subscriber(key, take, allowed_origin=origin)
+    return ext.declare_advanced_subscriber(
+        session,
+        key,
+        take,
+        allowed_origin=origin,
+        history=ext.HistoryConfig(detect_late_publishers=True, max_samples=qos.depth),
+        recovery=ext.RecoveryConfig(periodic_queries=None, heartbeat=True) if qos.reliable else None,
+        subscriber_detection=True,
+    )

@@ -1,0 +1,82 @@
+"""Whatever is written can be read back; whatever else is read is refused with a WireError and nothing worse."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.wire.attachment import Attachment, unpack
+from chefbot.wire.errors import WireError
+from chefbot.wire.names import WireType
+from chefbot.wire.qos import QoS, Span, incompatible, parse_qos
+from chefbot.wire.tokens import End, NodeId, Token, parse_token
+
+word = st.from_regex(r"[a-z_][a-z0-9_]{0,8}", fullmatch=True)
+path = st.lists(word, min_size=1, max_size=3).map(lambda parts: "/" + "/".join(parts))
+maybe_root = st.one_of(st.just("/"), path)
+small = st.integers(0, 5)
+number = st.integers(0, 2**63 - 1)
+span = st.builds(Span, number, st.integers(0, 999_999_999))
+qos = st.builds(QoS, small, small, small, number, span, span, small, span)
+types = st.builds(
+    lambda package, folder, name, digest: WireType(f"{package}/{folder}/{name}", f"RIHS01_{digest}"),
+    word, st.sampled_from(["msg", "srv", "action"]), word, st.from_regex(r"[0-9a-f]{64}", fullmatch=True),
+)  # fmt: skip
+ids = st.integers(0, 10**6).map(str)
+zid = st.from_regex(r"[1-9a-f][0-9a-f]{0,31}", fullmatch=True)
+nodes = st.builds(NodeId, st.integers(0, 232), zid, ids, maybe_root, word, maybe_root)
+ends = st.builds(
+    End, ids, st.sampled_from(["MP", "MS", "SS", "SC"]), path, types, qos,
+    st.sampled_from(["", "backends:cpu:", "backends:cpu:;cuda:x"]),
+)  # fmt: skip
+tokens = st.builds(Token, nodes, st.one_of(st.none(), ends))
+
+
+@given(qos)
+def test_qos_is_read_back(one: QoS) -> None:
+    assert parse_qos(str(one)) == one
+    assert incompatible(one, one) == []
+
+
+@given(tokens)
+def test_tokens_are_read_back(token: Token) -> None:
+    assert parse_token(str(token)) == token
+    assert len(token.gid) == 16
+
+
+@given(tokens, st.integers(0, 400), st.text(max_size=3), st.integers(0, 3))
+def test_damaged_tokens_are_refused_or_read(token: Token, place: int, put: str, cut: int) -> None:
+    text = str(token)
+    place %= len(text) + 1
+    damaged = text[:place] + put + text[place + cut :]
+    try:
+        read = parse_token(damaged)
+    except WireError:
+        return
+    assert parse_token(str(read)) == read
+
+
+@given(st.text(max_size=60))
+def test_any_text_is_refused_or_read(text: str) -> None:
+    for parse in (parse_token, parse_qos):
+        try:
+            parse(text)  # type: ignore[operator]
+        except WireError:
+            continue
+
+
+@given(
+    st.integers(-(2**63), 2**63 - 1), st.integers(-(2**63), 2**63 - 1), st.binary(min_size=16, max_size=16)
+)
+def test_attachments_are_read_back(sequence: int, stamp: int, gid: bytes) -> None:
+    one = Attachment(sequence, stamp, gid)
+    assert unpack(one.pack()) == one
+
+
+@given(st.binary(max_size=40))
+def test_any_bytes_are_an_attachment_or_refused(data: bytes) -> None:
+    try:
+        one = unpack(data)
+    except WireError:
+        return
+    assert one.pack() == data

@@ -1,0 +1,47 @@
+"""A wire on a port of its own, and other processes on it."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from chefbot.wire.session import Wire
+
+OTHER = Path(__file__).parent / "other.py"
+
+
+@pytest.fixture
+def port() -> int:
+    """A port that nobody has."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return int(server.getsockname()[1])
+
+
+@pytest.fixture
+def wire(port: int) -> Iterator[Wire]:
+    """This process on the wire; it becomes the router unless another one is it already."""
+    with Wire(port=port) as one:
+        yield one
+
+
+@pytest.fixture
+def other(port: int) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """`other("router")` starts the other process and waits until it is on the wire."""
+    running: list[subprocess.Popen[str]] = []
+
+    def start(role: str) -> subprocess.Popen[str]:
+        command = [sys.executable, str(OTHER), str(port), role]
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        running.append(process)
+        assert process.stdout is not None
+        assert process.stdout.readline().strip() in ("router", "peer")
+        return process
+
+    yield start
+    for process in running:
+        process.communicate(timeout=10)

@@ -1,0 +1,73 @@
+"""The other process: a node that echoes, latches, serves and works, until its standard input is closed."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+
+from chefbot.msgs.action_msgs import STATUS_CANCELED, STATUS_SUCCEEDED
+from chefbot.msgs.base import Message
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Feedback, NavigateToPose_Result
+from chefbot.msgs.sensor_msgs import Image
+from chefbot.msgs.std_msgs import String
+from chefbot.msgs.std_srvs import SetBool, SetBool_Response
+from chefbot.wire.action_server import ActionServer
+from chefbot.wire.node import WireNode
+from chefbot.wire.qos import LATCHED
+from chefbot.wire.service import Call
+from chefbot.wire.session import Wire
+
+
+class Walker:
+    """An action server whose goals take three steps, or end when cancelled."""
+
+    def __init__(self, node: WireNode) -> None:
+        self.cancelled = threading.Event()
+        self.server = ActionServer(
+            node, "navigate_to_pose", NavigateToPose, self.accept, lambda _: not self.cancelled.set()
+        )
+
+    def accept(self, goal_id: Message, goal: Message) -> bool:
+        if goal.behavior_tree == "unwanted":
+            return False
+        self.cancelled.clear()
+        threading.Thread(target=self.work, args=(goal_id, goal.behavior_tree), daemon=True).start()
+        return True
+
+    def work(self, goal_id: Message, how: str) -> None:
+        self.server.begin(goal_id)
+        for step in range(600 if how == "slow" else 3):
+            self.server.feedback(goal_id, NavigateToPose_Feedback(distance_remaining=float(3 - step)))
+            if self.cancelled.wait(0.05):
+                self.server.finish(goal_id, STATUS_CANCELED, NavigateToPose_Result())
+                return
+        self.server.finish(goal_id, STATUS_SUCCEEDED, NavigateToPose_Result(0, "there"))
+
+
+def answer(call: Call) -> None:
+    """A service's."""
+    call.answer(SetBool_Response(call.request.data, "from the other process"))
+
+
+def main(port: int, router: bool) -> None:
+    """Until standard input ends."""
+    with Wire(port=port, router=router) as wire, WireNode(wire, "other", "/far") as node:
+        echo = node.publisher("echo", Twist)
+        node.subscription("said", Twist, echo.publish)
+        image = node.publisher("image_back", Image)
+        node.subscription("image", Image, image.publish)
+        node.publisher("latched", String, LATCHED).publish(String("early"))
+        node.server("switch", SetBool, answer)
+        Walker(node)
+        until = time.monotonic() + 10
+        while not wire.connected and time.monotonic() < until:
+            time.sleep(0.01)
+        sys.stdout.write("router\n" if wire.is_router else "peer\n")
+        sys.stdout.flush()
+        sys.stdin.read()
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), sys.argv[2] == "router")

@@ -1,0 +1,201 @@
+"""Two real processes over a real router."""
+
+from __future__ import annotations
+
+import queue
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from chefbot.msgs.action_msgs import CANCEL_NONE, STATUS_CANCELED, STATUS_SUCCEEDED, GoalStatusArray
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal
+from chefbot.msgs.sensor_msgs import Image, LaserScan
+from chefbot.msgs.std_msgs import Header, String
+from chefbot.msgs.std_srvs import SetBool, SetBool_Request, Trigger, Trigger_Request
+from chefbot.wire.action_client import ActionClient, RejectedError
+from chefbot.wire.attachment import Attachment
+from chefbot.wire.names import WireType, topic_key
+from chefbot.wire.node import WireNode
+from chefbot.wire.qos import LATCHED, SENSOR
+from chefbot.wire.service import NoAnswerError
+from chefbot.wire.session import Wire
+
+PATIENCE = 10.0
+
+
+@pytest.fixture
+def node(wire: Wire, other: Callable) -> WireNode:
+    other("peer")
+    assert wire.graph.wait_for(lambda graph: "/far/navigate_to_pose" in graph.actions(), PATIENCE)
+    return WireNode(wire, "tester", "/far")
+
+
+def heard_by(publisher) -> None:
+    until = time.monotonic() + PATIENCE
+    while not publisher.heard:
+        assert time.monotonic() < until
+        time.sleep(0.005)
+
+
+def test_a_twist_goes_there_and_comes_back(node: WireNode) -> None:
+    got: queue.Queue[Twist] = queue.Queue()
+    node.subscription("echo", Twist, got.put)
+    said = node.publisher("said", Twist)
+    heard_by(said)
+    for count in range(1, 21):
+        said.publish(Twist.of(0.1 * count, -0.5))
+        assert got.get(timeout=PATIENCE).to_cdr() == Twist.of(0.1 * count, -0.5).to_cdr()
+
+
+def test_a_picture_goes_there_and_comes_back(node: WireNode) -> None:
+    got: queue.Queue[Image] = queue.Queue()
+    node.subscription("image_back", Image, got.put)
+    said = node.publisher("image", Image)
+    heard_by(said)
+    picture = np.random.default_rng(1).integers(0, 255, (480, 640, 3), np.uint8)
+    said.publish(Image.of(Header.of(1, "camera"), "rgb8", picture))
+    assert np.array_equal(got.get(timeout=PATIENCE).pixels, picture)
+
+
+def test_a_late_listener_gets_what_was_latched(node: WireNode) -> None:
+    got: queue.Queue[String] = queue.Queue()
+    node.subscription("latched", String, got.put, LATCHED)
+    assert got.get(timeout=PATIENCE).data == "early"
+
+
+def test_a_latched_listener_hears_a_speaker_that_latches_nothing(node: WireNode) -> None:
+    got: queue.Queue[Twist] = queue.Queue()
+    node.subscription("echo", Twist, got.put, LATCHED)
+    said = node.publisher("said", Twist)
+    heard_by(said)
+    until = time.monotonic() + PATIENCE
+    while got.empty() and time.monotonic() < until:
+        said.publish(Twist.of(1.0, 0.0))
+        time.sleep(0.02)
+    assert got.get(timeout=PATIENCE).linear.x == 1.0
+
+
+def test_a_service_answers(node: WireNode) -> None:
+    client = node.client("switch", SetBool)
+    for wish in (True, False, True):
+        response = client.call(SetBool_Request(wish), PATIENCE)
+        assert (response.success, response.message) == (wish, "from the other process")
+
+
+def test_nobody_answers_for_a_service_that_is_not_there(node: WireNode) -> None:
+    with pytest.raises(NoAnswerError, match="/far/nothing"):
+        node.client("nothing", Trigger).call(Trigger_Request(), PATIENCE)
+
+
+def test_an_action_tells_how_it_goes_and_ends(node: WireNode) -> None:
+    status: queue.Queue[GoalStatusArray] = queue.Queue()
+    node.subscription("navigate_to_pose/_action/status", GoalStatusArray, status.put, LATCHED)
+    client = ActionClient(node, "navigate_to_pose", NavigateToPose)
+    heard: list[float] = []
+    handle = client.send(NavigateToPose_Goal(), lambda feedback: heard.append(feedback.distance_remaining))
+    ended, result = handle.outcome.result(PATIENCE)
+    assert (ended, result.error_msg) == (STATUS_SUCCEEDED, "there")
+    assert heard == [3.0, 2.0, 1.0]
+    states = []
+    while STATUS_SUCCEEDED not in states:
+        states = [one.status for one in status.get(timeout=PATIENCE).status_list]
+
+
+def test_an_action_is_given_up(node: WireNode) -> None:
+    client = ActionClient(node, "navigate_to_pose", NavigateToPose)
+    begun: queue.Queue[object] = queue.Queue()
+    handle = client.send(NavigateToPose_Goal(behavior_tree="slow"), begun.put)
+    begun.get(timeout=PATIENCE)
+    response = handle.cancel().result(PATIENCE)
+    assert response.return_code == CANCEL_NONE
+    assert [one.goal_id.key for one in response.goals_canceling] == [handle.goal_id.key]
+    assert handle.outcome.result(PATIENCE)[0] == STATUS_CANCELED
+
+
+def test_a_goal_that_is_not_wanted_is_rejected(node: WireNode) -> None:
+    client = ActionClient(node, "navigate_to_pose", NavigateToPose)
+    with pytest.raises(RejectedError):
+        client.send(NavigateToPose_Goal(behavior_tree="unwanted")).outcome.result(PATIENCE)
+
+
+def test_the_graph_names_what_the_other_process_has(node: WireNode) -> None:
+    graph = node.wire.graph
+    names = {one.full_name for one in graph.nodes()}
+    assert {"/far/other", "/far/tester"} <= names
+    topics = graph.topics()
+    assert topics["/far/echo"].types == (WireType.of(Twist),)
+    assert [one.node.full_name for one in topics["/far/echo"].givers] == ["/far/other"]
+    assert [one.node.full_name for one in graph.services()["/far/switch"].givers] == ["/far/other"]
+    assert graph.actions()["/far/navigate_to_pose"].types[0].name == "nav2_msgs/action/NavigateToPose"
+    assert graph.mismatches() == []
+
+
+def test_ends_that_cannot_work_together_are_named(node: WireNode) -> None:
+    graph = node.wire.graph
+    node.subscription("echo", LaserScan, lambda _: None)
+    node.publisher("said", Twist, SENSOR)
+    old = WireType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64)
+    node.raw_subscription("echo", old, lambda *_: None)
+    assert graph.wait_for(lambda one: len(one.mismatches()) == 3, PATIENCE), graph.mismatches()
+    text = "\n".join(graph.mismatches())
+    assert "/far/echo: /far/other and /far/tester do not hear each other" in text
+    assert "geometry_msgs/msg/Twist in two versions" in text
+    assert "/far/said: /far/tester and /far/other: best effort is offered" in text
+
+
+def test_what_is_no_message_is_counted_and_refused(node: WireNode) -> None:
+    got: queue.Queue[Twist] = queue.Queue()
+    wire = node.wire
+    node.subscription("strange", Twist, got.put)
+    key = topic_key(0, "/far/strange", WireType.of(Twist))
+    good = Attachment(1, 1, b"\0" * 16).pack()
+    wire.session.put(key, Twist().to_cdr())
+    wire.session.put(key, Twist().to_cdr(), attachment=b"short")
+    wire.session.put(key, Twist().to_cdr()[:20], attachment=good)
+    wire.session.put(key, b"", attachment=good)
+    wire.session.put(key, Twist.of(1.0, 2.0).to_cdr(), attachment=good)
+    assert got.get(timeout=PATIENCE).linear.x == 1.0
+    assert wire.refused.total() == 4
+    assert all(reason.startswith("/far/strange: ") for reason in wire.refused.counts())
+
+
+def test_a_token_of_nobody_known_is_counted_and_refused(wire: Wire) -> None:
+    token = wire.session.liveliness().declare_token("@ros2_lv/0/abc/0/0/XX/%/%/ghost")
+    assert wire.graph.wait_for(lambda _: wire.refused.total() == 1, PATIENCE)
+    assert "ghost" in next(iter(wire.refused.counts()))
+    token.undeclare()
+
+
+def test_who_leaves_is_gone_from_the_graph(wire: Wire, other: Callable) -> None:
+    process = other("peer")
+    assert wire.graph.wait_for(lambda graph: "/far/echo" in graph.topics(), PATIENCE)
+    process.kill()
+    assert wire.graph.wait_for(lambda graph: not graph.tokens(), PATIENCE)
+
+
+def test_a_killed_router_is_replaced_and_all_find_each_other_again(port: int, other: Callable) -> None:
+    router = other("router")
+    with Wire(port=port) as wire, WireNode(wire, "tester", "/far") as node:
+        other("peer")
+        assert not wire.is_router
+        others = lambda graph: len([one for one in graph.nodes() if one.name == "other"])  # noqa: E731
+        assert wire.graph.wait_for(lambda graph: others(graph) == 2, PATIENCE)
+        router.kill()
+        assert wire.graph.wait_for(lambda graph: others(graph) == 1, PATIENCE)
+        assert wire.graph.wait_for(lambda _: wire.is_router and wire.connected, PATIENCE)
+        assert node.client("switch", SetBool).call(SetBool_Request(True), PATIENCE).success
+        other("peer")  # one that comes later finds them through the new router
+        assert wire.graph.wait_for(lambda graph: others(graph) == 2, PATIENCE)
+
+
+def test_opening_and_closing_is_quick(port: int) -> None:
+    times = []
+    for _ in range(5):
+        began = time.perf_counter()
+        with Wire(port=port) as wire:
+            times.append(time.perf_counter() - began)
+            assert wire.is_router
+    assert min(times) < 0.020

@@ -182,6 +182,17 @@ def sdf(
 
 
 @app.command()
+def ros2(
+    out: Annotated[Path, typer.Option(help="the src folder of a ROS 2 workspace: gets three packages")],
+    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+) -> None:
+    """ROS 2 packages of the robot: model, launches, Nav2's parameters with their reasons, Gazebo's worlds."""
+    from chefbot.commands.ros2 import run_ros2
+
+    run_ros2(robot, out)
+
+
+@app.command()
 def mjcf(
     robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
     out: Annotated[Path | None, typer.Option(help="file, instead of the screen")] = None,

@@ -6,9 +6,8 @@ https://docs.ros.org/en/jazzy/How-To-Guides/Ament-CMake-Documentation.html
 
 from __future__ import annotations
 
-from xml.sax.saxutils import escape
-
 from chefbot.design.mesh_parts import part_mesh
+from chefbot.design.ros2.package import cmake, manifest
 from chefbot.design.sdf_sensors import WHEELS
 from chefbot.design.urdf_frames import joint_name
 from chefbot.design.urdf_xacro import mesh_files, xacro_files
@@ -22,8 +21,10 @@ FOLDERS = ("urdf", "meshes", "launch", "rviz", "config")
 def ros_package(robot: Robot) -> dict[str, bytes]:
     """Path in the package to content. Loads the CAD libraries."""
     texts = {
-        "package.xml": _manifest(robot),
-        "CMakeLists.txt": CMAKE,
+        "package.xml": manifest(
+            PACKAGE, f"Model of the robot {robot.name}, written by chefbot from its robot file.", NEEDED
+        ),
+        "CMakeLists.txt": cmake(PACKAGE, FOLDERS),
         "launch/model_robot.launch.py": LAUNCH.replace("@ROBOT@", robot.name),
         "rviz/robot.rviz": RVIZ,
         "config/controllers.yaml": _controllers(robot),
@@ -42,37 +43,11 @@ def stl(solids: tuple[Solid, ...]) -> bytes:
     return data
 
 
-def _manifest(robot: Robot) -> str:
-    needed = (
-        "robot_state_publisher", "joint_state_publisher", "joint_state_publisher_gui", "rviz2", "xacro",
-        "launch", "launch_ros", "ament_index_python",
-    )  # fmt: skip
-    depends = "\n".join(f"  <exec_depend>{name}</exec_depend>" for name in needed)
-    return f"""<?xml version="1.0"?>
-<package format="3">
-  <name>{PACKAGE}</name>
-  <version>0.1.0</version>
-  <description>Model of the robot {escape(robot.name)}, written by chefbot from its robot file.</description>
-  <maintainer email="owner@example.com">The robot's owner</maintainer>
-  <license>Apache-2.0</license>
-  <buildtool_depend>ament_cmake</buildtool_depend>
-{depends}
-  <export>
-    <build_type>ament_cmake</build_type>
-  </export>
-</package>
-"""
+NEEDED = (
+    "robot_state_publisher", "joint_state_publisher", "joint_state_publisher_gui", "rviz2", "xacro",
+    "launch", "launch_ros", "ament_index_python",
+)  # fmt: skip
 
-
-CMAKE = f"""cmake_minimum_required(VERSION 3.8)
-project({PACKAGE} NONE)
-
-find_package(ament_cmake REQUIRED)
-
-install(DIRECTORY {" ".join(FOLDERS)} DESTINATION share/${{PROJECT_NAME}})
-
-ament_package()
-"""
 
 LAUNCH = '''"""The robot in RViz, with a slider for each wheel."""
 
@@ -176,6 +151,9 @@ diff_drive_controller:
     right_wheel_names: [{right}]
     wheel_separation: {robot.wheels.separation:.9g}
     wheel_radius: {robot.wheel_radius:.9g}
+    wheel_separation_multiplier: {robot.calibration.separation:.9g}
+    left_wheel_radius_multiplier: {robot.calibration.left_wheel:.9g}
+    right_wheel_radius_multiplier: {robot.calibration.right_wheel:.9g}
     odom_frame_id: odom
     base_frame_id: base_footprint
     linear.x.max_velocity: {robot.max_speed:.9g}

@@ -1,0 +1,36 @@
+"""Launch files of our own that the ROS packages carry: bases that leave map -> odom to others."""
+
+from __future__ import annotations
+
+SIMULATED = """# Written by `chefbot ros2`: the simulated robot without anything that says where it is on a map.
+about: "The simulated base for ROS 2 navigation{how}."
+include: [simulator, base]
+"""
+BUILT = """# Written by `chefbot ros2`: the built robot without anything that says where it is on a map.
+about: "The built base for ROS 2 navigation{how}; port:= is the board's."
+clock: wall
+args: {{port: auto, page: 8080}}
+include: [base]
+nodes:
+  board: {{kind: "chefbot.devices.board:BoardDevice", params: {{port: "${{port}}"}}}}
+  page:
+    kind: chefbot.ui.page:PageDevice
+    params: {{port: "${{page}}"}}
+    unless: "${{headless}}"
+"""
+WHEELS_ALONE = """\
+  odometry:                     # wheels alone, elsewhere: robot_localization joins them with the gyro
+    kind: chefbot.nodes.odometry:OdometryNode
+    remap: {odom: wheel_odom, tf: wheel_tf, imu/data: no_imu}
+"""
+
+
+def chefbot_launches() -> dict[str, str]:
+    """File to text: simulation or built, with our odometry (chefbot) or for robot_localization (ekf)."""
+    how = ": its wheels alone tell odometry"
+    return {
+        "simulation_chefbot.yaml": SIMULATED.format(how=""),
+        "simulation_ekf.yaml": SIMULATED.format(how=how) + "nodes:\n" + WHEELS_ALONE,
+        "built_chefbot.yaml": BUILT.format(how=""),
+        "built_ekf.yaml": BUILT.format(how=how) + WHEELS_ALONE,
+    }

@@ -2,26 +2,16 @@
 //
 // A test tool by itself: it links simavr, which is under the GPL version 3; nothing of the project links this file.
 //
-//   avr_board FIRMWARE.elf                 lockstep: commands on stdin, one answer each on stdout
-//   avr_board FIRMWARE.elf --link PATH     a pty at PATH in real time, motors modelled
+//   avr_board FIRMWARE.elf     lockstep: commands on stdin, one answer each on stdout
 //
-// Lockstep commands: `tx HEX`, `turn WHEEL N` (quarter steps, spread over the first 6 ms of the next run), `imu AX AY AZ T
+// Commands: `tx HEX`, `turn WHEEL N` (quarter steps, spread over the next 6 ms), `imu AX AY AZ T
 // GX GY GZ`, `imu_answers 0|1`, `battery MV`, `echo US` (-1 no sensor, 0 no echo), `estop 0|1`, `reset`, `run US`.
 // `run` answers `DUTY_LEFT DUTY_RIGHT DRIVERS STEPS LONGEST_STEP_CYCLES RESETS HEX`, where HEX is what the board said (or -).
 // All others answer `ok`. Time starts 3 ms after the first control step.
-#define _GNU_SOURCE
-#include <errno.h>
-#include <fcntl.h>
-#include <math.h>
-#include <pty.h>
-#include <signal.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <termios.h>
-#include <time.h>
-#include <unistd.h>
 
 #include "avr_adc.h"
 #include "avr_ioport.h"
@@ -136,9 +126,10 @@ static void turn_due(int wheel) {
     show_lines(wheel);
 }
 
-static void spread_turns(int wheel, avr_cycle_count_t cycles) {
+static void turn(int wheel, long quarter_steps) {
+    turns[wheel] += quarter_steps;
     if (!turns[wheel]) return;
-    turn_every[wheel] = (double)cycles / labs(turns[wheel]);
+    turn_every[wheel] = 6000.0 * PER_US / labs(turns[wheel]);
     turn_next[wheel] = (double)avr->cycle + turn_every[wheel] * (wheel ? 0.75 : 0.25);
 }
 
@@ -267,6 +258,15 @@ static void run_to_first_step(void) {
 
 // ---- lockstep ------------------------------------------------------------------------------------------------------
 
+// The reset button: what the line held is gone, the surroundings stay.
+static void restart(void) {
+    in_head = in_tail;
+    avr_reset(avr);
+    surroundings();
+    for (int wheel = 0; wheel < 2; ++wheel) show_lines(wheel);
+    ++resets;
+}
+
 static void take_hex(const char *hex) {
     unsigned byte;
     for (; sscanf(hex, "%2x", &byte) == 1; hex += 2) queue_byte((uint8_t)byte);
@@ -274,8 +274,6 @@ static void take_hex(const char *hex) {
 
 static void answer_run(long us) {
     const avr_cycle_count_t start = avr->cycle;
-    spread_turns(0, 6000 * PER_US);
-    spread_turns(1, 6000 * PER_US);
     run_to(start + (avr_cycle_count_t)us * PER_US);
     printf("%d %d %d %llu %llu %llu ", duty(0), duty(1), drivers(), (unsigned long long)steps,
            (unsigned long long)longest_step, (unsigned long long)resets);
@@ -293,12 +291,13 @@ static void obey(char *line) {
         return;
     }
     if (sscanf(line, "tx %8190s", hex) == 1) take_hex(hex);
-    else if (sscanf(line, "turn %ld %ld", &a, &b) == 2) turns[a & 1] += b;
+    else if (sscanf(line, "turn %ld %ld", &a, &b) == 2) turn(a & 1, b);
     else if (sscanf(line, "imu_answers %ld", &a) == 1) imu_answers = (int)a;
     else if (sscanf(line, "imu %d %d %d %d %d %d %d", raw, raw + 1, raw + 2, raw + 3, raw + 4, raw + 5, raw + 6) == 7) imu_put(raw);
     else if (sscanf(line, "battery %ld", &a) == 1) battery_mv = (int)a;
     else if (sscanf(line, "echo %ld", &a) == 1) echo_us = (int)a;
     else if (sscanf(line, "estop %ld", &a) == 1) press_estop(a != 0);
+    else if (!strcmp(line, "reset\n")) restart();
     else {
         fprintf(stderr, "avr_board: unknown command: %s", line);
         exit(2);
@@ -315,80 +314,13 @@ static void lockstep(void) {
     }
 }
 
-// ---- real time on a pty --------------------------------------------------------------------------------------------
-
-static volatile sig_atomic_t ended;
-static void on_signal(int signal_number) {
-    (void)signal_number;
-    ended = 1;
-}
-
-static int open_line(const char *path) {
-    int host, board;
-    char name[256];
-    struct termios raw;
-    if (openpty(&host, &board, name, NULL, NULL)) return -1;
-    tcgetattr(board, &raw);
-    cfmakeraw(&raw);
-    tcsetattr(board, TCSANOW, &raw);
-    fcntl(host, F_SETFL, O_NONBLOCK);
-    unlink(path);
-    return symlink(name, path) ? -1 : host;
-}
-
-// Two motors without load but their own friction, 11200 quarter steps per second at full duty.
-static void model_motors(double dt) {
-    static double speed[2], place[2];
-    for (int wheel = 0; wheel < 2; ++wheel) {
-        const double wanted = duty(wheel) / 1000.0, friction = 0.05;
-        const double against = fabs(speed[wheel]) > 1 ? copysign(friction, speed[wheel]) : fabs(wanted) < friction ? wanted : copysign(friction, wanted);
-        speed[wheel] += ((wanted - against) * 11200 * drivers() - speed[wheel]) * (1 - exp(-dt / 0.13));
-        place[wheel] += speed[wheel] * dt;
-        turns[wheel] += (long)place[wheel];
-        place[wheel] -= (double)(long)place[wheel];
-        spread_turns(wheel, (avr_cycle_count_t)(dt * HZ));
-    }
-}
-
-static void exchange(int line) {
-    uint8_t bytes[256];
-    const ssize_t count = read(line, bytes, sizeof bytes);
-    for (ssize_t i = 0; i < count; ++i) queue_byte(bytes[i]);
-    if (out_count && write(line, out, out_count) < 0 && errno != EAGAIN) perror("avr_board");
-    out_count = 0;
-}
-
-static void real_time(const char *path) {
-    const int line = open_line(path);
-    if (line < 0) {
-        perror("avr_board");
-        exit(2);
-    }
-    signal(SIGTERM, on_signal);
-    signal(SIGINT, on_signal);
-    struct timespec next;
-    clock_gettime(CLOCK_MONOTONIC, &next);
-    for (unsigned beat = 0; !ended; ++beat) {
-        const int raw[7] = {(int)(beat % 5), 0, 8192, -3920, (int)(beat % 3), 0, (int)(beat % 7) - 3};
-        imu_put(raw);
-        exchange(line);
-        model_motors(0.002);
-        run_to(avr->cycle + 2000 * PER_US);
-        next.tv_nsec += 2000000;
-        if (next.tv_nsec >= 1000000000) next.tv_nsec -= 1000000000, ++next.tv_sec;
-        clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next, NULL);
-    }
-    unlink(path);
-}
-
 int main(int count, char **arguments) {
-    if (count != 2 && !(count == 4 && !strcmp(arguments[2], "--link"))) {
-        fprintf(stderr, "usage: avr_board FIRMWARE.elf [--link PATH]\n");
+    if (count != 2) {
+        fprintf(stderr, "usage: avr_board FIRMWARE.elf\n");
         return 2;
     }
     avr_global_logger_set(be_quiet);
     load(arguments[1]);
-    if (count == 4) real_time(arguments[3]);
-    else lockstep();
+    lockstep();
     return 0;
 }

@@ -162,6 +162,22 @@ def test_a_dead_computer_stops_it(name: str, profile: str) -> None:
     assert not board.motors.state.drivers
 
 
+@pytest.mark.parametrize("pause_ms", [10, 30, 50])
+def test_nodes_that_fall_silent_stop_it_though_the_driver_lives(pause_ms: int) -> None:
+    """From the last command on: whatever the driver repeats, 200 ms later the wheels' command is zero."""
+    sim, board = robot_in("empty", "perfect", 0, "chefbot")
+    drive(board, sim.robot.max_speed, sim.robot.max_speed, 3.0)
+    board.run_until(board.now_ns + pause_ms * 1_000_000)
+    board.command(sim.robot.max_speed, sim.robot.max_speed)
+    began, start = board.now_ns, sim.truth().pose
+    while any(board.motors.state.duty):
+        board.run_until(board.now_ns + 10_000_000)
+    assert board.now_ns - began <= 200_000_000
+    board.run_until(board.now_ns + 2 * SECOND)
+    assert start.distance(sim.truth().pose) < 0.25
+    assert board.link.session.is_open
+
+
 def test_half_a_command_moves_nothing() -> None:
     sim, board = robot_in("empty")
     start = sim.truth().pose

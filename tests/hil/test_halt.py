@@ -1,0 +1,96 @@
+"""A host program that dies or hangs at full speed: real signals, counted in the board's own time."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from tests.devices.driven import Driven, drive
+from tests.devices.emulated import PATIENCE, Cable, wait_for
+from tests.hil.boards import HostPort, LockstepBoard, MegaBoard
+from tests.hil.desk import NO_LOAD, ROBOT, Desk
+
+LIMIT_MS = 200.0
+HOST = """
+import sys
+from tests.devices.driven import Driven
+driven = Driven(sys.argv[1])
+began = driven.loop.now_ns
+def command():
+    driven.speed = 0.0 if driven.loop.now_ns - began < 2_000_000_000 else float(sys.argv[2])
+    driven.loop.at(driven.loop.now_ns + 50_000_000, 0, command)
+command()
+driven.loop.run()
+"""
+
+
+@pytest.fixture(params=[HostPort, MegaBoard])
+def desk(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Desk]:
+    board: LockstepBoard = request.param()
+    one = Desk(board, tmp_path / "board")
+    yield one
+    one.close()
+
+
+def at_full_speed(desk: Desk) -> bool:
+    return min(desk.wheels.speed) > 0.95 * ROBOT.max_speed / ROBOT.metres_per_tick
+
+
+def halted(process: subprocess.Popen[bytes]) -> None:
+    """SIGSTOP, and it has stopped."""
+    process.send_signal(signal.SIGSTOP)
+    stat = Path(f"/proc/{process.pid}/stat")
+    wait_for(lambda: stat.read_text().rpartition(")")[2].split()[0] == "T", "the halt")
+
+
+def killed(process: subprocess.Popen[bytes]) -> None:
+    """SIGKILL, and it is dead."""
+    process.send_signal(signal.SIGKILL)
+    process.wait(PATIENCE)
+
+
+@pytest.mark.parametrize("how", [killed, halted])
+def test_a_host_program_that_is_gone(
+    desk: Desk,
+    how: Callable[[subprocess.Popen[bytes]], None],
+    record_property: Callable[[str, object], None],
+) -> None:
+    root = Path(__file__).parents[2]
+    command = [sys.executable, "-c", HOST, str(desk.path), str(ROBOT.max_speed)]
+    process = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": str(root)}, cwd=root)
+    try:
+        wait_for(lambda: at_full_speed(desk), "full speed")
+        stopped = desk.stops_after(lambda: how(process))
+    finally:
+        process.kill()
+        process.wait(PATIENCE)
+    record_property("stopped_ms", stopped)
+    assert 100.0 < stopped <= LIMIT_MS
+    wait_for(lambda: desk.wheels.speed == [0.0, 0.0], "standstill")
+
+
+def test_a_cable_that_is_pulled(
+    desk: Desk, tmp_path: Path, record_property: Callable[[str, object], None]
+) -> None:
+    cable = Cable(desk.path, tmp_path / "port")
+    cable.plug()
+    driven = Driven(str(cable.path))
+    try:
+        drive(driven, cable, ROBOT.max_speed)
+        driven.until(lambda: at_full_speed(desk), "full speed")
+        stopped = desk.stops_after(cable.pull)
+    finally:
+        driven.device.stop()
+        cable.close()
+    record_property("stopped_ms", stopped)
+    assert 0.0 < stopped <= LIMIT_MS
+
+
+def test_full_speed_is_within_reach_of_these_wheels() -> None:
+    """Else the tests above would wait for ever."""
+    assert ROBOT.max_speed / ROBOT.metres_per_tick < 0.95 * NO_LOAD

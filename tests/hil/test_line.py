@@ -1,0 +1,130 @@
+"""The real driver and the Mega's own program in simavr, over a pty, with wheels that turn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from tests.devices.driven import Driven, drive, ready, standing
+from tests.devices.emulated import Cable
+from tests.hil.boards import MegaBoard
+from tests.hil.desk import ROBOT, Desk
+
+from chefbot.devices.line.lines import Status, Version
+from chefbot.devices.line.words import Flag, State
+from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
+
+SPEED = 0.2
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Iterator[Desk]:
+    one = Desk(MegaBoard(), tmp_path / "mega")
+    yield one
+    one.close()
+
+
+@pytest.fixture
+def cable(desk: Desk, tmp_path: Path) -> Iterator[Cable]:
+    one = Cable(desk.path, tmp_path / "port")
+    one.plug()
+    yield one
+    one.close()
+
+
+@pytest.fixture
+def driven(cable: Cable) -> Iterator[Driven]:
+    one = Driven(str(cable.path))
+    yield one
+    one.device.stop()
+
+
+def newest(driven: Driven, topic: str) -> object:
+    told = driven.heard.get(topic, [])
+    return told[-1] if told else None
+
+
+def test_handshake_drive_and_what_it_senses(desk: Desk, driven: Driven, cable: Cable) -> None:
+    """Ticks, turn rate, battery and echo come through as the surroundings have them."""
+    desk.happen(lambda board: board.set("echo", 5831))
+    desk.happen(lambda board: board.set("battery", 12500))
+    drive(driven, cable, SPEED)
+    answer = cable.newest(Version)
+    assert isinstance(answer, Version)
+    assert (answer.name, answer.port) == ("chefbot", "mega2560")
+    driven.turn = 0.05
+    driven.until(lambda: driven.ticks > 4000, "ticks")
+    wanted = 2 * driven.turn / ROBOT.wheels.separation
+    rates = [m.angular_velocity.z for m in driven.heard["imu/data"] if isinstance(m, Imu)]
+    assert rates[-1] == pytest.approx(wanted, rel=0.1)
+    driven.turn = 0.0
+    driven.rest()
+    driven.until(lambda: desk.wheels.speed == [0.0, 0.0], "standstill")
+    before = len(driven.heard["wheel_ticks"])
+    driven.until(lambda: len(driven.heard["wheel_ticks"]) > before + 5, "ticks")
+    assert _ticks(newest(driven, "wheel_ticks")) == tuple(desk.wheels.ticks)
+    battery, echo = newest(driven, "battery_state"), newest(driven, "ultrasonic")
+    assert isinstance(battery, BatteryState) and battery.voltage == pytest.approx(12.5, abs=0.05)
+    assert isinstance(echo, Range) and echo.range == pytest.approx(1.0, abs=0.01)
+    driven.until(lambda: "The board is well." in driven.health, "health")
+
+
+def _ticks(message: object) -> tuple[int, int]:
+    assert isinstance(message, WheelTicks)
+    return message.left, message.right
+
+
+def test_the_estop_button_latches(desk: Desk, driven: Driven, cable: Cable) -> None:
+    drive(driven, cable, SPEED)
+    desk.happen(lambda board: board.set("estop", 1))
+    driven.until(lambda: "emergency stop button" in driven.health, "the news")
+    desk.happen(lambda board: board.set("estop", 0))
+    count = len(cable.lines)
+    driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
+    status = cable.newest(Status)
+    assert isinstance(status, Status) and status.state == State.STOPPED and status.flags & Flag.ESTOP_INPUT
+    driven.press(True)
+    driven.press(False)
+    drive(driven, cable, SPEED)
+
+
+def test_a_board_that_resets_in_mid_drive_stands_until_a_stop_was_commanded(
+    desk: Desk, driven: Driven, cable: Cable
+) -> None:
+    drive(driven, cable, SPEED)
+    driven.until(lambda: driven.ticks > 2000, "ticks")
+    count = len(cable.lines)
+    desk.happen(lambda board: board.reset())
+    driven.until(lambda: any(line.sequence == 0 for line in cable.lines[count:]), "the restart")
+    count = len(cable.lines)
+    driven.until(lambda: ready(cable), "the new session")
+    driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
+    assert driven.ticks < 2000  # counted since the board began
+    drive(driven, cable, SPEED)
+
+
+def test_cable_out_and_back(desk: Desk, driven: Driven, cable: Cable) -> None:
+    drive(driven, cable, SPEED)
+    assert desk.stops_after(cable.pull) <= 200.0
+    driven.until(lambda: "broke" in driven.health or "no motor board" in driven.health, "the news")
+    cable.plug()
+    count = len(cable.lines)
+    driven.until(lambda: ready(cable), "the connection")
+    driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
+    drive(driven, cable, SPEED)
+
+
+def test_an_imu_that_falls_off_the_bus_is_named_and_comes_back(
+    desk: Desk, driven: Driven, cable: Cable
+) -> None:
+    drive(driven, cable, SPEED)
+    desk.happen(lambda board: board.set("imu_answers", 0))
+    driven.until(lambda: "IMU is absent" in driven.health, "the news")
+    count = len(driven.heard["imu/data"])
+    ticks = driven.ticks
+    driven.until(lambda: driven.ticks > ticks + 1000, "ticks: it drives on by its wheels")
+    assert len(driven.heard["imu/data"]) <= count + 1
+    desk.happen(lambda board: board.set("imu_answers", 1))
+    driven.until(lambda: len(driven.heard["imu/data"]) > count + 10, "the IMU")

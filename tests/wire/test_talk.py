@@ -123,8 +123,8 @@ def test_a_goal_that_is_not_wanted_is_rejected(node: WireNode) -> None:
 
 def test_the_graph_names_what_the_other_process_has(node: WireNode) -> None:
     graph = node.wire.graph
-    names = {one.full_name for one in graph.nodes()}
-    assert {"/far/other", "/far/tester"} <= names
+    names = {"/far/other", "/far/tester"}
+    assert graph.wait_for(lambda graph: names == {one.full_name for one in graph.nodes()}, PATIENCE)
     topics = graph.topics()
     assert topics["/far/echo"].types == (WireType.of(Twist),)
     assert [one.node.full_name for one in topics["/far/echo"].givers] == ["/far/other"]

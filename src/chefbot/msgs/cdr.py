@@ -144,7 +144,7 @@ def _write_numbers(source: _Source, field: FieldType, place: str, run: list[tupl
     size = np.dtype(dtype).itemsize
     if size > 1:
         source.add(f"if a.size: b += bytes(-(len(b) - 4) % {size})")
-    source.add("b += a.tobytes()")
+    source.add("b += a.tobytes() if a.size < 999 else memoryview(a).cast('B')")  # the latter saves a copy
 
 
 def _flush_writes(source: _Source, run: list[tuple[str, str]]) -> None:

@@ -68,7 +68,8 @@ class Server(Generic[Q, S]):
         self._name = name
         self._refused: Tally = wire.refused
         origin = zenoh.Locality.REMOTE if remote_only else zenoh.Locality.ANY
-        self._zenoh = wire.session.declare_queryable(key, self._take, complete=True, allowed_origin=origin)
+        take = handlers.Callback(self._take, indirect=False)  # else it costs a thread
+        self._zenoh = wire.session.declare_queryable(key, take, complete=True, allowed_origin=origin)
 
     def close(self) -> None:
         """Serve no more."""

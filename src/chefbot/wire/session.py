@@ -24,6 +24,9 @@ LOOPBACK = "127.0.0.1"
 WATCH_PERIOD = 0.2
 """Seconds between two looks whether there is a router."""
 MAX_DOMAIN = 232
+STUCK_US = 1_000_000
+"""A peer that takes nothing for so long is cut off. With Zenoh's 5 s a listener that dies while it is sent a large
+map keeps the sender from everybody else for that time."""
 
 
 class Wire:
@@ -123,7 +126,10 @@ def _common() -> dict[str, Any]:
     return {
         "scouting": {"delay": 0, "multicast": {"enabled": False}, "gossip": {"enabled": True}},
         "timestamping": {"enabled": True},
-        "transport": {"shared_memory": {"enabled": False}},
+        "transport": {
+            "shared_memory": {"enabled": False},
+            "link": {"tx": {"queue": {"congestion_control": {"block": {"wait_before_close": STUCK_US}}}}},
+        },
     }
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import zenoh
-from zenoh import ext
+from zenoh import ext, handlers
 
 from chefbot.msgs.cdr import CdrError
 from chefbot.wire.attachment import Attachment, unpack
@@ -43,8 +43,9 @@ class Subscription:
         self._topic = topic
         self._refused: Tally = wire.refused
         origin = zenoh.Locality.REMOTE if remote_only else zenoh.Locality.ANY
+        take = handlers.Callback(self._take, indirect=False)  # else each costs a thread, and a turn of it
         keys = [key, f"{key}/{CPU_BUFFERS}"] if buffered else [key]
-        self._zenoh = [_declare(wire.session, one, qos, self._take, origin) for one in keys]
+        self._zenoh = [_declare(wire.session, one, qos, take, origin) for one in keys]
 
     def close(self) -> None:
         """Listen no more."""
@@ -63,7 +64,7 @@ def _declare(
     session: zenoh.Session,
     key: str,
     qos: QoS,
-    take: Callable[[zenoh.Sample], None],
+    take: handlers.Callback[zenoh.Sample],
     origin: zenoh.Locality,
 ) -> Any:
     if not qos.latched:

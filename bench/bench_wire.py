@@ -1,0 +1,129 @@
+"""Messages between two processes over the wire: there and back, halved; CPU of both sides a message.
+
+A child process echoes. The 16 MB map goes one way, to a listener that comes when it is already there.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import socket
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+from chefbot.msgs.base import Message
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
+from chefbot.msgs.sensor_msgs import Image, LaserScan
+from chefbot.msgs.std_msgs import Float64, Header
+from chefbot.wire.node import WireNode
+from chefbot.wire.qos import LATCHED
+from chefbot.wire.session import Wire
+
+KINDS: tuple[type[Message], ...] = (Twist, LaserScan, Image)
+SIDE = 4000
+
+
+def child(port: int) -> None:
+    """Echo everything; tell the processor time used when asked."""
+    with Wire(port=port, router=False) as wire, WireNode(wire, "echo") as node:
+        for kind in KINDS:
+            back = node.publisher(f"back/{kind.__name__}", kind)
+            node.subscription(f"there/{kind.__name__}", kind, back.publish)
+        cells = np.random.default_rng(1).integers(-1, 100, SIDE * SIDE).astype(np.int8)
+        info = MapMetaData(resolution=0.05, width=SIDE, height=SIDE)
+        node.publisher("map", OccupancyGrid, LATCHED).publish(OccupancyGrid(Header(), info, cells))
+        used = node.publisher("used", Float64)
+        node.subscription("ask", Float64, lambda _: used.publish(Float64(time.process_time())))
+        sys.stdin.read()
+
+
+def message_of(kind: type[Message]) -> Message:
+    """One of a typical size."""
+    if kind is Twist:
+        return Twist.of(0.3, 0.1)
+    if kind is LaserScan:
+        return LaserScan(
+            Header.of(1, "laser"), -1.0, 1.0, 0.003, 0.0, 0.1, 0.1, 8.0, np.ones(640, np.float32)
+        )
+    return Image.of(Header.of(1, "camera"), "rgb8", np.zeros((480, 640, 3), np.uint8))
+
+
+def wait_for(condition) -> None:
+    """Poll."""
+    until = time.monotonic() + 10
+    while not condition():
+        if time.monotonic() > until:
+            raise SystemExit("the other process does not answer")
+        time.sleep(0.01)
+
+
+def round_trips(node: WireNode, kind: type[Message], count: int, hz: float) -> tuple[list[float], float]:
+    """Half of each way there and back, us; and the processor's time of both sides for one way, us."""
+    got: queue.SimpleQueue[Message] = queue.SimpleQueue()
+    used: queue.SimpleQueue[Float64] = queue.SimpleQueue()
+    node.subscription(f"back/{kind.__name__}", kind, got.put)
+    node.subscription("used", Float64, used.put)
+    there, ask = node.publisher(f"there/{kind.__name__}", kind), node.publisher("ask", Float64)
+    wait_for(lambda: there.heard and ask.heard)
+    message, ways = message_of(kind), []
+    for index in range(count + 20):
+        if index == 20:  # what comes first warms up
+            ask.publish(Float64())
+            before = used.get(timeout=10).data + time.process_time()
+        began = time.perf_counter_ns()
+        there.publish(message)
+        got.get(timeout=10)
+        took = time.perf_counter_ns() - began
+        if index >= 20:
+            ways.append(took / 2e3)
+        time.sleep(max(0.0, 1.0 / hz - took / 1e9))
+    ask.publish(Float64())
+    after = used.get(timeout=10).data + time.process_time()
+    return ways, (after - before) / count / 2 * 1e6
+
+
+def late_joiner(port: int) -> float:
+    """Milliseconds from asking for the 16 MB map to having it, in a session that is open."""
+    with Wire(port=port, router=False) as wire, WireNode(wire, "late") as node:
+        wait_for(lambda: wire.connected)
+        wire.graph.refresh()
+        got: queue.SimpleQueue[OccupancyGrid] = queue.SimpleQueue()
+        began = time.perf_counter()
+        node.subscription("map", OccupancyGrid, got.put, LATCHED)
+        assert got.get(timeout=10).data.size == SIDE * SIDE
+        return (time.perf_counter() - began) * 1e3
+
+
+def opening(port: int) -> float:
+    """Milliseconds to open the wire."""
+    began = time.perf_counter()
+    with Wire(port=port):
+        return (time.perf_counter() - began) * 1e3
+
+
+def main() -> None:
+    """Print the table."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    openings = [opening(port) for _ in range(10)]
+    print(f"opening the wire: median {np.median(openings):.1f} ms, worst {max(openings):.1f} ms")
+    with Wire(port=port) as wire, WireNode(wire, "bench") as node:
+        command = [sys.executable, __file__, str(port)]
+        process = subprocess.Popen(command, stdin=subprocess.PIPE)
+        wait_for(lambda: "/map" in wire.graph.topics())
+        print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+        for kind, count, hz in ((Twist, 1000, 500.0), (LaserScan, 500, 200.0), (Image, 150, 30.0)):
+            ways, cpu = round_trips(node, kind, count, hz)
+            p50, p99 = np.percentile(ways, [50, 99])
+            print(f"{kind.__name__:10} p50 {p50:7.0f} us  p99 {p99:7.0f} us  CPU of both sides {cpu:6.0f} us")
+        times = [late_joiner(port) for _ in range(5)]
+        print(f"map of 16 MB to a late joiner: median {np.median(times):.0f} ms, worst {max(times):.0f} ms")
+        process.communicate(timeout=10)
+
+
+if __name__ == "__main__":
+    child(int(sys.argv[1])) if len(sys.argv) > 1 else main()

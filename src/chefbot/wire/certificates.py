@@ -1,0 +1,166 @@
+"""Certificates of a fleet: X.509 with P-256 keys, as Zenoh's TLS reads them."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+
+from cryptography import x509
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.serialization import (
+    Encoding,
+    NoEncryption,
+    PrivateFormat,
+    load_pem_private_key,
+)
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+from chefbot.errors import UserError
+
+AUTHORITY_LIFE = timedelta(days=20 * 365)
+MEMBER_LIFE = timedelta(days=5 * 365)
+EARLIER = timedelta(days=1)
+"""Valid since then, as a robot's clock may be slow."""
+
+PrivateKey = ec.EllipticCurvePrivateKey
+
+
+def new_key() -> PrivateKey:
+    """A private key; it never leaves the machine that made it."""
+    return ec.generate_private_key(ec.SECP256R1())
+
+
+def key_pem(key: PrivateKey) -> bytes:
+    """PKCS 8, not encrypted: a robot starts without a person who types a password."""
+    return key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
+
+
+def read_key(pem: bytes, where: str) -> PrivateKey:
+    """UserError if it is no such key."""
+    try:
+        key = load_pem_private_key(pem, None)
+    except (ValueError, TypeError):
+        key = None
+    if not isinstance(key, ec.EllipticCurvePrivateKey):
+        raise UserError(f"{where} holds no private key of a fleet; make it again with `chefbot keys`")
+    return key
+
+
+def read_certificate(pem: bytes, where: str) -> x509.Certificate:
+    """UserError if it is none."""
+    try:
+        return x509.load_pem_x509_certificate(pem)
+    except ValueError:
+        raise UserError(f"{where} holds no certificate; ask for it again with `chefbot keys`") from None
+
+
+def certificate_pem(certificate: x509.Certificate) -> bytes:
+    """As text."""
+    return certificate.public_bytes(Encoding.PEM)
+
+
+def authority_certificate(key: PrivateKey, fleet: str, now: datetime) -> x509.Certificate:
+    """The fleet's own, signed by itself; it may sign members and nothing below them."""
+    name = _name(fleet)
+    return (
+        _certificate(name, name, key.public_key(), now, AUTHORITY_LIFE)
+        .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
+        .sign(key, hashes.SHA256())
+    )
+
+
+def request_pem(key: PrivateKey, member: str, role: str) -> bytes:
+    """What a new member asks the authority to sign; holds no secret."""
+    builder = x509.CertificateSigningRequestBuilder().subject_name(_name(member, role))
+    return builder.sign(key, hashes.SHA256()).public_bytes(Encoding.PEM)
+
+
+def read_request(pem: bytes, where: str) -> x509.CertificateSigningRequest:
+    """UserError if it is none or was changed on the way."""
+    try:
+        request = x509.load_pem_x509_csr(pem)
+        if request.is_signature_valid:
+            return request
+    except (ValueError, InvalidSignature):
+        pass  # said below
+    raise UserError(
+        f"{where} is no whole request of `chefbot keys robot` or `chefbot keys operator`; make it again"
+    )
+
+
+def member_certificate(
+    request: x509.CertificateSigningRequest, key: PrivateKey, authority: x509.Certificate, now: datetime
+) -> x509.Certificate:
+    """Signed by the authority's `key`; good for both ends of TLS."""
+    member = common_name(request.subject)
+    names = [x509.DNSName(member.replace("_", "-")), x509.DNSName(f"{member.replace('_', '-')}.local")]
+    uses = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]
+    public = request.public_key()
+    assert isinstance(public, ec.EllipticCurvePublicKey)
+    return (
+        _certificate(request.subject, authority.subject, public, now, MEMBER_LIFE)
+        .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+        .add_extension(x509.ExtendedKeyUsage(uses), critical=False)
+        .add_extension(x509.SubjectAlternativeName(names), critical=False)
+        .sign(key, hashes.SHA256())
+    )
+
+
+def is_signed_by(certificate: x509.Certificate, authority: x509.Certificate) -> bool:
+    """Whether the authority issued it."""
+    try:
+        certificate.verify_directly_issued_by(authority)
+    except (ValueError, TypeError, InvalidSignature):
+        return False
+    return True
+
+
+def sign(data: bytes, key: PrivateKey) -> bytes:
+    """ECDSA over SHA-256."""
+    return key.sign(data, ec.ECDSA(hashes.SHA256()))
+
+
+def is_signature(signature: bytes, data: bytes, authority: x509.Certificate) -> bool:
+    """Whether the authority signed these bytes."""
+    public = authority.public_key()
+    assert isinstance(public, ec.EllipticCurvePublicKey)
+    try:
+        public.verify(signature, data, ec.ECDSA(hashes.SHA256()))
+    except InvalidSignature:
+        return False
+    return True
+
+
+def common_name(name: x509.Name) -> str:
+    """The member's; empty if there is none."""
+    return _attribute(name, NameOID.COMMON_NAME)
+
+
+def wanted_role(name: x509.Name) -> str:
+    """What the member asks to be; empty if it does not say."""
+    return _attribute(name, NameOID.ORGANIZATIONAL_UNIT_NAME)
+
+
+def _attribute(name: x509.Name, kind: x509.ObjectIdentifier) -> str:
+    found = name.get_attributes_for_oid(kind)
+    return str(found[0].value) if found else ""
+
+
+def _name(text: str, role: str = "") -> x509.Name:
+    unit = [x509.NameAttribute(NameOID.ORGANIZATIONAL_UNIT_NAME, role)] if role else []
+    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, text), *unit])
+
+
+def _certificate(
+    subject: x509.Name, issuer: x509.Name, public: ec.EllipticCurvePublicKey, now: datetime, life: timedelta
+) -> x509.CertificateBuilder:
+    return (
+        x509.CertificateBuilder()
+        .subject_name(subject)
+        .issuer_name(issuer)
+        .public_key(public)
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(now - EARLIER)
+        .not_valid_after(now + life)
+    )

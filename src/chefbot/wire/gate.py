@@ -1,0 +1,181 @@
+"""The gate of a machine: the one way from its wire to other machines, over TLS, for members of its fleet only.
+
+It is a Zenoh router in a process of its own, between the machine's router on loopback and the others. So what
+strangers send is decrypted, judged and refused elsewhere than where the robot is controlled, and programs of
+this machine, ROS 2's too, need neither keys nor rules.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+from typing import IO, Any, NamedTuple
+
+import msgspec
+
+from chefbot.errors import UserError
+from chefbot.wire.access import access_control
+from chefbot.wire.addresses import addresses
+from chefbot.wire.errors import Tally
+from chefbot.wire.gate_process import OPEN
+from chefbot.wire.keyring import Identity
+from chefbot.wire.session import LOOPBACK, PORT
+
+_COLOURS = re.compile(r"\x1b\[[0-9;]*m")
+_ENDPOINT = re.compile(r"(tls|tcp)/(\[[0-9a-fA-F:]+\]|[A-Za-z0-9._-]+)(?::(\d{1,5}))?")
+_REFUSED = re.compile(r"CertCommonName\(([^)]*)\)\S* is unauthorized to Put \(ingress\) on (\S+)")
+_STRANGER = re.compile(r"CertCommonName\(([^)]*)\).*did not match any configured ACL subject")
+LOGGED = "error,zenoh_link_tls=debug,zenoh::net::routing::interceptor=trace"
+LOOK_PERIOD = 2.0
+"""Seconds between two looks at the machine's addresses and at the gate's process."""
+
+
+def endpoint(text: str) -> str:
+    """'tls/robot1' or 'tls/robot1:7447' as Zenoh writes it. UserError if it is neither tls/ nor tcp/."""
+    match = _ENDPOINT.fullmatch(text)
+    if match is None:
+        raise UserError(f"{text!r} is no place on the wire; write tls/HOST or tls/HOST:{PORT}")
+    protocol, host, port = match.groups()
+    return f"{protocol}/{host}:{port or PORT}"
+
+
+class Doors(NamedTuple):
+    """Which ways lead out of this machine."""
+
+    join: tuple[str, ...] = ()
+    """Endpoints of others."""
+    listen: tuple[str, ...] | None = None
+    """Where others may come in; None: a member of a fleet on all its addresses by TLS, others nowhere."""
+
+
+def gate_config(me: Identity | None, doors: Doors, port: int = PORT) -> dict[str, Any]:
+    """Zenoh's configuration of the gate. UserError where TLS is asked for and this machine has no certificate."""
+    listen = doors.listen
+    if listen is None:
+        listen = tuple(f"tls/{address}:{port}" for address in addresses()) if me else ()
+    if me is None and any(end.startswith("tls/") for end in (*listen, *doors.join)):
+        raise UserError("TLS needs this machine to be a member of a fleet; see `chefbot keys --help`")
+    return {
+        "mode": "router",
+        "listen": {"endpoints": list(listen), "exit_on_failure": False},
+        "connect": {
+            "endpoints": [f"tcp/{LOOPBACK}:{port}", *doors.join],
+            "timeout_ms": 0,
+            "exit_on_failure": False,
+            "retry": {"period_init_ms": 200, "period_max_ms": 2000, "period_increase_factor": 2},
+        },
+        "scouting": {"delay": 0, "multicast": {"enabled": False}},
+        "timestamping": {"enabled": True},
+        **({} if me is None else _guarded(me)),
+    }
+
+
+def _guarded(me: Identity) -> dict[str, Any]:
+    tls = {
+        "root_ca_certificate": str(me.authority),
+        "listen_private_key": str(me.key),
+        "listen_certificate": str(me.certificate),
+        "connect_private_key": str(me.key),
+        "connect_certificate": str(me.certificate),
+        "enable_mtls": True,
+        "verify_name_on_connect": False,  # the rules go by the certificate's name; addresses change
+    }
+    return {
+        "transport": {"link": {"tls": tls}},
+        "access_control": access_control(me.fleet, me.name),
+    }
+
+
+class Gate:
+    """The gate's process: started anew when it dies or when the machine's addresses change.
+
+    `refused` counts who was turned away, by sentence. The process ends with this one, however that ends.
+    """
+
+    def __init__(self, me: Identity | None, doors: Doors, port: int = PORT) -> None:
+        """UserError if it cannot be opened."""
+        self.refused = Tally()
+        self._me, self._doors, self._port = me, doors, port
+        self._closing = threading.Event()
+        self._config = gate_config(me, doors, port)
+        self._process = self._start()
+        self._watcher = threading.Thread(target=self._watch, name="gate watcher", daemon=True)
+        self._watcher.start()
+
+    @property
+    def listens(self) -> list[str]:
+        """Endpoints that others may join."""
+        return list(self._config["listen"]["endpoints"])
+
+    def close(self) -> None:
+        """Shut it."""
+        self._closing.set()
+        self._watcher.join()
+        _end(self._process)
+
+    def _start(self) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "chefbot.wire.gate_process"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "RUST_LOG": LOGGED},
+        )
+        assert process.stdin and process.stdout and process.stderr
+        threading.Thread(target=self._read, args=(process.stderr,), name="gate log", daemon=True).start()
+        process.stdin.write(msgspec.json.encode(self._config).decode() + "\n")
+        process.stdin.flush()
+        answer = process.stdout.readline().strip()
+        if answer != OPEN:
+            _end(process)
+            raise UserError(f"the gate to other machines does not open: {answer or 'its process ended'}")
+        return process
+
+    def _watch(self) -> None:
+        while not self._closing.wait(LOOK_PERIOD):
+            config = gate_config(self._me, self._doors, self._port)
+            if self._process.poll() is not None or config != self._config:
+                self._config = config
+                _end(self._process)
+                self._restart()
+
+    def _restart(self) -> None:
+        try:
+            self._process = self._start()
+        except UserError as error:
+            self.refused.add(str(error))
+
+    def _read(self, lines: IO[str]) -> None:
+        """Zenoh tells in its log only whom it turned away: once for each key that a member has no right to."""
+        for line in lines:
+            if sentence := turned_away(line):
+                self.refused.add(sentence)
+
+
+def turned_away(line: str) -> str | None:
+    """What a line of Zenoh's log tells of somebody who was refused, in a sentence."""
+    plain = _COLOURS.sub("", line)
+    if found := _REFUSED.search(plain):
+        return f"{found[1]} may not write {found[2]}"
+    if found := _STRANGER.search(plain):
+        return f"{found[1]} is not on the fleet's list"
+    if "zenoh_link_tls" in plain and ("Unable to" in plain or "error" in plain.lower()):
+        return "a stranger without a certificate of this fleet was turned away"
+    return None
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    """Its input ends, which it takes as its own end; harder if it does not."""
+    assert process.stdin
+    with suppress(OSError):
+        process.stdin.close()
+    try:
+        process.wait(timeout=2.0)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()

@@ -1,0 +1,58 @@
+"""One machine of a fleet, for tests: its wire and gate, told by its standard input what to do.
+
+    hear TOPIC            listen to a String topic
+    say TOPIC TEXT        publish once
+    heard | nodes | refused | listens     answered with a line of JSON
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+from chefbot.errors import UserError
+from chefbot.msgs.std_msgs import String
+from chefbot.wire.gate import Doors, Gate
+from chefbot.wire.keyring import Keyring
+from chefbot.wire.node import WireNode
+from chefbot.wire.session import Wire
+
+
+def main(name: str, keys: str, *join: str) -> None:
+    ring = Keyring(Path(keys))
+    heard: list[list[str]] = []
+    with Wire() as wire, WireNode(wire, "tester", f"/{name}") as node:
+        gate = Gate(ring.identity() if ring.is_member else None, Doors(join))
+        answer("ready")
+        publishers = {}
+        for line in sys.stdin:
+            verb, *words = line.split()
+            if verb == "hear":
+                node.subscription(words[0], String, lambda message, topic=words[0]: heard.append([topic, message.data]))
+            elif verb == "say":
+                if words[0] not in publishers:
+                    publishers[words[0]] = node.publisher(words[0], String)
+                publishers[words[0]].publish(String(words[1]))
+            elif verb == "heard":
+                answer(heard)
+            elif verb == "nodes":
+                wire.graph.refresh()
+                answer(sorted(str(one) for one in wire.graph.nodes()))
+            elif verb == "refused":
+                answer(gate.refused.counts())
+            elif verb == "listens":
+                answer(gate.listens)
+        gate.close()
+
+
+def answer(value: object) -> None:
+    sys.stdout.write(json.dumps(value) + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    try:
+        main(*sys.argv[1:])
+    except UserError as error:
+        answer(f"refused: {error}")

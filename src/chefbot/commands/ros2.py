@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from chefbot.commands.describe import deliver, write_into_folder
+from chefbot.config import parse_yaml
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.odometry.params import OdometryParams
@@ -47,12 +48,26 @@ def ros2_packages(robot: Robot, name_or_file: str) -> Packages:
     floor = OdometryParams()
     doubt = Doubt(floor.slip, floor.diameter_error, floor.separation_error)
     bringup = bringup_package(robot, name_or_file, doubt)
+    _check_names(bringup)
     gazebo = gazebo_package(robot, _worlds(robot))
     return {
         DESCRIPTION: ros_package(robot),
         BRINGUP: {path: text.encode() for path, text in bringup.items()},
         GAZEBO: {path: text.encode() for path, text in gazebo.items()},
     }
+
+
+def _check_names(files: dict[str, str]) -> None:
+    """ValueError if a file holds what ROS 2 would ignore or refuse: then the table or the file is wrong."""
+    from chefbot.design.ros2.names import DISTRIBUTIONS
+    from chefbot.design.ros2.names_check import faults
+
+    for path, text in files.items():
+        if path.startswith("config/"):
+            params = parse_yaml(text.encode(), path)
+            found = [fault for distribution in DISTRIBUTIONS for fault in faults(params, distribution)]
+            if found:
+                raise ValueError(f"{path}: {found[0]}")
 
 
 def _worlds(robot: Robot) -> dict[str, tuple[str, SE2]]:

@@ -146,11 +146,7 @@ def model_actions(robot: Robot, simulated: str) -> list[str]:
 
     simulated: an expression for the parameter use_sim_time.
     """
-    file = (
-        f'str(Path(get_package_share_directory("chefbot_description")) / "urdf" / "{robot.name}.urdf.xacro")'
-    )
-    model = f'ParameterValue(Command(["xacro ", {file}]), value_type=str)'
-    described = listed([f'{{"robot_description": {model}}}', simulated])
+    described = listed([f'model("{robot.name}")', simulated])
     return [
         node("robot_state_publisher", "robot_state_publisher", f"parameters={described}"),
         node("joint_state_publisher", "joint_state_publisher", f"parameters=[{simulated}]"),

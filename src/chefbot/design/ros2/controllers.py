@@ -15,6 +15,8 @@ EXAMPLE_SPEED, EXAMPLE_TURN, EXAMPLE_AHEAD, EXAMPLE_CELL = 0.5, 1.9, 1.4, 0.05
 """Nav2's example robot: m/s, rad/s, m, m."""
 PATIENCE = 8.0
 """Seconds without progress, as our own progress checker's."""
+CRAWL = 0.02
+"""Share of the full speed that is never taken for standing."""
 STOPPED = 0.1
 """Share of the full speed that counts as standing."""
 
@@ -23,16 +25,19 @@ def controller_server(figures: Figures) -> Tree:
     """Goal and progress checkers, and two controllers that the topic controller_selector chooses between."""
     robot = figures.robot
     tick = robot.metres_per_tick * robot.sensors.imu.rate
+    slowest = min(tick, CRAWL * figures.speed.number)
+    turning = min(2 * tick / robot.wheels.separation, CRAWL * figures.turn.number)
     return {
         "controller_frequency": figures.frequency.because(),
         "min_x_velocity_threshold": Because(
-            rounded(tick),
+            rounded(slowest),
             f"one encoder tick, {short(1000 * robot.metres_per_tick)} mm, per odometry message of"
-            f" {short(robot.sensors.imu.rate)} Hz: slower cannot be told from standing",
+            f" {short(robot.sensors.imu.rate)} Hz: slower may be standing; {CRAWL:g} of full speed at most",
         ),
         "min_y_velocity_threshold": 0.5,
         "min_theta_velocity_threshold": Because(
-            rounded(2 * tick / robot.wheels.separation), "both wheels so slow: 2 x the above / separation"
+            rounded(turning),
+            f"both wheels so slow: 2 x that / separation; {CRAWL:g} of the full turn at most",
         ),
         "failure_tolerance": 0.3,
         "progress_checker_plugins": ["progress_checker"],
@@ -63,7 +68,9 @@ def mppi(figures: Figures) -> Tree:
     return {
         "plugin": "nav2_mppi_controller::MPPIController",
         "motion_model": Because("DiffDrive", "two driven wheels"),
-        "model_dt": Because(rounded(1.0 / hz), "1 / controller_frequency, as MPPI wants it"),
+        "model_dt": Because(
+            1.0 / hz, "1 / controller_frequency to the last digit, or MPPI does not shift its sequence"
+        ),
         "time_steps": Because(steps, f"horizon x frequency; {figures.horizon.how}"),
         "batch_size": 1000,
         "iteration_count": 1,

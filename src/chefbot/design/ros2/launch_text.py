@@ -84,6 +84,8 @@ TAIL = """\
 """
 MARGIN = " " * 12
 WIDTH = 110
+INDENTED = 8
+"""Columns that an expression may stand further in, within others."""
 
 
 class Argument(NamedTuple):
@@ -150,7 +152,7 @@ def imports(code: str) -> str:
 def call(name: str, words: Sequence[str]) -> str:
     """A call as an expression: on one line where it fits, else an argument a line."""
     line = f"{name}({', '.join(words)})"
-    if len(MARGIN) + len(line) < WIDTH and "\n" not in line:
+    if len(MARGIN) + INDENTED + len(line) < WIDTH and "\n" not in line:
         return line
     inner = "".join(f"    {line}\n" for word in words for line in f"{word},".splitlines())
     return f"{name}(\n{inner})"

@@ -96,8 +96,7 @@ def _matching(figures: Figures) -> Tree:
     scale = figures.resolution.number / USUAL_CELL
 
     def cells(usual: float) -> Because:
-        told = f"{usual:g} for cells of {USUAL_CELL:g}: times {scale:g}" if scale != 1.0 else ""
-        return Because(rounded(usual * scale), told)
+        return Because(rounded(usual * scale), f"{usual:g} for cells of {USUAL_CELL:g}; times {scale:g} here")
 
     return {
         "use_scan_matching": True,

@@ -48,8 +48,12 @@ class WireNode:
 
     def publisher(self, topic: str, kind: type[M], qos: QoS = DEFAULT) -> Publisher[M]:
         """A publisher of messages of class `kind`."""
-        token = self._end(PUBLISHER, topic, WireType.of(kind), qos)
-        return self._keep(Publisher[M](self.wire, self._key(token), qos, token.gid), token)
+        return self.raw_publisher(topic, WireType.of(kind), qos)
+
+    def raw_publisher(self, topic: str, kind: WireType, qos: QoS = DEFAULT) -> Publisher[Any]:
+        """A publisher of CDR bytes, by `publish_cdr`: also of types that we have no class of."""
+        token = self._end(PUBLISHER, topic, kind, qos)
+        return self._keep(Publisher[Any](self.wire, self._key(token), qos, token.gid), token)
 
     def subscription(
         self, topic: str, kind: type[M], callback: Callable[[M], None], qos: QoS = DEFAULT

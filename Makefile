@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN := $(VENV)/bin
 ARGS ?=
 
-.PHONY: demo test test-fast lint bench clean
+.PHONY: demo test test-fast lint bench fuzz fuzz-firmware fuzz-host clean
 
 demo: $(VENV)/.demo
 	$(BIN)/chefbot demo $(ARGS)
@@ -23,6 +23,18 @@ lint: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	$(BIN)/python bench/run_all.py $(ARGS)
+
+# Both ends of the board's line at once: the firmware under sanitizers, and the driver. `make fuzz SECONDS=3600`
+SECONDS ?= 60
+SEED ?= $(shell date +%s)
+fuzz: $(VENV)/.dev
+	@$(MAKE) --no-print-directory -j2 fuzz-firmware fuzz-host SECONDS=$(SECONDS) SEED=$(SEED)
+
+fuzz-firmware:
+	@$(MAKE) --no-print-directory -s -C firmware fuzz SECONDS=$(SECONDS) SEED=$(SEED)
+
+fuzz-host:
+	@$(BIN)/python -m tests.devices.host_fuzz $(SECONDS) $(SEED)
 
 $(VENV)/.demo: pyproject.toml requirements.lock
 	@echo "Setting up $(VENV): a minute or two, once."

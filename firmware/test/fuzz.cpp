@@ -256,7 +256,7 @@ struct Bench {
     }
 };
 
-void fuzz(unsigned long bytes, uint64_t seed) {
+unsigned long fuzz(unsigned long bytes, uint64_t seed) {
     Chance chance = {seed * 2654435761u + 1};
     Bench bench;
     unsigned long said = 0;
@@ -274,6 +274,8 @@ void fuzz(unsigned long bytes, uint64_t seed) {
     printf("fuzz: %lu bytes, seed %llu: %lu lines accepted, %lu refused, motion in %llu of %llu steps; no fault found\n", said,
            static_cast<unsigned long long>(seed), bench.model.accepted, bench.model.refused,
            static_cast<unsigned long long>(bench.motions), static_cast<unsigned long long>(bench.steps));
+    fflush(stdout);
+    return said;
 }
 
 }  // namespace
@@ -283,10 +285,13 @@ int main(int count, char **arguments) {
         fprintf(stderr, "usage: fuzz BYTES SEED [SECONDS]\n");
         return 2;
     }
-    const time_t end = time(nullptr) + (count > 3 ? atol(arguments[3]) : 0);
+    const time_t began = time(nullptr), end = began + (count > 3 ? atol(arguments[3]) : 0);
     uint64_t seed = strtoull(arguments[2], nullptr, 10);
+    double said = 0;
     do {
-        fuzz(strtoul(arguments[1], nullptr, 10), seed++);
+        said += static_cast<double>(fuzz(strtoul(arguments[1], nullptr, 10), seed++));
     } while (time(nullptr) < end);
+    const double took = difftime(time(nullptr), began);
+    printf("firmware fuzz: %.0f bytes in %.0f s (%.2f MB/s), ASan and UBSan; 0 findings\n", said, took, said / 1e6 / (took > 1 ? took : 1));
     return 0;
 }

@@ -9,14 +9,14 @@ import threading
 import time
 import tty
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.devices.emulated import wait_for
-from tests.hil.boards import LockstepBoard
-
 from chefbot.design.firmware_header import firmware_constants
 from chefbot.robot.load import load_robot
+from tests.devices.emulated import wait_for
+from tests.hil.boards import LockstepBoard
 
 PIECE_US, STEP_US = 2_000, 10_000
 """The line is served so often; the world outside the board moves once a control step."""
@@ -132,20 +132,16 @@ class Desk:
             self._error = error
 
     def _piece(self) -> None:
-        try:
+        with suppress(BlockingIOError):  # the computer says nothing
             self.board.write(os.read(self._ours, 4096))
-        except BlockingIOError:
-            pass  # the computer says nothing
         if self.time_us % STEP_US == 0:
             self._surroundings()
         put_out = self.board.run(PIECE_US)
         self.time_us += PIECE_US
         self._drivers = put_out.drivers
         self.samples.append(Sample(self.time_us, put_out.duty))
-        try:
+        with suppress(BlockingIOError):  # nobody reads: what does not fit is lost, as on a wire
             os.write(self._ours, put_out.said)
-        except BlockingIOError:
-            pass  # nobody reads: what does not fit is lost, as on a wire
 
     def _surroundings(self) -> None:
         for wheel, moved in enumerate(self.wheels.step(self.samples[-1].duty, self._drivers)):

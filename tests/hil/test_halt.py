@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+
 from tests.devices.driven import Driven, drive
 from tests.devices.emulated import PATIENCE, Cable, wait_for
 from tests.hil.boards import HostPort, LockstepBoard, MegaBoard

@@ -6,15 +6,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.devices.driven import Driven, drive, ready, standing
-from tests.devices.emulated import Cable
-from tests.hil.boards import MegaBoard
-from tests.hil.desk import ROBOT, Desk
 
 from chefbot.devices.line.lines import Status, Version
 from chefbot.devices.line.words import Flag, State
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
+from tests.devices.driven import Driven, drive, ready, standing
+from tests.devices.emulated import Cable
+from tests.hil.boards import MegaBoard
+from tests.hil.desk import ROBOT, Desk
 
 SPEED = 0.2
 

@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 import typer
 
 from chefbot import __version__
+from chefbot.commands.keys import keys_app
 from chefbot.errors import UserError
 
 app = typer.Typer(
@@ -255,6 +256,7 @@ board_app = typer.Typer(no_args_is_help=True, help="The motor board: emulate one
 app.add_typer(board_app, name="board")
 firmware_app = typer.Typer(no_args_is_help=True, help="The firmware of the motor board.")
 app.add_typer(firmware_app, name="firmware")
+app.add_typer(keys_app, name="keys")
 _PORT = typer.Argument(help="a serial port's path, or auto where there is only one")
 _SECONDS = typer.Option(min=0, help="how long; 0: until Ctrl-C")
 

@@ -1,8 +1,8 @@
 """One machine of a fleet, for tests: its wire and gate, told by its standard input what to do.
 
-    hear TOPIC            listen to a String topic
-    say TOPIC TEXT        publish once
-    heard | nodes | refused | listens     answered with a line of JSON
+hear TOPIC            listen to a String topic
+say TOPIC TEXT        publish once
+heard | nodes | refused | listens     answered with a line of JSON
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ def main(name: str, keys: str, *join: str) -> None:
         for line in sys.stdin:
             verb, *words = line.split()
             if verb == "hear":
-                node.subscription(words[0], String, lambda message, topic=words[0]: heard.append([topic, message.data]))
+                node.subscription(
+                    words[0], String, lambda message, topic=words[0]: heard.append([topic, message.data])
+                )
             elif verb == "say":
                 if words[0] not in publishers:
                     publishers[words[0]] = node.publisher(words[0], String)
@@ -38,7 +40,7 @@ def main(name: str, keys: str, *join: str) -> None:
                 answer(heard)
             elif verb == "nodes":
                 wire.graph.refresh()
-                answer(sorted(str(one) for one in wire.graph.nodes()))
+                answer(sorted(one.full_name for one in wire.graph.nodes()))
             elif verb == "refused":
                 answer(gate.refused.counts())
             elif verb == "listens":

@@ -12,6 +12,7 @@ import re
 import subprocess
 import sys
 import threading
+from collections.abc import Collection
 from contextlib import suppress
 from typing import IO, Any, NamedTuple
 
@@ -21,14 +22,15 @@ from chefbot.errors import UserError
 from chefbot.wire.access import access_control
 from chefbot.wire.addresses import addresses
 from chefbot.wire.errors import Tally
-from chefbot.wire.gate_process import OPEN
+from chefbot.wire.gate_process import FAILED, OPEN
 from chefbot.wire.keyring import Identity
 from chefbot.wire.session import LOOPBACK, PORT
 
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 _ENDPOINT = re.compile(r"(tls|tcp)/(\[[0-9a-fA-F:]+\]|[A-Za-z0-9._-]+)(?::(\d{1,5}))?")
 _REFUSED = re.compile(r"CertCommonName\(([^)]*)\)\S* is unauthorized to Put \(ingress\) on (\S+)")
-_STRANGER = re.compile(r"CertCommonName\(([^)]*)\).*did not match any configured ACL subject")
+_ACCEPTED = re.compile(r"Accepted TLS connection .*Common Name: (.*)\.$")
+_STRANGER = re.compile(r"WARN .*zenoh_link_tls::unicast: (.*?)\.? Hint")
 LOGGED = "error,zenoh_link_tls=debug,zenoh::net::routing::interceptor=trace"
 LOOK_PERIOD = 2.0
 """Seconds between two looks at the machine's addresses and at the gate's process."""
@@ -122,18 +124,22 @@ class Gate:
             [sys.executable, "-m", "chefbot.wire.gate_process"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
             text=True,
             env={**os.environ, "RUST_LOG": LOGGED},
         )
-        assert process.stdin and process.stdout and process.stderr
-        threading.Thread(target=self._read, args=(process.stderr,), name="gate log", daemon=True).start()
+        assert process.stdin and process.stdout
         process.stdin.write(msgspec.json.encode(self._config).decode() + "\n")
         process.stdin.flush()
-        answer = process.stdout.readline().strip()
-        if answer != OPEN:
+        answer = next(
+            (line for line in process.stdout if line.startswith((OPEN, FAILED))), "its process ended"
+        )
+        if not answer.startswith(OPEN):
             _end(process)
-            raise UserError(f"the gate to other machines does not open: {answer or 'its process ended'}")
+            raise UserError(
+                f"the gate to other machines does not open: {answer.removeprefix(FAILED).strip()}"
+            )
+        threading.Thread(target=self._read, args=(process.stdout,), name="gate log", daemon=True).start()
         return process
 
     def _watch(self) -> None:
@@ -153,19 +159,19 @@ class Gate:
     def _read(self, lines: IO[str]) -> None:
         """Zenoh tells in its log only whom it turned away: once for each key that a member has no right to."""
         for line in lines:
-            if sentence := turned_away(line):
+            if sentence := turned_away(line, self._me.fleet.members if self._me else {}):
                 self.refused.add(sentence)
 
 
-def turned_away(line: str) -> str | None:
+def turned_away(line: str, members: Collection[str]) -> str | None:
     """What a line of Zenoh's log tells of somebody who was refused, in a sentence."""
-    plain = _COLOURS.sub("", line)
+    plain = _COLOURS.sub("", line.rstrip())
     if found := _REFUSED.search(plain):
         return f"{found[1]} may not write {found[2]}"
     if found := _STRANGER.search(plain):
+        return f"a stranger was turned away: {found[1]}"
+    if (found := _ACCEPTED.search(plain)) and found[1] not in members:
         return f"{found[1]} is not on the fleet's list"
-    if "zenoh_link_tls" in plain and ("Unable to" in plain or "error" in plain.lower()):
-        return "a stranger without a certificate of this fleet was turned away"
     return None
 
 

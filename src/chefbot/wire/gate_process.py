@@ -1,4 +1,4 @@
-"""The gate's own process: a line of configuration comes in, `open` goes out; it ends when its input does."""
+"""The gate's own process: its configuration comes in, our answer and Zenoh's log go out; without input it ends."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import sys
 
 import zenoh
 
-OPEN = "open"
+OPEN, FAILED = "chefbot: open", "chefbot: "
+"""How the lines begin that are ours; all others are Zenoh's log."""
 
 
 def main() -> None:
@@ -15,7 +16,7 @@ def main() -> None:
     try:
         session = zenoh.open(zenoh.Config.from_json5(sys.stdin.readline()))
     except zenoh.ZError as error:
-        _say(str(error).replace("\n", " "))
+        _say(FAILED + str(error).replace("\n", " "))
         return
     _say(OPEN)
     sys.stdin.read()

@@ -1,0 +1,310 @@
+"""The workspace: papers, launch files run against a stand-in of `launch`, bridges against the SDF, RViz."""
+
+from __future__ import annotations
+
+import ast
+import itertools
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from tests.design.fake_launch import (
+    DeclareLaunchArgument,
+    EqualsSubstitution,
+    ExecuteProcess,
+    IncludeLaunchDescription,
+    LaunchConfiguration,
+    Node,
+    ParameterValue,
+    run_launch_file,
+)
+from tests.design.sdf_checker import read_by_libsdformat
+
+from chefbot.commands.launch import parse_arguments
+from chefbot.commands.ros2 import run_ros2
+from chefbot.nodes.base import BaseNode
+from chefbot.nodes.odometry import OdometryNode
+from chefbot.robot.load import load_robot
+from chefbot.runtime.launch import load_launch, node_class, node_params
+
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
+PACKAGES = ("chefbot_description", "chefbot_bringup", "chefbot_gazebo")
+CHAPTER = {
+    "chefbot_bringup": {"robot_standalone", "gmapping_demo", "amcl_demo", "keyboard_teleop", "view_robot",
+                        "view_navigation", "3dsensor"},
+    "chefbot_gazebo": {"chefbot_empty_world", "chefbot_hotel_world", "gmapping_demo", "amcl_demo"},
+    "chefbot_description": {"model_robot"},
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module", params=["chefbot", "desk"])
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    """A robot with a camera alone and one with a lidar alone, and its workspace."""
+    out = tmp_path_factory.mktemp(request.param) / "ws" / "src"
+    run_ros2(request.param, out)
+    return request.param, out
+
+
+def manifest(package: Path) -> ET.Element:
+    return ET.parse(package / "package.xml").getroot()
+
+
+def needed(package: Path) -> set[str]:
+    return {one.text or "" for one in manifest(package).iterfind("exec_depend")}
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_papers_keep_the_rules_of_rep_149(made: tuple[str, Path], name: str) -> None:
+    package = made[1] / name
+    root = manifest(package)
+    assert root.tag == "package" and root.attrib == {"format": "3"}
+    tags = [child.tag for child in root]
+    for once in ("name", "version", "description"):
+        assert tags.count(once) == 1
+    assert root.findtext("name") == name and re.fullmatch(r"[a-z][a-z0-9_]*", name)
+    assert re.fullmatch(r"\d+\.\d+\.\d+", root.findtext("version") or "")
+    assert all("@" in one.attrib["email"] and one.text for one in root.findall("maintainer"))
+    assert root.findall("maintainer") and root.findtext("license") == "Apache-2.0"
+    assert root.findtext("buildtool_depend") == root.findtext("export/build_type") == "ament_cmake"
+    depends = [one.text for one in root.iterfind("exec_depend")]
+    assert len(depends) == len(set(depends)) and name not in depends
+    cmake = (package / "CMakeLists.txt").read_text()
+    assert f"project({name} " in cmake and cmake.rstrip().endswith("ament_package()")
+    (installed,) = re.findall(r"install\(DIRECTORY ([\w ]+) DESTINATION", cmake)
+    assert set(installed.split()) == {one.name for one in package.iterdir() if one.is_dir()}
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_the_chapters_launches_are_there_and_are_python(made: tuple[str, Path], name: str) -> None:
+    robot, out = made
+    files = sorted((out / name / "launch").glob("*.launch.py"))
+    names = {file.name.removesuffix(".launch.py") for file in files}
+    missing = CHAPTER[name] - names
+    assert missing == ({"3dsensor"} if robot == "desk" and name == "chefbot_bringup" else set())
+    for file in files:
+        tree = ast.parse(file.read_text())
+        assert ast.get_docstring(tree)
+        imported = {
+            one.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for one in node.names
+        }
+        used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+        assert imported <= used
+
+
+# -- what a launch starts, for every choice of its arguments
+
+
+def resolved(value: Any, arguments: dict[str, str]) -> str:
+    """A substitution as text."""
+    if isinstance(value, (list, tuple)):
+        return "".join(resolved(one, arguments) for one in value)
+    if isinstance(value, LaunchConfiguration):
+        return arguments[value.variable_name]
+    if isinstance(value, EqualsSubstitution):
+        return str(resolved(value.left, arguments) == resolved(value.right, arguments)).lower()
+    if isinstance(value, ParameterValue):
+        return resolved(value.value, arguments)
+    return str(value)
+
+
+class Started:
+    """Nodes and processes of a launch file and all that it includes, whose conditions hold."""
+
+    def __init__(self, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.out, self.monkeypatch = out, monkeypatch
+        self.nodes: list[tuple[Node, dict[str, str]]] = []
+        self.commands: list[list[str]] = []
+        self.foreign: list[tuple[Path, dict[str, str]]] = []
+
+    def run(self, file: Path, given: dict[str, str]) -> None:
+        entities = run_launch_file(file, self.out, self.monkeypatch)
+        declared = {one.name: one for one in entities if isinstance(one, DeclareLaunchArgument)}
+        assert set(given) <= set(declared), f"{file.name}: unknown arguments {set(given) - set(declared)}"
+        arguments = {name: one.default_value for name, one in declared.items()} | given
+        assert None not in arguments.values(), f"{file.name}: an argument has no value"
+        for name, one in declared.items():
+            assert not one.choices or arguments[name] in one.choices, (file.name, name, arguments[name])
+        for entity in entities:
+            condition = getattr(entity, "condition", None)
+            if condition and resolved(condition.predicate_expression, arguments) != "true":
+                continue
+            self.start(entity, arguments, file)
+
+    def start(self, entity: Any, arguments: dict[str, str], file: Path) -> None:
+        if isinstance(entity, Node):
+            self.nodes.append((entity, arguments))
+        elif isinstance(entity, ExecuteProcess):
+            self.commands.append([resolved(word, arguments) for word in entity.cmd])
+        elif isinstance(entity, IncludeLaunchDescription):
+            path = Path(entity.launch_description_source.launch_file_path)
+            passed = {key: resolved(value, arguments) for key, value in entity.launch_arguments}
+            package = path.parts[-3]
+            assert package == file.parts[-3] or package in needed(file.parents[1]), package
+            if path.is_relative_to(self.out):
+                self.run(path, passed)
+            else:
+                self.foreign.append((path, passed))
+
+
+def all_choices(file: Path, out: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, str]]:
+    declared = [
+        one for one in run_launch_file(file, out, monkeypatch) if isinstance(one, DeclareLaunchArgument)
+    ]
+    chosen = [one for one in declared if one.choices]
+    required = {one.name: "runs/map.yaml" for one in declared if one.default_value is None}
+    for values in itertools.product(*(one.choices or [] for one in chosen)):
+        yield required | dict(zip((one.name for one in chosen), values, strict=True))
+
+
+@pytest.mark.parametrize("name", ["chefbot_bringup", "chefbot_gazebo"])
+def test_every_launch_starts_what_exists(
+    made: tuple[str, Path], name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, out = made
+    for file in sorted((out / name / "launch").glob("*.launch.py")):
+        for arguments in all_choices(file, out, monkeypatch):
+            started = Started(out, monkeypatch)
+            started.run(file, arguments)
+            assert started.nodes or started.commands, (file.name, arguments)
+            check_nodes(started, out, name)
+            check_commands(started)
+            check_foreign(started)
+
+
+@lru_cache
+def described(file: str) -> frozenset[str]:
+    """The nodes that a parameter file is about."""
+    return frozenset(yaml.safe_load(Path(file).read_text()))
+
+
+def check_nodes(started: Started, out: Path, package: str) -> None:
+    names = [node.name for node, _ in started.nodes if node.name]
+    assert len(names) == len(set(names))
+    for node, arguments in started.nodes:
+        assert node.package in needed(out / package) | needed(out / "chefbot_bringup")
+        for given in node.parameters:
+            if isinstance(given, str):
+                assert node.name in described(given), f"{given} says nothing of {node.name}"
+            elif "config_file" in given:
+                assert Path(resolved(given["config_file"], arguments)).is_file()
+            elif "node_names" in given:
+                assert set(given["node_names"]) <= set(names)
+        for word in node.arguments:
+            text = resolved(word, arguments)
+            assert not text.endswith((".rviz", ".sdf")) or Path(text).is_file()
+
+
+def check_commands(started: Started) -> None:
+    """Our own nodes: the launch is read, every argument known, every class there."""
+    for words in started.commands:
+        check_command(tuple(words))
+
+
+@lru_cache
+def check_command(words: tuple[str, ...]) -> None:
+    assert words[:2] == ("chefbot", "launch")
+    launch = load_launch(words[2], parse_arguments(words[3:]))
+    for node, entry in launch.nodes.items():
+        node_params(node_class(entry.kind, node), entry.params, node)
+
+
+def check_foreign(started: Started) -> None:
+    for path, passed in started.foreign:
+        if path.name == "online_async_launch.py":
+            assert set(passed) == {"use_sim_time", "slam_params_file"}
+            assert Path(passed["slam_params_file"]).is_file() and passed["use_sim_time"] in ("true", "false")
+        else:
+            assert path.name == "gz_sim.launch.py" and set(passed) == {"gz_args"}
+            assert Path(passed["gz_args"].split()[-1]).is_file()
+
+
+def of(made: tuple[str, Path], file: str, monkeypatch: pytest.MonkeyPatch, **arguments: str) -> Started:
+    started = Started(made[1], monkeypatch)
+    started.run(made[1] / file, arguments)
+    return started
+
+
+def test_nav2s_commands_reach_the_base_and_nothing_else_does(
+    made: tuple[str, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Controller and behaviours -> smoother -> collision monitor -> the topic that our base takes."""
+    started = of(made, "chefbot_bringup/launch/gmapping_demo.launch.py", monkeypatch, stack="nav2")
+    topics = {node.name: dict(node.remappings).get("cmd_vel", "cmd_vel") for node, _ in started.nodes}
+    assert topics["controller_server"] == topics["behavior_server"] == topics["velocity_smoother"]
+    params = yaml.safe_load((made[1] / "chefbot_bringup/config/nav2_params.yaml").read_text())
+    monitor = params["collision_monitor"]["ros__parameters"]
+    assert monitor["cmd_vel_in_topic"] == "cmd_vel_smoothed"  # the smoother's own name for what it gives
+    assert monitor["cmd_vel_out_topic"] in BaseNode.__annotations__
+    teleop = of(made, "chefbot_bringup/launch/keyboard_teleop.launch.py", monkeypatch, stack="nav2")
+    assert dict(teleop.nodes[0][0].remappings)["cmd_vel"] in BaseNode.__annotations__
+
+
+def test_one_tells_odometry_and_nobody_of_ours_tells_the_map(
+    made: tuple[str, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for base, odometry in itertools.product(("simulation", "built"), ("chefbot", "ekf")):
+        started = of(made, "chefbot_bringup/launch/base.launch.py", monkeypatch, base=base, odometry=odometry)
+        (words,) = started.commands
+        launch = load_launch(words[2], parse_arguments(words[3:]))
+        assert launch.clock == {"simulation": "simulation", "built": "wall"}[base]
+        assert all("static_transform" not in entry.kind for entry in launch.nodes.values())
+        (teller,) = [one for one in launch.nodes.values() if node_class(one.kind, "") is OdometryNode]
+        filters = [node for node, _ in started.nodes if node.package == "robot_localization"]
+        assert len(filters) == (odometry == "ekf")
+        assert ("odom" in teller.remap and "tf" in teller.remap) == (odometry == "ekf")
+        if filters:
+            told = yaml.safe_load((made[1] / "chefbot_bringup/config/ekf.yaml").read_text())
+            assert told["ekf_filter_node"]["ros__parameters"]["odom0"] == teller.remap["odom"]
+            assert dict(filters[0].remappings)["odometry/filtered"] == "odom"
+
+
+def test_bridges_meet_the_topics_of_the_model(made: tuple[str, Path]) -> None:
+    robot, out = made
+    model = ET.parse(out / "chefbot_gazebo" / "models" / f"{robot}.sdf").getroot()
+    told = {f"/{one.text}" for tag in ("topic", "odom_topic", "tf_topic") for one in model.iter(tag)}
+    told |= {f"/camera/{name}" for name in ("image", "depth_image", "camera_info", "points")}
+    config = out / "chefbot_gazebo" / "config"
+    rows = [row for file in sorted(config.glob("bridge*.yaml")) for row in yaml.safe_load(file.read_text())]
+    assert {row["gz_topic_name"] for row in rows} <= told | {"/clock"}
+    for row in rows:
+        assert set(row) == {"ros_topic_name", "gz_topic_name", "ros_type_name", "gz_type_name", "direction"}
+        assert row["direction"] in ("GZ_TO_ROS", "ROS_TO_GZ")
+        assert re.fullmatch(r"\w+/msg/\w+", row["ros_type_name"]) and row["gz_type_name"].startswith(
+            "gz.msgs."
+        )
+    to_ros = [row["ros_topic_name"] for row in rows if row["direction"] == "GZ_TO_ROS"]
+    assert len(to_ros) == len(set(to_ros))
+    assert ("/scan" in to_ros) == (load_robot(robot).sensors.lidar is not None)
+
+
+def test_worlds_wait_for_the_robot(made: tuple[str, Path]) -> None:
+    robot, out = made
+    worlds = sorted((out / "chefbot_gazebo" / "worlds").glob("*.sdf"))
+    assert {"empty", "hotel", "room"} <= {file.stem for file in worlds}
+    for file in worlds:
+        assert robot not in {model.attrib["name"] for model in ET.parse(file).iter("model")}
+    assert read_by_libsdformat(out / "chefbot_gazebo" / "worlds" / "empty.sdf")
+
+
+def test_rviz_looks_at_topics_that_somebody_tells(made: tuple[str, Path]) -> None:
+    for name in ("robot", "navigation"):
+        file = yaml.safe_load((made[1] / "chefbot_bringup" / "rviz" / f"{name}.rviz").read_text())
+        manager = file["Visualization Manager"]
+        topics = {one["Topic"]["Value"] for one in manager["Displays"] if "Topic" in one}
+        assert "/scan" in topics
+        tools = {one["Topic"]["Value"] for one in manager["Tools"] if "Topic" in one}
+        assert tools == {"/goal_pose", "/initialpose"}
+        if name == "navigation":
+            assert {
+                "/map",
+                "/plan",
+                "/particle_cloud",
+                "/global_costmap/costmap",
+                "/local_costmap/costmap",
+            } <= topics
+            assert manager["Global Options"]["Fixed Frame"] == "map"

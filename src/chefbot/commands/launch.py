@@ -25,6 +25,7 @@ from chefbot.runtime.launch import (
 )
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.system import System
+from chefbot.wire.attach import attached
 
 MAX_SPEED = 1000.0
 console = Console(highlight=False)
@@ -71,7 +72,7 @@ def run_launch(name: str, texts: Sequence[str]) -> None:
     warm_kernels(console)
     seed, speed = int(launch.args["seed"]), float(launch.args["speed"])
     with session(robot, seed, launch.clock, speed, record) as system:
-        system.loop.tap(_show_remarks)
+        system.loop.tap(show_remarks)
         start(system, launch)
         _announce(system, launch)
         _run(system, float(launch.args["duration"]))
@@ -100,7 +101,7 @@ def _announce(system: System, launch: Launch) -> None:
             console.print(f"  {sentence}", markup=False, soft_wrap=True)
 
 
-def _show_remarks(publication: Publication) -> None:
+def show_remarks(publication: Publication) -> None:
     """What devices have to say to the person who started them."""
     if publication.topic.endswith("/remark") and isinstance(publication.message, String):
         console.print(f"  {publication.message.data}", markup=False)

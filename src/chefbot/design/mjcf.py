@@ -34,12 +34,16 @@ FLOOR = '<geom name="floor" type="plane" size="0 0 1" friction="1 0.005 0.0001" 
 
 
 class AsBuilt(NamedTuple):
-    """How one robot differs from its drawing: factors on the numbers of the Robot."""
+    """How one robot differs from its drawing: factors on the numbers of the Robot, and sensors that look askew."""
 
     left_wheel: float = 1.0
     right_wheel: float = 1.0
     separation: float = 1.0
     friction: float = 1.0
+    gyro_scale: float = 1.0
+    lidar_yaw: float = 0.0
+    """Radians beyond the mount's, to the left."""
+    camera_yaw: float = 0.0
 
 
 AS_DRAWN = AsBuilt()

@@ -45,7 +45,8 @@ def fixed_frames(robot: Robot) -> list[Frame]:
     for name, at in layout.caster_positions(robot).items():
         frames.append(Frame(f"caster_{name}_link", "base_link", at))
     for name, (at, pitch, yaw) in sensor_mounts(robot).items():
-        frames.append(Frame(name, "base_link", at, (0.0, pitch, yaw)))
+        turned = yaw + robot.calibration.yaw_of(name)
+        frames.append(Frame(name, "base_link", at, (0.0, pitch, turned)))
     if robot.sensors.depth_camera is not None:
         frames.append(Frame(DEPTH_FRAME, "camera_link", ORIGIN))
         frames.append(Frame(OPTICAL_FRAME, DEPTH_FRAME, ORIGIN, OPTICAL))

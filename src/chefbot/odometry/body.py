@@ -67,6 +67,8 @@ class Body:
     """Of roll and pitch at the start, rad."""
     heading: float = 0.0
     """Of yaw at the start, rad: 0 if odom points ahead by definition, pi if a sensor knows where it points."""
+    measured: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    """What a calibration found: shares of left and right wheel, separation and gyro's sensitivity; rad/s."""
 
     def __post_init__(self) -> None:
         if not 2 <= self.counter_bits <= 64:
@@ -76,13 +78,16 @@ class Body:
     def of(cls, robot: Robot, params: OdometryParams, counter_bits: int = 64) -> Body:
         """From a robot file; `counter_bits` is the width of the board's counters, which may wrap."""
         imu, rim = robot.sensors.imu, robot.motor.no_load_speed * robot.wheel_radius
+        found = robot.calibration
+        factors = (found.left_wheel, found.right_wheel, found.separation, found.gyro_scale)
+        left, right, separation, gain = (factor - 1.0 for factor in factors)
         return cls(
             separation=robot.wheels.separation,
             metres_per_tick=robot.metres_per_tick,
             counter_bits=counter_bits,
             slip=params.slip,
-            diameter_error=params.diameter_error,
-            separation_error=params.separation_error,
+            diameter_error=found.wheel_deviation or params.diameter_error,
+            separation_error=found.separation_deviation or params.separation_error,
             fastest_rim=SPEED_MARGIN * rim,
             fastest_turn=TURN_MARGIN * 2.0 * rim / robot.wheels.separation,
             hardest_turn=TURN_MARGIN * robot.drive.max_turn_acceleration,
@@ -90,8 +95,9 @@ class Body:
             imu_y=imu.mount.y,
             gyro_noise=imu.gyro_noise,
             gyro_bias=imu.gyro_bias,
-            gyro_gain_error=params.gyro_gain_error,
+            gyro_gain_error=found.gyro_deviation or params.gyro_gain_error,
             gyro_bias_walk=params.gyro_bias_walk,
+            measured=(left, right, separation, gain, found.gyro_offset),
         )
 
     def start(self) -> tuple[Array, Array]:
@@ -103,4 +109,6 @@ class Body:
         deviation[[BIAS_X, BIAS_Y, BIAS_Z]] = self.gyro_bias
         deviation[[FORCE_X, FORCE_Y]] = FORCE_BIAS
         deviation[[ROLL, PITCH]], deviation[YAW] = self.tilt, self.heading
-        return np.zeros(SIZE), np.diag(deviation**2)
+        state = np.zeros(SIZE)
+        state[[LEFT, RIGHT, SEPARATION, GAIN, BIAS_Z]] = self.measured
+        return state, np.diag(deviation**2)

@@ -30,6 +30,11 @@ Duration = Annotated[float, Meta(gt=0, le=1e6, extra={"unit": "s"})]
 Rate = Annotated[float, Meta(gt=0, le=1000, extra={"unit": "Hz"})]
 Count = Annotated[int, Meta(gt=0, le=1_000_000)]
 Ratio = Annotated[float, Meta(gt=0, le=10)]
+Factor = Annotated[float, Meta(ge=0.8, le=1.25)]
+"""Of a measured number by the drawn one; what is further off is another robot, not a badly measured one."""
+SmallAngle = Annotated[float, Meta(ge=-0.5, le=0.5, extra={"unit": "rad"})]
+RateOffset = Annotated[float, Meta(ge=-0.5, le=0.5, extra={"unit": "rad/s"})]
+Deviation = Annotated[float, Meta(gt=0, le=0.1)]
 Share = Annotated[float, Meta(gt=0, le=1)]
 Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[a-z][a-z0-9_]*$")]
 Text = Annotated[str, Meta(max_length=600)]
@@ -356,3 +361,31 @@ class Sensors(Part, frozen=True, kw_only=True):
             "laser": self.lidar,
         }
         return {frame: sensor for frame, sensor in named.items() if sensor is not None}
+
+
+class Calibration(Part, frozen=True, kw_only=True):
+    """How one built robot differs from its drawing, as `chefbot calibrate` measured it.
+
+    Drawings, solids and the simulated body stay as drawn; what computes the motion of this robot follows these.
+    """
+
+    left_wheel: Factor = 1.0
+    """The left wheel rolls as if its diameter were so many times the drawn one."""
+    right_wheel: Factor = 1.0
+    separation: Factor = 1.0
+    """The robot turns as if its wheels stood so many times the drawn distance apart."""
+    gyro_scale: Factor = 1.0
+    """The gyro tells so many times the rate of turn about the vertical."""
+    gyro_offset: RateOffset = 0.0
+    """What it tells of a robot that stands; a guess to begin with, as every start leaves another one."""
+    lidar_yaw: SmallAngle = 0.0
+    """The sensor looks so much further to the left than its mount says."""
+    camera_yaw: SmallAngle = 0.0
+    wheel_deviation: Deviation | None = None
+    """Standard deviation of both wheels' factors; None: never measured."""
+    separation_deviation: Deviation | None = None
+    gyro_deviation: Deviation | None = None
+
+    def yaw_of(self, frame: str) -> float:
+        """Of a sensor's frame beyond its mount's, rad."""
+        return {"laser": self.lidar_yaw, "camera_link": self.camera_yaw}.get(frame, 0.0)

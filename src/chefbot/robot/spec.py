@@ -11,6 +11,7 @@ from chefbot.robot import layout
 from chefbot.robot.sections import (
     Battery,
     Body,
+    Calibration,
     Casters,
     Drive,
     Driver,
@@ -58,6 +59,7 @@ class Robot(Part, frozen=True, kw_only=True):
     places: Places
     equipment: tuple[Equipment, ...] = ()
     sensors: Sensors
+    calibration: Calibration = Calibration()
 
     @property
     def mass_properties(self) -> MassProperties:
@@ -90,8 +92,21 @@ class Robot(Part, frozen=True, kw_only=True):
         return self.wheels.diameter / 2.0
 
     @property
+    def rolling_radii(self) -> tuple[float, float]:
+        """(left, right) metres that the wheels of the built robot roll on."""
+        return (
+            self.wheel_radius * self.calibration.left_wheel,
+            self.wheel_radius * self.calibration.right_wheel,
+        )
+
+    @property
+    def turning_separation(self) -> float:
+        """Metres between the wheels by which the built robot turns."""
+        return self.wheels.separation * self.calibration.separation
+
+    @property
     def metres_per_tick(self) -> float:
-        """Floor that one encoder tick stands for."""
+        """Floor that one encoder tick stands for, by the drawing."""
         return math.pi * self.wheels.diameter / self.motor.ticks_per_turn
 
     @property

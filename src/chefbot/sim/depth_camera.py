@@ -58,7 +58,7 @@ class DepthRenderer:
 
     def measure(self, rendering: Rendering, index: int) -> NDArray[np.float32]:
         """What the camera makes of the view in frame `index`: (h, w) metres, NaN out of range or dropped."""
-        camera, real = self._camera, self._profile == "real"
+        camera, real = self._camera, self._profile != "perfect"
         rng = default_rng((self._seed, index))
         size = rendering.depth.shape if real else (0, 0)
         noise = rng.standard_normal(size, dtype=np.float32)

@@ -48,9 +48,12 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     world: Annotated[
         str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")
     ] = "room"
-    profile: Annotated[Literal["perfect", "real"], Meta(description="without or with a robot's faults")] = (
-        "real"
-    )
+    profile: Annotated[
+        Literal["perfect", "real", "assembled"],
+        Meta(
+            description="without a robot's faults, with them, or with those of one that was never calibrated"
+        ),
+    ] = "real"
     people: Annotated[
         int, Meta(ge=-1, le=50, description="who walk about; -1: as many as the world says")
     ] = -1

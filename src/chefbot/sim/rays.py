@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import msgspec
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -33,11 +34,16 @@ def lidar_angles(lidar: Lidar) -> NDArray[np.float64]:
     return -math.pi + 2.0 * math.pi / lidar.beams * np.arange(lidar.beams, dtype=np.float64)
 
 
-def lidar_rays(lidar: Lidar) -> NDArray[np.float64]:
-    """(beams, 3) unit vectors in base_link."""
+def turned(mount: Mount, yaw: float) -> Mount:
+    """A mount that looks `yaw` rad further to the left."""
+    return msgspec.structs.replace(mount, yaw=mount.yaw + yaw)
+
+
+def lidar_rays(lidar: Lidar, mount: Mount | None = None) -> NDArray[np.float64]:
+    """(beams, 3) unit vectors in base_link; `mount`: as it is mounted, where that is not as drawn."""
     angles = lidar_angles(lidar)
     flat = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
-    return flat @ mount_rotation(lidar.mount).T
+    return flat @ mount_rotation(mount or lidar.mount).T
 
 
 def cone_rays(ultrasonic: Ultrasonic) -> NDArray[np.float64]:

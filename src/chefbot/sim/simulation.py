@@ -21,8 +21,16 @@ from chefbot.sim.doors import MovingDoor
 from chefbot.sim.furniture import PERSON_RADIUS, person_shapes
 from chefbot.sim.motors import Motors, switch
 from chefbot.sim.people import Disc, disc, place_people
-from chefbot.sim.rays import ULTRASONIC_NOISE, RayCaster, cone_rays, lidar_rays, mount_rotation, within
-from chefbot.sim.realism import GYRO_GAIN_ERROR, Profile, draw_as_built, draw_grip
+from chefbot.sim.rays import (
+    ULTRASONIC_NOISE,
+    RayCaster,
+    cone_rays,
+    lidar_rays,
+    mount_rotation,
+    turned,
+    within,
+)
+from chefbot.sim.realism import Profile, draw_as_built, draw_grip, draw_gyro_scale
 from chefbot.sim.shapes import Shape, ShapeArrays, box, clearance, joined, shape_arrays
 from chefbot.sim.world import World
 from chefbot.sim.world_mjcf import Mover, world_mjcf
@@ -59,7 +67,7 @@ OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 class Simulation:
     """A robot in a world. The same arguments and calls give the same states, bit for bit.
 
-    robot: as drawn; with profile `real` the simulated one differs a little, by `seed`.
+    robot: as drawn; with every profile but `perfect` the simulated one differs, by `seed`.
     start: pose of base_link, `world.start` when None. people: how many walk, `world.people` when None.
     Raises UserError when the robot would stand in something.
     """
@@ -136,10 +144,10 @@ class Simulation:
         The mean of the last two physics steps: a low-pass of 44 Hz, which the MPU-6050 sets to 42.
         """
         reading: NDArray[np.float64] = 0.5 * (self._inertia_before + self._data.sensordata)
-        if self.profile == "real":
+        if self.profile != "perfect":
             imu, rng = self.robot.sensors.imu, self._noise["imu"]
-            reading[:3] *= self._gyro_gain
-            reading[:3] += self._gyro_bias + imu.gyro_noise * rng.standard_normal(3)
+            reading[:3] *= self.gyro_scale
+            reading[:3] += self.gyro_offset + imu.gyro_noise * rng.standard_normal(3)
             reading[3:] += imu.accelerometer_noise * rng.standard_normal(3)
         return reading[:3], reading[3:]
 
@@ -150,7 +158,7 @@ class Simulation:
             raise UserError(f"robot {self.robot.name} has no lidar")
         ranges = self._lidar.cast(self._model, self._data, *self._attitude())
         ranges = np.minimum(ranges, self._lidar.own_body)
-        if self.profile == "real":
+        if self.profile != "perfect":
             ranges = ranges + lidar.noise * self._noise["lidar"].standard_normal(lidar.beams)
         return within(ranges, lidar.range_min, lidar.range_max)
 
@@ -159,7 +167,7 @@ class Simulation:
         if self._ultrasonic is None:
             raise UserError(f"robot {self.robot.name} has no ultrasonic ranger")
         nearest = float(self._ultrasonic.echoes(self._model, self._data, *self._attitude()).min())
-        if self.profile == "real":
+        if self.profile != "perfect":
             nearest += ULTRASONIC_NOISE * float(self._noise["ultrasonic"].standard_normal())
         return nearest
 
@@ -175,7 +183,7 @@ class Simulation:
         if camera is None:
             raise UserError(f"robot {self.robot.name} has no depth camera")
         position, rotation = self._attitude()
-        mount = camera.mount
+        mount = turned(camera.mount, self.as_built.camera_yaw)
         at = position + rotation @ np.array([mount.x, mount.y, mount.z])
         moving = shape_arrays(self._moving_shapes())
         return Capture(at, rotation @ mount_rotation(mount) @ OPTICAL, joined(self._static, moving))
@@ -263,12 +271,13 @@ class Simulation:
         sensors = self.robot.sensors
         self._lidar: RayCaster | None
         self._ultrasonic: RayCaster | None
-        self._gyro_bias = sensors.imu.gyro_bias * rng.standard_normal(3)
-        self._gyro_gain = 1.0 + rng.uniform(-GYRO_GAIN_ERROR, GYRO_GAIN_ERROR)
+        self.gyro_offset = sensors.imu.gyro_bias * rng.standard_normal(3)
+        self.gyro_scale = draw_gyro_scale(self.as_built, rng)
         lidar, ranger = sensors.lidar, sensors.ultrasonic
         self._lidar = self._ultrasonic = None
         if lidar is not None:
-            self._lidar = RayCaster(lidar.mount, lidar_rays(lidar), lidar.range_max + 1.0)
+            mount = turned(lidar.mount, self.as_built.lidar_yaw)
+            self._lidar = RayCaster(mount, lidar_rays(lidar, mount), lidar.range_max + 1.0)
         if ranger is not None:
             self._ultrasonic = RayCaster(ranger.mount, cone_rays(ranger), ranger.range_max + 1.0)
 

@@ -1,4 +1,4 @@
-// ATmega2560 at 16 MHz (Arduino Mega 2560), bare registers. Pin numbers in brackets are the Arduino board's.
+// ATmega2560 at 16 MHz (Arduino Mega 2560), bare registers.
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <avr/wdt.h>
@@ -12,14 +12,14 @@ using namespace chefbot;
 
 namespace {
 
-// Motor driver: PWM left PB5 [11, OC1A], right PB6 [12, OC1B]; INA/INB left PA0/PA1 [22/23], right PA2/PA3 [24/25];
-// enable PA4 [26] (a pull-down keeps it low in reset). E-stop PA6 [28]: normally closed to ground.
-const uint8_t PWM_LEFT = 1 << PB5, PWM_RIGHT = 1 << PB6;
-const uint8_t IN_A[2] = {1 << PA0, 1 << PA2}, IN_B[2] = {1 << PA1, 1 << PA3};
-const uint8_t ENABLE = 1 << PA4, ESTOP = 1 << PA6;
-// Encoders: left A/B PE4/PE5 [2/3, INT4/INT5], right A/B PD3/PD2 [18/19, INT3/INT2]. Ultrasonic: trigger PC7 [30],
-// echo PL0 [49, ICP4]. Battery ADC0 [A0] through 30k/10k. I2C PD1/PD0 [20/21]. Busy light PB7 [13].
-const uint8_t TRIGGER = 1 << PC7, BUSY = 1 << PB7;
+// Where what is wired; docs/wiring.py draws this table. PWM is timer 1's OC1A and OC1B, echo its fellow ICP4; encoders are
+// INT4, INT5, INT3, INT2. A pull-down keeps ENABLE low in reset; ESTOP is normally closed to ground.
+enum Pin : uint8_t {
+    RX = PE0, TX = PE1, LEFT_A = PE4, LEFT_B = PE5, RIGHT_A = PD3, RIGHT_B = PD2, SDA = PD1, SCL = PD0,
+    LEFT_IN_A = PA0, LEFT_IN_B = PA1, RIGHT_IN_A = PA2, RIGHT_IN_B = PA3, PWM_LEFT = PB5, PWM_RIGHT = PB6,
+    ENABLE = PA4, ESTOP = PA6, TRIGGER = PC7, ECHO = PL0, BATTERY = PF0, BUSY = PB7
+};
+const uint8_t IN_A[2] = {1 << LEFT_IN_A, 1 << RIGHT_IN_A}, IN_B[2] = {1 << LEFT_IN_B, 1 << RIGHT_IN_B};
 
 const uint16_t PWM_TOP = 800;                     // 16 MHz / 800 = 20 kHz, above hearing
 const uint16_t STEP_TOP = 16000000UL / 8 / 100 - 1;
@@ -40,8 +40,8 @@ volatile bool twi_done;
 Ring<7> received;
 Ring<8> waiting;
 
-uint8_t left_lines() { return static_cast<uint8_t>((PINE >> 3 & 2) | (PINE >> 5 & 1)); }
-uint8_t right_lines() { return static_cast<uint8_t>((PIND >> 2 & 2) | (PIND >> 2 & 1)); }
+uint8_t left_lines() { return static_cast<uint8_t>((PINE >> (LEFT_A - 1) & 2) | (PINE >> LEFT_B & 1)); }
+uint8_t right_lines() { return static_cast<uint8_t>((PIND >> (RIGHT_A - 1) & 2) | (PIND >> RIGHT_B & 1)); }
 
 // The next action of the bus. Its end is told by interrupt, not read from TWINT: simavr 1.6 leaves that flag set.
 bool twi(uint8_t control) {
@@ -114,15 +114,15 @@ void hal_motor(void *, uint8_t wheel, int16_t duty) {
 }
 
 void hal_drivers(void *, bool on) {
-    if (on) PORTA |= ENABLE;
-    else PORTA &= static_cast<uint8_t>(~ENABLE);
+    if (on) PORTA |= 1 << ENABLE;
+    else PORTA &= static_cast<uint8_t>(~(1 << ENABLE));
 }
 
-bool hal_estop(void *) { return PINA & ESTOP; }
+bool hal_estop(void *) { return PINA & 1 << ESTOP; }
 
 uint16_t hal_battery_mv(void *) {
     if (!(ADCSRA & 1 << ADSC)) {
-        battery_mv = static_cast<uint16_t>(ADC * 625UL / 32);  // 5000 mV / 1024 * 4
+        battery_mv = static_cast<uint16_t>(ADC * 625UL / 32);  // 5000 mV / 1024, through 30k/10k
         ADCSRA |= 1 << ADSC;
     }
     return battery_mv;
@@ -131,9 +131,9 @@ uint16_t hal_battery_mv(void *) {
 void hal_ping(void *) {
     TCCR4B |= 1 << ICES4;  // rising edge first
     TIFR4 = 1 << ICF4;
-    PORTC |= TRIGGER;
+    PORTC |= 1 << TRIGGER;
     _delay_us(10);
-    PORTC &= static_cast<uint8_t>(~TRIGGER);
+    PORTC &= static_cast<uint8_t>(~(1 << TRIGGER));
 }
 
 bool hal_i2c_write(void *, uint8_t address, uint8_t reg, uint8_t value) {
@@ -170,9 +170,9 @@ ISR(INT2_vect, ISR_ALIASOF(INT3_vect));
 
 // Others go on meanwhile: an encoder edge may not wait for a control step.
 ISR(TIMER3_COMPA_vect, ISR_NOBLOCK) {
-    PORTB |= BUSY;
+    PORTB |= 1 << BUSY;
     board.step();
-    PORTB &= static_cast<uint8_t>(~BUSY);
+    PORTB &= static_cast<uint8_t>(~(1 << BUSY));
 }
 
 // Four microseconds per count.
@@ -211,12 +211,12 @@ void before_main() {
 static void start_pins() {
     EICRA = 1 << ISC20 | 1 << ISC30;  // any edge; before the pins, for a low pin is an interrupt by default
     EICRB = 1 << ISC40 | 1 << ISC50;
-    PORTA = ESTOP;  // pull-up: a broken wire is a pressed button
-    DDRA = IN_A[LEFT] | IN_B[LEFT] | IN_A[RIGHT] | IN_B[RIGHT] | ENABLE;
-    DDRB = PWM_LEFT | PWM_RIGHT | BUSY;
-    DDRC = TRIGGER;
-    PORTE |= 1 << PE4 | 1 << PE5;
-    PORTD |= 1 << PD2 | 1 << PD3;
+    PORTA = 1 << ESTOP;  // pull-up: a broken wire is a pressed button
+    DDRA = IN_A[LEFT] | IN_B[LEFT] | IN_A[RIGHT] | IN_B[RIGHT] | 1 << ENABLE;
+    DDRB = 1 << PWM_LEFT | 1 << PWM_RIGHT | 1 << BUSY;
+    DDRC = 1 << TRIGGER;
+    PORTE |= 1 << LEFT_A | 1 << LEFT_B;
+    PORTD |= 1 << RIGHT_A | 1 << RIGHT_B;
 }
 
 static void start_timers() {
@@ -236,7 +236,7 @@ static void start_buses() {
     UCSR0C = 1 << UCSZ01 | 1 << UCSZ00;
     UCSR0B = 1 << RXEN0 | 1 << TXEN0 | 1 << RXCIE0;
     TWBR = TWI_400K;
-    ADMUX = 1 << REFS0;
+    ADMUX = 1 << REFS0 | BATTERY;
     ADCSRA = 1 << ADEN | 1 << ADSC | 1 << ADPS2 | 1 << ADPS1 | 1 << ADPS0;
     while (ADCSRA & 1 << ADSC) {}
     EIFR = 1 << INTF2 | 1 << INTF3 | 1 << INTF4 | 1 << INTF5;

@@ -25,6 +25,7 @@ const uint32_t I2C0 = 0x40044000, IC_TAR = 0x04, IC_DATA_CMD = 0x10, IC_HCNT = 0
 const uint32_t WATCHDOG = 0x40058000, WD_LOAD = 0x04, WD_REASON = 0x08, WD_TICK = 0x2C, PSM_WDSEL = 0x40010008;
 const uint32_t UART0_BASE = 0x40034000, UART0_IRQ = 20, IO_IRQ = 13;
 
+// Where what is wired (GP numbers); docs/wiring.py draws this table.
 enum Pin : uint32_t {
     TX = 0, RX = 1, SDA = 4, SCL = 5, LEFT_A = 6, LEFT_B = 7, RIGHT_A = 8, RIGHT_B = 9, LEFT_IN_A = 10, LEFT_IN_B = 11,
     RIGHT_IN_A = 12, RIGHT_IN_B = 13, ENABLE = 14, ESTOP = 15, PWM_LEFT = 16, PWM_RIGHT = 17, TRIGGER = 18, ECHO = 19, BATTERY = 26
@@ -100,7 +101,7 @@ bool hal_estop(void *) { return reg(SIO_IN) >> ESTOP & 1; }
 
 uint16_t hal_battery_mv(void *) {
     if (reg(ADC) & 1u << 8) {
-        battery_mv = static_cast<uint16_t>(reg(ADC + ADC_RESULT) * 4703 >> 10);  // 3300 mV / 4096 * 5.7
+        battery_mv = static_cast<uint16_t>(reg(ADC + ADC_RESULT) * 4703 >> 10);  // 3300 mV / 4096, through 47k/10k
         reg(ADC) = 5;
     }
     return battery_mv;

@@ -20,11 +20,16 @@ const uint32_t PORT_A = 0x40004000, PORT_B = 0x40005000, PORT_C = 0x40006000, PO
 const uint32_t DATA = 0x3FC, DIR = 0x400, IBE = 0x408, IM = 0x410, ICR = 0x41C, AFSEL = 0x420, ODR = 0x50C, PUR = 0x510, DEN = 0x51C,
                LOCK = 0x520, COMMIT = 0x524, AMSEL = 0x528, PCTL = 0x52C;
 
-// Left: inputs PA3/PA4, PWM PB4 (M0PWM2), encoder PD6/PD7 (QEI0). Right: inputs PE4/PE5, PWM PB5 (M0PWM3), encoder PC5/PC6
-// (QEI1). Driver enable PE1, e-stop PA5, trigger PA7, echo PA6, battery PE3 (AIN0) through 47k/10k, I2C PB2/PB3, USB PA0/PA1.
+// Where what is wired; docs/wiring.py draws this table. Encoders are QEI0 and QEI1, PWM is M0PWM2 and M0PWM3, the battery AIN0.
+const uint32_t A = 0, B = 8, C = 16, D = 24, E = 32;
+enum Pin : uint32_t {
+    RX = A + 0, TX = A + 1, LEFT_A = D + 6, LEFT_B = D + 7, RIGHT_A = C + 5, RIGHT_B = C + 6, SDA = B + 3, SCL = B + 2,
+    LEFT_IN_A = A + 3, LEFT_IN_B = A + 4, RIGHT_IN_A = E + 4, RIGHT_IN_B = E + 5, PWM_LEFT = B + 4, PWM_RIGHT = B + 5,
+    ENABLE = E + 1, ESTOP = A + 5, TRIGGER = A + 7, ECHO = A + 6, BATTERY = E + 3
+};
+constexpr uint32_t bit(Pin pin) { return 1u << pin % 8; }  // within its port
 const uint32_t DIRECTION_PORT[2] = {PORT_A, PORT_E};
-const uint32_t IN_A[2] = {1 << 3, 1 << 4}, IN_B[2] = {1 << 4, 1 << 5};
-const uint32_t ENABLE = 1 << 1, ESTOP = 1 << 5, ECHO = 1 << 6, TRIGGER = 1 << 7;
+const uint32_t IN_A[2] = {bit(LEFT_IN_A), bit(RIGHT_IN_A)}, IN_B[2] = {bit(LEFT_IN_B), bit(RIGHT_IN_B)};
 
 const uint32_t PWM0 = 0x40028000, PWM_ENABLE = 0x08, PWM1_CTL = 0x80, PWM1_LOAD = 0x90, PWM1_CMPA = 0x98, PWM1_CMPB = 0x9C,
                PWM1_GENA = 0xA0, PWM1_GENB = 0xA4;
@@ -92,13 +97,13 @@ void hal_motor(void *, uint8_t wheel, int16_t duty) {
     reg(DIRECTION_PORT[wheel] + (both << 2)) = high;  // the address masks the pins
 }
 
-void hal_drivers(void *, bool on) { reg(PORT_E + (ENABLE << 2)) = on ? ENABLE : 0; }
+void hal_drivers(void *, bool on) { reg(PORT_E + (bit(ENABLE) << 2)) = on ? bit(ENABLE) : 0; }
 
-bool hal_estop(void *) { return reg(PORT_A + (ESTOP << 2)) != 0; }
+bool hal_estop(void *) { return reg(PORT_A + (bit(ESTOP) << 2)) != 0; }
 
 uint16_t hal_battery_mv(void *) {
     if (reg(ADC0 + ADC_RIS) & 8) {
-        battery_mv = static_cast<uint16_t>(reg(ADC0 + ADC_SSFIFO3) * 4703 >> 10);  // 3300 mV / 4096 * 5.7
+        battery_mv = static_cast<uint16_t>(reg(ADC0 + ADC_SSFIFO3) * 4703 >> 10);  // 3300 mV / 4096, through 47k/10k
         reg(ADC0 + ADC_ISC) = 8;
         reg(ADC0 + ADC_PSSI) = 8;
     }
@@ -107,9 +112,9 @@ uint16_t hal_battery_mv(void *) {
 
 void hal_ping(void *) {
     const uint16_t start = microseconds();
-    reg(PORT_A + (TRIGGER << 2)) = TRIGGER;
+    reg(PORT_A + (bit(TRIGGER) << 2)) = bit(TRIGGER);
     while (static_cast<uint16_t>(microseconds() - start) < 11) {}
-    reg(PORT_A + (TRIGGER << 2)) = 0;
+    reg(PORT_A + (bit(TRIGGER) << 2)) = 0;
 }
 
 bool hal_i2c_write(void *, uint8_t address, uint8_t reg_number, uint8_t value) {
@@ -161,8 +166,8 @@ void step_handler() {
 }
 
 void echo_handler() {
-    reg(PORT_A + ICR) = ECHO;
-    board.echo_edge(reg(PORT_A + (ECHO << 2)) != 0, microseconds());
+    reg(PORT_A + ICR) = bit(ECHO);
+    board.echo_edge(reg(PORT_A + (bit(ECHO) << 2)) != 0, microseconds());
 }
 
 void uart_handler() { uart.serve(); }
@@ -197,26 +202,26 @@ static void open_gates() {
 }
 
 static void start_pins() {
-    reg(PORT_A + (ENABLE << 2)) = 0;
-    set_bits(PORT_A + DIR, IN_A[LEFT] | IN_B[LEFT] | TRIGGER);
-    set_bits(PORT_E + DIR, IN_A[RIGHT] | IN_B[RIGHT] | ENABLE);
-    set_bits(PORT_A + PUR, ESTOP);  // a broken wire is a pressed button
-    set_bits(PORT_A + DEN, IN_A[LEFT] | IN_B[LEFT] | TRIGGER | ECHO | ESTOP);
-    set_bits(PORT_E + DEN, IN_A[RIGHT] | IN_B[RIGHT] | ENABLE);
+    reg(PORT_E + (bit(ENABLE) << 2)) = 0;
+    set_bits(PORT_A + DIR, IN_A[LEFT] | IN_B[LEFT] | bit(TRIGGER));
+    set_bits(PORT_E + DIR, IN_A[RIGHT] | IN_B[RIGHT] | bit(ENABLE));
+    set_bits(PORT_A + PUR, bit(ESTOP));  // a broken wire is a pressed button
+    set_bits(PORT_A + DEN, IN_A[LEFT] | IN_B[LEFT] | bit(TRIGGER) | bit(ECHO) | bit(ESTOP));
+    set_bits(PORT_E + DEN, IN_A[RIGHT] | IN_B[RIGHT] | bit(ENABLE));
     reg(PORT_D + LOCK) = 0x4C4F434B;  // PD7 is guarded as an NMI input
-    set_bits(PORT_D + COMMIT, 1 << 7);
-    alternate(PORT_A, 0x03, 1);
-    alternate(PORT_B, 0x0C, 3);
-    set_bits(PORT_B + ODR, 1 << 3);
-    alternate(PORT_B, 0x30, 4);
-    alternate(PORT_D, 0xC0, 6);
-    alternate(PORT_C, 0x60, 6);
-    clear_bits(PORT_E + DEN, 1 << 3);
-    set_bits(PORT_E + AFSEL, 1 << 3);
-    set_bits(PORT_E + AMSEL, 1 << 3);
-    set_bits(PORT_A + IBE, ECHO);
-    reg(PORT_A + ICR) = ECHO;
-    set_bits(PORT_A + IM, ECHO);
+    set_bits(PORT_D + COMMIT, bit(LEFT_B));
+    alternate(PORT_A, bit(RX) | bit(TX), 1);
+    alternate(PORT_B, bit(SCL) | bit(SDA), 3);
+    set_bits(PORT_B + ODR, bit(SDA));
+    alternate(PORT_B, bit(PWM_LEFT) | bit(PWM_RIGHT), 4);
+    alternate(PORT_D, bit(LEFT_A) | bit(LEFT_B), 6);
+    alternate(PORT_C, bit(RIGHT_A) | bit(RIGHT_B), 6);
+    clear_bits(PORT_E + DEN, bit(BATTERY));
+    set_bits(PORT_E + AFSEL, bit(BATTERY));
+    set_bits(PORT_E + AMSEL, bit(BATTERY));
+    set_bits(PORT_A + IBE, bit(ECHO));
+    reg(PORT_A + ICR) = bit(ECHO);
+    set_bits(PORT_A + IM, bit(ECHO));
 }
 
 static void start_blocks() {

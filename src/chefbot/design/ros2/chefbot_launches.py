@@ -1,4 +1,4 @@
-"""Launch files of our own that the ROS packages carry: bases that leave map -> odom to others."""
+"""Launch files of our own that the ROS packages carry: bases for Nav2, and navigation for others' bases."""
 
 from __future__ import annotations
 
@@ -23,14 +23,32 @@ WHEELS_ALONE = """\
     kind: chefbot.nodes.odometry:OdometryNode
     remap: {odom: wheel_odom, tf: wheel_tf, imu/data: no_imu}
 """
+YOURS = """# Written by `chefbot ros2`: our localization and navigation for a robot whose drivers are ROS 2's.
+# It needs /scan, odom -> base_footprint -> base_link and the scan's frame on /tf and /tf_static, and obeys in /cmd_vel
+# (geometry_msgs/Twist). Only radius, speeds and the scan's range and frame are taken from the robot file.
+about: Our navigation on a ROS 2 robot; map:= is its map.
+clock: wall
+args: {map: runs/demo/map.yaml, page: 8080}
+include: [navigation]
+nodes:
+  base: {kind: "chefbot.nodes.base:BaseNode"}
+  map_file: {kind: "chefbot.devices.map_file:MapFileDevice", params: {map: "${map}"}}
+  amcl: {kind: "chefbot.nodes.amcl:AmclNode"}
+  delivery: {kind: "chefbot.nodes.delivery:DeliveryNode"}
+  page:
+    kind: chefbot.ui.page:PageDevice
+    params: {port: "${page}"}
+    unless: "${headless}"
+"""
 
 
 def chefbot_launches() -> dict[str, str]:
-    """File to text: simulation or built, with our odometry (chefbot) or for robot_localization (ekf)."""
+    """File to text: simulation or built, with our odometry (chefbot) or for robot_localization (ekf); yours."""
     how = ": its wheels alone tell odometry"
     return {
         "simulation_chefbot.yaml": SIMULATED.format(how=""),
         "simulation_ekf.yaml": SIMULATED.format(how=how) + "nodes:\n" + WHEELS_ALONE,
         "built_chefbot.yaml": BUILT.format(how=""),
+        "your_robot.yaml": YOURS,
         "built_ekf.yaml": BUILT.format(how=how) + WHEELS_ALONE,
     }

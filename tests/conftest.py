@@ -12,6 +12,9 @@ settings.register_profile("ci", derandomize=True)
 if os.environ.get("CI"):  # a red run must mean a change, not bad luck; at a desk chance goes on searching
     settings.load_profile("ci")
 
+os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 200)  # tests that run at once do not hear each other
+os.environ["CHEFBOT_WIRE_PORT"] = str(21000 + os.getpid() % 10000)
+
 REPOSITORY = Path(__file__).parent.parent
 
 

@@ -71,9 +71,14 @@ def run_launch(name: str, texts: Sequence[str]) -> None:
     record = Path(str(launch.args["record"])) if launch.args["record"] else None
     warm_kernels(console)
     seed, speed = int(launch.args["seed"]), float(launch.args["speed"])
-    with session(robot, seed, launch.clock, speed, record) as system:
+    with (
+        session(robot, seed, launch.clock, speed, record) as system,
+        attached(system, launch, console.print) as bridge,
+    ):
         system.loop.tap(show_remarks)
         start(system, launch)
+        if bridge is not None:
+            bridge.represent(system.nodes.values())
         _announce(system, launch)
         _run(system, float(launch.args["duration"]))
     if record:

@@ -73,6 +73,10 @@ class NavigatorNode(Node):
         self._goal_task: Task[Any] | None = None
         self._tell("idle", "")
 
+    def reconfigure(self, params: NavigatorParams) -> None:
+        """From the next plan or recovery on."""
+        self.params = params
+
     def on_goal_pose(self, goal: PoseStamped) -> None:
         """A goal without an action: ours, so that everything goes the same way."""
         self._goal_task = self.spawn(self._own(goal))

@@ -41,7 +41,7 @@ class Serves(Generic[G, R, F]):
     """The server's end."""
 
     def __init__(self, node: Node, name: str, action: Action[G, R, F], work: Callable[..., Any]) -> None:
-        self._node, self._name, self._action, self._work = node, name, action, work
+        self._node, self.name, self.action, self._work = node, name, action, work
         self._current: tuple[bytes, Task[R]] | None = None
         self.replacing = False
         """True while a goal is cancelled because the next one is there: no need to stand still for it."""
@@ -65,9 +65,7 @@ class Serves(Generic[G, R, F]):
         goal_id: UUID = request.goal_id
 
         def feedback(message: F) -> None:
-            self._node.speak(
-                f"{self._name}/_action/feedback", self._action.feedback_message(goal_id, message)
-            )
+            self._node.speak(f"{self.name}/_action/feedback", self.action.feedback_message(goal_id, message))
 
         task = Task[R](self._work(request.goal, feedback))
         self._current = (goal_id.key, task)
@@ -86,9 +84,9 @@ class Serves(Generic[G, R, F]):
             result = task.result()
             status = STATUS_ABORTED if getattr(result, "error_code", 0) else STATUS_SUCCEEDED
         except Cancelled:
-            result, status = self._action.result(), STATUS_CANCELED
-        outcome = self._action.outcome(goal_id, status, Time.of(self._node.now_ns), result)
-        self._node.speak(f"{self._name}/_action/get_result", outcome)
+            result, status = self.action.result(), STATUS_CANCELED
+        outcome = self.action.outcome(goal_id, status, Time.of(self._node.now_ns), result)
+        self._node.speak(f"{self.name}/_action/get_result", outcome)
 
 
 class Calls(Generic[G, R, F]):
@@ -97,7 +95,7 @@ class Calls(Generic[G, R, F]):
     def __init__(
         self, node: Node, name: str, action: Action[G, R, F], on_feedback: Callable[[F], None] | None
     ):
-        self._node, self._name, self._action, self._on_feedback = node, name, action, on_feedback
+        self._node, self.name, self.action, self._on_feedback = node, name, action, on_feedback
         self._waiting: dict[bytes, Future[R]] = {}
         self._count = 0
         node.listen(f"{name}/_action/get_result", self._receive)
@@ -107,16 +105,16 @@ class Calls(Generic[G, R, F]):
     def call(self, goal: G) -> Future[R]:
         """`await` it for the result. Raises Cancelled if somebody else's goal takes its place."""
         self._count += 1
-        goal_id = _goal_id(self._node.name, self._name, self._count, self._node.now_ns)
+        goal_id = _goal_id(self._node.name, self.name, self._count, self._node.now_ns)
         future: Future[R] = Future(on_cancel=lambda: self._give_up(goal_id))
         self._waiting[goal_id.key] = future
-        self._node.speak(f"{self._name}/_action/send_goal", self._action.send_goal(goal_id, goal))
+        self._node.speak(f"{self.name}/_action/send_goal", self.action.send_goal(goal_id, goal))
         return future
 
     def _give_up(self, goal_id: UUID) -> None:
         self._waiting.pop(goal_id.key, None)
         request = CancelGoal_Request(GoalInfo(goal_id, Time.of(self._node.now_ns)))
-        self._node.speak(f"{self._name}/_action/cancel_goal", request)
+        self._node.speak(f"{self.name}/_action/cancel_goal", request)
 
     def _receive(self, outcome: Any) -> None:
         future = self._waiting.pop(outcome.goal_id.key, None)

@@ -47,9 +47,11 @@ STANDARD_ARGS: dict[str, ArgValue] = {
     "speed": 1.0,
     "headless": False,
     "record": "",
+    "wire": "auto",
 }
 """What every launch understands: which robot, the seed of all chance, seconds to run (0: until stopped), times
-real time (0: as fast as may be), without the page, and a file to record to."""
+real time (0: as fast as may be), without the page, a file to record to, and whether other processes and ROS 2 may
+take part: `on`, `off`, or `auto`, which is on unless time runs as fast as may be."""
 
 
 class LaunchFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

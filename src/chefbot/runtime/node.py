@@ -25,6 +25,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 import msgspec
 import numpy as np
 
+from chefbot.errors import UserError
 from chefbot.msgs.base import Message
 from chefbot.robot.spec import Robot
 from chefbot.runtime.loop import DEVICE, TIMER, Loop, Scheduled, Subscription, Timing
@@ -98,15 +99,15 @@ class Out(Generic[M]):
 
     def __init__(self, node: Node, name: str, kind: type[M], latched: bool) -> None:
         self.topic = name
+        self.kind = kind
+        self.latched = latched
         self._node = node
-        self._kind = kind
-        self._latched = latched
 
     def publish(self, message: M) -> None:
         """To all who listen."""
-        if type(message) is not self._kind:
-            raise TypeError(f"{self.topic} carries {self._kind.__name__}, not {type(message).__name__}")
-        self._node.speak(self.topic, message, self._latched)
+        if type(message) is not self.kind:
+            raise TypeError(f"{self.topic} carries {self.kind.__name__}, not {type(message).__name__}")
+        self._node.speak(self.topic, message, self.latched)
 
 
 @dataclass(frozen=True)
@@ -145,6 +146,10 @@ class Node:
 
     def start(self) -> None:
         """Set up; all ports are there and the other nodes of the launch exist."""
+
+    def reconfigure(self, params: Any) -> None:  # noqa: ARG002 - the reason to refuse is the same for all
+        """Take other params while running. UserError from a node that looks at them only when it starts."""
+        raise UserError(f"{self.name} reads its params when it starts; set them in the launch file")
 
     def stop(self) -> None:
         """Tasks are cancelled, nothing is heard any more."""

@@ -4,20 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Container
 from functools import partial
+from typing import Any
 
+import msgspec
 from msgspec import Struct
 
+from chefbot.config import build
+from chefbot.errors import UserError, nearest
 from chefbot.msgs.base import Message
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.spec import Robot
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node import Context, Device, Node
+from chefbot.runtime.node import Context, Device, Node, params_type
 from chefbot.runtime.transforms import Transforms
 
 LAUNCH_TOPIC = "chefbot/launch"
 """Every launch is told here, so that a log holds all that a replay needs."""
+PARAMS_TOPIC = "chefbot/params"
+"""So is every change of a running node's params: JSON `{"node": ..., "params": {...}}`, all of them."""
+
+
+class _Params(Struct, frozen=True):
+    node: str
+    params: dict[str, Any]
 
 
 _Plan = tuple[type[Node], Struct, dict[str, str]]
@@ -34,6 +45,7 @@ class System:
         self.nodes: dict[str, Node] = {}
         for topic, static in (("tf", False), ("tf_static", True)):
             self.loop.subscribe(topic, "transforms", partial(self._receive, static))
+        self.loop.subscribe(PARAMS_TOPIC, "chefbot", self._take_params)
 
     def launch(self, launch: Launch, *, leave_out: Container[str] = ()) -> None:
         """Replace all nodes by those of `launch`. Devices of the same name stay as they are.
@@ -50,6 +62,31 @@ class System:
                 self.nodes[name] = kind(context, params)
                 made.append(self.nodes[name])
         self._start(made)
+
+    def set_params(self, name: str, plain: dict[str, Any], publisher: str) -> None:
+        """Give a running node other params; told as a message, so that a replay does the same.
+
+        UserError when there is no such node, a value does not fit, or the node cannot change while running.
+        """
+        if name not in self.nodes:
+            raise UserError(f"there is no node {name!r}{nearest(name, self.nodes)}")
+        text = msgspec.json.encode({"node": name, "params": plain}).decode()
+        self._reconfigure(text)
+        self.loop.publish(PARAMS_TOPIC, String(text), publisher, from_device=True)
+
+    def _take_params(self, message: Message) -> None:
+        """Of a replay, too: there nobody has called `set_params`."""
+        if isinstance(message, String):
+            self._reconfigure(message.data)
+
+    def _reconfigure(self, text: str) -> None:
+        told = msgspec.json.decode(text, type=_Params)
+        node = self.nodes.get(told.node)
+        if node is None:
+            return  # a replay leaves out what the log speaks for
+        params = build(told.params, params_type(type(node)), f"node {told.node}: params")
+        if params != node.params:
+            node.reconfigure(params)
 
     def _start(self, made: list[Node]) -> None:
         """If one cannot, neither it nor those behind it are there any more: they have nothing to stop."""

@@ -112,6 +112,10 @@ class WireNode:
         )
         return self._keep(made, token)
 
+    def announce(self, kind: str, name: str, wire_type: WireType, qos: QoS = DEFAULT) -> None:
+        """Tell of an end that another entity of this session serves: `kind` MP, MS, SS or SC."""
+        self._tell(self._end(kind, name, wire_type, qos))
+
     def close(self) -> None:
         """Take all tokens back, then end what they told of."""
         for token in reversed(self._tokens):

@@ -1,0 +1,127 @@
+"""A system's nodes on the wire: what they say goes out, what others say comes into their loop.
+
+The loop's thread only puts messages into queues. One thread of the bridge's own encodes and sends them; what
+comes in is checked in Zenoh's threads and handed to the loop as a device's message. So a slow or hostile wire
+cannot stop control, and a log holds what came in.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable
+from functools import partial
+
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.rosgraph_msgs import Clock
+from chefbot.msgs.sensor_msgs import CompressedImage, Image
+from chefbot.runtime.loop import Publication
+from chefbot.runtime.node import Node
+from chefbot.runtime.system import System
+from chefbot.wire.errors import Tally
+from chefbot.wire.health import Health
+from chefbot.wire.inbox import WIRE, Inbox
+from chefbot.wire.ports import ports_of
+from chefbot.wire.queues import Queues
+from chefbot.wire.represented import Represented
+from chefbot.wire.session import Wire
+
+DEPTH, ACTION_DEPTH, IMAGE_DEPTH = 10, 1000, 2
+CLOCK_NS = 10_000_000
+"""/clock is told at most so often, in its own time."""
+TURN = 0.2
+Job = Callable[[], None]
+
+
+class Bridge:
+    """Puts `system` on `wire`; then `represent` its nodes, and in the end `close`.
+
+    `namespace`: of all its names, '/' or '/robot1'. `simulated`: tell /clock.
+    """
+
+    def __init__(self, system: System, wire: Wire, namespace: str = "/", *, simulated: bool = False) -> None:
+        self.tally: Tally = wire.refused
+        self._system, self._wire = system, wire
+        self._simulated = simulated
+        self._clock_ns = -CLOCK_NS
+        self._jobs: Queues[Job] = Queues(self.tally, "more is said than can be sent, the oldest is lost")
+        self._inbox = Inbox(system.loop, self.tally)
+        self._there = Represented(wire, namespace, self._inbox, system, simulated)
+        self._health = Health(self.tally, wire.graph, self._there, self._inbox)
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="wire sender", daemon=True)
+        system.loop.tap(self._hear)
+        self._thread.start()
+
+    def represent(self, nodes: Iterable[Node]) -> None:
+        """These nodes are there now, and no others."""
+        described = [(node, ports_of(node)) for node in nodes]
+        self._jobs.put("nodes", partial(self._there.show, described), DEPTH)
+
+    def settle(self, timeout: float = 5.0) -> bool:
+        """Wait until everything so far has been done; False if it takes longer."""
+        done = threading.Event()
+        self._jobs.put("settle", done.set, DEPTH)
+        return done.wait(timeout)
+
+    def close(self) -> None:
+        """Take the nodes off the wire; the wire itself stays open."""
+        self._closing.set()
+        self._thread.join()
+        self._there.close()
+
+    # -- in the loop's thread
+
+    def _hear(self, publication: Publication) -> None:
+        topic = publication.topic
+        action, _, part = topic.partition("/_action/")
+        if publication.publisher == WIRE and part != "send_goal":
+            return  # it came from there
+        if self._simulated:
+            self._tell_clock(publication.time_ns)
+        if part:
+            job = partial(self._send_action, action, part, publication)
+            self._jobs.put(f"/{topic}", job, ACTION_DEPTH)
+            return
+        publisher = self._there.publishers.get((publication.publisher, topic))
+        if publisher is None or publisher.heard:
+            self._jobs.put(f"/{topic}", partial(self._send, publication), _depth(publication))
+
+    def _tell_clock(self, now_ns: int) -> None:
+        if now_ns - self._clock_ns >= CLOCK_NS:
+            self._clock_ns = now_ns
+            self._jobs.put("/clock", partial(self._there.tell_clock, Clock(Time.of(now_ns))), 1)
+
+    # -- in the bridge's thread
+
+    def _work(self) -> None:
+        look_at = time.monotonic()
+        while not self._closing.is_set():
+            job = self._jobs.take(TURN)
+            if job is not None:
+                self._do(job)
+            if time.monotonic() >= look_at:
+                look_at = time.monotonic() + Health.PERIOD
+                self._do(partial(self._health.tell, self._system.loop.now_ns))
+
+    def _do(self, job: Job) -> None:
+        """Whatever goes wrong here is told in diagnostics and must not end the sending."""
+        try:
+            job()
+        except Exception as fault:
+            self.tally.add(f"sending: {type(fault).__name__}: {fault}")
+
+    def _send(self, publication: Publication) -> None:
+        self._there.publisher(publication).publish(publication.message)
+        self._there.log(publication)
+
+    def _send_action(self, action: str, part: str, publication: Publication) -> None:
+        bridged = self._there.action(action, publication)
+        if bridged is not None:
+            bridged.hear(part, publication.message)
+
+
+def _depth(publication: Publication) -> int:
+    if publication.latched:
+        return 1
+    return IMAGE_DEPTH if isinstance(publication.message, (Image, CompressedImage)) else DEPTH

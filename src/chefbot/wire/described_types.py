@@ -1,0 +1,45 @@
+"""What the types of a node look like, for programs that have not got them: get_type_description."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from chefbot.msgs.definition import Description, describe, description_hash
+from chefbot.msgs.registry import action_type, message_type, service_type
+from chefbot.msgs.type_description_interfaces import (
+    GetTypeDescription,
+    GetTypeDescription_Response,
+    TypeDescription,
+)
+from chefbot.wire.node import WireNode
+from chefbot.wire.service import Call
+
+
+class TypeDescriptions:
+    """Answers for one node, from the definitions that chefbot has."""
+
+    def __init__(self, node: WireNode) -> None:
+        node.server("~/get_type_description", GetTypeDescription, self._answer)
+
+    def _answer(self, call: Call[Any, Any]) -> None:
+        name, asked = call.request.type_name, call.request.type_hash
+        try:
+            description, known = _find(name)
+        except KeyError as error:
+            call.answer(GetTypeDescription_Response(False, str(error.args[0])))
+            return
+        if asked and asked != known:
+            call.answer(GetTypeDescription_Response(False, f"{name} is known here with the hash {known}"))
+        else:
+            call.answer(GetTypeDescription_Response(True, "", TypeDescription.of(description)))
+
+
+def _find(name: str) -> tuple[Description, str]:
+    """Description and hash of any kind of type. KeyError when there is none."""
+    if "/srv/" in name:
+        description = service_type(name).description
+    elif "/action/" in name and "_" not in name.rpartition("/")[2]:
+        description = action_type(name).description
+    else:
+        description = describe(message_type(name))
+    return description, description_hash(description)

@@ -1,0 +1,46 @@
+"""What the wire refused and lost, and who cannot hear whom: in diagnostics and on /rosout."""
+
+from __future__ import annotations
+
+from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticArray, DiagnosticStatus, KeyValue
+from chefbot.msgs.rcl_interfaces import WARN as LOG_WARN
+from chefbot.msgs.std_msgs import Header
+from chefbot.wire.errors import Tally
+from chefbot.wire.graph import Graph
+from chefbot.wire.inbox import Inbox
+from chefbot.wire.represented import Represented
+
+MOST = 50
+"""Kinds of trouble that are told at once."""
+
+
+class Health:
+    """Told by the launch's own node whenever it has changed, at most once in PERIOD."""
+
+    PERIOD = 1.0
+
+    def __init__(self, tally: Tally, graph: Graph, there: Represented, inbox: Inbox) -> None:
+        self._tally, self._graph, self._inbox = tally, graph, inbox
+        self._rosout = there.own_rosout
+        self._publisher = there.own.publisher("/diagnostics", DiagnosticArray)
+        self._told: tuple[dict[str, int], list[str]] = ({}, [])
+
+    def tell(self, now_ns: int) -> None:
+        """If something is new; into the loop as well, so that the log has it."""
+        counts, mismatches = self._tally.counts(), self._graph.mismatches()
+        if (counts, mismatches) == self._told:
+            return
+        for reason in [*(one for one in counts if one not in self._told[0]), *mismatches]:
+            if reason not in self._told[1]:
+                self._rosout.say(LOG_WARN, reason, now_ns)
+        self._told = (counts, mismatches)
+        array = DiagnosticArray(Header.of(now_ns, ""), (_status(counts, mismatches),))
+        self._publisher.publish(array)
+        self._inbox.say("diagnostics", array)
+
+
+def _status(counts: dict[str, int], mismatches: list[str]) -> DiagnosticStatus:
+    values = [KeyValue(reason[:200], str(count)) for reason, count in counts.items()]
+    values += [KeyValue("mismatch", sentence[:200]) for sentence in mismatches]
+    text = f"{sum(counts.values())} messages refused or lost, {len(mismatches)} mismatches"
+    return DiagnosticStatus(WARN if values else OK, "wire", text, "", tuple(values[:MOST]))

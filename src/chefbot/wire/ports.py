@@ -1,0 +1,45 @@
+"""What a node of the runtime has: the topics and actions that its ports stand for."""
+
+from __future__ import annotations
+
+import typing
+from typing import Any, NamedTuple
+
+from chefbot.msgs.action import Action
+from chefbot.msgs.base import Message
+from chefbot.runtime.actions import Calls, Serves
+from chefbot.runtime.node import In, Node, Out
+
+
+class Topic(NamedTuple):
+    """A topic as the loop names it, without a leading slash."""
+
+    name: str
+    kind: type[Message]
+    latched: bool = False
+
+
+class Ports(NamedTuple):
+    """All ports of a node; action names are the loop's too."""
+
+    ins: tuple[Topic, ...]
+    outs: tuple[Topic, ...]
+    serves: tuple[tuple[str, Action[Any, Any, Any]], ...]
+    calls: tuple[tuple[str, Action[Any, Any, Any]], ...]
+
+
+def ports_of(node: Node) -> Ports:
+    """Of a node that is made, remapping done."""
+    hints = typing.get_type_hints(type(node))
+    ins = tuple(
+        Topic(getattr(node, name).topic, typing.get_args(hint)[0])
+        for name, hint in hints.items()
+        if typing.get_origin(hint) is In
+    )
+    values = [value for value in vars(node).values() if isinstance(value, (Out, Serves, Calls))]
+    return Ports(
+        ins,
+        tuple(Topic(one.topic, one.kind, one.latched) for one in values if isinstance(one, Out)),
+        tuple((one.name, one.action) for one in values if isinstance(one, Serves)),
+        tuple((one.name, one.action) for one in values if isinstance(one, Calls)),
+    )

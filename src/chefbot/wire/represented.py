@@ -1,0 +1,180 @@
+"""The nodes of a loop as nodes of ROS 2's graph: their publishers, subscriptions, actions, parameters, logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+from chefbot.errors import UserError
+from chefbot.msgs.action import Action
+from chefbot.msgs.base import Message
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.rcl_interfaces import Parameter, ParameterEvent
+from chefbot.msgs.rosgraph_msgs import Clock
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.runtime.loop import Publication
+from chefbot.runtime.node import Node
+from chefbot.runtime.system import System
+from chefbot.wire.bridged_actions import CalledAction, ServedAction
+from chefbot.wire.described_types import TypeDescriptions
+from chefbot.wire.errors import WireError
+from chefbot.wire.inbox import WIRE, Inbox
+from chefbot.wire.names import WireType
+from chefbot.wire.node import WireNode
+from chefbot.wire.parameters import ParameterServices, to_value, with_values
+from chefbot.wire.ports import Ports, Topic
+from chefbot.wire.publisher import Publisher
+from chefbot.wire.qos import CLOCK, DEFAULT, LATCHED, PARAMETERS, SENSOR, SENSOR_TYPES
+from chefbot.wire.rosout import Rosout
+from chefbot.wire.sane import check_finite
+from chefbot.wire.session import Wire
+from chefbot.wire.tokens import CLIENT, SUBSCRIPTION
+
+SELF = "chefbot"
+"""The node that speaks for the launch itself."""
+LATCHED_BY_CUSTOM = frozenset({"map", "tf_static", "robot_description"})
+Described = tuple[Node, Ports]
+
+
+class Represented:
+    """Belongs to the bridge's thread, but for `publishers`, which the loop's thread looks into."""
+
+    def __init__(self, wire: Wire, namespace: str, inbox: Inbox, system: System, simulated: bool) -> None:
+        self._wire, self._namespace, self._inbox = wire, namespace, inbox
+        self._system, self._simulated = system, simulated
+        self.publishers: dict[tuple[str, str], Publisher[Any]] = {}
+        """By the loop's names of node and topic."""
+        self._nodes: dict[str, WireNode] = {}
+        self._rosout: dict[str, Rosout] = {}
+        self._actions: dict[str, ServedAction | CalledAction] = {}
+        self._heard: set[str] = set()
+        self._latched: frozenset[str] | set[str] = LATCHED_BY_CUSTOM
+        self._clock: Publisher[Clock] | None = None
+        self.own = self._add(SELF)
+        self.own_rosout = self._rosout[SELF] = Rosout(self.own)
+        if simulated:
+            self._clock = self.own.publisher("/clock", Clock, CLOCK)
+
+    def show(self, described: Sequence[Described]) -> None:
+        """These nodes, and the launch's own."""
+        for name in [name for name in self._nodes if name != SELF]:
+            self._remove(name)
+        self._actions.clear()
+        self._heard.clear()
+        latched = {one.name for _, ports in described for one in ports.outs if one.latched}
+        self._latched = latched | LATCHED_BY_CUSTOM
+        served = {name for _, ports in described for name, _ in ports.serves}
+        for node, ports in described:
+            self._show_node(node, ports, served)
+        for topic in ("tf", "tf_static"):
+            self._listen(self.own, Topic(topic, TFMessage))
+
+    def close(self) -> None:
+        """All go."""
+        for name in list(self._nodes):
+            self._remove(name)
+
+    def publisher(self, publication: Publication) -> Publisher[Any]:
+        """The end through which this goes out; made now if the node never told of it."""
+        key = (publication.publisher, publication.topic)
+        if key not in self.publishers:
+            node = self._nodes.get(publication.publisher, self.own)
+            qos = LATCHED if publication.latched else DEFAULT
+            kind = type(publication.message)
+            self.publishers[key] = node.publisher(publication.topic, kind, qos)
+        return self.publishers[key]
+
+    def action(self, name: str, publication: Publication) -> ServedAction | CalledAction | None:
+        """Who carries an action's message out; nobody if it is a call that came from outside."""
+        bridged = self._actions.get(name)
+        from_outside = publication.publisher == WIRE
+        return None if from_outside and isinstance(bridged, CalledAction) else bridged
+
+    def tell_clock(self, clock: Clock) -> None:
+        """/clock of the simulation."""
+        if self._clock is not None:
+            self._clock.publish(clock)
+
+    def log(self, publication: Publication) -> None:
+        """/rosout, if it is something to be told there."""
+        rosout = self._rosout.get(publication.publisher, self._rosout[SELF])
+        rosout.hear(publication)
+
+    def _show_node(self, node: Node, ports: Ports, served: set[str]) -> None:
+        wire_node = self._add(node.name)
+        for topic in ports.outs:
+            qos = LATCHED if topic.latched else DEFAULT
+            self.publishers[node.name, topic.name] = wire_node.publisher(topic.name, topic.kind, qos)
+        for topic in ports.ins:
+            self._listen(wire_node, topic)
+        for name, action in ports.serves:
+            self._actions[name] = ServedAction(wire_node, name, action, self._say_action)
+        for name, action in ports.calls:
+            self._call(wire_node, name, action, name in served)
+        self._rosout[node.name] = Rosout(wire_node)
+        events = wire_node.publisher("/parameter_events", ParameterEvent, PARAMETERS)
+        setter = partial(self._set_params, node, events)
+        ParameterServices(wire_node, lambda: node.params, setter, self._simulated)
+        TypeDescriptions(wire_node)
+
+    def _listen(self, node: WireNode, topic: Topic) -> None:
+        """Samples come once for all nodes that listen: the loop gives them to each."""
+        latched = topic.name in self._latched
+        qos = LATCHED if latched else SENSOR if topic.kind in SENSOR_TYPES else DEFAULT
+        if topic.name in self._heard:
+            node.announce(SUBSCRIPTION, topic.name, WireType.of(topic.kind), qos)
+            return
+        self._heard.add(topic.name)
+        node.subscription(topic.name, topic.kind, partial(self._take, topic.name, latched), qos)
+
+    def _take(self, name: str, latched: bool, message: Message) -> None:
+        """From outside, in Zenoh's thread; WireError is counted by the subscription."""
+        check_finite(message)
+        self._inbox.say(name, message, latched=latched)
+
+    def _call(self, node: WireNode, name: str, action: Action[Any, Any, Any], served_here: bool) -> None:
+        if served_here or name in self._actions:
+            for part, service in (
+                ("send_goal", action.send_goal_service),
+                ("get_result", action.get_result_service),
+            ):
+                node.announce(CLIENT, f"{name}/_action/{part}", WireType.of(service))
+            return
+        now = lambda: self._system.loop.now_ns  # noqa: E731
+        self._actions[name] = CalledAction(node, name, action, self._say_action, now)
+
+    def _say_action(self, topic: str, message: Message) -> None:
+        self._inbox.say(topic, message, depth=1000)
+
+    def _set_params(
+        self, node: Node, events: Publisher[ParameterEvent], values: dict[str, Any], done: Any
+    ) -> None:
+        """Any thread: the change itself is made by the loop."""
+
+        def change() -> None:
+            try:
+                plain = with_values(node.params, values)
+                self._system.set_params(node.name, plain, WIRE)
+            except UserError as error:
+                done(str(error))
+                return
+            changed = tuple(Parameter(name, to_value(value)) for name, value in values.items())
+            stamp = Time.of(self._system.loop.now_ns)
+            full_name = f"{self._namespace.rstrip('/')}/{node.name}"
+            events.publish(ParameterEvent(stamp, full_name, changed_parameters=changed))
+            done("")
+
+        self._system.loop.post(change)
+
+    def _add(self, name: str) -> WireNode:
+        try:
+            self._nodes[name] = WireNode(self._wire, name, self._namespace, remote_only=True)
+        except WireError as error:
+            raise UserError(f"node {name!r} cannot be on the wire: {error}") from None
+        return self._nodes[name]
+
+    def _remove(self, name: str) -> None:
+        self._rosout.pop(name, None)
+        self.publishers = {key: one for key, one in self.publishers.items() if key[0] != name}
+        self._nodes.pop(name).close()

@@ -24,8 +24,8 @@ WHEELS_ALONE = """\
     remap: {odom: wheel_odom, tf: wheel_tf, imu/data: no_imu}
 """
 YOURS = """# Written by `chefbot ros2`: our localization and navigation for a robot whose drivers are ROS 2's.
-# It needs /scan, odom -> base_footprint -> base_link and the scan's frame on /tf and /tf_static, and obeys in /cmd_vel
-# (geometry_msgs/Twist). Only radius, speeds and the scan's range and frame are taken from the robot file.
+# It needs /scan, odom -> base_footprint -> base_link and the scan's frame on /tf and /tf_static, and obeys /cmd_vel,
+# geometry_msgs/Twist. Only radius, speeds and the scan's range and frame are taken from the robot file.
 about: Our navigation on a ROS 2 robot; map:= is its map.
 clock: wall
 args: {map: runs/demo/map.yaml, page: 8080}

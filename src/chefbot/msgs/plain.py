@@ -18,7 +18,9 @@ NOW, AUTO = "now", "auto"
 
 def to_plain(message: Message, longest: int | None = None) -> dict[str, Any]:
     """Field names to values. Of arrays at most `longest` elements, behind which a text tells how many more."""
-    return {field.name: _plain(field, getattr(message, field.name), longest) for field in fields_of(type(message))}
+    return {
+        field.name: _plain(field, getattr(message, field.name), longest) for field in fields_of(type(message))
+    }
 
 
 def from_plain(kind: type[M], plain: Any, where: str, now: Time | None = None) -> M:
@@ -45,7 +47,9 @@ def _plain_one(field: FieldType, value: Any, longest: int | None) -> Any:
     if field.element == "string":
         return value
     if field.element == "float32":
-        return float(str(np.float32(value)))  # 0.1, not 0.10000000149011612: the same number in single precision
+        return float(
+            str(np.float32(value))
+        )  # 0.1, not 0.10000000149011612: the same number in single precision
     return np.dtype(NUMPY_TYPES[field.element]).type(value).item()
 
 
@@ -56,7 +60,9 @@ def _message(kind: type[Message], plain: Any, where: str, now: Time | None) -> M
         plain = {}
     fields = {field.name: field for field in fields_of(kind)}
     if not isinstance(plain, dict):
-        raise UserError(f"{where}: {ros_type(kind)} has the fields {', '.join(fields) or 'none'}; write {{name: value}}")
+        raise UserError(
+            f"{where}: {ros_type(kind)} has the fields {', '.join(fields) or 'none'}; write {{name: value}}"
+        )
     for name in plain:
         if name not in fields:
             raise UserError(f"{where}: {ros_type(kind)} has no field {name!r}{nearest(str(name), fields)}")

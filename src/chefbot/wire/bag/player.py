@@ -44,7 +44,9 @@ class Player:
             if topic.name in self._chosen:
                 self._open(node, topic)
         if not self._publishers:
-            raise UserError(f"nothing of {bag.path} can be played: " + ("; ".join(self.left_out) or "it is empty"))
+            raise UserError(
+                f"nothing of {bag.path} can be played: " + ("; ".join(self.left_out) or "it is empty")
+            )
 
     def await_listeners(self, node: WireNode) -> None:
         """Until the publishers have found those who listen already, but not for long."""

@@ -112,9 +112,13 @@ def _read_metadata(folder: Path) -> dict[str, Any]:
     except OSError as error:
         raise UserError(f"{file} cannot be read: {error.strerror}") from None
     except (yaml.YAMLError, KeyError, TypeError, ValueError):
-        raise UserError(f"{file} is no metadata of a bag; remove it, and the MCAP files beside it are read") from None
+        raise UserError(
+            f"{file} is no metadata of a bag; remove it, and the MCAP files beside it are read"
+        ) from None
     if storage != "mcap":
-        raise UserError(f"{folder} is stored as {storage}, only mcap is read; `ros2 bag convert` makes one of it")
+        raise UserError(
+            f"{folder} is stored as {storage}, only mcap is read; `ros2 bag convert` makes one of it"
+        )
     if about.get("compression_mode"):
         raise UserError(f"{folder} is compressed by rosbag2 itself; `ros2 bag convert` unpacks it")
     return dict(about)
@@ -147,7 +151,9 @@ def _summary(opened: IO[bytes]) -> _Contents | None:
             return None
         counts = summary.statistics.channel_message_counts
         topics = [_topic(summary.schemas, one, counts.get(one.id, 0)) for one in summary.channels.values()]
-        distro = next((_distro(one.metadata) for one in reader.iter_metadata() if one.name == METADATA_RECORD), "")
+        distro = next(
+            (_distro(one.metadata) for one in reader.iter_metadata() if one.name == METADATA_RECORD), ""
+        )
     except DAMAGE:
         return None
     statistics = summary.statistics
@@ -185,12 +191,15 @@ def _scan(file: Path, opened: IO[bytes]) -> _Contents:
     topics = [_topic(schemas, one, counts.get(one.id, 0)) for one in channels.values()]
     total = sum(counts.values())
     cut = f"{file} was cut off or is damaged; the {total} messages before are whole" if reason else ""
-    return _Contents(topics, *(times or [0, 0]), cut=cut)
+    first, last = times or [0, 0]
+    return _Contents(topics, first, last, cut)
 
 
 def _topic(schemas: dict[int, Schema], channel: Channel, count: int) -> BagTopic:
     offers = tuple(read_profiles(channel.metadata.get("offered_qos_profiles", "")))
-    return BagTopic(channel.topic, _kind(schemas.get(channel.schema_id), channel), channel.message_encoding, offers, count)
+    return BagTopic(
+        channel.topic, _kind(schemas.get(channel.schema_id), channel), channel.message_encoding, offers, count
+    )
 
 
 def _kind(schema: Schema | None, channel: Channel) -> WireType:
@@ -228,7 +237,9 @@ def _messages(file: Path, topics: Collection[str] | None, *, cut: bool) -> Itera
             for schema, channel, message in _triples(opened, cut):
                 if topics is None or channel.topic in topics:
                     kind = _kind(schema, channel)
-                    yield BagMessage(channel.topic, kind, message.data, message.log_time, message.publish_time)
+                    yield BagMessage(
+                        channel.topic, kind, message.data, message.log_time, message.publish_time
+                    )
                     count += 1
     except DAMAGE as error:
         if not cut:

@@ -76,7 +76,9 @@ class BagRecorder:
         self._writer.add_topic(named.name, kind, offers)
         asked = ask_for(offers)
         buffered = not asked.latched and maybe_buffered(kind)
-        self._node.raw_subscription(named.name, kind, self._keeper(named.name, kind), asked, buffered=buffered)
+        self._node.raw_subscription(
+            named.name, kind, self._keeper(named.name, kind), asked, buffered=buffered
+        )
 
     def _keeper(self, topic: str, kind: WireType) -> Receive:
         def keep(data: bytes, attachment: Attachment) -> None:

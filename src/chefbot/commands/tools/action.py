@@ -1,0 +1,108 @@
+"""`chefbot action list` and `send`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from concurrent.futures import CancelledError
+from concurrent.futures import TimeoutError as NoTimeLeftError
+from threading import Event
+from typing import Any
+
+from chefbot.commands.tools.common import (
+    SHOWN,
+    columns,
+    console,
+    definition,
+    errors,
+    find,
+    on_wire,
+    only_type,
+    stopping,
+    to_yaml,
+    type_and_values,
+    type_name,
+)
+from chefbot.errors import UserError
+from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED
+from chefbot.msgs.base import Message
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.plain import from_plain, to_plain
+from chefbot.msgs.registry import action_type
+from chefbot.wire.action_client import ActionClient, GoalHandle, RejectedError
+from chefbot.wire.service import NoAnswerError
+
+SERVED_WAIT, CANCEL_WAIT = 2.0, 5.0
+"""Seconds that a way to the server may take to be found, and that a cancelled goal has to end."""
+ENDINGS = {STATUS_SUCCEEDED: "succeeded", STATUS_CANCELED: "cancelled", STATUS_ABORTED: "aborted"}
+
+
+def run_list(verbose: bool) -> None:
+    """A name a line; with types and servers if `verbose`."""
+    with on_wire("action") as node:
+        found = node.wire.graph.actions().values()
+        rows = [
+            [
+                one.name,
+                ", ".join(kind.name for kind in one.types),
+                *(end.node.full_name for end in one.givers[:1]),
+            ]
+            if verbose
+            else [one.name]
+            for one in found
+            if one.givers
+        ]
+        for line in columns(rows):
+            console.print(line)
+
+
+def run_send(name: str, words: Sequence[str], quiet: bool) -> int:
+    """Feedback and result as YAML; Ctrl-C cancels. Exit code: 1 unless it succeeded."""
+    given, plain = type_and_values(words)
+    with on_wire("action") as node, stopping() as stop:
+        named = find(node.wire.graph.actions(), name, "action")
+        kind = only_type(named, "action")
+        if given and type_name(given, "action") != kind.name:
+            raise UserError(f"action {named.name} is a {kind.name}, not a {given}")
+        service = definition(kind._replace(name=f"{kind.name}_SendGoal"), _send_goal, f"action {named.name}")
+        action = action_type(kind.name)
+        assert service is action.send_goal_service
+        goal = from_plain(action.goal, plain, f"values for {named.name}", Time.of(time.time_ns()))
+        client = ActionClient(node, named.name, action)
+        until = time.monotonic() + SERVED_WAIT
+        while not client.served and time.monotonic() < until:
+            time.sleep(0.01)
+        handle = client.send(goal, None if quiet else _show_feedback)
+        return _await(handle, named.name, stop)
+
+
+def _send_goal(name: str) -> Any:
+    return action_type(name.removesuffix("_SendGoal")).send_goal_service
+
+
+def _show_feedback(feedback: Message) -> None:
+    console.print(f"feedback:\n{_indented(feedback)}")
+
+
+def _indented(message: Message) -> str:
+    return "\n".join(f"  {line}" for line in to_yaml(to_plain(message, SHOWN)).splitlines())
+
+
+def _await(handle: GoalHandle, name: str, stop: Event) -> int:
+    """The end of the goal; when `stop` is set it is cancelled first."""
+    give_up: float | None = None
+    while True:
+        if stop.is_set() and give_up is None:
+            errors.print(f"chefbot: cancelling {name}")
+            handle.cancel()
+            give_up = time.monotonic() + CANCEL_WAIT
+        if give_up is not None and time.monotonic() > give_up:
+            raise UserError(f"{name} did not end in {CANCEL_WAIT:g} s after it was cancelled; it may go on")
+        try:
+            status, result = handle.outcome.result(timeout=0.05)
+        except NoTimeLeftError:
+            continue
+        except (RejectedError, NoAnswerError, CancelledError) as error:
+            raise UserError(f"{name}: {error}") from None
+        console.print(f"result:\n{_indented(result)}\nstatus: {ENDINGS.get(status, str(status))}")
+        return 0 if status == STATUS_SUCCEEDED else 1

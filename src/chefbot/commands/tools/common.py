@@ -1,0 +1,159 @@
+"""What the verbs of the wire share: being on it for a while, names, types, what people write and read."""
+
+from __future__ import annotations
+
+import os
+import re
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+import yaml
+from rich.console import Console
+
+from chefbot.commands.session import stop_on_signals
+from chefbot.config import parse_yaml
+from chefbot.errors import UserError, nearest
+from chefbot.wire.environment import domain_of_environment, port_of_environment
+from chefbot.wire.errors import WireError
+from chefbot.wire.graph import HASHLESS, Graph, Named
+from chefbot.wire.names import WireType, resolve
+from chefbot.wire.node import WireNode
+from chefbot.wire.session import LOOPBACK, Wire
+
+T = TypeVar("T")
+ROUTER_WAIT = 1.0
+"""Seconds; a router on the same machine answers in some milliseconds."""
+SETTLED, SETTLE_WAIT = 0.15, 1.5
+"""Seconds without news after which all are known, and how long that is waited for at most."""
+SILENCE = 2.0
+"""Seconds without a message after which the reasons are told."""
+SHOWN = 128
+"""Elements of an array that are shown."""
+SHORT_HASH = 19
+_TYPE = re.compile(r"[a-z]\w*/(?:(?:msg|srv|action)/)?[A-Z]\w*")
+console = Console(highlight=False, soft_wrap=True, markup=False, emoji=False)
+errors = Console(highlight=False, soft_wrap=True, markup=False, emoji=False, stderr=True)
+
+
+@contextmanager
+def on_wire(verb: str) -> Iterator[WireNode]:
+    """A node that is there for this command only, and knows all others. UserError when nobody is there."""
+    port, domain = port_of_environment(), domain_of_environment()
+    with Wire(domain, port=port, router=False) as wire:
+        if not wire.graph.wait_for(lambda _: wire.connected, ROUTER_WAIT):
+            raise UserError(
+                f"nobody is on the wire at {LOOPBACK}:{port}; start a launch first, "
+                "or rmw_zenohd where ROS 2's own nodes run"
+            )
+        with WireNode(wire, f"_chefbot_{verb}_{os.getpid()}") as node:
+            settle(wire.graph)
+            yield node
+
+
+def settle(graph: Graph) -> None:
+    """Until all tokens have come."""
+    graph.refresh()
+    until = time.monotonic() + SETTLE_WAIT
+    count, since = -1, time.monotonic()
+    while time.monotonic() < until and (time.monotonic() - since < SETTLED or count < 2):
+        if (now := len(graph.tokens())) != count:
+            count, since = now, time.monotonic()
+        time.sleep(0.02)
+
+
+@contextmanager
+def stopping() -> Iterator[threading.Event]:
+    """An event that Ctrl-C and SIGTERM set, instead of ending the program."""
+    stop = threading.Event()
+    with stop_on_signals(stop.set):
+        yield stop
+
+
+def full_name(name: str) -> str:
+    """'scan' and '/scan' are the same. UserError for what is no name."""
+    try:
+        return resolve(name)
+    except WireError as error:
+        raise UserError(str(error)) from None
+
+
+def find(known: Mapping[str, T], name: str, what: str) -> T:
+    """UserError with the nearest names when there is no such topic, service, action or node."""
+    full = full_name(name)
+    if full not in known:
+        shown = {one for one in known if not hidden(one)}
+        raise UserError(
+            f"there is no {what} {full} on the wire{nearest(full, shown) or '; there are none at all'}"
+        )
+    return known[full]
+
+
+def hidden(name: str) -> bool:
+    """Whether some part of the name begins with _, as those of tools and inside of actions do (ROS 2)."""
+    return "/_" in name
+
+
+def only_type(named: Named, what: str) -> WireType:
+    """Of its publishers or servers. UserError when they disagree."""
+    types = list(dict.fromkeys(one.end.type for one in (named.givers or named.takers)))
+    if len(types) > 1:
+        raise UserError(f"{what} {named.name} has more than one type: {', '.join(map(type_text, types))}")
+    return types[0]
+
+
+def definition(kind: WireType, find_type: Callable[[str], T], what: str) -> T:
+    """Our class for a type of the wire. UserError when it is unknown or another version, with its hash."""
+    try:
+        found = find_type(kind.name)
+    except KeyError:
+        raise UserError(
+            f"{what} has the type {type_text(kind)}, of which there is no definition here"
+        ) from None
+    ours = WireType.of(found).hash  # type: ignore[arg-type]
+    if kind.hash != ours:
+        theirs = "no hash (ROS 2 Humble)" if kind.hash == HASHLESS else f"hash {kind.hash}"
+        raise UserError(f"{what} has {kind.name} in another version: {theirs} there, {ours} here")
+    return found
+
+
+def type_text(kind: WireType) -> str:
+    """Name and the beginning of the hash."""
+    return f"{kind.name} ({kind.hash[:SHORT_HASH]}{'...' if len(kind.hash) > SHORT_HASH else ''})"
+
+
+def type_name(given: str, folder: str) -> str:
+    """'geometry_msgs/Twist' is 'geometry_msgs/msg/Twist' in `folder` msg."""
+    return given.replace("/", f"/{folder}/") if given.count("/") == 1 else given
+
+
+def type_and_values(words: Sequence[str]) -> tuple[str, Any]:
+    """`[TYPE] [VALUES]` of the command line: ROS 2's tools want the type, we know it from the wire; '' for none."""
+    rest = list(words)
+    given = rest.pop(0) if rest and _TYPE.fullmatch(rest[0]) else ""
+    if len(rest) > 1:
+        raise UserError("write [TYPE] VALUES, the values as YAML or JSON in quotes: '{linear: {x: 0.1}}'")
+    return given, parse_yaml(rest[0].encode(), "the values") if rest else None
+
+
+def mismatches_of(graph: Graph, name: str) -> list[str]:
+    """Why some of its ends cannot hear each other; those of tools left out."""
+    return [
+        one for one in graph.mismatches() if one.startswith(f"{name}:") and "/_" not in one.partition(":")[2]
+    ]
+
+
+def to_yaml(plain: Any) -> str:
+    """As people read it; lists of plain values in one line."""
+    text = yaml.safe_dump(plain, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
+    return text.rstrip().removesuffix("\n...")
+
+
+def columns(rows: Iterable[Sequence[str]]) -> Iterator[str]:
+    """Lines in which the columns stand below each other."""
+    table = [list(row) for row in rows]
+    widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))] if table else []
+    for row in table:
+        yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()

@@ -1,0 +1,77 @@
+"""`chefbot service list` and `call`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from concurrent.futures import TimeoutError as NoTimeLeftError
+from typing import Any
+
+from chefbot.commands.tools.common import (
+    columns,
+    console,
+    definition,
+    find,
+    hidden,
+    on_wire,
+    only_type,
+    to_yaml,
+    type_and_values,
+    type_name,
+)
+from chefbot.errors import UserError
+from chefbot.msgs.base import Message
+from chefbot.msgs.plain import from_plain, to_plain
+from chefbot.msgs.registry import service_type
+from chefbot.msgs.service import Service
+from chefbot.wire.node import WireNode
+from chefbot.wire.service import NoAnswerError
+
+SERVED_WAIT = 2.0
+"""Seconds that the way to a server may take to be found."""
+
+
+def run_list(verbose: bool, everything: bool) -> None:
+    """A name a line; with types and servers if `verbose`."""
+    with on_wire("service") as node:
+        found = [one for one in node.wire.graph.services().values() if everything or not hidden(one.name)]
+        rows = [
+            [
+                one.name,
+                ", ".join(kind.name for kind in one.types),
+                *(end.node.full_name for end in one.givers[:1]),
+            ]
+            if verbose
+            else [one.name]
+            for one in found
+            if one.givers
+        ]
+        for line in columns(rows):
+            console.print(line)
+
+
+def run_call(name: str, words: Sequence[str], timeout: float) -> None:
+    """The response as YAML."""
+    given, plain = type_and_values(words)
+    with on_wire("service") as node:
+        named = find(node.wire.graph.services(), name, "service")
+        kind = only_type(named, "service")
+        if given and type_name(given, "srv") != kind.name:
+            raise UserError(f"service {named.name} is a {kind.name}, not a {given}")
+        service = definition(kind, service_type, f"service {named.name}")
+        request = from_plain(service.request, plain, f"values for {named.name}")
+        console.print(to_yaml(to_plain(call(node, named.name, service, request, timeout))))
+
+
+def call(node: WireNode, name: str, service: Service[Any, Any], request: Message, timeout: float) -> Any:
+    """The response. UserError when nobody answers in time, or the server refuses."""
+    client = node.client(name, service)
+    until = time.monotonic() + min(SERVED_WAIT, timeout)
+    while not client.served and time.monotonic() < until:
+        time.sleep(0.01)
+    try:
+        return client.call(request, timeout)
+    except NoAnswerError as error:
+        raise UserError(str(error)) from None
+    except NoTimeLeftError:
+        raise UserError(f"service {name} gave no answer in {timeout:g} s") from None

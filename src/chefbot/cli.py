@@ -12,6 +12,7 @@ import typer
 
 from chefbot import __version__
 from chefbot.commands.keys import keys_app
+from chefbot.commands.tools.apps import add_tools
 from chefbot.errors import UserError
 
 app = typer.Typer(
@@ -149,6 +150,25 @@ def design(
 
 
 @app.command()
+def calibrate(
+    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    arguments: Annotated[
+        list[str] | None, typer.Argument(help="key:=value of the launch, such as squares:=2 or port:=/dev/ttyACM0")
+    ] = None,
+    sim: Annotated[bool, typer.Option("--sim", help="a simulated robot that was never calibrated")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="which simulated robot")] = 1,
+    out: Annotated[Path, typer.Option(help="folder for robot.yaml, report and recording")] = Path("runs/cal"),
+    launch: Annotated[
+        str, typer.Option(help="launch file that includes calibrate and the driver of your lidar or camera")
+    ] = "calibrate",
+) -> None:
+    """Drive turns and squares; find wheels, gyro and the sensor's yaw; write a robot file with them."""
+    from chefbot.commands.calibrate import CalibrateOptions, run_calibrate
+
+    run_calibrate(CalibrateOptions(robot, arguments or [], sim, seed, out, launch))
+
+
+@app.command()
 def urdf(
     robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
     out: Annotated[Path | None, typer.Option(help="file, instead of the screen")] = None,
@@ -257,6 +277,7 @@ app.add_typer(board_app, name="board")
 firmware_app = typer.Typer(no_args_is_help=True, help="The firmware of the motor board.")
 app.add_typer(firmware_app, name="firmware")
 app.add_typer(keys_app, name="keys")
+add_tools(app)
 _PORT = typer.Argument(help="a serial port's path, or auto where there is only one")
 _SECONDS = typer.Option(min=0, help="how long; 0: until Ctrl-C")
 

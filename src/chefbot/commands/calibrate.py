@@ -156,23 +156,25 @@ def _print(result: Calibrated, found: Findings, measured: Measured, robot: Robot
     truth = measured.truth
     table = Table(*columns, *(["simulator's truth", "off by"] if truth else []), box=None)
     for one in found.values:
-        row = [one.key, one.told(one.before), one.told(one.value), one.told(one.deviation, signed=False)]
+        row = [one.key, one.told(one.before), one.told(one.value), one.told(one.deviation)]
         if truth:
             row += [one.told(truth[one.key]), one.told(one.value - truth[one.key], signed=True)]
         table.add_row(*row)
     console.print(table)
     before, after = result.before.worst, result.after.worst
+    ratios, side = result.umbmark, measured.drive.checks[0].side
     console.print(
-        f"\nUMBmark: E_d {result.umbmark.wheel_ratio:.5f}, E_b {result.umbmark.separation_ratio:.5f} (with the mean "
-        f"diameter as assumed)\nSystematic error E_max,syst of squares of {measured.drive.checks[0].side} m: "
-        f"{1000 * before:.0f} mm before, {1000 * after:.1f} mm after ({before / max(after, 1e-6):.0f} times less); by UMBmark's numbers "
+        f"\nUMBmark: E_d {ratios.wheel_ratio:.5f}, E_b {ratios.separation_ratio:.5f} (mean diameter as assumed)\n"
+        f"Systematic error E_max,syst of squares of {side} m: {1000 * before:.0f} mm before, "
+        f"{1000 * after:.1f} mm after ({before / max(after, 1e-6):.0f} times less); by UMBmark's numbers "
         f"{1000 * result.by_umbmark.worst:.1f} mm"
     )
     slipped = int(result.solution.slipped.sum())
     if slipped:
         console.print(f"{slipped} of {len(result.solution.slipped)} drives were left out: a wheel slipped.")
-    if math.hypot(*found.mount_off) > found.mount_told:
+    x, y = found.mount_off
+    if math.hypot(x, y) > found.mount_told:
         console.print(
-            f"The {found.sensor} seems to sit {1000 * found.mount_off[0]:+.0f} mm, "
-            f"{1000 * found.mount_off[1]:+.0f} mm (forward, left) from where {robot.name} has it; measure it and correct sensors in the robot file."
+            f"The {found.sensor} seems to sit {1000 * x:+.0f} mm forward and {1000 * y:+.0f} mm to the left of where "
+            f"{robot.name} has it; measure it and correct sensors in the robot file."
         )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import NamedTuple
 
 from chefbot.calibration.calibrate import Calibrated
@@ -32,11 +31,12 @@ class Finding(NamedTuple):
     unit: str = ""
 
     def told(self, value: float, *, signed: bool = False) -> str:
-        """For people: factors as a percentage off 1, angles in degrees."""
+        """For people: angles in degrees, factors as they are, small shares per cent."""
         if self.unit:
             degrees = math.degrees(value)
             return f"{degrees:+.3f} {self.unit}" if signed else f"{degrees:.3f} {self.unit}"
-        return f"{100 * value:+.3f} %" if signed or abs(value) < 0.5 else f"{value:.5f}"
+        share = f"{100 * value:+.3f} %" if signed else f"{100 * value:.3f} %"
+        return f"{value:.5f}" if abs(value) > 0.5 else share
 
     @property
     def text(self) -> str:
@@ -78,8 +78,8 @@ def findings_of(result: Calibrated, robot: Robot, mount: SE2, frame: str) -> Fin
     return Findings(values, NAMES[key], off, MOUNT_TOLD, reason)
 
 
-def robot_text(found: Findings, robot: str, folder: Path) -> str:
-    """A robot file for `folder` that is like `robot` but for its calibration."""
+def robot_text(found: Findings, robot: str) -> str:
+    """A robot file for any folder that is like `robot` but for its calibration."""
     like = robot if robot in built_in_robots() else str(find_robot(robot).resolve())
     lines = [
         "# Measured by `chefbot calibrate`: " + found.reason + ".",
@@ -103,9 +103,7 @@ def robot_text(found: Findings, robot: str, folder: Path) -> str:
 def _why(one: Finding) -> str:
     if one.key == "gyro_offset":
         return f"while standing and driving; +- {one.told(one.deviation)}"
-    return f"was {one.told(one.before)}; against the walls it saw, +- {one.told(one.deviation)}".replace(
-        "+- +", "+- "
-    )
+    return f"was {one.told(one.before)}; by the walls that it saw, +- {one.told(one.deviation)}"
 
 
 def _line(key: str, text: str, comment: str) -> str:

@@ -64,7 +64,7 @@ def _numbers(axes: Any, found: Findings) -> None:
     others = ", ".join(f"{one.key} {one.told(one.value)}" for one in found.values if one.unit)
     axes.set_yticks(range(len(factors)), [one.key for one in factors])
     axes.set(
-        xlabel="found against the robot file [%]; bars: three standard deviations",
+        xlabel="found against the robot file [%]\n(black: three standard deviations)",
         ylim=(-0.6, len(factors) - 0.2),
     )
     axes.axvline(0.0, color="black", lw=0.8)

@@ -139,7 +139,7 @@ class CalibratorNode(Node):
             self._looked.set(None)
 
     def _walls(self, scans: list[LaserScan]) -> NDArray[np.float64]:
-        """(n, 2) in the sensor's frame: beams that nearly every scan saw end at the same distance, and beyond itself."""
+        """(n, 2) in the sensor's frame: ends of beams that nearly every scan saw at one distance, not on itself."""
         ranges = np.array([scan.ranges for scan in scans], np.float64)
         ranges[~((ranges > 0.0) & (ranges < min(self._reach, scans[0].range_max)))] = np.nan
         good = np.isfinite(ranges).sum(axis=0) >= STEADY * len(scans)

@@ -1,7 +1,8 @@
-"""Where a sensor is by its own scans: a map that grows, and the place in it."""
+"""Where a sensor is by its own scans, as they come: good enough to find back to a place."""
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,17 +18,12 @@ FINE = GmappingParams(
 
 
 class ScanTracker:
-    """The frame of its poses is the sensor's own at the first scan; what the sensor is mounted on does not matter."""
+    """The frame of its poses is the sensor's own at the first scan; where it sits on the robot does not matter."""
 
-    def __init__(self, max_range: float, clear_range: float = 3.0) -> None:
-        self._slam = Gmapping(
-            GmappingParams(
-                **{**{f: getattr(FINE, f) for f in FINE.__struct_fields__}, "max_range": max_range}
-            )
-        )
-        self._max_range = max_range
+    def __init__(self, max_range: float) -> None:
+        self._slam = Gmapping(msgspec.structs.replace(FINE, max_range=max_range))
 
     def add(self, angles: NDArray[np.float32], ranges: NDArray[np.float32], moved: SE2, limit: float) -> SE2:
-        """The sensor's place at a scan; `moved`: the same by odometry, in any frame that stays."""
+        """The sensor's place at a scan; `moved`: the same by odometry; `limit`: ranges from here on are none."""
         self._slam.update(angles, ranges, moved, limit)
         return self._slam.pose

@@ -23,7 +23,7 @@ from chefbot.wire.health import Health
 from chefbot.wire.inbox import WIRE, Inbox
 from chefbot.wire.ports import ports_of
 from chefbot.wire.queues import Queues
-from chefbot.wire.represented import Represented
+from chefbot.wire.represented import Described, Represented
 from chefbot.wire.session import Wire
 
 DEPTH, ACTION_DEPTH, IMAGE_DEPTH = 10, 1000, 2
@@ -48,6 +48,8 @@ class Bridge:
         self._inbox = Inbox(system.loop, self.tally)
         self._there = Represented(wire, namespace, self._inbox, system, simulated)
         self._health = Health(self.tally, wire.graph, self._there, self._inbox)
+        self._wanted: list[Described] | None = None
+        self._represented = threading.Event()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._work, name="wire sender", daemon=True)
         system.loop.tap(self._hear)
@@ -55,8 +57,9 @@ class Bridge:
 
     def represent(self, nodes: Iterable[Node]) -> None:
         """These nodes are there now, and no others."""
-        described = [(node, ports_of(node)) for node in nodes]
-        self._jobs.put("nodes", partial(self._there.show, described), DEPTH)
+        self._wanted = [(node, ports_of(node)) for node in nodes]
+        self._represented.set()
+        self._jobs.put("nodes", lambda: None, 1)  # wakes the thread, which looks for `_wanted` first
 
     def settle(self, timeout: float = 5.0) -> bool:
         """Wait until everything so far has been done; False if it takes longer."""
@@ -67,6 +70,7 @@ class Bridge:
     def close(self) -> None:
         """Take the nodes off the wire; the wire itself stays open."""
         self._closing.set()
+        self._represented.set()
         self._thread.join()
         self._there.close()
 
@@ -95,8 +99,13 @@ class Bridge:
     # -- in the bridge's thread
 
     def _work(self) -> None:
+        """Nothing goes out before the first nodes are there: then it goes out in their names."""
+        self._represented.wait()
         look_at = time.monotonic()
         while not self._closing.is_set():
+            wanted, self._wanted = self._wanted, None
+            if wanted is not None:
+                self._do(partial(self._there.show, wanted))
             job = self._jobs.take(TURN)
             if job is not None:
                 self._do(job)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from functools import partial
@@ -10,7 +12,7 @@ from typing import Any
 import msgspec
 
 from chefbot.msgs.action import Action
-from chefbot.msgs.action_msgs import STATUS_ABORTED, CancelGoal_Request, GoalInfo
+from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, CancelGoal_Request, GoalInfo
 from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.unique_identifier_msgs import UUID
@@ -21,6 +23,8 @@ from chefbot.wire.node import WireNode
 from chefbot.wire.sane import check_finite
 
 Say = Callable[[str, Message], None]
+PATIENCE = 3.0
+"""Seconds for which a goal waits for its server to appear."""
 UNREACHABLE = 9000
 """Error code of a result where the server could not be reached (nav2_msgs/NavigateToPose: unknown)."""
 
@@ -69,15 +73,33 @@ class CalledAction:
     ) -> None:
         self._name, self._action, self._say, self._now_ns = name, action, say, now_ns
         self._client = ActionClient(node, name, action)
+        self._early: dict[bytes, bool] = {}
 
     def hear(self, part: str, message: Any) -> None:
         """What was said in the loop on `<name>/_action/<part>`."""
-        if part == "send_goal":
-            goal_id = message.goal_id
-            handle = self._client.send(message.goal, partial(self._feedback, goal_id), goal_id)
-            handle.outcome.add_done_callback(partial(self._finish, goal_id))
+        if part == "send_goal" and self._client.served:
+            self._send(message.goal_id, message.goal)
+        elif part == "send_goal":
+            self._early[message.goal_id.key] = True
+            threading.Thread(
+                target=self._send_late, args=(message.goal_id, message.goal), daemon=True
+            ).start()
+        elif part == "cancel_goal" and self._early.pop(message.goal_info.goal_id.key, False):
+            self._tell_end(message.goal_info.goal_id, STATUS_CANCELED, self._action.result())
         elif part == "cancel_goal":
             self._client.cancel(message.goal_info.goal_id)
+
+    def _send(self, goal_id: UUID, goal: Message) -> None:
+        handle = self._client.send(goal, partial(self._feedback, goal_id), goal_id)
+        handle.outcome.add_done_callback(partial(self._finish, goal_id))
+
+    def _send_late(self, goal_id: UUID, goal: Message) -> None:
+        """As soon as there is a server, or in vain after a while: a launch's processes start one after another."""
+        until = time.monotonic() + PATIENCE
+        while goal_id.key in self._early and not self._client.served and time.monotonic() < until:
+            time.sleep(0.02)
+        if self._early.pop(goal_id.key, False):
+            self._send(goal_id, goal)
 
     def _feedback(self, goal_id: UUID, feedback: Message) -> None:
         self._say(f"{self._name}/_action/feedback", self._action.feedback_message(goal_id, feedback))
@@ -85,6 +107,9 @@ class CalledAction:
     def _finish(self, goal_id: UUID, outcome: Future[tuple[int, Any]]) -> None:
         error = outcome.exception()
         status, result = (STATUS_ABORTED, self._failed(error)) if error else outcome.result()
+        self._tell_end(goal_id, status, result)
+
+    def _tell_end(self, goal_id: UUID, status: int, result: Message) -> None:
         told = self._action.outcome(goal_id, status, Time.of(self._now_ns()), result)
         self._say(f"{self._name}/_action/get_result", told)
 

@@ -1,0 +1,317 @@
+"""A running system as others on the wire see it, and what they can and cannot do to it."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from chefbot.errors import UserError
+from chefbot.msgs.action_msgs import STATUS_CANCELED, STATUS_SUCCEEDED
+from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result
+from chefbot.msgs.diagnostic_msgs import DiagnosticArray
+from chefbot.msgs.rcl_interfaces import (
+    DOUBLE,
+    DescribeParameters,
+    DescribeParameters_Request,
+    GetParameters,
+    GetParameters_Request,
+    ListParameters,
+    ListParameters_Request,
+    Log,
+    Parameter,
+    ParameterEvent,
+    ParameterValue,
+    SetParameters,
+    SetParameters_Request,
+)
+from chefbot.msgs.rosgraph_msgs import Clock
+from chefbot.msgs.std_msgs import Float64, String
+from chefbot.msgs.type_description_interfaces import GetTypeDescription, GetTypeDescription_Request
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import PacedClock
+from chefbot.runtime.launch import Launch, NodeEntry
+from chefbot.runtime.loop import Loop
+from chefbot.runtime.record import Recorder
+from chefbot.runtime.replay import Replay, read_log
+from chefbot.runtime.system import System
+from chefbot.wire.action_client import ActionClient
+from chefbot.wire.action_server import ActionServer
+from chefbot.wire.attach import attached
+from chefbot.wire.attachment import Attachment
+from chefbot.wire.bridge import Bridge
+from chefbot.wire.inbox import WIRE
+from chefbot.wire.names import WireType, topic_key
+from chefbot.wire.node import WireNode
+from chefbot.wire.qos import CLOCK, LATCHED, ROSOUT
+from chefbot.wire.session import Wire
+
+PATIENCE = 10.0
+ALL = {"counter": "Counter", "doubler": "Doubler", "cook": "Cook", "guest": "Guest"}
+
+
+def launch_of(names: tuple[str, ...]) -> Launch:
+    """With something that keeps the loop going, as a device does in every real launch."""
+    entries = {name: NodeEntry(kind=f"tests.runtime.toys:{ALL[name]}") for name in names}
+    entries["metronome"] = NodeEntry(kind="tests.runtime.toys:Counter", remap={"count": "tick"})
+    return Launch(name="test", about="", args={}, nodes=entries)
+
+
+class Running:
+    """A system that runs at the wall's pace in a thread, and an outsider on the same wire."""
+
+    def __init__(self, port: int, names: tuple[str, ...], record: Path | None) -> None:
+        self.system = System(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
+        self.recorder = Recorder(record, self.system.robot, 5) if record else None
+        if self.recorder:
+            self.system.loop.tap(self.recorder)
+        self.wire = Wire(port=port)
+        self.bridge = Bridge(self.system, self.wire, simulated=True)
+        self.outside = Wire(port=port, router=False)
+        self.outsider = WireNode(self.outside, "outsider")
+        self.system.launch(launch_of(names))
+        self.bridge.represent(self.system.nodes.values())
+        assert self.bridge.settle()
+        self.thread = threading.Thread(target=self.system.loop.run, args=(60 * 10**9,))
+        self.thread.start()
+
+    def stop(self) -> None:
+        self.system.loop.stop()
+        self.thread.join()
+        if self.recorder:
+            self.recorder.close()
+        self.system.stop()
+        self.outsider.close()
+        self.outside.close()
+        self.bridge.close()
+        self.wire.close()
+
+    def hear(self, topic: str, kind: type, *qos: object) -> queue.Queue:
+        got: queue.Queue = queue.Queue()
+        self.outsider.subscription(topic, kind, got.put, *qos)
+        return got
+
+
+@contextmanager
+def running(port: int, *names: str, record: Path | None = None) -> Iterator[Running]:
+    one = Running(port, names, record)
+    try:
+        yield one
+    finally:
+        one.stop()
+
+
+def wait_for(condition: Callable[[], object]) -> None:
+    until = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.005)
+
+
+def test_what_nodes_say_goes_out_and_what_comes_in_is_heard(port: int) -> None:
+    with running(port, "doubler") as one:
+        double = one.hear("/double", Float64)
+        count = one.outsider.publisher("/count", Float64)
+        wait_for(lambda: count.heard and one.bridge._there.publishers["doubler", "double"].heard)
+        count.publish(Float64(21.0))
+        assert double.get(timeout=PATIENCE).data == 42.0
+
+
+def test_nodes_are_on_the_graph_with_what_they_have(port: int) -> None:
+    with running(port, "counter", "doubler", "cook", "guest") as one:
+        graph = one.outside.graph
+        wanted = {"/counter", "/doubler", "/cook", "/guest", "/metronome"}
+        wanted |= {"/chefbot", "/outsider"}
+        assert graph.wait_for(lambda graph: {node.full_name for node in graph.nodes()} == wanted, PATIENCE)
+        assert graph.wait_for(lambda graph: "/tf_static" in graph.topics(), PATIENCE)
+        assert [end.node.name for end in graph.topics()["/count"].givers] == ["counter"]
+        assert [end.node.name for end in graph.topics()["/count"].takers] == ["doubler"]
+        action = graph.actions()["/deliver"]
+        assert [end.node.name for end in action.givers] == ["cook"]
+        assert [end.node.name for end in action.takers] == ["guest"]
+        assert action.types[0].name == "chefbot_msgs/action/Deliver"
+        assert graph.mismatches() == []
+
+
+def test_the_clock_of_the_simulation_is_told(port: int) -> None:
+    with running(port, "counter") as one:
+        clock = one.hear("/clock", Clock, CLOCK)
+        first, second = (clock.get(timeout=PATIENCE).clock.ns for _ in range(2))
+        assert second - first == 100_000_000
+
+
+def test_what_was_latched_before_anybody_came_is_heard(port: int) -> None:
+    with running(port, "cook", "guest") as one:
+        wait_for(lambda: one.system.nodes["guest"].results)
+        assert one.hear("/dishes", String, LATCHED).get(timeout=PATIENCE).data == "salad"
+
+
+def test_damaged_and_impossible_messages_are_named_and_nobody_hears_them(port: int) -> None:
+    with running(port, "doubler") as one:
+        double, diagnostics = one.hear("/double", Float64), one.hear("/diagnostics", DiagnosticArray)
+        logs = one.hear("/rosout", Log, ROSOUT)
+        count = one.outsider.publisher("/count", Float64)
+        key = topic_key(0, "/count", WireType.of(Float64))
+        wait_for(lambda: count.heard and one.bridge._there.publishers["doubler", "double"].heard)
+        count.publish(Float64(float("nan")))
+        one.outside.session.put(key, b"\0\1\0\0abc", attachment=Attachment(1, 1, b"\0" * 16).pack())
+        one.outside.session.put(key, Float64(1.0).to_cdr())
+        count.publish(Float64(2.0))
+        assert double.get(timeout=PATIENCE).data == 4.0
+        told: dict[str, str] = {}
+        while len(told) < 3:
+            told |= {v.key: v.value for v in diagnostics.get(timeout=PATIENCE).status[0].values}
+        assert "/count: data is nan" in told and "/count: no attachment" in told
+        assert logs.get(timeout=PATIENCE).msg.startswith("/count: ")
+
+
+def test_a_flood_is_cut_and_the_loop_stays_on_time(port: int) -> None:
+    with running(port, "counter", "doubler") as one:
+        late: list[float] = []
+        last = [time.monotonic()]
+
+        def look(publication) -> None:
+            if publication.publisher == "counter":
+                now = time.monotonic()
+                late.append(now - last[0] - 0.1)
+                last[0] = now
+
+        one.system.loop.tap(look)
+        count = one.outsider.publisher("/count", Float64)
+        wait_for(lambda: count.heard and len(late) > 1)
+        late.clear()
+        until = time.monotonic() + 1.5
+        while time.monotonic() < until:
+            for _ in range(100):
+                count.publish(Float64(1.0))
+            time.sleep(0.005)
+        counts = one.wire.refused.counts()
+        assert counts["/count: more comes in than can be heard, the oldest is lost"] > 1000
+        assert sorted(late)[len(late) // 2] < 0.05, late
+
+
+def test_an_action_of_the_loop_serves_others(port: int) -> None:
+    with running(port, "cook") as one:
+        client = ActionClient(one.outsider, "/deliver", Deliver)
+        wait_for(lambda: client.served)
+        status, result = client.send(Deliver_Goal(("tea",))).outcome.result(PATIENCE)
+        assert (status, result.delivered) == (STATUS_SUCCEEDED, ("tea",))
+        slow = client.send(Deliver_Goal(("a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k", "l")))
+        wait_for(lambda: one.system.nodes["cook"].deliver.busy)
+        slow.cancel().result(PATIENCE)
+        assert slow.outcome.result(PATIENCE)[0] == STATUS_CANCELED
+
+
+def test_a_node_of_the_loop_calls_a_server_elsewhere(port: int) -> None:
+    with Wire(port=port) as wire, WireNode(wire, "far_cook") as node:
+
+        def accept(goal_id, goal) -> bool:
+            server.begin(goal_id)
+            server.finish(goal_id, STATUS_SUCCEEDED, Deliver_Result(goal.places))
+            return True
+
+        server = ActionServer(node, "/deliver", Deliver, accept, lambda _: False)
+        with running(port, "guest") as one:
+            wait_for(lambda: one.system.nodes["guest"].results)
+            assert one.system.nodes["guest"].results[0].delivered == ("soup", "salad")
+            again = one.system.nodes["guest"]
+            one.system.loop.post(lambda: again.spawn(again.order(("pie",))))
+            wait_for(lambda: len(again.results) == 2)
+            assert again.results[1].delivered == ("pie",)
+
+
+def test_a_call_that_nobody_serves_fails_with_a_reason(port: int) -> None:
+    with running(port, "guest") as one:
+        wait_for(lambda: one.system.nodes["guest"].results)
+        result = one.system.nodes["guest"].results[0]
+        assert result.error_code != 0 and "/deliver" in result.error_msg
+
+
+def test_params_are_listed_told_and_refused_with_the_reason(port: int) -> None:
+    with running(port, "counter") as one:
+
+        def call(name, service, request):
+            return one.outsider.client(f"/counter/{name}", service).call(request, PATIENCE)
+
+        listed = call("list_parameters", ListParameters, ListParameters_Request()).result
+        assert listed.names == ("step", "use_sim_time")
+        got = call("get_parameters", GetParameters, GetParameters_Request(("step", "nothing"))).values
+        assert (got[0].type, got[0].double_value, got[1].type) == (DOUBLE, 1.0, 0)
+        told = call("describe_parameters", DescribeParameters, DescribeParameters_Request(("step",)))
+        bounds = told.descriptors[0].floating_point_range[0]
+        assert (told.descriptors[0].description, bounds.to_value) == ("m", 10.0)
+        wishes = [("step", 2.0), ("step", 11.0), ("stepp", 1.0), ("use_sim_time", 1.0)]
+        values = (Parameter(n, ParameterValue(DOUBLE, double_value=v)) for n, v in wishes)
+        answers = call("set_parameters", SetParameters, SetParameters_Request(tuple(values))).results
+        reasons = ["when it starts", "<= 10", "did you mean 'step'", "cannot be changed"]
+        for answer, reason in zip(answers, reasons, strict=True):
+            assert not answer.successful and reason in answer.reason
+
+
+def test_params_are_set_where_a_node_can_take_them(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    from tests.runtime.toys import Counter
+
+    monkeypatch.setattr(Counter, "reconfigure", lambda self, params: setattr(self, "params", params))
+    with running(port, "counter") as one:
+        events = one.hear("/parameter_events", ParameterEvent)
+        client = one.outsider.client("/counter/set_parameters", SetParameters)
+        value = ParameterValue(DOUBLE, double_value=5.0)
+        answer = client.call(SetParameters_Request((Parameter("step", value),)), PATIENCE)
+        assert answer.results[0].successful
+        assert one.system.nodes["counter"].params.step == 5.0
+        assert events.get(timeout=PATIENCE).changed_parameters[0].name == "step"
+
+
+def test_types_are_described_to_those_who_lack_them(port: int) -> None:
+    with running(port, "cook") as one:
+        client = one.outsider.client("/cook/get_type_description", GetTypeDescription)
+        for kind in (WireType.of(Float64), WireType.of(Deliver)):
+            answer = client.call(GetTypeDescription_Request(kind.name, kind.hash), PATIENCE)
+            assert answer.successful
+            assert answer.type_description.type_description.type_name == kind.name
+        wrong = client.call(GetTypeDescription_Request("std_msgs/msg/Float64", "RIHS01_0"), PATIENCE)
+        assert not wrong.successful and "hash" in wrong.failure_reason
+
+
+def test_a_run_with_outsiders_replays_to_the_byte(port: int, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with running(port, "doubler", "cook", record=path) as one:
+        count = one.outsider.publisher("/count", Float64)
+        wait_for(lambda: count.heard)
+        for number in range(30):
+            count.publish(Float64(float(number)))
+            time.sleep(0.01)
+        client = ActionClient(one.outsider, "/deliver", Deliver)
+        assert client.send(Deliver_Goal(("tea",))).outcome.result(PATIENCE)[0] == STATUS_SUCCEEDED
+    log = read_log(path)
+    assert sum(one.publisher == WIRE for one in log.messages) > 10
+    replay = Replay(log)
+    replay.run()
+    assert replay.differences == []
+    assert replay.compared > 10
+
+
+def test_a_second_launch_of_the_same_names_stays_off_and_says_so(
+    port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CHEFBOT_WIRE_PORT", str(port))
+    monkeypatch.setenv("ROS_DOMAIN_ID", "0")
+    said: list[str] = []
+    with running(port, "cook"):
+        system = System(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
+        launch = msgspec.structs.replace(launch_of(("cook",)), args={"wire": "auto", "speed": 1.0})
+        with attached(system, launch, said.append) as bridge:
+            assert bridge is None
+        assert "/cook runs on this machine already" in said[0]
+        insists = msgspec.structs.replace(launch, args={"wire": "on", "speed": 1.0})
+        with pytest.raises(UserError, match="/cook runs"), attached(system, insists, said.append):
+            pass
+    odd = msgspec.structs.replace(launch, args={"wire": "of", "speed": 1.0})
+    with pytest.raises(UserError, match="wire:=of must be one of"), attached(system, odd, said.append):
+        pass

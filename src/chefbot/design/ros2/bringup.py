@@ -53,6 +53,7 @@ SERVERS = (
 )
 """Package, executable, and what its cmd_vel is called: controller and behaviours -> smoother -> collision monitor."""
 BASE_ARGUMENTS = {"base": BASE, "odometry": ODOMETRY, "world": WORLD, "port": PORT, "headless": HEADLESS}
+TIME = {"use_sim_time": SIMULATED_TIME}
 MAP = Argument("the map's YAML file", None)
 START = {
     f"initial_pose_{name}": Argument(f"where it stands on the map, {name}: metres, radians", "0.0")
@@ -84,8 +85,8 @@ def launches(robot: Robot, name_or_file: str) -> dict[str, str]:
     texts = {
         **_demos({"stack": STACK, **machine, **BASE_ARGUMENTS}),
         **_parts(robot, machine),
-        "view_robot": Launch("Look at the robot in RViz.", {}, [_rviz("robot")]),
-        "view_navigation": Launch("Map, scan, costs, plan and goals in RViz.", {}, [_rviz("navigation")]),
+        "view_robot": Launch("Look at the robot in RViz.", TIME, [_rviz("robot")]),
+        "view_navigation": Launch("Map, scan, costs, plan and goals in RViz.", TIME, [_rviz("navigation")]),
     }
     if robot.sensors.depth_camera is not None:
         about = "The simulated depth camera and the scan made of it, with nothing that drives."
@@ -116,16 +117,15 @@ def _demos(based: dict[str, Argument]) -> dict[str, Launch]:
 
 def _parts(robot: Robot, machine: dict[str, Argument]) -> dict[str, Launch]:
     """What those include."""
-    time = {"use_sim_time": SIMULATED_TIME}
     return {
         "base": Launch(
             "The base: our simulator or the motor board, its model, and who tells odometry.",
             {**machine, **BASE_ARGUMENTS},
             base_actions(robot),
         ),
-        "navigation": Launch("The servers of Nav2.", time, navigation_actions()),
+        "navigation": Launch("The servers of Nav2.", TIME, navigation_actions()),
         "localization": Launch(
-            "Nav2's map server and AMCL.", {"map": MAP, **START, **time}, localization_actions()
+            "Nav2's map server and AMCL.", {"map": MAP, **START, **TIME}, localization_actions()
         ),
     }
 
@@ -251,4 +251,5 @@ def _lifecycle(name: str, nodes: list[str]) -> str:
 
 
 def _rviz(name: str) -> str:
-    return node("rviz2", "rviz2", f'arguments=["-d", str(SHARE / "rviz" / "{name}.rviz")]')
+    file = f'arguments=["-d", str(SHARE / "rviz" / "{name}.rviz")]'
+    return node("rviz2", "rviz2", file, f"parameters=[{PARAMS[-1]}]")

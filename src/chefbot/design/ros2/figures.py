@@ -98,11 +98,24 @@ class Figures:
     @cached_property
     def speed(self) -> Figure:
         """Forward, m/s."""
-        robot = self.robot
+        robot, sighted = self.robot, self.sighted
+        told = f"drive.max_speed {short(robot.drive.max_speed)}, and no more than the loaded motors hold,"
+        told += f" {short(robot.max_wheel_speed)}"
+        if sighted.number < robot.max_speed:
+            return Figure(at_most(sighted.number), f"{sighted.how}; {told}")
+        return Figure(at_most(robot.max_speed), told)
+
+    @cached_property
+    def sighted(self) -> Figure:
+        """The speed from which it stops within what it sees, m/s: v t + v^2 / 2a = d."""
+        sight, a = self.sight, self.acceleration.number
+        room = max(sight.range_max - self.radius.number, 0.0)
+        t = 1.0 / sight.rate + 1.0 / SLOWEST
+        v = a * (math.sqrt(t * t + 2.0 * room / a) - t)
         return Figure(
-            at_most(robot.max_speed),
-            f"drive.max_speed {short(robot.drive.max_speed)}, and no more than the loaded motors hold,"
-            f" {short(robot.max_wheel_speed)}",
+            v,
+            f"no faster than it can stop within the {short(room)} m that its {sight.sensor} sees ahead of it, with"
+            f" {short(a)} m/s^2 after {short(t)} s: {short(v)}",
         )
 
     @cached_property

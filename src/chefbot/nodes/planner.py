@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import msgspec
@@ -35,6 +36,8 @@ ERROR_CODES = {
 }
 """As in nav2_msgs/action/ComputePathToPose."""
 NO_TRANSFORM = 202
+JUMP_DISTANCE, JUMP_ANGLE = 0.5, 0.26
+"""Metres and radians (15 degrees) by which the robot finds itself elsewhere than it believed when it saw things."""
 
 
 class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -61,6 +64,7 @@ class PlannerNode(Node):
     def start(self) -> None:
         """Nothing can be planned before the first map."""
         self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint_radius)
+        self._seen_from: SE2 | None = None
         self._planner: Planner = plugin(self.params.plugin, GridPlanner, self.params.settings)
 
     def on_map(self, message: OccupancyGrid) -> None:
@@ -84,7 +88,17 @@ class PlannerNode(Node):
         except TransformError:
             return  # not localized yet: it would stand in the wrong place
         if self.map.last is not None:
+            self._forget_if_elsewhere(map_T_odom, odom_T_sensor)
             mark(self._costs, map_T_odom @ odom_T_sensor, message)
+
+    def _forget_if_elsewhere(self, map_T_odom: SE2, odom_T_sensor: SE2) -> None:
+        """Found after being lost, carried, or a loop closed: what was seen before stands in wrong places."""
+        if self._seen_from is not None:
+            jump = (self._seen_from @ odom_T_sensor).between(map_T_odom @ odom_T_sensor)
+            if math.hypot(jump.x, jump.y) < JUMP_DISTANCE and abs(jump.yaw) < JUMP_ANGLE:
+                return
+            self._costs.clear()
+        self._seen_from = map_T_odom
 
     def on_clear_costmaps(self, radius: Float64) -> None:
         """Forget what was seen within so many metres of the robot."""

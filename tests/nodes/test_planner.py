@@ -1,0 +1,75 @@
+"""The planner's costmap while the robot's belief about its place changes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.geometry_msgs import TransformStamped
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import StepClock
+from chefbot.runtime.launch import Launch, NodeEntry
+from chefbot.runtime.loop import DEVICE, Loop
+from chefbot.runtime.system import System
+
+PERIOD = 100_000_000
+AHEAD = 1.5
+
+
+def marked(beliefs: list[SE2]) -> set[tuple[int, int]]:
+    """Cells that are lethal on an empty map after the robot stood still, a thing 1.5 m ahead of it, and believed
+    in turn to be at these poses."""
+    system = System(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
+    entry = NodeEntry(kind="chefbot.nodes.planner:PlannerNode")
+    system.launch(Launch(name="test", about="", args={}, nodes={"planner": entry}))
+    heard: list[OccupancyGrid] = []
+    system.loop.subscribe("global_costmap/costmap", "test", heard.append)
+
+    def sense(i: int) -> None:
+        now = system.loop.now_ns
+        empty = Grid(np.zeros((200, 200), dtype=np.int8), 0.05, -5.0, -5.0)
+        if i == 1:
+            system.loop.publish("map", OccupancyGrid.of(Header.of(now, "map"), empty), "test")
+        tree = [
+            ("map", "odom", beliefs[min(i // 5, len(beliefs) - 1)]),
+            ("odom", "base_link", SE2(0.0, 0.0, 0.0)),
+        ]
+        tree.append(("base_link", "laser", SE2(0.0, 0.0, 0.0)))
+        transforms = tuple(TransformStamped.of(now, parent, child, pose) for parent, child, pose in tree)
+        system.loop.publish("tf", TFMessage(transforms), "test")
+        ranges = np.full(3, AHEAD, dtype=np.float32)
+        header = Header.of(now, "laser")
+        system.loop.publish("scan", LaserScan(header, -0.02, 0.02, 0.02, 0.0, 0.1, 0.1, 8.0, ranges), "test")
+
+    for i in range(1, 5 * len(beliefs) + 15):
+        system.loop.at(i * PERIOD, DEVICE, lambda i=i: sense(i))
+    system.loop.run(until_ns=(5 * len(beliefs) + 15) * PERIOD)
+    data = np.asarray(heard[-1].data).reshape(200, 200)
+    rows, columns = np.nonzero(data == 100)
+    return set(zip(columns.tolist(), rows.tolist(), strict=True))
+
+
+def cell(x: float, y: float) -> tuple[int, int]:
+    return math.floor((x + 5.0) / 0.05), math.floor((y + 5.0) / 0.05)
+
+
+@pytest.mark.parametrize("wrong", [SE2(-2.0, 1.0, 0.0), SE2(0.0, 0.0, math.pi / 2)])
+def test_what_was_seen_from_a_wrong_place_is_forgotten(wrong: SE2) -> None:
+    right = SE2(0.0, 0.0, 0.0)
+    thing, ghost = cell(AHEAD, 0.0), cell(*wrong.apply(np.array([[AHEAD, 0.0]]))[0])
+    assert ghost in marked([wrong])
+    assert marked([wrong, right]) == marked([right])
+    assert thing in marked([wrong, right])
+
+
+def test_a_small_correction_forgets_nothing() -> None:
+    before, after = SE2(0.0, 0.0, 0.0), SE2(0.0, 0.3, 0.0)
+    assert cell(AHEAD, 0.0) in marked([before, after]) and cell(AHEAD, 0.3) in marked([before, after])

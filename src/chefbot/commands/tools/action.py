@@ -34,6 +34,8 @@ from chefbot.wire.service import NoAnswerError
 
 SERVED_WAIT, CANCEL_WAIT = 2.0, 5.0
 """Seconds that a way to the server may take to be found, and that a cancelled goal has to end."""
+SEND_GOAL = "_SendGoal"
+"""Ends the name of the service that takes goals."""
 ENDINGS = {STATUS_SUCCEEDED: "succeeded", STATUS_CANCELED: "cancelled", STATUS_ABORTED: "aborted"}
 
 
@@ -62,11 +64,11 @@ def run_send(name: str, words: Sequence[str], quiet: bool) -> int:
     with on_wire("action") as node, stopping() as stop:
         named = find(node.wire.graph.actions(), name, "action")
         kind = only_type(named, "action")
-        if given and type_name(given, "action") != kind.name:
-            raise UserError(f"action {named.name} is a {kind.name}, not a {given}")
-        service = definition(kind._replace(name=f"{kind.name}_SendGoal"), _send_goal, f"action {named.name}")
-        action = action_type(kind.name)
-        assert service is action.send_goal_service
+        own = kind.name.removesuffix(SEND_GOAL)
+        if given and type_name(given, "action") != own:
+            raise UserError(f"action {named.name} is a {own}, not a {given}")
+        definition(kind, _send_goal, f"action {named.name}")
+        action = action_type(own)
         goal = from_plain(action.goal, plain, f"values for {named.name}", Time.of(time.time_ns()))
         client = ActionClient(node, named.name, action)
         until = time.monotonic() + SERVED_WAIT
@@ -77,7 +79,8 @@ def run_send(name: str, words: Sequence[str], quiet: bool) -> int:
 
 
 def _send_goal(name: str) -> Any:
-    return action_type(name.removesuffix("_SendGoal")).send_goal_service
+    """Its hash is what tells on the wire which version of the action is served."""
+    return action_type(name.removesuffix(SEND_GOAL)).send_goal_service
 
 
 def _show_feedback(feedback: Message) -> None:

@@ -68,12 +68,12 @@ def info_lines(bag: Bag) -> list[str]:
     seconds = max(0, bag.end_ns - bag.start_ns) * 1e-9
     rows = [["topic", "type", "messages", "Hz"]]
     for topic in bag.topics:
-        rate = f"{(topic.count - 1) / seconds:.2f}" if topic.count > 2 and seconds > 0 else ""
-        rows.append([topic.name, topic.kind.name, str(topic.count), rate])
+        rate = f"{(topic.messages - 1) / seconds:.2f}" if topic.messages > 2 and seconds > 0 else ""
+        rows.append([topic.name, topic.kind.name, str(topic.messages), rate])
     files = ", ".join(file.name for file in bag.files)
     return [
         f"{bag.path}: {files}, {quantity(bag.size)}{f', made for {bag.distro}' if bag.distro else ''}",
-        f"from {_when(bag.start_ns)} to {_when(bag.end_ns)}, {seconds:.3f} s, {bag.count} messages",
+        f"from {_when(bag.start_ns)} to {_when(bag.end_ns)}, {seconds:.3f} s, {bag.total} messages",
         *columns(rows),
         *(f"! {one}" for one in bag.cut),
     ]

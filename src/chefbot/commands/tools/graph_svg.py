@@ -6,12 +6,14 @@ import itertools
 from html import escape
 from typing import Any
 
-from chefbot.commands.tools.layers import Box, Edge, lay_out
+from chefbot.commands.tools.layers import Box, Edge, Layout, lay_out
 
 FONT, SMALL, LINE = 13.0, 11.0, 15.0
 CHARACTER = 0.6
 """Mean width of a character in font sizes; a little more than sans-serif fonts have."""
 PAD, MARGIN = 9.0, 24.0
+BACK_SHIFT = 9.0
+"""What flows back stands beside what flows there."""
 NODE, TOPIC, ACTION = "node", "topic", "action"
 STYLE = """
 text{font-family:Helvetica,Arial,'DejaVu Sans',sans-serif;fill:#1d2733}
@@ -27,7 +29,7 @@ def to_svg(found: dict[str, Any]) -> str:
     """An SVG file of what `chefbot graph --json` prints."""
     kinds, texts, edges = _parts(found)
     sizes = {name: _size(lines) for name, lines in texts.items()}
-    layout = lay_out(sizes, edges)
+    layout = _from_above(lay_out({name: size[::-1] for name, size in sizes.items()}, edges))
     wrong = found["mismatches"]
     width = max(layout.width, *(CHARACTER * 12 * len(one) for one in wrong), 200.0) + 2 * MARGIN
     height = layout.height + 2 * MARGIN + LINE * (len(wrong) + 1)
@@ -45,6 +47,13 @@ def to_svg(found: dict[str, Any]) -> str:
         "</svg>",
     ]
     return "\n".join(parts) + "\n"
+
+
+def _from_above(layout: Layout) -> Layout:
+    """Layers below each other: boxes are wide and low, side by side they would make a strip."""
+    boxes = {name: Box(box.y, box.x, box.height, box.width) for name, box in layout.boxes.items()}
+    lines = {edge: [(y, x) for x, y in points] for edge, points in layout.lines.items()}
+    return Layout(boxes, lines, layout.height, layout.width)
 
 
 def _parts(found: dict[str, Any]) -> tuple[dict[str, str], Texts, list[Edge]]:
@@ -120,12 +129,13 @@ def _box(kind: str, box: Box, lines: list[str]) -> str:
 
 
 def _line(points: list[tuple[float, float]]) -> str:
-    """Level where it meets boxes, a curve between."""
-    back = points[0][0] > points[-1][0]
+    """Upright where it meets boxes, a curve between."""
+    back = points[0][1] > points[-1][1]
+    points = [(x + BACK_SHIFT * back, y) for x, y in points]
     path = f"M{points[0][0]:.1f},{points[0][1]:.1f}"
     for (x0, y0), (x1, y1) in itertools.pairwise(points):
-        middle = (x0 + x1) / 2
-        path += f"C{middle:.1f},{y0:.1f} {middle:.1f},{y1:.1f} {x1:.1f},{y1:.1f}"
+        middle = (y0 + y1) / 2
+        path += f"C{x0:.1f},{middle:.1f} {x1:.1f},{middle:.1f} {x1:.1f},{y1:.1f}"
     style, head = ("line back", "headback") if back else ("line", "head")
     return f'<path class="{style}" d="{path}" marker-end="url(#{head})"/>'
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 SWEEPS = 12
-GAP_X, GAP_Y = 70.0, 14.0
-DUMMY_HEIGHT = 6.0
+GAP_X, GAP_Y = 42.0, 22.0
+DUMMY_HEIGHT = 4.0
 
 Edge = tuple[str, str]
 

@@ -10,6 +10,7 @@ from chefbot.commands.tools.common import (
     definition,
     errors,
     full_name,
+    hidden,
     mismatches_of,
     on_wire,
     stopping,
@@ -69,7 +70,7 @@ def _type(node: WireNode, name: str, given: str) -> tuple[type[Message], WireTyp
         kind = definition_of(node, there, name) if there else _ours(full)
         return kind, there or WireType.of(kind)
     if not ends:
-        others = nearest(name, node.wire.graph.topics())
+        others = nearest(name, (one for one in node.wire.graph.topics() if not hidden(one)))
         raise UserError(f"nobody has {name} yet, so its type must be written before the values{others}")
     wire_type = ends[0].end.type
     return definition_of(node, wire_type, f"topic {name}"), wire_type

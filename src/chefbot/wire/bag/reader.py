@@ -44,7 +44,7 @@ class BagTopic(NamedTuple):
     """The hash is '' where neither the bag nor we know it."""
     encoding: str
     offers: tuple[QoS, ...]
-    count: int
+    messages: int
 
 
 class Bag(NamedTuple):
@@ -60,9 +60,9 @@ class Bag(NamedTuple):
     distro: str
 
     @property
-    def count(self) -> int:
+    def total(self) -> int:
         """All messages."""
-        return sum(topic.count for topic in self.topics)
+        return sum(topic.messages for topic in self.topics)
 
     @property
     def size(self) -> int:
@@ -226,7 +226,7 @@ def _merge(found: list[_Contents]) -> tuple[BagTopic, ...]:
             merged[key] = topic
         else:
             offers = tuple(dict.fromkeys((*known.offers, *topic.offers)))
-            merged[key] = known._replace(offers=offers, count=known.count + topic.count)
+            merged[key] = known._replace(offers=offers, messages=known.messages + topic.messages)
     return tuple(merged[key] for key in sorted(merged))
 
 

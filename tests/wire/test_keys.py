@@ -1,0 +1,163 @@
+"""A fleet's keys: who is let in, what is refused, and that nothing secret leaves its machine."""
+
+from __future__ import annotations
+
+import stat
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from chefbot.cli import app
+from chefbot.errors import UserError
+from chefbot.wire.access import access_control, own_keys
+from chefbot.wire.fleet import Card, Fleet, check_name
+from chefbot.wire.gate import Doors, endpoint, gate_config, turned_away
+from chefbot.wire.keyring import Keyring
+
+NOW = datetime(2026, 11, 21, tzinfo=UTC)
+
+
+@pytest.fixture
+def office(tmp_path: Path) -> Keyring:
+    ring = Keyring(tmp_path / "office")
+    ring.found("hotel", NOW)
+    return ring
+
+
+def member(folder: Path, office: Keyring, name: str, role: str = "robot") -> Keyring:
+    ring = Keyring(folder / name)
+    ring.accept(office.sign(ring.ask(name, role), NOW)[0])  # type: ignore[arg-type]
+    return ring
+
+
+def test_a_member_knows_itself_and_the_others(tmp_path: Path, office: Keyring) -> None:
+    robot = member(tmp_path, office, "robot1")
+    me = robot.identity()
+    assert (me.name, me.role, me.fleet.members) == ("robot1", "robot", {"site": "site", "robot1": "robot"})
+    assert me.ends - NOW > timedelta(days=365)
+
+
+def test_private_keys_are_their_owners_and_in_no_file_that_travels(tmp_path: Path, office: Keyring) -> None:
+    robot = Keyring(tmp_path / "robot1")
+    request = robot.ask("robot1", "robot")
+    card, _ = office.sign(request, NOW)
+    for ring in (office, robot):
+        for key in ring.folder.glob("*.key"):
+            assert stat.S_IMODE(key.stat().st_mode) == 0o600
+    assert b"PRIVATE" not in request.read_bytes() + msgspec.json.encode(card) + card.certificate + card.fleet
+
+
+def test_the_card_of_another_tells_of_it_and_is_not_mine(tmp_path: Path, office: Keyring) -> None:
+    first, second = member(tmp_path, office, "robot1"), Keyring(tmp_path / "robot2")
+    mine = (first.folder / "me.pem").read_bytes()
+    card, _ = office.sign(second.ask("robot2", "robot"), NOW)
+    assert "robot2" in first.accept(card).members and (first.folder / "me.pem").read_bytes() == mine
+    late = Keyring(tmp_path / "late")
+    late.ask("robot3", "robot")
+    with pytest.raises(UserError, match="not for this machine's key"):
+        late.accept(card)
+
+
+def test_an_older_list_a_changed_one_and_a_foreign_one_are_refused(tmp_path: Path, office: Keyring) -> None:
+    robot = member(tmp_path, office, "robot1")
+    old = office.card()
+    robot.accept(office.remove("robot1"))
+    with pytest.raises(UserError, match="older"):
+        robot.accept(old)
+    assert robot.identity().role is None
+    more = msgspec.json.encode(Fleet("hotel", 99, {"robot1": "operator"}))
+    with pytest.raises(UserError, match="changed"):
+        robot.accept(msgspec.structs.replace(old, fleet=more))
+    thieves = Keyring(tmp_path / "thieves")
+    thieves.found("hotel", NOW)
+    with pytest.raises(UserError, match="another authority"):
+        robot.accept(thieves.card())
+
+
+@given(st.integers(0, 10_000), st.integers(1, 255))
+def test_no_damaged_card_is_taken(where: int, flip: int) -> None:
+    card = _CARD
+    data = bytearray(card.fleet)
+    data[where % len(data)] ^= flip
+    with pytest.raises(UserError):
+        msgspec.structs.replace(card, fleet=bytes(data)).members("the card")
+
+
+def _some_card() -> Card:
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        ring = Keyring(Path(folder))
+        ring.found("hotel", NOW)
+        return ring.card()
+
+
+_CARD = _some_card()
+
+
+def test_a_robot_may_only_use_keys_below_its_own_name() -> None:
+    rules = access_control(
+        Fleet("hotel", 3, {"robot1": "robot", "robot10": "robot", "alice": "operator"}), "robot1"
+    )
+    assert rules["default_permission"] == "deny"
+    assert {subject["id"] for subject in rules["subjects"]} == {"this machine", "robot10", "alice"}
+    below = next(rule for rule in rules["rules"] if rule["id"] == "below robot10")
+    assert below["key_exprs"] == own_keys("robot10")
+    assert all("robot10" in key and key.startswith(("*/robot10/", "@ros2_lv/")) for key in below["key_exprs"])
+
+
+def test_without_keys_nothing_listens_and_tls_is_refused() -> None:
+    assert gate_config(None, Doors())["listen"]["endpoints"] == []
+    with pytest.raises(UserError, match="member of a fleet"):
+        gate_config(None, Doors(("tls/robot1:7447",)))
+
+
+@pytest.mark.parametrize(
+    "text", ["robot1", "udp/robot1:1", "tls/", "tls/a b", "tls/robot1:port", "tls/x:7447/y"]
+)
+def test_a_place_that_is_none_is_a_sentence(text: str) -> None:
+    with pytest.raises(UserError, match="no place on the wire"):
+        endpoint(text)
+
+
+def test_a_place_without_a_port_is_the_usual_one() -> None:
+    assert endpoint("tls/robot1") == "tls/robot1:7447"
+
+
+@pytest.mark.parametrize("name", ["", "Robot1", "1robot", "robot-1", "a/b", "r*", "%", "x" * 64])
+def test_names_that_are_no_namespace_are_refused(name: str) -> None:
+    with pytest.raises(UserError, match="cannot be a member's name"):
+        check_name(name)
+
+
+def test_zenohs_log_tells_who_was_turned_away() -> None:
+    who = "77 on Interface(eth0)+CertCommonName(robot2)+Transport(Tls)+77"
+    denied = f"x TRACE a: {who} is unauthorized to Put (ingress) on 0/robot1/cmd_vel"
+    assert turned_away(denied, {"robot2"}) == "robot2 may not write 0/robot1/cmd_vel"
+    ends = "10.0.0.1:7447: 10.0.0.2:1"
+    accepted = f"x DEBUG zenoh_link_tls::unicast: Accepted TLS connection on {ends}. Common Name: robot2.\n"
+    assert turned_away(accepted, {"robot2"}) is None
+    assert turned_away(accepted, {"robot1"}) == "robot2 is not on the fleet's list"
+
+
+def test_the_verbs_lead_a_robot_into_the_fleet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    def say(*words: str) -> str:
+        done = CliRunner().invoke(app, ["keys", *words], catch_exceptions=False)
+        assert done.exit_code == 0, done.output
+        return done.output
+
+    say("init", "hotel", "--folder", "office")
+    say("robot", "robot1", "--folder", "robot")
+    assert "accept robot1.card" in say("sign", "robot/robot1.request", "--folder", "office")
+    say("accept", "robot1.card", "--folder", "robot")
+    assert "robot1, robot of fleet hotel" in say("show", "--folder", "robot")
+    assert "robot1 is no member any more" in say("remove", "robot1", "--folder", "office")
+    with pytest.raises(UserError, match="no member"):
+        CliRunner().invoke(app, ["keys", "remove", "robot9", "--folder", "office"], catch_exceptions=False)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 import statistics
-import sys
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from chefbot.commands.tools.common import SHOWN, console, errors, find, on_wire, stopping, to_yaml
 from chefbot.commands.tools.foreign import definition_of
@@ -142,6 +143,9 @@ def _steps(path: str) -> Iterator[tuple[str, int]]:
 
 
 def _plain_part(value: Any, longest: int | None) -> Any:
+    """Of what is no message: a number, a text, or a list of either or of messages."""
     if isinstance(value, tuple):
         return [to_plain(one, longest) if isinstance(one, Message) else one for one in value[:longest]]
-    return value.tolist()[: longest or sys.maxsize] if hasattr(value, "tolist") else value
+    if isinstance(value, np.ndarray):
+        return [_plain_part(one, longest) for one in value[:longest]]
+    return float(str(value)) if isinstance(value, np.floating) else getattr(value, "item", lambda: value)()

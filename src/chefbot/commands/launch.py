@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
 from rich.console import Console
@@ -22,10 +23,11 @@ from chefbot.runtime.launch import (
     built_in_launches,
     find_launch,
     load_launch,
+    split,
 )
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.system import System
-from chefbot.wire.attach import attached
+from chefbot.wire.attach import attached, others
 
 MAX_SPEED = 1000.0
 console = Console(highlight=False)
@@ -74,11 +76,13 @@ def run_launch(name: str, texts: Sequence[str]) -> None:
     with (
         session(robot, seed, launch.clock, speed, record) as system,
         attached(system, launch, console.print) as bridge,
+        ExitStack() as processes,
     ):
         system.loop.tap(show_remarks)
-        start(system, launch)
+        own = launch if bridge is None else split(launch)[0]
+        start(system, own)
         if bridge is not None:
-            bridge.represent(system.nodes.values())
+            processes.enter_context(others(bridge, system, launch, find_launch(name).parent))
         _announce(system, launch)
         _run(system, float(launch.args["duration"]))
     if record:

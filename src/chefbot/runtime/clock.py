@@ -83,3 +83,28 @@ class WallClock:
     def read(self, reached_ns: int) -> int:
         """The present, and never before the last event."""
         return max(reached_ns, wall_ns() + self._offset)
+
+
+class FollowedClock:
+    """Time that another process tells, such as a simulator's /clock; it jumps from one telling to the next."""
+
+    def __init__(self, now_ns: int) -> None:
+        self._now_ns = now_ns
+
+    def tell(self, now_ns: int) -> None:
+        """From any thread; then wake the loop (`loop.post`)."""
+        self._now_ns = max(self._now_ns, now_ns)
+
+    def start(self, now_ns: int) -> None:
+        """Never before what has been told."""
+        self.tell(now_ns)
+
+    def wait_until(self, time_ns: int, wake: Condition) -> bool:
+        """Sleep until something comes, unless the time has been told already."""
+        if time_ns > self._now_ns:
+            wake.wait()
+        return time_ns <= self._now_ns
+
+    def read(self, reached_ns: int) -> int:
+        """The time last told."""
+        return max(reached_ns, self._now_ns)

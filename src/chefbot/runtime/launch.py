@@ -36,6 +36,8 @@ class NodeEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """`package.module:Class`, or the name of an entry point in the group `chefbot.nodes`."""
     params: dict[str, Any] = {}
     remap: dict[str, str] = {}
+    process: Annotated[str, Meta(pattern=r"^[a-z_][a-z0-9_]*$|^$")] = ""
+    """Runs in a process of this name, together with others of the same; empty: in the launch's own."""
     unless: bool = False
     """True leaves the node out; for arguments such as `headless`."""
 
@@ -81,6 +83,17 @@ class Launch(msgspec.Struct, frozen=True, kw_only=True):
     def from_json(text: str) -> Launch:
         """From the log."""
         return msgspec.json.decode(text, type=Launch)
+
+
+def split(launch: Launch) -> tuple[Launch, dict[str, Launch]]:
+    """What of it runs in the launch's own process, and what in each of the others."""
+    parts: dict[str, dict[str, NodeEntry]] = {"": {}}
+    for name, entry in launch.nodes.items():
+        parts.setdefault(entry.process, {})[name] = entry
+    own, *others = (
+        (process, msgspec.structs.replace(launch, nodes=nodes)) for process, nodes in parts.items()
+    )
+    return own[1], dict(others)
 
 
 def built_in_launches() -> dict[str, Path]:

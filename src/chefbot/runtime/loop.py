@@ -151,6 +151,11 @@ class Loop:
             self._outside.append(action)
             self._wake.notify()
 
+    def wake(self) -> None:
+        """From any thread: the clock may have moved on."""
+        with self._wake:
+            self._wake.notify()
+
     def stop(self) -> None:
         """From any thread: `run` returns after the event in hand."""
         with self._wake:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
 
 from chefbot.errors import UserError
-from chefbot.runtime.launch import Launch
+from chefbot.runtime.launch import Launch, node_class, node_params, split
 from chefbot.runtime.system import System
 from chefbot.wire.bridge import Bridge
 from chefbot.wire.environment import domain_of_environment, port_of_environment
+from chefbot.wire.ports import latched_topics
 from chefbot.wire.session import Wire
+from chefbot.wire.supervisor import Order, Supervisor
 
 CHOICES = ("auto", "on", "off")
 
@@ -47,6 +51,26 @@ def attached(system: System, launch: Launch, tell: Callable[[str], None]) -> Ite
             yield bridge
         finally:
             bridge.close()
+
+
+@contextmanager
+def others(bridge: Bridge, system: System, launch: Launch, folder: Path) -> Iterator[Supervisor]:
+    """The launch's nodes seen on the wire, and its other processes running, until this is left.
+
+    UserError when something in the others does not fit: said here, where people look.
+    """
+    for name, entry in launch.nodes.items():
+        where = f"launch {launch.name}: node {name}"
+        node_params(node_class(entry.kind, where), entry.params, where)
+    bridge.represent(system.nodes.values(), latched_topics(launch))
+    domain, port = domain_of_environment(), port_of_environment()
+    names = split(launch)[1]
+    orders = [Order(launch, name, str(folder.resolve()), domain, port) for name in names]
+    supervisor = Supervisor(orders, partial(bridge.remark, "processes"))
+    try:
+        yield supervisor
+    finally:
+        supervisor.close()
 
 
 def _taken(wire: Wire, launch: Launch) -> str:

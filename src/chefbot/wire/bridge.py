@@ -13,8 +13,10 @@ from collections.abc import Callable, Iterable
 from functools import partial
 
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.rcl_interfaces import INFO
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.sensor_msgs import CompressedImage, Image
+from chefbot.msgs.std_msgs import String
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import Node
 from chefbot.runtime.system import System
@@ -36,30 +38,49 @@ Job = Callable[[], None]
 class Bridge:
     """Puts `system` on `wire`; then `represent` its nodes, and in the end `close`.
 
-    `namespace`: of all its names, '/' or '/robot1'. `simulated`: tell /clock.
+    `namespace`: of all its names, '/' or '/robot1'. `simulated`: its time is not the calendar's. `leads`: it is
+    this process that tells /clock then. `own`: the node that speaks for the process itself.
     """
 
-    def __init__(self, system: System, wire: Wire, namespace: str = "/", *, simulated: bool = False) -> None:
+    def __init__(
+        self,
+        system: System,
+        wire: Wire,
+        namespace: str = "/",
+        *,
+        simulated: bool = False,
+        leads: bool = True,
+        own: str = "chefbot",
+    ) -> None:
         self.tally: Tally = wire.refused
         self._system, self._wire = system, wire
-        self._simulated = simulated
+        self._tells_clock = simulated and leads
         self._clock_ns = -CLOCK_NS
         self._jobs: Queues[Job] = Queues(self.tally, "more is said than can be sent, the oldest is lost")
         self._inbox = Inbox(system.loop, self.tally)
-        self._there = Represented(wire, namespace, self._inbox, system, simulated)
+        self._there = Represented(wire, (namespace, own), self._inbox, system, simulated)
         self._health = Health(self.tally, wire.graph, self._there, self._inbox)
-        self._wanted: list[Described] | None = None
+        self._wanted: tuple[list[Described], frozenset[str]] | None = None
         self._represented = threading.Event()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._work, name="wire sender", daemon=True)
         system.loop.tap(self._hear)
         self._thread.start()
 
-    def represent(self, nodes: Iterable[Node]) -> None:
-        """These nodes are there now, and no others."""
-        self._wanted = [(node, ports_of(node)) for node in nodes]
+    def represent(self, nodes: Iterable[Node], latched: frozenset[str] | None = None) -> None:
+        """These nodes are there now, and no others. `latched`: topics that are so in the whole launch."""
+        described = [(node, ports_of(node)) for node in nodes]
+        if latched is None:
+            latched = frozenset(one.name for _, ports in described for one in ports.outs if one.latched)
+        self._wanted = (described, latched)
         self._represented.set()
         self._jobs.put("nodes", lambda: None, 1)  # wakes the thread, which looks for `_wanted` first
+
+    def remark(self, topic: str, text: str) -> None:
+        """A sentence for people, on `<topic>/remark` of the loop and on /rosout; any thread."""
+        self._inbox.say(f"{topic}/remark", String(text))
+        job = partial(self._there.own_rosout.say, INFO, text, self._system.loop.now_ns)
+        self._jobs.put(f"{topic}/remark", job, DEPTH)
 
     def settle(self, timeout: float = 5.0) -> bool:
         """Wait until everything so far has been done; False if it takes longer."""
@@ -81,7 +102,7 @@ class Bridge:
         action, _, part = topic.partition("/_action/")
         if publication.publisher == WIRE and part != "send_goal":
             return  # it came from there
-        if self._simulated:
+        if self._tells_clock:
             self._tell_clock(publication.time_ns)
         if part:
             job = partial(self._send_action, action, part, publication)
@@ -105,7 +126,7 @@ class Bridge:
         while not self._closing.is_set():
             wanted, self._wanted = self._wanted, None
             if wanted is not None:
-                self._do(partial(self._there.show, wanted))
+                self._do(partial(self._there.show, *wanted))
             job = self._jobs.take(TURN)
             if job is not None:
                 self._do(job)

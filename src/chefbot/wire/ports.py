@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 from chefbot.msgs.action import Action
 from chefbot.msgs.base import Message
 from chefbot.runtime.actions import Calls, Serves
-from chefbot.runtime.node import In, Node, Out
+from chefbot.runtime.launch import Launch, node_class
+from chefbot.runtime.node import In, Node, Out, TopicSpec
 
 
 class Topic(NamedTuple):
@@ -26,6 +27,19 @@ class Ports(NamedTuple):
     outs: tuple[Topic, ...]
     serves: tuple[tuple[str, Action[Any, Any, Any]], ...]
     calls: tuple[tuple[str, Action[Any, Any, Any]], ...]
+
+
+def latched_topics(launch: Launch) -> frozenset[str]:
+    """Topics on which some node of the launch, wherever it runs, speaks to those who come later too."""
+    found: set[str] = set()
+    for name, entry in launch.nodes.items():
+        kind = node_class(entry.kind, f"launch {launch.name}: node {name}")
+        for port in typing.get_type_hints(kind):
+            spec = getattr(kind, port, None)
+            if isinstance(spec, TopicSpec) and spec.latched:
+                topic = spec.name or port
+                found.add(entry.remap.get(topic, topic))
+    return frozenset(found)
 
 
 def ports_of(node: Node) -> Ports:

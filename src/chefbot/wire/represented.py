@@ -31,17 +31,20 @@ from chefbot.wire.sane import check_finite
 from chefbot.wire.session import Wire
 from chefbot.wire.tokens import CLIENT, SUBSCRIPTION
 
-SELF = "chefbot"
-"""The node that speaks for the launch itself."""
 LATCHED_BY_CUSTOM = frozenset({"map", "tf_static", "robot_description"})
 Described = tuple[Node, Ports]
 
 
 class Represented:
-    """Belongs to the bridge's thread, but for `publishers`, which the loop's thread looks into."""
+    """Belongs to the bridge's thread, but for `publishers`, which the loop's thread looks into.
 
-    def __init__(self, wire: Wire, namespace: str, inbox: Inbox, system: System, simulated: bool) -> None:
-        self._wire, self._namespace, self._inbox = wire, namespace, inbox
+    `names`: the namespace of all, and the name of the node that speaks for the process itself.
+    """
+
+    def __init__(
+        self, wire: Wire, names: tuple[str, str], inbox: Inbox, system: System, simulated: bool
+    ) -> None:
+        self._wire, (self._namespace, self._self), self._inbox = wire, names, inbox
         self._system, self._simulated = system, simulated
         self.publishers: dict[tuple[str, str], Publisher[Any]] = {}
         """By the loop's names of node and topic."""
@@ -49,20 +52,17 @@ class Represented:
         self._rosout: dict[str, Rosout] = {}
         self._actions: dict[str, ServedAction | CalledAction] = {}
         self._heard: set[str] = set()
-        self._latched: frozenset[str] | set[str] = LATCHED_BY_CUSTOM
+        self._latched = LATCHED_BY_CUSTOM
+        self.own = self._add(self._self)
+        self.own_rosout = self._rosout[self._self] = Rosout(self.own)
         self._clock: Publisher[Clock] | None = None
-        self.own = self._add(SELF)
-        self.own_rosout = self._rosout[SELF] = Rosout(self.own)
-        if simulated:
-            self._clock = self.own.publisher("/clock", Clock, CLOCK)
 
-    def show(self, described: Sequence[Described]) -> None:
-        """These nodes, and the launch's own."""
-        for name in [name for name in self._nodes if name != SELF]:
+    def show(self, described: Sequence[Described], latched: frozenset[str]) -> None:
+        """These nodes, and the launch's own; `latched` topics are asked for what was said before."""
+        for name in [name for name in self._nodes if name != self._self]:
             self._remove(name)
         self._actions.clear()
         self._heard.clear()
-        latched = {one.name for _, ports in described for one in ports.outs if one.latched}
         self._latched = latched | LATCHED_BY_CUSTOM
         served = {name for _, ports in described for name, _ in ports.serves}
         for node, ports in described:
@@ -93,12 +93,13 @@ class Represented:
 
     def tell_clock(self, clock: Clock) -> None:
         """/clock of the simulation."""
-        if self._clock is not None:
-            self._clock.publish(clock)
+        if self._clock is None:
+            self._clock = self.own.publisher("/clock", Clock, CLOCK)
+        self._clock.publish(clock)
 
     def log(self, publication: Publication) -> None:
         """/rosout, if it is something to be told there."""
-        rosout = self._rosout.get(publication.publisher, self._rosout[SELF])
+        rosout = self._rosout.get(publication.publisher, self._rosout[self._self])
         rosout.hear(publication)
 
     def _show_node(self, node: Node, ports: Ports, served: set[str]) -> None:

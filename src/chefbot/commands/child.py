@@ -1,0 +1,120 @@
+"""One process of a launch: `python -m chefbot.commands.child`, started by the launch's supervisor.
+
+Its nodes meet the others over the wire. It ends when its standard input does, so it never outlives its launch.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+import msgspec
+from rich.console import Console
+
+from chefbot.commands.session import stop_on_signals
+from chefbot.commands.warm import warm_kernels
+from chefbot.errors import UserError
+from chefbot.msgs.rosgraph_msgs import Clock as ClockMessage
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import FollowedClock, WallClock
+from chefbot.runtime.launch import Launch, split
+from chefbot.runtime.loop import TIMER, Loop
+from chefbot.runtime.system import System
+from chefbot.wire.bridge import Bridge
+from chefbot.wire.node import WireNode
+from chefbot.wire.ports import latched_topics
+from chefbot.wire.qos import CLOCK
+from chefbot.wire.session import Wire
+from chefbot.wire.supervisor import Order
+
+PATIENCE = 20.0
+"""Seconds to wait for the first /clock."""
+KEEP_GOING_NS = 1_000_000_000
+GRACE = 1.5
+"""Seconds between being told to end and being gone."""
+
+
+def main() -> int:
+    """Exit code 2 after a sentence where the input is at fault."""
+    sys.setswitchinterval(1e-4)
+    order = msgspec.json.decode(sys.stdin.buffer.readline(), type=Order)
+    sys.path.append(order.folder)
+    try:
+        run(order)
+    except UserError as error:
+        Console(stderr=True).print(f"process {order.process}: {error}", markup=False)
+        return 2
+    return 0
+
+
+def run(order: Order) -> None:
+    """Until the input ends."""
+    own = split(order.launch)[1][order.process]
+    robot = load_robot(str(own.args["robot"]))
+    warm_kernels(Console(quiet=True))
+    with Wire(order.domain, port=order.port, router=False) as wire:
+        name = f"chefbot_{order.process}"
+        loop = _followed(wire, name) if own.clock == "simulation" else Loop(WallClock(), time.time_ns())
+        system = System(loop, robot, int(own.args["seed"]))
+        simulated = own.clock == "simulation"
+        bridge = Bridge(system, wire, simulated=simulated, leads=False, own=name)
+        loop.post(lambda: _begin(system, bridge, order.launch, own))
+        _end_with_input(loop.stop)
+        _keep_going(loop)
+        try:
+            with stop_on_signals(loop.stop):
+                loop.run()
+        finally:
+            system.stop()
+            bridge.close()
+
+
+def _begin(system: System, bridge: Bridge, whole: Launch, own: Launch) -> None:
+    system.launch(own)
+    bridge.represent(system.nodes.values(), latched_topics(whole))
+
+
+def _keep_going(loop: Loop) -> None:
+    """A loop without events ends; nodes that only listen have none of their own."""
+    loop.at(loop.now_ns + KEEP_GOING_NS, TIMER, lambda: _keep_going(loop))
+
+
+def _followed(wire: Wire, name: str) -> Loop:
+    """A loop whose time is that of /clock, from its first telling on."""
+    first: queue.SimpleQueue[int] = queue.SimpleQueue()
+    wake: list[Callable[[int], None]] = [first.put]
+    node = WireNode(wire, f"{name}_clock")
+    node.subscription("/clock", ClockMessage, lambda message: wake[0](message.clock.ns), CLOCK)
+    try:
+        now_ns = first.get(timeout=PATIENCE)
+    except queue.Empty:
+        raise UserError(f"nobody tells /clock for {PATIENCE:.0f} s; is the simulator running?") from None
+    clock = FollowedClock(now_ns)
+    loop = Loop(clock, now_ns)
+
+    def tell(told_ns: int) -> None:
+        clock.tell(told_ns)
+        loop.wake()
+
+    wake[0] = tell
+    return loop
+
+
+def _end_with_input(stop: Callable[[], None]) -> None:
+    """In a thread: when the launch closes our input, or is no more."""
+
+    def watch() -> None:
+        sys.stdin.buffer.read()
+        stop()
+        time.sleep(GRACE)
+        os._exit(1)  # somebody holds the loop up
+
+    threading.Thread(target=watch, name="input watcher", daemon=True).start()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

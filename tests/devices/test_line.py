@@ -289,6 +289,7 @@ def opened(first: int = 100) -> Session:
     answer = f"chefbot 1 test 00000000 {ticks} 100 1000 9000 9000 9000 9000 {first} 03"
     session.hear(framed(f"v 0 {hello[1]} {answer}"), 0)
     assert session.is_open and session.refused is None
+    session.hear(motion(1, 1_000_000), 1000 * MS)
     session.command(0.0, 0.0, 1000 * MS)
     return session
 
@@ -316,13 +317,13 @@ def test_an_old_speed_is_never_repeated(commands: list[tuple[float, int]]) -> No
     session, now = opened(), 1000
     for speed, pause in commands:
         now += pause
+        session.hear(motion(now % 65536, now * 1000), now * MS)
         ticks = round(speed / ROBOT.metres_per_tick)
         assert speeds(session.command(speed, speed, now * MS)) == [(ticks, ticks)]
         for age in range(10, 300, 10):
             said = speeds(session.speak((now + age) * MS))
             assert said == ([(ticks, ticks)] if age < 40 else [])
         now += 300
-        session.hear(motion(now % 65536, now * 1000), now * MS)
 
 
 @given(st.lists(st.floats(-1e300, 1e300), min_size=1, max_size=20), st.integers(0, 65535))
@@ -343,15 +344,25 @@ def test_after_a_clear_nothing_drives_before_a_stop() -> None:
         said += session.speak((1100 + 20 * n) * MS) + session.command(0.2, 0.2, (1110 + 20 * n) * MS)
     assert set(speeds(said)) == {(0, 0)}
     assert "c" in {words[0] for words in _spoken(said)}
+    session.hear(motion(2, 1_800_000), 1800 * MS)
     session.command(0.0, 0.0, 1800 * MS)
     assert speeds(session.command(0.2, 0.2, 1820 * MS))[0][0] > 0
+
+
+def test_without_ticks_from_the_board_a_stop_is_said_instead() -> None:
+    session = opened()
+    ticks = round(0.2 / ROBOT.metres_per_tick)
+    assert not session.blind(1250 * MS) and speeds(session.command(0.2, 0.2, 1250 * MS)) == [(ticks, ticks)]
+    assert session.blind(1260 * MS) and speeds(session.command(0.2, 0.2, 1260 * MS)) == [(0, 0)]
+    session.hear(motion(2, 1_300_000), 1300 * MS)
+    assert speeds(session.command(0.2, 0.2, 1300 * MS)) == [(ticks, ticks)]
 
 
 def test_an_emergency_stop_is_said_until_the_board_has_it() -> None:
     session = opened()
     said = [session.stop(1100 * MS)] + [session.speak((1100 + 20 * n) * MS) for n in range(1, 30)]
     assert all("x" in {words[0] for words in _spoken(data)} for data in said)
-    session.hear(framed("e 1 1700000 0 0 0 0 0302"), 1700 * MS)
+    session.hear(framed("e 2 1700000 0 0 0 0 0302"), 1700 * MS)
     later = b"".join(session.speak((1710 + 20 * n) * MS) for n in range(10))
     assert "x" not in {words[0] for words in _spoken(later)}
 

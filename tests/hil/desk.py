@@ -76,6 +76,8 @@ class Desk:
         os.set_blocking(self._ours, False)
         path.symlink_to(os.ttyname(self._theirs))
         self.wheels = Wheels()
+        self.reversed: int | None = None
+        """The wheel whose encoder counts backwards."""
         self.time_us = 0
         self.samples = [Sample(0, (0, 0))]
         self._drivers = False
@@ -146,7 +148,7 @@ class Desk:
     def _surroundings(self) -> None:
         for wheel, moved in enumerate(self.wheels.step(self.samples[-1].duty, self._drivers)):
             if moved:
-                self.board.turn(wheel, moved)
+                self.board.turn(wheel, -moved if wheel == self.reversed else moved)
         noise = [self._chance.randint(-3, 3) for _ in range(6)]
         turning = round(math.degrees(self.wheels.yaw_rate) * 65.5)  # of the MPU-6050 at 500 deg/s
         self.board.imu((noise[0], noise[1], 8192 + noise[2], -3920, noise[3], noise[4], noise[5] + turning))

@@ -90,6 +90,18 @@ def test_the_estop_button_latches(desk: Desk, driven: Driven, cable: Cable) -> N
     drive(driven, cable, SPEED)
 
 
+def test_a_wheel_that_turns_backwards_stops_both(desk: Desk, driven: Driven, cable: Cable) -> None:
+    drive(driven, cable, SPEED)
+    count = len(cable.lines)
+    desk.reversed = 1
+    driven.until(lambda: "right encoder" in driven.health, "the news")
+    driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
+    desk.reversed = None
+    driven.press(True)
+    driven.press(False)
+    drive(driven, cable, SPEED)
+
+
 def test_a_board_that_resets_in_mid_drive_stands_until_a_stop_was_commanded(
     desk: Desk, driven: Driven, cable: Cable
 ) -> None:

@@ -14,6 +14,8 @@ LOSS_TOLD = 0.02
 
 HELD_BACK = "the robot waits for a stop to be commanded before it drives: let go of the controls once"
 
+BLIND = "the board's ticks do not come through: the robot is told to stand until they do"
+
 
 class Health:
     """Collects what lines say of the board; `report` puts it in words, with levels of diagnostic_msgs."""
@@ -66,6 +68,8 @@ class Health:
         found = warnings(session.flags)
         if session.held_back(now_ns):
             found.append(HELD_BACK)
+        if session.blind(now_ns):
+            found.append(BLIND)
         if session.warning is not None:
             found.append(session.warning)
         if self._loss > LOSS_TOLD:

@@ -17,6 +17,9 @@ REPEAT_NS = 20_000_000
 FRESH_NS = 40_000_000
 """So long it is repeated; then silence, and 150 ms later the board stops. With 10 ms left for the line, wheels get no
 more than 200 ms out of a command whose sender has died, and two of three lines may be lost."""
+BLIND_NS = 250_000_000
+"""Without ticks from the board for so long nobody knows where the robot goes: a stop is said instead of a speed.
+Twelve lines in a row are lost then; where two of five are, that happens once in an hour of driving."""
 HEARTBEAT_NS = 200_000_000
 """Pause between two signs of life; a session ends after 1 s without."""
 HANDSHAKE_NS = 200_000_000
@@ -53,6 +56,7 @@ class Session:
         self._asked_ns = self._said_ns = -(1 << 62)
         self._open_ns: int | None = None
         self._heard_ns: int | None = None
+        self._motion_ns = -(1 << 62)
         self._sequence = 0
         self._command: _Command | None = None
         self._stopped = False
@@ -86,6 +90,10 @@ class Session:
         fresh = command is not None and now_ns - command.time_ns < SILENCE_NS
         return self.is_open and self.neutral_first and fresh
 
+    def blind(self, now_ns: int) -> bool:
+        """The line is so bad, or the board so silent, that speeds are not passed on."""
+        return self.is_open and now_ns - self._motion_ns > BLIND_NS
+
     # -- from the board
 
     def hear(self, data: bytes, now_ns: int) -> list[Heard]:
@@ -112,6 +120,8 @@ class Session:
             self._close()
         if isinstance(line, Version | OtherVersion):
             self._judge(line, now_ns)
+        if isinstance(line, Motion):
+            self._motion_ns = now_ns
         if isinstance(line, Motion | Status):
             self.flags = line.flags
             self._watch_flags(now_ns)
@@ -180,7 +190,8 @@ class Session:
     def _say_speed(self, now_ns: int) -> bytes:
         assert self._command is not None
         clearing = self._clear_ns is not None
-        still = self.neutral_first or clearing or bool(self.flags & Flag.NEUTRAL_FIRST)
+        refused = clearing or bool(self.flags & Flag.NEUTRAL_FIRST)
+        still = self.neutral_first or refused or self.blind(now_ns)
         left, right = (0, 0) if still else (self._command.left, self._command.right)
         return self._numbered("s", now_ns, left, right)
 

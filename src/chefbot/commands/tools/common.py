@@ -24,9 +24,9 @@ from chefbot.wire.node import WireNode
 from chefbot.wire.session import LOOPBACK, Wire
 
 T = TypeVar("T")
-ROUTER_WAIT = 1.0
-"""Seconds; a router on the same machine answers in some milliseconds."""
-SETTLED, SETTLE_WAIT = 0.15, 1.5
+START_WAIT, QUIET_WAIT = 20.0, 1.0
+"""Seconds that a launch which is only just starting is waited for, the first of them without a word."""
+SETTLED, SETTLE_WAIT = 0.25, 2.0
 """Seconds without news after which all are known, and how long that is waited for at most."""
 SILENCE = 2.0
 """Seconds without a message after which the reasons are told."""
@@ -43,14 +43,21 @@ def on_wire(verb: str) -> Iterator[WireNode]:
     """A node that is there for this command only, and knows all others. UserError when nobody is there."""
     port, domain = port_of_environment(), domain_of_environment()
     with Wire(domain, port=port, router=False) as wire:
-        if not wire.graph.wait_for(lambda _: wire.connected, ROUTER_WAIT):
-            raise UserError(
-                f"nobody is on the wire at {LOOPBACK}:{port}; start a launch first, "
-                "or rmw_zenohd where ROS 2's own nodes run"
-            )
+        if not wire.graph.wait_for(_somebody, QUIET_WAIT):
+            errors.print(f"chefbot: nobody is on the wire at {LOOPBACK}:{port} yet; waiting {START_WAIT:g} s")
+            if not wire.graph.wait_for(_somebody, START_WAIT):
+                raise UserError(
+                    f"nobody is on the wire at {LOOPBACK}:{port}, domain {domain}; start a launch first, "
+                    "or rmw_zenohd where ROS 2's own nodes run"
+                )
         with WireNode(wire, f"_chefbot_{verb}_{os.getpid()}") as node:
             settle(wire.graph)
             yield node
+
+
+def _somebody(graph: Graph) -> bool:
+    """Whether there is a node that is no tool."""
+    return any(not hidden(one.full_name) for one in graph.nodes())
 
 
 def settle(graph: Graph) -> None:

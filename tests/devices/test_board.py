@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 import os
+import re
+import threading
+import tty
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -12,6 +15,7 @@ import pytest
 from tests.devices.driven import Driven, drive, ready, standing
 from tests.devices.emulated import Cable, Emulator
 
+from chefbot.devices.line.frame import frame
 from chefbot.devices.line.lines import Motion
 from chefbot.devices.line.words import Flag
 from chefbot.errors import UserError
@@ -130,7 +134,31 @@ def test_a_blocked_wheel_is_named_and_cleared(driven: Driven, cable: Cable, emul
     drive(driven, cable)
 
 
-def test_another_version_or_robot_is_refused_in_a_sentence(cable: Cable) -> None:
+def test_another_version_is_refused_in_a_sentence() -> None:
+    ours, theirs = os.openpty()
+    tty.setraw(theirs)
+
+    def answer() -> None:
+        heard = b""
+        while b"end" not in heard:
+            heard += os.read(ours, 4096)
+            for token in re.findall(rb"v (\d+) 1\*", heard):
+                os.write(ours, frame(f"v 0 {token.decode()} chefbot 2 future 1 2 3"))
+            heard = heard[heard.rfind(b"\n") + 1 :]
+
+    board = threading.Thread(target=answer)
+    board.start()
+    try:
+        with pytest.raises(UserError, match=r"speaks version 2 of the protocol.*chefbot flash"):
+            _run_alone(os.ttyname(theirs))
+    finally:
+        os.write(theirs, b"end")
+        board.join()
+        os.close(ours)
+        os.close(theirs)
+
+
+def test_another_robot_is_refused_in_a_sentence(cable: Cable) -> None:
     driven = Driven(str(cable.path), robot="desk")
     try:
         with pytest.raises(UserError, match=r"ticks per turn of a wheel.*chefbot flash"):

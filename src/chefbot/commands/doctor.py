@@ -14,6 +14,7 @@ from rich.console import Console
 
 from chefbot import __version__
 from chefbot.commands.kernel_stamp import all_there, stamp_path
+from chefbot.commands.tools.health import wire_lines
 from chefbot.devices.board_ports import BOARD_VENDORS, Port, ports
 
 RULES = Path("/etc/udev/rules.d/60-chefbot.rules")
@@ -40,7 +41,7 @@ console = Console(highlight=False, soft_wrap=True)
 
 def run_doctor() -> None:
     """Everything in a few lines; nothing is changed."""
-    for sentence in (*_programs(), "", *_serial_ports()):
+    for sentence in (*_programs(), "", *_serial_ports(), "", *wire_lines()):
         console.print(sentence, markup=False)
 
 

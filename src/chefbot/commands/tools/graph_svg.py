@@ -12,6 +12,7 @@ FONT, SMALL, LINE = 13.0, 11.0, 15.0
 CHARACTER = 0.6
 """Mean width of a character in font sizes; a little more than sans-serif fonts have."""
 PAD, MARGIN = 9.0, 24.0
+INTO = "\N{LEFTWARDS ARROW}"
 BACK_SHIFT = 9.0
 """What flows back stands beside what flows there."""
 NODE, TOPIC, ACTION = "node", "topic", "action"
@@ -57,7 +58,7 @@ def _from_above(layout: Layout) -> Layout:
 
 
 def _parts(found: dict[str, Any]) -> tuple[dict[str, str], Texts, list[Edge]]:
-    """Kinds, lines of text and edges; a topic that no other node hears stands in the box of its node."""
+    """Kinds, lines of text and edges; a topic that has one end only stands in the box of its node."""
     kinds: dict[str, str] = {}
     texts: Texts = {}
     edges: dict[Edge, None] = {}
@@ -68,6 +69,9 @@ def _parts(found: dict[str, Any]) -> tuple[dict[str, str], Texts, list[Edge]]:
         if not takers or takers == givers:
             for giver in givers:
                 texts[giver].append(f"{topic['name']}{_dot(_rate(topic))}")
+            continue
+        if not givers and len(takers) == 1:
+            texts[takers[0]].append(f"{INTO} {topic['name']}")
             continue
         own = f"topic {topic['name']}"
         kinds[own], texts[own] = TOPIC, [topic["name"], f"{_short(topic['types'])}{_dot(_rate(topic))}"]

@@ -73,6 +73,7 @@ def test_papers_keep_the_rules_of_rep_149(made: tuple[str, Path], name: str) -> 
     assert root.findtext("buildtool_depend") == root.findtext("export/build_type") == "ament_cmake"
     depends = [one.text for one in root.iterfind("exec_depend")]
     assert len(depends) == len(set(depends)) and name not in depends
+    assert all(re.fullmatch(r"[a-z][a-z0-9_]*", one or "") for one in depends)
     cmake = (package / "CMakeLists.txt").read_text()
     assert f"project({name} " in cmake and cmake.rstrip().endswith("ament_package()")
     (installed,) = re.findall(r"install\(DIRECTORY ([\w ]+) DESTINATION", cmake)

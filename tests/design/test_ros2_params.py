@@ -232,6 +232,18 @@ def test_alphas_are_the_variances_of_wheels_that_slip(name: str) -> None:
     assert math.sqrt(float(str(told["alpha3"]))) * travel >= 0.24 * figures.resolution.number
 
 
+@pytest.mark.parametrize("name", ROBOTS)
+def test_scan_matching_keeps_kartos_bounds(name: str) -> None:
+    """Karto throws at start where a smear is not within half of and ten times the search's resolution."""
+    told = params(slam_toolbox(load_robot(name), FLOOR))
+    for search in ("correlation_search_space", "loop_search_space"):
+        cell = told[f"{search}_resolution"]
+        assert 0.5 * cell <= told[f"{search}_smear_deviation"] <= 10 * cell
+        assert told[f"{search}_dimension"] / cell <= 160 + 1e-6
+    assert told["minimum_travel_distance"] < told["link_scan_maximum_distance"]
+    assert told["min_laser_range"] < told["max_laser_range"]
+
+
 def leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Because]]:
     for key, value in tree.items():
         if isinstance(value, Because) or not hasattr(value, "items"):

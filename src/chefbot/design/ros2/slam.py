@@ -93,6 +93,7 @@ def _steps(figures: Figures) -> Tree:
 
 
 def _matching(figures: Figures) -> Tree:
+    """Searches of as many cells as usual, hence as dear; a smear is at most ten cells of its search (Karto)."""
     scale = figures.resolution.number / USUAL_CELL
 
     def cells(usual: float) -> Because:
@@ -114,7 +115,7 @@ def _matching(figures: Figures) -> Tree:
         "correlation_search_space_dimension": cells(0.5),
         "correlation_search_space_resolution": cells(0.01),
         "correlation_search_space_smear_deviation": cells(0.1),
-        "loop_search_space_dimension": 8.0,
+        "loop_search_space_dimension": cells(8.0),
         "loop_search_space_resolution": cells(0.05),
         "loop_search_space_smear_deviation": cells(0.03),
         "distance_variance_penalty": 0.5,

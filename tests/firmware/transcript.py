@@ -62,6 +62,7 @@ def transcript() -> list[str]:
         talk.board.advance(10)
         talk.board.lib.chefbot_board_turn(talk.board.handle, 0, 18)
         talk.board.lib.chefbot_board_turn(talk.board.handle, 1, 16)
+    talk.obey("s", 5200, 4800)
     talk.hear(90, "eisu")
     talk.board.lib.chefbot_board_estop(talk.board.handle, 1)
     talk.hear(20, "e")

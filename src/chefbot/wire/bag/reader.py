@@ -154,7 +154,7 @@ def _summary(opened: IO[bytes]) -> _Contents | None:
         distro = next(
             (_distro(one.metadata) for one in reader.iter_metadata() if one.name == METADATA_RECORD), ""
         )
-    except DAMAGE:
+    except (*DAMAGE, OSError):  # it seeks to before the beginning of a short file; a scan tells what is wrong
         return None
     statistics = summary.statistics
     return _Contents(topics, statistics.message_start_time, statistics.message_end_time, distro=distro)

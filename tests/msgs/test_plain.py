@@ -1,0 +1,88 @@
+"""Messages as people write and read them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from chefbot.errors import UserError
+from chefbot.msgs.base import Message, fields_of, ros_type
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.geometry_msgs import PoseStamped, Twist
+from chefbot.msgs.plain import from_plain, to_plain
+from chefbot.msgs.sensor_msgs import Image, Imu, LaserScan, Range
+from chefbot.msgs.std_msgs import Float32, String
+from tests.msgs.test_cdr import all_messages, instances_of
+
+MESSAGES = {ros_type(one): one for one in all_messages()}
+
+
+@given(st.data())
+@settings(max_examples=200, deadline=None)
+def test_every_message_goes_through_yaml_and_comes_back(data: st.DataObject) -> None:
+    kind = MESSAGES[data.draw(st.sampled_from(sorted(MESSAGES)))]
+    message = data.draw(instances_of(kind))
+    text = yaml.safe_dump(to_plain(message), sort_keys=False, allow_unicode=True)
+    assert from_plain(kind, yaml.safe_load(text), "it").to_cdr() == message.to_cdr()
+
+
+@pytest.mark.parametrize("name", sorted(MESSAGES))
+def test_nothing_given_is_the_default(name: str) -> None:
+    kind = MESSAGES[name]
+    assert from_plain(kind, None, "it").to_cdr() == from_plain(kind, {}, "it").to_cdr() == kind().to_cdr()
+    assert set(to_plain(kind())) == {field.name for field in fields_of(kind)}
+
+
+def test_no_number_and_no_end_are_written_as_yaml_has_them() -> None:
+    for value, text in ((math.nan, ".nan"), (math.inf, ".inf"), (-math.inf, "-.inf")):
+        written = yaml.safe_dump(to_plain(Float32(value)))
+        assert text in written
+        assert repr(from_plain(Float32, yaml.safe_load(written), "it").data) == repr(value)
+
+
+def test_single_precision_is_shown_as_it_was_written() -> None:
+    assert to_plain(Float32(0.1)) == {"data": 0.1}
+
+
+def test_long_arrays_are_cut_and_say_so() -> None:
+    plain = to_plain(LaserScan(ranges=[1.0] * 640), longest=3)
+    assert plain["ranges"] == [1.0, 1.0, 1.0, "... 637 more"]
+
+
+def test_now_is_the_time_and_auto_a_header_of_it() -> None:
+    now = Time(5, 6)
+    assert from_plain(PoseStamped, {"header": "auto"}, "it", now).header.stamp.ns == now.ns
+    made = from_plain(PoseStamped, {"header": {"stamp": "now", "frame_id": "map"}}, "it", now)
+    assert (made.header.stamp.ns, made.header.frame_id) == (now.ns, "map")
+
+
+def test_yaml_takes_1e3_for_a_text_and_we_do_not() -> None:
+    assert from_plain(Twist, yaml.safe_load("{linear: {x: 1e-3}}"), "it").linear.x == 1e-3
+
+
+@pytest.mark.parametrize(
+    ("kind", "plain", "said"),
+    [
+        (Twist, {"linaer": {}}, "no field 'linaer' (did you mean 'linear'?)"),
+        (Twist, {"linear": {"x": "fast"}}, "linear: x is a number, not 'fast'"),
+        (Twist, {"linear": {"x": True}}, "linear: x is a number, not True"),
+        (Twist, {"linear": [1, 2, 3]}, "has the fields x, y, z"),
+        (Twist, 3, "has the fields linear, angular"),
+        (String, {"data": 3}, "is a text, not 3; put it in quotes"),
+        (Image, {"height": -1}, "must lie between 0 and 4294967295"),
+        (Image, {"height": 1.5}, "is a whole number, not 1.5"),
+        (Image, {"height": True}, "is a whole number, not True"),
+        (Image, {"data": [256]}, "data[0] must lie between 0 and 255"),
+        (Image, {"data": "x"}, "is a list"),
+        (Imu, {"orientation_covariance": [0.0] * 8}, "has 9 elements, not 8"),
+        (Range, {"header": "now"}, "has the fields stamp, frame_id"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_one_sentence(kind: type[Message], plain: object, said: str) -> None:
+    with pytest.raises(UserError) as error:
+        from_plain(kind, plain, "values", Time(1, 0))
+    assert said in str(error.value) and str(error.value).startswith("values: ")

@@ -1,0 +1,348 @@
+"""The verbs of the wire, as a user types them, with nodes that are not ours to look into."""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+import time
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from chefbot.cli import main
+from chefbot.commands.tools.foreign import make_class
+from chefbot.commands.tools.graph_svg import to_svg
+from chefbot.commands.tools.layers import lay_out
+from chefbot.commands.tools.listen import Heard
+from chefbot.commands.tools.param import plain_value, wire_value
+from chefbot.commands.tools.topic_listen import measure, rate_line
+from chefbot.errors import UserError
+from chefbot.msgs import rcl_interfaces as rcl
+from chefbot.msgs.base import Float64, Message, Uint8
+from chefbot.msgs.definition import Description, FieldDescription, describe, type_hash
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Header, String
+from chefbot.msgs.type_description_interfaces import (
+    GetTypeDescription,
+    GetTypeDescription_Response,
+    TypeDescription,
+)
+from chefbot.wire.attachment import Attachment
+from chefbot.wire.names import WireType
+from chefbot.wire.node import WireNode
+from chefbot.wire.qos import LATCHED, SENSOR
+from chefbot.wire.session import Wire
+from tests.msgs.test_cdr import all_messages, instances_of
+
+PATIENCE = 20.0
+STORE = {
+    "max_speed": rcl.ParameterValue(type=rcl.DOUBLE, double_value=0.35),
+    "frames": rcl.ParameterValue(type=rcl.STRING_ARRAY, string_array_value=("map", "odom")),
+}
+Thing = msgspec.defstruct(
+    "Thing",
+    [("size", Float64, 0.0), ("kind", Uint8, 0)],
+    bases=(Message,),
+    module="their_msgs",
+    frozen=True,
+    eq=False,
+)
+"""A type that chefbot has no definition of."""
+
+
+@pytest.fixture
+def verb(
+    wire: Wire, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[int, str, str]]:
+    """`verb("topic", "list")` is exit code, output and errors."""
+    monkeypatch.setenv("CHEFBOT_WIRE_PORT", str(wire._port))
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(wire.domain))
+
+    def run(*words: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["chefbot", *words])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return (int(str(end.value.code or 0)), *capsys.readouterr())
+
+    return run
+
+
+@pytest.fixture
+def base(wire: Wire) -> Iterator[WireNode]:
+    """Nodes of a small robot; the scan and a foreign type are said again and again."""
+    stop = threading.Event()
+    with WireNode(wire, "base", "/r") as node, WireNode(wire, "slam", "/r") as slam:
+        scan = node.publisher("scan", LaserScan, SENSOR)
+        slam.subscription("scan", LaserScan, lambda _: None, SENSOR)
+        slam.publisher("map", OccupancyGrid, LATCHED).publish(OccupancyGrid())
+        node.publisher("silent", String)
+        foreign = node.publisher("thing", Thing)
+        node.server("~/list_parameters", rcl.ListParameters, lambda call: call.answer(_listed()))
+        node.server("~/get_parameters", rcl.GetParameters, lambda call: call.answer(_got(call.request.names)))
+        node.server("~/set_parameters", rcl.SetParameters, lambda call: call.answer(_set(call.request)))
+
+        def speak() -> None:
+            while not stop.wait(0.02):
+                scan.publish(LaserScan(Header(frame_id="laser"), ranges=np.arange(640, dtype=np.float32)))
+                foreign.publish(Thing(2.5, 7))
+
+        thread = threading.Thread(target=speak)
+        thread.start()
+        yield node
+        stop.set()
+        thread.join()
+
+
+def _listed() -> Message:
+    return rcl.ListParameters_Response(rcl.ListParametersResult(tuple(STORE)))
+
+
+def _got(names: tuple[str, ...]) -> Message:
+    return rcl.GetParameters_Response(tuple(STORE[name] for name in names))
+
+
+def _set(request: rcl.SetParameters_Request) -> Message:
+    fits = [one.value.double_value <= 1.0 for one in request.parameters]
+    results = tuple(rcl.SetParametersResult(one, "" if one else "must not be above 1") for one in fits)
+    return rcl.SetParameters_Response(results)
+
+
+def test_topics_are_listed_told_echoed_and_measured(verb: Callable, base: WireNode) -> None:
+    code, out, _ = verb("topic", "list")
+    assert code == 0 and out.split() == ["/r/map", "/r/scan", "/r/silent", "/r/thing"]
+    rows = [line.split() for line in verb("topic", "list", "-v")[1].splitlines()]
+    assert ["/r/scan", "sensor_msgs/msg/LaserScan", "1", "1"] in rows
+    info = verb("topic", "info", "r/scan")[1]
+    assert "/r/base  best effort, volatile, keep last 5" in info and "!" not in info
+    shown = yaml.safe_load(verb("topic", "echo", "/r/scan", "--once")[1])
+    assert shown["header"]["frame_id"] == "laser" and shown["ranges"][128] == "... 512 more"
+    assert verb("topic", "echo", "/r/scan", "--once", "--field", "ranges[3]")[1].strip() == "3.0"
+    assert verb("topic", "echo", "/r/map", "--once", "--field", "info.resolution")[1].strip() == "0.0"
+    code, out, _ = verb("topic", "hz", "/r/scan", "--duration", "1")
+    assert code == 0 and 1 < float(out.split()[1]) <= 51 and "kB/s" in out
+
+
+def test_what_is_not_there_is_named_with_its_nearest(verb: Callable, base: WireNode) -> None:
+    for words, nearest in (
+        (("topic", "hz", "/r/scam"), "'/r/scan'"),
+        (("topic", "echo", "/r/scan", "--field", "header.framed"), "'frame_id'"),
+        (("node", "info", "/r/bas"), "'/r/base'"),
+        (("service", "call", "/r/base/get_parameter"), "'/r/base/get_parameters'"),
+        (("param", "get", "/r/base", "max_sped"), "'max_speed'"),
+    ):
+        code, out, said = verb(*words)
+        assert (code, out) == (2, "") and f"did you mean {nearest}?" in said
+
+
+def test_a_silent_topic_says_why(verb: Callable, base: WireNode, wire: Wire) -> None:
+    with WireNode(wire, "rviz") as rviz:
+        rviz.subscription("/r/silent", Twist, lambda _: None)
+        rviz.subscription("/r/scan", LaserScan, lambda _: None)
+        code, out, said = verb("topic", "hz", "/r/silent", "--duration", "1")
+        assert code == 1 and "no message" in out
+        assert "/r/silent is silent, although /r/base could speak there" in said
+        assert "the one has std_msgs/msg/String, the other geometry_msgs/msg/Twist" in said
+        assert "! /r/scan: /r/base and /rviz: best effort is offered" in verb("topic", "info", "/r/scan")[1]
+        doctor = verb("doctor")[1]
+        assert "3 nodes" in doctor and "! /r/silent: /r/base and /rviz do not hear each other" in doctor
+
+
+def test_a_type_nobody_told_of_is_named_with_its_hash(verb: Callable, base: WireNode) -> None:
+    code, _, said = verb("topic", "echo", "/r/thing", "--once")
+    assert code == 2 and f"their_msgs/msg/Thing ({type_hash(Thing)[:19]}...)" in said
+    assert verb("topic", "hz", "/r/thing", "--duration", "0.5")[0] == 0
+
+
+def test_a_type_that_a_node_tells_of_is_shown(verb: Callable, base: WireNode) -> None:
+    told = GetTypeDescription_Response(True, "", TypeDescription.of(describe(Thing)))
+    base.server("~/get_type_description", GetTypeDescription, lambda call: call.answer(told))
+    code, out, _ = verb("topic", "echo", "/r/thing", "--once")
+    assert (code, yaml.safe_load(out)) == (0, {"size": 2.5, "kind": 7})
+
+
+def test_a_known_type_of_another_version_is_refused(verb: Callable, base: WireNode) -> None:
+    base.raw_publisher("odd", WireType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64))
+    code, _, said = verb("topic", "echo", "/r/odd", "--once")
+    assert code == 2 and "another version" in said and WireType.of(Twist).hash in said
+
+
+def test_something_is_said(verb: Callable, base: WireNode) -> None:
+    heard: list[Twist] = []
+    base.subscription("cmd_vel", Twist, heard.append)
+    assert verb("topic", "pub", "/r/cmd_vel", "{linear: {x: 0.25}}", "--once")[0] == 0
+    assert verb("topic", "pub", "/r/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.5}}", "--once")[0] == 0
+    until = time.monotonic() + PATIENCE
+    while len(heard) < 2 and time.monotonic() < until:
+        time.sleep(0.01)
+    assert [one.linear.x for one in heard] == [0.25, 0.5]
+    code, _, said = verb("topic", "pub", "/r/cmd_vel", "{liner: 1}", "--once")
+    assert code == 2 and "'linear'" in said
+    code, _, said = verb("topic", "pub", "/nobody", "{data: x}", "--once")
+    assert code == 2 and "its type must be written" in said
+
+
+def test_parameters_and_nodes(verb: Callable, base: WireNode) -> None:
+    assert verb("node", "list")[1].split() == ["/r/base", "/r/slam"]
+    assert "/r/scan" in verb("node", "info", "/r/base")[1]
+    assert yaml.safe_load(verb("param", "get", "/r/base", "frames")[1]) == ["map", "odom"]
+    assert "max_speed  0.35" in verb("param", "list")[1]
+    assert verb("param", "set", "/r/base", "max_speed", "1")[0] == 0
+    code, out, _ = verb("param", "set", "/r/base", "max_speed", "3")
+    assert code == 1 and "must not be above 1" in out
+    code, _, said = verb("param", "set", "/r/base", "frames", "3")
+    assert code == 2 and "string array" in said
+
+
+def test_services_and_actions_of_another_process(verb: Callable, wire: Wire, other: Callable) -> None:
+    other("peer")
+    assert wire.graph.wait_for(lambda graph: "/far/navigate_to_pose" in graph.actions(), PATIENCE)
+    answer = yaml.safe_load(verb("service", "call", "/far/switch", "{data: true}")[1])
+    assert answer == {"success": True, "message": "from the other process"}
+    assert verb("action", "list")[1].split() == ["/far/navigate_to_pose"]
+    code, out, _ = verb("action", "send", "/far/navigate_to_pose", "{pose: {pose: {position: {x: 1}}}}")
+    assert code == 0 and out.count("feedback:") == 3 and out.rstrip().endswith("status: succeeded")
+    code, _, said = verb("action", "send", "/far/navigate_to_pose", "{behavior_tree: unwanted}")
+    assert code == 2 and "does not accept" in said
+
+
+def test_ctrl_c_cancels_a_goal(verb: Callable, wire: Wire, other: Callable) -> None:
+    import os
+    import signal
+
+    other("peer")
+    assert wire.graph.wait_for(lambda graph: "/far/navigate_to_pose" in graph.actions(), PATIENCE)
+    threading.Timer(2.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    code, out, said = verb("action", "send", "/far/navigate_to_pose", "{behavior_tree: slow}", "--quiet")
+    assert code == 1 and "status: cancelled" in out and "cancelling" in said
+
+
+def test_the_graph_is_drawn_and_told(verb: Callable, base: WireNode, tmp_path: Path) -> None:
+    out = tmp_path / "graph.svg"
+    assert verb("graph", "--out", str(out), "--duration", "1")[0] == 0
+    texts = {one.text for one in ET.parse(out).iter("{http://www.w3.org/2000/svg}text")}
+    assert {"/r/base", "/r/slam", "/r/scan"} <= texts and any("Hz" in str(one) for one in texts)
+    found = json.loads(verb("graph", "--json", "--duration", "1")[1])
+    (scan,) = [one for one in found["topics"] if one["name"] == "/r/scan"]
+    assert scan["publishers"] == ["/r/base"] and scan["subscriptions"] == ["/r/slam"]
+    assert 1 < scan["hz"] <= 51 and found["nodes"] == ["/r/base", "/r/slam"]
+
+
+def test_nobody_there_is_said_in_a_sentence(
+    port: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("CHEFBOT_WIRE_PORT", str(port))
+    monkeypatch.setattr("chefbot.commands.tools.common.START_WAIT", 0.2)
+    monkeypatch.setattr(sys, "argv", ["chefbot", "topic", "list"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2 and "nobody is on the wire" in capsys.readouterr().err
+    monkeypatch.setenv("CHEFBOT_WIRE_PORT", "seven")
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2 and "CHEFBOT_WIRE_PORT=seven" in capsys.readouterr().err
+
+
+@given(st.data())
+@settings(max_examples=100, deadline=None)
+def test_classes_made_of_told_definitions_are_ours(data: st.DataObject) -> None:
+    kind = data.draw(st.sampled_from(all_messages()))
+    message = data.draw(instances_of(kind))
+    made = make_class(describe(kind))
+    assert made.from_cdr(message.to_cdr()).to_cdr() == message.to_cdr()
+    assert describe(made).fields == describe(kind).fields
+
+
+@pytest.mark.parametrize(
+    "field",
+    [
+        FieldDescription("x; import os", 11, 0, 0, ""),
+        FieldDescription("class", 11, 0, 0, ""),
+        FieldDescription("x", 1, 0, 0, "their_msgs/msg/Thing"),
+        FieldDescription("x", 1, 0, 0, "their_msgs/msg/Missing"),
+        FieldDescription("x", 18, 0, 0, ""),
+        FieldDescription("x", 48 + 11, 10**12, 0, ""),
+        FieldDescription("x", 48 + 17, 2, 0, ""),
+        FieldDescription("x", 250, 0, 0, ""),
+    ],
+)
+def test_definitions_that_mean_harm_are_refused(field: FieldDescription) -> None:
+    one = Description("their_msgs/msg/Thing", (field,), ())
+    with pytest.raises(UserError):
+        make_class(one._replace(uses=(one,)))
+
+
+names = st.integers(0, 12).map(str)
+edges_of_graphs = st.lists(
+    st.tuples(names, names).filter(lambda edge: edge[0] != edge[1]), max_size=30, unique=True
+)
+
+
+@given(edges_of_graphs, st.randoms(use_true_random=False))
+@settings(deadline=None)
+def test_boxes_do_not_overlap_and_lines_join_them(edges: list, random) -> None:
+    sizes = {str(n): (random.uniform(20, 200), random.uniform(10, 80)) for n in range(13)}
+    layout = lay_out(sizes, edges)
+    boxes = list(layout.boxes.values())
+    for number, a in enumerate(boxes):
+        for b in boxes[number + 1 :]:
+            apart_x = a.x + a.width <= b.x + 1e-6 or b.x + b.width <= a.x + 1e-6
+            apart_y = a.y + a.height <= b.y + 1e-6 or b.y + b.height <= a.y + 1e-6
+            assert apart_x or apart_y
+    assert set(layout.lines) == set(edges)
+    for (tail, head), points in layout.lines.items():
+        for name, (x, y) in ((tail, points[0]), (head, points[-1])):
+            box = layout.boxes[name]
+            assert min(abs(x - box.x), abs(x - box.x - box.width)) < 1e-6
+            assert abs(y - box.y - box.height / 2) < 1e-6
+
+
+def test_a_picture_of_nothing_is_a_picture() -> None:
+    ET.fromstring(to_svg({"nodes": [], "topics": [], "actions": [], "mismatches": ["<&>"]}))
+
+
+@given(st.lists(st.floats(1e-4, 10.0), min_size=1, max_size=30))
+def test_rates_are_those_of_the_intervals(gaps: list[float]) -> None:
+    times = np.cumsum([0.0, *gaps])
+    kind = WireType.of(String)
+    heard = [Heard(kind, b"1234", float(at), Attachment(1, 0, b"")) for at in times]
+    rate = measure(heard)
+    assert rate.messages == len(times)
+    assert rate.hz == pytest.approx(len(gaps) / sum(gaps))
+    assert rate.shortest == pytest.approx(min(gaps), rel=1e-3) and rate.longest == pytest.approx(
+        max(gaps), rel=1e-3
+    )
+    assert rate.bytes_per_second == pytest.approx(4 * rate.hz)
+    assert "Hz" in rate_line("/x", rate) and "no message" in rate_line("/x", measure([]))
+
+
+@pytest.mark.parametrize(
+    ("kind", "plain"),
+    [
+        (rcl.BOOL, True), (rcl.INTEGER, -3), (rcl.DOUBLE, 1.5), (rcl.STRING, "a"), (rcl.BYTE_ARRAY, [1, 2]),
+        (rcl.BOOL_ARRAY, [True, False]), (rcl.INTEGER_ARRAY, [1, -1]), (rcl.DOUBLE_ARRAY, [0.5, 1]),
+        (rcl.STRING_ARRAY, ["a", "b"]), (rcl.STRING_ARRAY, []),
+    ],
+)  # fmt: skip
+def test_parameter_values_of_every_type_go_there_and_come_back(kind: int, plain: object) -> None:
+    value = rcl.ParameterValue.from_cdr(wire_value(kind, plain, "x").to_cdr())
+    assert value.type == kind and plain_value(value) == plain
+
+
+@pytest.mark.parametrize(
+    ("kind", "plain"),
+    [(rcl.BOOL, 1), (rcl.INTEGER, True), (rcl.INTEGER, 1.5), (rcl.DOUBLE, "a"), (rcl.STRING, 1), (rcl.DOUBLE, [1.0]),
+     (rcl.STRING_ARRAY, "ab"), (rcl.INTEGER_ARRAY, [True])],
+)  # fmt: skip
+def test_parameter_values_of_another_type_are_refused(kind: int, plain: object) -> None:
+    with pytest.raises(UserError, match="is of type"):
+        wire_value(kind, plain, "x")

@@ -69,8 +69,11 @@ def row(seed: int, summary: dict[str, Any]) -> tuple[str, bool]:
 
 def recovered(robot: str, seeds: range, squares: int) -> bool:
     """The table of one robot."""
-    head = " seed   left %  right %    sep. %   gyro %  yaw deg    before    after  umbmark times less  slipped  seconds"
-    lines, good = [f"{robot}, profile assembled, {squares} squares each way; errors of what was found; mm", head], True
+    head = " seed   left %  right %    sep. %   gyro %  yaw deg    before    after  umbmark     less  slipped    sec"
+    lines, good = (
+        [f"{robot}, profile assembled, {squares} squares each way; errors of what was found; mm", head],
+        True,
+    )
     for seed in seeds:
         try:
             text, kept = row(seed, calibrated(robot, seed, "assembled", squares))

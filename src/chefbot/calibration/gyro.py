@@ -48,7 +48,7 @@ def solve_gyro(legs: Sequence[Leg]) -> GyroSolution:
         kept = np.abs(told - A @ found) <= OUTLIER * noise
     if abs(found[0] - 1.0) > FURTHEST_SCALE:
         raise UserError(
-            f"the gyro tells {found[0]:.2f} of a turn of 1; it is tilted, or another chip than the firmware is for"
+            f"the gyro tells {found[0]:.2f} of a turn of 1; it is dead, tilted, or not the firmware's chip"
         )
     deviations = noise * np.sqrt(np.linalg.inv(A[kept].T @ A[kept]).diagonal())
     return GyroSolution(float(found[0]), float(found[1]), (float(deviations[0]), float(deviations[1])))

@@ -35,6 +35,8 @@ OUTLIER = 6.0
 """Standard deviations; a drive further off is one on which a wheel slipped."""
 MOST_OUTLIERS = 0.25
 """With a larger share of slips the rest cannot be trusted either."""
+MOST_NOISE = (0.04, 0.03)
+"""m and rad of a drive of no length."""
 LEAST_LEGS = 8
 MEDIAN_TO_SIGMA = 1.4826
 STEPS, CLOSE = 10, 1e-5
@@ -83,12 +85,21 @@ def solve(
         errors = problem.errors(at)
         noise = _noise(errors, slipped)
         slipped = _far(errors, noise)
-        if slipped.mean() > MOST_OUTLIERS:
-            raise UserError(
-                f"{slipped.sum()} of {len(legs)} drives fit no wheels: they slip, or the walls move; clean tyres and "
-                "floor, drive where nobody walks, and calibrate again"
-            )
+        _check(noise, slipped)
     return problem.solution(at, noise, slipped)
+
+
+def _check(noise: tuple[float, float], slipped: NDArray[np.bool_]) -> None:
+    slips, advice = int(slipped.sum()), "clean tyres and floor, drive where nobody walks, and calibrate again"
+    if slipped.mean() > MOST_OUTLIERS:
+        raise UserError(
+            f"{slips} of {len(slipped)} drives fit no wheels: they slip, or the walls move; {advice}"
+        )
+    if noise[0] > MOST_NOISE[0] or noise[1] > MOST_NOISE[1]:
+        raise UserError(
+            f"the drives fit no wheels, by {1000 * noise[0]:.0f} mm and {math.degrees(noise[1]):.1f} deg as a rule: "
+            f"they slip, or the walls move; {advice}"
+        )
 
 
 def _noise(errors: Array, slipped: NDArray[np.bool_]) -> tuple[float, float]:

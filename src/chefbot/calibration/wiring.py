@@ -38,3 +38,13 @@ def _wheel(side: str) -> str:
     return (
         f"the {side} encoder counts against its motor: swap its wires A and B, or the two leads of the motor"
     )
+
+
+def explained(board: str, left: int, right: int) -> str:
+    """The board's own first sentence, and what to do where it blames an encoder that counted so many ticks."""
+    first = board.split(". ")[0].rstrip(".")
+    told = first[:1].lower() + first[1:]
+    for side, counted in zip(SIDES, (left, right), strict=True):
+        if told.startswith(f"the {side} encoder"):
+            return _wheel(side) if counted > LEAST_TICKS else f"{told}; it counted nothing: look at its plug"
+    return told

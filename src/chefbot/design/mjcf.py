@@ -44,6 +44,9 @@ class AsBuilt(NamedTuple):
     lidar_yaw: float = 0.0
     """Radians beyond the mount's, to the left."""
     camera_yaw: float = 0.0
+    left_encoder: int = 1
+    """-1 if its wires are swapped."""
+    right_encoder: int = 1
 
 
 AS_DRAWN = AsBuilt()

@@ -11,7 +11,7 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from chefbot.calibration.drive import Leg, Square, Stand
-from chefbot.calibration.wiring import miswired
+from chefbot.calibration.wiring import explained, miswired
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.builtin_interfaces import Duration
@@ -166,7 +166,8 @@ class CalibratorNode(Node):
         """A board that has stopped its motors."""
         for status in array.status:
             if status.name == "board" and status.level == ERROR and self._moving:
-                self._give_up(status.message.rstrip("."))
+                counted = np.ptp(np.array(self._ticks or [(0, 0)]), axis=0)
+                self._give_up(explained(status.message, int(counted[0]), int(counted[1])))
 
     @every(hz=2)
     def watch(self) -> None:
@@ -204,11 +205,11 @@ class CalibratorNode(Node):
         await self._stand()
         await self._probe()
         await self._look_round(1)
+        side = self._side()
         for turn in (-1.0, 1.0):
             await self._turn(turn * 2.0 * math.pi)
             await self._stand_and_keep()
         await self._look_round(-1)
-        side = self._side()
         home = self._here
         for squares, about in ((self.squares, "to calibrate by"), (self.checks, "to check it")):
             for number in range(2 * self.params.squares):

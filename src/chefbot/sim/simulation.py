@@ -136,7 +136,11 @@ class Simulation:
         """Encoder counts (left, right) since the start: whole ticks, growing forward."""
         per_radian = self.robot.motor.ticks_per_turn / (2.0 * math.pi)
         left, right = self._data.qpos[7:9].tolist()
-        return math.floor(left * per_radian), math.floor(right * per_radian)
+        built = self.as_built
+        return (
+            math.floor(left * per_radian * built.left_encoder),
+            math.floor(right * per_radian * built.right_encoder),
+        )
 
     def imu(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Angular velocity (3,) rad/s and specific force (3,) m/s^2 in imu_link; at rest z reads +9.8.

@@ -1,0 +1,41 @@
+"""What is the wrong way round is said in a sentence that names the wires."""
+
+import numpy as np
+import pytest
+
+from chefbot.calibration.drive import Leg
+from chefbot.calibration.wiring import explained, miswired
+from chefbot.maths.se2 import IDENTITY, SE2
+
+
+def leg(left: float, right: float, seen: SE2, gyro: float) -> Leg:
+    ticks = np.array([[0.0, 0.0], [left, right]])
+    return Leg(ticks, gyro, 1.0, IDENTITY, seen)
+
+
+def test_a_robot_that_does_as_it_is_told_is_well() -> None:
+    assert miswired(leg(900, 900, SE2(0.15, 0.0, 0.0), 0.0), 0.15, 0.0) is None
+    assert miswired(leg(-500, 500, SE2(0.0, 0.0, 0.6), 0.6), 0.0, 0.6) is None
+    assert miswired(leg(500, -500, SE2(0.0, 0.0, -0.6), -0.6), 0.0, -0.6) is None
+
+
+@pytest.mark.parametrize(
+    ("measured", "metres", "angle", "words"),
+    [
+        (leg(-900, 900, SE2(0.15, 0.0, 0.0), 0.0), 0.15, 0.0, "the left encoder counts against"),
+        (leg(900, -900, SE2(0.15, 0.0, 0.0), 0.0), 0.15, 0.0, "the right encoder counts against"),
+        (leg(-900, -900, SE2(0.15, 0.0, 0.0), 0.0), 0.15, 0.0, "both encoders"),
+        (leg(900, 900, SE2(-0.15, 0.0, 0.0), 0.0), 0.15, 0.0, "backwards when told forwards"),
+        (leg(-500, 500, SE2(0.0, 0.0, -0.6), -0.6), 0.0, 0.6, "are exchanged"),
+        (leg(-500, 500, SE2(0.0, 0.0, 0.6), -0.6), 0.0, 0.6, "upside down"),
+    ],
+)
+def test_each_fault_has_its_sentence(measured: Leg, metres: float, angle: float, words: str) -> None:
+    assert words in (miswired(measured, metres, angle) or "")
+
+
+def test_what_the_board_says_of_an_encoder_becomes_what_to_do() -> None:
+    board = "The left encoder is silent or counts against the motor. The motors are off; press STOP."
+    assert "swap its wires" in explained(board, 300, 0)
+    assert "counted nothing" in explained(board, 0, 300)
+    assert explained("The battery is empty. The motors are off.", 9, 9) == "the battery is empty"

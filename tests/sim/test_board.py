@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
+from tests.sim.driving import ROBOT, SECOND, Walker, drive, robot_in
 
 from chefbot.devices.line.lines import Inertia, Motion
 from chefbot.devices.line.words import Flag
-from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.base import Message
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
-from chefbot.msgs.std_msgs import Header
-from chefbot.robot.load import load_robot
 from chefbot.robot.spec import GRAVITY
 from chefbot.sim.board import TALK_NS, Board
 from chefbot.sim.firmware import BUILDER, LIBRARY, Firmware, library
@@ -25,70 +21,7 @@ from chefbot.sim.motor_board import MotorBoard
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world import load_world
 
-ROBOT = load_robot("chefbot_lidar")
-SECOND = 1_000_000_000
-BEAT_NS = 50_000_000
-"""The node that commands the wheels does so at 20 Hz."""
-
-
-def robot_in(world: str, profile: str = "perfect", seed: int = 0, name: str = "") -> tuple[Simulation, Board]:
-    robot = load_robot(name) if name else ROBOT
-    sim = Simulation(robot, load_world(world), profile, seed)  # type: ignore[arg-type]
-    return sim, Board(robot, sim)
-
-
-def drive(board: Board, left: float, right: float, seconds: float) -> list[Message]:
-    """Rim speeds, m/s, as a node commands them; what the board tells meanwhile."""
-    told = []
-    for _ in range(round(seconds * SECOND / BEAT_NS)):
-        board.command(left, right)
-        told += board.run_until(board.now_ns + BEAT_NS)
-    return told
-
-
 # -- UMBmark: by the board's ticks alone
-
-
-class Walker:
-    """Dead reckoning on the ticks that the board tells, and legs by it."""
-
-    def __init__(self, sim: Simulation, board: Board) -> None:
-        self.board, self.robot, self.pose = board, sim.robot, SE2(0.0, 0.0, 0.0)
-        self.ticks: WheelTicks | None = None
-
-    def go(self, v: float, w: float) -> None:
-        """20 ms at the speeds v and w; ramps are the board's."""
-        half = self.robot.wheels.separation / 2
-        self.board.command(v - w * half, v + w * half)
-        for message in self.board.run_until(self.board.now_ns + TALK_NS):
-            if isinstance(message, WheelTicks):
-                self.count(message)
-
-    def count(self, now: WheelTicks) -> None:
-        before, self.ticks = self.ticks or now, now
-        left, right = now.left - before.left, now.right - before.right
-        angle = (right - left) * self.robot.metres_per_tick / self.robot.wheels.separation
-        way = (left + right) / 2 * self.robot.metres_per_tick
-        self.pose = self.pose @ SE2(way * math.cos(angle / 2), way * math.sin(angle / 2), angle)
-
-    def turn_to(self, yaw: float) -> None:
-        for _ in range(1000):
-            error = wrap(yaw - self.pose.yaw)
-            if abs(error) < 0.002:
-                break
-            self.go(0.0, math.copysign(min(1.0, 2.0 * abs(error) + 0.02), error))
-        for _ in range(25):
-            self.go(0.0, 0.0)
-
-    def drive_to(self, x: float, y: float) -> None:
-        yaw = math.atan2(y - self.pose.y, x - self.pose.x)
-        for _ in range(5000):
-            ahead = SE2(x, y, yaw).between(self.pose)
-            if ahead.x > -0.003:
-                break
-            self.go(min(0.3, math.sqrt(0.4 * -ahead.x) + 0.01), -2.0 * ahead.y - 2.0 * ahead.yaw)
-        for _ in range(25):
-            self.go(0.0, 0.0)
 
 
 def square_error(profile: str, seed: int, side: float, sign: float) -> float:
@@ -315,76 +248,6 @@ def test_a_spin_beyond_the_gyros_range_is_told_as_bad() -> None:
         board.step((0, 0), 13000)
         flags.append(board.state.flags)
     assert flags[-1] & Flag.IMU_BAD
-
-
-# -- a bad line
-
-
-class BadMotors:
-    """The board behind a line that loses a fifth of all lines, both ways, and turns one bit in a hundred."""
-
-    def __init__(self, motors: MotorBoard, bit_errors: float, lost: float) -> None:
-        self._motors, self.bit_errors, self.lost = motors, bit_errors, lost
-        self._chance = np.random.default_rng(11)
-        self._rest = b""
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._motors, name)
-
-    def write(self, data: bytes) -> None:
-        self._motors.write(self._spoilt(data.splitlines(keepends=True)))
-
-    def read(self) -> bytes:
-        *lines, self._rest = (self._rest + self._motors.read()).split(b"\n")
-        return self._spoilt([line + b"\n" for line in lines])
-
-    def _spoilt(self, lines: list[bytes]) -> bytes:
-        kept = b"".join(line for line in lines if self._chance.random() >= self.lost)
-        bits = np.unpackbits(np.frombuffer(kept, np.uint8))
-        return np.packbits(bits ^ (self._chance.random(bits.size) < self.bit_errors)).tobytes()
-
-
-def weave(bit_errors: float, lost: float) -> tuple[float, float, Board]:
-    """Curves and rests for a minute, then a good line for a second: metres driven, and how far dead reckoning on the
-    ticks that were heard is from that on all ticks."""
-    sim, board = robot_in("empty", "perfect", 1, "chefbot")
-    motors = BadMotors(board.motors, bit_errors, lost)
-    board.motors = motors  # type: ignore[assignment]
-    heard, whole = Walker(sim, board), Walker(sim, board)
-    path, before = 0.0, sim.truth().pose
-    for beat in range(3150):
-        rests = beat % 400 < 75 or beat >= 3000
-        if beat == 3100:
-            motors.bit_errors = motors.lost = 0.0
-        heard.go(0.0 if rests else 0.2, 0.0 if rests else 0.4 * math.sin(beat / 60))
-        whole.count(WheelTicks(Header(), *sim.wheel_ticks()))
-        path, before = path + before.distance(sim.truth().pose), sim.truth().pose
-        assert abs(sim.truth().v) < 0.25, "faster than anybody asked for"
-    assert abs(sim.truth().v) < 0.002
-    return path, heard.pose.distance(whole.pose), board
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("bit_errors", "lost", "least_path"), [(0.0, 0.2, 9.0), (0.001, 0.2, 9.0), (0.01, 0.2, 0.3)]
-)
-def test_a_bad_line_costs_less_than_a_hundredth_of_the_way(
-    bit_errors: float, lost: float, least_path: float
-) -> None:
-    """Ticks add up on the board: what a lost line told, the next one tells again. One bit in a hundred leaves one
-    line in fifty; then the driver lets the robot stand."""
-    path, error, board = weave(bit_errors, lost)
-    assert least_path < path < 10.0
-    assert error < 0.01 * path
-    assert bit_errors == 0.0 or board.motors.state.refused > 100
-
-
-def test_a_bad_line_to_a_robot_at_rest_moves_nothing() -> None:
-    sim, board = robot_in("empty")
-    board.motors = BadMotors(board.motors, 0.01, 0.2)  # type: ignore[assignment]
-    start = sim.truth().pose
-    drive(board, 0.0, 0.0, 20.0)
-    assert start.distance(sim.truth().pose) < 0.001
 
 
 # -- order

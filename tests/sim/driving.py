@@ -1,0 +1,76 @@
+"""A simulated robot driven through its board, and dead reckoning on what the board tells."""
+
+from __future__ import annotations
+
+import math
+
+from chefbot.maths.angles import wrap
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.base import Message
+from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.robot.load import load_robot
+from chefbot.sim.board import TALK_NS, Board
+from chefbot.sim.simulation import Simulation
+from chefbot.sim.world import load_world
+
+ROBOT = load_robot("chefbot_lidar")
+SECOND = 1_000_000_000
+BEAT_NS = 50_000_000
+"""The node that commands the wheels does so at 20 Hz."""
+
+
+def robot_in(world: str, profile: str = "perfect", seed: int = 0, name: str = "") -> tuple[Simulation, Board]:
+    robot = load_robot(name) if name else ROBOT
+    sim = Simulation(robot, load_world(world), profile, seed)  # type: ignore[arg-type]
+    return sim, Board(robot, sim)
+
+
+def drive(board: Board, left: float, right: float, seconds: float) -> list[Message]:
+    """Rim speeds, m/s, as a node commands them; what the board tells meanwhile."""
+    told = []
+    for _ in range(round(seconds * SECOND / BEAT_NS)):
+        board.command(left, right)
+        told += board.run_until(board.now_ns + BEAT_NS)
+    return told
+
+
+class Walker:
+    """Dead reckoning on the ticks that the board tells, and legs by it."""
+
+    def __init__(self, sim: Simulation, board: Board) -> None:
+        self.board, self.robot, self.pose = board, sim.robot, SE2(0.0, 0.0, 0.0)
+        self.ticks: WheelTicks | None = None
+
+    def go(self, v: float, w: float) -> None:
+        """20 ms at the speeds v and w; ramps are the board's."""
+        half = self.robot.wheels.separation / 2
+        self.board.command(v - w * half, v + w * half)
+        for message in self.board.run_until(self.board.now_ns + TALK_NS):
+            if isinstance(message, WheelTicks):
+                self.count(message)
+
+    def count(self, now: WheelTicks) -> None:
+        before, self.ticks = self.ticks or now, now
+        left, right = now.left - before.left, now.right - before.right
+        angle = (right - left) * self.robot.metres_per_tick / self.robot.wheels.separation
+        way = (left + right) / 2 * self.robot.metres_per_tick
+        self.pose = self.pose @ SE2(way * math.cos(angle / 2), way * math.sin(angle / 2), angle)
+
+    def turn_to(self, yaw: float) -> None:
+        for _ in range(1000):
+            error = wrap(yaw - self.pose.yaw)
+            if abs(error) < 0.002:
+                break
+            self.go(0.0, math.copysign(min(1.0, 2.0 * abs(error) + 0.02), error))
+        for _ in range(25):
+            self.go(0.0, 0.0)
+
+    def drive_to(self, x: float, y: float) -> None:
+        yaw = math.atan2(y - self.pose.y, x - self.pose.x)
+        for _ in range(5000):
+            ahead = SE2(x, y, yaw).between(self.pose)
+            if ahead.x > -0.003:
+                break
+            self.go(min(0.3, math.sqrt(0.4 * -ahead.x) + 0.01), -2.0 * ahead.y - 2.0 * ahead.yaw)
+        for _ in range(25):
+            self.go(0.0, 0.0)

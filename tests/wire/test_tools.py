@@ -21,9 +21,9 @@ from chefbot.cli import main
 from chefbot.commands.tools.foreign import make_class
 from chefbot.commands.tools.graph_svg import to_svg
 from chefbot.commands.tools.layers import lay_out
-from chefbot.commands.tools.listen import Heard
+from chefbot.commands.tools.meter import Meter
 from chefbot.commands.tools.param import plain_value, wire_value
-from chefbot.commands.tools.topic_listen import measure, rate_line
+from chefbot.commands.tools.topic_listen import rate_line
 from chefbot.errors import UserError
 from chefbot.msgs import rcl_interfaces as rcl
 from chefbot.msgs.base import Float64, Message, Uint8
@@ -37,7 +37,6 @@ from chefbot.msgs.type_description_interfaces import (
     GetTypeDescription_Response,
     TypeDescription,
 )
-from chefbot.wire.attachment import Attachment
 from chefbot.wire.names import WireType
 from chefbot.wire.node import WireNode
 from chefbot.wire.qos import LATCHED, SENSOR
@@ -313,16 +312,18 @@ def test_a_picture_of_nothing_is_a_picture() -> None:
 @given(st.lists(st.floats(1e-4, 10.0), min_size=1, max_size=30))
 def test_rates_are_those_of_the_intervals(gaps: list[float]) -> None:
     times = np.cumsum([0.0, *gaps])
-    kind = WireType.of(String)
-    heard = [Heard(kind, b"1234", float(at), Attachment(1, 0, b"")) for at in times]
-    rate = measure(heard)
+    meter = Meter()
+    for at in times:
+        meter.add(float(at), 4)
+    rate = meter.rate()
     assert rate.messages == len(times)
     assert rate.hz == pytest.approx(len(gaps) / sum(gaps))
     assert rate.shortest == pytest.approx(min(gaps), rel=1e-3) and rate.longest == pytest.approx(
         max(gaps), rel=1e-3
     )
     assert rate.bytes_per_second == pytest.approx(4 * rate.hz)
-    assert "Hz" in rate_line("/x", rate) and "no message" in rate_line("/x", measure([]))
+    assert rate.deviation == pytest.approx(float(np.std(gaps)), rel=1e-3, abs=1e-6)
+    assert "Hz" in rate_line("/x", rate) and "no message" in rate_line("/x", Meter().rate())
 
 
 @pytest.mark.parametrize(

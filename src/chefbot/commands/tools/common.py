@@ -24,7 +24,7 @@ from chefbot.wire.node import WireNode
 from chefbot.wire.session import LOOPBACK, Wire
 
 T = TypeVar("T")
-START_WAIT, QUIET_WAIT = 20.0, 1.0
+START_WAIT, QUIET_WAIT = 30.0, 1.0
 """Seconds that a launch which is only just starting is waited for, the first of them without a word."""
 SETTLED, SETTLE_WAIT = 0.25, 2.0
 """Seconds without news after which all are known, and how long that is waited for at most."""

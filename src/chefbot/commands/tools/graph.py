@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
 from chefbot.commands.tools.common import console, hidden, on_wire, stopping
 from chefbot.commands.tools.graph_svg import to_svg
-from chefbot.commands.tools.listen import Ear, Heard
-from chefbot.commands.tools.topic_listen import measure
+from chefbot.commands.tools.listen import Hear, listen
+from chefbot.commands.tools.meter import Meter, Rate
 from chefbot.commands.tools.topic_look import seen
 from chefbot.runtime.files import write_atomic
 from chefbot.wire.graph import Endpoint, Graph, Named
@@ -39,19 +40,25 @@ def measure_rates(node: WireNode, seconds: float, stop: threading.Event) -> dict
     """Topic to messages, Hz and bytes per second; nothing is measured in no time."""
     if seconds <= 0:
         return {}
-    topics = [one for one in node.wire.graph.topics().values() if one.givers and _shown(one)]
-    ears = {one.name: Ear(node, one) for one in topics}
+    meters: dict[str, Meter] = {}
+    for one in node.wire.graph.topics().values():
+        if one.givers and _shown(one):
+            meters[one.name] = Meter()
+            listen(node, one, _counter(meters[one.name]))
     stop.wait(seconds)
-    found: dict[str, dict[str, float | int]] = {}
-    for name, ear in ears.items():
-        heard: list[Heard] = ear.so_far()
-        rate = measure(heard)
-        found[name] = {
-            "messages": len(heard),
-            "hz": round(rate.hz, 2),
-            "bytes_per_second": round(rate.bytes_per_second),
-        }
-    return found
+    return {name: _plain(meter.rate()) for name, meter in meters.items()}
+
+
+def _counter(meter: Meter) -> Hear:
+    return lambda _, data: meter.add(time.monotonic(), len(data))
+
+
+def _plain(rate: Rate) -> dict[str, float | int]:
+    return {
+        "messages": rate.messages,
+        "hz": round(rate.hz, 2),
+        "bytes_per_second": round(rate.bytes_per_second),
+    }
 
 
 def describe(graph: Graph, rates: dict[str, dict[str, float | int]]) -> dict[str, Any]:

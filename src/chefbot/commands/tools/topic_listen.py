@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-import statistics
+import time
 from collections.abc import Callable, Iterator
-from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from chefbot.commands.tools.common import SHOWN, console, errors, find, on_wire, stopping, to_yaml
 from chefbot.commands.tools.foreign import definition_of
-from chefbot.commands.tools.listen import Ear, Heard, why_silent
+from chefbot.commands.tools.listen import Ear, Heard, SilenceWatch, listen
+from chefbot.commands.tools.meter import Meter, Rate
 from chefbot.errors import UserError, nearest
 from chefbot.msgs.base import Message
 from chefbot.msgs.cdr import CdrError
@@ -26,18 +26,6 @@ _STEP = re.compile(r"([A-Za-z_]\w*)|\[?(\d+)\]?")
 PREFIXES = ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"), (1.0, "B"))
 
 
-class Rate(NamedTuple):
-    """What was measured of a topic. Intervals in seconds."""
-
-    messages: int
-    hz: float
-    """0 with less than two messages."""
-    shortest: float
-    longest: float
-    deviation: float
-    bytes_per_second: float
-
-
 def run_echo(topic: str, once: bool, field: str, whole: bool, seconds: float) -> int:
     """Messages as YAML documents. Exit code: 1 if `once` ended without a message."""
     with on_wire("echo") as node, stopping() as stop:
@@ -49,6 +37,8 @@ def run_echo(topic: str, once: bool, field: str, whole: bool, seconds: float) ->
             if once:
                 return 0
             console.print("---")
+        if ear.missed:
+            errors.print(f"chefbot: {ear.missed} messages came faster than they could be shown")
     return 1 if once else 0
 
 
@@ -56,29 +46,22 @@ def run_hz(topic: str, seconds: float) -> int:
     """Rate, intervals and bandwidth. Exit code: 1 if nothing came."""
     with on_wire("hz") as node, stopping() as stop:
         named = find(node.wire.graph.topics(), topic, "topic")
-        ear, heard = Ear(node, named), list[Heard]()
-        for one in ear.samples(seconds or None, stop):
-            heard.append(one)
-            if seconds == 0 and len(heard) > 1 and heard[-1].at - heard[0].at >= 1.0:
-                console.print(rate_line(named.name, measure(heard)))
-                heard = [one]
-        if seconds == 0:
-            return 0
-        console.print(rate_line(named.name, measure(heard)))
-        if not heard and seconds <= 2.0:
-            for sentence in why_silent(node.wire.graph, named.name):
-                errors.print(f"chefbot: {sentence}")
-    return 0 if heard else 1
-
-
-def measure(heard: list[Heard]) -> Rate:
-    """Of samples in the order in which they came."""
-    gaps = [b.at - a.at for a, b in pairwise(heard)]
-    span = sum(gaps)
-    if span <= 0:
-        return Rate(len(heard), 0.0, 0.0, 0.0, 0.0, 0.0)
-    size = sum(len(one.data) for one in heard[1:])
-    return Rate(len(heard), len(gaps) / span, min(gaps), max(gaps), statistics.pstdev(gaps), size / span)
+        watch = SilenceWatch(node.wire.graph, named.name)
+        meters = [Meter()]
+        listen(node, named, lambda _, data: meters[-1].add(time.monotonic(), len(data)))
+        until = time.monotonic() + seconds
+        while not stop.wait(0.05) and (seconds == 0 or time.monotonic() < until):
+            watch.heard |= meters[-1].rate().messages > 0
+            watch.look()
+            if seconds == 0 and meters[-1].span >= 1.0:
+                meters.append(Meter())
+                console.print(rate_line(named.name, meters.pop(0).rate()))
+        rate = meters[-1].rate()
+        if seconds > 0:
+            console.print(rate_line(named.name, rate))
+            watch.heard |= rate.messages > 0
+            watch.look(last=True)
+    return 0 if watch.heard and (rate.messages or seconds == 0) else 1
 
 
 def rate_line(topic: str, rate: Rate) -> str:

@@ -8,6 +8,7 @@ odometry believed when its first scans were added: the very error that is sought
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -33,6 +34,8 @@ OVERLAP = 0.35
 """Share of one's points that the other saw as well."""
 PARTNERS = 8
 """Links of one stand to earlier ones, spread over the drive."""
+MOST_MOVED = (0.15, 0.1)
+"""m and rad that a match may lie from its first guess."""
 DAMPING = np.array([1.0 / 0.03**2, 1.0 / 0.03**2, 1.0 / 0.03**2])
 """Where the walls do not hold the match it stays near where it began; this is no information."""
 THINNED = 4
@@ -117,6 +120,9 @@ def match(first: int, second: int, guess: SE2, surfaces: Sequence[Surface]) -> L
         information = J.T @ J / END**2
         step = np.linalg.solve(information + np.diag(DAMPING), J.T @ error / END**2)
         at = SE2.of(at.array() - step)
+    moved = guess.between(at)
+    if math.hypot(moved.x, moved.y) > MOST_MOVED[0] or abs(moved.yaw) > MOST_MOVED[1]:
+        return None  # it slid along a wall to another one that looks alike
     return Link(first, second, at, information)
 
 

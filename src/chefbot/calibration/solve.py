@@ -43,7 +43,10 @@ STEPS, CLOSE = 10, 1e-5
 NUDGE = 1e-6
 FIRST_STAND = 1e8
 """Inverse variance: the first stand is where the frame begins."""
-LINK_OUTLIER = 5.0
+ANYWHERE = 1.0 / 0.3**2
+"""The same of all stands, m and rad: where they were thought to be on the way."""
+LINK_OUTLIER = 10.0
+"""Standard deviations of a link by its points alone; the shape of the walls adds to these."""
 
 
 class Solution(NamedTuple):
@@ -182,6 +185,9 @@ class _Problem:
             H[k, k], g[k] = 1.0 / MOUNT_DEVIATION**2, at[k] / MOUNT_DEVIATION**2
         H[_of(0), _of(0)] += FIRST_STAND * np.eye(3)
         g[_of(0)] += FIRST_STAND * (at[_of(0)] - self._poses[0].array())
+        for stand, pose in enumerate(self._poses):
+            H[_of(stand), _of(stand)] += ANYWHERE * np.eye(3)
+            g[_of(stand)] += ANYWHERE * _difference(self.pose(at, stand), pose)
         for link in self._links:
             self._hold(H, g, at, link)
         for leg, stretch, out in zip(self._legs, self._stretch, slipped, strict=True):
@@ -190,7 +196,7 @@ class _Problem:
         return H, g
 
     def _hold(self, H: Array, g: Array, at: Array, link: Link) -> None:
-        """A link of two stands; one that contradicts the others pulls with a bounded force."""
+        """A link of two stands; one that contradicts the others pulls the less (Geman & McClure 1985)."""
         begin, end = self.pose(at, link.first), self.pose(at, link.second)
         seen = begin.between(end)
         error = _difference(seen, link.pose)
@@ -203,7 +209,7 @@ class _Problem:
             ]
         )
         force = link.information @ error
-        information = link.information * min(1.0, LINK_OUTLIER / math.sqrt(max(float(error @ force), 1e-12)))
+        information = link.information / (1.0 + float(error @ force) / LINK_OUTLIER**2) ** 2
         columns = [*range(_of(link.first).start, _of(link.first).stop)]
         columns += range(_of(link.second).start, _of(link.second).stop)
         H[np.ix_(columns, columns)] += J.T @ information @ J

@@ -175,6 +175,16 @@ def test_a_known_type_of_another_version_is_refused(verb: Callable, base: WireNo
     assert code == 2 and "another version" in said and WireType.of(Twist).hash in said
 
 
+def test_a_topic_with_two_types_shows_the_one_that_is_known(verb: Callable, base: WireNode) -> None:
+    name = "two"
+    base.raw_publisher(name, WireType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64), LATCHED).publish_cdr(
+        b"?"
+    )
+    base.publisher(name, String, LATCHED).publish(String("known"))
+    out = verb("topic", "echo", "/r/two", "--duration", "1.5")[1]
+    assert "{data: known}" in out and "# not shown" in out and "another version" in out
+
+
 def test_something_is_said(verb: Callable, base: WireNode) -> None:
     heard: list[Twist] = []
     base.subscription("cmd_vel", Twist, heard.append)

@@ -145,11 +145,10 @@ def type_and_values(words: Sequence[str]) -> tuple[str, Any]:
     return given, parse_yaml(rest[0].encode(), "the values") if rest else None
 
 
-def mismatches_of(graph: Graph, name: str) -> list[str]:
-    """Why some of its ends cannot hear each other; those of tools left out."""
-    return [
-        one for one in graph.mismatches() if one.startswith(f"{name}:") and "/_" not in one.partition(":")[2]
-    ]
+def mismatches(graph: Graph, name: str = "") -> list[str]:
+    """Who cannot hear whom, of one topic or service or of all; tools left out."""
+    told = [one for one in graph.mismatches() if not hidden(one.partition(":")[2])]
+    return [one for one in told if not name or one.startswith(f"{name}:")]
 
 
 def to_yaml(plain: Any) -> str:

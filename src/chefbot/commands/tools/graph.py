@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from chefbot.commands.tools.common import console, hidden, on_wire, stopping
+from chefbot.commands.tools.common import console, hidden, mismatches, on_wire, stopping
 from chefbot.commands.tools.graph_svg import to_svg
 from chefbot.commands.tools.listen import Hear, listen
 from chefbot.commands.tools.meter import Meter, Rate
@@ -76,7 +76,7 @@ def describe(graph: Graph, rates: dict[str, dict[str, float | int]]) -> dict[str
         "topics": topics,
         "services": services,
         "actions": actions,
-        "mismatches": [one for one in graph.mismatches() if "/_" not in one.partition(":")[2]],
+        "mismatches": mismatches(graph),
     }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 
-from chefbot.commands.tools.common import hidden, settle
+from chefbot.commands.tools.common import hidden, mismatches, settle
 from chefbot.wire.environment import domain_of_environment, port_of_environment
 from chefbot.wire.graph import Graph
 from chefbot.wire.session import LOOPBACK, Wire
@@ -30,7 +30,7 @@ def troubles(graph: Graph) -> list[str]:
     """Names that stand for two nodes, and ends that cannot hear each other."""
     names = Counter(one.full_name for one in graph.nodes() if not hidden(one.full_name))
     twice = [f"! {count} nodes are called {name}" for name, count in names.items() if count > 1]
-    return [*twice, *(f"! {one}" for one in graph.mismatches() if "/_" not in one.partition(":")[2])]
+    return [*twice, *(f"! {one}" for one in mismatches(graph))]
 
 
 def _crowd(graph: Graph) -> str:

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from chefbot.commands.tools.common import SILENCE, errors, mismatches_of
+from chefbot.commands.tools.common import SILENCE, errors, mismatches
 from chefbot.commands.tools.topic_look import seen
 from chefbot.wire.attachment import Attachment
 from chefbot.wire.bag.recorder import maybe_buffered
@@ -92,7 +92,7 @@ def _of_type(kind: WireType, hear: Hear) -> Receive:
 
 def why_silent(graph: Graph, name: str) -> list[str]:
     """What the tokens say about a topic on which nothing comes."""
-    found = mismatches_of(graph, name)
+    found = mismatches(graph, name)
     named = graph.topics().get(name)
     speakers = [one.node.full_name for one in seen(named.givers)] if named else []
     if not speakers:

@@ -82,9 +82,11 @@ def quantity(size: float) -> str:
 
 def shower(node: WireNode, topic: str, kinds: list[WireType], field: str, longest: int | None) -> Show:
     """From bytes to text. UserError when a type is unknown, or none of them has the field."""
-    known = {kind: definition_of(node, kind, f"topic {topic}") for kind in kinds}
+    known, unknown = _definitions(node, topic, kinds)
 
     def show(heard: Heard) -> str:
+        if heard.kind not in known:
+            return f"# not shown: {unknown[heard.kind]}"
         try:
             message = known[heard.kind].from_cdr(heard.data)
         except CdrError as error:
@@ -97,6 +99,22 @@ def shower(node: WireNode, topic: str, kinds: list[WireType], field: str, longes
         if field:
             _pick(kind(), field)
     return show
+
+
+def _definitions(
+    node: WireNode, topic: str, kinds: list[WireType]
+) -> tuple[dict[WireType, type[Message]], dict[WireType, UserError]]:
+    """Classes by type, and why there is none. UserError when there is none at all."""
+    known: dict[WireType, type[Message]] = {}
+    unknown: dict[WireType, UserError] = {}
+    for kind in kinds:
+        try:
+            known[kind] = definition_of(node, kind, f"topic {topic}")
+        except UserError as error:
+            unknown[kind] = error
+    if unknown and not known:
+        raise next(iter(unknown.values()))
+    return known, unknown
 
 
 def _pick(message: Message, path: str) -> Any:

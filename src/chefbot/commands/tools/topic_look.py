@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.commands.tools.common import columns, console, find, hidden, mismatches_of, on_wire, type_text
+from chefbot.commands.tools.common import columns, console, find, hidden, mismatches, on_wire, type_text
 from chefbot.wire.graph import Endpoint, Graph, Named
 from chefbot.wire.offers import types_said
 from chefbot.wire.qos import BEST_EFFORT, INFINITE, KEEP_ALL, QoS, Span
@@ -32,7 +32,7 @@ def list_lines(graph: Graph, verbose: bool, everything: bool) -> list[str]:
     for one in topics:
         types = ", ".join(dict.fromkeys(kind.name for kind in types_said(one)))
         rows.append([one.name, types, str(len(seen(one.givers))), str(len(seen(one.takers)))])
-    return [*columns(rows), *(f"! {one}" for one in graph.mismatches())]
+    return [*columns(rows), *(f"! {one}" for one in mismatches(graph))]
 
 
 def info_lines(graph: Graph, named: Named) -> list[str]:
@@ -41,7 +41,7 @@ def info_lines(graph: Graph, named: Named) -> list[str]:
     for title, ends in (("published by", named.givers), ("heard by", named.takers)):
         lines.append(f"{title}:" if seen(ends) else f"{title}: nobody")
         lines += [f"  {row}" for row in columns(_row(one, named) for one in seen(ends))]
-    return [*lines, *(f"! {one}" for one in mismatches_of(graph, named.name))]
+    return [*lines, *(f"! {one}" for one in mismatches(graph, named.name))]
 
 
 def seen(ends: tuple[Endpoint, ...]) -> tuple[Endpoint, ...]:

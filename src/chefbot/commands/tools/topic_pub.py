@@ -11,7 +11,7 @@ from chefbot.commands.tools.common import (
     errors,
     full_name,
     hidden,
-    mismatches_of,
+    mismatches,
     on_wire,
     stopping,
     type_and_values,
@@ -100,5 +100,5 @@ def _await_listeners(graph: Graph, name: str, publisher: Publisher[Message]) -> 
     while time.monotonic() < until and not publisher.heard:
         time.sleep(0.01)
     time.sleep(0.0 if publisher.heard and not publisher.qos.latched else LAST_WAIT)
-    for sentence in mismatches_of(graph, name):
+    for sentence in mismatches(graph, name):
         errors.print(f"chefbot: {sentence}")

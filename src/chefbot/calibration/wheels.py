@@ -23,9 +23,8 @@ class Wheels(NamedTuple):
     @staticmethod
     def of(robot: Robot) -> Wheels:
         """As the robot file has them, its calibration included."""
-        left, right = robot.rolling_radii
-        per_turn = 2.0 * math.pi / robot.motor.ticks_per_turn
-        return Wheels(left * per_turn, right * per_turn, robot.turning_separation)
+        per_tick = 2.0 * math.pi / robot.motor.ticks_per_turn
+        return Wheels(robot.left_radius * per_tick, robot.right_radius * per_tick, robot.turning_separation)
 
     @staticmethod
     def drawn(robot: Robot) -> Wheels:

@@ -7,11 +7,11 @@ from chefbot.robot.spec import Robot
 
 def wheel_speeds(v: float, w: float, robot: Robot) -> tuple[float, float]:
     """(left, right) wheel speed in rad/s for a twist in m/s and rad/s, on the wheels as they were measured."""
-    rim, (left, right) = w * robot.turning_separation / 2, robot.rolling_radii
-    return (v - rim) / left, (v + rim) / right
+    rim = w * robot.turning_separation / 2
+    return (v - rim) / robot.left_radius, (v + rim) / robot.right_radius
 
 
 def twist(left: float, right: float, robot: Robot) -> tuple[float, float]:
     """(v, w) in m/s and rad/s for wheel speeds in rad/s."""
-    left_rim, right_rim = left * robot.rolling_radii[0], right * robot.rolling_radii[1]
+    left_rim, right_rim = left * robot.left_radius, right * robot.right_radius
     return (left_rim + right_rim) / 2, (right_rim - left_rim) / robot.turning_separation

@@ -92,12 +92,14 @@ class Robot(Part, frozen=True, kw_only=True):
         return self.wheels.diameter / 2.0
 
     @property
-    def rolling_radii(self) -> tuple[float, float]:
-        """(left, right) metres that the wheels of the built robot roll on."""
-        return (
-            self.wheel_radius * self.calibration.left_wheel,
-            self.wheel_radius * self.calibration.right_wheel,
-        )
+    def left_radius(self) -> float:
+        """Metres that the built robot's left wheel rolls on."""
+        return self.wheel_radius * self.calibration.left_wheel
+
+    @property
+    def right_radius(self) -> float:
+        """Metres that its right wheel rolls on."""
+        return self.wheel_radius * self.calibration.right_wheel
 
     @property
     def turning_separation(self) -> float:

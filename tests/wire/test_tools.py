@@ -246,6 +246,29 @@ def test_the_graph_is_drawn_and_told(verb: Callable, base: WireNode, tmp_path: P
     assert 1 < scan["hz"] <= 51 and found["nodes"] == ["/r/base", "/r/slam"]
 
 
+def test_a_bag_is_recorded_told_and_does_not_drive_a_running_robot(
+    verb: Callable, base: WireNode, wire: Wire, tmp_path: Path
+) -> None:
+    bag = str(tmp_path / "bag")
+    with WireNode(wire, "teleop") as teleop:
+        teleop.publisher("/cmd_vel", Twist, LATCHED).publish(Twist.of(0.3, 0.0))
+        code, out, said = verb("bag", "record", "-o", bag, "--duration", "1.5")
+        assert code == 0 and "on 5 topics" in out and "nothing came on /r/silent" in said
+        info = verb("bag", "info", bag)
+        assert info[0] == 0 and ["/r/thing", "their_msgs/msg/Thing"] in [
+            line.split()[:2] for line in info[1].splitlines()
+        ]
+        code, _, said = verb("bag", "play", bag)
+        assert code == 2 and "others speak on all topics" in said
+        heard: list[Twist] = []
+        base.subscription("/cmd_vel", Twist, heard.append)
+        assert verb("bag", "play", bag, "--topics", "/cmd_vel", "--rate", "100")[0] == 0 and len(heard) == 1
+    assert wire.graph.wait_for(lambda graph: not graph.topics()["/cmd_vel"].givers, PATIENCE)
+    code, out, said = verb("bag", "play", bag, "--rate", "100")
+    assert code == 0 and "played 1 messages" in out and "/r/scan" in said
+    assert [one.linear.x for one in heard] == [0.3, 0.3]
+
+
 def test_nobody_there_is_said_in_a_sentence(
     port: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

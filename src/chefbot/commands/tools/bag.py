@@ -8,11 +8,13 @@ from pathlib import Path
 
 from chefbot.commands.tools.common import columns, console, errors, full_name, hidden, on_wire, stopping
 from chefbot.commands.tools.topic_listen import quantity
+from chefbot.commands.tools.topic_look import seen
 from chefbot.errors import UserError
 from chefbot.wire.bag.player import Player
 from chefbot.wire.bag.reader import Bag, read_bag
 from chefbot.wire.bag.recorder import BagRecorder
 from chefbot.wire.bag.writer import BagWriter
+from chefbot.wire.graph import Graph
 
 
 def run_record(out: Path | None, topics: Sequence[str], everything: bool, seconds: float) -> None:
@@ -44,7 +46,7 @@ def run_play(path: Path, rate: float, loop: bool, topics: Sequence[str]) -> None
     for sentence in bag.cut:
         errors.print(f"chefbot: {sentence}")
     with on_wire("play") as node, stopping() as stop:
-        player = Player(node, bag, topics or None)
+        player = Player(node, bag, topics or _not_live(node.wire.graph, bag))
         for sentence in player.left_out:
             errors.print(f"chefbot: not played: {sentence}")
         player.await_listeners(node)
@@ -53,6 +55,20 @@ def run_play(path: Path, rate: float, loop: bool, topics: Sequence[str]) -> None
             console.print(f"played {played.messages} messages in {played.seconds:.1f} s")
             if not loop or stop.is_set():
                 return
+
+
+def _not_live(graph: Graph, bag: Bag) -> list[str]:
+    """Topics on which nobody else speaks: a robot that runs must not hear its own past, least of all commands."""
+    live = {name for name, named in graph.topics().items() if seen(named.givers)}
+    names = sorted({topic.name for topic in bag.topics})
+    if left_out := [name for name in names if name in live]:
+        errors.print(f"chefbot: not played, since others speak there now: {', '.join(left_out)}")
+    chosen = [name for name in names if name not in live]
+    if names and not chosen:
+        raise UserError(
+            f"others speak on all topics of {bag.path} now; play it under another ROS_DOMAIN_ID, or name --topics"
+        )
+    return chosen
 
 
 def run_info(path: Path) -> int:

@@ -199,3 +199,14 @@ def test_opening_and_closing_is_quick(port: int) -> None:
             times.append(time.perf_counter() - began)
             assert wire.is_router
     assert min(times) < 0.020
+
+
+def test_who_comes_before_the_router_finds_it_later(port: int) -> None:
+    with Wire(port=port, router=False) as early, WireNode(early, "early"):
+        time.sleep(0.3)
+        assert not early.connected
+        with Wire(port=port) as late:
+            assert early.graph.wait_for(lambda _: early.connected, PATIENCE)
+            assert late.graph.wait_for(
+                lambda graph: [one.name for one in graph.nodes()] == ["early"], PATIENCE
+            )

@@ -16,7 +16,6 @@ import msgspec
 from rich.console import Console
 
 from chefbot.commands.session import stop_on_signals
-from chefbot.commands.warm import warm_kernels
 from chefbot.errors import UserError
 from chefbot.msgs.rosgraph_msgs import Clock as ClockMessage
 from chefbot.robot.load import load_robot
@@ -55,7 +54,6 @@ def run(order: Order) -> None:
     """Until the input ends."""
     own = split(order.launch)[1][order.process]
     robot = load_robot(str(own.args["robot"]))
-    warm_kernels(Console(quiet=True))
     with Wire(order.domain, port=order.port, router=False) as wire:
         name = f"chefbot_{order.process}"
         loop = _followed(wire, name) if own.clock == "simulation" else Loop(WallClock(), time.time_ns())

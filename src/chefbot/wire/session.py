@@ -110,7 +110,7 @@ def _open_peer(port: int) -> zenoh.Session:
         "listen": {"endpoints": [f"tcp/{LOOPBACK}:0"]},
         "connect": {
             "endpoints": [f"tcp/{LOOPBACK}:{port}"],
-            "timeout_ms": 0,
+            "timeout_ms": -1,
             "exit_on_failure": False,
             "retry": retry,
         },

@@ -1,0 +1,184 @@
+"""Launches of several processes: they talk, come back when killed, and leave nothing behind."""
+
+from __future__ import annotations
+
+import os
+import queue
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from chefbot.errors import UserError
+from chefbot.msgs.action_msgs import STATUS_SUCCEEDED
+from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal
+from chefbot.msgs.std_msgs import Float64, String
+from chefbot.runtime.launch import Launch, NodeEntry, load_launch, split
+from chefbot.wire.action_client import ActionClient
+from chefbot.wire.node import WireNode
+from chefbot.wire.qos import LATCHED
+from chefbot.wire.session import Wire
+from chefbot.wire.supervisor import Order, Supervisor
+
+PATIENCE = 120.0
+LAUNCH = """
+about: Counting here, doubling and cooking elsewhere.
+clock: wall
+nodes:
+  counter: {kind: "own_toys:Counter"}
+  guest: {kind: "own_toys:Guest"}
+  doubler: {kind: "own_toys:Doubler", process: sums}
+  cook: {kind: "own_toys:Cook", process: kitchen}
+"""
+TOYS = Path(__file__).parents[1] / "runtime" / "toys.py"
+
+
+def wait_for(condition: Callable[[], object], patience: float = PATIENCE) -> None:
+    until = time.monotonic() + patience
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def children_of(pid: int) -> list[int]:
+    found = subprocess.run(["pgrep", "-P", str(pid)], capture_output=True, text=True, check=False)
+    return [int(one) for one in found.stdout.split()]
+
+
+def order(name: str) -> Order:
+    return Order(Launch(name="x", about="", args={}, nodes={}), name, ".", 0, 7447)
+
+
+SLEEPY = "import sys; sys.stdin.readline(); sys.stdin.read()"
+DYING = "import sys; sys.stdin.readline(); sys.exit(3)"
+STUBBORN = "import sys, time; sys.stdin.readline(); time.sleep(600)"
+
+
+def test_a_child_that_dies_is_started_again_more_and_more_slowly() -> None:
+    told: list[tuple[float, str]] = []
+    supervisor = Supervisor(
+        [order("a")], lambda text: told.append((time.monotonic(), text)), (sys.executable, "-c", DYING)
+    )
+    wait_for(lambda: len(told) >= 5)
+    supervisor.close()
+    assert [text for _, text in told[:4]] == [
+        "process a ended (exit code 3); again in 0.5 s",
+        "process a runs again",
+        "process a ended (exit code 3); again in 1.0 s",
+        "process a runs again",
+    ]
+    assert told[3][0] - told[2][0] >= 1.0
+
+
+def test_children_end_with_their_input_and_stubborn_ones_are_killed() -> None:
+    for program, limit in ((SLEEPY, 2.0), (STUBBORN, 3.0)):
+        supervisor = Supervisor([order("a"), order("b")], lambda _: None, (sys.executable, "-c", program))
+        wait_for(lambda: len(supervisor.pids()) == 2)  # noqa: B023
+        pids = supervisor.pids().values()
+        began = time.monotonic()
+        supervisor.close()
+        assert time.monotonic() - began < limit
+        assert not any(map(is_alive, pids))
+
+
+def test_parts_of_a_launch(tmp_path: Path) -> None:
+    path = tmp_path / "parts.yaml"
+    path.write_text(LAUNCH)
+    own, others = split(load_launch(str(path)))
+    assert list(own.nodes) == ["counter", "guest"]
+    assert {name: list(one.nodes) for name, one in others.items()} == {
+        "sums": ["doubler"],
+        "kitchen": ["cook"],
+    }
+    with pytest.raises(UserError, match="process"):
+        path.write_text(LAUNCH.replace("kitchen", "my kitchen"))
+        load_launch(str(path))
+    assert NodeEntry(kind="a:B").process == ""
+
+
+class Launched:
+    """`chefbot launch` of the file above, and an outsider."""
+
+    def __init__(self, folder: Path, port: int) -> None:
+        (folder / "own_toys.py").write_text(TOYS.read_text())
+        (folder / "parts.yaml").write_text(LAUNCH)
+        environment = {**os.environ, "CHEFBOT_WIRE_PORT": str(port), "ROS_DOMAIN_ID": "0"}
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "chefbot", "launch", str(folder / "parts.yaml")],
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        self.wire = Wire(port=port, router=False)
+        self.node = WireNode(self.wire, "outsider")
+
+    def there(self, *names: str) -> bool:
+        return set(names) <= {one.name for one in self.wire.graph.nodes()}
+
+
+@pytest.fixture
+def launched(tmp_path: Path, port: int) -> Iterator[Launched]:
+    one = Launched(tmp_path, port)
+    yield one
+    one.node.close()
+    one.wire.close()
+    for pid in [*children_of(one.process.pid), one.process.pid]:
+        if is_alive(pid):
+            os.kill(pid, signal.SIGKILL)
+    one.process.communicate()
+
+
+@pytest.mark.slow
+def test_processes_talk_come_back_and_leave_nothing(launched: Launched, port: int) -> None:
+    double: queue.Queue[Float64] = queue.Queue()
+    dishes: queue.Queue[String] = queue.Queue()
+    launched.node.subscription("/double", Float64, double.put)
+    launched.node.subscription("/dishes", String, dishes.put, LATCHED)
+    assert launched.wire.graph.wait_for(lambda _: launched.there("cook", "doubler", "counter"), PATIENCE)
+    assert double.get(timeout=PATIENCE).data % 2.0 == 0.0
+    assert {dishes.get(timeout=PATIENCE).data for _ in range(2)} == {"soup", "salad"}  # the guest's order
+
+    children = children_of(launched.process.pid)
+    assert len(children) == 2
+    for pid in children:
+        os.kill(pid, signal.SIGKILL)
+    assert launched.wire.graph.wait_for(lambda _: not launched.there("cook"), PATIENCE)
+    assert launched.wire.graph.wait_for(lambda _: launched.there("cook", "doubler"), PATIENCE)
+    while not double.empty():
+        double.get()
+    assert double.get(timeout=PATIENCE).data % 2.0 == 0.0
+    client = ActionClient(launched.node, "/deliver", Deliver)
+    wait_for(lambda: client.served)
+    assert client.send(Deliver_Goal(("tea",))).outcome.result(PATIENCE)[0] == STATUS_SUCCEEDED
+
+    children = children_of(launched.process.pid)
+    began = time.monotonic()
+    launched.process.send_signal(signal.SIGINT)
+    said, _ = launched.process.communicate(timeout=PATIENCE)
+    assert time.monotonic() - began < 3.0
+    assert launched.process.returncode == 0
+    assert "process sums ended (signal 9); again in 0.5 s" in said
+    assert not any(map(is_alive, children))
+    with Wire(port=port) as again:
+        assert again.is_router  # the port is free
+
+
+@pytest.mark.slow
+def test_a_killed_launch_leaves_no_orphans(launched: Launched) -> None:
+    assert launched.wire.graph.wait_for(lambda _: launched.there("cook", "doubler"), PATIENCE)
+    children = children_of(launched.process.pid)
+    assert len(children) == 2
+    launched.process.kill()
+    wait_for(lambda: not any(map(is_alive, children)), 5.0)

@@ -153,7 +153,8 @@ def design(
 def calibrate(
     robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
     arguments: Annotated[
-        list[str] | None, typer.Argument(help="key:=value of the launch, such as squares:=2 or port:=/dev/ttyACM0")
+        list[str] | None,
+        typer.Argument(help="key:=value of the launch, such as squares:=2 or port:=/dev/ttyACM0"),
     ] = None,
     sim: Annotated[bool, typer.Option("--sim", help="a simulated robot that was never calibrated")] = False,
     seed: Annotated[int, typer.Option(min=0, help="which simulated robot")] = 1,
@@ -211,6 +212,20 @@ def ros2(
     from chefbot.commands.ros2 import run_ros2
 
     run_ros2(robot, out)
+
+
+@app.command()
+def dds(
+    domain: Annotated[int | None, typer.Option(help="of DDS; without it ROS_DOMAIN_ID, else 0")] = None,
+    topics: Annotated[
+        list[str] | None, typer.Option(help="only this one, such as /scan or '/robot1/*'; may be repeated")
+    ] = None,
+    interface: Annotated[str, typer.Option(help="lo, eth0, ...; auto: Cyclone DDS chooses a network")] = "",
+) -> None:
+    """Bridge to ROS 2 systems that speak DDS, as default installations do: topics both ways. Needs chefbot[dds]."""
+    from chefbot.commands.dds import run_dds
+
+    run_dds(domain, topics or [], interface)
 
 
 @app.command()

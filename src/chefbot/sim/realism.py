@@ -19,7 +19,7 @@ other: the three errors that UMBmark sets out to find (Borenstein & Feng, Measur
 systematic odometry errors in mobile robots, 1996)."""
 GYRO_GAIN_ERROR = 0.003
 """Share by which a calibrated gyro's sensitivity is off at most."""
-WHEEL_FAULT, SEPARATION_FAULT, GYRO_FAULT = 0.01, 0.02, 0.01
+TYRE_FAULT, SEPARATION_FAULT, GYRO_FAULT = 0.01, 0.02, 0.01
 """Shares by which an assembled robot is off at least: the wheels' mean diameter and the wheels from each other,
 the track, the gyro."""
 YAW_FAULT = math.radians(1.0)
@@ -44,7 +44,7 @@ def draw_as_built(profile: Profile, rng: Generator) -> AsBuilt:
 
 
 def _assembled(rng: Generator) -> AsBuilt:
-    least = np.array([WHEEL_FAULT, WHEEL_FAULT, SEPARATION_FAULT, GYRO_FAULT, YAW_FAULT, YAW_FAULT])
+    least = np.array([TYRE_FAULT, TYRE_FAULT, SEPARATION_FAULT, GYRO_FAULT, YAW_FAULT, YAW_FAULT])
     faults = (least * rng.uniform(1.0, WORST, 6) * rng.choice([-1.0, 1.0], 6)).tolist()
     scale, difference, track, gyro, lidar, camera = faults
     return AsBuilt(

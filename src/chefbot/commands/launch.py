@@ -80,6 +80,8 @@ def run_launch(name: str, texts: Sequence[str]) -> None:
     ):
         system.loop.tap(show_remarks)
         own = launch if bridge is None else split(launch)[0]
+        if bridge is None and any(entry.process for entry in launch.nodes.values()):
+            console.print("All nodes run in this one process: `process:` needs the wire.")
         start(system, own)
         if bridge is not None:
             processes.enter_context(others(bridge, system, launch, find_launch(name).parent))

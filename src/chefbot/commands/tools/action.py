@@ -62,7 +62,7 @@ def run_send(name: str, words: Sequence[str], quiet: bool) -> int:
     """Feedback and result as YAML; Ctrl-C cancels. Exit code: 1 unless it succeeded."""
     given, plain = type_and_values(words)
     with on_wire("action") as node, stopping() as stop:
-        named = find(node.wire.graph.actions(), name, "action")
+        named = find(node.wire.graph.actions, name, "action")
         kind = only_type(named, "action")
         own = kind.name.removesuffix(SEND_GOAL)
         if given and type_name(given, "action") != own:

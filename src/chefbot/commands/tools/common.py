@@ -26,6 +26,10 @@ from chefbot.wire.session import LOOPBACK, Wire
 T = TypeVar("T")
 START_WAIT, QUIET_WAIT = 30.0, 1.0
 """Seconds that a launch which is only just starting is waited for, the first of them without a word."""
+LAUNCH = "/chefbot"
+"""A launch's own node, which is there some seconds before the others."""
+NAME_WAIT = 1.0
+"""Seconds that a name which is not there may take to come."""
 SETTLED, SETTLE_WAIT = 0.25, 2.0
 """Seconds without news after which all are known, and how long that is waited for at most."""
 SILENCE = 2.0
@@ -56,8 +60,8 @@ def on_wire(verb: str) -> Iterator[WireNode]:
 
 
 def _somebody(graph: Graph) -> bool:
-    """Whether there is a node that is no tool."""
-    return any(not hidden(one.full_name) for one in graph.nodes())
+    """Whether there is a node that is no tool, and not only a launch that is about to bring its nodes."""
+    return any(not hidden(one.full_name) and one.full_name != LAUNCH for one in graph.nodes())
 
 
 def settle(graph: Graph) -> None:
@@ -87,9 +91,11 @@ def full_name(name: str) -> str:
         raise UserError(str(error)) from None
 
 
-def find(known: Mapping[str, T], name: str, what: str) -> T:
-    """UserError with the nearest names when there is no such topic, service, action or node."""
-    full = full_name(name)
+def find(look: Callable[[], Mapping[str, T]], name: str, what: str) -> T:
+    """Of a topic, service, action or node that may only just be coming; UserError with the nearest names."""
+    full, until = full_name(name), time.monotonic() + NAME_WAIT
+    while full not in (known := look()) and time.monotonic() < until:
+        time.sleep(0.05)
     if full not in known:
         shown = {one for one in known if not hidden(one)}
         raise UserError(

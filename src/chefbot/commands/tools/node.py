@@ -33,7 +33,7 @@ def run_info(name: str) -> None:
     """What a node has."""
     with on_wire("node") as node:
         graph = node.wire.graph
-        found = find({one.full_name: one for one in graph.nodes()}, name, "node")
+        found = find(lambda: {one.full_name: one for one in graph.nodes()}, name, "node")
         for line in info_lines(graph, found.full_name):
             console.print(line)
 

@@ -136,7 +136,7 @@ def _owners(graph: Graph) -> list[str]:
 
 
 def _owner(graph: Graph, name: str) -> str:
-    found = find({one.full_name: one for one in graph.nodes()}, name, "node").full_name
+    found = find(lambda: {one.full_name: one for one in graph.nodes()}, name, "node").full_name
     if found not in _owners(graph):
         raise UserError(f"node {found} has no parameters")
     return found

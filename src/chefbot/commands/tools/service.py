@@ -54,7 +54,7 @@ def run_call(name: str, words: Sequence[str], timeout: float) -> None:
     """The response as YAML."""
     given, plain = type_and_values(words)
     with on_wire("service") as node:
-        named = find(node.wire.graph.services(), name, "service")
+        named = find(node.wire.graph.services, name, "service")
         kind = only_type(named, "service")
         if given and type_name(given, "srv") != kind.name:
             raise UserError(f"service {named.name} is a {kind.name}, not a {given}")

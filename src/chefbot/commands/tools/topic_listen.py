@@ -29,7 +29,7 @@ PREFIXES = ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"), (1.0, "B"))
 def run_echo(topic: str, once: bool, field: str, whole: bool, seconds: float) -> int:
     """Messages as YAML documents. Exit code: 1 if `once` ended without a message."""
     with on_wire("echo") as node, stopping() as stop:
-        named = find(node.wire.graph.topics(), topic, "topic")
+        named = find(node.wire.graph.topics, topic, "topic")
         show = shower(node, topic, types_said(named), field, None if whole else SHOWN)
         ear = Ear(node, named)
         for heard in ear.samples(seconds or None, stop):
@@ -45,7 +45,7 @@ def run_echo(topic: str, once: bool, field: str, whole: bool, seconds: float) ->
 def run_hz(topic: str, seconds: float) -> int:
     """Rate, intervals and bandwidth. Exit code: 1 if nothing came."""
     with on_wire("hz") as node, stopping() as stop:
-        named = find(node.wire.graph.topics(), topic, "topic")
+        named = find(node.wire.graph.topics, topic, "topic")
         watch = SilenceWatch(node.wire.graph, named.name)
         meters = [Meter()]
         listen(node, named, lambda _, data: meters[-1].add(time.monotonic(), len(data)))

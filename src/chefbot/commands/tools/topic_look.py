@@ -18,7 +18,7 @@ def run_list(verbose: bool, everything: bool) -> None:
 def run_info(name: str) -> None:
     """Ends of one topic with QoS."""
     with on_wire("topic") as node:
-        named = find(node.wire.graph.topics(), name, "topic")
+        named = find(node.wire.graph.topics, name, "topic")
         for line in info_lines(node.wire.graph, named):
             console.print(line)
 

@@ -105,7 +105,7 @@ def _when(time_ns: int) -> str:
 def _tell(writer: BagWriter, recorder: BagRecorder, wanted: set[str]) -> None:
     counts = writer.counts
     console.print(f"{writer.out}: {sum(counts.values())} messages on {len(counts)} topics")
-    silent = sorted((wanted or set(counts)) - {name for name, count in counts.items() if count})
+    silent = sorted(wanted - {name for name, count in counts.items() if count})
     if silent:
         errors.print(f"chefbot: nothing came on {', '.join(silent)}")
     for name, count in recorder.lost.items():

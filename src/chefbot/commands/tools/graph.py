@@ -13,6 +13,7 @@ from chefbot.commands.tools.graph_svg import to_svg
 from chefbot.commands.tools.listen import Hear, listen
 from chefbot.commands.tools.meter import Meter, Rate
 from chefbot.commands.tools.topic_look import seen
+from chefbot.errors import UserError
 from chefbot.runtime.files import write_atomic
 from chefbot.wire.graph import Endpoint, Graph, Named
 from chefbot.wire.node import WireNode
@@ -29,7 +30,10 @@ def run_graph(out: Path, as_json: bool, seconds: float) -> None:
     if as_json:
         console.print(json.dumps(found, indent=2))
         return
-    out.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"{out} cannot be written: {error.strerror}") from None
     write_atomic(out, to_svg(found).encode())
     console.print(f"{out}: {len(found['nodes'])} nodes, {len(found['topics'])} topics")
     for sentence in found["mismatches"]:

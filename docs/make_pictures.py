@@ -7,7 +7,9 @@ Two demos in the hotel, one with the depth camera and one with the lidar, are ru
 from __future__ import annotations
 
 import math
+import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 from matplotlib.patches import Circle, Rectangle
@@ -358,6 +360,24 @@ def delivery() -> None:
     write(figure, "delivery")
 
 
+def calibration() -> None:
+    """Before and after, as the verb draws it."""
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "runs/pictures") / "calibration"
+    if not (folder / "calibration.png").exists():
+        command = [
+            sys.executable,
+            "-m",
+            "chefbot",
+            "calibrate",
+            "chefbot_lidar",
+            "--sim",
+            "--seed",
+            str(SEED),
+        ]
+        subprocess.run([*command, "--out", str(folder)], check=True)
+    (PICTURES / "calibration.png").write_bytes((folder / "calibration.png").read_bytes())
+
+
 ALL = (
     hotel,
     robot_from_its_file,
@@ -370,6 +390,7 @@ ALL = (
     planning,
     dwa,
     delivery,
+    calibration,
 )
 
 

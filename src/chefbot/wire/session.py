@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 from itertools import count
 from typing import Any
 
@@ -23,6 +24,8 @@ PORT = 7447
 LOOPBACK = "127.0.0.1"
 WATCH_PERIOD = 0.2
 """Seconds between two looks whether there is a router."""
+ROUTER_WAIT = 0.1
+"""Seconds that opening waits for a router at most; without one it goes on looking in the background."""
 MAX_DOMAIN = 232
 STUCK_US = 1_000_000
 """A peer that takes nothing for so long is cut off. With Zenoh's 5 s a listener that dies while it is sent a large
@@ -47,6 +50,7 @@ class Wire:
         self._closing = threading.Event()
         self._router = _open_router(port) if router else None
         self.session = _open_peer(port)
+        self._await_router()
         self.zid = str(self.session.zid())
         self.graph = Graph(self.session, domain, self.refused)
         self._watcher = threading.Thread(target=self._watch, name="wire watcher", daemon=True)
@@ -83,6 +87,12 @@ class Wire:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _await_router(self) -> None:
+        """Zenoh connects behind our back and tries for ever; a router that is there answers in milliseconds."""
+        until = time.monotonic() + ROUTER_WAIT
+        while not self.connected and time.monotonic() < until:
+            time.sleep(0.001)
 
     def _watch(self) -> None:
         """Take the router's place when it is empty."""

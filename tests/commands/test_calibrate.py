@@ -89,18 +89,16 @@ class _Stopping:
         self._stop = stop
 
     def __enter__(self) -> None:
-        original = CalibratorNode.on_wheel_ticks
-        stop = self._stop
+        original, stop = CalibratorNode._straight, self._stop
 
-        def press(node: CalibratorNode, ticks: Any) -> None:
-            original(node, ticks)
-            if node.now_ns > 2_000_000_000:
-                stop()
+        async def press(node: CalibratorNode, metres: float) -> None:
+            stop()
+            await original(node, metres)
 
-        self._original, CalibratorNode.on_wheel_ticks = original, press  # type: ignore[method-assign]
+        self._original, CalibratorNode._straight = original, press  # type: ignore[method-assign]
 
     def __exit__(self, *_: object) -> None:
-        CalibratorNode.on_wheel_ticks = self._original  # type: ignore[method-assign]
+        CalibratorNode._straight = self._original  # type: ignore[method-assign]
 
 
 def test_what_is_wrong_on_the_command_line_is_a_sentence(tmp_path: Path) -> None:

@@ -59,6 +59,12 @@ def demo(
 def launch(
     name: Annotated[str, typer.Argument(help="a launch, such as gmapping_demo, or a launch file")] = "",
     arguments: Annotated[list[str] | None, typer.Argument(help="key:=value ...")] = None,
+    join: Annotated[
+        list[str] | None, typer.Option(help="another machine's wire, tls/HOST; repeatable")
+    ] = None,
+    listen: Annotated[
+        list[str] | None, typer.Option(help="tcp/ADDRESS: let anybody in there, without keys or secrecy")
+    ] = None,
 ) -> None:
     """Run a launch file; without a name, list them."""
     from chefbot.commands.launch import list_launches, run_launch
@@ -66,7 +72,7 @@ def launch(
     if not name:
         list_launches()
         return
-    run_launch(name, arguments or [])
+    run_launch(name, arguments or [], join or [], listen or [])
 
 
 @app.command()

@@ -56,10 +56,13 @@ def run(order: Order) -> None:
     robot = load_robot(str(own.args["robot"]))
     with Wire(order.domain, port=order.port, router=False) as wire:
         name = f"chefbot_{order.process}"
-        loop = _followed(wire, name) if own.clock == "simulation" else Loop(WallClock(), time.time_ns())
+        space = str(own.args["namespace"]) or "/"
+        loop = (
+            _followed(wire, name, space) if own.clock == "simulation" else Loop(WallClock(), time.time_ns())
+        )
         system = System(loop, robot, int(own.args["seed"]))
         simulated = own.clock == "simulation"
-        bridge = Bridge(system, wire, simulated=simulated, leads=False, own=name)
+        bridge = Bridge(system, wire, space, simulated=simulated, leads=False, own=name)
         loop.post(lambda: _begin(system, bridge, order.launch, own))
         _end_with_input(loop.stop)
         _keep_going(loop)
@@ -81,12 +84,12 @@ def _keep_going(loop: Loop) -> None:
     loop.at(loop.now_ns + KEEP_GOING_NS, TIMER, lambda: _keep_going(loop))
 
 
-def _followed(wire: Wire, name: str) -> Loop:
+def _followed(wire: Wire, name: str, namespace: str) -> Loop:
     """A loop whose time is that of /clock, from its first telling on."""
     first: queue.SimpleQueue[int] = queue.SimpleQueue()
     wake: list[Callable[[int], None]] = [first.put]
-    node = WireNode(wire, f"{name}_clock")
-    node.subscription("/clock", ClockMessage, lambda message: wake[0](message.clock.ns), CLOCK)
+    node = WireNode(wire, f"{name}_clock", namespace)
+    node.subscription("clock", ClockMessage, lambda message: wake[0](message.clock.ns), CLOCK)
     try:
         now_ns = first.get(timeout=PATIENCE)
     except queue.Empty:

@@ -27,7 +27,8 @@ from chefbot.runtime.launch import (
 )
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.system import System
-from chefbot.wire.attach import attached, others
+from chefbot.wire.attach import attached, in_fleet, others
+from chefbot.wire.gate import Doors, endpoint
 
 MAX_SPEED = 1000.0
 console = Console(highlight=False)
@@ -64,9 +65,10 @@ def parse_arguments(texts: Sequence[str]) -> dict[str, str]:
     return given
 
 
-def run_launch(name: str, texts: Sequence[str]) -> None:
-    """Until Ctrl-C, or for `duration:=` seconds of its clock."""
-    launch = load_launch(name, parse_arguments(texts))
+def run_launch(name: str, texts: Sequence[str], join: Sequence[str] = (), listen: Sequence[str] = ()) -> None:
+    """Until Ctrl-C, or for `duration:=` seconds of its clock. `join`, `listen`: ways to other machines."""
+    doors = Doors(tuple(map(endpoint, join)), tuple(map(endpoint, listen)) or None)
+    launch = in_fleet(load_launch(name, parse_arguments(texts)))
     _check(launch)
     sys.path.append(str(find_launch(name).parent.resolve()))  # an owner's classes lie beside the launch file
     robot = load_robot(str(launch.args["robot"]))
@@ -75,7 +77,7 @@ def run_launch(name: str, texts: Sequence[str]) -> None:
     seed, speed = int(launch.args["seed"]), float(launch.args["speed"])
     with (
         session(robot, seed, launch.clock, speed, record) as system,
-        attached(system, launch, console.print) as bridge,
+        attached(system, launch, doors, console.print) as bridge,
         ExitStack() as processes,
     ):
         system.loop.tap(show_remarks)

@@ -50,10 +50,12 @@ STANDARD_ARGS: dict[str, ArgValue] = {
     "headless": False,
     "record": "",
     "wire": "auto",
+    "namespace": "",
 }
 """What every launch understands: which robot, the seed of all chance, seconds to run (0: until stopped), times
 real time (0: as fast as may be), without the page, a file to record to, and whether other processes and ROS 2 may
-take part: `on`, `off`, or `auto`, which is on unless time runs as fast as may be."""
+take part: `on`, `off`, or `auto`, which is on unless time runs as fast as may be, and the ROS namespace of all its
+names there (empty: in a fleet the robot's name, else none)."""
 
 
 class LaunchFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

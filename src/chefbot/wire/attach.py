@@ -7,11 +7,17 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
+import msgspec
+
 from chefbot.errors import UserError
 from chefbot.runtime.launch import Launch, node_class, node_params, split
 from chefbot.runtime.system import System
 from chefbot.wire.bridge import Bridge
 from chefbot.wire.environment import domain_of_environment, port_of_environment
+from chefbot.wire.errors import WireError
+from chefbot.wire.gate import Doors, Gate
+from chefbot.wire.keyring import Identity, Keyring, keys_folder
+from chefbot.wire.names import check_namespace
 from chefbot.wire.ports import latched_topics
 from chefbot.wire.session import Wire
 from chefbot.wire.supervisor import Order, Supervisor
@@ -29,13 +35,19 @@ def wants_wire(launch: Launch) -> bool:
 
 
 @contextmanager
-def attached(system: System, launch: Launch, tell: Callable[[str], None]) -> Iterator[Bridge | None]:
+def attached(
+    system: System, launch: Launch, doors: Doors, tell: Callable[[str], None]
+) -> Iterator[Bridge | None]:
     """The system on the wire, or None: call `represent` on it once the nodes are there.
+
+    `launch` is as `in_fleet` gives it. `doors`: to other machines.
 
     Two launches with nodes of the same names would hear each other's sensors: the second stays off the wire and
     says so with `tell`; with `wire:=on` it is a UserError.
     """
     if not wants_wire(launch):
+        if doors != Doors():
+            raise UserError(f"launch {launch.name}: other machines need the wire; say wire:=on")
         yield None
         return
     with Wire(domain_of_environment(), port=port_of_environment()) as wire:
@@ -46,11 +58,47 @@ def attached(system: System, launch: Launch, tell: Callable[[str], None]) -> Ite
             tell(f"Not on the wire: {rival}")
             yield None
             return
-        bridge = Bridge(system, wire, simulated=launch.clock == "simulation")
+        space = str(launch.args["namespace"]) or "/"
+        bridge = Bridge(system, wire, space, simulated=launch.clock == "simulation")
         try:
-            yield bridge
+            with _gate(wire, doors, tell):
+                yield bridge
         finally:
             bridge.close()
+
+
+def in_fleet(launch: Launch) -> Launch:
+    """With its namespace written out: as its argument says, else a robot's name in its fleet. UserError if wrong."""
+    me = identity()
+    space = str(launch.args["namespace"]).strip("/")
+    if not space and me is not None and me.role == "robot":
+        space = me.name
+    try:
+        full = check_namespace(f"/{space}") if space else ""
+    except WireError as error:
+        raise UserError(f"launch {launch.name}: namespace:={space}: {error}") from None
+    return msgspec.structs.replace(launch, args={**launch.args, "namespace": full})
+
+
+def identity() -> Identity | None:
+    """Who this machine is in its fleet."""
+    ring = Keyring(keys_folder())
+    return ring.identity() if ring.is_member else None
+
+
+@contextmanager
+def _gate(wire: Wire, doors: Doors, tell: Callable[[str], None]) -> Iterator[None]:
+    """Open where this machine belongs to a fleet or is told to; whom it turns away is counted with the wire's."""
+    me = identity()
+    if me is None and doors == Doors():
+        yield
+        return
+    with Gate(me, doors, port_of_environment(), wire.refused) as gate:
+        if gate.listens:
+            tell(f"Other machines may join: {', '.join(gate.listens)}")
+        if doors.join:
+            tell(f"Joined with {', '.join(doors.join)}.")
+        yield
 
 
 @contextmanager
@@ -76,8 +124,10 @@ def others(bridge: Bridge, system: System, launch: Launch, folder: Path) -> Iter
 def _taken(wire: Wire, launch: Launch) -> str:
     """Why this launch cannot join; empty if it can."""
     wire.graph.refresh()
-    there = {node.name for node in wire.graph.nodes() if node.namespace == "/"}
+    space = str(launch.args["namespace"]) or "/"
+    there = {node.name for node in wire.graph.nodes() if node.namespace == space}
     both = sorted(there & launch.nodes.keys())
     if not both:
         return ""
-    return f"/{both[0]} runs on this machine already; stop that launch, set ROS_DOMAIN_ID, or say wire:=off"
+    node = f"{space.rstrip('/')}/{both[0]}"
+    return f"{node} runs on this machine already; stop that launch, set ROS_DOMAIN_ID, or say wire:=off"

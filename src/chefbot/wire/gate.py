@@ -98,9 +98,11 @@ class Gate:
     `refused` counts who was turned away, by sentence. The process ends with this one, however that ends.
     """
 
-    def __init__(self, me: Identity | None, doors: Doors, port: int = PORT) -> None:
+    def __init__(
+        self, me: Identity | None, doors: Doors, port: int = PORT, refused: Tally | None = None
+    ) -> None:
         """UserError if it cannot be opened."""
-        self.refused = Tally()
+        self.refused = Tally() if refused is None else refused
         self._me, self._doors, self._port = me, doors, port
         self._closing = threading.Event()
         self._config = gate_config(me, doors, port)
@@ -118,6 +120,12 @@ class Gate:
         self._closing.set()
         self._watcher.join()
         _end(self._process)
+
+    def __enter__(self) -> Gate:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def _start(self) -> subprocess.Popen[str]:
         process = subprocess.Popen(

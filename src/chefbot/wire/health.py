@@ -22,7 +22,7 @@ class Health:
     def __init__(self, tally: Tally, graph: Graph, there: Represented, inbox: Inbox) -> None:
         self._tally, self._graph, self._inbox = tally, graph, inbox
         self._rosout = there.own_rosout
-        self._publisher = there.own.publisher("/diagnostics", DiagnosticArray)
+        self._publisher = there.own.publisher("diagnostics", DiagnosticArray)
         self._told: tuple[dict[str, int], list[str]] = ({}, [])
 
     def tell(self, now_ns: int) -> None:

@@ -92,9 +92,9 @@ class Represented:
         return None if from_outside and isinstance(bridged, CalledAction) else bridged
 
     def tell_clock(self, clock: Clock) -> None:
-        """/clock of the simulation."""
+        """The simulation's; below the namespace, as each of several simulated robots has a time of its own."""
         if self._clock is None:
-            self._clock = self.own.publisher("/clock", Clock, CLOCK)
+            self._clock = self.own.publisher("clock", Clock, CLOCK)
         self._clock.publish(clock)
 
     def log(self, publication: Publication) -> None:

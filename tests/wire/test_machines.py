@@ -152,6 +152,13 @@ def test_an_operator_drives_and_a_robot_cannot_drive_another(network: Network, f
     assert robot2.ask("heard") == []
 
 
+def test_who_joins_before_the_robot_is_there_meets_it_later(network: Network, fleet: Keyring) -> None:
+    alice = network.start("alice", f"tls/{network.address('robot1')}:7447")
+    assert alice.ask("nodes") == ["/alice/tester"]
+    network.start("robot1")
+    alice.until("nodes", lambda found: "/robot1/tester" in str(found))
+
+
 def test_over_the_site_robots_and_operators_meet(network: Network, fleet: Keyring) -> None:
     site = network.start("site")
     there = f"tls/{network.address('site')}"

@@ -66,7 +66,7 @@ def gate_config(me: Identity | None, doors: Doors, port: int = PORT) -> dict[str
         "listen": {"endpoints": list(listen), "exit_on_failure": False},
         "connect": {
             "endpoints": [f"tcp/{LOOPBACK}:{port}", *doors.join],
-            "timeout_ms": 0,
+            "timeout_ms": -1,  # with 0, Zenoh tries once
             "exit_on_failure": False,
             "retry": {"period_init_ms": 200, "period_max_ms": 2000, "period_increase_factor": 2},
         },

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from chefbot.commands.dds import run_dds
+from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
 from chefbot.msgs.sensor_msgs import Image, LaserScan
@@ -194,7 +196,7 @@ def test_nothing_comes_back(robot: WireNode, bridge: DdsBridge, peers: Callable[
     peer.read("rt/both", "String")
     peer.write("rt/both", "String")
     until(lambda: peer.matched("rt/both") == peer.sources("rt/both") == 2, "itself and the bridge")
-    until(lambda: ours.heard, "the bridge")
+    until(lambda: len(robot.wire.graph.topics()["/both"].takers) == 2, "the bridge's listener on Zenoh")
     peer.take("rt/both")
     heard.clear()
     for number in range(50):
@@ -313,6 +315,68 @@ def test_flood_from_dds_is_survived(robot: WireNode, bridge: DdsBridge, peers: C
     peer.say("rt/calm", "still here")
     until(lambda: calm, "the other topic")
     assert heard
+
+
+def test_killed_peer_and_router_are_replaced(
+    port: int, domain: int, monkeypatch: pytest.MonkeyPatch, peers: Callable[[], Peer]
+) -> None:
+    """The bridge's own session finds the wire again when the router's process is gone."""
+    monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
+    first = Wire(port=port)
+    with Wire(port=port) as wire:
+        one = DdsBridge(wire, Place(domain, "lo"), lambda _: True)
+        doomed = Peer(domain)
+        doomed.write("rt/last_words", "String")
+        until(lambda: "/last_words" in one.topics.inward, "a peer")
+        doomed.close(kill=True)
+        first.close()
+        peer = peers()
+        with Wire(port=port) as other, WireNode(other, "base") as node:
+            words = node.publisher("/words", String)
+            peer.read("rt/words", "String")
+            until(lambda: words.heard and peer.sources("rt/words"), "the bridge on the wire again")
+            words.publish(String("here"))
+            assert until(lambda: peer.take("rt/words"), "the word") == ["here"]
+        one.close()
+
+
+def test_cyclones_own_tool_reads_the_types(robot: WireNode, bridge: DdsBridge, domain: int) -> None:
+    """`cyclonedds typeof` prints as IDL what it was told of a type."""
+    tool = Path(sys.executable).with_name("cyclonedds")
+    robot.publisher("/scan", LaserScan)
+    until(lambda: "/scan" in bridge.topics.outward, "the topic")
+    command = [str(tool), "typeof", "rt/scan", "-i", str(domain), "--color", "none"]
+
+    def told() -> str:
+        environment = {**os.environ, "CYCLONEDDS_URI": LOOPBACK}
+        found = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment)
+        return found.stdout if "LaserScan_" in found.stdout else ""
+
+    told_type = until(told, "the type")
+    fields = [line.split()[-1].rstrip(";") for line in told_type.splitlines() if line.strip().endswith(";")]
+    names = [one for one in fields if one.isidentifier()]
+    assert names[-10:] == ["header", *LaserScan.__struct_fields__[1:]]
+
+
+def test_bad_words_on_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One sentence each, before anything is opened."""
+    for words, wanted in (
+        ((300, [], "lo"), "domain 300"),
+        ((None, ["/no topic"], "lo"), "/no topic"),
+    ):
+        with pytest.raises(UserError, match=wanted):
+            run_dds(*words)
+    monkeypatch.setitem(sys.modules, "chefbot.wire.dds.bridge", None)
+    monkeypatch.delitem(sys.modules, "chefbot.wire.dds.bridge")
+    monkeypatch.setitem(sys.modules, "cyclonedds.core", None)
+    with pytest.raises(UserError, match="pip install 'chefbot\\[dds\\]'"):
+        run_dds(None, [], "lo")
+
+
+def test_no_such_interface_is_said(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
+    with pytest.raises(UserError, match="no_such_0"):
+        Place(domain, "no_such_0")
 
 
 def test_peers_and_robots_come_back(

@@ -74,14 +74,17 @@ def _place(domain: int, interface: str, wide: bool) -> str:
 
 
 def _tell(bridge: DdsBridge, stop: Event) -> None:
-    """Each topic when it comes or goes, and what was refused or lost."""
+    """Each topic when it comes or goes, from the robot's side; and what was refused or lost."""
     outward: tuple[str, ...] = ()
     inward: tuple[str, ...] = ()
     left_out: dict[str, str] = {}
     counts: dict[str, int] = {}
     while not stop.wait(PERIOD):
         now = bridge.topics
-        for arrow, before, after in (("to DDS", outward, now.outward), ("from DDS", inward, now.inward)):
+        for arrow, before, after in (
+            ("said on DDS", outward, now.outward),
+            ("heard on DDS", inward, now.inward),
+        ):
             for word, names in (("+", set(after) - set(before)), ("-", set(before) - set(after))):
                 if names:
                     console.print(f"{word} {arrow}: {' '.join(sorted(names))}")

@@ -113,7 +113,7 @@ def _reader_qos(asked: list[QoS], offered: list[QoS]) -> QoS:
     least = ask_for(offered)
     reliable = any(one.reliable for one in asked) and least.reliable
     latched = any(one.latched for one in asked) and (least.latched or not offered)
-    depth = max(DEFAULT.depth, *(one.depth for one in asked))
+    depth = max(AT_ONCE, *(one.depth for one in asked))  # room for a moment in which the bridge has no turn
     return QoS(
         reliability=RELIABLE if reliable else BEST_EFFORT,
         durability=TRANSIENT_LOCAL if latched else VOLATILE,

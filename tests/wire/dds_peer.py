@@ -123,6 +123,13 @@ class Unheard_(IdlStruct, typename="elsewhere_msgs::msg::dds_::Unheard_"):
 
 
 @dataclass
+class Shorter(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
+    """Not what others call so."""
+
+    linear: Vector3_
+
+
+@dataclass
 class Gid_(IdlStruct, typename="rmw_dds_common::msg::dds_::Gid_"):
     data: array[uint8, 16]
 
@@ -142,7 +149,8 @@ class ParticipantEntitiesInfo_(IdlStruct, typename="rmw_dds_common::msg::dds_::P
 
 
 TYPES = {
-    one.__name__.rstrip("_"): one for one in (String_, Twist_, LaserScan_, Image_, OccupancyGrid_, Unheard_)
+    one.__name__.rstrip("_"): one
+    for one in (String_, Twist_, LaserScan_, Image_, OccupancyGrid_, Unheard_, Shorter)
 }
 LATCHED = (Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
 

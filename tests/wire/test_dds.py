@@ -286,6 +286,23 @@ def test_unknown_and_other_types_are_named(
     assert not heard
 
 
+def test_ends_that_do_not_fit_are_named(
+    robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]
+) -> None:
+    """DDS itself is silent about both."""
+    robot.subscription("/cut", Twist, lambda _: None)
+    robot.publisher("/soft", LaserScan, SENSOR)
+    peer = peers()
+    peer.write("rt/cut", "Shorter")
+    peer.read("rt/soft", "LaserScan")
+    left_out = until(
+        lambda: {"/cut", "/soft"} <= bridge.topics.left_out.keys() and bridge.topics.left_out, "two sentences"
+    )
+    assert "other fields" in left_out["/cut"]
+    assert "/robot1/base is not heard" in left_out["/soft"]
+    assert "best effort is offered" in left_out["/soft"]
+
+
 @pytest.mark.parametrize("cut", [1, 4, 40])
 def test_truncated_from_zenoh_is_counted(
     robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer], cut: int

@@ -12,7 +12,7 @@ from cyclonedds.core import GuardCondition, InstanceState, ReadCondition, Sample
 from cyclonedds.topic import Topic
 
 from chefbot.msgs.base import Message
-from chefbot.wire.dds.crowd import Crowd, choose_type, gather
+from chefbot.wire.dds.crowd import Crowd, choose_type, gather, unheard
 from chefbot.wire.dds.discovery import TOPIC_PREFIX, Discovery
 from chefbot.wire.dds.domain import Place
 from chefbot.wire.dds.ends import Ends
@@ -28,6 +28,8 @@ NODE = "chefbot_dds"
 LOOK_NS = 200_000_000
 SETTLE = 0.02
 """Seconds in which news of the graph are gathered: a launch comes with hundreds of tokens."""
+CHECK = 0.5
+"""Seconds between two looks for ends that DDS has not connected."""
 _ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 Chosen = Callable[[str], bool]
 
@@ -61,6 +63,7 @@ class DdsBridge:
         self._kinds: dict[str, type[Message]] = {}
         self._listeners: dict[str, list[str]] = {}
         self._topics: dict[tuple[str, type[Message]], Any] = {}
+        self._left_out: dict[str, str] = {}
         self._state = Topics((), (), {})
         self._news, self._closing = threading.Event(), threading.Event()
         self._wake = GuardCondition(participant)
@@ -93,7 +96,7 @@ class DdsBridge:
             self._wake.set(True)
 
     def _work(self) -> None:
-        due = 0.0
+        due, check_at = 0.0, 0.0
         more = False
         while not self._closing.is_set():
             if not more:
@@ -105,6 +108,9 @@ class DdsBridge:
             if due and time.monotonic() >= due:
                 due = 0.0
                 self._do(self._arrange)
+            if time.monotonic() >= check_at:
+                check_at = time.monotonic() + CHECK
+                self._do(self._check)
             more = sum(bool(self._do(one.copy)) for one in self._inward.values()) > 0
         for name in list(self._outward):
             self._end(name)
@@ -125,7 +131,7 @@ class DdsBridge:
         for name, crowd in crowds.items():
             if self._chosen(name):
                 kind, why = choose_type(crowd)
-                if why:
+                if why := why or unheard(crowd):
                     left_out[name] = why
                 if kind is not None:
                     routes[name] = (kind, crowd.of_type(WireType.of(kind)))
@@ -134,7 +140,13 @@ class DdsBridge:
         for name, (kind, crowd) in routes.items():
             self._do(partial(self._arrange_topic, name, kind, crowd))
         self._do(self._tell_nodes)
+        self._left_out = left_out
         self._state = Topics(*self._directions(routes), left_out)
+
+    def _check(self) -> None:
+        """Whom DDS itself refuses to connect."""
+        deaf = {name: why for name, one in self._inward.items() if (why := one.deaf())}
+        self._state = self._state._replace(left_out={**deaf, **self._left_out})
 
     def _arrange_topic(self, name: str, kind: type[Message], crowd: Crowd) -> None:
         if self._kinds.get(name, kind) is not kind:

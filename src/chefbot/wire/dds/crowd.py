@@ -10,6 +10,7 @@ from chefbot.msgs.registry import message_type
 from chefbot.wire.dds.discovery import Discovery, Remote
 from chefbot.wire.graph import Endpoint
 from chefbot.wire.names import WireType
+from chefbot.wire.qos import incompatible
 from chefbot.wire.session import Wire
 
 
@@ -67,6 +68,17 @@ def choose_type(crowd: Crowd) -> tuple[type[Message] | None, str]:
     if not others:
         return own, ""
     return own, f"copied as {chosen.name} only; some have {' and '.join(others)}, or another version of it"
+
+
+def unheard(crowd: Crowd) -> str:
+    """Which publishers a reader on DDS cannot hear and why; empty if all are heard."""
+    reasons = {
+        f"{publisher.node.full_name} is not heard by a reader on DDS: {reason}"
+        for publisher in crowd.publishers
+        for reader in crowd.readers
+        for reason in incompatible(publisher.end.qos, reader.qos)
+    }
+    return "; ".join(sorted(reasons))
 
 
 def same(one: WireType, other: WireType) -> bool:

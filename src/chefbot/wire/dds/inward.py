@@ -41,6 +41,7 @@ class Inward:
         self._reader: Any = None
         self._condition: Any = None
         self._asked: QoS | None = None
+        self._unmatched: set[int] = set()
         self._early: deque[Any] = deque(maxlen=AT_ONCE)
         """Samples whose writer's publisher has not been made yet: a goal is often said once, at once."""
 
@@ -75,6 +76,15 @@ class Inward:
             if one.sample_info.valid_data:
                 self._hand_over(one)
         return len(samples) == AT_ONCE
+
+    def deaf(self) -> str:
+        """Why a writer that is there is not heard; empty if all are. To be asked now and then, not at once."""
+        matched = set() if self._reader is None else set(self._reader.get_matched_publications())
+        unmatched = set() if self._reader is None else self._publishers.keys() - matched
+        lasting, self._unmatched = unmatched & self._unmatched, unmatched
+        return (
+            "a writer on DDS has other fields in its type, or other QoS, and is not heard" if lasting else ""
+        )
 
     def _hand_over(self, sample: Any, *, known: bool = False) -> None:
         """`known`: whoever is there has a publisher by now."""

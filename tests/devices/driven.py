@@ -94,9 +94,20 @@ def drive(driven: Driven, cable: Cable, speed: float = 0.2) -> int:
     driven.speed = 0.0
     driven.until(lambda: ready(cable), "the board to be ready")
     driven.rest()
-    driven.speed = speed
-    driven.until(lambda: set_speed(cable) == wanted, "the speed")
+    push(driven, cable, speed, lambda: set_speed(cable) == wanted)
     return wanted
+
+
+def push(driven: Driven, cable: Cable, speed: float, reached: Callable[[], bool]) -> None:
+    """As a person does: lets go where the board asks for it, as it does after a pause of a busy computer."""
+
+    def trying() -> bool:
+        motion = cable.newest(Motion)
+        waits = isinstance(motion, Motion) and motion.flags & Flag.NEUTRAL_FIRST
+        driven.speed = 0.0 if waits else speed
+        return reached()
+
+    driven.until(trying, f"{speed} m/s")
 
 
 def ready(cable: Cable) -> bool:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.devices.driven import Driven, drive
+from tests.devices.driven import Driven, drive, push
 from tests.devices.emulated import PATIENCE, Cable, wait_for
 from tests.hil.boards import HostPort, LockstepBoard, MegaBoard
 from tests.hil.desk import NO_LOAD, ROBOT, Desk
@@ -23,7 +23,8 @@ from tests.devices.driven import Driven
 driven = Driven(sys.argv[1])
 began = driven.loop.now_ns
 def command():
-    driven.speed = 0.0 if driven.loop.now_ns - began < 2_000_000_000 else float(sys.argv[2])
+    new = driven.loop.now_ns - began < 2_000_000_000
+    driven.speed = 0.0 if new or "let go" in driven.health else float(sys.argv[2])
     driven.loop.at(driven.loop.now_ns + 50_000_000, 0, command)
 command()
 driven.loop.run()
@@ -83,7 +84,7 @@ def test_a_cable_that_is_pulled(
     driven = Driven(str(cable.path))
     try:
         drive(driven, cable, ROBOT.max_speed)
-        driven.until(lambda: at_full_speed(desk), "full speed")
+        push(driven, cable, ROBOT.max_speed, lambda: at_full_speed(desk))
         stopped = desk.stops_after(cable.pull)
     finally:
         driven.device.stop()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fnmatch import fnmatchcase
 from threading import Event
 from typing import TYPE_CHECKING
@@ -45,9 +45,16 @@ def run_dds(domain: int | None, topics: Sequence[str], interface: str) -> None:
         bridge = DdsBridge(wire, Place(number, where), lambda name: _chosen(name, patterns))
         try:
             console.print(_place(number, where, where == AUTO))
-            _tell(bridge, stop)
+            _tell(bridge, stop, lambda: _refuse_second(wire, NODE, wire.zid))
         finally:
             bridge.close()
+
+
+def _refuse_second(wire: Wire, name: str, own: str = "") -> None:
+    """UserError if there is another bridge, and of two that began together in the one whose id is higher."""
+    others = [one.zid for one in wire.graph.nodes() if one.name == name and one.zid != own]
+    if others and (not own or min(others) < own):
+        raise UserError(f"a bridge to DDS, /{name}, runs on this wire already; two would copy in a circle")
 
 
 def _pattern(text: str) -> str:
@@ -73,13 +80,14 @@ def _place(domain: int, interface: str, wide: bool) -> str:
     )
 
 
-def _tell(bridge: DdsBridge, stop: Event) -> None:
+def _tell(bridge: DdsBridge, stop: Event, check: Callable[[], None]) -> None:
     """Each topic when it comes or goes, from the robot's side; and what was refused or lost."""
     outward: tuple[str, ...] = ()
     inward: tuple[str, ...] = ()
     left_out: dict[str, str] = {}
     counts: dict[str, int] = {}
     while not stop.wait(PERIOD):
+        check()
         now = bridge.topics
         for arrow, before, after in (
             ("said on DDS", outward, now.outward),

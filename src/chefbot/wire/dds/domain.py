@@ -45,10 +45,10 @@ class Place:
                 own = _LOCAL if interface == LOOPBACK else _ONE.format(interface)
                 self._domain = Domain(number, ",".join(filter(None, (own, given))))
             self.participant = DomainParticipant(number, Qos(Policy.Userdata(ENCLAVE)))
-        except DDSException as error:
+        except DDSException:
             raise UserError(
-                f"DDS domain {number} cannot be opened on interface {interface!r}: {error.msg or error}; "
-                "`ip link` names the interfaces"
+                f"DDS domain {number} cannot be opened on interface {interface!r}; `ip link` names the interfaces, "
+                f"and what {CONFIGURATION} says must fit"
             ) from None
         self.gid: bytes = self.participant.guid.bytes
 

@@ -47,11 +47,14 @@ def demo(
     profile: Annotated[str, typer.Option(help="real or perfect")] = "real",
     people: Annotated[int, typer.Option(min=0, max=50, help="who walk about")] = 0,
     port: Annotated[int, typer.Option(min=1, max=65535, help="of the page")] = 8080,
+    processes: Annotated[
+        bool, typer.Option("--processes", help="as four processes over the wire, at 4 x real time at most")
+    ] = False,
 ) -> None:
     """Map a hotel alone, forget everything, localize on the saved map, carry food to tables and come home."""
     from chefbot.commands.demo import DemoOptions, run_demo
 
-    options = DemoOptions(world, robot, seed, headless, speed, out, profile, people, port)
+    options = DemoOptions(world, robot, seed, headless, speed, out, profile, people, port, processes)
     raise typer.Exit(run_demo(options))
 
 

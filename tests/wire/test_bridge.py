@@ -46,6 +46,7 @@ from chefbot.wire.action_server import ActionServer
 from chefbot.wire.attach import attached
 from chefbot.wire.attachment import Attachment
 from chefbot.wire.bridge import Bridge
+from chefbot.wire.gate import Doors
 from chefbot.wire.inbox import WIRE
 from chefbot.wire.names import WireType, topic_key
 from chefbot.wire.node import WireNode
@@ -127,7 +128,7 @@ def test_nodes_are_on_the_graph_with_what_they_have(port: int) -> None:
     with running(port, "counter", "doubler", "cook", "guest") as one:
         graph = one.outside.graph
         wanted = {"/counter", "/doubler", "/cook", "/guest", "/metronome"}
-        wanted |= {"/chefbot", "/outsider"}
+        wanted |= {"/chefbot", "/chefbot_tf", "/outsider"}
         assert graph.wait_for(lambda graph: {node.full_name for node in graph.nodes()} == wanted, PATIENCE)
         assert graph.wait_for(lambda graph: "/tf_static" in graph.topics(), PATIENCE)
         assert [end.node.name for end in graph.topics()["/count"].givers] == ["counter"]
@@ -305,13 +306,17 @@ def test_a_second_launch_of_the_same_names_stays_off_and_says_so(
     said: list[str] = []
     with running(port, "cook"):
         system = System(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
-        launch = msgspec.structs.replace(launch_of(("cook",)), args={"wire": "auto", "speed": 1.0})
-        with attached(system, launch, said.append) as bridge:
+        args = {"wire": "auto", "speed": 1.0, "namespace": ""}
+        launch = msgspec.structs.replace(launch_of(("cook",)), args=args)
+        with attached(system, launch, Doors(), said.append) as bridge:
             assert bridge is None
         assert "/cook runs on this machine already" in said[0]
-        insists = msgspec.structs.replace(launch, args={"wire": "on", "speed": 1.0})
-        with pytest.raises(UserError, match="/cook runs"), attached(system, insists, said.append):
+        insists = msgspec.structs.replace(launch, args={**args, "wire": "on"})
+        with pytest.raises(UserError, match="/cook runs"), attached(system, insists, Doors(), said.append):
             pass
-    odd = msgspec.structs.replace(launch, args={"wire": "of", "speed": 1.0})
-    with pytest.raises(UserError, match="wire:=of must be one of"), attached(system, odd, said.append):
+    odd = msgspec.structs.replace(launch, args={**args, "wire": "of"})
+    with (
+        pytest.raises(UserError, match="wire:=of must be one of"),
+        attached(system, odd, Doors(), said.append),
+    ):
         pass

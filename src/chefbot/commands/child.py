@@ -15,7 +15,7 @@ from collections.abc import Callable
 import msgspec
 from rich.console import Console
 
-from chefbot.commands.session import stop_on_signals
+from chefbot.commands.session import announce, stop_on_signals
 from chefbot.errors import UserError
 from chefbot.msgs.rosgraph_msgs import Clock as ClockMessage
 from chefbot.robot.load import load_robot
@@ -23,7 +23,8 @@ from chefbot.runtime.clock import FollowedClock, WallClock
 from chefbot.runtime.launch import Launch, split
 from chefbot.runtime.loop import TIMER, Loop
 from chefbot.runtime.system import System
-from chefbot.wire.bridge import Bridge
+from chefbot.wire.bridge import Bridge, process_node
+from chefbot.wire.followers import Follower
 from chefbot.wire.node import WireNode
 from chefbot.wire.ports import latched_topics
 from chefbot.wire.qos import CLOCK
@@ -55,10 +56,12 @@ def run(order: Order) -> None:
     own = split(order.launch)[1][order.process]
     robot = load_robot(str(own.args["robot"]))
     with Wire(order.domain, port=order.port, router=False) as wire:
-        name = f"chefbot_{order.process}"
+        name = process_node(order.process)
         space = str(own.args["namespace"]) or "/"
         loop = (
-            _followed(wire, name, space) if own.clock == "simulation" else Loop(WallClock(), time.time_ns())
+            _followed(wire, order.process, space)
+            if own.clock == "simulation"
+            else Loop(WallClock(), time.time_ns())
         )
         system = System(loop, robot, int(own.args["seed"]))
         simulated = own.clock == "simulation"
@@ -77,6 +80,7 @@ def run(order: Order) -> None:
 def _begin(system: System, bridge: Bridge, whole: Launch, own: Launch) -> None:
     system.launch(own)
     bridge.represent(system.nodes.values(), latched_topics(whole))
+    announce(Console(highlight=False), system.nodes.values())
 
 
 def _keep_going(loop: Loop) -> None:
@@ -84,17 +88,17 @@ def _keep_going(loop: Loop) -> None:
     loop.at(loop.now_ns + KEEP_GOING_NS, TIMER, lambda: _keep_going(loop))
 
 
-def _followed(wire: Wire, name: str, namespace: str) -> Loop:
-    """A loop whose time is that of /clock, from its first telling on."""
+def _followed(wire: Wire, process: str, namespace: str) -> Loop:
+    """A loop whose time is that of /clock, from its first telling on; it says how far it has come."""
     first: queue.SimpleQueue[int] = queue.SimpleQueue()
     wake: list[Callable[[int], None]] = [first.put]
-    node = WireNode(wire, f"{name}_clock", namespace)
+    node = WireNode(wire, f"chefbot_{process}_clock", namespace)
     node.subscription("clock", ClockMessage, lambda message: wake[0](message.clock.ns), CLOCK)
     try:
         now_ns = first.get(timeout=PATIENCE)
     except queue.Empty:
         raise UserError(f"nobody tells /clock for {PATIENCE:.0f} s; is the simulator running?") from None
-    clock = FollowedClock(now_ns)
+    clock = FollowedClock(now_ns, Follower(node, process).tell)
     loop = Loop(clock, now_ns)
 
     def tell(told_ns: int) -> None:

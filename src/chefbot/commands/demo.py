@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,6 +11,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from chefbot.commands.demo_processes import SPEED, Processes
 from chefbot.commands.report import write_report
 from chefbot.commands.score import Scorer, clicked
 from chefbot.commands.session import session, start, stop_on_signals
@@ -21,7 +23,7 @@ from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovaria
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
-from chefbot.runtime.clock import wall_ns
+from chefbot.runtime.clock import LeadingClock, wall_ns
 from chefbot.runtime.files import save_map, write_atomic
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import Publication
@@ -53,23 +55,30 @@ class DemoOptions(NamedTuple):
     profile: str
     people: int
     port: int
+    processes: bool = False
 
 
 def run_demo(options: DemoOptions) -> int:
     """Exit code: 0 if everything was delivered without a collision, else 1."""
     speed = _speed(options.speed)
+    clock = LeadingClock(min(speed or SPEED, SPEED)) if options.processes else None
     robot, world = load_robot(options.robot), load_any_world(options.world)
     tables = chosen_tables(world, options.seed)
     _make_folder(options.out)
     warming = start_warming(console, None if options.headless else options.port)
-    with session(robot, options.seed, "simulation", speed, options.out / "run.mcap") as system:
+    log = options.out / "run.mcap"
+    with session(robot, options.seed, "simulation", speed, log, clock) as system, ExitStack() as stack:
         demo = Demo(system, robot, world, options, tables, warming)
+        if clock is not None:
+            warming.wait()
+            demo.processes = Processes(system, clock, console, demo.goes_on)
+            stack.callback(demo.processes.close)
         with stop_on_signals(demo.give_up):
             demo.run()
     result = demo.result()
     write_atomic(options.out / "summary.json", result.to_json().encode())
     write_report(options.out, result, demo.scorer, world, robot)
-    _print(result, options.out)
+    _print(result, demo.processes, options.out)
     return 0 if result.success else 1
 
 
@@ -123,6 +132,8 @@ class Demo:
         self.explored = ExplorationStatus()
         self.found: bool | None = None
         self.failure = ""
+        self.processes: Processes | None = None
+        """None: all in one."""
         self._given_up = False
         self._began = wall_ns()
         self._phase = ""
@@ -138,6 +149,10 @@ class Demo:
             if self.failure:
                 break
         self.took = (wall_ns() - self._began) / 1e9
+
+    def goes_on(self) -> bool:
+        """Until somebody gives up."""
+        return not self._given_up
 
     def give_up(self) -> None:
         """From a signal: end after the event in hand."""
@@ -214,8 +229,12 @@ class Demo:
         }
         known = load_launch(name).args
         given = {key: value for key, value in {**given, **arguments}.items() if key in known}
-        start(self.system, load_launch(name, given))
-        if name == "explore" and not o.headless:
+        launch = load_launch(name, given)
+        if self.processes is None:
+            start(self.system, launch)
+        else:
+            self.processes.start(launch)
+        if name == "explore" and "page" in self.system.nodes:
             self._open_page()
 
     def _open_page(self) -> None:
@@ -266,9 +285,9 @@ class Demo:
             self.found = message.data
 
 
-def _print(result: DemoResult, out: Path) -> None:
+def _print(result: DemoResult, processes: Processes | None, out: Path) -> None:
     table = Table(box=None, show_header=False)
-    for name, value in result.table():
+    for name, value in [*result.table(), *(processes.table() if processes else [])]:
         table.add_row(name, value)
     console.print(table)
     verdict = "[green]success[/]" if result.success else f"[red]failed[/]: {result.failure}"

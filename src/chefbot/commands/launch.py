@@ -11,7 +11,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.commands.session import session, start, stop_on_signals
+from chefbot.commands.session import announce, session, start, stop_on_signals
 from chefbot.commands.warm import warm_kernels
 from chefbot.errors import UserError
 from chefbot.msgs.std_msgs import String
@@ -108,10 +108,7 @@ def _check(launch: Launch) -> None:
 
 def _announce(system: System, launch: Launch) -> None:
     console.print(f"[bold]{launch.name}[/]: {launch.about}")
-    for node in system.nodes.values():
-        sentence = getattr(node, "announcement", "")
-        if sentence:
-            console.print(f"  {sentence}", markup=False, soft_wrap=True)
+    announce(console, system.nodes.values())
 
 
 def show_remarks(publication: Publication) -> None:

@@ -5,14 +5,17 @@ from __future__ import annotations
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from rich.console import Console
 
 from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import Clock, PacedClock, StepClock, WallClock
 from chefbot.runtime.launch import Launch
 from chefbot.runtime.loop import Loop
+from chefbot.runtime.node import Node
 from chefbot.runtime.record import Recorder
 from chefbot.runtime.system import System
 
@@ -25,12 +28,17 @@ def clock_for(kind: str, speed: float) -> Clock:
 
 
 @contextmanager
-def session(robot: Robot, seed: int, kind: str, speed: float, record: Path | None) -> Iterator[System]:
-    """A system without nodes yet; stops its nodes and finishes the recording whatever happens."""
+def session(
+    robot: Robot, seed: int, kind: str, speed: float, record: Path | None, clock: Clock | None = None
+) -> Iterator[System]:
+    """A system without nodes yet; stops its nodes and finishes the recording whatever happens.
+
+    `clock`: another than that for `kind` and `speed`.
+    """
     # the camera's thread and the loop hand the interpreter to each other often; 5 ms each time is too long
     sys.setswitchinterval(1e-4)
     start_ns = time.time_ns() if kind == "wall" else 0
-    system = System(Loop(clock_for(kind, speed), start_ns), robot, seed)
+    system = System(Loop(clock or clock_for(kind, speed), start_ns), robot, seed)
     recorder = Recorder(record, robot, seed) if record else None
     if recorder is not None:
         system.loop.tap(recorder)
@@ -58,6 +66,14 @@ def start(system: System, launch: Launch) -> None:
     system.loop.run(until=lambda: bool(outcome))  # not until a time: a wall clock may have passed it already
     if outcome[0] is not None:
         raise outcome[0]
+
+
+def announce(console: Console, nodes: Iterable[Node]) -> None:
+    """What each has to say when it starts, such as where its page is."""
+    for node in nodes:
+        sentence = getattr(node, "announcement", "")
+        if sentence:
+            console.print(f"  {sentence}", markup=False, soft_wrap=True)
 
 
 @contextmanager

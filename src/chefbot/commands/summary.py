@@ -45,6 +45,8 @@ class DemoResult(msgspec.Struct, frozen=True, kw_only=True):
     real_time_factor: float
     recoveries: int
     left_unexplored: list[str]
+    cpu_s: dict[str, float]
+    """Of each process, if there were several."""
     versions: dict[str, str]
 
     def to_json(self) -> str:
@@ -118,6 +120,7 @@ def summarize(demo: Demo) -> DemoResult:
         real_time_factor=round(sim_time / demo.took, 2),
         recoveries=scorer.recoveries,
         left_unexplored=list(demo.explored.left),
+        cpu_s={} if demo.processes is None else demo.processes.used,
         versions=_versions(),
     )
 

@@ -14,7 +14,7 @@ from chefbot.control.limits import Limits
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.sensor_msgs import Range
-from chefbot.msgs.std_msgs import Bool, Header
+from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.runtime.node import In, Node, Out, every
 
 RATE = 20.0
@@ -54,6 +54,7 @@ class BaseNode(Node):
     cmd_vel_teleop: In[Twist]
     cmd_vel_nav: In[Twist]
     emergency_stop: In[Bool]
+    process_lost: In[String]
     ultrasonic: In[Range]
     cmd_vel: Out[Twist]
     wheel_speeds: Out[WheelSpeeds]
@@ -79,6 +80,11 @@ class BaseNode(Node):
         if pressed.data:
             self._person = self._navigation = None
             self._limiter.reset()
+
+    def on_process_lost(self, _: String) -> None:
+        """Whatever it commanded, nobody thinks about it any more: stand, without a ramp, until the next command."""
+        self._person = self._navigation = None
+        self._limiter.reset()
 
     @every(hz=RATE)
     def command(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterable
 from threading import Condition
 from typing import Protocol
 
@@ -65,6 +66,49 @@ class PacedClock:
         return reached_ns
 
 
+class LeadingClock(PacedClock):
+    """Simulated time that others follow: at `speed`, and slower whenever one of them cannot keep up.
+
+    So a machine that is too slow for all of a launch's processes runs them at its own pace, instead of driving
+    a robot whose thought comes late.
+    """
+
+    SLACK_NS = 100_000_000
+    """No follower is left further behind than this."""
+    PATIENCE = 1.0
+    """Seconds of the wall's time after which a follower that says nothing is not waited for any more."""
+
+    def __init__(self, speed: float) -> None:
+        super().__init__(speed)
+        self._reached: dict[str, tuple[int, int]] = {}
+        self.waited_ns = 0
+        """Wall time spent waiting for followers."""
+
+    def follow(self, names: Iterable[str]) -> None:
+        """Only these follow from now on; each is waited for from its first word on."""
+        self._reached = {name: told for name, told in self._reached.items() if name in set(names)}
+
+    def tell(self, name: str, reached_ns: int) -> None:
+        """So far a follower has come; any thread, then wake the loop."""
+        self._reached[name] = (reached_ns, wall_ns())
+
+    def wait_until(self, time_ns: int, wake: Condition) -> bool:
+        """For the slowest follower, then as paced."""
+        if self._is_ahead(time_ns):
+            began = wall_ns()
+            wake.wait(0.1)
+            self.waited_ns += wall_ns() - began
+            return False
+        return super().wait_until(time_ns, wake)
+
+    def _is_ahead(self, time_ns: int) -> bool:
+        now = wall_ns()
+        return any(
+            time_ns - reached > self.SLACK_NS and now - told < self.PATIENCE * 1e9
+            for reached, told in list(self._reached.values())
+        )
+
+
 class WallClock:
     """The time of the real robot; starts at `start_ns` so that stamps are those of the calendar."""
 
@@ -86,10 +130,14 @@ class WallClock:
 
 
 class FollowedClock:
-    """Time that another process tells, such as a simulator's /clock; it jumps from one telling to the next."""
+    """Time that another process tells, such as a simulator's /clock; it jumps from one telling to the next.
 
-    def __init__(self, now_ns: int) -> None:
+    `reached` is told, before it sleeps, how far all that was due has been done.
+    """
+
+    def __init__(self, now_ns: int, reached: Callable[[int], None] = lambda _: None) -> None:
         self._now_ns = now_ns
+        self._reached = reached
 
     def tell(self, now_ns: int) -> None:
         """From any thread; then wake the loop (`loop.post`)."""
@@ -101,7 +149,9 @@ class FollowedClock:
 
     def wait_until(self, time_ns: int, wake: Condition) -> bool:
         """Sleep until something comes, unless the time has been told already."""
-        if time_ns > self._now_ns:
+        told = self._now_ns
+        if time_ns > told:
+            self._reached(told)
             wake.wait()
         return time_ns <= self._now_ns
 

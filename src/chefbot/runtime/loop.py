@@ -124,6 +124,10 @@ class Loop:
         """As after a restart: old messages are gone, except those of `publishers`."""
         self._latched = {t: p for t, p in self._latched.items() if p.publisher in publishers}
 
+    def latched(self) -> list[Publication]:
+        """What late listeners are told."""
+        return list(self._latched.values())
+
     def tap(self, tap: Tap) -> None:
         """See every publication, for recording and checking."""
         self._taps.append(tap)

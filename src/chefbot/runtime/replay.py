@@ -25,6 +25,11 @@ from chefbot.runtime.node import Device, Node, listens_to
 from chefbot.runtime.record import IMAGES, METADATA
 from chefbot.runtime.system import LAUNCH_TOPIC, System
 
+DAMAGE = (
+    McapError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError, OverflowError,
+)  # fmt: skip
+"""What reading raises where a file ends too early or holds something else."""
+
 
 class Logged(NamedTuple):
     """One message of a log."""
@@ -64,7 +69,7 @@ def read_log(path: Path) -> Log:
             return _read(path, file)
     except OSError as error:
         raise UserError(f"log {path} cannot be read: {error.strerror}") from None
-    except (McapError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError) as error:
+    except DAMAGE as error:
         reason = str(error) or type(error).__name__
         raise UserError(f"log {path} is damaged or cut off, it cannot be replayed: {reason}") from None
 

@@ -114,7 +114,7 @@ def others(bridge: Bridge, system: System, launch: Launch, folder: Path) -> Iter
     domain, port = domain_of_environment(), port_of_environment()
     names = split(launch)[1]
     orders = [Order(launch, name, str(folder.resolve()), domain, port) for name in names]
-    supervisor = Supervisor(orders, partial(bridge.remark, "processes"))
+    supervisor = Supervisor(orders, partial(bridge.remark, "processes"), lost=bridge.lose)
     try:
         yield supervisor
     finally:

@@ -23,16 +23,23 @@ from chefbot.runtime.system import System
 from chefbot.wire.errors import Tally
 from chefbot.wire.health import Health
 from chefbot.wire.inbox import WIRE, Inbox
+from chefbot.wire.names import resolve as full_topic
 from chefbot.wire.ports import ports_of
 from chefbot.wire.queues import Queues
-from chefbot.wire.represented import Described, Represented
+from chefbot.wire.represented import Described, Represented, ears_of
 from chefbot.wire.session import Wire
+from chefbot.wire.tokens import SUBSCRIPTION
 
 DEPTH, ACTION_DEPTH, IMAGE_DEPTH = 10, 1000, 2
 CLOCK_NS = 10_000_000
 """/clock is told at most so often, in its own time."""
 TURN = 0.2
 Job = Callable[[], None]
+
+
+def process_node(process: str) -> str:
+    """What the node is called that speaks for a process of a launch."""
+    return f"chefbot_{process}"
 
 
 class Bridge:
@@ -53,7 +60,7 @@ class Bridge:
         own: str = "chefbot",
     ) -> None:
         self.tally: Tally = wire.refused
-        self._system, self._wire = system, wire
+        self._system, self._wire, self._namespace = system, wire, namespace
         self._tells_clock = simulated and leads
         self._clock_ns = -CLOCK_NS
         self._jobs: Queues[Job] = Queues(self.tally, "more is said than can be sent, the oldest is lost")
@@ -61,6 +68,7 @@ class Bridge:
         self._there = Represented(wire, (namespace, own), self._inbox, system, simulated)
         self._health = Health(self.tally, wire.graph, self._there, self._inbox)
         self._wanted: tuple[list[Described], frozenset[str]] | None = None
+        self._again: list[Publication] = []
         self._represented = threading.Event()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._work, name="wire sender", daemon=True)
@@ -72,15 +80,34 @@ class Bridge:
         described = [(node, ports_of(node)) for node in nodes]
         if latched is None:
             latched = frozenset(one.name for _, ports in described for one in ports.outs if one.latched)
+        if self._represented.is_set():  # else it waits in the queue still
+            for said in self._system.loop.latched():
+                if said.publisher != WIRE:
+                    self._again.append(said)
         self._wanted = (described, latched)
         self._represented.set()
         self._jobs.put("nodes", lambda: None, 1)  # wakes the thread, which looks for `_wanted` first
+
+    def lose(self, process: str) -> None:
+        """A process of the launch has died: its commands must not go on; any thread."""
+        self._inbox.say("process_lost", String(process))
 
     def remark(self, topic: str, text: str) -> None:
         """A sentence for people, on `<topic>/remark` of the loop and on /rosout; any thread."""
         self._inbox.say(f"{topic}/remark", String(text))
         job = partial(self._there.own_rosout.say, INFO, text, self._system.loop.now_ns)
         self._jobs.put(f"{topic}/remark", job, DEPTH)
+
+    @property
+    def wire(self) -> Wire:
+        """What it puts the system on."""
+        return self._wire
+
+    def sees(self, process: str) -> bool:
+        """Whether all nodes of another process of this launch are on the wire, their ports too."""
+        listened = full_topic("tf_static", self._namespace)
+        ends = self._wire.graph.ends_of(full_topic(ears_of(process_node(process)), self._namespace))
+        return any(one.end.kind == SUBSCRIPTION and one.end.topic == listened for one in ends)
 
     def settle(self, timeout: float = 5.0) -> bool:
         """Wait until everything so far has been done; False if it takes longer."""
@@ -115,7 +142,8 @@ class Bridge:
     def _tell_clock(self, now_ns: int) -> None:
         if now_ns - self._clock_ns >= CLOCK_NS:
             self._clock_ns = now_ns
-            self._jobs.put("/clock", partial(self._there.tell_clock, Clock(Time.of(now_ns))), 1)
+            clock = Clock(Time.of(now_ns))
+            self._jobs.put("/clock", partial(self._there.tell_clock, clock), 1, newest=True)
 
     # -- in the bridge's thread
 
@@ -126,7 +154,10 @@ class Bridge:
         while not self._closing.is_set():
             wanted, self._wanted = self._wanted, None
             if wanted is not None:
+                again, self._again = self._again, []
                 self._do(partial(self._there.show, *wanted))
+                for said in again:  # the publishers that said it are gone, with all that they kept
+                    self._do(partial(self._send, said))
             job = self._jobs.take(TURN)
             if job is not None:
                 self._do(job)

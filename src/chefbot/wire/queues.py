@@ -22,13 +22,17 @@ class Queues(Generic[T]):
         self._order: deque[Hashable] = deque()
         self._filled = threading.Condition()
 
-    def put(self, key: Hashable, item: T, depth: int) -> None:
-        """Behind what is there; where `depth` things wait under `key` already, the oldest of them is lost."""
+    def put(self, key: Hashable, item: T, depth: int, *, newest: bool = False) -> None:
+        """Behind what is there; where `depth` things wait under `key` already, the oldest of them is lost.
+
+        `newest`: only the newest ever counts, so that this is no loss.
+        """
         with self._filled:
             queue = self._queues.setdefault(key, deque())
             if len(queue) >= depth:
                 queue.popleft()
-                self._dropped.add(f"{key}: {self._why}")
+                if not newest:
+                    self._dropped.add(f"{key}: {self._why}")
             else:
                 self._order.append(key)
             queue.append(item)

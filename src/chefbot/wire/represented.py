@@ -35,6 +35,11 @@ LATCHED_BY_CUSTOM = frozenset({"map", "tf_static", "robot_description"})
 Described = tuple[Node, Ports]
 
 
+def ears_of(own: str) -> str:
+    """The node that hears transforms for all of a process; it comes last of its nodes."""
+    return f"{own}_tf"
+
+
 class Represented:
     """Belongs to the bridge's thread, but for `publishers`, which the loop's thread looks into.
 
@@ -67,8 +72,9 @@ class Represented:
         served = {name for _, ports in described for name, _ in ports.serves}
         for node, ports in described:
             self._show_node(node, ports, served)
+        ears = self._add(ears_of(self._self))  # anew with the others, else each launch would add two more
         for topic in ("tf", "tf_static"):
-            self._listen(self.own, Topic(topic, TFMessage))
+            self._listen(ears, Topic(topic, TFMessage))
 
     def close(self) -> None:
         """All go."""

@@ -95,13 +95,19 @@ class _Child:
 class Supervisor:
     """Runs one child for each order until `close`; `tell` gets a sentence when one dies or comes back.
 
-    Any thread may call `tell`. A child that this process leaves behind, even by `kill -9`, ends itself.
+    `lost` gets its name first when it dies. Both are called in its thread.
+    A child that this process leaves behind, even by `kill -9`, ends itself.
     """
 
     def __init__(
-        self, orders: Sequence[Order], tell: Callable[[str], None], command: Sequence[str] = COMMAND
+        self,
+        orders: Sequence[Order],
+        tell: Callable[[str], None],
+        command: Sequence[str] = COMMAND,
+        *,
+        lost: Callable[[str], None] = lambda _: None,
     ) -> None:
-        self._tell = tell
+        self._tell, self._lost = tell, lost
         self._children = [_Child(order, command) for order in orders]
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="supervisor", daemon=True)
@@ -131,6 +137,7 @@ class Supervisor:
     def _look_after(self, one: _Child) -> None:
         code = one.lost()
         if code is not None:
+            self._lost(one.name)
             self._tell(f"process {one.name} ended ({_reason(code)}); again in {one.back_off():.1f} s")
         if one.process is None and time.monotonic() >= one.due:
             again = one.began > 0.0

@@ -21,7 +21,9 @@ from chefbot.wire.bag.writer import METADATA_FILE, METADATA_RECORD
 from chefbot.wire.names import WireType
 from chefbot.wire.qos import QoS
 
-DAMAGE = (McapError, ZstdError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError)
+DAMAGE = (
+    McapError, ZstdError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError, OverflowError,
+)  # fmt: skip
 """What the library raises where a file ends too early or holds something else."""
 MAX_METADATA = 50_000_000
 

@@ -1,0 +1,64 @@
+"""Processes are killed while the robot drives: it stops, they come back, driving goes on."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+
+import pytest
+
+from chefbot.msgs.action_msgs import STATUS_ABORTED
+from chefbot.msgs.builtin_interfaces import Duration
+from chefbot.msgs.chefbot_msgs import WheelSpeeds
+from chefbot.msgs.nav2_msgs import Spin, Spin_Goal
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.wire.action_client import ActionClient
+from chefbot.wire.qos import LATCHED
+from tests.chaos.launched import Launched, children_of, is_alive, launched, wait_for
+
+STOP_NS = 200_000_000
+"""Simulated, which is the wall's time here; the supervisor looks every 50 ms and the base commands every 50 ms."""
+
+
+def pid_of(one: Launched, process: str) -> int:
+    """The child that the launch started with that order is known by its graph's node only after it ran; order
+    of the file is that of the starts."""
+    return children_of(one.process.pid)[["control", "slam"].index(process)]
+
+
+@pytest.mark.slow
+def test_the_robot_stops_when_its_controller_dies_and_drives_again_when_it_is_back() -> None:
+    with launched("parts.yaml", "headless:=true") as (one, node):
+        speeds: list[WheelSpeeds] = []
+        maps: list[OccupancyGrid] = []
+        node.subscription("/wheel_speeds", WheelSpeeds, speeds.append)
+        node.subscription("/map", OccupancyGrid, maps.append, LATCHED)
+        spin = ActionClient(node, "/spin", Spin)
+        wait_for(lambda: spin.served and maps)
+
+        def drives() -> bool:
+            return bool(speeds) and abs(speeds[-1].left) > 0.05
+
+        going = spin.send(Spin_Goal(30.0, Duration.of(60.0)))
+        wait_for(drives)
+        killed_ns, killed = speeds[-1].header.stamp.ns, time.monotonic()
+        os.kill(pid_of(one, "control"), signal.SIGKILL)
+        wait_for(lambda: speeds[-1].left == 0.0 and speeds[-1].right == 0.0)
+        stood_ns = next(
+            said.header.stamp.ns for said in speeds if said.header.stamp.ns > killed_ns and said.left == 0.0
+        )
+        assert stood_ns - killed_ns <= STOP_NS
+        assert going.outcome.exception(60.0) or going.outcome.result()[0] == STATUS_ABORTED
+        wait_for(lambda: not spin.served or time.monotonic() - killed > 1.0)
+        wait_for(lambda: spin.served)
+
+        os.kill(children_of(one.process.pid)[0], signal.SIGKILL)  # whichever: both have been killed by now
+        spin.send(Spin_Goal(30.0, Duration.of(60.0)))
+        children = children_of(one.process.pid)
+        wait_for(lambda: len(children_of(one.process.pid)) == 2)
+        wait_for(lambda: spin.served)
+        spin.send(Spin_Goal(30.0, Duration.of(60.0)))
+        wait_for(drives)
+        one.stop()
+        assert not any(map(is_alive, children))

@@ -28,6 +28,11 @@ def wait_for(condition: Callable[[], object], patience: float = PATIENCE) -> flo
     return time.monotonic() - began
 
 
+def tell(sentence: str) -> None:
+    """A figure, for `pytest -s`."""
+    sys.stdout.write(sentence + "\n")
+
+
 def is_alive(pid: int) -> bool:
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"

@@ -15,7 +15,7 @@ from chefbot.msgs.nav2_msgs import Spin, Spin_Goal
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.wire.action_client import ActionClient
 from chefbot.wire.qos import LATCHED
-from tests.chaos.launched import Launched, children_of, is_alive, launched, wait_for
+from tests.chaos.launched import Launched, children_of, is_alive, launched, tell, wait_for
 
 STOP_NS = 200_000_000
 """Simulated, which is the wall's time here; the supervisor looks every 50 ms and the base commands every 50 ms."""
@@ -48,12 +48,14 @@ def test_the_robot_stops_when_its_controller_dies_and_drives_again_when_it_is_ba
         stood_ns = next(
             said.header.stamp.ns for said in speeds if said.header.stamp.ns > killed_ns and said.left == 0.0
         )
+        tell(f"stood {(stood_ns - killed_ns) / 1e6:.0f} ms of simulated time after the kill")
         assert stood_ns - killed_ns <= STOP_NS
         assert going.outcome.exception(60.0) or going.outcome.result()[0] == STATUS_ABORTED
         wait_for(lambda: not spin.served or time.monotonic() - killed > 1.0)
         wait_for(lambda: spin.served)
+        tell(f"control was back after {time.monotonic() - killed:.1f} s")
 
-        os.kill(children_of(one.process.pid)[0], signal.SIGKILL)  # whichever: both have been killed by now
+        os.kill(children_of(one.process.pid)[0], signal.SIGKILL)  # the older one: the mapper
         spin.send(Spin_Goal(30.0, Duration.of(60.0)))
         children = children_of(one.process.pid)
         wait_for(lambda: len(children_of(one.process.pid)) == 2)

@@ -1,0 +1,59 @@
+"""Floods and nonsense from outside: counted, refused and named, while the base goes on commanding in time."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from chefbot.msgs.chefbot_msgs import WheelSpeeds
+from chefbot.msgs.diagnostic_msgs import DiagnosticArray
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.wire.names import WireType
+from tests.chaos.launched import launched, tell, wait_for
+
+FLOOD_HZ, SECONDS = 10_000, 3.0
+
+
+@pytest.mark.slow
+def test_nonsense_is_named_and_a_flood_does_not_hold_the_base_up() -> None:
+    with launched("parts.yaml", "headless:=true") as (one, node):
+        came: list[float] = []
+        named: dict[str, str] = {}
+
+        def note(array: DiagnosticArray) -> None:
+            named.update({v.key: v.value for status in array.status for v in status.values})
+
+        def speeds(_: WheelSpeeds) -> None:
+            came.append(time.monotonic())
+
+        node.subscription("/wheel_speeds", WheelSpeeds, speeds)
+        node.subscription("/diagnostics", DiagnosticArray, note)
+        teleop = node.publisher("/cmd_vel_teleop", Twist)
+        stranger = node.raw_publisher(
+            "/cmd_vel_nav", WireType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64)
+        )
+        wait_for(lambda: teleop.heard and len(came) > 40)
+        teleop.publish(Twist.of(math.nan, 0.0))
+        teleop.publish_cdr(Twist.of(0.1, 0.0).to_cdr()[:20])
+        stranger.publish_cdr(Twist.of(0.1, 0.0).to_cdr())
+
+        began, sent, before = time.monotonic(), 0, len(came)
+        while time.monotonic() - began < SECONDS:
+            while sent < (time.monotonic() - began) * FLOOD_HZ:
+                teleop.publish(Twist.of(0.0, 0.0))
+                sent += 1
+            time.sleep(0.001)
+        late = np.abs(np.diff(came[before:]) - 0.05) * 1000.0
+        tell(
+            f"{sent / SECONDS:.0f} Hz of commands; 20 Hz of the base off by {np.percentile(late, 99):.1f} ms (p99)"
+        )
+        assert len(late) >= 0.5 * 20 * SECONDS
+        for word in ("nan", "/cmd_vel_teleop", "more comes in than can be heard"):
+            wait_for(lambda: any(word in key for key in named))  # noqa: B023
+        wait_for(lambda: any("/cmd_vel_nav" in key + value for key, value in named.items()))
+        tell("\n".join(f"{key}: {value}" for key, value in named.items() if "/cmd_vel" in key + value))
+        one.stop()
+        assert one.process.returncode == 0

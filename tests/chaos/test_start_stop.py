@@ -1,0 +1,34 @@
+"""Starting and stopping again and again leaves nothing: no process, no port."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from chefbot.wire.session import Wire
+from tests.chaos.launched import children_of, is_alive, launched, tell, wait_for
+
+TIMES = 20
+
+
+def once() -> float:
+    with launched("toys.yaml") as (one, node):
+        there = lambda: "frames" in {found.name for found in node.wire.graph.nodes()}  # noqa: E731
+        wait_for(there)
+        children = children_of(one.process.pid)
+        assert len(children) == 1
+        began = time.monotonic()
+        one.stop()
+        took = time.monotonic() - began
+        assert one.process.returncode == 0
+        assert not any(map(is_alive, children))
+    with Wire(port=one.port) as again:
+        assert again.is_router
+    return took
+
+
+@pytest.mark.slow
+def test_20_times() -> None:
+    took = [once() for _ in range(TIMES)]
+    tell(f"stopping took {max(took):.2f} s at most")

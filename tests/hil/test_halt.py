@@ -16,6 +16,8 @@ from tests.devices.emulated import PATIENCE, Cable, wait_for
 from tests.hil.boards import HostPort, LockstepBoard, MegaBoard
 from tests.hil.desk import NO_LOAD, ROBOT, Desk
 
+pytestmark = pytest.mark.slow
+
 LIMIT_MS = 200.0
 HOST = """
 import sys

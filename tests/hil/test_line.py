@@ -16,6 +16,8 @@ from tests.devices.emulated import Cable
 from tests.hil.boards import MegaBoard
 from tests.hil.desk import ROBOT, Desk
 
+pytestmark = pytest.mark.slow
+
 SPEED = 0.2
 
 

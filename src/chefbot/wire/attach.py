@@ -16,6 +16,7 @@ from chefbot.wire.bridge import Bridge
 from chefbot.wire.environment import domain_of_environment, port_of_environment
 from chefbot.wire.errors import WireError
 from chefbot.wire.gate import Doors, Gate
+from chefbot.wire.graph import Graph
 from chefbot.wire.keyring import Identity, Keyring, keys_folder
 from chefbot.wire.names import check_namespace
 from chefbot.wire.ports import latched_topics
@@ -23,6 +24,8 @@ from chefbot.wire.session import Wire
 from chefbot.wire.supervisor import Order, Supervisor
 
 CHOICES = ("auto", "on", "off")
+SETTLING = 1.0
+"""Seconds in which those who are on the wire already find who comes."""
 
 
 def wants_wire(launch: Launch) -> bool:
@@ -123,11 +126,15 @@ def others(bridge: Bridge, system: System, launch: Launch, folder: Path) -> Iter
 
 def _taken(wire: Wire, launch: Launch) -> str:
     """Why this launch cannot join; empty if it can."""
-    wire.graph.refresh()
     space = str(launch.args["namespace"]) or "/"
-    there = {node.name for node in wire.graph.nodes() if node.namespace == space}
-    both = sorted(there & launch.nodes.keys())
-    if not both:
+
+    def both(graph: Graph) -> list[str]:
+        return sorted({one.name for one in graph.nodes() if one.namespace == space} & launch.nodes.keys())
+
+    wire.graph.refresh()
+    if not wire.is_router:  # somebody was here before, and may tell of its nodes only when it has found us
+        wire.graph.wait_for(both, SETTLING)
+    if not (rivals := both(wire.graph)):
         return ""
-    node = f"{space.rstrip('/')}/{both[0]}"
+    node = f"{space.rstrip('/')}/{rivals[0]}"
     return f"{node} runs on this machine already; stop that launch, set ROS_DOMAIN_ID, or say wire:=off"

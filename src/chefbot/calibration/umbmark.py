@@ -33,15 +33,9 @@ class ReturnErrors(NamedTuple):
     right: NDArray[np.float64]
 
     @property
-    def centres(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Of both clusters, (2,) m: medians, where the paper takes the mean of five runs. A slip is no systematic
-        error, but one in four runs would pass for it."""
-        return np.median(self.left, axis=0), np.median(self.right, axis=0)
-
-    @property
     def worst(self) -> float:
-        """E_max,syst: the further of the two clusters' centres, m (the paper's equation 3)."""
-        return max(math.hypot(*centre) for centre in self.centres)
+        """E_max,syst: the further of the two clusters' centres of gravity, m (the paper's equation 3)."""
+        return max(math.hypot(*self.left.mean(axis=0)), math.hypot(*self.right.mean(axis=0)))
 
 
 def return_errors(squares: Sequence[Square], wheels: Wheels, sensor: SE2) -> ReturnErrors:
@@ -72,12 +66,12 @@ class Umbmark(NamedTuple):
 
 
 def step(errors: ReturnErrors, side: float, separation: float) -> Umbmark:
-    """E_d and E_b by the paper's formulas, from the clusters' centres along x.
+    """E_d and E_b by the paper's formulas, from the centres of gravity along x.
 
     alpha bends each corner (type A), beta each side (type B); the side is an arc of radius R. Where the paper takes
     the robot's own separation for b, so does this.
     """
-    x_left, x_right = (float(centre[0]) for centre in errors.centres)
+    x_left, x_right = float(errors.left[:, 0].mean()), float(errors.right[:, 0].mean())
     alpha, beta = (x_right + x_left) / (-4.0 * side), (x_right - x_left) / (-4.0 * side)
     if abs(alpha) > 0.4 or abs(beta) > 0.8:
         raise UserError(

@@ -38,11 +38,10 @@ def picture(result: Calibrated, found: Findings, robot: Robot) -> bytes:
 
 def _returns(axes: Any, errors: ReturnErrors, title: str, unit: str, scale: float) -> None:
     """Where the robot was, seen from where its wheels said it was."""
-    left, right = errors.centres
-    ways = ((errors.left, left, BLUE, "to the left"), (errors.right, right, ORANGE, "to the right"))
-    for points, centre, colour, name in ways:
-        axes.plot(*(points * scale).T, "o", color=colour, ms=5, alpha=0.7, label=f"squares {name}")
-        axes.plot(*(centre * scale), "+", color=colour, ms=14, mew=2)
+    for points, colour, name in ((errors.left, BLUE, "to the left"), (errors.right, ORANGE, "to the right")):
+        x, y = (points * scale).T
+        axes.plot(x, y, "o", color=colour, ms=5, alpha=0.7, label=f"squares {name}")
+        axes.plot(x.mean(), y.mean(), "+", color=colour, ms=14, mew=2)
     axes.plot(0.0, 0.0, "x", color=GREY, ms=8)
     reach = 1.3 * max(float(np.abs(errors.left).max()), float(np.abs(errors.right).max())) * scale
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")

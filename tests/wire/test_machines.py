@@ -153,7 +153,9 @@ def test_an_operator_drives_and_a_robot_cannot_drive_another(network: Network, f
     alice.until("nodes", lambda found: "/robot1/tester" in str(found))
     says_until(alice, "/robot1/cmd_vel from_alice", robot1, "heard", "from_alice")
     says_until(robot1, "/robot1/odom here", alice, "heard", "here")
-    says_until(robot2, "/robot1/cmd_vel from_robot2", robot1, "refused", "robot2 may not write 0/robot1/cmd_vel")
+    says_until(
+        robot2, "/robot1/cmd_vel from_robot2", robot1, "refused", "robot2 may not write 0/robot1/cmd_vel"
+    )
     assert "robot2" not in str(robot1.ask("heard"))
     assert robot2.ask("heard") == []
 
@@ -174,7 +176,9 @@ def test_over_the_site_robots_and_operators_meet(network: Network, fleet: Keyrin
     alice.until("nodes", lambda found: "/robot1/tester" in str(found) and "/robot2/tester" in str(found))
     says_until(alice, "/robot1/cmd_vel from_alice", robot1, "heard", "from_alice")
     says_until(robot1, "/robot1/odom here", alice, "heard", "here")
-    says_until(robot2, "/robot1/cmd_vel from_robot2", site, "refused", "robot2 may not write 0/robot1/cmd_vel")
+    says_until(
+        robot2, "/robot1/cmd_vel from_robot2", site, "refused", "robot2 may not write 0/robot1/cmd_vel"
+    )
     assert "robot2" not in str(robot1.ask("heard"))
 
 

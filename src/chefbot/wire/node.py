@@ -37,9 +37,10 @@ class WireNode:
             wire.domain, wire.zid, wire.next_id(), check_namespace(namespace), check_node_name(name)
         )
         self._remote_only = remote_only
-        self._entities: list[Any] = []
-        self._tokens: list[zenoh.LivelinessToken] = []
-        self._tell(Token(self.id))
+        self._entities: dict[Any, zenoh.LivelinessToken] = {}
+        """What it has, each with the token that tells of it."""
+        self._tokens = [self._tell(Token(self.id))]
+        """Of the node itself, and of what other entities serve."""
 
     @property
     def full_name(self) -> str:
@@ -114,15 +115,20 @@ class WireNode:
 
     def announce(self, kind: str, name: str, wire_type: WireType, qos: QoS = DEFAULT) -> None:
         """Tell of an end that another entity of this session serves: `kind` MP, MS, SS or SC."""
-        self._tell(self._end(kind, name, wire_type, qos))
+        self._tokens.append(self._tell(self._end(kind, name, wire_type, qos)))
+
+    def drop(self, entity: Any) -> None:
+        """Take back the token of a publisher, subscription, server or client that it has made, then end it."""
+        self._entities.pop(entity).undeclare()
+        entity.close()
 
     def close(self) -> None:
         """Take all tokens back, then end what they told of."""
-        for token in reversed(self._tokens):
+        for token in reversed([*self._tokens, *self._entities.values()]):
             token.undeclare()
         for entity in reversed(self._entities):
             entity.close()
-        self._tokens, self._entities = [], []
+        self._tokens, self._entities = [], {}
 
     def __enter__(self) -> WireNode:
         return self
@@ -140,12 +146,11 @@ class WireNode:
 
     def _keep(self, entity: Any, token: Token) -> Any:
         """First the data's end, then the token that promises it."""
-        self._entities.append(entity)
-        self._tell(token)
+        self._entities[entity] = self._tell(token)
         return entity
 
-    def _tell(self, token: Token) -> None:
-        self._tokens.append(self.wire.session.liveliness().declare_token(str(token)))
+    def _tell(self, token: Token) -> zenoh.LivelinessToken:
+        return self.wire.session.liveliness().declare_token(str(token))
 
 
 def _name(token: Token) -> str:

@@ -15,13 +15,13 @@ from chefbot.msgs.base import Message
 from chefbot.wire.dds.crowd import Crowd, choose_type, gather, unheard
 from chefbot.wire.dds.discovery import TOPIC_PREFIX, Discovery
 from chefbot.wire.dds.domain import Place
-from chefbot.wire.dds.ends import Ends
 from chefbot.wire.dds.inward import Inward
 from chefbot.wire.dds.nodes import Nodes
 from chefbot.wire.dds.outward import Outward
 from chefbot.wire.dds.types import sample_type
 from chefbot.wire.errors import Tally
 from chefbot.wire.names import WireType
+from chefbot.wire.node import WireNode
 from chefbot.wire.session import Wire
 
 NODE = "chefbot_dds"
@@ -54,7 +54,7 @@ class DdsBridge:
     def __init__(self, wire: Wire, place: Place, chosen: Chosen) -> None:
         self.tally: Tally = wire.refused
         self._wire, self._place, self._chosen = wire, place, chosen
-        self._ends = Ends(wire, NODE)
+        self._ends = WireNode(wire, NODE, remote_only=True)
         participant = place.participant
         self._discovery = Discovery(participant)
         self._nodes = Nodes(participant)

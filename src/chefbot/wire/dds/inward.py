@@ -11,11 +11,11 @@ from cyclonedds.sub import DataReader
 
 from chefbot.msgs.cdr import HEADER
 from chefbot.wire.dds.discovery import Remote
-from chefbot.wire.dds.ends import Ends
 from chefbot.wire.dds.qos import to_dds
 from chefbot.wire.errors import Tally
 from chefbot.wire.graph import Endpoint
 from chefbot.wire.names import WireType
+from chefbot.wire.node import WireNode
 from chefbot.wire.offers import ask_for
 from chefbot.wire.publisher import Publisher
 from chefbot.wire.qos import BEST_EFFORT, DEFAULT, RELIABLE, TRANSIENT_LOCAL, VOLATILE, QoS
@@ -33,7 +33,7 @@ class Inward:
     """
 
     def __init__(
-        self, place: tuple[Any, Any, Any], ends: Ends, name: str, kind: WireType, tally: Tally
+        self, place: tuple[Any, Any, Any], ends: WireNode, name: str, kind: WireType, tally: Tally
     ) -> None:
         self._participant, self._topic, self._waiting = place
         self._ends, self._name, self._kind, self._tally = ends, name, kind, tally

@@ -14,12 +14,12 @@ from cyclonedds.pub import DataWriter
 from chefbot.msgs.base import Message
 from chefbot.msgs.cdr import CdrError
 from chefbot.wire.attachment import Attachment
-from chefbot.wire.dds.ends import Ends
 from chefbot.wire.dds.qos import to_dds_writer
 from chefbot.wire.dds.types import sample
 from chefbot.wire.errors import WireError
 from chefbot.wire.graph import Endpoint
 from chefbot.wire.names import WireType, has_byte_array
+from chefbot.wire.node import WireNode
 from chefbot.wire.offers import ask_for
 from chefbot.wire.subscription import Subscription
 
@@ -40,7 +40,7 @@ class Outward:
     Zenoh is listened to only while somebody on DDS does, or where something is latched.
     """
 
-    def __init__(self, participant: Any, topic: Any, ends: Ends, name: str, kind: type[Message]) -> None:
+    def __init__(self, participant: Any, topic: Any, ends: WireNode, name: str, kind: type[Message]) -> None:
         self._participant, self._topic, self._ends = participant, topic, ends
         self._name, self._kind, self._wire_type = name, kind, WireType.of(kind)
         self._writers: dict[bytes, Any] = {}

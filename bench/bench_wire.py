@@ -1,6 +1,7 @@
 """Messages between two processes over the wire: there and back, halved; CPU of both sides a message.
 
-A child process echoes. The 16 MB map goes one way, to a listener that comes when it is already there.
+A child process echoes. Beside each, the same bytes through Zenoh alone, in the same sessions: what the engine and
+the machine's waking up take. The 16 MB map goes one way, to a listener that comes when it is already there.
 """
 
 from __future__ import annotations
@@ -11,8 +12,10 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 
 import numpy as np
+import zenoh
 
 from chefbot.msgs.base import Message
 from chefbot.msgs.geometry_msgs import Twist
@@ -33,6 +36,8 @@ def child(port: int) -> None:
         for kind in KINDS:
             back = node.publisher(f"back/{kind.__name__}", kind)
             node.subscription(f"there/{kind.__name__}", kind, back.publish)
+        bare = wire.session.declare_publisher("bare/back", congestion_control=zenoh.CongestionControl.DROP)
+        listen(wire.session, "bare/there", bare.put)
         cells = np.random.default_rng(1).integers(-1, 100, SIDE * SIDE).astype(np.int8)
         info = MapMetaData(resolution=0.05, width=SIDE, height=SIDE)
         node.publisher("map", OccupancyGrid, LATCHED).publish(OccupancyGrid(Header(), info, cells))
@@ -61,29 +66,74 @@ def wait_for(condition) -> None:
         time.sleep(0.01)
 
 
-def round_trips(node: WireNode, kind: type[Message], count: int, hz: float) -> tuple[list[float], float]:
-    """Half of each way there and back, us; and the processor's time of both sides for one way, us."""
-    got: queue.SimpleQueue[Message] = queue.SimpleQueue()
-    used: queue.SimpleQueue[Float64] = queue.SimpleQueue()
-    node.subscription(f"back/{kind.__name__}", kind, got.put)
-    node.subscription("used", Float64, used.put)
-    there, ask = node.publisher(f"there/{kind.__name__}", kind), node.publisher("ask", Float64)
-    wait_for(lambda: there.heard and ask.heard)
-    message, ways = message_of(kind), []
+def listen(session: zenoh.Session, key: str, take: Callable[[bytes], None]) -> zenoh.Subscriber[None]:
+    """Bytes on a key, nothing else."""
+    handler = zenoh.handlers.Callback(lambda sample: take(sample.payload.to_bytes()), indirect=False)
+    return session.declare_subscriber(key, handler)
+
+
+class Pair:
+    """The bench's ends for one type, and those of the same bytes through Zenoh alone."""
+
+    def __init__(self, wire: Wire, kind: type[Message]) -> None:
+        self.got: queue.SimpleQueue[object] = queue.SimpleQueue()
+        self._used: queue.SimpleQueue[Float64] = queue.SimpleQueue()
+        self._node = WireNode(wire, f"bench_{kind.__name__}")
+        self._node.subscription(f"back/{kind.__name__}", kind, self.got.put)
+        self._node.subscription("used", Float64, self._used.put)
+        self._there = self._node.publisher(f"there/{kind.__name__}", kind)
+        self._ask = self._node.publisher("ask", Float64)
+        self._bare_back = listen(wire.session, "bare/back", self.got.put)
+        drop = zenoh.CongestionControl.DROP
+        self._bare = wire.session.declare_publisher("bare/there", congestion_control=drop)
+        wait_for(lambda: self._there.heard and self._ask.heard and self._bare.matching_status.matching)
+        self._message = message_of(kind)
+        self._bytes = self._message.to_cdr()
+
+    def send(self) -> None:
+        """A message through everything."""
+        self._there.publish(self._message)
+
+    def send_bare(self) -> None:
+        """Its bytes."""
+        self._bare.put(self._bytes)
+
+    def used(self) -> float:
+        """Processor time of both sides so far, s."""
+        self._ask.publish(Float64())
+        return self._used.get(timeout=10).data + time.process_time()
+
+    def close(self) -> None:
+        """Before the next pair."""
+        self._node.close()
+        self._bare_back.undeclare()
+        self._bare.undeclare()
+
+
+def round_trips(pair: Pair, send: Callable[[], None], count: int, hz: float) -> tuple[float, float, float]:
+    """Half of each way there and back, p50 and p99, us; and the processor's time of one way, us."""
+    ways: list[float] = []
     for index in range(count + 20):
         if index == 20:  # what comes first warms up
-            ask.publish(Float64())
-            before = used.get(timeout=10).data + time.process_time()
+            before = pair.used()
         began = time.perf_counter_ns()
-        there.publish(message)
-        got.get(timeout=10)
+        send()
+        pair.got.get(timeout=10)
         took = time.perf_counter_ns() - began
-        if index >= 20:
-            ways.append(took / 2e3)
+        ways.append(took / 2e3)
         time.sleep(max(0.0, 1.0 / hz - took / 1e9))
-    ask.publish(Float64())
-    after = used.get(timeout=10).data + time.process_time()
-    return ways, (after - before) / count / 2 * 1e6
+    cpu = (pair.used() - before) / count / 2 * 1e6
+    p50, p99 = np.percentile(ways[20:], [50, 99])
+    return float(p50), float(p99), cpu
+
+
+def show(wire: Wire, kind: type[Message], count: int, hz: float) -> None:
+    """Ours, then the bare engine, thrice each; the medians of the three."""
+    pair = Pair(wire, kind)
+    for name, send in ((kind.__name__, pair.send), ("  Zenoh alone", pair.send_bare)):
+        p50, p99, cpu = np.median([round_trips(pair, send, count // 3, hz) for _ in range(3)], axis=0)
+        print(f"{name:14} p50 {p50:5.0f} us  p99 {p99:5.0f} us  CPU of both sides {cpu:5.0f} us")
+    pair.close()
 
 
 def late_joiner(port: int) -> float:
@@ -111,15 +161,13 @@ def main() -> None:
         port = server.getsockname()[1]
     openings = [opening(port) for _ in range(10)]
     print(f"opening the wire: median {np.median(openings):.1f} ms, worst {max(openings):.1f} ms")
-    with Wire(port=port) as wire, WireNode(wire, "bench") as node:
+    with Wire(port=port) as wire:
         command = [sys.executable, __file__, str(port)]
         process = subprocess.Popen(command, stdin=subprocess.PIPE)
         wait_for(lambda: "/map" in wire.graph.topics())
         print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
         for kind, count, hz in ((Twist, 1000, 500.0), (LaserScan, 500, 200.0), (Image, 150, 30.0)):
-            ways, cpu = round_trips(node, kind, count, hz)
-            p50, p99 = np.percentile(ways, [50, 99])
-            print(f"{kind.__name__:10} p50 {p50:7.0f} us  p99 {p99:7.0f} us  CPU of both sides {cpu:6.0f} us")
+            show(wire, kind, count, hz)
         times = [late_joiner(port) for _ in range(5)]
         print(f"map of 16 MB to a late joiner: median {np.median(times):.0f} ms, worst {max(times):.0f} ms")
         process.communicate(timeout=10)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import typing
-from collections.abc import Callable
-from functools import cache, partial
+from array import array
+from functools import cache
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import msgspec
@@ -57,11 +57,13 @@ class Message(msgspec.Struct, frozen=True, kw_only=False, eq=False):
 
     def __post_init__(self) -> None:
         """Give every number its field's precision now, so that nobody sees more than the wire carries."""
-        for name, round_off in _roundings(type(self)):
-            value = getattr(self, name)
-            rounded = round_off(value)
-            if rounded is not value:
-                msgspec.structs.force_setattr(self, name, rounded)
+        floats, arrays = _roundings(type(self))
+        if floats:
+            rounded = array("f", [getattr(self, name) for name in floats]).tolist()
+            for name, value in zip(floats, rounded, strict=True):
+                msgspec.structs.force_setattr(self, name, value)
+        for name, kind in arrays:
+            msgspec.structs.force_setattr(self, name, np.asarray(getattr(self, name), kind))
 
     def to_cdr(self) -> bytes:
         """Little-endian XCDR1 with its four header bytes, as Fast-CDR writes it."""
@@ -94,19 +96,12 @@ class FieldType(NamedTuple):
 
 
 @cache
-def _roundings(kind: type[Message]) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
-    """Fields whose values can hold more than their type, and what cuts it off."""
-    found: list[tuple[str, Callable[[Any], Any]]] = []
-    for field in fields_of(kind):
-        if field.element == "float32" and not field.is_array:
-            found.append((field.name, _to_float32))
-        elif field.is_array and field.element in NUMPY_TYPES:
-            found.append((field.name, partial(np.asarray, dtype=np.dtype(NUMPY_TYPES[field.element]))))
-    return tuple(found)
-
-
-def _to_float32(value: float) -> float:
-    return float(np.float32(value))
+def _roundings(kind: type[Message]) -> tuple[tuple[str, ...], tuple[tuple[str, np.dtype[Any]], ...]]:
+    """Fields whose values can hold more than their type: single floats, and arrays with theirs."""
+    fields = [field for field in fields_of(kind) if field.element in NUMPY_TYPES]
+    floats = tuple(field.name for field in fields if field.element == "float32" and not field.is_array)
+    arrays = ((field.name, np.dtype(NUMPY_TYPES[field.element])) for field in fields if field.is_array)
+    return floats, tuple(arrays)
 
 
 @cache

@@ -8,6 +8,7 @@ takes its place within a fraction of a second.
 from __future__ import annotations
 
 import json
+import os
 import threading
 import time
 from itertools import count
@@ -30,6 +31,10 @@ MAX_DOMAIN = 232
 STUCK_US = 1_000_000
 """A peer that takes nothing for so long is cut off. With Zenoh's 5 s a listener that dies while it is sent a large
 map keeps the sender from everybody else for that time."""
+
+THREADS = "(rx: (worker_threads: 1))"
+"""Zenoh's default of two receiving threads wake each other for every message: with one, a scan takes half the time
+and half the processor (docs/why.md). The environment's own ZENOH_RUNTIME goes before."""
 
 
 class Wire:
@@ -105,7 +110,7 @@ def _open_router(port: int) -> zenoh.Session | None:
     """A router on loopback, None when the port is taken: then somebody else is it."""
     config = {**_common(), "mode": "router", "listen": {"endpoints": [f"tcp/{LOOPBACK}:{port}"]}}
     try:
-        return zenoh.open(_config(config))
+        return _open(config)
     except zenoh.ZError as error:
         if "in use" in str(error):
             return None
@@ -126,7 +131,7 @@ def _open_peer(port: int) -> zenoh.Session:
         },
     }
     try:
-        return zenoh.open(_config(config))
+        return _open(config)
     except zenoh.ZError as error:
         raise UserError(f"the wire cannot be opened: {_short(error)}") from None
 
@@ -143,8 +148,9 @@ def _common() -> dict[str, Any]:
     }
 
 
-def _config(plain: dict[str, Any]) -> zenoh.Config:
-    return zenoh.Config.from_json5(json.dumps(plain))
+def _open(config: dict[str, Any]) -> zenoh.Session:
+    os.environ.setdefault("ZENOH_RUNTIME", THREADS)  # read by Zenoh when it opens its first session
+    return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
 
 
 def _short(error: zenoh.ZError) -> str:

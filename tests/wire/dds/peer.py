@@ -3,11 +3,8 @@
 Commands come as lines on standard input, answers go as lines of JSON to standard output.
 """
 
-# ruff: noqa: N801  (names end in _ as ROS 2's do on DDS; annotations are objects, as Cyclone wants them)
-
 import json
 import sys
-from dataclasses import dataclass
 from typing import Any
 
 from cyclonedds.builtin import (
@@ -18,139 +15,76 @@ from cyclonedds.builtin import (
 )
 from cyclonedds.core import InstanceState, Policy, Qos
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl import IdlStruct
+from cyclonedds.idl import make_idl_struct
 from cyclonedds.idl.types import array, bounded_str, float32, float64, int8, int32, sequence, uint8, uint32
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 
-@dataclass
-class Time_(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
-    sec: int32
-    nanosec: uint32
+def ros(name: str, **fields: Any) -> type[Any]:
+    """`package/Name` as ROS 2 calls it on DDS."""
+    package, _, short = name.partition("/")
+    return make_idl_struct(f"{short}_", f"{package}::msg::dds_::{short}_", fields)
 
 
-@dataclass
-class Header_(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
-    stamp: Time_
-    frame_id: str
-
-
-@dataclass
-class String_(IdlStruct, typename="std_msgs::msg::dds_::String_"):
-    data: str
-
-
-@dataclass
-class Vector3_(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
-    x: float64
-    y: float64
-    z: float64
-
-
-@dataclass
-class Twist_(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
-    linear: Vector3_
-    angular: Vector3_
-
-
-@dataclass
-class LaserScan_(IdlStruct, typename="sensor_msgs::msg::dds_::LaserScan_"):
-    header: Header_
-    angle_min: float32
-    angle_max: float32
-    angle_increment: float32
-    time_increment: float32
-    scan_time: float32
-    range_min: float32
-    range_max: float32
-    ranges: sequence[float32]
-    intensities: sequence[float32]
-
-
-@dataclass
-class Image_(IdlStruct, typename="sensor_msgs::msg::dds_::Image_"):
-    header: Header_
-    height: uint32
-    width: uint32
-    encoding: str
-    is_bigendian: uint8
-    step: uint32
-    data: sequence[uint8]
-
-
-@dataclass
-class Point_(IdlStruct, typename="geometry_msgs::msg::dds_::Point_"):
-    x: float64
-    y: float64
-    z: float64
-
-
-@dataclass
-class Quaternion_(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
-    x: float64
-    y: float64
-    z: float64
-    w: float64
-
-
-@dataclass
-class Pose_(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
-    position: Point_
-    orientation: Quaternion_
-
-
-@dataclass
-class MapMetaData_(IdlStruct, typename="nav_msgs::msg::dds_::MapMetaData_"):
-    map_load_time: Time_
-    resolution: float32
-    width: uint32
-    height: uint32
-    origin: Pose_
-
-
-@dataclass
-class OccupancyGrid_(IdlStruct, typename="nav_msgs::msg::dds_::OccupancyGrid_"):
-    header: Header_
-    info: MapMetaData_
-    data: sequence[int8]
-
-
-@dataclass
-class Unheard_(IdlStruct, typename="elsewhere_msgs::msg::dds_::Unheard_"):
-    data: str
-
-
-@dataclass
-class Shorter(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
-    """Not what others call so."""
-
-    linear: Vector3_
-
-
-@dataclass
-class Gid_(IdlStruct, typename="rmw_dds_common::msg::dds_::Gid_"):
-    data: array[uint8, 16]
-
-
-@dataclass
-class NodeEntitiesInfo_(IdlStruct, typename="rmw_dds_common::msg::dds_::NodeEntitiesInfo_"):
-    node_namespace: bounded_str[256]
-    node_name: bounded_str[256]
-    reader_gid_seq: sequence[Gid_]
-    writer_gid_seq: sequence[Gid_]
-
-
-@dataclass
-class ParticipantEntitiesInfo_(IdlStruct, typename="rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"):
-    gid: Gid_
-    node_entities_info_seq: sequence[NodeEntitiesInfo_]
-
+Time_ = ros("builtin_interfaces/Time", sec=int32, nanosec=uint32)
+Header_ = ros("std_msgs/Header", stamp=Time_, frame_id=str)
+String_ = ros("std_msgs/String", data=str)
+Vector3_ = ros("geometry_msgs/Vector3", x=float64, y=float64, z=float64)
+Twist_ = ros("geometry_msgs/Twist", linear=Vector3_, angular=Vector3_)
+LaserScan_ = ros(
+    "sensor_msgs/LaserScan",
+    header=Header_,
+    angle_min=float32,
+    angle_max=float32,
+    angle_increment=float32,
+    time_increment=float32,
+    scan_time=float32,
+    range_min=float32,
+    range_max=float32,
+    ranges=sequence[float32],
+    intensities=sequence[float32],
+)
+Image_ = ros(
+    "sensor_msgs/Image",
+    header=Header_,
+    height=uint32,
+    width=uint32,
+    encoding=str,
+    is_bigendian=uint8,
+    step=uint32,
+    data=sequence[uint8],
+)
+Point_ = ros("geometry_msgs/Point", x=float64, y=float64, z=float64)
+Quaternion_ = ros("geometry_msgs/Quaternion", x=float64, y=float64, z=float64, w=float64)
+Pose_ = ros("geometry_msgs/Pose", position=Point_, orientation=Quaternion_)
+MapMetaData_ = ros(
+    "nav_msgs/MapMetaData", map_load_time=Time_, resolution=float32, width=uint32, height=uint32, origin=Pose_
+)
+OccupancyGrid_ = ros("nav_msgs/OccupancyGrid", header=Header_, info=MapMetaData_, data=sequence[int8])
+Unheard_ = ros("elsewhere_msgs/Unheard", data=str)
+Shorter_ = ros("geometry_msgs/Twist", linear=Vector3_)  # not what others call so
+Gid_ = ros("rmw_dds_common/Gid", data=array[uint8, 16])
+NodeEntitiesInfo_ = ros(
+    "rmw_dds_common/NodeEntitiesInfo",
+    node_namespace=bounded_str[256],
+    node_name=bounded_str[256],
+    reader_gid_seq=sequence[Gid_],
+    writer_gid_seq=sequence[Gid_],
+)
+ParticipantEntitiesInfo_ = ros(
+    "rmw_dds_common/ParticipantEntitiesInfo", gid=Gid_, node_entities_info_seq=sequence[NodeEntitiesInfo_]
+)
 
 TYPES = {
-    one.__name__.rstrip("_"): one
-    for one in (String_, Twist_, LaserScan_, Image_, OccupancyGrid_, Unheard_, Shorter)
+    "String": String_,
+    "Twist": Twist_,
+    "LaserScan": LaserScan_,
+    "Image": Image_,
+    "OccupancyGrid": OccupancyGrid_,
+    "Unheard": Unheard_,
+    "Shorter": Shorter_,
 }
 LATCHED = (Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
 

@@ -1,0 +1,56 @@
+"""The bridge to DDS between a wire and a domain of the test's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from chefbot.wire.node import WireNode
+from chefbot.wire.session import Wire
+
+pytest.importorskip("cyclonedds", reason="needs Cyclone DDS: pip install 'chefbot[dds]'")
+
+from tests.wire.dds.other import Peer
+
+from chefbot.wire.dds.bridge import DdsBridge
+from chefbot.wire.dds.domain import Place
+
+
+@pytest.fixture
+def domain(port: int) -> int:
+    """A DDS domain of this test's own: its ports are counted from it."""
+    return 1 + port % 200
+
+
+@pytest.fixture
+def peers(domain: int) -> Iterator[Callable[[], Peer]]:
+    """`peers()` starts one more."""
+    started: list[Peer] = []
+
+    def start() -> Peer:
+        started.append(Peer(domain))
+        return started[-1]
+
+    yield start
+    for one in started:
+        one.close()
+
+
+@pytest.fixture
+def robot(port: int) -> Iterator[WireNode]:
+    """A node that is not in the bridge's session."""
+    with Wire(port=port) as wire, WireNode(wire, "base", "/robot1") as node:
+        yield node
+
+
+@pytest.fixture
+def bridge(port: int, domain: int, robot: WireNode, monkeypatch: pytest.MonkeyPatch) -> Iterator[DdsBridge]:
+    """Between that node's wire and the domain."""
+    from chefbot.wire.dds.bridge import DdsBridge
+
+    monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
+    with Wire(port=port) as wire:
+        one = DdsBridge(wire, Place(domain, "lo"), lambda _: True)
+        yield one
+        one.close()

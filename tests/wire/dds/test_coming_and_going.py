@@ -1,0 +1,83 @@
+"""Peers and robots that end and come back, and the bridge that does not begin."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+
+import pytest
+from tests.waiting import wait_for
+from tests.wire.dds.other import Peer
+
+from chefbot.commands.dds import run_dds
+from chefbot.errors import UserError
+from chefbot.msgs.std_msgs import String
+from chefbot.wire.node import WireNode
+from chefbot.wire.session import Wire
+
+pytest.importorskip("cyclonedds", reason="needs Cyclone DDS: pip install 'chefbot[dds]'")
+
+from chefbot.wire.dds.bridge import DdsBridge
+from chefbot.wire.dds.domain import Place
+
+
+def test_killed_peer_and_router_are_replaced(
+    port: int, domain: int, monkeypatch: pytest.MonkeyPatch, peers: Callable[[], Peer]
+) -> None:
+    """The bridge's own session finds the wire again when the router's process is gone."""
+    monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
+    first = Wire(port=port)
+    with Wire(port=port) as wire:
+        one = DdsBridge(wire, Place(domain, "lo"), lambda _: True)
+        doomed = Peer(domain)
+        doomed.write("rt/last_words", "String")
+        wait_for(lambda: "/last_words" in one.topics.inward, "a peer")
+        doomed.close(kill=True)
+        first.close()
+        peer = peers()
+        with Wire(port=port) as other, WireNode(other, "base") as node:
+            words = node.publisher("/words", String)
+            peer.read("rt/words", "String")
+            wait_for(lambda: words.heard and peer.sources("rt/words"), "the bridge on the wire again")
+            words.publish(String("here"))
+            assert wait_for(lambda: peer.take("rt/words"), "the word") == ["here"]
+        one.close()
+
+
+def test_peers_and_robots_come_back(
+    port: int, robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]
+) -> None:
+    peer = peers()
+    with Wire(port=port, router=False) as other, WireNode(other, "guest") as guest:
+        words = guest.publisher("/words", String)
+        peer.read("rt/words", "String")
+        wait_for(lambda: words.heard, "the bridge")
+    wait_for(lambda: "/words" not in bridge.topics.outward, "its end")
+    wait_for(lambda: not [one for one in peer.ends("writers") if one[0] == "rt/words"], "its end on DDS")
+    with Wire(port=port, router=False) as other, WireNode(other, "guest") as guest:
+        words = guest.publisher("/words", String)
+        wait_for(lambda: words.heard, "the bridge again")
+        wait_for(lambda: peer.sources("rt/words"), "the writer again")
+        words.publish(String("back"))
+        assert wait_for(lambda: peer.take("rt/words"), "the word") == ["back"]
+
+
+def test_bad_words_on_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One sentence each, before anything is opened."""
+    for words, wanted in (
+        ((300, [], "lo"), "domain 300"),
+        ((None, ["/no topic"], "lo"), "/no topic"),
+    ):
+        with pytest.raises(UserError, match=wanted):
+            run_dds(*words)
+    monkeypatch.setitem(sys.modules, "chefbot.wire.dds.bridge", None)
+    monkeypatch.delitem(sys.modules, "chefbot.wire.dds.bridge")
+    monkeypatch.setitem(sys.modules, "cyclonedds.core", None)
+    with pytest.raises(UserError, match="pip install 'chefbot\\[dds\\]'"):
+        run_dds(None, [], "lo")
+
+
+def test_no_such_interface_is_said(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
+    with pytest.raises(UserError, match="no_such_0"):
+        Place(domain, "no_such_0")

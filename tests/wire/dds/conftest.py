@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 import pytest
+from tests.wire.dds.other import Peer
 
 from chefbot.wire.node import WireNode
 from chefbot.wire.session import Wire
 
-pytest.importorskip("cyclonedds", reason="needs Cyclone DDS: pip install 'chefbot[dds]'")
-
-from tests.wire.dds.other import Peer
-
-from chefbot.wire.dds.bridge import DdsBridge
-from chefbot.wire.dds.domain import Place
+if TYPE_CHECKING:
+    from chefbot.wire.dds.bridge import DdsBridge
 
 
 @pytest.fixture

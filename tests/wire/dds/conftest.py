@@ -46,6 +46,7 @@ def robot(port: int) -> Iterator[WireNode]:
 def bridge(port: int, domain: int, robot: WireNode, monkeypatch: pytest.MonkeyPatch) -> Iterator[DdsBridge]:
     """Between that node's wire and the domain."""
     from chefbot.wire.dds.bridge import DdsBridge
+    from chefbot.wire.dds.domain import Place
 
     monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
     with Wire(port=port) as wire:

@@ -10,7 +10,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
-from ctypes import POINTER, c_int16, c_int32, c_uint8, c_uint32, c_uint64, c_void_p
+from ctypes import POINTER, c_int16, c_int32, c_uint8, c_uint32, c_void_p
 from functools import cache
 from pathlib import Path
 
@@ -18,6 +18,7 @@ import pytest
 
 from chefbot.design.firmware_header import as_int32, firmware_constants
 from chefbot.robot.load import load_robot
+from chefbot.sim.firmware import FirmwareState
 from tests.firmware.lines import Message, framed, messages
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
@@ -51,24 +52,6 @@ def _alone(what: str) -> Iterator[None]:
         yield
 
 
-class BoardState(ctypes.Structure):
-    """chefbot_board_state of ports/host/chefbot_board.h."""
-
-    _fields_ = (
-        ("time_us", c_uint64),
-        ("duty", c_int32 * 2),
-        ("drivers", c_int32),
-        ("state", c_int32),
-        ("flags", c_uint32),
-        ("set", c_int32 * 2),
-        ("ticks", c_uint32 * 2),
-        ("illegal", c_uint32 * 2),
-        ("refused", c_uint32),
-        ("refusal", c_int32),
-        ("restarts", c_uint32),
-    )
-
-
 def library() -> ctypes.CDLL:
     """Built if need be."""
     need("make", "g++")
@@ -79,7 +62,7 @@ def library() -> ctypes.CDLL:
     lib.chefbot_board_write.argtypes = [c_void_p, POINTER(c_uint8), c_uint32]
     lib.chefbot_board_read.argtypes = [c_void_p, POINTER(c_uint8), c_uint32]
     lib.chefbot_board_imu.argtypes = [c_void_p, POINTER(c_int16)]
-    lib.chefbot_board_get.argtypes = [c_void_p, POINTER(BoardState)]
+    lib.chefbot_board_get.argtypes = [c_void_p, POINTER(FirmwareState)]
     for name in ("destroy", "power_cycle", "hang"):
         getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p]
     for name in ("battery", "echo", "estop", "imu_answers"):
@@ -109,8 +92,8 @@ class HostBoard:
             self.lib.chefbot_board_destroy(self.handle)
 
     @property
-    def state(self) -> BoardState:
-        state = BoardState()
+    def state(self) -> FirmwareState:
+        state = FirmwareState()
         self.lib.chefbot_board_get(self.handle, state)
         return state
 

@@ -9,17 +9,16 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.devices.board_line import BoardLine, missing_path
+from chefbot.devices.board_node import BoardNode
 from chefbot.devices.line.chapter import ChapterLink
 from chefbot.devices.line.link import BoardLink, Link
 from chefbot.devices.line.probe import Dialect
 from chefbot.errors import UserError
-from chefbot.msgs.base import Message
-from chefbot.msgs.chefbot_msgs import WheelSpeeds, WheelTicks
+from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import ERROR, DiagnosticArray, DiagnosticStatus, KeyValue
-from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
 from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.runtime.clock import wall_ns
-from chefbot.runtime.node import Device, In, Out, every, topic
+from chefbot.runtime.node import Out, every, topic
 
 SPEAK_HZ = 50
 STALE_NS = 200_000_000
@@ -36,7 +35,7 @@ class BoardParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     ] = "auto"
 
 
-class BoardDevice(Device):
+class BoardDevice(BoardNode):
     """Wheel speeds down, ticks, IMU, ultrasonic and battery up, over a cable that may break.
 
     Speeds are passed on while fresh ones arrive; when they stop nothing is sent, and the board's own watchdog
@@ -45,13 +44,6 @@ class BoardDevice(Device):
     """
 
     params: BoardParams
-    wheel_speeds: In[WheelSpeeds]
-    emergency_stop: In[Bool]
-    wheel_ticks: Out[WheelTicks]
-    imu: Out[Imu] = topic("imu/data")
-    ultrasonic: Out[Range]
-    battery_state: Out[BatteryState]
-    diagnostics: Out[DiagnosticArray]
     remark: Out[String] = topic("board/remark")
 
     def start(self) -> None:
@@ -127,7 +119,7 @@ class BoardDevice(Device):
         assert self._link is not None
         heard_ns = self.now_ns - max(0, wall_ns() - at_ns)
         for message in self._link.hear(data, heard_ns):
-            self._publish(message)
+            self.publish_sensed(message)
         if self._link.refused is not None:
             raise UserError(f"{self._where}: {self._link.refused}")
         if self._link.notice is not None and self._link.notice != self._told:
@@ -146,18 +138,6 @@ class BoardDevice(Device):
         self._missing = f"no motor board found: {why}"
         if self._link is None and self.now_ns - self._began_ns > FIRST_PATIENCE_NS:
             raise UserError(self._missing)
-
-    def _publish(self, message: Message) -> None:
-        if isinstance(message, WheelTicks):
-            self.wheel_ticks.publish(message)
-        elif isinstance(message, Imu):
-            self.imu.publish(message)
-        elif isinstance(message, Range):
-            self.ultrasonic.publish(message)
-        elif isinstance(message, BatteryState):
-            self.battery_state.publish(message)
-        else:
-            raise TypeError(f"the board's line gave a {type(message).__name__}, which has no topic here")
 
     # -- health
 

@@ -9,9 +9,9 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
+from chefbot.devices.board_node import BoardNode
 from chefbot.errors import UserError
-from chefbot.msgs.base import Message
-from chefbot.msgs.chefbot_msgs import Collision, WheelSpeeds, WheelTicks
+from chefbot.msgs.chefbot_msgs import Collision, WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
     Pose,
@@ -21,10 +21,10 @@ from chefbot.msgs.geometry_msgs import (
     TwistWithCovariance,
 )
 from chefbot.msgs.nav_msgs import Odometry
-from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, Imu, LaserScan, Range
+from chefbot.msgs.sensor_msgs import CameraInfo, Image, LaserScan
 from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.robot.sections import Lidar
-from chefbot.runtime.node import Device, In, Out, every, topic
+from chefbot.runtime.node import In, Out, every, topic
 from chefbot.sim.board import Board
 from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
 from chefbot.sim.load import load_any_world
@@ -62,7 +62,7 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     )
 
 
-class SimulatorDevice(Device):
+class SimulatorDevice(BoardNode):
     """Physics, board and sensors. `ground_truth` is for scoring and the ghost on the page; no node reads it.
 
     Wheels, IMU, ultrasonic ranger and battery are on the motor board, and all of theirs goes as bytes through its
@@ -71,16 +71,9 @@ class SimulatorDevice(Device):
     """
 
     params: SimulatorParams
-    wheel_speeds: In[WheelSpeeds]
-    emergency_stop: In[Bool]
     drop_box: In[PoseStamped] = topic("simulation/drop_box")
     door: In[String] = topic("simulation/door")
     kidnap: In[PoseStamped] = topic("simulation/kidnap")
-    wheel_ticks: Out[WheelTicks]
-    imu: Out[Imu] = topic("imu/data")
-    ultrasonic: Out[Range]
-    battery_state: Out[BatteryState]
-    diagnostics: Out[DiagnosticArray]
     scan: Out[LaserScan]
     depth: Out[Image] = topic("camera/depth/image_raw")
     camera_info: Out[CameraInfo] = topic("camera/depth/camera_info")
@@ -159,7 +152,7 @@ class SimulatorDevice(Device):
     def advance(self) -> None:
         """Physics up to now, what the board told, then all other sensors that are due."""
         for message in self._board.run_until(self.now_ns):
-            self._publish(message)
+            self.publish_sensed(message)
         self._tick += 1
         sensors = self.robot.sensors
         if sensors.lidar is not None and self._due(sensors.lidar.rate):
@@ -178,18 +171,6 @@ class SimulatorDevice(Device):
 
     def _header(self, frame: str) -> Header:
         return Header.of(self.now_ns, frame)
-
-    def _publish(self, message: Message) -> None:
-        if isinstance(message, WheelTicks):
-            self.wheel_ticks.publish(message)
-        elif isinstance(message, Imu):
-            self.imu.publish(message)
-        elif isinstance(message, Range):
-            self.ultrasonic.publish(message)
-        elif isinstance(message, BatteryState):
-            self.battery_state.publish(message)
-        else:
-            raise TypeError(f"the board's line gave a {type(message).__name__}, which has no topic here")
 
     def _laser_scan(self, lidar: Lidar) -> LaserScan:
         angles = lidar_angles(lidar)

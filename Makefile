@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN := $(VENV)/bin
 ARGS ?=
 
-.PHONY: demo test test-fast lint bench fuzz fuzz-firmware fuzz-host clean
+.PHONY: demo test test-fast test-long lint bench fuzz fuzz-firmware fuzz-host clean
 
 demo: $(VENV)/.demo
 	$(BIN)/chefbot demo $(ARGS)
@@ -13,7 +13,11 @@ test: $(VENV)/.dev lint
 	$(BIN)/pytest -q -n 2 --dist worksteal $(ARGS)
 
 test-fast: $(VENV)/.dev
-	$(BIN)/pytest -q -n 2 --dist worksteal -m "not slow" $(ARGS)
+	$(BIN)/pytest -q -n 2 --dist worksteal -m "not slow and not long" $(ARGS)
+
+# What needs minutes each: hundreds of starts and stops.
+test-long: $(VENV)/.dev
+	$(BIN)/pytest -q -s -m long $(ARGS)
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -138,6 +138,11 @@ class Transform(Message, frozen=True, eq=False):
     translation: Vector3 = Vector3()
     rotation: Quaternion = Quaternion()
 
+    @property
+    def se2(self) -> SE2:
+        """Seen from above."""
+        return SE2(self.translation.x, self.translation.y, self.rotation.yaw)
+
 
 class TransformStamped(Message, frozen=True, eq=False):
     """A transform with its two frames and time."""

@@ -25,16 +25,19 @@ from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Empty, Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.sensing import trusted_range
-from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.runtime.node import In, Node, Out, every, last_words, topic
 
 SHOWN_PARTICLES = 500
 """More arrows than these only slow the page."""
+RESUMED_XY, RESUMED_YAW = 0.1, 0.1
+"""Metres and radians (standard deviations) to which a pose still holds after a life before knew it."""
 
 
 class AmclNode(Node):
     """Publishes the pose on the map, the particles and the transform map -> odom.
 
-    Without an initial pose it begins by searching the whole map.
+    Without an initial pose it begins by searching the whole map; in another life it begins where it was, if that
+    was known.
     """
 
     params: AmclParams
@@ -42,19 +45,24 @@ class AmclNode(Node):
     scan: In[LaserScan]
     initialpose: In[PoseWithCovarianceStamped]
     reinitialize_global_localization: In[Empty]
+    sure_before: In[LocalizationStatus] = last_words("localization_status")
+    frames_before: In[TFMessage] = last_words("tf")
     amcl_pose: Out[PoseWithCovarianceStamped]
     particle_cloud: Out[ParticleCloud]
-    localization_status: Out[LocalizationStatus]
+    localization_status: Out[LocalizationStatus] = topic(latched=True)
     tf_out: Out[TFMessage] = topic("tf")
 
     def start(self) -> None:
         """It needs a map and a scan before it can say anything."""
         self._amcl: Amcl | None = None
         self._wish: PoseWithCovarianceStamped | None = None
+        self._known: OccupancyGrid | None = None
 
-    def on_map(self, _: OccupancyGrid) -> None:
-        """A new map: begin anew."""
-        self._amcl = None
+    def on_map(self, message: OccupancyGrid) -> None:
+        """A new map: begin anew; the same told again, by a map server's next life, changes nothing."""
+        if self._known is None or not _same(message, self._known):
+            self._amcl = None
+        self._known = message
 
     def on_initialpose(self, message: PoseWithCovarianceStamped) -> None:
         """Somebody says where the robot is."""
@@ -76,7 +84,7 @@ class AmclNode(Node):
 
     def _update(self, scan: LaserScan, odom: SE2) -> None:
         if self._amcl is None:
-            self._amcl = self._make(self.tf.lookup("base_link", scan.header.frame_id))
+            self._amcl = self._make(self.tf.lookup("base_link", scan.header.frame_id), odom)
         stamp = scan.header.stamp.ns
         reach = min(scan.range_max, trusted_range(self.robot, self._resolution))
         updated = self._amcl.update(scan.angles, scan.ranges, reach, odom)
@@ -88,7 +96,7 @@ class AmclNode(Node):
             self.amcl_pose.publish(PoseWithCovarianceStamped(Header.of(stamp, "map"), pose))
             self._publish_status(stamp)
 
-    def _make(self, sensor: SE2) -> Amcl:
+    def _make(self, sensor: SE2, odom: SE2) -> Amcl:
         assert self.map.last is not None
         self._resolution = self.map.last.grid.resolution
         seed = int(self.context.rng().integers(2**31)) + self.params.seed
@@ -96,7 +104,16 @@ class AmclNode(Node):
         if self._wish is not None:
             self._amcl = amcl
             self._apply(self._wish)
+        elif self._lived_before():
+            assert self.frames_before.last is not None
+            map_T_odom = self.frames_before.last.transforms[0].transform.se2
+            amcl.set_pose(map_T_odom @ odom, RESUMED_XY, RESUMED_YAW)
         return amcl
+
+    def _lived_before(self) -> bool:
+        """Whether a life before knew where the robot is; true once."""
+        sure, self.sure_before.last = self.sure_before.last, None
+        return sure is not None and sure.localized and self.frames_before.last is not None
 
     def _apply(self, message: PoseWithCovarianceStamped) -> None:
         assert self._amcl is not None
@@ -134,3 +151,13 @@ class AmclNode(Node):
             for pose, weight in zip(self._amcl.particles[::step], self._amcl.weights[::step], strict=True)
         )
         self.particle_cloud.publish(ParticleCloud(Header.of(self.now_ns, "map"), particles))
+
+
+def _same(a: OccupancyGrid, b: OccupancyGrid) -> bool:
+    one, other = a.grid, b.grid
+    corners = (one.origin_x, one.origin_y, one.resolution) == (
+        other.origin_x,
+        other.origin_y,
+        other.resolution,
+    )
+    return corners and np.array_equal(one.cells, other.cells)

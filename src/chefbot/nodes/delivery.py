@@ -21,11 +21,17 @@ from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal
 from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.runtime.actions import calls, serves
-from chefbot.runtime.node import In, Node, Out, topic
+from chefbot.runtime.node import SECOND, In, Node, Out, last_words, topic
 from chefbot.runtime.tasks import Cancelled, Future, first_of
 
 UNKNOWN_PLACE, NOT_REACHED = 1, 2
 """Error codes of the result."""
+NOBODY_DROVE = 9000
+"""Error code UNKNOWN of nav2_msgs/action/NavigateToPose: here, that the navigator died or could not be reached."""
+DRIVER_PATIENCE = 20.0
+"""Seconds without a navigator after which a place counts as not reached."""
+LOOK_AGAIN = 0.5
+"""Seconds between two tries to find what is not there yet."""
 
 
 class DeliveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -50,20 +56,39 @@ class DeliveryNode(Node):
     taken: In[Empty]
     cancel: In[Empty]
     emergency_stop: In[Bool]
+    told_before: In[DeliveryStatus] = last_words("delivery_status")
     deliver = serves(Deliver)
     own_order = calls(Deliver, "deliver")
     navigate_to_pose = calls(NavigateToPose)
     delivery_status: Out[DeliveryStatus] = topic(latched=True)
 
     def start(self) -> None:
-        """Idle."""
+        """Idle, or on with what a life before had in hand."""
         self._waiting_orders: list[Order] = []
         self._hand: Future[None] | None = None
         self._queue: tuple[str, ...] = ()
         self._delivered: list[str] = []
         self._missed: list[str] = []
         self._feedback: Callable[[Deliver_Feedback], None] = lambda _: None
-        self._tell("idle", "", "Waiting for an order.")
+        self._resumed: DeliveryStatus | None = None
+        self.spawn(self._begin())
+
+    async def _begin(self) -> None:
+        await self.sleep(0.0)  # last words come before
+        told = self.told_before.last
+        if told is None or told.state in ("idle", "failed"):
+            self._tell("idle", "", "Waiting for an order.")
+            return
+        while self.places.last is None:
+            await self.sleep(LOOK_AGAIN)
+        self._resumed = told
+        left = (
+            (told.place, *told.queue) if self._is_loaded(told) and told.state != "returning" else told.queue
+        )
+        await self.own_order.call(Deliver_Goal(left))
+
+    def _is_loaded(self, told: DeliveryStatus) -> bool:
+        return told.state != "loading" and told.place != self.params.kitchen
 
     def on_order(self, order: Order) -> None:
         """Begin, or put it behind the others."""
@@ -104,15 +129,18 @@ class DeliveryNode(Node):
             self._tell("failed", missing[0], sentence)
             return Deliver_Result((), UNKNOWN_PLACE, sentence)
         self._feedback = feedback
+        told, self._resumed = self._resumed, None
         self._queue, self._delivered, self._missed = goal.places, [], []
+        if told is not None:
+            self._delivered += told.delivered
         try:
-            return await self._round(known)
+            return await self._round(known, loaded=told is not None and self._is_loaded(told))
         except Cancelled:
             self._tell("idle", "", "The delivery was cancelled.")
             raise
 
-    async def _round(self, known: dict[str, PoseStamped]) -> Deliver_Result:
-        faults = await self._load(known)
+    async def _round(self, known: dict[str, PoseStamped], *, loaded: bool) -> Deliver_Result:
+        faults = [] if loaded else await self._load(known)
         while self._queue and not faults:
             table, self._queue = self._queue[0], self._queue[1:]
             missed = await self._drive("driving", table, known)
@@ -132,9 +160,13 @@ class DeliveryNode(Node):
         return faults
 
     async def _drive(self, state: str, place: str, known: dict[str, PoseStamped]) -> list[str]:
-        """Go there; what went wrong, in a list of at most one sentence."""
+        """Go there; what went wrong, in a list of at most one sentence. Again, if a navigator has died on the way."""
         self._tell(state, place, f"On the way to {_spoken(place)}.")
         result = await self.navigate_to_pose.call(NavigateToPose_Goal(known[place]))
+        until = self.now_ns + round(DRIVER_PATIENCE * SECOND)
+        while result.error_code == NOBODY_DROVE and self.now_ns < until:
+            await self.sleep(LOOK_AGAIN)
+            result = await self.navigate_to_pose.call(NavigateToPose_Goal(known[place]))
         return [f"{_spoken(place)} was not reached: {result.error_msg}"] if result.error_code else []
 
     async def _hand_over(self, table: str) -> None:

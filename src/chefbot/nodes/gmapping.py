@@ -11,7 +11,7 @@ from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.sensing import trusted_range
-from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.runtime.node import In, Node, Out, every, last_words, topic
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
 
@@ -27,10 +27,15 @@ class GmappingNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
 
 
 class GmappingNode(Node):
-    """Publishes the map and the transform map -> odom; the map frame begins where the robot stands."""
+    """Publishes the map and the transform map -> odom; the map frame begins where the robot stands.
+
+    In another life it goes on with the map that was told last, and where the robot is by odometry since.
+    """
 
     params: GmappingNodeParams
     scan: In[LaserScan]
+    map_before: In[OccupancyGrid] = last_words("map")
+    frames_before: In[TFMessage] = last_words("tf")
     map: Out[OccupancyGrid] = topic(latched=True)
     tf_out: Out[TFMessage] = topic("tf")
 
@@ -46,11 +51,20 @@ class GmappingNode(Node):
 
     def _update(self, scan: LaserScan, odom: SE2) -> None:
         if self._slam is None:
-            sensor = self.tf.lookup("base_link", scan.header.frame_id)
-            self._slam = Gmapping(self._settings(), sensor)
+            self._slam = self._begin(self.tf.lookup("base_link", scan.header.frame_id), odom)
         self._changed |= self._slam.update(scan.angles, scan.ranges, odom, scan.range_max)
         transform = TransformStamped.of(scan.header.stamp.ns, "map", "odom", self._slam.map_T_odom)
         self.tf_out.publish(TFMessage((transform,)))
+
+    def _begin(self, sensor: SE2, odom: SE2) -> Gmapping:
+        """With an empty map, or with that of a life before."""
+        told, frames = self.map_before.last, self.frames_before.last
+        if told is None or frames is None:
+            return Gmapping(self._settings(), sensor)
+        slam = Gmapping(self._settings(), sensor, frames.transforms[0].transform.se2 @ odom)
+        slam.resume(told.grid)
+        self._changed = True
+        return slam
 
     def _settings(self) -> GmappingParams:
         """Of the robot's sensor, with this run's seed; no walls from ranges that are not known to a cell."""

@@ -70,6 +70,19 @@ def topic(name: str = "", *, latched: bool = False) -> Any:
     return TopicSpec(name, latched)
 
 
+LAST_WORDS = "last_words/"
+"""Topics of the loop that begin so are told by no node: see `last_words`."""
+
+
+def last_words(name: str) -> Any:
+    """An input for what was last said on the latched topic `name` by this node's life before.
+
+    Told once, before any timer, where a node's process died and was started again: what goes on from there goes on.
+    `tf` is told as it was when the process died.
+    """
+    return TopicSpec(LAST_WORDS + name)
+
+
 class PortSpec:
     """A port that is declared by a value, such as an action's."""
 

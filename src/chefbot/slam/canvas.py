@@ -46,6 +46,15 @@ class Canvas:
         )
         return other
 
+    def begin_with(self, grid: Grid) -> None:
+        """On an empty canvas, as if a few scans had shown this grid; UNKNOWN cells stay so."""
+        begin = np.round(np.array([grid.origin_x, grid.origin_y]) / self._resolution).astype(np.int64)
+        self._cover(begin, begin + np.array([grid.width, grid.height]) - 1)
+        column, row = (int(n) for n in begin - self._extent.begin)
+        part = (slice(row, row + grid.height), slice(column, column + grid.width))
+        self._hits[part], self._misses[part] = _counts(grid.cells)
+        self._scans += 1
+
     def draw(self, beams: Beams, pose: NDArray[np.float64]) -> None:
         """Add a scan taken at `pose` (3,), metres and radians in the map frame."""
         c, s = math.cos(pose[2]), math.sin(pose[2])
@@ -78,6 +87,16 @@ class Canvas:
         part = (slice(row, row + height), slice(column, column + width))
         x, y = (float(v) for v in self._seen.begin * self._resolution)
         return Grid(_percent(self._hits[part], self._misses[part]), self._resolution, x, y)
+
+
+def _counts(percent: NDArray[np.int8]) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
+    """The fewest hits and misses with such log odds, as nearly as whole numbers can: the inverse of `_percent`."""
+    share = np.clip(percent / 100.0, 1.0 / (1.0 + math.exp(_CLAMP)), 1.0 / (1.0 + math.exp(-_CLAMP)))
+    odds = np.log(share / (1.0 - share))
+    hits = np.where(odds >= 0.0, np.maximum(1.0, np.ceil(odds / _HIT)), 0.0)
+    misses = np.maximum(np.round((odds - hits * _HIT) / _MISS), hits == 0.0)
+    known = percent != UNKNOWN
+    return (hits * known).astype(np.uint16), (misses * known).astype(np.uint16)
 
 
 @njit(cache=True, nogil=True)

@@ -27,6 +27,8 @@ from chefbot.slam.resampling import effective_number, normalized, systematic
 
 _COARSE = 4.0
 """Cells of the map along a cell of the coarse level."""
+_OCCUPIED = 50
+"""Percent from which a cell of a drawn map holds a surface."""
 _FURTHEST = 1e6
 """Metres; odometry beyond is broken."""
 
@@ -51,6 +53,21 @@ class Gmapping:
         self._odom: SE2 | None = None
         self._processed_odom = IDENTITY
         self._step = Step()
+
+    def resume(self, grid: Grid) -> None:
+        """Go on, before the first scan, with a map that was drawn before; the robot stands in it at `initial`.
+
+        Where in its cell a beam ended is not known any more: the middle of an occupied cell stands for it.
+        """
+        rows, columns = np.nonzero(grid.cells >= _OCCUPIED)
+        corner = np.array([grid.origin_x, grid.origin_y])
+        middles = corner + (np.column_stack([columns, rows]) + 0.5) * grid.resolution
+        seen = SE2.of(self._poses[0]).inverse().apply(middles).astype(np.float32)
+        self._cover(float(np.hypot(seen[:, 0], seen[:, 1]).max(initial=0.0)))
+        for level in self._levels:
+            level.add(level.points(seen), self._poses[:1])
+            level.maps.resample(np.zeros(len(self._poses), np.int64))
+        self._drawn.begin_with(grid)
 
     def update(
         self, angles: NDArray[np.float32], ranges: NDArray[np.float32], odom: SE2, range_max: float = math.inf

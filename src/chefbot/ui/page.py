@@ -34,7 +34,7 @@ from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, LaserScan
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.clock import wall_ns
-from chefbot.runtime.node import Device, In, Out, every, topic
+from chefbot.runtime.node import Device, In, Out, every, last_words, topic
 from chefbot.runtime.transforms import TransformError
 from chefbot.ui import commands as do
 from chefbot.ui.body import frame_views, make_glb, wheel_angles
@@ -95,6 +95,7 @@ class PageDevice(Device):
     delivery_status: In[DeliveryStatus]
     places: In[Places]
     phase: In[String]
+    stop_before: In[Bool] = last_words("emergency_stop")
 
     goal_pose: Out[PoseStamped]
     initialpose: Out[PoseWithCovarianceStamped]
@@ -125,6 +126,11 @@ class PageDevice(Device):
         """Free the port."""
         super().stop()
         self._server.stop()
+
+    def on_stop_before(self, pressed: Bool) -> None:
+        """A STOP that was pressed in a life before stays pressed, and shows."""
+        self._stopped = pressed.data
+        self.post(lambda: self.emergency_stop.publish(pressed))
 
     # -- what is shown
 

@@ -9,7 +9,7 @@ from chefbot.msgs.action import Action
 from chefbot.msgs.base import Message
 from chefbot.runtime.actions import Calls, Serves
 from chefbot.runtime.launch import Launch, node_class
-from chefbot.runtime.node import In, Node, Out, TopicSpec
+from chefbot.runtime.node import LAST_WORDS, In, Node, Out, TopicSpec
 
 
 class Topic(NamedTuple):
@@ -21,7 +21,7 @@ class Topic(NamedTuple):
 
 
 class Ports(NamedTuple):
-    """All ports of a node; action names are the loop's too."""
+    """All ports of a node; action names are the loop's too. Last words are nobody else's business and left out."""
 
     ins: tuple[Topic, ...]
     outs: tuple[Topic, ...]
@@ -48,7 +48,7 @@ def ports_of(node: Node) -> Ports:
     ins = tuple(
         Topic(getattr(node, name).topic, typing.get_args(hint)[0])
         for name, hint in hints.items()
-        if typing.get_origin(hint) is In
+        if typing.get_origin(hint) is In and not getattr(node, name).topic.startswith(LAST_WORDS)
     )
     values = [value for value in vars(node).values() if isinstance(value, (Out, Serves, Calls))]
     return Ports(

@@ -1,0 +1,95 @@
+"""What a process of a launch said last to those who come late: kept by its launch, told to its next life."""
+
+from __future__ import annotations
+
+import threading
+import typing
+from functools import partial
+
+import msgspec
+
+from chefbot.msgs.base import Message
+from chefbot.msgs.geometry_msgs import TransformStamped
+from chefbot.msgs.registry import message_type
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.runtime.launch import Launch, NodeEntry, node_class, split
+from chefbot.runtime.node import LAST_WORDS, TopicSpec
+from chefbot.runtime.system import System
+from chefbot.runtime.transforms import TransformError
+from chefbot.wire.names import WireType
+from chefbot.wire.node import WireNode
+from chefbot.wire.qos import LATCHED
+
+FRAMES = "tf"
+"""Where the map is, as its owner said last; the rest of the tree goes on being told by others."""
+
+
+class Word(msgspec.Struct, frozen=True):
+    """A message, as bytes, and the topic of the loop that it stands for."""
+
+    topic: str
+    kind: str
+    """'nav_msgs/msg/OccupancyGrid'"""
+    cdr: bytes
+
+    @staticmethod
+    def of(topic: str, message: Message) -> Word:
+        """Of a message that is none yet."""
+        return Word(topic, WireType.of(type(message)).name, message.to_cdr())
+
+    def message(self) -> Message:
+        """What was said."""
+        return message_type(self.kind).from_cdr(self.cdr)
+
+
+class LastWords:
+    """Listens, until `close`, to the topics that nodes of the launch's other processes declare with `last_words`.
+
+    `node` listens; it is closed by who gave it.
+    """
+
+    def __init__(self, node: WireNode, launch: Launch, system: System) -> None:
+        self._system = system
+        self._said: dict[str, dict[str, Word]] = {}
+        self._lock = threading.Lock()
+        for process, part in split(launch)[1].items():
+            self._said[process] = {}
+            for entry in part.nodes.values():
+                self._listen(node, process, entry)
+
+    def of(self, process: str) -> tuple[Word, ...]:
+        """What its next life is told; any thread."""
+        with self._lock:
+            words = tuple(self._said[process].values())
+        return (*words, *self._frames())
+
+    def _listen(self, node: WireNode, process: str, entry: NodeEntry) -> None:
+        for topic, kind in wanted(entry):
+            if topic != FRAMES:
+                wire_type = WireType.of(kind)
+                keep = partial(self._keep, process, topic, wire_type.name)
+                node.raw_subscription(entry.remap.get(topic, topic), wire_type, keep, LATCHED)
+
+    def _keep(self, process: str, topic: str, kind: str, cdr: bytes, _: object) -> None:
+        with self._lock:
+            self._said[process][topic] = Word(topic, kind, cdr)
+
+    def _frames(self) -> tuple[Word, ...]:
+        """The map's place, if anybody has ever said it."""
+        try:
+            pose = self._system.transforms.lookup("map", "odom")
+        except TransformError:
+            return ()
+        stamp = self._system.loop.now_ns
+        return (Word.of(FRAMES, TFMessage((TransformStamped.of(stamp, "map", "odom", pose),))),)
+
+
+def wanted(entry: NodeEntry) -> list[tuple[str, type[Message]]]:
+    """Topics, not remapped, whose last words a node wants to be told, and their types."""
+    kind = node_class(entry.kind, "last words")
+    ports = ((getattr(kind, name, None), hint) for name, hint in typing.get_type_hints(kind).items())
+    return [
+        (spec.name.removeprefix(LAST_WORDS), typing.get_args(hint)[0])
+        for spec, hint in ports
+        if isinstance(spec, TopicSpec) and spec.name.startswith(LAST_WORDS)
+    ]

@@ -10,7 +10,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
-from ctypes import POINTER, c_int16, c_int32, c_uint8, c_uint32, c_void_p
+from ctypes import c_int16, c_int32, c_void_p
 from functools import cache
 from pathlib import Path
 
@@ -18,7 +18,7 @@ import pytest
 
 from chefbot.design.firmware_header import as_int32, firmware_constants
 from chefbot.robot.load import load_robot
-from chefbot.sim.firmware import FirmwareState
+from chefbot.sim import firmware
 from tests.firmware.lines import Message, framed, messages
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
@@ -52,24 +52,13 @@ def _alone(what: str) -> Iterator[None]:
         yield
 
 
+@cache
 def library() -> ctypes.CDLL:
-    """Built if need be."""
-    need("make", "g++")
-    make("build/libchefbot_board.so")
-    lib = ctypes.CDLL(str(FIRMWARE / "build" / "libchefbot_board.so"))
-    lib.chefbot_board_create.restype = c_void_p
-    lib.chefbot_board_create.argtypes = [POINTER(c_int32), c_uint32]
-    lib.chefbot_board_write.argtypes = [c_void_p, POINTER(c_uint8), c_uint32]
-    lib.chefbot_board_read.argtypes = [c_void_p, POINTER(c_uint8), c_uint32]
-    lib.chefbot_board_imu.argtypes = [c_void_p, POINTER(c_int16)]
-    lib.chefbot_board_get.argtypes = [c_void_p, POINTER(FirmwareState)]
-    for name in ("destroy", "power_cycle", "hang"):
-        getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p]
-    for name in ("battery", "echo", "estop", "imu_answers"):
-        getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p, c_int32]
-    for name in ("turn", "encoder_lines"):
-        getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p, c_int32, c_int32]
-    lib.chefbot_board_advance.argtypes = [c_void_p, c_uint32]
+    """The simulator's, with what only tests do to a board."""
+    lib: ctypes.CDLL = firmware.library()
+    lib.chefbot_board_hang.argtypes = [c_void_p]
+    lib.chefbot_board_imu_answers.argtypes = [c_void_p, c_int32]
+    lib.chefbot_board_encoder_lines.argtypes = [c_void_p, c_int32, c_int32]
     return lib
 
 
@@ -86,25 +75,24 @@ class HostBoard:
         self.sequence = 0
         self.heard: list[Message] = []
         self._chance = random.Random(1)
+        self._room = ctypes.create_string_buffer(65536)
 
     def __del__(self) -> None:
         if getattr(self, "handle", None):
             self.lib.chefbot_board_destroy(self.handle)
 
     @property
-    def state(self) -> FirmwareState:
-        state = FirmwareState()
+    def state(self) -> firmware.FirmwareState:
+        state = firmware.FirmwareState()
         self.lib.chefbot_board_get(self.handle, state)
         return state
 
     def write(self, data: bytes) -> None:
-        assert self.lib.chefbot_board_write(
-            self.handle, (c_uint8 * len(data)).from_buffer_copy(data), len(data)
-        )
+        assert self.lib.chefbot_board_write(self.handle, data, len(data))
 
     def read(self) -> bytes:
-        room = (c_uint8 * 65536)()
-        return bytes(room[: self.lib.chefbot_board_read(self.handle, room, len(room))])
+        count = self.lib.chefbot_board_read(self.handle, self._room, len(self._room))
+        return ctypes.string_at(self._room, count)
 
     def say(self, letter: str, *numbers: int) -> None:
         """A command with the next sequence number."""

@@ -14,6 +14,11 @@ def test_unit_tests_under_sanitizers() -> None:
     assert re.search(r"\d+ tests, 0 failed", make("unit"))
 
 
+def test_the_library_compiles_without_a_warning() -> None:
+    need("make", "g++")
+    make("host")
+
+
 def test_the_safety_part_is_covered() -> None:
     need("make", "g++", "gcov")
     assert "100.0 % of lines, 100.0 % of branches" in make("coverage")

@@ -53,24 +53,25 @@ class ChapterBattery(ChapterLine, frozen=True):
 
 
 _SIGNED, _UNSIGNED, _DECIMAL = r"-?\d{1,10}", r"\d{1,10}", r"-?\d{1,6}\.\d\d"
-_FORMS: tuple[tuple[str, type[ChapterLine] | None], ...] = (
-    (rf"t\t({_UNSIGNED})\t{_DECIMAL}", ChapterTime),
-    (rf"e\t({_SIGNED})\t({_SIGNED})", ChapterTicks),
-    (rf"u\t({_UNSIGNED})", ChapterEcho),
-    (rf"s\t{_DECIMAL}\t{_DECIMAL}", None),
-    (rf"i\t({_DECIMAL})\t({_DECIMAL})\t({_DECIMAL})\t({_DECIMAL})", ChapterAttitude),
-    (rf"b\t({_UNSIGNED})", ChapterBattery),
-)
-_PATTERNS = tuple((re.compile(form.encode()), kind) for form, kind in _FORMS)
+_FORMS: dict[str, tuple[str, type[ChapterLine]]] = {
+    "t": (rf"({_UNSIGNED})\t{_DECIMAL}", ChapterTime),
+    "e": (rf"({_SIGNED})\t({_SIGNED})", ChapterTicks),
+    "u": (rf"({_UNSIGNED})", ChapterEcho),
+    "s": (rf"{_DECIMAL}\t{_DECIMAL}", ChapterLine),
+    "i": (rf"({_DECIMAL})\t({_DECIMAL})\t({_DECIMAL})\t({_DECIMAL})", ChapterAttitude),
+    "b": (rf"({_UNSIGNED})", ChapterBattery),
+}
+_PATTERNS = {
+    letter.encode(): (re.compile(rf"{letter}\t{form}".encode()), kind)
+    for letter, (form, kind) in _FORMS.items()
+}
 
 
 def parse_chapter(line: bytes) -> ChapterLine | None:
     """A line without its LF; None for boot chatter and whatever else has not the form of its letter."""
-    for pattern, kind in _PATTERNS:
-        found = pattern.fullmatch(line)
-        if found:
-            return kind(*(_number(word) for word in found.groups())) if kind else ChapterLine()
-    return None
+    pattern, kind = _PATTERNS.get(line[:1], (None, ChapterLine))
+    found = pattern and pattern.fullmatch(line)
+    return kind(*map(_number, found.groups())) if found else None
 
 
 def duty_line(left: int, right: int) -> bytes:

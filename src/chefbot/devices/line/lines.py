@@ -118,18 +118,15 @@ class Uptime(Measured, frozen=True):
 Field = tuple[str, Callable[[str], Any]]
 
 
-def _integer(text: str) -> int:
-    return int(text)
-
-
 def _hexadecimal(text: str) -> int:
     return int(text, 16)
 
 
-UNSIGNED: Field = (r"\d{1,10}", _integer)
-SIGNED: Field = (r"-?\d{1,10}", _integer)
+UNSIGNED: Field = (r"\d{1,10}", int)
+SIGNED: Field = (r"-?\d{1,10}", int)
 HEX: Field = (r"[0-9A-F]{2,8}", _hexadecimal)
 WORD: Field = (r"[\w.-]{1,32}", str)
+SEQUENCE: Field = (r"\d{1,5}", int)
 
 _LAYOUTS: dict[str, tuple[type[BoardLine], tuple[Field, ...]]] = {
     "e": (Motion, (UNSIGNED, SIGNED, SIGNED, SIGNED, UNSIGNED, HEX)),
@@ -145,34 +142,41 @@ _BITS = {"sequence": 16, "t": 32, "samples": 16, "refused": 16, "left": 32, "rig
 _OTHER_VERSION = re.compile(r"v (\d{1,5}) (-?\d{1,10}) chefbot (\d{1,5})(?: .*)?", re.ASCII)
 
 
+class _Form:
+    """How the lines of one letter are read."""
+
+    def __init__(self, letter: str, kind: type[BoardLine], fields: tuple[Field, ...]) -> None:
+        self._kind = kind
+        fields = (SEQUENCE, *fields)
+        self._pattern = re.compile(" ".join([letter, *(f"({form})" for form, _ in fields)]), re.ASCII)
+        self._readers = [read for _, read in fields]
+        counters = [(kind.__struct_fields__.index(n), b) for n, b in _BITS.items() if hasattr(kind, n)]
+        self._bounds = [(place, 1 << bits) for place, bits in counters]
+
+    def read(self, text: str) -> BoardLine | None:
+        """None where the form is another, or a counter too large.
+
+        Signed counters lie in [-2^(n-1), 2^(n-1)), the others in [0, 2^n); all of them in [-2^n, 2^n).
+        """
+        found = self._pattern.fullmatch(text)
+        if found is None:
+            return None
+        values = [read(word) for read, word in zip(self._readers, found.groups(), strict=True)]
+        if any(abs(values[place]) >= bound for place, bound in self._bounds):
+            return None
+        return self._kind(*values)
+
+
+_FORMS = {letter: _Form(letter, *layout) for letter, layout in _LAYOUTS.items()}
+
+
 def parse(line: bytes) -> BoardLine | None:
     """A line without its LF; None unless the CRC holds and the form is that of its letter."""
     text = unframe(line)
-    return None if text is None else _parse_text(text)
-
-
-def _parse_text(text: str) -> BoardLine | None:
-    other = _OTHER_VERSION.fullmatch(text)
+    if text is None:
+        return None
+    other = _OTHER_VERSION.fullmatch(text) if text.startswith("v") else None
     if other and int(other[3]) != PROTOCOL:
         return OtherVersion(int(other[1]), int(other[2]), int(other[3]))
-    layout = _LAYOUTS.get(text[:1])
-    found = layout and _PATTERNS[text[0]].fullmatch(text)
-    if not layout or not found:
-        return None
-    kind, fields = layout
-    readers = (_integer, *(read for _, read in fields))
-    made = kind(*(read(word) for read, word in zip(readers, found.groups(), strict=True)))
-    return made if _fits(made) else None
-
-
-def _pattern(letter: str, fields: tuple[Field, ...]) -> re.Pattern[str]:
-    words = "".join(f" ({form})" for form, _ in fields)
-    return re.compile(rf"{letter} (\d{{1,5}}){words}", re.ASCII)
-
-
-def _fits(line: BoardLine) -> bool:
-    """Signed counters lie in [-2^(n-1), 2^(n-1)), the others in [0, 2^n); all of them in [-2^n, 2^n)."""
-    return all(abs(getattr(line, name, 0)) < 1 << bits for name, bits in _BITS.items())
-
-
-_PATTERNS = {letter: _pattern(letter, fields) for letter, (_, fields) in _LAYOUTS.items()}
+    form = _FORMS.get(text[:1])
+    return None if form is None else form.read(text)

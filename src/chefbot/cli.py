@@ -68,6 +68,10 @@ def launch(
     listen: Annotated[
         list[str] | None, typer.Option(help="tcp/ADDRESS: let anybody in there, without keys or secrecy")
     ] = None,
+    host: Annotated[
+        str,
+        typer.Option(help="run what has this `host:`; default: this machine's name in its fleet, or its own"),
+    ] = "",
 ) -> None:
     """Run a launch file; without a name, list them."""
     from chefbot.commands.launch import list_launches, run_launch
@@ -75,7 +79,7 @@ def launch(
     if not name:
         list_launches()
         return
-    run_launch(name, arguments or [], join or [], listen or [])
+    run_launch(name, arguments or [], join or [], listen or [], host)
 
 
 @app.command()

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
+import socket
 import sys
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
+from chefbot.commands.launch_guest import RobotTime, guest_name, meet, watching
 from chefbot.commands.session import announce, session, start, stop_on_signals
 from chefbot.commands.warm import warm_kernels
 from chefbot.errors import UserError
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.load import load_robot
+from chefbot.robot.spec import Robot
+from chefbot.runtime.hosts import check_host, hosts_of, part_on
 from chefbot.runtime.launch import (
     STANDARD_ARGS,
     ArgValue,
@@ -27,8 +31,10 @@ from chefbot.runtime.launch import (
 )
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.system import System
-from chefbot.wire.attach import attached, in_fleet, others
+from chefbot.wire.attach import bridged, identity, in_fleet, others, wants_wire, wired
 from chefbot.wire.gate import Doors, endpoint
+from chefbot.wire.node import WireNode
+from chefbot.wire.session import Wire
 
 MAX_SPEED = 1000.0
 console = Console(highlight=False)
@@ -65,32 +71,95 @@ def parse_arguments(texts: Sequence[str]) -> dict[str, str]:
     return given
 
 
-def run_launch(name: str, texts: Sequence[str], join: Sequence[str] = (), listen: Sequence[str] = ()) -> None:
-    """Until Ctrl-C, or for `duration:=` seconds of its clock. `join`, `listen`: ways to other machines."""
+def run_launch(
+    name: str,
+    texts: Sequence[str],
+    join: Sequence[str] = (),
+    listen: Sequence[str] = (),
+    host: str = "",
+) -> None:
+    """Until Ctrl-C, or for `duration:=` seconds of its clock.
+
+    `join`, `listen`: ways to other machines. `host`: which machine this is, for files that have parts for several.
+    """
     doors = Doors(tuple(map(endpoint, join)), tuple(map(endpoint, listen)) or None)
-    launch = in_fleet(load_launch(name, parse_arguments(texts)))
+    launch = in_fleet(_part(load_launch(name, parse_arguments(texts)), host))
     _check(launch)
-    sys.path.append(str(find_launch(name).parent.resolve()))  # an owner's classes lie beside the launch file
+    folder = find_launch(name).parent.resolve()
+    sys.path.append(str(folder))  # an owner's classes lie beside the launch file
     robot = load_robot(str(launch.args["robot"]))
-    record = Path(str(launch.args["record"])) if launch.args["record"] else None
     warm_kernels(console)
+    with wired(launch, doors, console.print) as wire:
+        if launch.clock != "robot":
+            _run_robot(launch, robot, wire, folder)
+        elif wire is not None:
+            _run_guests(launch, robot, wire, folder)
+
+
+def _part(launch: Launch, host: str) -> Launch:
+    """What of it this machine runs; all of it where there is no wire. UserError for a wrong host."""
+    me = identity()
+    machine = host or (me.name if me else socket.gethostname())
+    check_host(launch, host, machine, may_be_robot=me is None or me.role == "robot")
+    if not host and not wants_wire(launch):
+        return launch
+    part = part_on(launch, machine)
+    for other, nodes in hosts_of(launch).items():
+        if other != machine:
+            console.print(f"On host {other}: {', '.join(nodes)}.")
+    return part
+
+
+def _run_robot(launch: Launch, robot: Robot, wire: Wire | None, folder: Path) -> None:
+    """A launch that joins nobody."""
+    if wire is None and any(entry.process or entry.host for entry in launch.nodes.values()):
+        console.print("All nodes run in this one process: `process:` and `host:` need the wire.")
+    with _session(launch, robot) as system:
+        _run_nodes(system, launch, wire, folder)
+
+
+def _run_guests(launch: Launch, robot: Robot, wire: Wire, folder: Path) -> None:
+    """A launch that joins a robot; anew whenever the robot is started anew."""
+    name = guest_name(launch)
+    while (meeting := meet(wire, launch, robot, console.print)) is not None:
+        space = str(meeting.launch.args["namespace"]) or "/"
+        with WireNode(wire, f"{name}_clock", space) as node:
+            time = RobotTime(node) if meeting.launch.clock == "simulation" else None
+            with (
+                _session(meeting.launch, robot, time) as system,
+                watching(wire, meeting, system.loop.stop) as anew,
+            ):
+                _run_nodes(system, meeting.launch, wire, folder, name)
+        if not anew.is_set():
+            return
+        console.print("The robot was started anew, and so are the nodes here.")
+
+
+@contextmanager
+def _session(launch: Launch, robot: Robot, time: RobotTime | None = None) -> Iterator[System]:
     seed, speed = int(launch.args["seed"]), float(launch.args["speed"])
-    with (
-        session(robot, seed, launch.clock, speed, record) as system,
-        attached(system, launch, doors, console.print) as bridge,
-        ExitStack() as processes,
-    ):
-        system.loop.tap(show_remarks)
-        own = launch if bridge is None else split(launch)[0]
-        if bridge is None and any(entry.process for entry in launch.nodes.values()):
-            console.print("All nodes run in this one process: `process:` needs the wire.")
-        start(system, own)
-        if bridge is not None:
-            processes.enter_context(others(bridge, system, launch, find_launch(name).parent))
-        _announce(system, launch)
-        _run(system, float(launch.args["duration"]))
+    record = Path(str(launch.args["record"])) if launch.args["record"] else None
+    clock, start_ns = (time.clock, time.start_ns) if time else (None, None)
+    with session(robot, seed, launch.clock, speed, record, clock, start_ns) as system:
+        if time is not None:
+            time.drive(system.loop)
+        yield system
     if record:
         console.print(f"recorded {record}")
+
+
+def _run_nodes(system: System, launch: Launch, wire: Wire | None, folder: Path, joins: str = "") -> None:
+    """Its nodes and its processes, on the wire if there is one, until the end. `joins`: as for `bridged`."""
+    with ExitStack() as stack:
+        system.loop.tap(show_remarks)
+        if wire is None:
+            start(system, launch)
+        else:
+            bridge = stack.enter_context(bridged(system, launch, wire, joins))
+            start(system, split(launch)[0])
+            stack.enter_context(others(bridge, system, launch, folder))
+        _announce(system, launch)
+        _run(system, float(launch.args["duration"]))
 
 
 def _check(launch: Launch) -> None:

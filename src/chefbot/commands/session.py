@@ -29,15 +29,22 @@ def clock_for(kind: str, speed: float) -> Clock:
 
 @contextmanager
 def session(
-    robot: Robot, seed: int, kind: str, speed: float, record: Path | None, clock: Clock | None = None
+    robot: Robot,
+    seed: int,
+    kind: str,
+    speed: float,
+    record: Path | None,
+    clock: Clock | None = None,
+    start_ns: int | None = None,
 ) -> Iterator[System]:
     """A system without nodes yet; stops its nodes and finishes the recording whatever happens.
 
-    `clock`: another than that for `kind` and `speed`.
+    `clock`: another than that for `kind` and `speed`. `start_ns`: where its time begins if not at 0 or now.
     """
     # the camera's thread and the loop hand the interpreter to each other often; 5 ms each time is too long
     sys.setswitchinterval(1e-4)
-    start_ns = time.time_ns() if kind == "wall" else 0
+    if start_ns is None:
+        start_ns = time.time_ns() if kind == "wall" else 0
     system = System(Loop(clock or clock_for(kind, speed), start_ns), robot, seed)
     recorder = Recorder(record, robot, seed) if record else None
     if recorder is not None:

@@ -26,18 +26,23 @@ from chefbot.runtime.node import Node, params_type
 
 LAUNCH_FOLDER = Path(__file__).parent.parent / "launch"
 ArgValue = str | int | float | bool
+ClockKind = Literal["simulation", "wall", "robot"]
+"""`robot`: whatever time the robot has that this launch joins over the wire."""
 _PLACEHOLDER = re.compile(r"\$\{(\w+)\}")
 
 
 class NodeEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One node of a launch."""
 
-    kind: Annotated[str, Meta(pattern=r"^[\w.]+(:\w+)?$")]
-    """`package.module:Class`, or the name of an entry point in the group `chefbot.nodes`."""
+    kind: Annotated[str, Meta(pattern=r"^[\w.]+(:\w+)?$|^$")] = ""
+    """`package.module:Class`, or the name of an entry point in the group `chefbot.nodes`. Empty: a node of an
+    included launch, of which only what is written here changes."""
     params: dict[str, Any] = {}
     remap: dict[str, str] = {}
     process: Annotated[str, Meta(pattern=r"^[a-z_][a-z0-9_]*$|^$")] = ""
     """Runs in a process of this name, together with others of the same; empty: in the launch's own."""
+    host: Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$|^$")] = ""
+    """Runs on the machine of this name (see `hosts`); empty: on the robot."""
     unless: bool = False
     """True leaves the node out; for arguments such as `headless`."""
 
@@ -62,7 +67,7 @@ class LaunchFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """A launch file as written."""
 
     about: str = ""
-    clock: Literal["simulation", "wall"] = "simulation"
+    clock: ClockKind = "simulation"
     args: dict[str, ArgValue] = {}
     include: list[str] = []
     nodes: dict[str, NodeEntry] = {}
@@ -73,7 +78,7 @@ class Launch(msgspec.Struct, frozen=True, kw_only=True):
 
     name: str
     about: str
-    clock: Literal["simulation", "wall"] = "simulation"
+    clock: ClockKind = "simulation"
     args: dict[str, ArgValue]
     nodes: dict[str, NodeEntry]
 
@@ -166,17 +171,40 @@ def _collect_args(path: Path, above: list[Path]) -> dict[str, ArgValue]:
 
 
 def _nodes(path: Path, arguments: Mapping[str, ArgValue]) -> dict[str, NodeEntry]:
-    file = _read(path, arguments)
+    file, where = _read(path, arguments), f"launch file {path}"
     nodes: dict[str, NodeEntry] = {}
     for name in file.include:
         nodes.update(_nodes(find_launch(name), arguments))
-    return {**nodes, **{name: entry for name, entry in file.nodes.items() if not entry.unless}}
+    for name, entry in file.nodes.items():
+        nodes[name] = entry if entry.kind else _changed(nodes, name, entry, where)
+    return {name: entry for name, entry in nodes.items() if not entry.unless}
+
+
+def _changed(nodes: Mapping[str, NodeEntry], name: str, entry: NodeEntry, where: str) -> NodeEntry:
+    """An included node with what an entry without `kind` says; of params and remap only the keys it names."""
+    if name not in nodes:
+        raise UserError(
+            f"{where}: node {name} has no kind, and nothing included is called so{nearest(name, nodes)}"
+        )
+    old = nodes[name]
+    said = {field: value for field, value in _fields(entry).items() if value != _DEFAULTS[field]}
+    merged: dict[str, Any] = {
+        field: {**getattr(old, field), **said[field]} for field in ("params", "remap") if field in said
+    }
+    return msgspec.structs.replace(old, **{**said, **merged})
+
+
+def _fields(entry: NodeEntry) -> dict[str, Any]:
+    return {field: getattr(entry, field) for field in entry.__struct_fields__}
+
+
+_DEFAULTS = _fields(NodeEntry())
 
 
 def _fill(value: Any, arguments: Mapping[str, ArgValue], where: str) -> Any:
     """`${name}` replaced everywhere; a value that is nothing else keeps the argument's type."""
     if isinstance(value, dict):
-        return {k: _fill(v, arguments, where) for k, v in value.items()}
+        return {_fill(k, arguments, where): _fill(v, arguments, where) for k, v in value.items()}
     if isinstance(value, list):
         return [_fill(v, arguments, where) for v in value]
     if not isinstance(value, str):

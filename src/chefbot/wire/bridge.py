@@ -23,6 +23,7 @@ from chefbot.runtime.system import System
 from chefbot.wire.errors import Tally
 from chefbot.wire.health import Health
 from chefbot.wire.inbox import WIRE, Inbox
+from chefbot.wire.inner import LEADER, process_node
 from chefbot.wire.names import resolve as full_topic
 from chefbot.wire.ports import ports_of
 from chefbot.wire.queues import Queues
@@ -35,11 +36,6 @@ CLOCK_NS = 10_000_000
 """/clock is told at most so often, in its own time."""
 TURN = 0.2
 Job = Callable[[], None]
-
-
-def process_node(process: str) -> str:
-    """What the node is called that speaks for a process of a launch."""
-    return f"chefbot_{process}"
 
 
 class Bridge:
@@ -57,8 +53,9 @@ class Bridge:
         *,
         simulated: bool = False,
         leads: bool = True,
-        own: str = "chefbot",
+        own: str = LEADER,
     ) -> None:
+        self.own = own
         self.tally: Tally = wire.refused
         self._system, self._wire, self._namespace = system, wire, namespace
         self._tells_clock = simulated and leads
@@ -66,6 +63,8 @@ class Bridge:
         self._jobs: Queues[Job] = Queues(self.tally, "more is said than can be sent, the oldest is lost")
         self._inbox = Inbox(system.loop, self.tally)
         self._there = Represented(wire, (namespace, own), self._inbox, system, simulated)
+        if self._tells_clock:
+            self._there.offer_clock()
         self._health = Health(self.tally, wire.graph, self._there, self._inbox)
         self._wanted: tuple[list[Described], frozenset[str]] | None = None
         self._again: list[Publication] = []
@@ -91,6 +90,10 @@ class Bridge:
     def lose(self, process: str) -> None:
         """A process of the launch has died: its commands must not go on; any thread."""
         self._inbox.say("process_lost", String(process))
+
+    def regain(self, process: str) -> None:
+        """It is there, all its nodes on the wire; any thread."""
+        self._inbox.say("process_back", String(process))
 
     def remark(self, topic: str, text: str) -> None:
         """A sentence for people, on `<topic>/remark` of the loop and on /rosout; any thread."""
@@ -164,6 +167,7 @@ class Bridge:
             if time.monotonic() >= look_at:
                 look_at = time.monotonic() + Health.PERIOD
                 self._do(partial(self._health.tell, self._system.loop.now_ns))
+                self._do(self._there.listen_again)
 
     def _do(self, job: Job) -> None:
         """Whatever goes wrong here is told in diagnostics and must not end the sending."""

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import zenoh
+from zenoh import handlers
 
 from chefbot.wire.errors import Tally, WireError
 from chefbot.wire.names import WireType
@@ -71,10 +72,19 @@ class Graph:
         self._subscriber.undeclare()
 
     def refresh(self, timeout: float = 1.0) -> None:
-        """Ask for all tokens now and wait for the answers: for programs that have only just come."""
-        for reply in self._session.liveliness().get(all_tokens(self._domain), timeout=timeout):
+        """Ask for all tokens now and wait for the answers: for programs that have only just come.
+
+        Over gates to machines that are just going, Zenoh may never say that the last answer has come.
+        """
+        done = threading.Event()
+
+        def take(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
                 self._add(str(reply.ok.key_expr))
+
+        handler = handlers.Callback(take, done.set, indirect=False)
+        self._session.liveliness().get(all_tokens(self._domain), handler, timeout=timeout)
+        done.wait(timeout)
 
     def on_change(self, listener: Callable[[], None]) -> None:
         """Call from Zenoh's thread whenever a token came or went; must return at once."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from chefbot.errors import UserError
 from chefbot.msgs.action import Action
@@ -16,23 +16,45 @@ from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import Node
 from chefbot.runtime.system import System
+from chefbot.wire.attachment import Attachment
 from chefbot.wire.bridged_actions import CalledAction, ServedAction
 from chefbot.wire.described_types import TypeDescriptions
 from chefbot.wire.errors import WireError
+from chefbot.wire.graph import Named
 from chefbot.wire.inbox import WIRE, Inbox
-from chefbot.wire.names import WireType
+from chefbot.wire.inner import INNER, Insiders
+from chefbot.wire.names import WireType, resolve
 from chefbot.wire.node import WireNode
 from chefbot.wire.parameters import ParameterServices, to_value, with_values
 from chefbot.wire.ports import Ports, Topic
 from chefbot.wire.publisher import Publisher
-from chefbot.wire.qos import CLOCK, DEFAULT, LATCHED, PARAMETERS, SENSOR, SENSOR_TYPES
+from chefbot.wire.qos import CLOCK, DEFAULT, LATCHED, PARAMETERS, SENSOR, SENSOR_TYPES, QoS
 from chefbot.wire.rosout import Rosout
 from chefbot.wire.sane import check_finite
 from chefbot.wire.session import Wire
+from chefbot.wire.subscription import Subscription
 from chefbot.wire.tokens import CLIENT, SUBSCRIPTION
 
 LATCHED_BY_CUSTOM = frozenset({"map", "tf_static", "robot_description"})
 Described = tuple[Node, Ports]
+
+
+class _Ear(NamedTuple):
+    """What hears a topic for all nodes of the process."""
+
+    node: WireNode
+    topic: Topic
+    subscription: Subscription
+    latched: bool
+
+
+def _qos(topic: Topic, latched: bool) -> QoS:
+    return LATCHED if latched else SENSOR if topic.kind in SENSOR_TYPES else DEFAULT
+
+
+def _is_latched(named: Named, own: str) -> bool:
+    """Whether some other session than `own` keeps there what it said."""
+    return any(one.end.qos.latched for one in named.givers if one.node.zid != own)
 
 
 def ears_of(own: str) -> str:
@@ -56,8 +78,9 @@ class Represented:
         self._nodes: dict[str, WireNode] = {}
         self._rosout: dict[str, Rosout] = {}
         self._actions: dict[str, ServedAction | CalledAction] = {}
-        self._heard: set[str] = set()
+        self._heard: dict[str, _Ear] = {}
         self._latched = LATCHED_BY_CUSTOM
+        self._insiders = Insiders(wire.graph, self._namespace)
         self.own = self._add(self._self)
         self.own_rosout = self._rosout[self._self] = Rosout(self.own)
         self._clock: Publisher[Clock] | None = None
@@ -75,6 +98,7 @@ class Represented:
         ears = self._add(ears_of(self._self))  # anew with the others, else each launch would add two more
         for topic in ("tf", "tf_static"):
             self._listen(ears, Topic(topic, TFMessage))
+        self.listen_again()
 
     def close(self) -> None:
         """All go."""
@@ -97,10 +121,16 @@ class Represented:
         from_outside = publication.publisher == WIRE
         return None if from_outside and isinstance(bridged, CalledAction) else bridged
 
+    def offer_clock(self) -> None:
+        """From the start: whoever joins sees by it that this robot is simulated.
+
+        Below the namespace, as each of several simulated robots has a time of its own.
+        """
+        self._clock = self.own.publisher("clock", Clock, CLOCK)
+
     def tell_clock(self, clock: Clock) -> None:
-        """The simulation's; below the namespace, as each of several simulated robots has a time of its own."""
-        if self._clock is None:
-            self._clock = self.own.publisher("clock", Clock, CLOCK)
+        """The simulation's."""
+        assert self._clock is not None, "it was offered"
         self._clock.publish(clock)
 
     def log(self, publication: Publication) -> None:
@@ -125,20 +155,46 @@ class Represented:
         ParameterServices(wire_node, lambda: node.params, setter, self._simulated)
         TypeDescriptions(wire_node)
 
+    def listen_again(self) -> None:
+        """Where others speak to those who come late, too, ask for what was said before.
+
+        Who they are is not known at the start: another machine's launch, a ROS 2 node, a robot that comes later.
+        """
+        topics = self._wire.graph.topics()
+        for name, ear in self._heard.items():
+            said = topics.get(resolve(name, self._namespace))
+            if not ear.latched and said is not None and _is_latched(said, self._wire.zid):
+                ear.node.drop(ear.subscription)
+                self._heard[name] = self._open_ear(ear.node, ear.topic, latched=True)
+
     def _listen(self, node: WireNode, topic: Topic) -> None:
         """Samples come once for all nodes that listen: the loop gives them to each."""
         latched = topic.name in self._latched
-        qos = LATCHED if latched else SENSOR if topic.kind in SENSOR_TYPES else DEFAULT
         if topic.name in self._heard:
-            node.announce(SUBSCRIPTION, topic.name, WireType.of(topic.kind), qos)
-            return
-        self._heard.add(topic.name)
-        node.subscription(topic.name, topic.kind, partial(self._take, topic.name, latched), qos)
+            node.announce(SUBSCRIPTION, topic.name, WireType.of(topic.kind), _qos(topic, latched))
+        else:
+            self._heard[topic.name] = self._open_ear(node, topic, latched)
+
+    def _open_ear(self, node: WireNode, topic: Topic, latched: bool) -> _Ear:
+        take, qos = partial(self._take, topic.name, latched), _qos(topic, latched)
+        if topic.kind in INNER:
+            judged = partial(self._take_inner, topic, take)
+            subscription = node.raw_subscription(topic.name, WireType.of(topic.kind), judged, qos)
+        else:
+            subscription = node.subscription(topic.name, topic.kind, take, qos)
+        return _Ear(node, topic, subscription, latched)
 
     def _take(self, name: str, latched: bool, message: Message) -> None:
         """From outside, in Zenoh's thread; WireError is counted by the subscription."""
         check_finite(message)
         self._inbox.say(name, message, latched=latched)
+
+    def _take_inner(
+        self, topic: Topic, take: Callable[[Message], None], data: bytes, attachment: Attachment
+    ) -> None:
+        """The same from a process of this robot, and from nobody else."""
+        self._insiders.check(resolve(topic.name, self._namespace), attachment.gid)
+        take(topic.kind.from_cdr(data))
 
     def _call(self, node: WireNode, name: str, action: Action[Any, Any, Any], served_here: bool) -> None:
         if served_here or name in self._actions:

@@ -105,7 +105,10 @@ def _await(handle: GoalHandle, name: str, stop: Event) -> int:
             status, result = handle.outcome.result(timeout=0.05)
         except NoTimeLeftError:
             continue
-        except (RejectedError, NoAnswerError, CancelledError) as error:
+        except RejectedError:
+            console.print(f"status: refused; {name} does not take this goal, and /diagnostics may tell why")
+            return 1
+        except (NoAnswerError, CancelledError) as error:
             raise UserError(f"{name}: {error}") from None
         console.print(f"result:\n{_indented(result)}\nstatus: {ENDINGS.get(status, str(status))}")
         return 0 if status == STATUS_SUCCEEDED else 1

@@ -202,11 +202,14 @@ def bag_play(
     topics: Annotated[
         list[str] | None, typer.Option(help="only this one; may be given more than once")
     ] = None,
+    clock: Annotated[
+        bool, typer.Option("--clock", help="tell the recorded time on /clock meanwhile")
+    ] = False,
 ) -> None:
     """Say on the wire what a bag has kept."""
     from chefbot.commands.tools.bag import run_play
 
-    run_play(bag, rate, loop, topics or [])
+    run_play(bag, rate, loop, topics or [], clock)
 
 
 @bag_app.command("info")

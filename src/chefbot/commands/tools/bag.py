@@ -40,13 +40,13 @@ def run_record(out: Path | None, topics: Sequence[str], everything: bool, second
     _tell(writer, recorder, wanted)
 
 
-def run_play(path: Path, rate: float, loop: bool, topics: Sequence[str]) -> None:
-    """Once, or over and over until Ctrl-C."""
+def run_play(path: Path, rate: float, loop: bool, topics: Sequence[str], clock: bool) -> None:
+    """Once, or over and over until Ctrl-C. `clock`: with the recorded time on /clock."""
     bag = read_bag(path)
     for sentence in bag.cut:
         errors.print(f"chefbot: {sentence}")
     with on_wire("play") as node, stopping() as stop:
-        player = Player(node, bag, topics or _not_live(node.wire.graph, bag))
+        player = Player(node, bag, topics or _not_live(node.wire.graph, bag), clock=clock)
         for sentence in player.left_out:
             errors.print(f"chefbot: not played: {sentence}")
         player.await_listeners(node)

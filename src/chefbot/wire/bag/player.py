@@ -8,17 +8,22 @@ from collections.abc import Collection
 from typing import Any, NamedTuple
 
 from chefbot.errors import UserError, nearest
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.wire.bag.reader import Bag, BagMessage, BagTopic
 from chefbot.wire.errors import WireError
 from chefbot.wire.names import WireType, resolve
 from chefbot.wire.node import WireNode
 from chefbot.wire.publisher import Publisher
-from chefbot.wire.qos import DEFAULT, QoS
+from chefbot.wire.qos import CLOCK, DEFAULT, QoS
 
 MATCH_WAIT = 1.0
 """Seconds that those who listen already are waited for."""
 LAST_WAIT = 0.2
 """Seconds that the last messages have to get away."""
+CLOCK_TOPIC = "/clock"
+CLOCK_PERIOD = 0.01
+"""Wall seconds between two tellings of the recorded time, as a simulated launch tells its own."""
 
 
 class Played(NamedTuple):
@@ -34,15 +39,22 @@ class Player:
     UserError when a chosen topic is not in the bag, or nothing of it can be said on the wire.
     """
 
-    def __init__(self, node: WireNode, bag: Bag, topics: Collection[str] | None = None) -> None:
+    def __init__(
+        self, node: WireNode, bag: Bag, topics: Collection[str] | None = None, *, clock: bool = False
+    ) -> None:
+        """`clock`: tell the recorded time on /clock meanwhile; UserError when the bag holds one that is played."""
         self._bag = bag
         self._chosen = _choose(bag, topics)
+        if clock and CLOCK_TOPIC in self._chosen:
+            raise UserError(f"{bag.path} has {CLOCK_TOPIC} itself, which is played; leave --clock out")
         self.left_out: list[str] = []
         """A sentence for each topic that cannot be said on the wire."""
         self._publishers: dict[tuple[str, WireType], Publisher[Any]] = {}
         for topic in bag.topics:
             if topic.name in self._chosen:
                 self._open(node, topic)
+        self._clock = node.publisher(CLOCK_TOPIC, Clock, CLOCK) if clock else None
+        self._told_ns = 0
         if not self._publishers:
             raise UserError(
                 f"nothing of {bag.path} can be played: " + ("; ".join(self.left_out) or "it is empty")
@@ -59,14 +71,30 @@ class Player:
     def play(self, rate: float, stop: threading.Event) -> Played:
         """Once, `rate` times as fast as it was recorded, until the end or `stop`."""
         began, first_ns, count = time.monotonic(), None, 0
+        self._told_ns = 0
         for message in self._bag.messages(self._chosen):
             first_ns = message.heard_ns if first_ns is None else first_ns
             due = began + (message.heard_ns - first_ns) * 1e-9 / rate
-            if stop.wait(max(0.0, due - time.monotonic())):
+            if not self._wait(due, message.heard_ns, rate, stop):
                 break
             count += self._say(message)
         stop.wait(LAST_WAIT)
         return Played(count, time.monotonic() - began)
+
+    def _wait(self, due: float, due_ns: int, rate: float, stop: threading.Event) -> bool:
+        """Until the monotonic clock says `due`, which was `due_ns` when it was recorded; False if stopped before."""
+        while (rest := due - time.monotonic()) > 0.0:
+            self._tell_time(due_ns - round(rest * rate * 1e9))
+            if stop.wait(min(rest, CLOCK_PERIOD) if self._clock else rest):
+                return False
+        self._tell_time(due_ns)
+        return not stop.is_set()
+
+    def _tell_time(self, now_ns: int) -> None:
+        """At most every CLOCK_PERIOD, and never back."""
+        if self._clock is not None and now_ns - self._told_ns >= CLOCK_PERIOD * 1e9:
+            self._told_ns = now_ns
+            self._clock.publish(Clock(Time.of(now_ns)))
 
     def _say(self, message: BagMessage) -> int:
         publisher = self._publishers.get((message.topic, message.kind))

@@ -17,6 +17,7 @@ from chefbot.wire.environment import domain_of_environment, port_of_environment
 from chefbot.wire.errors import WireError
 from chefbot.wire.gate import Doors, Gate
 from chefbot.wire.graph import Graph
+from chefbot.wire.inner import LEADER
 from chefbot.wire.keyring import Identity, Keyring, keys_folder
 from chefbot.wire.names import check_namespace
 from chefbot.wire.ports import latched_topics
@@ -33,41 +34,63 @@ def wants_wire(launch: Launch) -> bool:
     wish = str(launch.args["wire"])
     if wish not in CHOICES:
         raise UserError(f"launch {launch.name}: wire:={wish} must be one of {', '.join(CHOICES)}")
-    live = launch.clock == "wall" or float(launch.args["speed"]) > 0
+    live = launch.clock != "simulation" or float(launch.args["speed"]) > 0
     return wish == "on" or (wish == "auto" and live)
 
 
 @contextmanager
-def attached(
-    system: System, launch: Launch, doors: Doors, tell: Callable[[str], None]
-) -> Iterator[Bridge | None]:
-    """The system on the wire, or None: call `represent` on it once the nodes are there.
+def wired(launch: Launch, doors: Doors, tell: Callable[[str], None]) -> Iterator[Wire | None]:
+    """The wire for a launch with the ways to other machines open, or None where it stays off.
 
     `launch` is as `in_fleet` gives it. `doors`: to other machines.
 
     Two launches with nodes of the same names would hear each other's sensors: the second stays off the wire and
-    says so with `tell`; with `wire:=on` it is a UserError.
+    says so with `tell`; with `wire:=on` it is a UserError. Who joins a robot may first have to wait for it.
     """
     if not wants_wire(launch):
-        if doors != Doors():
+        if doors != Doors() or launch.clock == "robot":
             raise UserError(f"launch {launch.name}: other machines need the wire; say wire:=on")
         yield None
         return
     with Wire(domain_of_environment(), port=port_of_environment()) as wire:
-        rival = _taken(wire, launch)
+        joins = launch.clock == "robot"  # whom it joins may be far still
+        rival = "" if joins else _taken(wire, launch)
         if rival and launch.args["wire"] == "on":
             raise UserError(f"launch {launch.name}: {rival}")
         if rival:
             tell(f"Not on the wire: {rival}")
             yield None
             return
-        space = str(launch.args["namespace"]) or "/"
-        bridge = Bridge(system, wire, space, simulated=launch.clock == "simulation")
-        try:
-            with _gate(wire, doors, tell):
-                yield bridge
-        finally:
-            bridge.close()
+        with _gate(wire, doors, tell):
+            yield wire
+
+
+@contextmanager
+def bridged(system: System, launch: Launch, wire: Wire, joins: str = "") -> Iterator[Bridge]:
+    """The system on the wire: call `represent` on it once the nodes are there.
+
+    `joins`: it is a part of a robot that runs elsewhere; then its own node is called so, and it tells no /clock.
+    """
+    space = str(launch.args["namespace"]) or "/"
+    simulated = launch.clock == "simulation"
+    bridge = Bridge(system, wire, space, simulated=simulated, leads=not joins, own=joins or LEADER)
+    try:
+        yield bridge
+    finally:
+        bridge.close()
+
+
+@contextmanager
+def attached(
+    system: System, launch: Launch, doors: Doors, tell: Callable[[str], None]
+) -> Iterator[Bridge | None]:
+    """`wired` and `bridged` in one, for a launch that joins nobody; None where it stays off the wire."""
+    with wired(launch, doors, tell) as wire:
+        if wire is None:
+            yield None
+            return
+        with bridged(system, launch, wire) as bridge:
+            yield bridge
 
 
 def in_fleet(launch: Launch) -> Launch:
@@ -124,17 +147,22 @@ def others(bridge: Bridge, system: System, launch: Launch, folder: Path) -> Iter
         supervisor.close()
 
 
-def _taken(wire: Wire, launch: Launch) -> str:
-    """Why this launch cannot join; empty if it can."""
+def same_names(graph: Graph, launch: Launch) -> list[str]:
+    """Nodes of the launch whose names others on the wire have already."""
     space = str(launch.args["namespace"]) or "/"
+    return sorted({one.name for one in graph.nodes() if one.namespace == space} & launch.nodes.keys())
+
+
+def _taken(wire: Wire, launch: Launch) -> str:
+    """Why this launch cannot be on the wire; empty if it can."""
 
     def both(graph: Graph) -> list[str]:
-        return sorted({one.name for one in graph.nodes() if one.namespace == space} & launch.nodes.keys())
+        return same_names(graph, launch)
 
+    space = str(launch.args["namespace"]).rstrip("/")
     wire.graph.refresh()
     if not wire.is_router:  # somebody was here before, and may tell of its nodes only when it has found us
         wire.graph.wait_for(both, SETTLING)
     if not (rivals := both(wire.graph)):
         return ""
-    node = f"{space.rstrip('/')}/{rivals[0]}"
-    return f"{node} runs on this machine already; stop that launch, set ROS_DOMAIN_ID, or say wire:=off"
+    return f"{space}/{rivals[0]} runs on this machine already; stop that launch, set ROS_DOMAIN_ID, or say wire:=off"

@@ -10,39 +10,39 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.calibration.surface import END, Array, Surface
+from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 
-Array = NDArray[np.float64]
-NEIGHBOURHOOD = 0.12
-"""m about an end of a beam from which its wall's direction is taken."""
-LEAST_NEIGHBOURS = 4
-THICK = 0.15
-"""A neighbourhood broader than this share of its length is a corner, not a wall."""
 REACHES = (0.3, 0.15, 0.08, 0.05)
 """m within which a point looks for its wall, from the first guess to the last step."""
-END = 0.01
-"""m: standard deviation of a mean beam's end about the wall that it is matched with."""
 FEWEST = 25
 """Points that two scans must share."""
 OVERLAP = 0.35
 """Share of one's points that the other saw as well."""
 PARTNERS = 8
 """Links of one stand to earlier ones, spread over the drive."""
-MOST_MOVED = (0.15, 0.1)
+MOST_MOVED = (0.15, 0.15)
 """m and rad that a match may lie from its first guess."""
-DAMPING = np.array([1.0 / 0.03**2, 1.0 / 0.03**2, 1.0 / 0.03**2])
+DAMPING = np.diag([1.0 / 0.03**2, 1.0 / 0.03**2, 1.0 / 0.03**2])
 """Where the walls do not hold the match it stays near where it began; this is no information."""
+WAVER = 3.0
+"""Times the information that noise in the lines' directions seems to give is taken off: once is the mean of it."""
+SHAPE = np.diag([0.003**2, 0.003**2, 0.001**2])
+"""m^2 and rad^2: what scans from two places differ by, as edges and corners show other sides."""
 THINNED = 4
 
 
 class Link(NamedTuple):
-    """Two stands: `first_T_second` by their scans, and its inverse covariance (3, 3) of x, y m and yaw rad."""
+    """Two stands: `first_T_second` by their scans, and its inverse covariance (3, 3) of x, y m and yaw rad.
+
+    Along a wall that alone was seen, nothing is known: there the inverse covariance is zero.
+    """
 
     first: int
     second: int
@@ -50,56 +50,51 @@ class Link(NamedTuple):
     information: Array
 
 
-class Surface:
-    """The walls of one stand: points on them and their normals, in the sensor's frame."""
-
-    def __init__(self, walls: Array) -> None:
-        apart = np.hypot(*(walls[:, None] - walls[None]).transpose(2, 0, 1))
-        near = (apart < NEIGHBOURHOOD).astype(np.float64)
-        count = near.sum(axis=1)
-        self.points = near @ walls / count[:, None]
-        xx, yy = (near @ walls[:, k] ** 2 / count - self.points[:, k] ** 2 for k in (0, 1))
-        xy = near @ (walls[:, 0] * walls[:, 1]) / count - self.points[:, 0] * self.points[:, 1]
-        direction = 0.5 * np.arctan2(2.0 * xy, xx - yy)
-        self.normals = np.column_stack([-np.sin(direction), np.cos(direction)])
-        middle, radius = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
-        broad, long = np.sqrt(np.maximum(middle - radius, 0.0)), np.sqrt(middle + radius)
-        self.flat = (count >= LEAST_NEIGHBOURS) & (broad < np.maximum(THICK * long, 0.0) + END)
-        self.walls = walls
-
-    @cached_property
-    def tree(self) -> Any:
-        """For the nearest point."""
-        from scipy.spatial import cKDTree
-
-        return cKDTree(self.points)
-
-
-def links(poses: Sequence[SE2], surfaces: Sequence[Surface]) -> list[Link]:
-    """Of all pairs that share enough, from the `poses` as a first guess."""
+def links(poses: Sequence[SE2], surfaces: Sequence[Surface], begin: int = 1) -> list[Link]:
+    """Of all stands from `begin` on with earlier ones, where they share enough; `poses` as a first guess."""
     found = []
-    for second in range(1, len(surfaces)):
-        for first in _partners(second, poses, surfaces):
+    for second in range(max(begin, 1), len(surfaces)):
+        for first in _partners(surfaces[second], poses[second], poses[:second], surfaces[:second]):
             link = match(first, second, poses[first].between(poses[second]), surfaces)
             if link is not None:
                 found.append(link)
     return found
 
 
-def _partners(second: int, poses: Sequence[SE2], surfaces: Sequence[Surface]) -> list[int]:
-    """Earlier stands that saw the same, spread evenly."""
-    seen = poses[second].apply(surfaces[second].walls[::THINNED])
+def placed(surface: Surface, guess: SE2, poses: Sequence[SE2], surfaces: Sequence[Surface]) -> SE2:
+    """Where a new stand is by all earlier ones at once; as guessed in a direction in which no wall holds it."""
+    all_of = [*surfaces, surface]
+    information, pull = DAMPING.copy(), np.zeros(3)
+    for first in _partners(surface, guess, poses, surfaces):
+        link = match(first, len(surfaces), poses[first].between(guess), all_of)
+        if link is None:
+            continue
+        there = poses[first] @ link.pose
+        off = np.array([there.x - guess.x, there.y - guess.y, wrap(there.yaw - guess.yaw)])
+        held = _turned(link.information, poses[first].yaw)
+        information, pull = information + held, pull + held @ off
+    return SE2.of(guess.array() + np.linalg.solve(information, pull))
+
+
+def _turned(information: Array, yaw: float) -> Array:
+    """In a frame in which the old one looks along `yaw`."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(R @ information @ R.T)
+
+
+def _partners(surface: Surface, pose: SE2, poses: Sequence[SE2], surfaces: Sequence[Surface]) -> list[int]:
+    """Stands that saw the same, spread evenly."""
+    seen = pose.apply(surface.walls[::THINNED])
     if len(seen) * THINNED < FEWEST:
         return []
     able = []
-    for first in range(second):
-        if len(surfaces[first].walls) < FEWEST:
+    for number, (other, there) in enumerate(zip(surfaces, poses, strict=True)):
+        if len(other.walls) < FEWEST:
             continue
-        apart, _ = surfaces[first].tree.query(
-            poses[first].inverse().apply(seen), distance_upper_bound=REACHES[0]
-        )
+        apart, _ = other.tree.query(there.inverse().apply(seen), distance_upper_bound=REACHES[0])
         if np.isfinite(apart).mean() > OVERLAP:
-            able.append(first)
+            able.append(number)
     if len(able) <= PARTNERS:
         return able
     return [able[k] for k in np.linspace(0, len(able) - 1, PARTNERS).round().astype(int)]
@@ -109,28 +104,41 @@ def match(first: int, second: int, guess: SE2, surfaces: Sequence[Surface]) -> L
     """The link of two stands, None where too little is shared."""
     target, points = surfaces[first], surfaces[second].walls
     at = guess
-    information = np.zeros((3, 3))
+    held = np.zeros((3, 3))
     for reach in np.repeat(REACHES, 3):
         apart, nearest = target.tree.query(at.apply(points), distance_upper_bound=reach)
         kept = np.isfinite(apart)
         kept[kept] = target.flat[nearest[kept]]
         if kept.sum() < FEWEST:
             return None
-        error, J = _point_to_line(at, points[kept], target, nearest[kept])
-        information = J.T @ J / END**2
-        step = np.linalg.solve(information + np.diag(DAMPING), J.T @ error / END**2)
-        at = SE2.of(at.array() - step)
+        error, J, wavering = _point_to_line(at, points[kept], target, nearest[kept])
+        held = _known((J.T @ J - WAVER * wavering.T @ wavering) / END**2)
+        at = SE2.of(at.array() - np.linalg.solve(held + DAMPING, J.T @ error / END**2))
     moved = guess.between(at)
     if math.hypot(moved.x, moved.y) > MOST_MOVED[0] or abs(moved.yaw) > MOST_MOVED[1]:
         return None  # it slid along a wall to another one that looks alike
-    return Link(first, second, at, information)
+    # (held^-1 + SHAPE)^-1, which is there where `held` has no inverse as well
+    return Link(first, second, at, held - held @ np.linalg.solve(held + np.linalg.inv(SHAPE), held))
+
+
+def _known(information: Array) -> Array:
+    """The same without directions of which less than nothing is known."""
+    values, axes = np.linalg.eigh(information)
+    return np.asarray((axes * np.maximum(values, 0.0)) @ axes.T)
 
 
 def _point_to_line(
     at: SE2, points: Array, target: Surface, nearest: NDArray[np.int64]
-) -> tuple[Array, Array]:
-    placed = at.apply(points)
-    normals = target.normals[nearest]
-    error = ((placed - target.points[nearest]) * normals).sum(axis=1)
-    arm = placed - (at.x, at.y)
-    return error, np.column_stack([normals, normals[:, 1] * arm[:, 0] - normals[:, 0] * arm[:, 1]])
+) -> tuple[Array, Array, Array]:
+    """Distances (n,), how they change with x, y, yaw (n, 3), and by how much that is uncertain (n, 3)."""
+    placed_at = at.apply(points)
+    normals, arm = target.normals[nearest], placed_at - (at.x, at.y)
+    error = ((placed_at - target.middles[nearest]) * normals).sum(axis=1)
+    along = np.column_stack([normals[:, 1], -normals[:, 0]])
+    waver = np.sqrt(target.tilts[nearest])[:, None]
+    return error, _moves(normals, arm), waver * _moves(along, arm)
+
+
+def _moves(axes: Array, arm: Array) -> Array:
+    """How far points at `arm` go along `axes` for each unit of x, y, yaw: (n, 3)."""
+    return np.column_stack([axes, axes[:, 1] * arm[:, 0] - axes[:, 0] * arm[:, 1]])

@@ -41,12 +41,12 @@ LEAST_LEGS = 8
 MEDIAN_TO_SIGMA = 1.4826
 STEPS, CLOSE = 10, 1e-5
 NUDGE = 1e-6
-FIRST_STAND = 1e8
-"""Inverse variance: the first stand is where the frame begins."""
+KNOWN = 1e8
+"""Inverse variance of what is not asked for: the first stand, where the frame begins, or all that are known."""
 ANYWHERE = 1.0 / 0.3**2
 """The same of all stands, m and rad: where they were thought to be on the way."""
-LINK_OUTLIER = 10.0
-"""Standard deviations of a link by its points alone; the shape of the walls adds to these."""
+LINK_OUTLIER = 5.0
+"""Standard deviations from which on a link has not half of its force left."""
 
 
 class Solution(NamedTuple):
@@ -70,17 +70,23 @@ class Solution(NamedTuple):
 
 
 def solve(
-    legs: Sequence[Leg], links: Sequence[Link], poses: Sequence[SE2], wheels: Wheels, sensor: SE2
+    legs: Sequence[Leg],
+    links: Sequence[Link],
+    poses: Sequence[SE2],
+    wheels: Wheels,
+    sensor: SE2,
+    known: int = 0,
 ) -> Solution:
-    """From `wheels` and the `sensor`'s place as the robot file has them.
+    """From `wheels` and the `sensor`'s place as the robot file has them, and first guesses of all `poses`.
 
+    known: so many of the first poses, and with them the sensor's place, are known already and stay.
     UserError where there are too few drives, or where too many do not fit any wheels.
     """
     if len(legs) < LEAST_LEGS:
         raise UserError(
             f"{len(legs)} drives are too few to calibrate by; {LEAST_LEGS} at least, straight and turning, are needed"
         )
-    problem = _Problem(legs, links, poses, wheels, sensor)
+    problem = _Problem(legs, links, poses, wheels, sensor, known)
     noise, slipped = FIRST_NOISE, np.zeros(len(legs), np.bool_)
     at = problem.start()
     for _ in range(5):
@@ -133,10 +139,16 @@ class _Problem:
     """
 
     def __init__(
-        self, legs: Sequence[Leg], links: Sequence[Link], poses: Sequence[SE2], wheels: Wheels, sensor: SE2
+        self,
+        legs: Sequence[Leg],
+        links: Sequence[Link],
+        poses: Sequence[SE2],
+        wheels: Wheels,
+        sensor: SE2,
+        known: int = 0,
     ) -> None:
         self._legs, self._links, self._poses = legs, links, poses
-        self._wheels, self._sensor = wheels, sensor
+        self._wheels, self._sensor, self._known = wheels, sensor, known
         # a longer drive may be off further, with the root of its length: a random walk (Chong & Kleeman 1997)
         self._stretch = np.array([math.sqrt(1.0 + length_of(leg.ticks, wheels)) for leg in legs])
 
@@ -181,13 +193,12 @@ class _Problem:
     ) -> tuple[Array, Array]:
         """J^T W J and J^T W r."""
         H, g = np.zeros((len(at), len(at))), np.zeros(len(at))
-        for k in (3, 4):
-            H[k, k], g[k] = 1.0 / MOUNT_DEVIATION**2, at[k] / MOUNT_DEVIATION**2
-        H[_of(0), _of(0)] += FIRST_STAND * np.eye(3)
-        g[_of(0)] += FIRST_STAND * (at[_of(0)] - self._poses[0].array())
+        mount = [KNOWN] * 3 if self._known else [1.0 / MOUNT_DEVIATION**2] * 2 + [0.0]
+        H[3:UNKNOWNS, 3:UNKNOWNS], g[3:UNKNOWNS] = np.diag(mount), mount * at[3:UNKNOWNS]
         for stand, pose in enumerate(self._poses):
-            H[_of(stand), _of(stand)] += ANYWHERE * np.eye(3)
-            g[_of(stand)] += ANYWHERE * _difference(self.pose(at, stand), pose)
+            firm = KNOWN if stand < max(self._known, 1) else ANYWHERE
+            H[_of(stand), _of(stand)] += firm * np.eye(3)
+            g[_of(stand)] += firm * _difference(self.pose(at, stand), pose)
         for link in self._links:
             self._hold(H, g, at, link)
         for leg, stretch, out in zip(self._legs, self._stretch, slipped, strict=True):

@@ -39,6 +39,8 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.nodes.costmaps import LASER, costmap_message, mark_laser, mark_obstacles
+from chefbot.planning.grid_planner import GridPlanner
+from chefbot.planning.repair import repaired
 from chefbot.runtime.actions import serves
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.plugins import plugin
@@ -85,6 +87,8 @@ class ControllerNode(Node):
         self._controller: Controller = plugin(self.params.plugin, self._make_dwa, self.params.settings)
         self._progress = ProgressChecker()
         self._goal = SE2(0.0, 0.0, 0.0)
+        self._planner = GridPlanner()  # of the few metres around
+        self._path = self._given = np.zeros((0, 3))
         self._following: Future[FollowPath_Result] | None = None
         self._feedback: Callable[[FollowPath_Feedback], None] = lambda _: None
         self._blocked = 0.0
@@ -147,8 +151,12 @@ class ControllerNode(Node):
         if not same:
             self._progress.reset()
             self._blocked = 0.0
-        moved = np.column_stack([odom_T_map.apply(path[:, :2]), path[:, 2] + odom_T_map.yaw])
-        self._controller.set_path(moved, same_goal=same)
+        self._path = np.column_stack([odom_T_map.apply(path[:, :2]), path[:, 2] + odom_T_map.yaw])
+        self._give(self._path, same_goal=same)
+
+    def _give(self, path: NDArray[np.float64], *, same_goal: bool) -> None:
+        self._given = path
+        self._controller.set_path(path, same_goal=same_goal)
 
     async def on_spin(self, goal: Spin_Goal, _: Any) -> Spin_Result:
         """Turn on the spot."""
@@ -201,6 +209,9 @@ class ControllerNode(Node):
             moved.set(step.progress)
 
     def _step_path(self, following: Future[FollowPath_Result], pose: SE2, costs: Costmap) -> None:
+        path = repaired(self._path, pose, costs, self._planner)
+        if path is not self._given:
+            self._give(path, same_goal=True)
         v, w, status = self._controller.command(pose, self._twist(), costs)
         self.cmd_vel_nav.publish(Twist.of(v, w))
         self._blocked = self._blocked + 1.0 / RATE if status is Status.BLOCKED else 0.0

@@ -1,0 +1,115 @@
+"""Paths that were planned beside the truth: mended they miss what is seen, and a robot gets through."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from chefbot.control.controller import Status
+from chefbot.control.dwa import Dwa
+from chefbot.control.limiter import Limiter
+from chefbot.control.limits import Limits
+from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.maths.costs import INSCRIBED, Costmap
+from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
+from chefbot.planning.grid_planner import GridPlanner, path_length
+from chefbot.planning.repair import DETOUR, REACH, repaired
+from chefbot.robot.load import load_robot
+
+ROBOT = load_robot("chefbot")
+CELL, PERIOD = 0.05, 0.1
+
+
+def costs_of(*walls: tuple[int, int, int, int]) -> Costmap:
+    """6 x 6 m; walls are (row from, to, column from, to) in cells."""
+    cells = np.zeros((120, 120), np.int8)
+    cells[[0, -1]] = cells[:, [0, -1]] = 100
+    for top, bottom, left, right in walls:
+        cells[top:bottom, left:right] = 100
+    layers = LayeredCostmap(CostmapParams(), ROBOT.footprint_radius)
+    layers.set_static(Grid(cells, CELL, 0.0, 0.0))
+    return layers.update()
+
+
+NARROW = costs_of((52, 56, 0, 70), (66, 70, 30, 120))
+"""A passage of half a metre in the middle, to be entered from either end."""
+
+
+def beside(costmap: Costmap, start: SE2, goal: SE2, off: tuple[float, float]) -> np.ndarray:
+    """The plan of one who takes himself to be `off` from where he is."""
+    path = GridPlanner().plan(costmap, SE2(start.x + off[0], start.y + off[1], start.yaw), goal)
+    return path - np.array([*off, 0.0])
+
+
+def drive(costmap: Costmap, goal: SE2, start: SE2, off: tuple[float, float], *, mend: bool) -> Status:
+    """How it ends after 60 s of planning each second and control ten times a second."""
+    limits = Limits.of(ROBOT)
+    dwa, limiter, planner, pose, now = Dwa(limits), Limiter(limits), GridPlanner(), start, (0.0, 0.0)
+    status = Status.NO_PATH
+    for step in range(600):
+        if step % 10 == 0:
+            path = given = beside(costmap, pose, goal, off)
+            dwa.set_path(path, same_goal=step > 0)
+        new = repaired(path, pose, costmap, planner) if mend else path
+        if new is not given:
+            given = new
+            dwa.set_path(given, same_goal=True)
+        v, w, status = dwa.command(pose, now, costmap)
+        if status is Status.REACHED:
+            break
+        now = limiter.step(v, w, 0.0, PERIOD)
+        turn = SE2(0.0, 0.0, now[1] * PERIOD / 2)
+        pose = pose @ turn @ SE2(now[0] * PERIOD, 0.0, 0.0) @ turn
+        assert costmap.at(pose.x, pose.y) <= INSCRIBED
+    return status
+
+
+@pytest.mark.parametrize("off", [(0.0, 0.08), (0.05, -0.08), (-0.08, 0.06)])
+def test_who_is_a_cell_or_two_beside_the_map_gets_through_a_narrow_passage(off):
+    start, goal = SE2(1.0, 2.0, 0.0), SE2(5.0, 4.5, 0.0)
+    assert drive(NARROW, goal, start, off, mend=True) is Status.REACHED
+
+
+def test_without_mending_it_does_not():
+    start, goal = SE2(1.0, 2.0, 0.0), SE2(5.0, 4.5, 0.0)
+    assert drive(NARROW, goal, start, (0.0, 0.08), mend=False) is Status.BLOCKED
+
+
+def test_a_free_path_is_left_alone():
+    costmap = costs_of((58, 62, 0, 40))
+    path = GridPlanner().plan(costmap, SE2(1.0, 1.0, 0.0), SE2(5.0, 5.0, 0.0))
+    assert repaired(path, SE2(1.0, 1.0, 0.0), costmap, GridPlanner()) is path
+
+
+def test_a_long_way_around_is_the_planners_business():
+    path = np.column_stack([np.arange(1.0, 5.0, 0.05), np.full(80, 3.0), np.zeros(80)])
+    costmap = costs_of((20, 119, 40, 44))
+    assert repaired(path, SE2(1.0, 3.0, 0.0), costmap, GridPlanner()) is path
+
+
+def test_a_blocked_goal_stays_blocked():
+    path = np.column_stack([np.arange(1.0, 2.0, 0.05), np.full(20, 3.0), np.zeros(20)])
+    costmap = costs_of((50, 70, 36, 50))
+    assert repaired(path, SE2(1.0, 3.0, 0.0), costmap, GridPlanner()) is path
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.tuples(st.floats(0.4, 5.6), st.floats(0.4, 5.6)),
+    st.tuples(st.floats(0.4, 5.6), st.floats(0.4, 5.6)),
+    st.tuples(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1)),
+)
+def test_a_mended_path_is_free_begins_here_and_ends_there(a, b, off):
+    costmap = costs_of((40, 44, 20, 60), (70, 74, 50, 110), (60, 100, 30, 34))
+    start, goal = SE2(*a, 0.0), SE2(*b, 0.0)
+    assume(costmap.at(start.x, start.y) == costmap.at(goal.x, goal.y) == 0)
+    path = beside(costmap, start, goal, off)
+    mended = repaired(path, start, costmap, GridPlanner())
+    assume(mended is not path)
+    assert path_length(mended) <= path_length(path) + DETOUR + 0.2
+    assert np.hypot(*(mended[0, :2] - np.array([start.x, start.y]))) < 1e-6
+    assert (mended[-1] == path[-1]).all()
+    way = np.cumsum(np.hypot(*np.diff(mended[:, :2], axis=0).T))
+    assert all(costmap.at(x, y) < INSCRIBED for x, y, _ in mended[1:][way <= min(REACH, way[-1])])

@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from tests.devices.emulated import PATIENCE, Cable
+from tests.devices.emulated import Cable
+from tests.waiting import PATIENCE
 
 from chefbot.devices.board import BoardDevice, BoardParams
 from chefbot.devices.line.lines import Motion, Status
@@ -39,6 +40,12 @@ class Driven:
         self.device = BoardDevice(context, BoardParams(port=port))
         self.device.start()
         self._command()
+
+    def __enter__(self) -> Driven:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.device.stop()
 
     def _command(self) -> None:
         now = self.loop.now_ns

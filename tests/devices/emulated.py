@@ -7,15 +7,14 @@ import select
 import subprocess
 import sys
 import threading
-import time
 import tty
-from collections.abc import Callable
 from pathlib import Path
+
+from tests.waiting import PATIENCE
 
 from chefbot.devices.line.frame import LineSplitter
 from chefbot.devices.line.lines import BoardLine, parse
 
-PATIENCE = 60.0
 SERVE = """
 import sys
 from pathlib import Path
@@ -23,14 +22,6 @@ from chefbot.robot.load import load_robot
 from chefbot.sim.firmware import serve
 sys.exit(serve(load_robot(sys.argv[1]), Path(sys.argv[2])))
 """
-
-
-def wait_for(condition: Callable[[], bool], what: str) -> None:
-    """However slow the machine is; fails the test when nothing comes at all."""
-    limit = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < limit, f"waited {PATIENCE} s for {what}"
-        time.sleep(0.005)
 
 
 class Emulator:
@@ -97,6 +88,13 @@ class Cable:
         if self._ends is not None:
             self.pull()
         os.close(self._board)
+
+    def __enter__(self) -> Cable:
+        self.plug()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def newest(self, kind: type) -> BoardLine | None:
         return next((line for line in reversed(self.lines) if isinstance(line, kind)), None)

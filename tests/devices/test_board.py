@@ -8,6 +8,7 @@ import re
 import threading
 import tty
 from collections.abc import Iterator
+from contextlib import closing
 from itertools import pairwise
 from pathlib import Path
 
@@ -22,26 +23,29 @@ from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import WheelTicks
 
 
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Emulator]:
+    with closing(Emulator(tmp_path_factory.mktemp("board"))) as one:
+        yield one
+
+
 @pytest.fixture
-def emulated(tmp_path: Path) -> Iterator[Emulator]:
-    one = Emulator(tmp_path)
-    yield one
-    one.close()
+def emulated(program: Emulator) -> Emulator:
+    """Just switched on."""
+    program.tell("power")
+    return program
 
 
 @pytest.fixture
 def cable(emulated: Emulator, tmp_path: Path) -> Iterator[Cable]:
-    one = Cable(emulated.path, tmp_path / "port")
-    one.plug()
-    yield one
-    one.close()
+    with Cable(emulated.path, tmp_path / "port") as one:
+        yield one
 
 
 @pytest.fixture
 def driven(cable: Cable) -> Iterator[Driven]:
-    one = Driven(str(cable.path))
-    yield one
-    one.device.stop()
+    with Driven(str(cable.path)) as one:
+        yield one
 
 
 def test_it_drives_and_tells_what_it_senses(driven: Driven, cable: Cable) -> None:
@@ -159,12 +163,11 @@ def test_another_version_is_refused_in_a_sentence() -> None:
 
 
 def test_another_robot_is_refused_in_a_sentence(cable: Cable) -> None:
-    driven = Driven(str(cable.path), robot="desk")
-    try:
-        with pytest.raises(UserError, match=r"ticks per turn of a wheel.*chefbot flash"):
-            driven.until(lambda: False, "the refusal")
-    finally:
-        driven.device.stop()
+    with (
+        Driven(str(cable.path), robot="desk") as driven,
+        pytest.raises(UserError, match=r"ticks per turn of a wheel.*chefbot flash"),
+    ):
+        driven.until(lambda: False, "the refusal")
 
 
 def test_a_port_that_nobody_answers_at_is_told(tmp_path: Path) -> None:
@@ -180,8 +183,5 @@ def test_a_port_that_nobody_answers_at_is_told(tmp_path: Path) -> None:
 
 
 def _run_alone(port: str) -> None:
-    driven = Driven(port)
-    try:
+    with Driven(port) as driven:
         driven.until(lambda: False, "the refusal")
-    finally:
-        driven.device.stop()

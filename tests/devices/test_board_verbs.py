@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -18,9 +19,8 @@ from chefbot.robot.load import load_robot
 
 @pytest.fixture
 def emulated(tmp_path: Path) -> Iterator[Emulator]:
-    one = Emulator(tmp_path)
-    yield one
-    one.close()
+    with closing(Emulator(tmp_path)) as one:
+        yield one
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *line: str) -> int:

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 from chefbot.design.firmware_header import firmware_constants
 from chefbot.robot.load import load_robot
-from tests.devices.emulated import wait_for
 from tests.hil.boards import LockstepBoard
+from tests.waiting import wait_for
 
 PIECE_US, STEP_US = 2_000, 10_000
 """The line is served so often; the world outside the board moves once a control step."""

@@ -7,14 +7,16 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from tests.devices.driven import Driven, drive, push
-from tests.devices.emulated import PATIENCE, Cable, wait_for
+from tests.devices.emulated import Cable
 from tests.hil.boards import HostPort, LockstepBoard, MegaBoard
 from tests.hil.desk import NO_LOAD, ROBOT, Desk
+from tests.waiting import PATIENCE, wait_for
 
 pytestmark = pytest.mark.slow
 
@@ -36,9 +38,8 @@ driven.loop.run()
 @pytest.fixture(params=[HostPort, MegaBoard])
 def desk(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Desk]:
     board: LockstepBoard = request.param()
-    one = Desk(board, tmp_path / "board")
-    yield one
-    one.close()
+    with closing(Desk(board, tmp_path / "board")) as one:
+        yield one
 
 
 def at_full_speed(desk: Desk) -> bool:
@@ -81,16 +82,10 @@ def test_a_host_program_that_is_gone(
 def test_a_cable_that_is_pulled(
     desk: Desk, tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:
-    cable = Cable(desk.path, tmp_path / "port")
-    cable.plug()
-    driven = Driven(str(cable.path))
-    try:
+    with Cable(desk.path, tmp_path / "port") as cable, Driven(str(cable.path)) as driven:
         drive(driven, cable, ROBOT.max_speed)
         push(driven, cable, ROBOT.max_speed, lambda: at_full_speed(desk))
         stopped = desk.stops_after(cable.pull)
-    finally:
-        driven.device.stop()
-        cable.close()
     record_property("stopped_ms", stopped)
     assert 0.0 < stopped <= LIMIT_MS
 

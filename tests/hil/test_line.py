@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -23,24 +24,20 @@ SPEED = 0.2
 
 @pytest.fixture
 def desk(tmp_path: Path) -> Iterator[Desk]:
-    one = Desk(MegaBoard(), tmp_path / "mega")
-    yield one
-    one.close()
+    with closing(Desk(MegaBoard(), tmp_path / "mega")) as one:
+        yield one
 
 
 @pytest.fixture
 def cable(desk: Desk, tmp_path: Path) -> Iterator[Cable]:
-    one = Cable(desk.path, tmp_path / "port")
-    one.plug()
-    yield one
-    one.close()
+    with Cable(desk.path, tmp_path / "port") as one:
+        yield one
 
 
 @pytest.fixture
 def driven(cable: Cable) -> Iterator[Driven]:
-    one = Driven(str(cable.path))
-    yield one
-    one.device.stop()
+    with Driven(str(cable.path)) as one:
+        yield one
 
 
 def newest(driven: Driven, topic: str) -> object:

@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
+from tests.waiting import wait_for
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from chefbot.errors import UserError
@@ -21,14 +22,6 @@ from chefbot.ui.layers import RobotView, Status
 from chefbot.ui.server import MAX_CLIENTS, PageServer
 
 LOOPBACK = "127.0.0.1"
-
-
-def wait_until(condition: Any) -> None:
-    for _ in range(2000):
-        if condition():
-            return
-        time.sleep(0.01)
-    raise AssertionError("it did not happen")
 
 
 def test_who_comes_late_gets_all_layers(page: Any, hear: Any) -> None:
@@ -73,7 +66,7 @@ def test_a_refusal_by_the_robot_reaches_only_its_operator(page: Any, hear: Any) 
 def test_a_message_that_is_too_long_ends_only_its_connection(page: Any) -> None:
     with page.browser() as big, page.browser() as other:
         big.send("[" + "1," * 40_000 + "1]")
-        wait_until(lambda: page.server.clients == 1)
+        wait_for(lambda: page.server.clients == 1)
         other.send('{"do":"stop"}')
         assert page.next_command() == Stop()
 
@@ -83,10 +76,10 @@ def test_who_sends_too_much_is_shown_the_door(page: Any) -> None:
         with suppress(ConnectionClosed):
             for _ in range(int(client.BURST) + 1000):
                 flood.send('{"do":"cancel"}')
-        wait_until(lambda: page.server.clients == 1)
+        wait_for(lambda: page.server.clients == 1)
         assert page.heard.qsize() < client.BURST + 500
         other.send('{"do":"stop"}')
-        wait_until(lambda: Stop() in list(page.heard.queue))
+        wait_for(lambda: Stop() in list(page.heard.queue))
 
 
 @pytest.mark.parametrize("polite", [True, False])
@@ -102,7 +95,7 @@ def test_a_driver_who_leaves_lets_the_robot_stand(
         else:
             browser.socket.shutdown(socket.SHUT_RDWR)
         assert page.next_command() == Drive(0.0, 0.0)
-    wait_until(lambda: page.server.clients == 0)
+    wait_for(lambda: page.server.clients == 0)
     assert page.heard.empty()
 
 
@@ -130,7 +123,7 @@ def test_one_drives_at_a_time_but_anyone_may_stop(
 
 def test_a_flood_of_layers_is_thinned_out_and_the_last_value_arrives(page: Any, hear: Any) -> None:
     with page.browser() as browser:
-        wait_until(lambda: page.server.clients == 1)
+        wait_for(lambda: page.server.clients == 1)
         start = time.monotonic()
         for number in range(20_000):
             page.server.show("robot", RobotView(x=float(number), y=0.0, yaw=0.0, radius=0.2))
@@ -152,12 +145,12 @@ def test_a_browser_that_never_reads_is_dropped_and_stalls_nobody(
             f"GET /live HTTP/1.1\r\nHost: {url.netloc}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
         )
-        wait_until(lambda: page.server.clients == 2)
+        wait_for(lambda: page.server.clients == 2)
         page.server.show("map", Grid(noise, 0.05, 0.0, 0.0))
         assert hear(other)[0] == "map"
         page.server.show("status", Status(phase="Too much for the deaf one."))
         assert hear(other)[0] == "status"
-        wait_until(lambda: page.server.clients == 1)
+        wait_for(lambda: page.server.clients == 1)
         page.server.show("status", Status(phase="Still here."))
         assert hear(other)[1]["phase"] == "Still here."
 

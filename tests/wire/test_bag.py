@@ -33,6 +33,7 @@ from chefbot.wire.names import WireType
 from chefbot.wire.node import WireNode
 from chefbot.wire.qos import DEFAULT, LATCHED, ROSOUT, SENSOR
 from chefbot.wire.session import Wire
+from tests.waiting import wait_for
 
 PATIENCE = 20.0
 TWIST, TEXT = WireType.of(Twist), WireType.of(String)
@@ -53,13 +54,6 @@ def write(out: Path, count: int = 100) -> list[bytes]:
     return said
 
 
-def wait(condition: Callable[[], object]) -> None:
-    until = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < until
-        time.sleep(0.01)
-
-
 def test_what_is_said_is_recorded_and_said_again(wire: Wire, port: int, tmp_path: Path) -> None:
     with (
         Wire(port=port, router=False) as far,
@@ -73,15 +67,15 @@ def test_what_is_said_is_recorded_and_said_again(wire: Wire, port: int, tmp_path
         recorder = BagRecorder(rec, writer, lambda name: name != "/left_out")
         thread = threading.Thread(target=recorder.run, args=(None, stop))
         thread.start()
-        wait(lambda: said.heard)
+        wait_for(lambda: said.heard)
         for number in range(50):
             said.publish(Twist.of(0.1 * number, 1.0))
         late = talker.raw_publisher("late", FOREIGN)
         talker.publisher("left_out", String, LATCHED).publish(String("x"))
-        wait(lambda: late.heard)
+        wait_for(lambda: late.heard)
         late.publish_cdr(b"\0\1\0\0anything")
-        wait(lambda: writer.counts.get("/late") == 1 and writer.counts.get("/cmd_vel") == 50)
-        wait(lambda: writer.counts.get("/map_name") == 1)
+        wait_for(lambda: writer.counts.get("/late") == 1 and writer.counts.get("/cmd_vel") == 50)
+        wait_for(lambda: writer.counts.get("/map_name") == 1)
         stop.set()
         thread.join()
         writer.close()
@@ -205,7 +199,7 @@ def test_a_cut_bag_is_played_to_the_cut(wire: Wire, port: int, tmp_path: Path) -
         player = Player(node, bag)
         player.await_listeners(node)
         assert player.play(100.0, NEVER).messages == bag.total
-        wait(lambda: len(heard) == bag.total)
+        wait_for(lambda: len(heard) == bag.total)
     assert [one.to_cdr() for one in heard] == said[: bag.total]
 
 

@@ -6,7 +6,7 @@ import queue
 import re
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -53,6 +53,7 @@ from chefbot.wire.names import WireType, topic_key
 from chefbot.wire.node import WireNode
 from chefbot.wire.qos import CLOCK, LATCHED, ROSOUT
 from chefbot.wire.session import Wire
+from tests.waiting import wait_for
 
 PATIENCE = 10.0
 ALL = {"counter": "Counter", "doubler": "Doubler", "cook": "Cook", "guest": "Guest"}
@@ -107,13 +108,6 @@ def running(port: int, *names: str, record: Path | None = None) -> Iterator[Runn
         yield one
     finally:
         one.stop()
-
-
-def wait_for(condition: Callable[[], object]) -> None:
-    until = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < until
-        time.sleep(0.005)
 
 
 def test_what_nodes_say_goes_out_and_what_comes_in_is_heard(port: int) -> None:

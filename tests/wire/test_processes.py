@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -23,6 +23,8 @@ from chefbot.wire.node import WireNode
 from chefbot.wire.qos import LATCHED
 from chefbot.wire.session import Wire
 from chefbot.wire.supervisor import Order, Supervisor
+from tests.processes import children_of, is_alive
+from tests.waiting import wait_for
 
 PATIENCE = 120.0
 LAUNCH = """
@@ -35,25 +37,6 @@ nodes:
   cook: {kind: "own_toys:Cook", process: kitchen}
 """
 TOYS = Path(__file__).parents[1] / "runtime" / "toys.py"
-
-
-def wait_for(condition: Callable[[], object], patience: float = PATIENCE) -> None:
-    until = time.monotonic() + patience
-    while not condition():
-        assert time.monotonic() < until
-        time.sleep(0.02)
-
-
-def is_alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
-
-
-def children_of(pid: int) -> list[int]:
-    found = subprocess.run(["pgrep", "-P", str(pid)], capture_output=True, text=True, check=False)
-    return [int(one) for one in found.stdout.split()]
 
 
 def order(name: str) -> Order:

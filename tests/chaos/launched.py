@@ -1,4 +1,4 @@
-"""A launch in processes of its own, and an outsider on its wire."""
+"""A launch or a demo in processes of its own, and an outsider on its wire."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -45,24 +45,43 @@ def children_of(pid: int) -> list[int]:
     return [int(one) for one in found.stdout.split()]
 
 
+def name_of(pid: int) -> str:
+    """What it calls itself; empty if it is no more."""
+    try:
+        return Path(f"/proc/{pid}/comm").read_text().strip()
+    except (FileNotFoundError, ProcessLookupError):
+        return ""
+
+
 def free_port() -> int:
     with socket.create_server(("127.0.0.1", 0)) as server:
         return int(server.getsockname()[1])
 
 
 class Launched:
-    """`chefbot launch` of a file in this folder."""
+    """`chefbot` with these words, such as `launch` and a file."""
 
-    def __init__(self, name: str, port: int, *arguments: str) -> None:
+    def __init__(self, words: Sequence[str], port: int) -> None:
         self.port = port
         environment = {**os.environ, "CHEFBOT_WIRE_PORT": str(port), "ROS_DOMAIN_ID": "0"}
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "chefbot", "launch", str(HERE / name), *arguments],
+            [sys.executable, "-m", "chefbot", *words],
             env=environment,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
         )
+
+    def child(self, name: str) -> int | None:
+        """The number of its process of that name, None while there is none."""
+        return next((pid for pid in children_of(self.process.pid) if name_of(pid) == name), None)
+
+    def kill(self, name: str) -> int:
+        """`kill -9` of a process of its own; its number."""
+        pid = self.child(name)
+        assert pid is not None, f"there is no process {name}"
+        os.kill(pid, signal.SIGKILL)
+        return pid
 
     def stop(self) -> str:
         """Ctrl-C; what it said."""
@@ -71,16 +90,23 @@ class Launched:
 
 
 @contextmanager
-def launched(name: str, *arguments: str) -> Iterator[tuple[Launched, WireNode]]:
-    """Whatever happens in between, nothing of it is left."""
-    one = Launched(name, free_port(), *arguments)
+def running(*words: str) -> Iterator[tuple[Launched, WireNode]]:
+    """`chefbot` with these words; whatever happens in between, nothing of it is left."""
+    one = Launched(words, free_port())
     children: list[int] = []
     try:
         with Wire(port=one.port, router=False) as wire, WireNode(wire, "outsider") as node:
             yield one, node
             children = children_of(one.process.pid)
     finally:
-        for pid in [one.process.pid, *children]:
+        for pid in [one.process.pid, *children, *children_of(one.process.pid)]:
             if is_alive(pid):
                 os.kill(pid, signal.SIGKILL)
         one.process.communicate()
+
+
+@contextmanager
+def launched(name: str, *arguments: str) -> Iterator[tuple[Launched, WireNode]]:
+    """`chefbot launch` of a file in this folder."""
+    with running("launch", str(HERE / name), *arguments) as both:
+        yield both

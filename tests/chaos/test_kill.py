@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import time
 
 import pytest
@@ -15,16 +13,10 @@ from chefbot.msgs.nav2_msgs import Spin, Spin_Goal
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.wire.action_client import ActionClient
 from chefbot.wire.qos import LATCHED
-from tests.chaos.launched import Launched, children_of, is_alive, launched, tell, wait_for
+from tests.chaos.launched import children_of, is_alive, launched, tell, wait_for
 
 STOP_NS = 200_000_000
 """Simulated, which is the wall's time here; the supervisor looks every 50 ms and the base commands every 50 ms."""
-
-
-def pid_of(one: Launched, process: str) -> int:
-    """The child that the launch started with that order is known by its graph's node only after it ran; order
-    of the file is that of the starts."""
-    return children_of(one.process.pid)[["control", "slam"].index(process)]
 
 
 @pytest.mark.slow
@@ -43,7 +35,7 @@ def test_the_robot_stops_when_its_controller_dies_and_drives_again_when_it_is_ba
         going = spin.send(Spin_Goal(30.0, Duration.of(60.0)))
         wait_for(drives)
         killed_ns, killed = speeds[-1].header.stamp.ns, time.monotonic()
-        os.kill(pid_of(one, "control"), signal.SIGKILL)
+        one.kill("control")
         wait_for(lambda: speeds[-1].left == 0.0 and speeds[-1].right == 0.0)
         stood_ns = next(
             said.header.stamp.ns for said in speeds if said.header.stamp.ns > killed_ns and said.left == 0.0
@@ -55,10 +47,9 @@ def test_the_robot_stops_when_its_controller_dies_and_drives_again_when_it_is_ba
         wait_for(lambda: spin.served)
         tell(f"control was back after {time.monotonic() - killed:.1f} s")
 
-        os.kill(children_of(one.process.pid)[0], signal.SIGKILL)  # the older one: the mapper
-        spin.send(Spin_Goal(30.0, Duration.of(60.0)))
+        killed_pid = one.kill("slam")
+        wait_for(lambda: one.child("slam") not in (None, killed_pid))
         children = children_of(one.process.pid)
-        wait_for(lambda: len(children_of(one.process.pid)) == 2)
         wait_for(lambda: spin.served)
         spin.send(Spin_Goal(30.0, Duration.of(60.0)))
         wait_for(drives)

@@ -9,7 +9,7 @@ import pytest
 from chefbot.wire.session import Wire
 from tests.chaos.launched import children_of, is_alive, launched, tell, wait_for
 
-TIMES = 20
+TIMES, MANY = 20, 200
 
 
 def once() -> float:
@@ -28,7 +28,12 @@ def once() -> float:
     return took
 
 
-@pytest.mark.slow
-def test_20_times() -> None:
-    took = [once() for _ in range(TIMES)]
-    tell(f"stopping took {max(took):.2f} s at most")
+SLOW, LONG = pytest.mark.slow, pytest.mark.long
+
+
+@pytest.mark.parametrize("times", [pytest.param(TIMES, marks=SLOW), pytest.param(MANY, marks=LONG)])
+def test_again_and_again(times: int) -> None:
+    took = [once() for _ in range(times)]
+    tell(
+        f"{times} of {times}; stopping took {max(took):.2f} s at most, {sum(took) / times:.2f} s in the mean"
+    )

@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import msgspec
 from rich.console import Console
@@ -20,16 +21,19 @@ from chefbot.errors import UserError
 from chefbot.msgs.rosgraph_msgs import Clock as ClockMessage
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import FollowedClock, WallClock
-from chefbot.runtime.launch import Launch, split
+from chefbot.runtime.launch import Launch, node_class, split
 from chefbot.runtime.loop import TIMER, Loop
+from chefbot.runtime.node import LAST_WORDS
 from chefbot.runtime.system import System
-from chefbot.wire.bridge import Bridge, process_node
+from chefbot.wire.bridge import Bridge
 from chefbot.wire.followers import Follower
+from chefbot.wire.inbox import WIRE
+from chefbot.wire.inner import process_node
 from chefbot.wire.node import WireNode
 from chefbot.wire.ports import latched_topics
+from chefbot.wire.prepared import Order, Preparation
 from chefbot.wire.qos import CLOCK
 from chefbot.wire.session import Wire
-from chefbot.wire.supervisor import Order
 
 PATIENCE = 20.0
 """Seconds to wait for the first /clock."""
@@ -41,8 +45,12 @@ GRACE = 1.5
 def main() -> int:
     """Exit code 2 after a sentence where the input is at fault."""
     sys.setswitchinterval(1e-4)
-    order = msgspec.json.decode(sys.stdin.buffer.readline(), type=Order)
-    sys.path.append(order.folder)
+    _load(msgspec.json.decode(sys.stdin.buffer.readline(), type=Preparation))
+    line = sys.stdin.buffer.readline()
+    if not line:
+        return 0  # a spare that nobody needed
+    order = msgspec.json.decode(line, type=Order)
+    _take_name(order.process)
     try:
         run(order)
     except UserError as error:
@@ -66,7 +74,7 @@ def run(order: Order) -> None:
         system = System(loop, robot, int(own.args["seed"]))
         simulated = own.clock == "simulation"
         bridge = Bridge(system, wire, space, simulated=simulated, leads=False, own=name)
-        loop.post(lambda: _begin(system, bridge, order.launch, own))
+        loop.post(lambda: _begin(system, bridge, order, own))
         _end_with_input(loop.stop)
         _keep_going(loop)
         try:
@@ -77,9 +85,26 @@ def run(order: Order) -> None:
             bridge.close()
 
 
-def _begin(system: System, bridge: Bridge, whole: Launch, own: Launch) -> None:
+def _load(preparation: Preparation) -> None:
+    """Whoever it is going to be: most of a start's time goes here."""
+    sys.path.append(preparation.folder)
+    for kind in preparation.kinds:
+        node_class(kind, "child process")
+
+
+def _take_name(process: str) -> None:
+    """For those who look at a list of processes, where the system has that."""
+    name = Path("/proc/self/comm")
+    if name.exists():
+        name.write_text(process)
+
+
+def _begin(system: System, bridge: Bridge, order: Order, own: Launch) -> None:
+    """Nodes, and what they have to know of their life before: then only what others say comes in."""
     system.launch(own)
-    bridge.represent(system.nodes.values(), latched_topics(whole))
+    for word in order.last_words:
+        system.loop.publish(LAST_WORDS + word.topic, word.message(), WIRE, from_device=True)
+    bridge.represent(system.nodes.values(), latched_topics(order.launch))
     announce(Console(highlight=False), system.nodes.values())
 
 

@@ -55,6 +55,7 @@ class BaseNode(Node):
     cmd_vel_nav: In[Twist]
     emergency_stop: In[Bool]
     process_lost: In[String]
+    process_back: In[String]
     ultrasonic: In[Range]
     cmd_vel: Out[Twist]
     wheel_speeds: Out[WheelSpeeds]
@@ -65,6 +66,7 @@ class BaseNode(Node):
         self._person: Heard | None = None
         self._navigation: Heard | None = None
         self._stopped = False
+        self._missing: set[str] = set()
 
     def on_cmd_vel_teleop(self, twist: Twist) -> None:
         """A person drives."""
@@ -81,10 +83,19 @@ class BaseNode(Node):
             self._person = self._navigation = None
             self._limiter.reset()
 
-    def on_process_lost(self, _: String) -> None:
-        """Whatever it commanded, nobody thinks about it any more: stand, without a ramp, until the next command."""
+    def on_process_lost(self, process: String) -> None:
+        """Nobody thinks about what it did any more: stand, at once and without a ramp.
+
+        Navigation counts again when the process is back; a person may drive before.
+        """
+        self._missing.add(process.data)
         self._person = self._navigation = None
         self._limiter.reset()
+        self._say(0.0, 0.0)
+
+    def on_process_back(self, process: String) -> None:
+        """All of it is there."""
+        self._missing.discard(process.data)
 
     @every(hz=RATE)
     def command(self) -> None:
@@ -92,6 +103,9 @@ class BaseNode(Node):
         heard = None if self._stopped else self._chosen()
         v, w, age = (0.0, 0.0, 0.0) if heard is None else (heard.v, heard.w, self._age(heard))
         v, w = self._limiter.step(min(v, self._safe_speed()), w, age, 1.0 / RATE)
+        self._say(v, w)
+
+    def _say(self, v: float, w: float) -> None:
         self.cmd_vel.publish(Twist.of(v, w))
         left, right = wheel_speeds(v, w, self.robot)
         radius = self.robot.wheel_radius
@@ -111,7 +125,7 @@ class BaseNode(Node):
     def _chosen(self) -> Heard | None:
         if self._person is not None and self._age(self._person) <= self.params.teleop_hold:
             return self._person
-        return self._navigation
+        return None if self._missing else self._navigation
 
     def _heard(self, twist: Twist) -> Heard:
         return Heard(twist.linear.x, twist.angular.z, self.now_ns)

@@ -19,10 +19,13 @@ from chefbot.wire.gate import Doors, Gate
 from chefbot.wire.graph import Graph
 from chefbot.wire.inner import LEADER
 from chefbot.wire.keyring import Identity, Keyring, keys_folder
+from chefbot.wire.last_words import LastWords
 from chefbot.wire.names import check_namespace
+from chefbot.wire.node import WireNode
 from chefbot.wire.ports import latched_topics
+from chefbot.wire.prepared import Order
 from chefbot.wire.session import Wire
-from chefbot.wire.supervisor import Order, Supervisor
+from chefbot.wire.supervisor import Hooks, Supervisor
 
 CHOICES = ("auto", "on", "off")
 SETTLING = 1.0
@@ -140,11 +143,14 @@ def others(bridge: Bridge, system: System, launch: Launch, folder: Path) -> Iter
     domain, port = domain_of_environment(), port_of_environment()
     names = split(launch)[1]
     orders = [Order(launch, name, str(folder.resolve()), domain, port) for name in names]
-    supervisor = Supervisor(orders, partial(bridge.remark, "processes"), lost=bridge.lose)
-    try:
-        yield supervisor
-    finally:
-        supervisor.close()
+    with WireNode(bridge.wire, f"{bridge.own}_memory", str(launch.args["namespace"]) or "/") as node:
+        memory = LastWords(node, launch, system)
+        hooks = Hooks(lost=bridge.lose, ready=bridge.sees, back=bridge.regain, last_words=memory.of)
+        supervisor = Supervisor(orders, partial(bridge.remark, "processes"), hooks=hooks)
+        try:
+            yield supervisor
+        finally:
+            supervisor.close()
 
 
 def same_names(graph: Graph, launch: Launch) -> list[str]:

@@ -2,67 +2,68 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import msgspec
 
-from chefbot.runtime.launch import Launch
+from chefbot.wire.last_words import Word
+from chefbot.wire.prepared import Order, Prepared
 
 LEAST_WAIT, MOST_WAIT = 0.5, 10.0
 """Seconds before a process that died is started again; doubled each time."""
 STABLE = 30.0
 """Seconds of life after which the wait begins anew."""
 PERIOD = 0.05
+"""Seconds between two looks; the end of a child is seen at once."""
 GRACE = 2.0
 """Seconds that processes have to end by themselves."""
+SPARE_AFTER = 5.0
+"""Seconds that all are there before a spare is made: what starts has enough to do."""
 COMMAND = (sys.executable, "-m", "chefbot.commands.child")
 
 
-class Order(msgspec.Struct, frozen=True):
-    """What a child is told on the first line of its standard input; it ends when that input does."""
+class Hooks(NamedTuple):
+    """What a supervisor asks and tells whom it works for; all are called in its thread."""
 
-    launch: Launch
-    """The whole of it."""
-    process: str
-    folder: str
-    """Where an owner's classes lie."""
-    domain: int
-    port: int
+    lost: Callable[[str], None] = lambda _: None
+    """A process has died; said before anything else."""
+    ready: Callable[[str], bool] = lambda _: True
+    """Whether a process that runs does its work yet."""
+    back: Callable[[str], None] = lambda _: None
+    """It does now; said of the first start too."""
+    last_words: Callable[[str], tuple[Word, ...]] = lambda _: ()
+    """What a process that died has to know of the life before."""
 
 
 class _Child:
     """One process and its history."""
 
-    def __init__(self, order: Order, command: Sequence[str]) -> None:
+    def __init__(self, order: Order) -> None:
         self.name = order.process
-        self._order = msgspec.json.encode(order) + b"\n"
-        self._command = command
+        self.order = order
         self.wait = LEAST_WAIT
         self.due = time.monotonic()
         self.began = 0.0
-        self.process: subprocess.Popen[bytes] | None = None
-
-    def start(self) -> None:
-        """In a session of its own: Ctrl-C is the launch's business."""
-        self.began = time.monotonic()
-        self.process = subprocess.Popen(self._command, stdin=subprocess.PIPE, start_new_session=True)
-        assert self.process.stdin is not None
-        self.process.stdin.write(self._order)
-        self.process.stdin.flush()
+        self.died: float | None = None
+        """When, if it has died before; monotonic seconds."""
+        self.ready = False
+        self.running: Prepared | None = None
 
     def lost(self) -> int | None:
         """The exit code if it has just died; then it is due again after a while."""
-        if self.process is None or self.process.poll() is None:
+        code = None if self.running is None else self.running.process.poll()
+        if self.running is None or code is None:
             return None
-        code = self.process.returncode
-        self._forget()
-        if time.monotonic() - self.began > STABLE:
+        self.running.ask_to_end()
+        self.running = None
+        self.died = time.monotonic()
+        if self.died - self.began > STABLE:
             self.wait = LEAST_WAIT
-        self.due = time.monotonic() + self.wait
+        self.due = self.died + self.wait
         return code
 
     def back_off(self) -> float:
@@ -70,33 +71,12 @@ class _Child:
         waits, self.wait = self.wait, min(2.0 * self.wait, MOST_WAIT)
         return waits
 
-    def ask_to_end(self) -> None:
-        """By the end of its input."""
-        if self.process is not None and self.process.stdin is not None:
-            self.process.stdin.close()
-
-    def end(self, until: float) -> None:
-        """Kill it if it is still there at `until`."""
-        if self.process is None:
-            return
-        try:
-            self.process.wait(max(0.0, until - time.monotonic()))
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
-        self._forget()
-
-    def _forget(self) -> None:
-        if self.process is not None and self.process.stdin is not None:
-            self.process.stdin.close()
-        self.process = None
-
 
 class Supervisor:
     """Runs one child for each order until `close`; `tell` gets a sentence when one dies or comes back.
 
-    `lost` gets its name first when it dies. Both are called in its thread.
-    A child that this process leaves behind, even by `kill -9`, ends itself.
+    A spare that has everything loaded stands by, so that who dies is soon replaced. A child that this process leaves
+    behind, even by `kill -9`, ends itself.
     """
 
     def __init__(
@@ -105,50 +85,87 @@ class Supervisor:
         tell: Callable[[str], None],
         command: Sequence[str] = COMMAND,
         *,
-        lost: Callable[[str], None] = lambda _: None,
+        hooks: Hooks = Hooks(),  # noqa: B008 - it is frozen
     ) -> None:
-        self._tell, self._lost = tell, lost
-        self._children = [_Child(order, command) for order in orders]
-        self._closing = threading.Event()
+        self._tell, self._command, self._hooks = tell, command, hooks
+        self._children = [_Child(order) for order in orders]
+        self._spare: Prepared | None = None
+        self._news = threading.Event()
+        self._closing = False
         self._thread = threading.Thread(target=self._watch, name="supervisor", daemon=True)
         self._thread.start()
 
     def pids(self) -> dict[str, int]:
         """Process name to number, of those that run."""
-        return {one.name: one.process.pid for one in self._children if one.process is not None}
+        return {one.name: one.running.process.pid for one in self._children if one.running is not None}
 
     def close(self) -> None:
         """End them all; at most GRACE seconds and what killing takes."""
-        self._closing.set()
+        self._closing = True
+        self._news.set()
         self._thread.join()
-        for one in self._children:
+        running = [one.running for one in self._children if one.running is not None]
+        for one in running:
             one.ask_to_end()
+        if self._spare is not None:
+            self._spare.end(0.0)  # it has done nothing yet
         until = time.monotonic() + GRACE
-        for one in self._children:
-            one.end(until)
+        for one in running:
+            one.end(max(0.0, until - time.monotonic()))
+        for child in self._children:
+            child.running = None
 
     def _watch(self) -> None:
-        while True:
+        while not self._closing:
+            self._news.clear()
             for one in self._children:
                 self._look_after(one)
-            if self._closing.wait(PERIOD):
-                return
+            if self._spare is None and all(map(_is_settled, self._children)):
+                self._make_spare()
+            self._news.wait(PERIOD)
 
     def _look_after(self, one: _Child) -> None:
         code = one.lost()
         if code is not None:
-            self._lost(one.name)
-            self._tell(f"process {one.name} ended ({_reason(code)}); again in {one.back_off():.1f} s")
-        if one.process is None and time.monotonic() >= one.due:
-            again = one.began > 0.0
-            try:
-                one.start()
-            except OSError as error:
-                one.due = time.monotonic() + one.back_off()
-                self._tell(f"process {one.name} cannot be started: {error}")
-                return
-            if again:
-                self._tell(f"process {one.name} runs again")
+            self._hooks.lost(one.name)
+            waits = one.back_off()
+            self._tell(f"process {one.name} ended ({_reason(code)}); again in {waits:.1f} s")
+        if one.running is None and time.monotonic() >= one.due:
+            self._start(one)
+        if one.running is not None and not one.ready and self._hooks.ready(one.name):
+            one.ready = True
+            self._hooks.back(one.name)
+            if one.died is not None:
+                took = time.monotonic() - one.died
+                self._tell(f"process {one.name} is back, {took:.1f} s after its end")
+
+    def _start(self, one: _Child) -> None:
+        again = one.died is not None
+        spare, self._spare = self._spare, None
+        order = one.order
+        if again:
+            order = msgspec.structs.replace(order, last_words=self._hooks.last_words(one.name))
+        try:
+            one.running = spare or Prepared(order.preparation, self._command)
+        except OSError as error:
+            one.due = time.monotonic() + one.back_off()
+            self._tell(f"process {one.name} cannot be started: {error}")
+            return
+        one.began, one.ready = time.monotonic(), False
+        one.running.give(order, self._news.set)
+        if again:
+            self._tell(f"process {one.name} runs again")
+
+    def _make_spare(self) -> None:
+        """Of any of them: all load the same."""
+        try:
+            self._spare = Prepared(self._children[0].order.preparation, self._command)
+        except OSError as error:
+            self._tell(f"a spare process cannot be started: {error}")
+
+
+def _is_settled(one: _Child) -> bool:
+    return one.ready and one.running is not None and time.monotonic() - one.began > SPARE_AFTER
 
 
 def _reason(code: int) -> str:

@@ -1,0 +1,29 @@
+"""Nodes that measure from within how punctual a process is, and one that keeps it busy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.std_msgs import Float64
+from chefbot.runtime.clock import wall_ns
+from chefbot.runtime.node import In, Node, NoParams, Out
+
+
+class LatenessNode(Node):
+    """Hears what a node of its own process says on `ticks` and tells when that was: wall minus loop, seconds.
+
+    At real time the least of these is what is in time; the others are late by how much they exceed it.
+    """
+
+    params: NoParams
+    ticks: In[Twist]
+    offset: Out[Float64]
+
+    def on_ticks(self, _: Twist) -> None:
+        self.offset.publish(Float64((wall_ns() - self.now_ns) / 1e9))
+
+
+def late_ms(offsets: list[float]) -> np.ndarray:
+    """Of each in order, milliseconds behind the most punctual."""
+    return (np.array(offsets) - min(offsets)) * 1e3

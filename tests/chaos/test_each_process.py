@@ -1,0 +1,57 @@
+"""Each process of the demo's waiter is killed while it carries food: it stops, and the food arrives all the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from chefbot.commands.demo_processes import PROCESSES
+from chefbot.commands.summary import true_plan
+from chefbot.mapping.compare import quality
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.robot.load import load_robot
+from chefbot.sim.load import load_any_world
+from chefbot.wire.qos import LATCHED
+from tests.chaos.launched import running, tell, wait_for
+from tests.chaos.waiter import ROBOT, WORLD, Blow, Watched, demo_launch, waiting_robot
+
+STOP_MS, BACK_S, ARRIVED_M, FAR_M = 200.0, 5.0, 0.35, 0.8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("process", PROCESSES)
+def test_it_stops_comes_back_and_delivers(tmp_path: Path, process: str) -> None:
+    with waiting_robot(tmp_path) as watched:
+        watched.order("table_1")
+        wait_for(lambda: watched.has("driving", "table_1"))
+        blow = Blow(watched, process)
+        took = blow.wait_until_back()
+        tell(f"{process}: stopped {blow.stopped_ms:.0f} ms after the kill, back after {took:.1f} s")
+        assert blow.stopped_ms <= STOP_MS
+        assert took <= BACK_S
+        loads = sum(said.state == "loading" for said in watched.deliveries)
+        wait_for(lambda: watched.has("waiting", "table_1"))
+        assert watched.at("table_1") < ARRIVED_M
+        assert sum(said.state == "loading" for said in watched.deliveries) == loads == 1  # it had the food
+        said = watched.one.stop()
+        assert f"process {process} is back" in said
+        assert watched.one.process.returncode == 0
+
+
+@pytest.mark.slow
+def test_a_mapper_that_dies_goes_on_with_its_map(tmp_path: Path) -> None:
+    """A new one would call the place where it begins the map's origin, and home would lie elsewhere."""
+    path, launch = demo_launch(tmp_path, "explore", headless="true")
+    with running("launch", str(path)) as (one, node):
+        watched, maps = Watched(one, node, launch), list[OccupancyGrid]()
+        node.subscription("/map", OccupancyGrid, maps.append, LATCHED)
+        wait_for(lambda: watched.travelled() > FAR_M)
+        blow = Blow(watched, "slam")
+        took, known = blow.wait_until_back(), len(maps)
+        tell(f"slam: stopped {blow.stopped_ms:.0f} ms after the kill, back after {took:.1f} s")
+        assert blow.stopped_ms <= STOP_MS
+        wait_for(lambda: len(maps) >= known + 3)
+        found = quality(maps[-1].grid, true_plan(load_any_world(WORLD), load_robot(ROBOT)))
+        tell(f"{100 * found.precision:.1f} % of the map's walls are there")
+        assert found.precision > 0.95

@@ -1,0 +1,80 @@
+"""The launch's own process dies, the one with base and board: no child outlives it, and the board stops by itself."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from chefbot.msgs.geometry_msgs import Twist
+from tests.chaos.launched import children_of, is_alive, running, tell, wait_for
+from tests.chaos.waiter import waiting_robot
+from tests.hil.boards import HostPort
+from tests.hil.desk import ROBOT, Desk
+
+STOP_MS = 200.0
+LEFT_S = 3.0
+BUILT = """
+include: [robot_standalone]
+nodes:
+  odometry: {kind: "chefbot.nodes.odometry:OdometryNode", process: senses}
+  frames: {kind: "chefbot.nodes.frames:FramesNode", process: frames}
+"""
+
+
+class Hand:
+    """On the joystick: lets go first, as the board wants it, then pushes until it lets go."""
+
+    def __init__(self, say: Callable[[Twist], None]) -> None:
+        self._say, self._speed = say, 0.0
+        self._ending = threading.Event()
+        self._thread = threading.Thread(target=self._work)
+        self._thread.start()
+
+    def push(self, speed: float) -> None:
+        """m/s"""
+        self._speed = speed
+
+    def let_go(self) -> None:
+        self._ending.set()
+        self._thread.join()
+
+    def _work(self) -> None:
+        while not self._ending.wait(0.05):
+            self._say(Twist.of(self._speed, 0.0))
+
+
+@pytest.mark.slow
+def test_the_board_stops_by_itself_and_no_process_is_left(tmp_path: Path) -> None:
+    path = tmp_path / "built.yaml"
+    path.write_text(BUILT)
+    desk = Desk(HostPort(), tmp_path / "board")
+    try:
+        with running("launch", str(path), f"port:={desk.path}", "headless:=true") as (one, node):
+            hand = Hand(node.publisher("/cmd_vel_teleop", Twist).publish)
+            wait_for(lambda: one.child("senses") and one.child("frames"))
+            hand.push(0.6 * ROBOT.max_speed)
+            wait_for(lambda: min(desk.wheels.speed) > 0.5 * ROBOT.max_speed / ROBOT.metres_per_tick)
+            children = children_of(one.process.pid)
+            assert len(children) == 2
+            stopped = desk.stops_after(one.process.kill)
+            hand.let_go()
+            took = wait_for(lambda: not any(map(is_alive, children)), LEFT_S)
+            tell(f"the board stopped after {stopped:.0f} ms; its children were gone {took:.1f} s later")
+            assert stopped <= STOP_MS
+    finally:
+        desk.close()
+
+
+@pytest.mark.slow
+def test_with_the_simulator_all_of_the_waiter_ends(tmp_path: Path) -> None:
+    with waiting_robot(tmp_path) as watched:
+        watched.order("table_1")
+        wait_for(watched.drives)
+        children = children_of(watched.one.process.pid)
+        assert len(children) == len(watched.parts)
+        watched.one.process.kill()
+        took = wait_for(lambda: not any(map(is_alive, children)), LEFT_S)
+        tell(f"{len(children)} children were gone {took:.1f} s after their launch")

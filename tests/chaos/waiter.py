@@ -1,0 +1,149 @@
+"""The demo's waiter in its processes, on a map that is there already, in a small room."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from chefbot.commands.demo_processes import in_processes
+from chefbot.commands.summary import true_plan
+from chefbot.maths.se2 import IDENTITY
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order, WheelSpeeds
+from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
+from chefbot.msgs.nav_msgs import Odometry
+from chefbot.msgs.std_msgs import Bool, Header
+from chefbot.robot.load import load_robot
+from chefbot.runtime.files import save_map
+from chefbot.runtime.launch import Launch, load_launch, split
+from chefbot.runtime.places import places_path, save_places
+from chefbot.sim.load import load_any_world
+from chefbot.wire.node import WireNode
+from chefbot.wire.qos import LATCHED
+from tests.chaos.launched import Launched, free_port, running, wait_for
+
+WORLD, ROBOT = "room", "chefbot_lidar"
+
+
+def waiter(folder: Path) -> tuple[Path, Launch]:
+    """The demo's second half, with a map as a perfect mapper would draw it."""
+    robot, world = load_robot(ROBOT), load_any_world(WORLD)
+    saved = save_map(folder / "map", true_plan(world, robot))
+    save_places(places_path(saved), {name: world.start.between(at) for name, at in world.places.items()})
+    return demo_launch(folder, "waiter", map=str(saved))
+
+
+def demo_launch(folder: Path, name: str, **arguments: str) -> tuple[Path, Launch]:
+    """A launch file with every node in the process that `chefbot demo --processes` gives it."""
+    given = {"world": WORLD, "robot": ROBOT, "port": str(free_port()), "people": "0", **arguments}
+    launch = in_processes(load_launch(name, given))
+    nodes = {
+        name: {"kind": one.kind, "params": one.params, "remap": one.remap, "process": one.process}
+        for name, one in launch.nodes.items()
+    }
+    path = folder / f"{name}_parts.yaml"
+    path.write_text(yaml.safe_dump({"args": {"robot": ROBOT}, "nodes": nodes}))
+    return path, launch
+
+
+class Watched:
+    """What an outsider sees of it."""
+
+    def __init__(self, one: Launched, node: WireNode, launch: Launch) -> None:
+        self.one, self.node = one, node
+        self.parts = split(launch)[1]
+        self.speeds: list[tuple[float, WheelSpeeds]] = []
+        self.deliveries: list[DeliveryStatus] = []
+        self.found: list[bool] = []
+        self.truth: list[Odometry] = []
+        world = load_any_world(WORLD)
+        self.places = {place: world.start.between(at) for place, at in world.places.items()}
+        node.subscription("/wheel_speeds", WheelSpeeds, self._drive)
+        node.subscription("/delivery_status", DeliveryStatus, self.deliveries.append, LATCHED)
+        node.subscription("/localized", Bool, lambda said: self.found.append(said.data), LATCHED)
+        node.subscription("/ground_truth", Odometry, self.truth.append)
+        self._order = node.publisher("/order", Order)
+        self._click = node.publisher("/initialpose", PoseWithCovarianceStamped)
+
+    def _drive(self, said: WheelSpeeds) -> None:
+        self.speeds.append((time.monotonic(), said))
+
+    def drives(self) -> bool:
+        """At more than a creep."""
+        return bool(self.speeds) and max(abs(self.speeds[-1][1].left), abs(self.speeds[-1][1].right)) > 0.1
+
+    def travelled(self) -> float:
+        """Metres from where it began."""
+        return self.truth[-1].pose.pose.se2.distance(IDENTITY) if self.truth else 0.0
+
+    def there(self, process: str) -> bool:
+        """Whether all of its nodes are on the wire."""
+        return self.parts[process].nodes.keys() <= {found.name for found in self.node.wire.graph.nodes()}
+
+    def has(self, state: str, place: str) -> bool:
+        return bool(self.deliveries) and (self.deliveries[-1].state, self.deliveries[-1].place) == (
+            state,
+            place,
+        )
+
+    def find_itself(self) -> None:
+        """Told where it stands."""
+        wait_for(lambda: all(map(self.there, self.parts)) and self._click.heard and self._order.heard)
+        covariance = covariance_36(np.diag([0.01, 0.01, 0.01]))
+        here = PoseWithCovariance(Pose.of(IDENTITY), covariance)
+        self._click.publish(PoseWithCovarianceStamped(Header.of(0, "map"), here))
+        wait_for(lambda: self.found)
+        assert self.found == [True]
+
+    def order(self, *tables: str) -> None:
+        self._order.publish(Order(tables))
+
+    def at(self, place: str) -> float:
+        """Metres from where it truly is."""
+        return self.truth[-1].pose.pose.se2.distance(self.places[place])
+
+
+class Blow:
+    """A process killed while it drives: what followed."""
+
+    def __init__(self, watched: Watched, process: str) -> None:
+        self._watched, self._process = watched, process
+        wait_for(watched.drives)
+        self._count = len(watched.speeds)
+        self._last, self._wall = watched.speeds[-1][1], time.monotonic()
+        watched.one.kill(process)
+        wait_for(lambda: self._still() is not None)
+        still = self._still()
+        assert still is not None
+        self.stopped_ms = (still[1].header.stamp.ns - self._last.header.stamp.ns) / 1e6
+        """Of the robot's time, from the last command before the kill to the first that is a stop."""
+        self._stood = still[0]
+
+    def _still(self) -> tuple[float, WheelSpeeds] | None:
+        said = self._watched.speeds[self._count :]
+        return next((one for one in said if one[1].left == one[1].right == 0.0), None)
+
+    def wait_until_back(self) -> float:
+        """Seconds of the wall from the kill; while it was away the robot stood."""
+        wait_for(lambda: not self._watched.there(self._process))
+        wait_for(lambda: self._watched.there(self._process))
+        took = time.monotonic() - self._wall
+        away = [
+            one for at, one in self._watched.speeds[self._count :] if self._stood < at < self._wall + took
+        ]
+        assert all(one.left == one.right == 0.0 for one in away), "it moved while a process was missing"
+        return took
+
+
+@contextmanager
+def waiting_robot(folder: Path, *arguments: str) -> Iterator[Watched]:
+    """It has found itself and waits for an order."""
+    path, launch = waiter(folder)
+    with running("launch", str(path), *arguments) as (one, node):
+        watched = Watched(one, node, launch)
+        watched.find_itself()
+        yield watched

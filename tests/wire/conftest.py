@@ -6,11 +6,14 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
+from chefbot.wire.keyring import Keyring
 from chefbot.wire.session import Wire
+from tests.wire.network import Network, admit
 
 OTHER = Path(__file__).parent / "other.py"
 
@@ -45,3 +48,26 @@ def other(port: int) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     yield start
     for process in running:
         process.communicate(timeout=10)
+
+
+@pytest.fixture
+def network(tmp_path: Path) -> Iterator[Network]:
+    try:
+        one = Network(tmp_path)
+    except subprocess.CalledProcessError as error:
+        pytest.skip(f"no network namespaces here: {error.stderr.strip()}")
+    yield one
+    one.close()
+
+
+@pytest.fixture
+def fleet(tmp_path: Path) -> Keyring:
+    """Two robots and an operator, who all know each other."""
+    office = Keyring(tmp_path / "site")
+    office.found("hotel", datetime.now(UTC))
+    members = {"robot1": "robot", "robot2": "robot", "alice": "operator"}
+    for name, role in members.items():
+        admit(tmp_path, office, name, role)
+    for name in members:
+        Keyring(tmp_path / name).accept(office.card())
+    return office

@@ -4,6 +4,8 @@ see LAYER       waits for the layer; answers with a line of JSON: its value, or 
 now LAYER       the newest value after half a second, null if there is none
 do JSON         gives a command of the page
 drive V W S     holds the stick so for S seconds, then lets go
+
+Where the page has gone, it waits for the next one and answers null.
 """
 
 from __future__ import annotations
@@ -15,41 +17,54 @@ import msgspec
 
 from chefbot.errors import UserError
 from chefbot.ui.commands import Drive, parse_command
-from chefbot.ui.remote import RemotePage
+from chefbot.ui.remote import PageGoneError, RemotePage
 
 PATIENCE = 60.0
 
 
 def main(port: str) -> None:
+    page = come(port)
+    answer("ready")
+    for line in sys.stdin:
+        verb, _, rest = line.strip().partition(" ")
+        try:
+            answer(obey(page, verb, rest))
+        except PageGoneError:  # a browser comes again, too
+            page.close()
+            page = come(port)
+            answer(None)
+    page.close()
+
+
+def come(port: str) -> RemotePage:
+    """As soon as a page is served."""
     until = time.monotonic() + PATIENCE
     while True:
         try:
-            page = RemotePage(f"http://127.0.0.1:{port}")
-            break
+            return RemotePage(f"http://127.0.0.1:{port}")
         except UserError:
             if time.monotonic() > until:
                 raise
             time.sleep(0.2)
-    answer("ready")
-    for line in sys.stdin:
-        verb, _, rest = line.strip().partition(" ")
-        if verb == "see":
-            answer(plain(page.wait_for(rest, PATIENCE)))
-        elif verb == "now":
-            listen(page, 0.5)
-            answer(plain(page.latest.get(rest)))
-        elif verb == "do":
-            page.send(parse_command(rest))
-            answer(True)
-        elif verb == "drive":
-            v, w, seconds = map(float, rest.split())
-            end = time.monotonic() + seconds
-            while time.monotonic() < end:
-                page.send(Drive(v, w))
-                listen(page, 0.1)
-            page.send(Drive(0.0, 0.0))
-            answer(True)
-    page.close()
+
+
+def obey(page: RemotePage, verb: str, rest: str) -> object:
+    """The answer."""
+    if verb == "see":
+        return plain(page.wait_for(rest, PATIENCE))
+    if verb == "now":
+        listen(page, 0.5)
+        return plain(page.latest.get(rest))
+    if verb == "do":
+        page.send(parse_command(rest))
+        return True
+    v, w, seconds = map(float, rest.split())
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        page.send(Drive(v, w))
+        listen(page, 0.1)
+    page.send(Drive(0.0, 0.0))
+    return True
 
 
 def listen(page: RemotePage, seconds: float) -> None:

@@ -2,7 +2,8 @@
 
 Zenoh asks at the gate, for each message that comes in or goes out, whose certificate the other end has
 (https://zenoh.io/docs/manual/access-control). A robot may only use keys below its own name: /robot1/scan,
-/robot1/cmd_vel, and the liveliness tokens of nodes in /robot1. Operators and the site's router may do all.
+/robot1/cmd_vel, and the liveliness tokens of nodes in /robot1. Besides it may tell, but not hear, on the two topics
+that ROS 2 has for all nodes together, /rosout and /parameter_events. Operators and the site's router may do all.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ MESSAGES = [
     "declare_liveliness_subscriber",
 ]
 TOKENS = "@ros2_lv/**"
+SHARED = ["*/rosout/**", "*/rosout/**/@adv/**", "*/parameter_events/**"]
 LOCAL = "this machine"
 
 
@@ -39,6 +41,8 @@ def access_control(fleet: Fleet, me: str) -> dict[str, Any]:
         _rule(
             "ask who is there", ["declare_liveliness_subscriber", "liveliness_query"], ["ingress"], [TOKENS]
         ),
+        _rule("tell all", ["put", "reply"], ["ingress"], SHARED),
+        _rule("be asked", ["declare_subscriber", "query"], ["egress"], SHARED),
         _rule("hear who is there", ["liveliness_token", "reply"], ["egress"], [TOKENS]),
     ]
     subjects: list[dict[str, Any]] = [{"id": LOCAL, "link_protocols": ["tcp"], "interfaces": ["lo"]}]
@@ -60,7 +64,7 @@ def _allowed(member: str, role: str, rules: list[dict[str, Any]]) -> list[str]:
     if role != "robot":
         return ["all"]
     rules.append(_rule(f"below {member}", MESSAGES, ["ingress", "egress"], own_keys(member)))
-    return [f"below {member}", "ask who is there", "hear who is there"]
+    return [f"below {member}", "ask who is there", "hear who is there", "tell all", "be asked"]
 
 
 def _rule(name: str, messages: list[str], flows: list[str], keys: list[str]) -> dict[str, Any]:

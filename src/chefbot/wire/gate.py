@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import re
+import socket
 import subprocess
 import sys
 import threading
@@ -30,6 +31,8 @@ _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 _ENDPOINT = re.compile(r"(tls|tcp)/(\[[0-9a-fA-F:]+\]|[A-Za-z0-9._-]+)(?::(\d{1,5}))?")
 _REFUSED = re.compile(r"CertCommonName\(([^)]*)\)\S* is unauthorized to Put \(ingress\) on (\S+)")
 _ACCEPTED = re.compile(r"Accepted TLS connection .*Common Name: (.*)\.$")
+_DATA = re.compile(r"(\d+/\S+?)/[^/]+::dds_::[^/]+/.*")
+_NODE = re.compile(r"@ros2_lv/(?:[^/]+/){6}([^/]+)/([^/]+)(?:/.*)?")
 _STRANGER = re.compile(r"WARN .*zenoh_link_tls::unicast: (.*?)\.? Hint")
 LOGGED = "error,zenoh_link_tls=debug,zenoh::net::routing::interceptor=trace"
 LOOK_PERIOD = 2.0
@@ -54,11 +57,17 @@ class Doors(NamedTuple):
     """Where others may come in; None: a member of a fleet on all its addresses by TLS, others nowhere."""
 
 
-def gate_config(me: Identity | None, doors: Doors, port: int = PORT) -> dict[str, Any]:
-    """Zenoh's configuration of the gate. UserError where TLS is asked for and this machine has no certificate."""
+def gate_config(
+    me: Identity | None, doors: Doors, port: int = PORT, held: Collection[str] = ()
+) -> dict[str, Any]:
+    """Zenoh's configuration of the gate. UserError where TLS is asked for and this machine has no certificate.
+
+    `held`: endpoints where it listens already. Where another launch's gate does, that one is enough.
+    """
     listen = doors.listen
     if listen is None:
-        listen = tuple(f"tls/{address}:{port}" for address in addresses()) if me else ()
+        every = tuple(f"tls/{address}:{port}" for address in addresses()) if me else ()
+        listen = tuple(end for end in every if end in held or _is_free(end))
     if me is None and any(end.startswith("tls/") for end in (*listen, *doors.join)):
         raise UserError("TLS needs this machine to be a member of a fleet; see `chefbot keys --help`")
     return {
@@ -74,6 +83,16 @@ def gate_config(me: Identity | None, doors: Doors, port: int = PORT) -> dict[str
         "timestamping": {"enabled": True},
         **({} if me is None else _guarded(me)),
     }
+
+
+def _is_free(end: str) -> bool:
+    """Whether nobody listens at a TLS endpoint of this machine."""
+    host, _, port = end.partition("/")[2].rpartition(":")
+    try:
+        socket.create_server((host, int(port))).close()
+    except OSError:
+        return False
+    return True
 
 
 def _guarded(me: Identity) -> dict[str, Any]:
@@ -152,7 +171,7 @@ class Gate:
 
     def _watch(self) -> None:
         while not self._closing.wait(LOOK_PERIOD):
-            config = gate_config(self._me, self._doors, self._port)
+            config = gate_config(self._me, self._doors, self._port, self.listens)
             if self._process.poll() is not None or config != self._config:
                 self._config = config
                 _end(self._process)
@@ -175,12 +194,22 @@ def turned_away(line: str, members: Collection[str]) -> str | None:
     """What a line of Zenoh's log tells of somebody who was refused, in a sentence."""
     plain = _COLOURS.sub("", line.rstrip())
     if found := _REFUSED.search(plain):
-        return f"{found[1]} may not write {found[2]}"
+        return _refused(found[1], found[2])
     if found := _STRANGER.search(plain):
         return f"a stranger was turned away: {found[1]}"
     if (found := _ACCEPTED.search(plain)) and found[1] not in members:
         return f"{found[1]} is not on the fleet's list"
     return None
+
+
+def _refused(who: str, key: str) -> str | None:
+    """By topic or node, not by key: the keys of one topic are many. Tools come and go, and belong to nobody."""
+    if found := _DATA.fullmatch(key):
+        return f"{who} may not write {found[1]}"
+    if found := _NODE.fullmatch(key):
+        name = f"{found[1].replace('%', '/').rstrip('/')}/{found[2]}"
+        return None if found[2].startswith("_") else f"{who} may not tell of node {name}"
+    return f"{who} may not write {key}"
 
 
 def _end(process: subprocess.Popen[str]) -> None:

@@ -76,7 +76,7 @@ def _view(robot: Robot, name: str, field: str, what: str) -> Iterator[Finding]:
     mount = f"sensors.{field}.mount"
 
     def good(candidate: Robot) -> bool:
-        return hidden_from(candidate, name, field).share <= HIDDEN_WARNING
+        return hidden_from(candidate, name, field, enough=HIDDEN_WARNING).share <= HIDDEN_WARNING
 
     key, value = searched(robot, [f"{mount}.x", f"{mount}.z"], good)
     sentence = f"{100 * hidden.share:.3g} % of the {what} shows the robot: {hidden.names}"
@@ -86,21 +86,25 @@ def _view(robot: Robot, name: str, field: str, what: str) -> Iterator[Finding]:
     )  # fmt: skip
 
 
-def hidden_from(robot: Robot, name: str, field: str) -> Hidden:
-    """What the robot hides of the view of the camera or of the ultrasonic ranger."""
+def hidden_from(robot: Robot, name: str, field: str, enough: float = 1.0) -> Hidden:
+    """What the robot hides of the view of the camera or of the ultrasonic ranger.
+
+    Once a part alone hides a share of more than `enough`, the rest is not looked at.
+    """
     sensor: DepthCamera | Ultrasonic = getattr(robot.sensors, field)
     window = _picture(sensor) if isinstance(sensor, DepthCamera) else _cone(sensor)
     turn, at = _frame(sensor.mount)
     view = _pyramid(window, FAR_ROBOTS * (robot.footprint_radius + robot.overall_height))
     view = view.transform(placement(turn, at))
-    shadows = {}
+    whole, shadows, by_part = _polygon_area(window), [], {}
     for body in _others(robot, name):
         seen = body.surface ^ view
         if not seen.is_empty():
-            shadows[body.name] = _shadow(seen, turn, at)
-    whole = _polygon_area(window)
-    by_part = {part: float(shadow.area()) / whole for part, shadow in shadows.items()}
-    return Hidden(_union_area(shadows.values()) / whole, by_part)
+            shadows.append(_shadow(seen, turn, at))
+            by_part[body.name] = float(shadows[-1].area()) / whole
+            if by_part[body.name] > enough:
+                break
+    return Hidden(_union_area(shadows) / whole, by_part)
 
 
 def _others(robot: Robot, name: str) -> list[Body]:
@@ -134,7 +138,7 @@ def _pyramid(window: NDArray[np.float64], far: float) -> Manifold:
 
 
 def _shadow(seen: Manifold, turn: NDArray[np.float64], at: NDArray[np.float64]) -> CrossSection:
-    """On the plane one metre ahead."""
+    """On the plane one metre ahead; the faces that look at the sensor cover what all of them cover."""
     from manifold3d import CrossSection, FillRule
 
     mesh = seen.to_mesh64()
@@ -142,8 +146,7 @@ def _shadow(seen: Manifold, turn: NDArray[np.float64], at: NDArray[np.float64]) 
     flat = inside[:, 1:] / inside[:, :1]
     triangles = flat[np.asarray(mesh.tri_verts).astype(np.int64)]
     signed = _cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    triangles[signed < 0.0] = triangles[signed < 0.0][:, ::-1]
-    return CrossSection(list(triangles[np.abs(signed) > 0.0]), FillRule.NonZero)
+    return CrossSection(list(triangles[signed < 0.0][:, ::-1]), FillRule.NonZero)
 
 
 def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

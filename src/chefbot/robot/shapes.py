@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -58,6 +59,7 @@ class MassProperties(NamedTuple):
     inertia: tuple[float, float, float, float, float, float]
 
 
+@lru_cache(maxsize=4096)
 def spread(solid: Solid) -> Spread:
     """Exact, about the origin of the frame that the solid is drawn in."""
     own = _ball_spread(solid.radius) if isinstance(solid, Ball) else _prism_spread(solid)

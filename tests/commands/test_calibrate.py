@@ -54,6 +54,7 @@ def test_a_robot_that_sees_no_wall_stops_and_nothing_is_written(tmp_path: Path) 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run.mcap"]
 
 
+@pytest.mark.slow
 def test_too_little_room_is_said_with_the_room_it_takes(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"no room for a square of 9.0 m; put the robot"):
         run_calibrate(options(tmp_path, "side:=9"))

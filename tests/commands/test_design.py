@@ -103,6 +103,7 @@ def test_other_wheels_take_their_slots_with_them(tmp_path: Path) -> None:
     assert robot.plates.notch.length > robot.wheels.diameter
 
 
+@pytest.mark.slow
 def test_units_may_be_given_or_left_out() -> None:
     path = find_robot("chefbot")
     pairs = [

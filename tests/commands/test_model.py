@@ -21,6 +21,7 @@ from chefbot.robot.load import load_robot
 CHEFBOT = [sys.executable, "-m", "chefbot"]
 
 
+@pytest.mark.slow
 def test_every_part_and_the_assembly_as_stl_in_millimetres(tmp_path: Path) -> None:
     out = tmp_path / "made" / "stl"
     done = subprocess.run(

@@ -80,7 +80,7 @@ def test_a_fault_is_found_and_its_remedy_mends_it(name, key, value, rule, subjec
         ("equipment[0].place.plate", 1, "overlap", "battery, computer"),
         ("equipment[2].place.x", -0.145, "edge", "wiring"),
         ("battery", CATALOGUE.batteries["lead_12v_12ah"], "overlap", "battery, board"),
-        ("tubes.length", 0.09, "bay", "battery"),
+        pytest.param("tubes.length", 0.09, "bay", "battery", marks=pytest.mark.slow),
         ("plates.screw_hole", 0.009, "hole", "base_plate"),
         ("sensors.ultrasonic.mount.z", 0.02, "clearance", "ultrasonic"),
         ("sensors.depth_camera.mount.pitch", 0.9, "view", "middle_plate"),

@@ -212,6 +212,7 @@ def test_no_text_lies_on_another_and_all_is_on_the_paper(name: str, sheet: str) 
     assert extents.extmax.isclose((width - MARGIN * factor, height - MARGIN * factor))
 
 
+@pytest.mark.slow
 def test_the_same_robot_gives_the_same_bytes() -> None:
     program = (
         "import hashlib; from chefbot.robot.load import load_robot; from chefbot.design.sheets import *;"

@@ -85,6 +85,7 @@ def is_round(solid: Solid) -> bool:
     return any(corner.bulge for loop in (solid.outline.edge, *solid.outline.holes) for corner in loop)
 
 
+@pytest.mark.slow
 def test_finer_chords_come_nearer_to_the_true_mass() -> None:
     for part in all_parts():
         if not any(is_round(solid) for solid in part.solids):
@@ -110,6 +111,7 @@ def test_the_assembly_is_one_closed_mesh_in_which_no_two_parts_overlap(name: str
 factor = st.floats(0.8, 1.25)
 
 
+@pytest.mark.slow
 @given(st.sampled_from(ROBOTS), st.integers(1, 4), factor, factor, factor)
 @settings(max_examples=5, deadline=None)
 def test_whatever_the_measures_the_assembly_is_closed(

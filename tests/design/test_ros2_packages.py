@@ -292,6 +292,7 @@ def test_bridges_meet_the_topics_of_the_model(made: tuple[str, Path]) -> None:
     assert ("/scan" in to_ros) == (load_robot(robot).sensors.lidar is not None)
 
 
+@pytest.mark.slow
 def test_worlds_wait_for_the_robot(made: tuple[str, Path]) -> None:
     robot, out = made
     worlds = sorted((out / "chefbot_gazebo" / "worlds").glob("*.sdf"))

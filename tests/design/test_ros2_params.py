@@ -126,6 +126,7 @@ def test_physics_and_names_of_every_robot(name: str) -> None:
     check_names(robot)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(
     name=st.sampled_from(ROBOTS),

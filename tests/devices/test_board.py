@@ -72,12 +72,14 @@ def test_no_more_commands_is_a_stop(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
 
 
+@pytest.mark.slow
 def test_old_commands_are_not_obeyed(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
     driven.stamp_age_ns, count = 1_000_000_000, len(cable.lines)
     driven.until(lambda: standing(cable, count), "standstill")
 
 
+@pytest.mark.slow
 def test_not_a_number_is_not_obeyed(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
     driven.speed, count = math.nan, len(cable.lines)
@@ -100,6 +102,7 @@ def test_a_pulled_cable_stops_it_and_plugged_in_elsewhere_it_goes_on(driven: Dri
     drive(driven, cable)
 
 
+@pytest.mark.slow
 def test_a_board_that_restarts_in_mid_drive_stands(driven: Driven, cable: Cable, emulated: Emulator) -> None:
     drive(driven, cable)
     driven.until(lambda: driven.ticks > 3000, "ticks")
@@ -128,6 +131,7 @@ def test_stop_latches_until_it_is_released_and_a_stop_was_commanded(driven: Driv
     drive(driven, cable)
 
 
+@pytest.mark.slow
 def test_a_blocked_wheel_is_named_and_cleared(driven: Driven, cable: Cable, emulated: Emulator) -> None:
     drive(driven, cable)
     emulated.tell("block 1 1")
@@ -170,6 +174,7 @@ def test_another_robot_is_refused_in_a_sentence(cable: Cable) -> None:
         driven.until(lambda: False, "the refusal")
 
 
+@pytest.mark.slow
 def test_a_port_that_nobody_answers_at_is_told(tmp_path: Path) -> None:
     ours, theirs = os.openpty()
     try:

@@ -123,7 +123,7 @@ def weave(seconds: float) -> tuple[float, float]:
 
 @pytest.mark.parametrize(
     ("bit_errors", "lost_frames", "seconds", "least_path"),
-    [(0.001, 0.2, 120, 15.0), (0.01, 0.2, 120, 0.3)],
+    [(0.001, 0.2, 120, 15.0), pytest.param(0.01, 0.2, 120, 0.3, marks=pytest.mark.slow)],
 )
 def test_a_bad_wire_moves_nothing_unasked_and_loses_no_way(
     bit_errors: float, lost_frames: float, seconds: int, least_path: float

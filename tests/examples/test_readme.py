@@ -98,6 +98,7 @@ def test_every_picture_is_shown_somewhere_and_small() -> None:
     assert all(one.stat().st_size < 150_000 for one in pictures)
 
 
+@pytest.mark.slow
 def test_the_quick_commands_of_the_readme_run() -> None:
     quick = [["--version"], ["launch"], *([verb, "--help"] for verb in ("demo", "launch", "replay", "slam"))]
     for words in quick:

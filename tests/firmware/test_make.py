@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import re
 
+import pytest
+
 from tests.firmware.host_board import make, need
 
 
@@ -24,6 +26,7 @@ def test_the_safety_part_is_covered() -> None:
     assert "100.0 % of lines, 100.0 % of branches" in make("coverage")
 
 
+@pytest.mark.slow
 def test_ten_million_fuzzed_bytes() -> None:
     need("make", "g++")
     said = make("fuzz", BYTES=10_000_000, SEED=2)

@@ -41,6 +41,7 @@ def run(seed, commands, faults, with_gyro):
     return odometry, reading.truth, estimate
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("metres", "diameter", "slip"), [(2.0, 0.003, 0.003), (8.0, 0.0005, 0.006)])
 def test_certainty_of_wheels_is_calibrated(metres, diameter, slip):
     """Normalised error squared is chi-squared, 3 per run in the mean: over 150 runs within 4 sigma of that.
@@ -52,6 +53,7 @@ def test_certainty_of_wheels_is_calibrated(metres, diameter, slip):
     assert abs(mean - 3.0) < 4.0 * math.sqrt(6.0 / 150)
 
 
+@pytest.mark.slow
 def test_certainty_with_gyro_is_calibrated():
     """The simulated bias does not walk as the filter allows for, so it may be somewhat too modest."""
     commands = hotel_round(metres=8.0)
@@ -145,6 +147,7 @@ def test_a_robot_carried_away_turns_with_its_gyro():
     assert estimate.pose.yaw == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_covariances_stay_positive_semidefinite_over_an_hour():
     ekf, rng, left, right = GyroEkf(ROBOT), np.random.default_rng(3), 0, 0
     for k in range(60_000):

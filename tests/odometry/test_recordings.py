@@ -8,6 +8,7 @@ from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.watch import Condition, Source
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
 def test_it_ends_where_robot_localization_ends(shared, number):
     """Within half of the tolerance that robot_localization allows itself around its own published end."""

@@ -139,6 +139,7 @@ def test_save_map_fails_at_any_call_and_leaves_the_old_or_the_new_map(tmp_path, 
     )
 
 
+@pytest.mark.slow
 def test_a_killed_process_leaves_a_whole_map(tmp_path):
     """A real process ends by the system's hand, at every call that changes the disk."""
     script = """

@@ -36,7 +36,7 @@ def square_error(profile: str, seed: int, side: float, sign: float) -> float:
     return origin.between(sim.truth().pose).distance(walker.pose)
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.slow)])
 def test_perfect_odometry_of_a_ten_metre_square(sign: float) -> None:
     assert square_error("perfect", 0, 10.0, sign) < 0.02
 

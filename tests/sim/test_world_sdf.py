@@ -18,6 +18,7 @@ def world(request: pytest.FixtureRequest) -> World:
     return load_world(request.param)
 
 
+@pytest.mark.slow
 def test_libsdformat_reads_it_with_every_solid(world: World, tmp_path: Path) -> None:
     robot, file = load_robot("chefbot"), tmp_path / "world.sdf"
     file.write_text(world_sdf(robot, world))

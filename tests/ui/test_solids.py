@@ -163,7 +163,7 @@ def test_view_robot_opens_the_running_robot_in_3d(monkeypatch: pytest.MonkeyPatc
         assert opened == [f"{url}#3d"]
 
 
-@pytest.mark.parametrize("name", ["model_robot", "chefbot_empty_world"])
+@pytest.mark.parametrize("name", ["model_robot", pytest.param("chefbot_empty_world", marks=pytest.mark.slow)])
 def test_no_cad_library_is_loaded_before_somebody_looks(name: str) -> None:
     script = (
         "import sys; from chefbot.commands.launch import run_launch; "

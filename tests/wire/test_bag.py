@@ -278,6 +278,7 @@ def talk(node: WireNode, ended: Callable[[], bool]) -> None:
         time.sleep(0.004)
 
 
+@pytest.mark.slow
 def test_a_killed_recording_is_readable_up_to_then(wire: Wire, tmp_path: Path) -> None:
     with WireNode(wire, "talker") as talker:
         process = start_recording(wire, tmp_path / "bag")
@@ -290,6 +291,7 @@ def test_a_killed_recording_is_readable_up_to_then(wire: Wire, tmp_path: Path) -
     assert len({LaserScan.from_cdr(one.data).ranges.tobytes() for one in bag.messages()}) == bag.total
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_a_recording_in_one_sentence(wire: Wire, tmp_path: Path) -> None:
     """A file that may not grow beyond some bytes stands for a disk that is full."""
 

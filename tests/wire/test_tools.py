@@ -228,6 +228,7 @@ def test_services_and_actions_of_another_process(verb: Callable, wire: Wire, oth
     assert code == 2 and "does not accept" in said
 
 
+@pytest.mark.slow
 def test_ctrl_c_cancels_a_goal(verb: Callable, wire: Wire, other: Callable) -> None:
 
     other("peer")
@@ -286,6 +287,7 @@ def test_nobody_there_is_said_in_a_sentence(
     assert end.value.code == 2 and "CHEFBOT_WIRE_PORT=seven" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=100, deadline=None)
 def test_classes_made_of_told_definitions_are_ours(data: st.DataObject) -> None:

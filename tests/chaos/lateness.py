@@ -7,7 +7,7 @@ import numpy as np
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Float64
 from chefbot.runtime.clock import wall_ns
-from chefbot.runtime.node import In, Node, NoParams, Out
+from chefbot.runtime.node import In, Node, NoParams, Out, every
 
 
 class LatenessNode(Node):
@@ -27,3 +27,16 @@ class LatenessNode(Node):
 def late_ms(offsets: list[float]) -> np.ndarray:
     """Of each in order, milliseconds behind the most punctual."""
     return (np.array(offsets) - min(offsets)) * 1e3
+
+
+class BusyNode(Node):
+    """Leaves its process no rest: it counts for nearly all of its period."""
+
+    params: NoParams
+
+    @every(hz=10)
+    def count(self) -> None:
+        """Counting holds the interpreter, as a careless node would."""
+        until = wall_ns() + 95_000_000
+        while wall_ns() < until:
+            pass

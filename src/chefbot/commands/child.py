@@ -10,12 +10,13 @@ import queue
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 import msgspec
 from rich.console import Console
 
+from chefbot.commands.kernels import GROUPS, groups_of
 from chefbot.commands.session import announce, stop_on_signals
 from chefbot.errors import UserError
 from chefbot.msgs.rosgraph_msgs import Clock as ClockMessage
@@ -45,13 +46,16 @@ GRACE = 1.5
 def main() -> int:
     """Exit code 2 after a sentence where the input is at fault."""
     sys.setswitchinterval(1e-4)
-    _load(msgspec.json.decode(sys.stdin.buffer.readline(), type=Preparation))
+    preparation = msgspec.json.decode(sys.stdin.buffer.readline(), type=Preparation)
+    _load(preparation)
     line = sys.stdin.buffer.readline()
     if not line:
         return 0  # a spare that nobody needed
     order = msgspec.json.decode(line, type=Order)
     _take_name(order.process)
     try:
+        if not preparation.spare:
+            _load_kernels({entry.kind for entry in split(order.launch)[1][order.process].nodes.values()})
         run(order)
     except UserError as error:
         Console(stderr=True).print(f"process {order.process}: {error}", markup=False)
@@ -90,6 +94,14 @@ def _load(preparation: Preparation) -> None:
     sys.path.append(preparation.folder)
     for kind in preparation.kinds:
         node_class(kind, "child process")
+    if preparation.spare:
+        _load_kernels(preparation.kinds)
+
+
+def _load_kernels(kinds: Collection[str]) -> None:
+    """They are compiled already, by the launch; loading them takes seconds of a busy computer, and scans come."""
+    for group in groups_of(kinds):
+        GROUPS[group]()
 
 
 def _take_name(process: str) -> None:

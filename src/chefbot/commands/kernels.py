@@ -12,7 +12,7 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -218,6 +218,24 @@ GROUPS: Mapping[str, Callable[[], None]] = {
 """In the order of need; of what is needed together the longest first, so that the workers end together."""
 FIRST = ("mapping", "camera", "odometry", "scan", "costs")
 """Without these there is no first picture."""
+
+
+NEEDS: Mapping[str, tuple[str, ...]] = {
+    "odometry": ("odometry",),
+    "depth_to_scan": ("scan",),
+    "gmapping": ("mapping",),
+    "amcl": ("localization",),
+    "planner": ("planning",),
+    "controller": ("costs", "control"),
+    "explorer": ("exploration",),
+}
+"""Groups whose kernels a node of `KINDS` runs."""
+
+
+def groups_of(kinds: Collection[str]) -> list[str]:
+    """What nodes of these classes run, in the order of `GROUPS`."""
+    needed = {group for name, groups in NEEDS.items() if KINDS[name] in kinds for group in groups}
+    return [group for group in GROUPS if group in needed]
 
 
 def kernel_files() -> list[str]:

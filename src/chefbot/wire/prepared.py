@@ -19,6 +19,8 @@ class Preparation(msgspec.Struct, frozen=True):
     """Classes of nodes, as launch files name them."""
     folder: str
     """Where an owner's lie."""
+    spare: bool = False
+    """It has time: what the classes only load when they work is loaded too."""
 
 
 class Order(msgspec.Struct, frozen=True):

@@ -159,7 +159,8 @@ class Supervisor:
     def _make_spare(self) -> None:
         """Of any of them: all load the same."""
         try:
-            self._spare = Prepared(self._children[0].order.preparation, self._command)
+            preparation = msgspec.structs.replace(self._children[0].order.preparation, spare=True)
+            self._spare = Prepared(preparation, self._command)
         except OSError as error:
             self._tell(f"a spare process cannot be started: {error}")
 

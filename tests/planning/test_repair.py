@@ -15,7 +15,7 @@ from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner, path_length
-from chefbot.planning.repair import DETOUR, REACH, repaired
+from chefbot.planning.repair import DETOUR, REACH, TOLERANCE, near_planner, repaired
 from chefbot.robot.load import load_robot
 
 ROBOT = load_robot("chefbot")
@@ -46,7 +46,7 @@ def beside(costmap: Costmap, start: SE2, goal: SE2, off: tuple[float, float]) ->
 def drive(costmap: Costmap, goal: SE2, start: SE2, off: tuple[float, float], *, mend: bool) -> Status:
     """How it ends after 60 s of planning each second and control ten times a second."""
     limits = Limits.of(ROBOT)
-    dwa, limiter, planner, pose, now = Dwa(limits), Limiter(limits), GridPlanner(), start, (0.0, 0.0)
+    dwa, limiter, planner, pose, now = Dwa(limits), Limiter(limits), near_planner(), start, (0.0, 0.0)
     status = Status.NO_PATH
     for step in range(600):
         if step % 10 == 0:
@@ -80,19 +80,27 @@ def test_without_mending_it_does_not():
 def test_a_free_path_is_left_alone():
     costmap = costs_of((58, 62, 0, 40))
     path = GridPlanner().plan(costmap, SE2(1.0, 1.0, 0.0), SE2(5.0, 5.0, 0.0))
-    assert repaired(path, SE2(1.0, 1.0, 0.0), costmap, GridPlanner()) is path
+    assert repaired(path, SE2(1.0, 1.0, 0.0), costmap, near_planner()) is path
 
 
 def test_a_long_way_around_is_the_planners_business():
     path = np.column_stack([np.arange(1.0, 5.0, 0.05), np.full(80, 3.0), np.zeros(80)])
     costmap = costs_of((20, 119, 40, 44))
-    assert repaired(path, SE2(1.0, 3.0, 0.0), costmap, GridPlanner()) is path
+    assert repaired(path, SE2(1.0, 3.0, 0.0), costmap, near_planner()) is path
 
 
-def test_a_blocked_goal_stays_blocked():
+def test_a_goal_a_cell_inside_what_is_seen_is_taken_beside_it():
+    path = np.column_stack([np.arange(1.0, 1.65, 0.05), np.full(13, 3.0), np.zeros(13)])
+    costmap = costs_of((50, 70, 36, 50))
+    mended = repaired(path, SE2(1.0, 3.0, 0.0), costmap, near_planner())
+    assert costmap.at(path[-1, 0], path[-1, 1]) == INSCRIBED > costmap.at(mended[-1, 0], mended[-1, 1])
+    assert np.hypot(*(mended[-1, :2] - path[-1, :2])) <= TOLERANCE
+
+
+def test_a_goal_far_inside_stays_blocked():
     path = np.column_stack([np.arange(1.0, 2.0, 0.05), np.full(20, 3.0), np.zeros(20)])
     costmap = costs_of((50, 70, 36, 50))
-    assert repaired(path, SE2(1.0, 3.0, 0.0), costmap, GridPlanner()) is path
+    assert repaired(path, SE2(1.0, 3.0, 0.0), costmap, near_planner()) is path
 
 
 @settings(deadline=None, max_examples=60)
@@ -106,7 +114,7 @@ def test_a_mended_path_is_free_begins_here_and_ends_there(a, b, off, before):
     path = beside(NARROW, SE2(*a, 0.0), SE2(*b, 0.0), off)
     blocked = next(i for i, (x, y, _) in enumerate(path) if NARROW.at(x, y) >= INSCRIBED)
     here = SE2.of(path[max(0, blocked - round(before / 0.045))])
-    mended = repaired(path, here, NARROW, GridPlanner())
+    mended = repaired(path, here, NARROW, near_planner())
     assert mended is not path
     assert path_length(mended) <= path_length(path) + DETOUR + 0.2
     assert np.hypot(*(mended[0, :2] - np.array([here.x, here.y]))) < 1e-6

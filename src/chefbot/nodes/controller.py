@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 from chefbot.behavior.behavior import Behavior, Progress
@@ -17,7 +18,7 @@ from chefbot.control.dwa import Dwa
 from chefbot.control.dwa_params import DwaParams
 from chefbot.control.limits import Limits
 from chefbot.costmap.layers import LayeredCostmap
-from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.params import LIVE, CostmapParams
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Duration
@@ -39,8 +40,7 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.nodes.costmaps import LASER, costmap_message, mark_laser, mark_obstacles
-from chefbot.planning.grid_planner import GridPlanner
-from chefbot.planning.repair import repaired
+from chefbot.planning.repair import near_planner, repaired
 from chefbot.runtime.actions import serves
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.plugins import plugin
@@ -65,11 +65,24 @@ class ControllerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
     """`pkg.module:Class` of another controller; it is made with `settings`."""
     settings: DwaParams = DwaParams(period=1.0 / RATE)
     goal: GoalParams = GoalParams()
+    speed: Annotated[
+        float,
+        Meta(
+            ge=0.1,
+            le=1.0,
+            description="share of the robot's top speed that the built-in controller drives at",
+        ),
+    ] = 1.0
 
 
 class ControllerNode(Node):
     """Serves follow_path, spin and backup, in the frame `odom`: what was seen stays where it was seen."""
 
+    live_params = (
+        *(f"costmap.{name}" for name in LIVE),
+        *("settings.sim_time", "settings.*_samples", "settings.*_weight", "settings.slowing"),
+        *("settings.rotate_from", "goal.*", "speed"),
+    )
     params: ControllerNodeParams
     scan: In[LaserScan]
     obstacles: In[ObstacleScan]
@@ -84,10 +97,10 @@ class ControllerNode(Node):
     def start(self) -> None:
         """Nothing to do."""
         self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint_radius, rolling=True)
-        self._controller: Controller = plugin(self.params.plugin, self._make_dwa, self.params.settings)
+        self._controller = self._make_controller()
         self._progress = ProgressChecker()
         self._goal = SE2(0.0, 0.0, 0.0)
-        self._planner = GridPlanner()  # of the few metres around
+        self._planner = near_planner()
         self._path = self._given = np.zeros((0, 3))
         self._following: Future[FollowPath_Result] | None = None
         self._feedback: Callable[[FollowPath_Feedback], None] = lambda _: None
@@ -95,8 +108,21 @@ class ControllerNode(Node):
         self._motion: Behavior | None = None
         self._moved: Future[Progress] | None = None
 
+    def reconfigure(self, params: ControllerNodeParams) -> None:
+        """From the next command on, on the path in hand."""
+        self.params = params
+        self._costs.retune(params.costmap)
+        self._controller = self._make_controller()
+        if len(self._given):
+            self._controller.set_path(self._given, same_goal=False)
+
+    def _make_controller(self) -> Controller:
+        made: Controller = plugin(self.params.plugin, self._make_dwa, self.params.settings)
+        return made
+
     def _make_dwa(self, settings: DwaParams) -> Dwa:
-        return Dwa(Limits.of(self.robot), settings, self.params.goal)
+        limits = Limits.of(self.robot)
+        return Dwa(limits._replace(speed=limits.speed * self.params.speed), settings, self.params.goal)
 
     # -- what is around
 

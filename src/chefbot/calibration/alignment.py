@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chefbot.calibration.surface import END, Array, Surface
 from chefbot.maths.angles import wrap
@@ -21,6 +20,10 @@ from chefbot.maths.se2 import SE2
 
 REACHES = (0.3, 0.15, 0.08, 0.05)
 """m within which a point looks for its wall, from the first guess to the last step."""
+STEPS, CLOSE = 3, 2e-4
+"""Of each reach; fewer where one of them is below so many m and rad."""
+ALIKE = math.cos(math.radians(40.0))
+"""Of the angle between two normals of one wall at most."""
 FEWEST = 25
 """Points that two scans must share."""
 OVERLAP = 0.35
@@ -33,6 +36,8 @@ DAMPING = np.diag([1.0 / 0.03**2, 1.0 / 0.03**2, 1.0 / 0.03**2])
 """Where the walls do not hold the match it stays near where it began; this is no information."""
 WAVER = 3.0
 """Times the information that noise in the lines' directions seems to give is taken off: once is the mean of it."""
+ODD = 8.0
+"""Points, of those that hold a direction, that may lie on another wall than they are matched with."""
 SHAPE = np.diag([0.003**2, 0.003**2, 0.001**2])
 """m^2 and rad^2: what scans from two places differ by, as edges and corners show other sides."""
 THINNED = 4
@@ -102,43 +107,64 @@ def _partners(surface: Surface, pose: SE2, poses: Sequence[SE2], surfaces: Seque
 
 def match(first: int, second: int, guess: SE2, surfaces: Sequence[Surface]) -> Link | None:
     """The link of two stands, None where too little is shared."""
-    target, points = surfaces[first], surfaces[second].walls
-    at = guess
-    held = np.zeros((3, 3))
-    for reach in np.repeat(REACHES, 3):
-        apart, nearest = target.tree.query(at.apply(points), distance_upper_bound=reach)
-        kept = np.isfinite(apart)
-        kept[kept] = target.flat[nearest[kept]]
-        if kept.sum() < FEWEST:
-            return None
-        error, J, wavering = _point_to_line(at, points[kept], target, nearest[kept])
-        held = _known((J.T @ J - WAVER * wavering.T @ wavering) / END**2)
-        at = SE2.of(at.array() - np.linalg.solve(held + DAMPING, J.T @ error / END**2))
+    target, source, at = surfaces[first], surfaces[second], guess
+    for reach in REACHES:
+        for _ in range(STEPS):
+            shared = _shared(at, source, target, reach)
+            if shared is None:
+                return None
+            error, J, _ = shared
+            step = np.linalg.solve(J.T @ J / END**2 + DAMPING, J.T @ error / END**2)
+            at = SE2.of(at.array() - step)
+            if np.abs(step).max() < CLOSE:
+                break
     moved = guess.between(at)
     if math.hypot(moved.x, moved.y) > MOST_MOVED[0] or abs(moved.yaw) > MOST_MOVED[1]:
         return None  # it slid along a wall to another one that looks alike
-    # (held^-1 + SHAPE)^-1, which is there where `held` has no inverse as well
-    return Link(first, second, at, held - held @ np.linalg.solve(held + np.linalg.inv(SHAPE), held))
+    shared = _shared(at, source, target, REACHES[-1])
+    return None if shared is None else Link(first, second, at, _information(shared))
 
 
-def _known(information: Array) -> Array:
-    """The same without directions of which less than nothing is known."""
-    values, axes = np.linalg.eigh(information)
-    return np.asarray((axes * np.maximum(values, 0.0)) @ axes.T)
+class _Shared(NamedTuple):
+    """Distances of points from their lines (n,), how they change with x, y, yaw (n, 3), and by how much that is
+    uncertain (n, 3)."""
+
+    error: Array
+    moves: Array
+    waver: Array
 
 
-def _point_to_line(
-    at: SE2, points: Array, target: Surface, nearest: NDArray[np.int64]
-) -> tuple[Array, Array, Array]:
-    """Distances (n,), how they change with x, y, yaw (n, 3), and by how much that is uncertain (n, 3)."""
-    placed_at = at.apply(points)
-    normals, arm = target.normals[nearest], placed_at - (at.x, at.y)
-    error = ((placed_at - target.middles[nearest]) * normals).sum(axis=1)
+def _shared(at: SE2, source: Surface, target: Surface, reach: float) -> _Shared | None:
+    """Of the source's points that have a wall of their own direction within `reach`; None if they are too few.
+
+    Beside a corner the nearest wall is often the one round it, and would push the match along its own.
+    """
+    there = at.apply(source.walls)
+    apart, nearest = target.tree.query(there, distance_upper_bound=reach)
+    kept = np.isfinite(apart) & source.flat
+    kept[kept] = target.flat[nearest[kept]]
+    there, nearest, own = there[kept], nearest[kept], source.normals[kept]
+    normals = target.normals[nearest]
+    c, s = math.cos(at.yaw), math.sin(at.yaw)
+    alike = np.abs((normals * (own @ np.array([[c, s], [-s, c]]))).sum(axis=1)) > ALIKE
+    if alike.sum() < FEWEST:
+        return None
+    there, nearest, normals = there[alike], nearest[alike], normals[alike]
+    arm = there - (at.x, at.y)
+    error = ((there - target.middles[nearest]) * normals).sum(axis=1)
     along = np.column_stack([normals[:, 1], -normals[:, 0]])
-    waver = np.sqrt(target.tilts[nearest])[:, None]
-    return error, _moves(normals, arm), waver * _moves(along, arm)
+    return _Shared(error, _moves(normals, arm), np.sqrt(target.tilts[nearest])[:, None] * _moves(along, arm))
 
 
 def _moves(axes: Array, arm: Array) -> Array:
     """How far points at `arm` go along `axes` for each unit of x, y, yaw: (n, 3)."""
     return np.column_stack([axes, axes[:, 1] * arm[:, 0] - axes[:, 0] * arm[:, 1]])
+
+
+def _information(shared: _Shared) -> Array:
+    """(3, 3), zero in directions of which less than nothing is known."""
+    J, waver = shared.moves, shared.waver
+    values, axes = np.linalg.eigh((J.T @ J - WAVER * waver.T @ waver - ODD * np.eye(3)) / END**2)
+    held = (axes * np.maximum(values, 0.0)) @ axes.T
+    # (held^-1 + SHAPE)^-1, which is there where `held` has no inverse as well
+    return np.asarray(held - held @ np.linalg.solve(held + np.linalg.inv(SHAPE), held))

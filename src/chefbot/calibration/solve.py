@@ -39,6 +39,8 @@ MOST_NOISE = (0.04, 0.03)
 """m and rad of a drive of no length."""
 LEAST_LEGS = 8
 MEDIAN_TO_SIGMA = 1.4826
+ROUNDS = 5
+"""Of telling slips from noise; fewer where nothing changes any more."""
 STEPS, CLOSE = 10, 1e-5
 NUDGE = 1e-6
 KNOWN = 1e8
@@ -89,12 +91,14 @@ def solve(
     problem = _Problem(legs, links, poses, wheels, sensor, known)
     noise, slipped = FIRST_NOISE, np.zeros(len(legs), np.bool_)
     at = problem.start()
-    for _ in range(5):
+    for _ in range(ROUNDS):
         at = problem.fit(at, noise, slipped)
-        errors = problem.errors(at)
+        errors, before = problem.errors(at), (noise, slipped)
         noise = _noise(errors, slipped)
         slipped = _far(errors, noise)
-        _check(noise, slipped)
+        if noise == before[0] and (slipped == before[1]).all():
+            break
+    _check(noise, slipped)  # not sooner: what slips pulls at its neighbours until it is known to
     return problem.solution(at, noise, slipped)
 
 
@@ -130,6 +134,18 @@ def _of(stand: int) -> slice:
 
 def _difference(seen: SE2, told: SE2) -> Array:
     return np.array([seen.x - told.x, seen.y - told.y, wrap(seen.yaw - told.yaw)])
+
+
+def _moved(begin: SE2, seen: SE2) -> Array:
+    """How `seen`, the second of two poses from the first one, changes with x, y, yaw of both: (3, 6)."""
+    c, s = math.cos(begin.yaw), math.sin(begin.yaw)
+    return np.array(
+        [
+            [-c, -s, seen.y, c, s, 0.0],
+            [s, -c, -seen.x, -s, c, 0.0],
+            [0.0, 0.0, -1.0, 0.0, 0.0, 1.0],
+        ]
+    )
 
 
 class _Problem:
@@ -211,18 +227,10 @@ class _Problem:
         begin, end = self.pose(at, link.first), self.pose(at, link.second)
         seen = begin.between(end)
         error = _difference(seen, link.pose)
-        c, s = math.cos(begin.yaw), math.sin(begin.yaw)
-        J = np.array(
-            [
-                [-c, -s, seen.y, c, s, 0.0],
-                [s, -c, -seen.x, -s, c, 0.0],
-                [0.0, 0.0, -1.0, 0.0, 0.0, 1.0],
-            ]
-        )
+        J = _moved(begin, seen)
         force = link.information @ error
         information = link.information / (1.0 + float(error @ force) / LINK_OUTLIER**2) ** 2
-        columns = [*range(_of(link.first).start, _of(link.first).stop)]
-        columns += range(_of(link.second).start, _of(link.second).stop)
+        columns = [_of(stand).start + k for stand in (link.first, link.second) for k in range(3)]
         H[np.ix_(columns, columns)] += J.T @ information @ J
         g[columns] += J.T @ information @ error
 
@@ -232,11 +240,13 @@ class _Problem:
         weight = min(1.0, OUTLIER / max(float(np.abs(error).max()), 1e-9))
         columns = [*range(UNKNOWNS), *(_of(stand).start + k for stand in leg.stands for k in range(3))]
         J = np.empty((3, len(columns)))
-        for k, column in enumerate(columns):
+        for column in range(UNKNOWNS):
             nudged = at.copy()
             nudged[column] += NUDGE
             same = rolled if column >= 3 else None
-            J[:, k] = (self._error(nudged, leg, same) / deviation - error) / NUDGE
+            J[:, column] = (self._error(nudged, leg, same) / deviation - error) / NUDGE
+        begin, end = (self.pose(at, stand) for stand in leg.stands)
+        J[:, UNKNOWNS:] = _moved(begin, begin.between(end)) / deviation[:, None]
         H[np.ix_(columns, columns)] += weight * J.T @ J
         g[columns] += weight * J.T @ error
 

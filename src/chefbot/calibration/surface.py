@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 END = 0.01
 """m: standard deviation of a mean beam's end about its wall."""
 RADII = (0.12, 0.24, 0.48, 0.96)
-"""m about an end of a beam: its wall's direction is that of the widest neighbourhood in which it is still straight."""
+"""m about an end of a beam: its wall's direction is that of the widest neighbourhood that is still straight."""
 LEAST_NEIGHBOURS = 4
 THICK = 0.15
 """A smallest neighbourhood broader than this share of its length, and than the noise, is a corner, not a wall."""
@@ -25,19 +25,20 @@ STILL = 1.3
 
 
 class _Lines(NamedTuple):
-    """About each of n points: its neighbours' number (n,), middle and the line's normal (n, 2), spread across and
-    along it (n,), m."""
+    """About each of n points: how many are its neighbours (n,), their middle and their line's normal (n, 2), spread
+    across and along it (n,), m."""
 
-    count: Array
+    neighbours: Array
     middle: Array
     normal: Array
     broad: Array
     long: Array
 
     @property
-    def tilt(self) -> Array:
-        """Variance of the direction, rad^2: that of a fitted line's slope."""
-        return (self.broad / np.maximum(self.long, 1e-6)) ** 2 / self.count
+    def slope(self) -> Array:
+        """Square of breadth by length, rad^2: variance of the direction where it is that of a bend. Where it is that
+        of noise, a fitted line's is as many times smaller as points were fitted."""
+        return (self.broad / np.maximum(self.long, 1e-6)) ** 2
 
 
 def _lines(walls: Array, near: NDArray[np.bool_]) -> _Lines:
@@ -64,15 +65,18 @@ class Surface:
         apart = np.hypot(*(walls[:, None] - walls[None]).transpose(2, 0, 1))
         least = _lines(walls, apart < RADII[0])
         self.walls, self.points = walls, least.middle
-        self.middles, self.normals, self.tilts = least.middle.copy(), least.normal, least.tilt
-        self.flat = (least.count >= LEAST_NEIGHBOURS) & (least.broad < THICK * least.long + END)
-        straight = self.flat
+        self.middles, self.normals, self.tilts = least.middle.copy(), least.normal, least.slope
+        alone = least.neighbours < LEAST_NEIGHBOURS
+        self.flat = straight = ~alone & (least.broad < THICK * least.long + END)
         for radius in RADII[1:]:
             wider = _lines(walls, apart < radius)
-            straight = straight & (wider.broad < np.maximum(STILL * least.broad, END))
+            straight = (straight | alone) & (wider.broad < np.maximum(STILL * least.broad, END))
+            alone &= wider.neighbours < LEAST_NEIGHBOURS
+            straight &= ~alone
+            self.flat = self.flat | straight
             self.middles[straight] = wider.middle[straight]
             self.normals[straight] = wider.normal[straight]
-            self.tilts[straight] = wider.tilt[straight]
+            self.tilts[straight] = (wider.slope / wider.neighbours)[straight]
 
     @cached_property
     def tree(self) -> Any:

@@ -9,6 +9,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from chefbot.commands.tools.common import to_yaml
 from chefbot.errors import UserError
 from chefbot.msgs.base import Message, fields_of, ros_type
 from chefbot.msgs.builtin_interfaces import Time
@@ -26,8 +27,13 @@ MESSAGES = {ros_type(one): one for one in all_messages()}
 def test_every_message_goes_through_yaml_and_comes_back(data: st.DataObject) -> None:
     kind = MESSAGES[data.draw(st.sampled_from(sorted(MESSAGES)))]
     message = data.draw(instances_of(kind))
-    text = yaml.safe_dump(to_plain(message), sort_keys=False, allow_unicode=True)
-    assert from_plain(kind, yaml.safe_load(text), "it").to_cdr() == message.to_cdr()
+    assert from_plain(kind, yaml.safe_load(to_yaml(to_plain(message))), "it").to_cdr() == message.to_cdr()
+
+
+@pytest.mark.parametrize("text", ["\x85", "a\u2028b", "\n", " a\n\n b", "", "null", "é"])
+def test_any_text_comes_back(text: str) -> None:
+    """In a list of its own indentation, where the YAML library once lost them."""
+    assert yaml.safe_load(to_yaml([{"of": {"data": text}}])) == [{"of": {"data": text}}]
 
 
 @pytest.mark.parametrize("name", sorted(MESSAGES))

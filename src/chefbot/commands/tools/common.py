@@ -157,9 +157,23 @@ def mismatches(graph: Graph, name: str = "") -> list[str]:
     return [one for one in told if not name or one.startswith(f"{name}:")]
 
 
+class _Dumper(yaml.SafeDumper):
+    """The library writes line ends of Unicode in single quotes, where they come back as others."""
+
+    def represent_str(self, data: str) -> yaml.ScalarNode:
+        """Escaped, in double quotes."""
+        folded = any(one in data for one in "\x85\u2028\u2029")
+        return self.represent_scalar("tag:yaml.org,2002:str", data, style='"' if folded else None)
+
+
+_Dumper.add_representer(str, _Dumper.represent_str)
+
+
 def to_yaml(plain: Any) -> str:
     """As people read it; lists of plain values in one line."""
-    text = yaml.safe_dump(plain, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
+    text: str = yaml.dump(
+        plain, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True
+    )
     return text.rstrip().removesuffix("\n...")
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result
+from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result, WheelSpeeds
 from chefbot.msgs.std_msgs import Float64, String
 from chefbot.runtime.actions import calls, serves
 from chefbot.runtime.node import Device, In, Node, NoParams, Out, every, topic
@@ -39,6 +39,17 @@ class Doubler(Node):
 
     def on_count(self, message: Float64) -> None:
         self.double.publish(Float64(2.0 * message.data))
+
+
+class Wheels(Device):
+    """What a motor board is to the rest: it obeys wheel speeds, and shows what it obeyed."""
+
+    params: NoParams
+    wheel_speeds: In[WheelSpeeds]
+    obeyed: Out[Float64]
+
+    def on_wheel_speeds(self, message: WheelSpeeds) -> None:
+        self.obeyed.publish(Float64(message.left))
 
 
 class Dice(Node):

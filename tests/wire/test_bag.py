@@ -22,6 +22,7 @@ from rosbags.interfaces import QosDurability, QosReliability
 
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import String
 from chefbot.wire.bag.player import Player
@@ -31,7 +32,7 @@ from chefbot.wire.bag.recorder import BagRecorder
 from chefbot.wire.bag.writer import BagWriter
 from chefbot.wire.names import WireType
 from chefbot.wire.node import WireNode
-from chefbot.wire.qos import DEFAULT, LATCHED, ROSOUT, SENSOR
+from chefbot.wire.qos import CLOCK, DEFAULT, LATCHED, ROSOUT, SENSOR
 from chefbot.wire.session import Wire
 from tests.waiting import wait_for
 
@@ -211,6 +212,20 @@ def test_a_bag_is_played_as_fast_as_asked_and_stops_when_told(wire: Wire, tmp_pa
         stop = threading.Event()
         stop.set()
         assert player.play(0.01, stop).messages == 0
+
+
+def test_the_recorded_time_is_told_while_a_bag_is_played(wire: Wire, tmp_path: Path) -> None:
+    write(tmp_path / "bag.mcap", 100)
+    told: list[int] = []
+    with WireNode(wire, "player") as node, WireNode(wire, "listener") as listener:
+        listener.subscription("/clock", Clock, lambda message: told.append(message.clock.ns), CLOCK)
+        bag = read_bag(tmp_path / "bag.mcap")
+        player = Player(node, bag, clock=True)
+        player.await_listeners(node)
+        player.play(1.0, threading.Event())
+    assert told == sorted(told) and len(told) > 5
+    assert bag.start_ns <= told[0] <= told[-1] <= bag.end_ns
+    assert told[-1] - told[0] > 0.8 * (bag.end_ns - bag.start_ns)
 
 
 def test_topics_that_cannot_be_said_are_named_and_left_out(wire: Wire, tmp_path: Path) -> None:

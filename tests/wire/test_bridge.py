@@ -15,7 +15,7 @@ import pytest
 
 from chefbot.errors import UserError
 from chefbot.msgs.action_msgs import STATUS_CANCELED, STATUS_SUCCEEDED
-from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result
+from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result, WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.rcl_interfaces import (
     DOUBLE,
@@ -56,7 +56,7 @@ from chefbot.wire.session import Wire
 from tests.waiting import wait_for
 
 PATIENCE = 10.0
-ALL = {"counter": "Counter", "doubler": "Doubler", "cook": "Cook", "guest": "Guest"}
+ALL = {"counter": "Counter", "doubler": "Doubler", "cook": "Cook", "guest": "Guest", "wheels": "Wheels"}
 
 
 def launch_of(names: tuple[str, ...]) -> Launch:
@@ -167,6 +167,51 @@ def test_damaged_and_impossible_messages_are_named_and_nobody_hears_them(port: i
         assert logs.get(timeout=PATIENCE).msg.startswith("/count: ")
 
 
+def test_the_wheels_obey_the_robots_own_processes_only(port: int) -> None:
+    with running(port, "wheels") as one:
+        obeyed = one.hear("/obeyed", Float64)
+        stranger = one.outsider.publisher("/wheel_speeds", WheelSpeeds)
+        wait_for(lambda: stranger.heard and one.bridge._there.publishers["wheels", "obeyed"].heard)
+        stranger.publish(WheelSpeeds(left=1.0))
+        refused = "/wheel_speeds: /outsider may not say this"
+        wait_for(lambda: any(reason.startswith(refused) for reason in one.wire.refused.counts()))
+        with (
+            Wire(port=port, router=False) as other,
+            WireNode(other, "chefbot_drive"),
+            WireNode(other, "base") as node,
+        ):
+            base = node.publisher("/wheel_speeds", WheelSpeeds)
+            wait_for(lambda: base.heard)
+
+            def is_obeyed() -> bool:
+                base.publish(WheelSpeeds(left=2.0))  # its token may come after its first words
+                return not obeyed.empty()
+
+            wait_for(is_obeyed)
+        assert obeyed.get().data == 2.0
+
+
+def test_who_comes_late_hears_what_others_said_before(port: int) -> None:
+    with Wire(port=port) as wire, WireNode(wire, "elsewhere") as node:
+        node.publisher("/count", Float64, LATCHED).publish(Float64(3.0))
+        with running(port, "doubler") as one:
+            heard = one.system.nodes["doubler"].count
+            wait_for(lambda: heard.last is not None)
+            assert heard.last.data == 3.0
+
+
+def test_who_comes_later_than_the_listener_is_asked_for_all_it_said(port: int) -> None:
+    with running(port, "doubler") as one:
+        heard = one.system.nodes["doubler"].count
+        with Wire(port=port, router=False) as wire, WireNode(wire, "elsewhere") as node:
+            node.publisher("/count", Float64, LATCHED).publish(Float64(5.0))
+            wait_for(lambda: heard.last is not None and heard.last.data == 5.0)
+            ear = one.bridge._there._heard["count"]
+            wait_for(lambda: one.bridge._there._heard["count"] is not ear or ear.latched)
+            kinds = [end.end.qos.latched for end in one.outside.graph.topics()["/count"].takers]
+            assert kinds == [True]
+
+
 def test_a_flood_is_cut_and_the_loop_stays_on_time(port: int) -> None:
     with running(port, "counter", "doubler") as one:
         late: list[float] = []
@@ -253,10 +298,11 @@ def test_params_are_listed_told_and_refused_with_the_reason(port: int) -> None:
 def test_params_are_set_where_a_node_can_take_them(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
     from tests.runtime.toys import Counter
 
-    monkeypatch.setattr(Counter, "reconfigure", lambda self, params: setattr(self, "params", params))
+    monkeypatch.setattr(Counter, "live_params", ("step",))
     with running(port, "counter") as one:
         events = one.hear("/parameter_events", ParameterEvent)
         client = one.outsider.client("/counter/set_parameters", SetParameters)
+        wait_for(lambda: client.served)
         value = ParameterValue(DOUBLE, double_value=5.0)
         answer = client.call(SetParameters_Request((Parameter("step", value),)), PATIENCE)
         assert answer.results[0].successful

@@ -123,7 +123,7 @@ def _run_guests(launch: Launch, robot: Robot, wire: Wire, folder: Path) -> None:
     name = guest_name(launch)
     while (meeting := meet(wire, launch, robot, console.print)) is not None:
         space = str(meeting.launch.args["namespace"]) or "/"
-        with WireNode(wire, f"{name}_clock", space) as node:
+        with WireNode(wire, f"_{name}_clock", space) as node:
             time = RobotTime(node) if meeting.launch.clock == "simulation" else None
             with (
                 _session(meeting.launch, robot, time) as system,

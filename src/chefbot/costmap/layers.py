@@ -41,13 +41,17 @@ class LayeredCostmap:
 
         So the inscribed radius grows by two halves of a cell.
         """
-        p = self.params
         self.resolution, self.origin_x, self.origin_y = resolution, origin_x, origin_y
-        self.inscribed_radius = self._robot_radius + p.padding + resolution
-        reach = max(p.inflation_radius, self.inscribed_radius)
-        self._table = cost_table(resolution, self.inscribed_radius, reach, p.cost_scaling_factor)
+        self.retune(self.params)
         self._static = np.full((height, width), UNKNOWN, np.uint8)
         self._sources: dict[str, NDArray[np.uint8]] = {}
+
+    def retune(self, params: CostmapParams) -> None:
+        """Other costs about the same obstacles; of params only those in `params.LIVE` may differ."""
+        self.params = params
+        self.inscribed_radius = self._robot_radius + params.padding + self.resolution
+        reach = max(params.inflation_radius, self.inscribed_radius)
+        self._table = cost_table(self.resolution, self.inscribed_radius, reach, params.cost_scaling_factor)
 
     def set_static(self, grid: Grid) -> None:
         """Take over a map (again); what sensors have marked is kept, to the nearest cell."""

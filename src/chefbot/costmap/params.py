@@ -7,6 +7,9 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+LIVE = ("padding", "inflation_radius", "cost_scaling_factor", "marking_range", "clearing_range")
+"""What `LayeredCostmap.retune` can change without forgetting what was seen."""
+
 
 class CostmapParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Settings of `LayeredCostmap`."""

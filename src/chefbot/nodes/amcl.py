@@ -40,6 +40,7 @@ class AmclNode(Node):
     was known.
     """
 
+    live_params = ("update_min_*", "max_beams", "beam_independence")
     params: AmclParams
     map: In[OccupancyGrid]
     scan: In[LaserScan]
@@ -57,6 +58,12 @@ class AmclNode(Node):
         self._amcl: Amcl | None = None
         self._wish: PoseWithCovarianceStamped | None = None
         self._known: OccupancyGrid | None = None
+
+    def reconfigure(self, params: AmclParams) -> None:
+        """From the next scan on."""
+        self.params = params
+        if self._amcl is not None:
+            self._amcl.params = msgspec.structs.replace(params, seed=self._amcl.params.seed)
 
     def on_map(self, message: OccupancyGrid) -> None:
         """A new map: begin anew; the same told again, by a map server's next life, changes nothing."""

@@ -50,6 +50,7 @@ class BaseNode(Node):
     `cmd_vel` tells what was really commanded. A command that is not repeated is a stop.
     """
 
+    live_params = ("*",)
     params: BaseParams
     cmd_vel_teleop: In[Twist]
     cmd_vel_nav: In[Twist]
@@ -67,6 +68,11 @@ class BaseNode(Node):
         self._navigation: Heard | None = None
         self._stopped = False
         self._missing: set[str] = set()
+
+    def reconfigure(self, params: BaseParams) -> None:
+        """From the next command on."""
+        self.params = params
+        self._limiter.params = params.limiter
 
     def on_cmd_vel_teleop(self, twist: Twist) -> None:
         """A person drives."""

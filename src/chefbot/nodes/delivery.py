@@ -50,6 +50,7 @@ class DeliveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 class DeliveryNode(Node):
     """Serves `deliver`; also takes an `order` from the page. New orders wait for the one in hand."""
 
+    live_params = ("*",)
     params: DeliveryParams
     places: In[Places]
     order: In[Order]

@@ -41,9 +41,14 @@ class DepthToScanNode(Node):
         """Tables of angles, from the robot's camera."""
         camera = self.robot.sensors.depth_camera
         if camera is None:
+            for port in (self.scan, self.depth_scan, self.obstacles):
+                port.withdraw()
             return  # no images will come
         self._camera = camera
-        self._out = self.scan if self.robot.sensors.lidar is None else self.depth_scan
+        self._out, other = self.scan, self.depth_scan
+        if self.robot.sensors.lidar is not None:
+            self._out, other = other, self._out
+        other.withdraw()
         self._model = CameraModel.of(camera)
         self._flat = DepthToScan(self._model, self.params.scan)
         top = self.robot.overall_height + OVERHEAD

@@ -55,6 +55,7 @@ class ExplorerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
 class ExplorerNode(Node):
     """Sends the navigator from frontier to frontier; `exploration_status` says how far it is, what is left."""
 
+    live_params = ("go_home",)
     params: ExplorerNodeParams
     map: In[OccupancyGrid]
     cancel: In[Empty]

@@ -32,6 +32,7 @@ class GmappingNode(Node):
     In another life it goes on with the map that was told last, and where the robot is by odometry since.
     """
 
+    live_params = ("*.*_update", "*.clear_range", "*.s[rt][rt]", "*.least_*", "*.resample_threshold")
     params: GmappingNodeParams
     scan: In[LaserScan]
     map_before: In[OccupancyGrid] = last_words("map")
@@ -43,6 +44,12 @@ class GmappingNode(Node):
         """The sensor's place comes with the first scan."""
         self._slam: Gmapping | None = None
         self._changed = False
+
+    def reconfigure(self, params: GmappingNodeParams) -> None:
+        """From the next scan on."""
+        self.params = params
+        if self._slam is not None:
+            self._slam.retune(self._settings())
 
     def on_scan(self, scan: LaserScan) -> None:
         """Wait until odometry has reached the scan's time."""

@@ -53,6 +53,7 @@ class NavigatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 class NavigatorNode(Node):
     """Serves navigate_to_pose; also takes goals from `goal_pose`, as RViz's button gives them."""
 
+    live_params = ("*",)  # from the next plan or recovery on
     params: NavigatorParams
     goal_pose: In[PoseStamped]
     cancel: In[Empty]
@@ -72,10 +73,6 @@ class NavigatorNode(Node):
         self._recoveries = 0
         self._goal_task: Task[Any] | None = None
         self._tell("idle", "")
-
-    def reconfigure(self, params: NavigatorParams) -> None:
-        """From the next plan or recovery on."""
-        self.params = params
 
     def on_goal_pose(self, goal: PoseStamped) -> None:
         """A goal without an action: ours, so that everything goes the same way."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.costmap.layers import LayeredCostmap
-from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.params import LIVE, CostmapParams
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
@@ -52,6 +52,7 @@ class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 class PlannerNode(Node):
     """Serves compute_path_to_pose on the map, with what the sensors have seen since."""
 
+    live_params = (*(f"costmap.{name}" for name in LIVE), "settings.*")
     params: PlannerNodeParams
     map: In[OccupancyGrid]
     scan: In[LaserScan]
@@ -65,7 +66,17 @@ class PlannerNode(Node):
         """Nothing can be planned before the first map."""
         self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint_radius)
         self._seen_from: SE2 | None = None
-        self._planner: Planner = plugin(self.params.plugin, GridPlanner, self.params.settings)
+        self._planner = self._make_planner()
+
+    def reconfigure(self, params: PlannerNodeParams) -> None:
+        """From the next plan on."""
+        self.params = params
+        self._costs.retune(params.costmap)
+        self._planner = self._make_planner()
+
+    def _make_planner(self) -> Planner:
+        made: Planner = plugin(self.params.plugin, GridPlanner, self.params.settings)
+        return made
 
     def on_map(self, message: OccupancyGrid) -> None:
         """A new or grown map."""

@@ -29,6 +29,7 @@ class StaticTransformNode(Node):
     It speaks on /tf again and again: /tf_static belongs to the robot's own frames.
     """
 
+    live_params = ("*",)
     params: StaticTransformParams
     tf_out: Out[TFMessage] = topic("tf")
 

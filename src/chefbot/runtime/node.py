@@ -25,7 +25,6 @@ from typing import Any, ClassVar, Generic, TypeVar
 import msgspec
 import numpy as np
 
-from chefbot.errors import UserError
 from chefbot.msgs.base import Message
 from chefbot.robot.spec import Robot
 from chefbot.runtime.loop import DEVICE, TIMER, Loop, Scheduled, Subscription, Timing
@@ -114,7 +113,13 @@ class Out(Generic[M]):
         self.topic = name
         self.kind = kind
         self.latched = latched
+        self.offered = True
+        """Whether others are told of it."""
         self._node = node
+
+    def withdraw(self) -> None:
+        """This robot's node will never say anything here: nobody should wait for it. Call it in `start`."""
+        self.offered = False
 
     def publish(self, message: M) -> None:
         """To all who listen."""
@@ -142,6 +147,8 @@ class Node:
     """Base of all nodes. Subclasses declare `params`, ports, handlers and `start`, and have no `__init__`."""
 
     is_device: ClassVar[bool] = False
+    live_params: ClassVar[tuple[str, ...]] = ()
+    """Params that it can take while it runs: dotted names, `*` for any part; all others need a new start."""
     params: Any
 
     def __init__(self, context: Context, params: Any) -> None:
@@ -160,9 +167,12 @@ class Node:
     def start(self) -> None:
         """Set up; all ports are there and the other nodes of the launch exist."""
 
-    def reconfigure(self, params: Any) -> None:  # noqa: ARG002 - the reason to refuse is the same for all
-        """Take other params while running. UserError from a node that looks at them only when it starts."""
-        raise UserError(f"{self.name} reads its params when it starts; set them in the launch file")
+    def reconfigure(self, params: Any) -> None:
+        """Take other params while running; only `live_params` differ. UserError where they do not go together.
+
+        Enough for a node that reads `self.params` whenever it needs them.
+        """
+        self.params = params
 
     def stop(self) -> None:
         """Tasks are cancelled, nothing is heard any more."""

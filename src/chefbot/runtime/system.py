@@ -16,6 +16,7 @@ from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.spec import Robot
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
+from chefbot.runtime.live_params import check_live
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import Context, Device, Node, params_type
 from chefbot.runtime.transforms import Transforms
@@ -86,6 +87,7 @@ class System:
             return  # a replay leaves out what the log speaks for
         params = build(told.params, params_type(type(node)), f"node {told.node}: params")
         if params != node.params:
+            check_live(node, params)
             node.reconfigure(params)
 
     def _start(self, made: list[Node]) -> None:

@@ -70,6 +70,7 @@ class SimulatorDevice(BoardNode):
     The frame `map` of the truth begins where the robot stands at the start, as a mapper's does.
     """
 
+    live_params = ("picture_hz",)
     params: SimulatorParams
     drop_box: In[PoseStamped] = topic("simulation/drop_box")
     door: In[String] = topic("simulation/door")
@@ -96,6 +97,8 @@ class SimulatorDevice(BoardNode):
         self._collisions = 0
         self._remarks: list[str] = []
         self._start_camera(seed)
+        if self.robot.sensors.lidar is None:
+            self.scan.withdraw()
         names = f"world {world.name}, {self.params.profile} robot {self.robot.name}"
         self.announcement = f"Simulator: {names}; physics by MuJoCo, camera by rays on the CPU (needs no GL)."
 
@@ -104,6 +107,9 @@ class SimulatorDevice(BoardNode):
         self._camera: DepthCameraWorker | None = None
         if camera is not None:
             self._camera = DepthCameraWorker(DepthRenderer(camera, self.params.profile, seed))
+        else:
+            for port in (self.depth, self.camera_info, self.picture):
+                port.withdraw()
 
     def stop(self) -> None:
         """End the camera's thread."""

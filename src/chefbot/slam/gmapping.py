@@ -69,6 +69,10 @@ class Gmapping:
             level.maps.resample(np.zeros(len(self._poses), np.int64))
         self._drawn.begin_with(grid)
 
+    def retune(self, params: GmappingParams) -> None:
+        """Other thresholds, ranges and noise from the next scan on; what the maps are made by may not differ."""
+        self._params = params
+
     def update(
         self, angles: NDArray[np.float32], ranges: NDArray[np.float32], odom: SE2, range_max: float = math.inf
     ) -> bool:

@@ -143,7 +143,7 @@ def others(bridge: Bridge, system: System, launch: Launch, folder: Path) -> Iter
     domain, port = domain_of_environment(), port_of_environment()
     names = split(launch)[1]
     orders = [Order(launch, name, str(folder.resolve()), domain, port) for name in names]
-    with WireNode(bridge.wire, f"{bridge.own}_memory", str(launch.args["namespace"]) or "/") as node:
+    with WireNode(bridge.wire, f"_{bridge.own}_memory", str(launch.args["namespace"]) or "/") as node:
         memory = LastWords(node, launch, system)
         hooks = Hooks(lost=bridge.lose, ready=bridge.sees, back=bridge.regain, last_words=memory.of)
         supervisor = Supervisor(orders, partial(bridge.remark, "processes"), hooks=hooks)

@@ -10,6 +10,8 @@ from chefbot.wire.graph import Graph
 INNER: tuple[type[Message], ...] = (WheelSpeeds,)
 """What a motor board obeys at once. All else may come from anybody on the wire: orders such as /cmd_vel_teleop and
 goals go through the base, which keeps STOP and the limits; measurements may come from somebody else's drivers."""
+NEVER_HEARD = frozenset({"process_lost", "process_back"})
+"""What the launch tells its own base about its processes: not on the wire at all."""
 LEADER = "chefbot"
 """The node that speaks for a launch's own process, if it joins no other; who joins knows the robot by it."""
 

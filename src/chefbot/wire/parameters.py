@@ -37,10 +37,12 @@ from chefbot.msgs.rcl_interfaces import (
     SetParametersAtomically_Response,
     SetParametersResult,
 )
+from chefbot.runtime.live_params import is_live
 from chefbot.wire.node import WireNode
 from chefbot.wire.qos import PARAMETERS
 from chefbot.wire.service import Call
 
+SIM_TIME = "use_sim_time"
 FLOAT_MAX = 1.7976931348623157e308
 INT_MAX = 2**63 - 1
 Setter = Callable[[dict[str, Any], Callable[[str], None]], None]
@@ -52,16 +54,24 @@ class Described(NamedTuple):
 
     value: Any
     kind: types.Type
-    read_only: bool = False
 
 
 class ParameterServices:
-    """Answers for one node. `read()` gives its params now; `use_sim_time` stands among them, as tools expect."""
+    """Answers for one node. `read()` gives its params now; `use_sim_time` stands among them, as tools expect.
+
+    `live`: patterns of those that it takes while running; the others are told to be read only.
+    """
 
     def __init__(
-        self, node: WireNode, read: Callable[[], msgspec.Struct], setter: Setter, simulated: bool
+        self,
+        node: WireNode,
+        read: Callable[[], msgspec.Struct],
+        setter: Setter,
+        *,
+        live: tuple[str, ...],
+        simulated: bool,
     ) -> None:
-        self._read, self._setter, self._simulated = read, setter, simulated
+        self._read, self._setter, self._live, self._simulated = read, setter, live, simulated
         for name, service, handler in (
             ("list_parameters", ListParameters, self._list),
             ("get_parameters", GetParameters, self._get),
@@ -73,8 +83,7 @@ class ParameterServices:
             node.server(f"~/{name}", service, handler, PARAMETERS)
 
     def _all(self) -> dict[str, Described]:
-        own = flatten(self._read())
-        return {**own, "use_sim_time": Described(self._simulated, types.type_info(bool), read_only=True)}
+        return {**flatten(self._read()), SIM_TIME: Described(self._simulated, types.type_info(bool))}
 
     def _list(self, call: Call[Any, Any]) -> None:
         prefixes, depth = call.request.prefixes, call.request.depth
@@ -94,7 +103,7 @@ class ParameterServices:
 
     def _describe(self, call: Call[Any, Any]) -> None:
         known = self._all()
-        told = (_descriptor(n, known[n]) for n in call.request.names if n in known)
+        told = (_descriptor(n, known[n], is_live(n, self._live)) for n in call.request.names if n in known)
         call.answer(DescribeParameters_Response(tuple(told)))
 
     def _set(self, call: Call[Any, Any]) -> None:
@@ -125,8 +134,8 @@ class ParameterServices:
             if one.name not in known:
                 done(f"there is no parameter {one.name!r}{nearest(one.name, known)}")
                 return
-            if known[one.name].read_only:
-                done(f"{one.name} cannot be changed")
+            if one.name == SIM_TIME:
+                done(f"{one.name} cannot be changed: it is that of the launch")
                 return
         self._setter({one.name: from_value(one.value) for one in parameters}, done)
 
@@ -183,7 +192,7 @@ def from_value(value: ParameterValue) -> Any:
     return got.tolist() if isinstance(got, np.ndarray) else list(got) if isinstance(got, tuple) else got
 
 
-def _descriptor(name: str, one: Described) -> ParameterDescriptor:
+def _descriptor(name: str, one: Described, live: bool) -> ParameterDescriptor:
     kind, about = one.kind, ""
     if isinstance(kind, types.Metadata):
         schema, extra = kind.extra_json_schema or {}, kind.extra or {}
@@ -201,7 +210,8 @@ def _descriptor(name: str, one: Described) -> ParameterDescriptor:
         name,
         to_value(one.value).type,
         about,
-        read_only=one.read_only,
+        additional_constraints="" if live or name == SIM_TIME else "read when the node starts",
+        read_only=not live or name == SIM_TIME,
         floating_point_range=floats,
         integer_range=integers,
     )

@@ -50,10 +50,13 @@ def ports_of(node: Node) -> Ports:
         for name, hint in hints.items()
         if typing.get_origin(hint) is In and not getattr(node, name).topic.startswith(LAST_WORDS)
     )
-    values = [value for value in vars(node).values() if isinstance(value, (Out, Serves, Calls))]
+    ports = {id(value): value for value in vars(node).values() if isinstance(value, (Out, Serves, Calls))}
+    values = list(ports.values())  # a node may have a second name for one of its ports
     return Ports(
         ins,
-        tuple(Topic(one.topic, one.kind, one.latched) for one in values if isinstance(one, Out)),
+        tuple(
+            Topic(one.topic, one.kind, one.latched) for one in values if isinstance(one, Out) and one.offered
+        ),
         tuple((one.name, one.action) for one in values if isinstance(one, Serves)),
         tuple((one.name, one.action) for one in values if isinstance(one, Calls)),
     )

@@ -22,7 +22,7 @@ from chefbot.wire.described_types import TypeDescriptions
 from chefbot.wire.errors import WireError
 from chefbot.wire.graph import Named
 from chefbot.wire.inbox import WIRE, Inbox
-from chefbot.wire.inner import INNER, Insiders
+from chefbot.wire.inner import INNER, NEVER_HEARD, Insiders
 from chefbot.wire.names import WireType, resolve
 from chefbot.wire.node import WireNode
 from chefbot.wire.parameters import ParameterServices, to_value, with_values
@@ -152,7 +152,9 @@ class Represented:
         self._rosout[node.name] = Rosout(wire_node)
         events = wire_node.publisher("/parameter_events", ParameterEvent, PARAMETERS)
         setter = partial(self._set_params, node, events)
-        ParameterServices(wire_node, lambda: node.params, setter, self._simulated)
+        ParameterServices(
+            wire_node, lambda: node.params, setter, live=node.live_params, simulated=self._simulated
+        )
         TypeDescriptions(wire_node)
 
     def listen_again(self) -> None:
@@ -169,6 +171,8 @@ class Represented:
 
     def _listen(self, node: WireNode, topic: Topic) -> None:
         """Samples come once for all nodes that listen: the loop gives them to each."""
+        if topic.name in NEVER_HEARD:
+            return
         latched = topic.name in self._latched
         if topic.name in self._heard:
             node.announce(SUBSCRIPTION, topic.name, WireType.of(topic.kind), _qos(topic, latched))

@@ -106,7 +106,7 @@ def _await(handle: GoalHandle, name: str, stop: Event) -> int:
         except NoTimeLeftError:
             continue
         except RejectedError:
-            console.print(f"status: refused; {name} does not take this goal, and /diagnostics may tell why")
+            console.print(f"status: refused; {name} does not accept this goal, /diagnostics may tell why")
             return 1
         except (NoAnswerError, CancelledError) as error:
             raise UserError(f"{name}: {error}") from None

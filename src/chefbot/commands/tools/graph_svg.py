@@ -30,7 +30,7 @@ def to_svg(found: dict[str, Any]) -> str:
     """An SVG file of what `chefbot graph --json` prints."""
     kinds, texts, edges = _parts(found)
     sizes = {name: _size(lines) for name, lines in texts.items()}
-    layout = _from_above(lay_out({name: size[::-1] for name, size in sizes.items()}, edges))
+    layout = _with_lonely(sizes, edges)
     wrong = found["mismatches"]
     width = max(layout.width, *(CHARACTER * 12 * len(one) for one in wrong), 200.0) + 2 * MARGIN
     height = layout.height + 2 * MARGIN + LINE * (len(wrong) + 1)
@@ -48,6 +48,19 @@ def to_svg(found: dict[str, Any]) -> str:
         "</svg>",
     ]
     return "\n".join(parts) + "\n"
+
+
+def _with_lonely(sizes: dict[str, tuple[float, float]], edges: list[Edge]) -> Layout:
+    """What speaks with nobody stands in a row at the bottom, out of the way of the others."""
+    joined = {name for edge in edges for name in edge}
+    shown = _from_above(lay_out({name: sizes[name][::-1] for name in sizes if name in joined}, edges))
+    boxes, x, y = dict(shown.boxes), 0.0, shown.height + (MARGIN if joined else 0.0)
+    for name, (width, height) in sizes.items():
+        if name not in joined:
+            boxes[name] = Box(x, y, width, height)
+            x += width + MARGIN
+    bottom = max((box.y + box.height for box in boxes.values()), default=0.0)
+    return Layout(boxes, shown.lines, max(shown.width, x), bottom)
 
 
 def _from_above(layout: Layout) -> Layout:

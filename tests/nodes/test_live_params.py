@@ -1,0 +1,108 @@
+"""Params of running nodes: what a node says it can take it takes, all else it refuses with the reason."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import pytest
+from msgspec import inspect as types
+
+from chefbot.commands.session import session, start
+from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.base import Message
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped, Twist
+from chefbot.msgs.std_msgs import Header
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import StepClock
+from chefbot.runtime.launch import Launch, NodeEntry, built_in_launches, load_launch, node_class, node_params
+from chefbot.runtime.live_params import is_live
+from chefbot.runtime.loop import Loop
+from chefbot.runtime.system import System
+from chefbot.wire.parameters import flatten, with_values
+
+ENTRIES = {entry.kind: entry for name in built_in_launches() for entry in load_launch(name).nodes.values()}
+THINKING = ("amcl", "base", "controller", "delivery", "explorer", "gmapping", "navigator", "planner")
+SECOND = 1_000_000_000
+
+
+@pytest.mark.parametrize("kind", sorted(ENTRIES))
+def test_what_can_be_set_is_there(kind: str) -> None:
+    found = node_class(kind, kind)
+    names = flatten(node_params(found, ENTRIES[kind].params, kind))
+    for pattern in found.live_params:
+        assert any(is_live(name, (pattern,)) for name in names), pattern
+
+
+def other_value(value: Any, kind: types.Type) -> Any:
+    """Another one within the bounds; None where there is none to be had easily."""
+    kind = kind.type if isinstance(kind, types.Metadata) else kind
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, str):
+        return f"{value}_2" if value else None
+    if not isinstance(kind, (types.FloatType, types.IntType)):
+        return None
+    low = kind.ge if kind.ge is not None else kind.gt
+    high = kind.le if kind.le is not None else kind.lt
+    if low is None or high is None:
+        return None
+    near = value + type(value)(1) if isinstance(value, int) else 0.9 * value + 0.1 * high
+    return near if low < near < high else value - 1 if isinstance(value, int) else 0.9 * value + 0.1 * low
+
+
+def thinking() -> System:
+    entries = {name: NodeEntry(kind=f"chefbot.nodes.{name}:{name.capitalize()}Node") for name in THINKING}
+    system = System(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
+    system.launch(Launch(name="test", about="", args={}, nodes=entries))
+    return system
+
+
+def test_each_param_is_taken_or_refused_with_the_reason() -> None:
+    system, taken, refused = thinking(), 0, 0
+    for name, node in system.nodes.items():
+        for param, known in flatten(node.params).items():
+            value = other_value(known.value, known.kind)
+            if value is None or value == known.value:
+                continue
+            plain = with_values(node.params, {param: value})
+            if is_live(param, node.live_params):
+                system.set_params(name, plain, "test")
+                assert flatten(node.params)[param].value == pytest.approx(value), (name, param)
+                taken += 1
+            else:
+                with pytest.raises(UserError, match=f"{name} reads {param} when it starts"):
+                    system.set_params(name, plain, "test")
+                assert flatten(node.params)[param].value == known.value
+                refused += 1
+    system.stop()
+    assert taken > 40 and refused > 40
+
+
+@pytest.mark.slow
+def test_a_robot_that_is_told_to_drive_slower_does() -> None:
+    given = {"robot": "chefbot_lidar", "world": "room", "people": "0", "pictures": "0", "headless": "true"}
+    launch = load_launch("gmapping_demo", given)
+    robot = load_robot("chefbot_lidar")
+    with session(robot, 1, "simulation", 0.0, None) as system:
+        start(system, launch)
+        fastest = [0.0]
+
+        def hear(message: Message) -> None:
+            assert isinstance(message, Twist)
+            fastest[0] = max(fastest[0], message.linear.x)
+
+        system.loop.subscribe("cmd_vel", "test", hear)
+        system.loop.run(until_ns=4 * SECOND)
+        top = {}
+        for share, x in ((0.4, 1.2), (1.0, 0.0)):
+            params = msgspec.to_builtins(system.nodes["controller"].params) | {"speed": share}
+            system.set_params("controller", params, "test")
+            fastest[0] = 0.0
+            goal = PoseStamped(Header.of(system.loop.now_ns, "map"), Pose.of(SE2(x, 0.0, 0.0)))
+            system.loop.post(lambda goal=goal: system.loop.publish("goal_pose", goal, "test"))
+            system.loop.run(until_ns=system.loop.now_ns + 15 * SECOND)
+            top[share] = fastest[0] / robot.max_speed
+    assert 0.3 < top[0.4] < 0.41
+    assert 0.7 < top[1.0] <= 1.0

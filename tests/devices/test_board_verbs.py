@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -53,6 +54,31 @@ def test_the_log_holds_what_came(emulated: Emulator, tmp_path: Path, monkeypatch
     whole = [parse(text.encode().decode("unicode_escape").encode("latin-1")) for _, text in pieces[1:]]
     assert len(whole) > 20 and None not in whole  # the first may be half a line
     assert times == sorted(times)
+
+
+def test_a_log_that_cannot_be_written_is_one_sentence(
+    emulated: Emulator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").touch()
+    for out, reason in (
+        ("/dev/full", "cannot be written: No space left on device"),
+        (str(tmp_path), "cannot be written: Is a directory"),
+        (str(tmp_path / "file" / "board.log"), "cannot be made: File exists"),
+    ):
+        assert run(monkeypatch, "board", "log", str(emulated.path), "--out", out, "--seconds", "20") == 2
+        error = capsys.readouterr().err
+        assert error.startswith("chefbot: ") and reason in error and error.count("\n") == 1
+
+
+def test_a_board_that_is_switched_off_under_the_monitor_is_one_sentence(
+    emulated: Emulator, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    off = threading.Timer(0.5, emulated.close)
+    off.start()
+    assert run(monkeypatch, "board", "monitor", str(emulated.path), "--seconds", "60") == 2
+    off.join()
+    error = capsys.readouterr().err
+    assert "broke: its cable is out, it is switched off" in error and error.count("\n") == 1
 
 
 def test_the_header_is_the_robots(

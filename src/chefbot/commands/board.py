@@ -15,13 +15,14 @@ from rich.live import Live
 from rich.table import Table
 
 from chefbot.devices.board_line import AUTO
-from chefbot.devices.board_ports import explain, open_port, ports
+from chefbot.devices.board_ports import broken, explain, open_port, ports
 from chefbot.devices.line.chapter_lines import parse_chapter
 from chefbot.devices.line.describe import describe, describe_chapter
 from chefbot.devices.line.frame import LineSplitter, frame
 from chefbot.devices.line.lines import PROTOCOL, parse
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
+from chefbot.runtime.files import explained, make_folder
 from chefbot.sim.firmware import serve
 
 ASKS, ASK_PERIOD = 10, 0.3
@@ -34,7 +35,7 @@ console = Console(highlight=False, soft_wrap=True)
 def run_emulator(robot: str, link: Path) -> int:
     """The firmware, compiled for this computer, at a pty; it ends with Ctrl-C. Its exit code."""
     made_for = load_robot(robot)
-    link.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(link.parent)
     if link.exists() and not link.is_symlink():
         raise UserError(f"{link} is there already and no link; choose another --link")
     _leave_the_terminal_alone()
@@ -66,8 +67,8 @@ def run_monitor(port: str, seconds: float) -> None:
 def run_log(port: str, out: Path, seconds: float) -> None:
     """Each line as it came, behind the seconds since the start; bytes that do not print as \\x escapes."""
     count, splitter = 0, LineSplitter(longest=1000)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    with _opened(port) as opened, out.open("w", encoding="ascii") as file:
+    make_folder(out.parent)
+    with explained(out), _opened(port) as opened, out.open("w", encoding="ascii") as file:
         console.print(f"Logging {opened.port} to {out}; Ctrl-C ends it.", markup=False)
         try:
             for data, at in _chunks(opened, seconds):
@@ -107,7 +108,7 @@ def _chunks(opened: serial.Serial, seconds: float) -> Iterator[tuple[bytes, floa
                 opened.write(b"\n" + frame(f"v {os.getpid()} {PROTOCOL}"))
             data = opened.read(max(1, opened.in_waiting))
         except OSError as error:
-            raise UserError(f"the connection to {opened.port} broke: {error}") from None
+            raise UserError(broken(str(opened.port), error)) from None
         asked = ASKS if b"chefbot" in data else asked
         yield data, time.monotonic() - began
 

@@ -13,7 +13,7 @@ from chefbot.design.check_overlap import overlapping
 from chefbot.errors import UserError
 from chefbot.robot import layout
 from chefbot.robot.spec import Robot
-from chefbot.runtime.files import write_atomic
+from chefbot.runtime.files import make_folder, write_atomic
 
 if TYPE_CHECKING:
     from manifold3d import CrossSection
@@ -26,10 +26,7 @@ def write_picture(robot: Robot, path: Path) -> None:
     """A PNG. UserError for another ending or a folder that cannot be made."""
     if path.suffix != ".png":
         raise UserError(f"--out {path}: the picture is a PNG; give a name that ends in .png")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"folder {path.parent} cannot be made: {error.strerror}") from None
+    make_folder(path.parent)
     write_atomic(path, picture(robot))
 
 

@@ -24,7 +24,7 @@ from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import LeadingClock, wall_ns
-from chefbot.runtime.files import save_map, write_atomic
+from chefbot.runtime.files import make_folder, save_map, write_atomic
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.places import places_path, save_places
@@ -64,7 +64,7 @@ def run_demo(options: DemoOptions) -> int:
     clock = LeadingClock(min(speed or SPEED, SPEED)) if options.processes else None
     robot, world = load_robot(options.robot), load_any_world(options.world)
     tables = chosen_tables(world, options.seed)
-    _make_folder(options.out)
+    make_folder(options.out)
     warming = start_warming(console, None if options.headless else options.port)
     log = options.out / "run.mcap"
     with session(robot, options.seed, "simulation", speed, log, clock) as system, ExitStack() as stack:
@@ -103,13 +103,6 @@ def _speed(text: str) -> float:
     if not 0.0 <= speed <= 1000.0:
         raise UserError(f"--speed {text} must lie between 0 and 1000 times real time")
     return speed
-
-
-def _make_folder(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"folder {out} cannot be made: {error.strerror}") from None
 
 
 class Demo:

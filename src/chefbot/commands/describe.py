@@ -5,9 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
-from chefbot.runtime.files import write_atomic
+from chefbot.runtime.files import make_folder, write_atomic
 
 
 def run_sdf(robot: str, world: str | None, out: Path | None) -> None:
@@ -41,8 +40,5 @@ def deliver(text: str, out: Path | None) -> None:
 
 def write_into_folder(path: Path, data: bytes) -> None:
     """The file, whole or not at all, in a folder that is made if need be. UserError with the reason."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"folder {path.parent} cannot be made: {error.strerror}") from None
+    make_folder(path.parent)
     write_atomic(path, data)

@@ -27,7 +27,7 @@ from chefbot.robot.catalogue import load_catalogue
 from chefbot.robot.load import LIKE, find_robot, parse_robot
 from chefbot.robot.spec import Robot
 from chefbot.robot.units import to_si
-from chefbot.runtime.files import write_atomic
+from chefbot.runtime.files import make_folder, write_atomic
 
 WIDTH = 100
 """Columns where there is no terminal that says another."""
@@ -167,10 +167,7 @@ def _write(path: Path, text: str, sheet: Sheet) -> None:
         )
     text = chosen_text(text, path.stem, sheet)
     parse_robot(text.encode(), path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"folder {path.parent} cannot be made: {error.strerror}") from None
+    make_folder(path.parent)
     write_atomic(path, text.encode())
 
 

@@ -14,7 +14,7 @@ from rich.progress import Progress
 from chefbot.config import read_bytes
 from chefbot.errors import UserError
 from chefbot.runtime.clock import wall_ns
-from chefbot.runtime.files import map_png, save_map, write_atomic
+from chefbot.runtime.files import make_folder, map_png, save_map, write_atomic
 from chefbot.slam.batch import SlamResult, run_log, trajectory_tum
 from chefbot.slam.carmen import CarmenOdom, CarmenScan, parse
 from chefbot.slam.params import GmappingParams
@@ -33,10 +33,7 @@ def run_slam(path: Path, out: Path, particles: int, seed: int, max_range: float)
     except UserError as error:
         raise UserError(f"log {path}: {error}") from None
     took = (wall_ns() - began) / 1e9
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"folder {out} cannot be made: {error.strerror}") from None
+    make_folder(out)
     write_atomic(out / "trajectory.tum", trajectory_tum(result).encode())
     save_map(out / "map", result.grid)
     write_atomic(out / "map.png", map_png(result.grid))

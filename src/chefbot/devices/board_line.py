@@ -9,7 +9,7 @@ from pathlib import Path
 
 import serial
 
-from chefbot.devices.board_ports import Port, explain, open_port, port_at, ports, same_device
+from chefbot.devices.board_ports import Port, broken, explain, open_port, port_at, ports, same_device
 from chefbot.devices.line.probe import Dialect, Probe
 from chefbot.runtime.clock import wall_ns
 
@@ -122,11 +122,11 @@ class BoardLine:
                 if data:
                     self._on_data(data, wall_ns())
         except OSError as error:
-            why = str(error)
+            why = broken(path, error)
         self._serial = None
         opened.close()
         if not self._ending.is_set():
-            self._on_lost(f"the connection to the board at {path} broke: {why}")
+            self._on_lost(why)
 
 
 def _receive(opened: serial.Serial) -> bytes:

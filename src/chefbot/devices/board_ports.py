@@ -73,6 +73,14 @@ def open_port(path: str) -> serial.Serial:
     return port
 
 
+def broken(path: str, error: Exception) -> str:
+    """Why an open port can no longer be read or written."""
+    gone = getattr(error, "errno", None) in (errno.EIO, errno.ENXIO, errno.ENODEV)
+    gone = gone or "returned no data" in str(error) or "Errno 5" in str(error)  # pyserial's ways to say so
+    why = "its cable is out, it is switched off, or another program reads there too" if gone else str(error)
+    return f"the connection to the board at {path} broke: {why}"
+
+
 def explain(path: str, error: Exception) -> str:
     """Why a port cannot be opened, and what to do."""
     number = getattr(error, "errno", None)

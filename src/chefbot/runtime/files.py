@@ -36,9 +36,26 @@ def write_atomic(path: Path, data: bytes) -> None:
 
     A symbolic link is followed. UserError with the reason, e.g. a full disk.
     """
-    with _explained(path):
+    with explained(path):
         target = _real(path)
         _rename([(_write_beside(target, data), target)])
+
+
+@contextmanager
+def explained(path: Path) -> Iterator[None]:
+    """What the operating system says against writing `path`, as a UserError of one sentence."""
+    try:
+        yield
+    except OSError as error:
+        raise UserError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def make_folder(folder: Path) -> None:
+    """With those above it, unless it is there. UserError if it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"folder {folder} cannot be made: {error.strerror or error}") from None
 
 
 def save_map(folder_or_stem: Path, grid: Grid, mode: Mode = "trinary") -> Path:
@@ -52,7 +69,7 @@ def save_map(folder_or_stem: Path, grid: Grid, mode: Mode = "trinary") -> Path:
     so that a full disk leaves the old map. UserError with the reason if anything fails.
     """
     yaml = map_yaml_path(folder_or_stem)
-    with _explained(yaml):
+    with explained(yaml):
         yaml = _real(yaml)
         _save_pair(yaml, yaml.with_name(yaml.name[: -len(".yaml")] + ".pgm"), grid, mode)
     return yaml
@@ -157,15 +174,6 @@ def _remove(paths: Iterator[Path] | list[Path]) -> None:
     for path in paths:
         with suppress(OSError):
             path.unlink(missing_ok=True)
-
-
-@contextmanager
-def _explained(path: Path) -> Iterator[None]:
-    """Errors of the operating system as one sentence."""
-    try:
-        yield
-    except OSError as error:
-        raise UserError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def _real(path: Path) -> Path:

@@ -127,7 +127,8 @@ def _worker() -> Iterator[Callable[[str], list[str]]]:
             answer = answers.readline()
             if not answer:
                 errors.seek(0)
-                raise RuntimeError(f"compiling {group} ended with {errors.read().strip()[-200:]!r}")
+                last = errors.read().strip().rpartition("\n")[2]
+                raise RuntimeError(f"compiling {group} ended with: {last}")
             files: list[str] = json.loads(answer)
             return files
 

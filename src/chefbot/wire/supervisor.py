@@ -120,7 +120,7 @@ class Supervisor:
             self._news.clear()
             for one in self._children:
                 self._look_after(one)
-            if self._spare is None and all(map(_is_settled, self._children)):
+            if self._children and self._spare is None and all(map(_is_settled, self._children)):
                 self._make_spare()
             self._news.wait(PERIOD)
 

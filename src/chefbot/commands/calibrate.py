@@ -26,6 +26,7 @@ from chefbot.runtime.launch import Launch, load_launch
 from chefbot.runtime.system import System
 
 NODE = "calibrator"
+WHEELS = ("left_wheel", "right_wheel", "separation")
 console = Console(highlight=False, soft_wrap=True)
 
 
@@ -125,14 +126,14 @@ def _write(
     out: Path, text: str, result: Calibrated, found: Findings, measured: Measured, robot: Robot
 ) -> None:
     """The robot file last: where it is, the rest is."""
-    summary = _summary(result, found, measured)
+    summary = _summary(result, found, measured, robot)
     write_atomic(out / "calibration.json", (json.dumps(summary, indent=1) + "\n").encode())
     write_atomic(out / "calibration.png", picture(result, found, robot))
     write_atomic(out / "robot.yaml", text.encode())
 
 
-def _summary(result: Calibrated, found: Findings, measured: Measured) -> dict[str, Any]:
-    solution = result.solution
+def _summary(result: Calibrated, found: Findings, measured: Measured, robot: Robot) -> dict[str, Any]:
+    solution, again = result.solution, result.again
     return {
         "found": {one.key: {"value": one.value, "deviation": one.deviation} for one in found.values},
         "umbmark": {"E_d": result.umbmark.wheel_ratio, "E_b": result.umbmark.separation_ratio},
@@ -142,8 +143,11 @@ def _summary(result: Calibrated, found: Findings, measured: Measured) -> dict[st
             "after_by_umbmark": result.by_umbmark.worst,
             "check_squares_with_old_numbers": result.unchanged.worst,
         },
+        "found_again_by_the_check": dict(zip(WHEELS, again.wheels.factors(Wheels.drawn(robot)), strict=True)),
         "drives": len(solution.slipped),
         "slipped": int(solution.slipped.sum()),
+        "drives_of_the_check": len(again.slipped),
+        "slipped_on_the_check": int(again.slipped.sum()),
         "stands": len(measured.drive.stands),
         "links": result.links,
         "noise": {"m": solution.noise[0], "rad": solution.noise[1]},
@@ -169,9 +173,18 @@ def _print(result: Calibrated, found: Findings, measured: Measured, robot: Robot
         f"{1000 * after:.1f} mm after ({before / max(after, 1e-6):.0f} times less); by UMBmark's numbers "
         f"{1000 * result.by_umbmark.worst:.1f} mm"
     )
-    slipped = int(result.solution.slipped.sum())
-    if slipped:
-        console.print(f"{slipped} of {len(result.solution.slipped)} drives were left out: a wheel slipped.")
+    apart = zip(WHEELS, result.again.wheels, result.solution.wheels, strict=True)
+    console.print(
+        "Found once more, by the check alone: "
+        + ", ".join(f"{key} {100.0 * (again / first - 1.0):+.3f} %" for key, again, first in apart)
+        + " apart"
+    )
+    for slipped, which in ((result.solution.slipped, ""), (result.again.slipped, " of the check")):
+        if slipped.any():
+            console.print(
+                f"{int(slipped.sum())} of {len(slipped)} drives{which} fit no wheels and were left out: "
+                "a wheel slipped, or a wall was taken for another."
+            )
     x, y = found.mount_off
     if math.hypot(x, y) > found.mount_told:
         console.print(

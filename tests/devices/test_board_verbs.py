@@ -121,6 +121,15 @@ def test_bad_input_is_one_sentence(
     assert error.startswith("chefbot: ") and sentence in error and error.count("\n") == 1
 
 
+def test_a_place_where_no_board_can_be_is_one_sentence(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, "board", "emulate", "--link", "/proc/board") == 2
+    assert capfd.readouterr().err == (
+        "chefbot: the board cannot be at /proc/board: No such file or directory\n"
+    )
+
+
 def test_without_tools_the_package_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

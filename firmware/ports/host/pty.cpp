@@ -125,7 +125,7 @@ void happen(chefbot_board *board, Plant *plant, const std::string &event) {
     else if (sscanf(event.c_str(), "imu %d", &a) == 1) chefbot_board_imu_answers(board, a);
     else if (event == "hang") chefbot_board_hang(board);
     else if (event == "power") chefbot_board_power_cycle(board);
-    else fprintf(stderr, "chefbot_board: no such event: %s\n", event.c_str());
+    else fprintf(stderr, "chefbot: the board knows no event %s\n", event.c_str());
 }
 
 void listen(chefbot_board *board, Plant *plant) {
@@ -178,7 +178,9 @@ extern "C" int32_t chefbot_board_serve(const int32_t *constants, uint32_t count,
     chefbot_board *board = chefbot_board_create(constants, count);
     const int line = board ? open_line(link_path) : -1;
     if (line < 0) {
-        fprintf(stderr, "chefbot_board: %s\n", board ? strerror(errno) : "the robot's constants are out of range");
+        const char *where = link_path ? link_path : "a terminal of its own";
+        if (board) fprintf(stderr, "chefbot: the board cannot be at %s: %s\n", where, strerror(errno));
+        else fprintf(stderr, "chefbot: the robot's constants are out of range for the board\n");
         chefbot_board_destroy(board);
         return 2;
     }

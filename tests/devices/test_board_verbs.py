@@ -130,6 +130,14 @@ def test_a_place_where_no_board_can_be_is_one_sentence(
     )
 
 
+def test_a_second_board_does_not_take_the_place_of_the_first(
+    emulated: Emulator, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, "board", "emulate", "--link", str(emulated.path)) == 2
+    assert f"{emulated.path} leads to /dev/pts/" in capsys.readouterr().err
+    assert emulated.path.exists()
+
+
 def test_without_tools_the_package_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -36,8 +36,7 @@ def run_emulator(robot: str, link: Path) -> int:
     """The firmware, compiled for this computer, at a pty; it ends with Ctrl-C. Its exit code."""
     made_for = load_robot(robot)
     make_folder(link.parent)
-    if link.exists() and not link.is_symlink():
-        raise UserError(f"{link} is there already and no link; choose another --link")
+    _check_free(link)
     _leave_the_terminal_alone()
     console.print(
         "A motor board with motor model; what can happen to it goes to its standard input: "
@@ -45,6 +44,18 @@ def run_emulator(robot: str, link: Path) -> int:
     )
     sys.stdout.flush()
     return serve(made_for, link)
+
+
+def _check_free(link: Path) -> None:
+    """A link that a board has left behind when it was killed leads nowhere, and is replaced."""
+    if not link.exists():
+        return
+    if not link.is_symlink():
+        raise UserError(f"{link} is there already and no link; choose another --link")
+    raise UserError(
+        f"{link} leads to {link.resolve()}, where another board may be: end it, remove the link, or choose "
+        "another --link"
+    )
 
 
 def _leave_the_terminal_alone() -> None:
@@ -68,7 +79,7 @@ def run_log(port: str, out: Path, seconds: float) -> None:
     """Each line as it came, behind the seconds since the start; bytes that do not print as \\x escapes."""
     count, splitter = 0, LineSplitter(longest=1000)
     make_folder(out.parent)
-    with explained(out), _opened(port) as opened, out.open("w", encoding="ascii") as file:
+    with explained(out), _opened(port) as opened, out.open("w", encoding="ascii", opener=_appending) as file:
         console.print(f"Logging {opened.port} to {out}; Ctrl-C ends it.", markup=False)
         try:
             for data, at in _chunks(opened, seconds):
@@ -80,6 +91,11 @@ def run_log(port: str, out: Path, seconds: float) -> None:
                 file.flush()
         finally:
             console.print(f"{count} lines in {out}", markup=False)
+
+
+def _appending(path: str, flags: int) -> int:
+    """Whoever empties the log while it is written finds no hole at its beginning."""
+    return os.open(path, flags | os.O_APPEND, 0o666)
 
 
 def _opened(port: str) -> serial.Serial:

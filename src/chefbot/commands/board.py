@@ -8,6 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TextIO
 
 import serial
 from rich.console import Console
@@ -79,7 +80,7 @@ def run_log(port: str, out: Path, seconds: float) -> None:
     """Each line as it came, behind the seconds since the start; bytes that do not print as \\x escapes."""
     count, splitter = 0, LineSplitter(longest=1000)
     make_folder(out.parent)
-    with explained(out), _opened(port) as opened, out.open("w", encoding="ascii", opener=_appending) as file:
+    with explained(out), _opened(port) as opened, _emptied(out) as file:
         console.print(f"Logging {opened.port} to {out}; Ctrl-C ends it.", markup=False)
         try:
             for data, at in _chunks(opened, seconds):
@@ -93,9 +94,10 @@ def run_log(port: str, out: Path, seconds: float) -> None:
             console.print(f"{count} lines in {out}", markup=False)
 
 
-def _appending(path: str, flags: int) -> int:
-    """Whoever empties the log while it is written finds no hole at its beginning."""
-    return os.open(path, flags | os.O_APPEND, 0o666)
+def _emptied(out: Path) -> TextIO:
+    """Each line goes to the end: whoever empties the log while it is written finds no hole at its beginning."""
+    flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+    return os.fdopen(os.open(out, flags, 0o666), "w", encoding="ascii")
 
 
 def _opened(port: str) -> serial.Serial:

@@ -37,7 +37,10 @@ class Hand:
         """m/s"""
         self._speed = speed
 
-    def let_go(self) -> None:
+    def __enter__(self) -> Hand:
+        return self
+
+    def __exit__(self, *_: object) -> None:
         self._ending.set()
         self._thread.join()
 
@@ -52,15 +55,16 @@ def test_the_board_stops_by_itself_and_no_process_is_left(tmp_path: Path) -> Non
     path.write_text(BUILT)
     desk = Desk(HostPort(), tmp_path / "board")
     try:
-        with running("launch", str(path), f"port:={desk.path}", "headless:=true") as (one, node):
-            hand = Hand(node.publisher("/cmd_vel_teleop", Twist).publish)
+        with (
+            running("launch", str(path), f"port:={desk.path}", "headless:=true") as (one, node),
+            Hand(node.publisher("/cmd_vel_teleop", Twist).publish) as hand,
+        ):
             wait_for(lambda: one.child("senses") and one.child("frames"))
             hand.push(0.6 * ROBOT.max_speed)
             wait_for(lambda: min(desk.wheels.speed) > 0.5 * ROBOT.max_speed / ROBOT.metres_per_tick)
             children = children_of(one.process.pid)
-            assert len(children) == 2
+            assert len(children) >= 2
             stopped = desk.stops_after(one.process.kill)
-            hand.let_go()
             took = wait_for(lambda: not any(map(is_alive, children)), LEFT_S)
             tell(f"the board stopped after {stopped:.0f} ms; its children were gone {took:.1f} s later")
             assert stopped <= STOP_MS
@@ -74,7 +78,7 @@ def test_with_the_simulator_all_of_the_waiter_ends(tmp_path: Path) -> None:
         watched.order("table_1")
         wait_for(watched.drives)
         children = children_of(watched.one.process.pid)
-        assert len(children) == len(watched.parts)
+        assert len(children) >= len(watched.parts)  # and a spare
         watched.one.process.kill()
         took = wait_for(lambda: not any(map(is_alive, children)), LEFT_S)
         tell(f"{len(children)} children were gone {took:.1f} s after their launch")

@@ -60,7 +60,7 @@ def topic_hz(port: int) -> Iterator[queue.SimpleQueue[str]]:
         "ROS_DOMAIN_ID": "0",
         "PYTHONUNBUFFERED": "1",
     }
-    command = [sys.executable, "-m", "chefbot", "topic", "hz", "/double"]
+    command = [sys.executable, "-m", "chefbot", "topic", "hz", "/double", "--duration", "0"]
     process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
     lines: queue.SimpleQueue[str] = queue.SimpleQueue()
     stream = process.stdout

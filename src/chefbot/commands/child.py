@@ -46,24 +46,22 @@ GRACE = 1.5
 def main() -> int:
     """Exit code 2 after a sentence where the input is at fault."""
     sys.setswitchinterval(1e-4)
-    preparation = msgspec.json.decode(sys.stdin.buffer.readline(), type=Preparation)
+    told = Input()
+    preparation = msgspec.json.decode(told.line(), type=Preparation)
     _load(preparation)
-    line = sys.stdin.buffer.readline()
-    if not line:
-        return 0  # a spare that nobody needed
-    order = msgspec.json.decode(line, type=Order)
+    order = msgspec.json.decode(told.line(), type=Order)
     _take_name(order.process)
     try:
         if not preparation.spare:
             _load_kernels({entry.kind for entry in split(order.launch)[1][order.process].nodes.values()})
-        run(order)
+        run(order, told)
     except UserError as error:
         Console(stderr=True).print(f"process {order.process}: {error}", markup=False)
         return 2
     return 0
 
 
-def run(order: Order) -> None:
+def run(order: Order, told: Input) -> None:
     """Until the input ends."""
     own = split(order.launch)[1][order.process]
     robot = load_robot(str(own.args["robot"]))
@@ -79,7 +77,7 @@ def run(order: Order) -> None:
         simulated = own.clock == "simulation"
         bridge = Bridge(system, wire, space, simulated=simulated, leads=False, own=name)
         loop.post(lambda: _begin(system, bridge, order, own))
-        _end_with_input(loop.stop)
+        told.stop = loop.stop
         _keep_going(loop)
         try:
             with stop_on_signals(loop.stop):
@@ -146,16 +144,28 @@ def _followed(wire: Wire, process: str, namespace: str) -> Loop:
     return loop
 
 
-def _end_with_input(stop: Callable[[], None]) -> None:
-    """In a thread: when the launch closes our input, or is no more."""
+class Input:
+    """Two lines, then silence; when it ends, so does the process, whatever it is doing: its launch is no more.
 
-    def watch() -> None:
-        sys.stdin.buffer.read()
-        stop()
-        time.sleep(GRACE)
-        os._exit(1)  # somebody holds the loop up
+    `stop` ends what runs in order, once something runs.
+    """
 
-    threading.Thread(target=watch, name="input watcher", daemon=True).start()
+    def __init__(self) -> None:
+        self.stop: Callable[[], None] | None = None
+        self._lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        threading.Thread(target=self._read, name="input", daemon=True).start()
+
+    def line(self) -> bytes:
+        """The next one; does not return where there is none."""
+        return self._lines.get()
+
+    def _read(self) -> None:
+        for line in sys.stdin.buffer:
+            self._lines.put(line)
+        if self.stop is not None:
+            self.stop()
+            time.sleep(GRACE)
+        os._exit(0 if self.stop is None else 1)  # nothing has begun yet, or somebody holds the loop up
 
 
 if __name__ == "__main__":

@@ -74,7 +74,7 @@ def true_return(one: Driven, result: Calibrated) -> float:
     return return_errors(checks, result.solution.wheels, BUILT.sensor).worst
 
 
-@pytest.mark.parametrize(("view", "seed"), [(CAMERA, 1), (CAMERA, 2), (LIDAR, 3)])
+@pytest.mark.parametrize(("view", "seed"), [(CAMERA, 1), (LIDAR, 3)])
 def test_a_narrow_view_whose_stands_were_misjudged_still_tells_the_robot(view: float, seed: int) -> None:
     """A camera sees one wall from many stands, and what it was thought to see them from wandered by 0.1 m and 6
     degrees. No wheel slipped; each that is said to have slipped is a stand that is not where it is thought to be."""
@@ -97,9 +97,9 @@ def test_a_narrow_view_whose_stands_were_misjudged_still_tells_the_robot(view: f
 
 def test_the_check_owns_up_to_wheels_that_slipped_on_it() -> None:
     """The check's ticks help to find where it stood, and yet they cannot hide what they did."""
-    one = driven(LIDAR, 4, 0.02, slip=0.05)
+    one = driven(CAMERA, 4, 0.03, slip=0.01)
     result = calibrate(one.drive, DRAWN, SENSOR)
     truth = true_return(one, result)
-    assert truth > 0.05
-    assert result.after.worst == pytest.approx(truth, rel=0.2)
+    assert truth > 0.03
+    assert result.after.worst == pytest.approx(truth, abs=0.005)
     assert result.again.slipped.sum() == 2

@@ -92,6 +92,8 @@ class CalibratorNode(Node):
 
     def start(self) -> None:
         """Begin at once."""
+        import scipy.spatial  # noqa: F401 (half a second, before wheels turn rather than at the first stand)
+
         self.legs: list[Leg] = []
         self.squares: list[Square] = []
         self.checks: list[Square] = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,9 @@ from hypothesis import settings
 settings.register_profile("ci", derandomize=True)
 if os.environ.get("CI"):  # a red run must mean a change, not bad luck; at a desk chance goes on searching
     settings.load_profile("ci")
+
+sys.dont_write_bytecode = False  # else every program that a test starts is compiled first, as are the tests
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 200)  # tests that run at once do not hear each other
 os.environ["CHEFBOT_WIRE_PORT"] = str(21000 + os.getpid() % 10000)

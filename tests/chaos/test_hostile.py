@@ -59,6 +59,7 @@ def test_nonsense_is_named_and_a_flood_does_not_hold_the_base_up() -> None:
             f"without them by {np.percentile(calm, 99):.1f} ms; from outside by {np.percentile(seen, 99):.1f} ms"
         )
         assert len(late) >= 0.5 * 20 * SECONDS
+        assert np.median(late) < 25.0  # half a period; the rest is for a machine that has other work
         for word in ("nan", "/cmd_vel_teleop", "more comes in than can be heard"):
             wait_for(lambda: any(word in key for key in named))  # noqa: B023
         wait_for(lambda: any("/cmd_vel_nav" in key + value for key, value in named.items()))

@@ -102,7 +102,8 @@ def test_the_doctor_prints_a_rule_and_no_open_door(
     ("line", "sentence"),
     [
         (["board", "monitor", "/no/port"], "/no/port is not there"),
-        (["board", "log", "/dev/null", "--out", "{tmp}/x"], "/dev/null cannot be opened"),
+        (["board", "log", "/dev/null", "--out", "{tmp}/x"], "/dev/null is no serial port"),
+        (["board", "monitor", "{tmp}"], "is no serial port"),
         (["board", "emulate", "--link", "{tmp}"], "is there already and no link"),
         (["flash", "--board", "mege"], "did you mean 'mega'?"),
         (["flash", "--board", "mega", "--robot", "chefbt"], "did you mean 'chefbot'?"),

@@ -90,4 +90,6 @@ def explain(path: str, error: Exception) -> str:
         return f"{path} is in use by another program: close it"
     if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV):
         return f"{path} is not there: plug the board in, or look at `chefbot doctor` for the ports there are"
+    if number == errno.EISDIR or f"({errno.ENOTTY}," in str(error):  # pyserial's way to say so
+        return f"{path} is no serial port: look at `chefbot doctor` for the ports there are"
     return f"{path} cannot be opened: {error}"

@@ -16,8 +16,8 @@ def once() -> float:
     with launched("toys.yaml") as (one, node):
         there = lambda: "frames" in {found.name for found in node.wire.graph.nodes()}  # noqa: E731
         wait_for(there)
+        assert one.child("other") is not None
         children = children_of(one.process.pid)
-        assert len(children) == 1
         began = time.monotonic()
         one.stop()
         took = time.monotonic() - began
@@ -33,7 +33,9 @@ SLOW, LONG = pytest.mark.slow, pytest.mark.long
 
 @pytest.mark.parametrize("times", [pytest.param(TIMES, marks=SLOW), pytest.param(MANY, marks=LONG)])
 def test_again_and_again(times: int) -> None:
-    took = [once() for _ in range(times)]
-    tell(
-        f"{times} of {times}; stopping took {max(took):.2f} s at most, {sum(took) / times:.2f} s in the mean"
-    )
+    took: list[float] = []
+    for done in range(1, times + 1):
+        took.append(once())
+        if done % 20 == 0:
+            mean = sum(took) / done
+            tell(f"{done} of {times}; stopping took {max(took):.2f} s at most, {mean:.2f} s in the mean")

@@ -72,6 +72,7 @@ def test_a_launch_without_other_processes_needs_no_spare() -> None:
     supervisor.close()
 
 
+@pytest.mark.slow
 def test_children_end_with_their_input_and_stubborn_ones_are_killed() -> None:
     for program, limit in ((SLEEPY, 2.0), (STUBBORN, 3.0)):
         supervisor = Supervisor([order("a"), order("b")], lambda _: None, (sys.executable, "-c", program))
@@ -142,7 +143,7 @@ def test_processes_talk_come_back_and_leave_nothing(launched: Launched, port: in
     assert {dishes.get(timeout=PATIENCE).data for _ in range(2)} == {"soup", "salad"}  # the guest's order
 
     children = children_of(launched.process.pid)
-    assert len(children) == 2
+    assert len(children) >= 2  # a spare may be there too
     for pid in children:
         os.kill(pid, signal.SIGKILL)
     assert launched.wire.graph.wait_for(lambda _: not launched.there("cook"), PATIENCE)
@@ -170,6 +171,6 @@ def test_processes_talk_come_back_and_leave_nothing(launched: Launched, port: in
 def test_a_killed_launch_leaves_no_orphans(launched: Launched) -> None:
     assert launched.wire.graph.wait_for(lambda _: launched.there("cook", "doubler"), PATIENCE)
     children = children_of(launched.process.pid)
-    assert len(children) == 2
+    assert len(children) >= 2  # a spare may be there too
     launched.process.kill()
     wait_for(lambda: not any(map(is_alive, children)), 5.0)

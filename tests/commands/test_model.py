@@ -40,7 +40,7 @@ def test_every_part_and_the_assembly_as_stl_in_millimetres(tmp_path: Path) -> No
     assert str(out.name) in done.stdout
 
 
-@pytest.mark.parametrize("form", ["stl", "obj"])
+@pytest.mark.parametrize("form", ["stl", pytest.param("obj", marks=pytest.mark.slow)])
 def test_one_part_as_one_file(tmp_path: Path, form: Format) -> None:
     run_model("desk", form, "pole", False, tmp_path / f"one.{form}")
     mesh = trimesh.load(tmp_path / f"one.{form}", force="mesh")
@@ -55,6 +55,7 @@ def test_one_part_as_one_file(tmp_path: Path, form: Format) -> None:
         assert (tmp_path / library.split()[1]).exists()
 
 
+@pytest.mark.slow
 def test_a_glb_of_the_robot_and_of_a_part(tmp_path: Path) -> None:
     run_model("chefbot", "glb", "all", False, tmp_path / "robot.glb")
     run_model("chefbot", "glb", "wheel", False, tmp_path / "wheel.glb")

@@ -42,6 +42,7 @@ def test_after_all_groups_the_demo_needs_no_kernel_more(robot: str, tmp_path: Pa
     assert {name: n for name, n in signatures().items() if n > compiled.get(name, 0)} == {}
 
 
+@pytest.mark.slow
 def test_a_worker_compiles_a_group_and_names_the_files_of_its_kernels(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -77,7 +77,7 @@ def test_a_fault_is_found_and_its_remedy_mends_it(name, key, value, rule, subjec
     [
         ("body.payload_height", 0.9, "stability", "robot"),
         ("body.payload", 15.0, "stability", "robot"),
-        ("equipment[0].place.plate", 1, "overlap", "battery, computer"),
+        pytest.param("equipment[0].place.plate", 1, "overlap", "battery, computer", marks=pytest.mark.slow),
         ("equipment[2].place.x", -0.145, "edge", "wiring"),
         ("battery", CATALOGUE.batteries["lead_12v_12ah"], "overlap", "battery, board"),
         pytest.param("tubes.length", 0.09, "bay", "battery", marks=pytest.mark.slow),

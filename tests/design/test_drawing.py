@@ -85,7 +85,11 @@ VARIANTS = {
     "no notches": with_plates(CHEFBOT, 2, notch=False),
     "bigger": bigger(CHEFBOT),
 }
-ALL_SHEETS = [(name, sheet) for name, robot in VARIANTS.items() for sheet in sheets_of(robot)]
+ALL_SHEETS = [
+    pytest.param(name, sheet, marks=[pytest.mark.slow] if name not in ("chefbot", "bigger") else [])
+    for name, robot in VARIANTS.items()
+    for sheet in sheets_of(robot)
+]
 
 
 @lru_cache(maxsize=64)

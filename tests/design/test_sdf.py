@@ -57,6 +57,7 @@ def test_libsdformat_finds_the_solids_masses_and_our_frames(robot: Robot, tmp_pa
     assert not model["static"]
 
 
+@pytest.mark.slow
 def test_gazebo_makes_of_the_urdf_what_we_make_of_the_robot(robot: Robot, tmp_path: Path) -> None:
     """Its reader joins what is fixed to one link, with all masses, sensors and frictions."""
     file = tmp_path / "it.urdf"

@@ -16,6 +16,7 @@ def test_unit_tests_under_sanitizers() -> None:
     assert re.search(r"\d+ tests, 0 failed", make("unit"))
 
 
+@pytest.mark.slow
 def test_the_library_compiles_without_a_warning() -> None:
     need("make", "g++")
     make("host")

@@ -62,6 +62,7 @@ def test_certainty_with_gyro_is_calibrated():
     assert 1.5 < mean < 3.0 + 4.0 * math.sqrt(6.0 / 60)
 
 
+@pytest.mark.slow
 def test_a_gyro_makes_the_heading_several_times_better():
     commands = hotel_round(metres=20.0)
     yaw = {}

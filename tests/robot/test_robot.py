@@ -253,6 +253,7 @@ def test_no_limit_exceeds_what_owner_motors_and_floor_give(robot):
     assert robot.footprint_radius >= max(robot.body.radius, robot.wheel_radius, half)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(robots())
 def test_a_possible_robot_has_finite_numbers_and_an_impossible_one_a_sentence(robot):

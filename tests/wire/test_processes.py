@@ -74,7 +74,7 @@ def test_a_launch_without_other_processes_needs_no_spare() -> None:
 
 @pytest.mark.slow
 def test_children_end_with_their_input_and_stubborn_ones_are_killed() -> None:
-    for program, limit in ((SLEEPY, 2.0), (STUBBORN, 3.0)):
+    for program, limit in ((SLEEPY, 10.0), (STUBBORN, 20.0)):
         supervisor = Supervisor([order("a"), order("b")], lambda _: None, (sys.executable, "-c", program))
         wait_for(lambda: len(supervisor.pids()) == 2)  # noqa: B023
         pids = supervisor.pids().values()

@@ -249,6 +249,7 @@ def test_the_graph_is_drawn_and_told(verb: Callable, base: WireNode, tmp_path: P
     assert 1 < scan["hz"] <= 51 and found["nodes"] == ["/r/base", "/r/slam"]
 
 
+@pytest.mark.slow
 def test_a_bag_is_recorded_told_and_does_not_drive_a_running_robot(
     verb: Callable, base: WireNode, wire: Wire, tmp_path: Path
 ) -> None:

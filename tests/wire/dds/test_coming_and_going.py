@@ -21,6 +21,7 @@ from chefbot.wire.dds.bridge import DdsBridge
 from chefbot.wire.dds.domain import Place
 
 
+@pytest.mark.slow
 def test_killed_peer_and_router_are_replaced(
     port: int, domain: int, monkeypatch: pytest.MonkeyPatch, peers: Callable[[], Peer]
 ) -> None:

@@ -101,6 +101,7 @@ def test_ends_that_do_not_fit_are_named(
     assert "best effort is offered" in left_out["/soft"]
 
 
+@pytest.mark.slow
 def test_cyclones_own_tool_reads_the_types(robot: WireNode, bridge: DdsBridge, domain: int) -> None:
     """`cyclonedds typeof` prints as IDL what it was told of a type."""
     tool = Path(sys.executable).with_name("cyclonedds")

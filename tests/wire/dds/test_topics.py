@@ -143,6 +143,7 @@ def test_truncated_from_zenoh_is_counted(
     assert wait_for(lambda: peer.take("rt/speed"), "the next one") == [[0.25, 0.0]]
 
 
+@pytest.mark.slow
 def test_flood_from_dds_is_survived(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     """What goes too fast may be lost; the rest goes on and so do other topics."""
     heard: list[Twist] = []

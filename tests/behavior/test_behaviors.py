@@ -32,7 +32,7 @@ def run(behavior, costmap, pose=SE2(0.0, 0.0, 0.3), limit=4000):  # noqa: B008
     raise AssertionError("it never ends")
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(0.1, 12.0), st.sampled_from([-1, 1]))
 def test_spin_turns_by_its_angle(angle, sign):
     _, turned, progress = run(Spin(sign * angle, ROBOT.max_turn, ROBOT.max_turn_acceleration), floor())
@@ -40,7 +40,7 @@ def test_spin_turns_by_its_angle(angle, sign):
     assert turned == pytest.approx(sign * angle, abs=0.05)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(0.05, 1.5), st.sampled_from([-1, 1]), st.floats(-3.1, 3.1))
 def test_straight_goes_its_distance(distance, sign, yaw):
     start = SE2(0.0, 0.0, yaw)
@@ -49,7 +49,7 @@ def test_straight_goes_its_distance(distance, sign, yaw):
     assert start.between(pose).x == pytest.approx(sign * distance, abs=0.025)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(0.3, 1.0), st.sampled_from([-1, 1]))
 def test_straight_stops_before_an_obstacle(gap, sign):
     costmap = floor()

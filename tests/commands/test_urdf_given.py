@@ -184,7 +184,7 @@ def test_files_that_include_the_next_one_twice_are_read_once_each(tmp_path: Path
 OURS = urdf(load_robot("chefbot")).encode()
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(at=st.integers(0, len(OURS) - 1), cut=st.integers(0, 60), put=st.binary(max_size=12))
 def test_a_damaged_file_is_fine_or_a_sentence(at: int, cut: int, put: bytes) -> None:
     try:

@@ -87,7 +87,7 @@ def test_arrives_without_touching_or_stopping(walls, start, goal):
     assert (moving[:-1] & ~moving[1:]).sum() <= 2
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     st.integers(0, 2**32 - 1),
     st.floats(0.0, 1.0),

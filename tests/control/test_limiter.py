@@ -1,7 +1,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.control.kinematics import twist, wheel_speeds
@@ -14,7 +14,6 @@ LIMITS = Limits.of(ROBOT)
 anything = st.floats(allow_nan=True, allow_infinity=True)
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(anything, anything, anything, st.floats(0.0, 0.2)), max_size=30))
 def test_never_exceeds_a_limit_whatever_comes_in(commands):
     limiter, last = Limiter(LIMITS), (0.0, 0.0)
@@ -35,7 +34,6 @@ def settle(limiter, v, w, age=0.0):
 
 
 @given(st.floats(0.01, 20.0), st.floats(-20.0, 20.0))
-@settings(deadline=None)
 def test_scaling_keeps_the_curvature(v, w):
     got = settle(Limiter(LIMITS), v, w)
     assert got[1] * v == pytest.approx(w * got[0], abs=1e-9)

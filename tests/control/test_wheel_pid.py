@@ -27,7 +27,7 @@ def run(pid, target, seconds, load=0.0, lag=0.08, speed=0.0):
     return speeds
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(0.3, 6.5), st.floats(0.0, 1.0), st.sampled_from([-1, 1]))
 def test_reaches_the_speed_under_load(target, load, sign):
     speeds = run(WheelPid(ROBOT), sign * target, 3.0, load)

@@ -31,7 +31,7 @@ def brute_force(cells, resolution, inscribed, radius, scale):
     return out
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(maps, st.sampled_from([0.03, 0.11, 0.27, 0.55]), st.sampled_from([1.0, 5.0, 20.0]))
 def test_equals_brute_force(cells, radius, scale):
     table = cost_table(0.05, 0.1, radius, scale)

@@ -60,7 +60,7 @@ def test_invalid_ranges_say_nothing(nothing):
     assert (costs.update().cells == UNKNOWN).all()
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.lists(st.tuples(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6)), min_size=1, max_size=6))
 def test_the_window_moves_and_obstacles_stay(moves):
     costs = window()

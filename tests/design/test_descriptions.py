@@ -63,7 +63,7 @@ def test_mass_centre_and_inertia_are_those_of_the_solids(robot: Robot) -> None:
     assert_same(of_mujoco(mujoco.MjModel.from_xml_string(urdf(robot))), expected)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     pitch=st.floats(-0.7, 0.7),
     yaw=st.floats(-3.0, 3.0),

@@ -113,7 +113,7 @@ factor = st.floats(0.8, 1.25)
 
 @pytest.mark.slow
 @given(st.sampled_from(ROBOTS), st.integers(1, 4), factor, factor, factor)
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 def test_whatever_the_measures_the_assembly_is_closed(
     name: str, plates: int, plate: float, clamp: float, wheel: float
 ) -> None:

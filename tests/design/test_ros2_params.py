@@ -127,7 +127,7 @@ def test_physics_and_names_of_every_robot(name: str) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     name=st.sampled_from(ROBOTS),
     wheel=st.floats(0.7, 1.4),

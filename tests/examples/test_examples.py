@@ -89,7 +89,7 @@ def costmap(free: np.ndarray) -> Costmap:
     return Costmap(np.where(free, 0, INSCRIBED).astype(np.uint8), 0.1, -1.0, 2.0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 10_000), share=st.floats(0.5, 1.0))
 def test_own_planner_goes_from_cell_to_cell_and_through_no_obstacle(
     own_planner: ModuleType, seed: int, share: float

@@ -26,7 +26,7 @@ def random_grid(seed: int, height: int, width: int, occupied: float) -> Grid:
     return Grid(cells, 0.05, -1.3, 2.7)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 40), st.integers(2, 40), st.floats(0.0, 0.2))
 def test_distances_are_the_euclidean_transforms(seed: int, height: int, width: int, occupied: float) -> None:
     grid = random_grid(seed, height, width, occupied)
@@ -36,7 +36,7 @@ def test_distances_are_the_euclidean_transforms(seed: int, height: int, width: i
     np.testing.assert_allclose(inner, np.minimum(exact, PARAMS.laser_likelihood_max_dist), atol=1e-6)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10_000))
 def test_the_kernel_adds_up_each_beams_logarithm(seed: int) -> None:
     grid = random_grid(seed, 30, 50, 0.05)

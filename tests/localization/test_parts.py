@@ -29,7 +29,7 @@ def test_the_three_parts_make_up_the_motion(x: float, y: float, yaw: float) -> N
     assert abs(turn) <= math.pi / 2 + 1e-9
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(lengths, st.floats(-0.3, 0.3), angles, angles)
 def test_particles_move_on_average_as_odometry_and_spread_as_said(
     x: float, y: float, yaw: float, start: float
@@ -85,7 +85,7 @@ def test_wider_beliefs_keep_more_particles_within_the_limits() -> None:
     assert counts == sorted(counts) and counts[0] < 700 and counts[-1] == 8000
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 1000), st.floats(0.05, 0.9), st.floats(0.1, 200.0))
 def test_tempering_keeps_the_share_and_no_more(seed: int, share: float, sharpness: float) -> None:
     rng = np.random.default_rng(seed)

@@ -325,7 +325,7 @@ PICTURES = [
 ]
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.sampled_from(PICTURES).flatmap(mutations), mutations(YAML))
 def test_damaged_files_give_a_map_or_a_sentence(image, yaml):
     for some_yaml in (YAML, yaml):

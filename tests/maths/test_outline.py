@@ -52,7 +52,7 @@ def loops(draw):
     )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(loops())
 def test_moments_are_those_of_a_polygon_that_is_fine_enough(loop):
     deviation = 1e-7

@@ -89,7 +89,7 @@ def theirs(message: Message):
 
 
 @pytest.mark.parametrize("kind", KNOWN, ids=ros_type)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(data=st.data())
 def test_bytes_equal_those_of_rosbags_and_read_back(kind: type[Message], data: st.DataObject) -> None:
     message = data.draw(instances_of(kind))
@@ -139,7 +139,7 @@ def test_a_sequence_beyond_its_bound_is_refused() -> None:
         ParameterDescriptor(integer_range=(IntegerRange(), IntegerRange())).to_cdr()
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     cut=st.integers(0, 100), flips=st.lists(st.tuples(st.integers(0, 99), st.integers(0, 255)), max_size=4)
 )

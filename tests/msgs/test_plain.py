@@ -23,7 +23,7 @@ MESSAGES = {ros_type(one): one for one in all_messages()}
 
 
 @given(st.data())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_every_message_goes_through_yaml_and_comes_back(data: st.DataObject) -> None:
     kind = MESSAGES[data.draw(st.sampled_from(sorted(MESSAGES)))]
     message = data.draw(instances_of(kind))

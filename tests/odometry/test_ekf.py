@@ -28,7 +28,7 @@ def same(a, b):
 # -- late readings
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(st.permutations(SECOND), st.integers(0, 59), st.floats(-0.1, 0.1))
 def test_the_order_of_arrival_does_not_matter_within_the_history(shuffled, k, off):
     x, y, yaw = TRUTH[150 + k // 2]
@@ -66,7 +66,7 @@ def test_a_clock_that_is_set_back_does_not_stop_the_robot():
 # -- the estimate
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(st.data())
 def test_covariance_stays_symmetric_and_positive_whatever_comes(data):
     rate = st.floats(-6, 6) | st.sampled_from([math.nan, math.inf, 0.0])

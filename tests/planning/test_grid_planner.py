@@ -47,7 +47,7 @@ def chain_cost(path, cells, params):
     return float((np.hypot(*np.diff(at, axis=0).T) * (w[1:] + w[:-1]) / 2).sum())
 
 
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 @given(maps, st.data(), st.booleans())
 def test_cost_is_that_of_scipys_dijkstra(cells, data, unknown):
     params = PlannerParams(smooth=False, tolerance=0.0, escape=0.0, allow_unknown=unknown, spacing=0.01)
@@ -70,7 +70,7 @@ def test_cost_is_that_of_scipys_dijkstra(cells, data, unknown):
         assert error.value.failure is Failure.NO_VALID_PATH
 
 
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 @given(maps, st.data())
 def test_a_smooth_path_never_touches_what_is_blocked(cells, data):
     params = PlannerParams(tolerance=0.0, escape=0.0)

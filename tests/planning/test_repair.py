@@ -103,7 +103,7 @@ def test_a_goal_far_inside_stays_blocked():
     assert repaired(path, SE2(1.0, 3.0, 0.0), costmap, near_planner()) is path
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     st.tuples(st.floats(0.5, 2.5), st.floats(0.5, 2.2)),
     st.tuples(st.floats(3.5, 5.5), st.floats(3.8, 5.5)),

@@ -235,7 +235,7 @@ def robots(draw):
     return robot
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(robots())
 def test_no_limit_exceeds_what_owner_motors_and_floor_give(robot):
     rim = robot.motor.no_load_speed * robot.wheel_radius
@@ -254,7 +254,7 @@ def test_no_limit_exceeds_what_owner_motors_and_floor_give(robot):
 
 
 @pytest.mark.slow
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(robots())
 def test_a_possible_robot_has_finite_numbers_and_an_impossible_one_a_sentence(robot):
     try:

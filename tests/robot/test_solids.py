@@ -67,7 +67,7 @@ def some_solids(draw):
     return Prism(outline, draw(sizes), draw(st.sampled_from("xyz")), at)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(some_solids())
 def test_exact_moments_are_those_of_points_thrown_at_random(solid):
     exact = spread(solid)
@@ -80,7 +80,7 @@ def test_exact_moments_are_those_of_points_thrown_at_random(solid):
     assert np.allclose(np.cov(thrown.T), about, atol=0.03 * deviation.max() ** 2)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(some_solids(), angles, angles, places, places, places)
 def test_turning_and_moving_keep_what_a_body_is(solid, pitch, yaw, x, y, z):
     turn, shift = rotation(pitch, yaw), np.array([x, y, z])

@@ -270,7 +270,7 @@ def test_picture_of_a_map(tmp_path):
         assert np.asarray(image).tolist() == [[205, 127], [254, 0]]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 10_000), st.binary(max_size=4), st.booleans())
 def test_one_flipped_spot_on_disk_is_found(tmp_path_factory, place, junk, in_yaml):
     folder = tmp_path_factory.mktemp("maps")

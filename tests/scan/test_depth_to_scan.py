@@ -119,7 +119,7 @@ def test_the_band_gives_each_columns_nearest_and_nothing_outside_it(scan_height:
     assert np.nanmax(convert.convert(image)) < 2.4
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.sampled_from([0, 1, 300, 449, 450, 451, 2000, 9999, 10000, 10001, 65535]),
     st.sampled_from([0, 440, 600, 5000, 12000]),

@@ -65,7 +65,7 @@ def attitude(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
     return z @ y @ x @ OPTICAL
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1))
 def test_any_pile_of_solids_from_any_side_is_as_mujoco_sees_it(seed: int) -> None:
     rng = np.random.default_rng(seed)

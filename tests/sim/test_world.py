@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.errors import UserError
@@ -198,7 +198,6 @@ def test_unknown_worlds_name_the_nearest() -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
-@settings(deadline=None)
 def test_greedy_rectangles_cover_each_cell_once_and_nothing_else(seed: int, share: float) -> None:
     cells = np.random.default_rng(seed).random((17, 23)) < share
     covered = np.zeros(cells.shape, dtype=int)

@@ -45,7 +45,7 @@ def test_every_beam_marks_its_end_however_many_graze_the_cell(ring) -> None:
         assert grid.at(float(x), float(y)) > 65
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.permutations([(1.3, 1.3), (5, 1.2), (10.6, 1.4), (10.6, 6.5), (1.4, 6.6)]))
 def test_the_order_of_scans_does_not_matter(order) -> None:
     from tests.slam.conftest import RING, World

@@ -34,7 +34,7 @@ def mapped(world: World, poses: list[SE2], reach: float = 8.0) -> Level:
     return level
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(0.8, 1.6), st.floats(0.9, 1.6), st.floats(-3, 3), st.floats(0, 6.28), st.floats(0.05, 0.3))
 def test_the_score_is_highest_at_the_true_pose(x, y, yaw, direction, off) -> None:
     world, pose = World.of(RING), SE2(x, y, yaw)
@@ -53,7 +53,7 @@ def test_the_score_is_highest_at_the_true_pose(x, y, yaw, direction, off) -> Non
     assert best > fit(0, 0, -off)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.2))
 def test_a_displaced_start_is_put_right(dx: float, dy: float, turn: float) -> None:
     world, pose = World.of(RING), SE2(1.3, 1.3, 0.3)
@@ -67,7 +67,7 @@ def test_a_displaced_start_is_put_right(dx: float, dy: float, turn: float) -> No
     assert poses[0, 2] == pytest.approx(pose.yaw, abs=0.006)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(-0.25, 0.25), st.floats(-0.08, 0.08))
 def test_along_a_corridor_odometry_decides_and_across_it_the_walls(along: float, across: float) -> None:
     world = World.of(CORRIDOR)

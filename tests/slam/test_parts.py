@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import SE2
@@ -51,7 +51,6 @@ def test_systematic_resampling_gives_each_its_share(logs: list[float], offset: f
     assert (counts >= np.floor(share - 1e-9)).all() and (counts <= np.ceil(share + 1e-9)).all()
 
 
-@settings(deadline=None)
 @given(st.integers(0, 10_000), st.lists(st.booleans(), min_size=1, max_size=40))
 def test_paths_are_those_of_naive_copies(seed: int, resample: list[bool]) -> None:
     rng, n = np.random.default_rng(seed), 6

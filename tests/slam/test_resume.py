@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from tests.slam.test_gmapping import LIDAR
@@ -18,7 +18,6 @@ SAID = st.sampled_from([UNKNOWN, 1, 3, 9, 24, 50, 76, 91, 97, 99])
 """What few scans make of a cell."""
 
 
-@settings(deadline=None)
 @given(arrays(np.int8, (5, 7), elements=SAID), st.integers(-50, 50), st.integers(-50, 50))
 def test_a_canvas_that_begins_with_a_grid_shows_it(cells, column: int, row: int) -> None:
     canvas = Canvas(0.05, 10_000)

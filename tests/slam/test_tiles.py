@@ -41,7 +41,7 @@ def plain_means(points: list[np.ndarray]) -> dict[tuple[int, int], np.ndarray]:
     return {c: np.mean(v, axis=0) for c, v in cells.items()}
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10_000))
 def test_every_particle_sees_its_own_hits_and_no_others(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -64,7 +64,7 @@ def test_every_particle_sees_its_own_hits_and_no_others(seed: int) -> None:
                     assert got[:2] == pytest.approx(want, abs=1e-3)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10_000))
 def test_the_nearest_surface_is_found_across_the_borders_of_tiles(seed: int) -> None:
     rng = np.random.default_rng(seed)

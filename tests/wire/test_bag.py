@@ -151,7 +151,7 @@ def test_profiles_by_number_are_read_too() -> None:
 
 
 @given(st.integers(0, 10**6))
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_file_cut_anywhere_gives_all_whole_chunks(
     tmp_path_factory: pytest.TempPathFactory, at: int
 ) -> None:
@@ -171,7 +171,7 @@ def test_a_file_cut_anywhere_gives_all_whole_chunks(
 
 
 @given(st.integers(0, 10**6), st.integers(0, 7))
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_damaged_file_is_read_or_refused(
     tmp_path_factory: pytest.TempPathFactory, at: int, bit: int
 ) -> None:

@@ -290,7 +290,7 @@ def test_nobody_there_is_said_in_a_sentence(
 
 @pytest.mark.slow
 @given(st.data())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_classes_made_of_told_definitions_are_ours(data: st.DataObject) -> None:
     kind = data.draw(st.sampled_from(all_messages()))
     message = data.draw(instances_of(kind))
@@ -325,7 +325,6 @@ edges_of_graphs = st.lists(
 
 
 @given(edges_of_graphs, st.randoms(use_true_random=False))
-@settings(deadline=None)
 def test_boxes_do_not_overlap_and_lines_join_them(edges: list, random) -> None:
     sizes = {str(n): (random.uniform(20, 200), random.uniform(10, 80)) for n in range(13)}
     layout = lay_out(sizes, edges)

@@ -4,13 +4,13 @@ see LAYER       waits for the layer; answers with a line of JSON: its value, or 
 now LAYER       the newest value after half a second, null if there is none
 do JSON         gives a command of the page
 drive V W S     holds the stick so for S seconds, then lets go
-
-Where the page has gone, it waits for the next one and answers null.
+pages           how many pages it has seen: it comes again when one has gone, as a browser does
 """
 
 from __future__ import annotations
 
 import sys
+import threading
 import time
 
 import msgspec
@@ -22,56 +22,56 @@ from chefbot.ui.remote import PageGoneError, RemotePage
 PATIENCE = 60.0
 
 
-def main(port: str) -> None:
-    page = come(port)
-    answer("ready")
-    for line in sys.stdin:
-        verb, _, rest = line.strip().partition(" ")
-        try:
-            answer(obey(page, verb, rest))
-        except PageGoneError:  # a browser comes again, too
-            page.close()
-            page = come(port)
-            answer(None)
-    page.close()
+class Browser:
+    """Looks all the time: the page drops those that do not."""
 
+    def __init__(self, port: str) -> None:
+        self.url = f"http://127.0.0.1:{port}"
+        self.page = self.come()
+        self.pages = 1
+        threading.Thread(target=self.look, daemon=True).start()
 
-def come(port: str) -> RemotePage:
-    """As soon as a page is served."""
-    until = time.monotonic() + PATIENCE
-    while True:
-        try:
-            return RemotePage(f"http://127.0.0.1:{port}")
-        except UserError:
-            if time.monotonic() > until:
-                raise
-            time.sleep(0.2)
+    def come(self) -> RemotePage:
+        """As soon as a page is served."""
+        until = time.monotonic() + PATIENCE
+        while True:
+            try:
+                return RemotePage(self.url)
+            except UserError:
+                if time.monotonic() > until:
+                    raise
+                time.sleep(0.2)
 
+    def look(self) -> None:
+        while True:
+            try:
+                self.page.receive()
+            except PageGoneError:
+                self.page = self.come()
+                self.pages += 1
 
-def obey(page: RemotePage, verb: str, rest: str) -> object:
-    """The answer."""
-    if verb == "see":
-        return plain(page.wait_for(rest, PATIENCE))
-    if verb == "now":
-        listen(page, 0.5)
-        return plain(page.latest.get(rest))
-    if verb == "do":
-        page.send(parse_command(rest))
+    def obey(self, verb: str, rest: str) -> object:
+        """The answer."""
+        if verb == "see":
+            until = time.monotonic() + PATIENCE
+            while self.page.latest.get(rest) is None and time.monotonic() < until:
+                time.sleep(0.02)
+            return plain(self.page.latest.get(rest))
+        if verb == "now":
+            time.sleep(0.5)
+            return plain(self.page.latest.get(rest))
+        if verb == "pages":
+            return self.pages
+        if verb == "do":
+            self.page.send(parse_command(rest))
+            return True
+        v, w, seconds = map(float, rest.split())
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.page.send(Drive(v, w))
+            time.sleep(0.1)
+        self.page.send(Drive(0.0, 0.0))
         return True
-    v, w, seconds = map(float, rest.split())
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        page.send(Drive(v, w))
-        listen(page, 0.1)
-    page.send(Drive(0.0, 0.0))
-    return True
-
-
-def listen(page: RemotePage, seconds: float) -> None:
-    """Take in what comes."""
-    end = time.monotonic() + seconds
-    while (rest := end - time.monotonic()) > 0:
-        page.receive(rest)
 
 
 def plain(value: object) -> object:
@@ -81,6 +81,14 @@ def plain(value: object) -> object:
 def answer(value: object) -> None:
     sys.stdout.write(msgspec.json.encode(value).decode() + "\n")
     sys.stdout.flush()
+
+
+def main(port: str) -> None:
+    browser = Browser(port)
+    answer("ready")
+    for line in sys.stdin:
+        verb, _, rest = line.strip().partition(" ")
+        answer(browser.obey(verb, rest))
 
 
 if __name__ == "__main__":

@@ -145,7 +145,8 @@ def test_the_clock_of_the_simulation_is_told(port: int) -> None:
 def test_what_was_latched_before_anybody_came_is_heard(port: int) -> None:
     with running(port, "cook", "guest") as one:
         wait_for(lambda: one.system.nodes["guest"].results)
-        assert one.hear("/dishes", String, LATCHED).get(timeout=PATIENCE).data == "salad"
+        dishes = one.hear("/dishes", String, LATCHED)
+        wait_for(lambda: dishes.get(timeout=PATIENCE).data == "salad")  # "soup" may still be on its way
 
 
 def test_damaged_and_impossible_messages_are_named_and_nobody_hears_them(port: int) -> None:
@@ -165,6 +166,14 @@ def test_damaged_and_impossible_messages_are_named_and_nobody_hears_them(port: i
             told |= {v.key: v.value for v in diagnostics.get(timeout=PATIENCE).status[0].values}
         assert "/count: data is nan" in told and "/count: no attachment" in told
         assert logs.get(timeout=PATIENCE).msg.startswith("/count: ")
+
+
+def test_what_is_for_people_is_told_though_nobody_hears_its_own_topic(port: int) -> None:
+    with running(port, "doubler") as one:
+        logs = one.hear("/rosout", Log, ROSOUT)
+        one.system.loop.post(lambda: one.system.loop.publish("x/remark", String("mind the step"), "doubler"))
+        log = logs.get(timeout=PATIENCE)
+        assert (log.name, log.msg) == ("doubler", "mind the step")
 
 
 def test_the_wheels_obey_the_robots_own_processes_only(port: int) -> None:

@@ -74,13 +74,17 @@ def test_the_page_on_another_machine_shows_drives_and_survives(network: Network)
     assert driven - 0.3 < x < driven  # 4 s of it would be 0.6 m
     goes_to(page, driven + 0.3, 0.2)
 
+    page.ask('do {"do":"open_door","name":"no_such"}')  # the robot answers on /rosout, where all nodes speak
+    logs = network.chefbot("alice", "topic", "echo", "/rosout", "--field", "msg", "--duration", "6")
+    assert "no_such" in end(logs)
+
     assert "is a chefbot_lidar, not a chefbot" in refusal(network, "remote_teleop", "robot:=chefbot")
     assert "remote_page runs already" in refusal(network, "remote_page", "robot:=chefbot_lidar")
 
     robot.send_signal(signal.SIGINT)
     end(robot)
     network.chefbot("robot1", "launch", "gmapping_demo", *ROBOT, "headless:=true")
-    until(lambda: page.ask("now map") is None)  # it comes again with the robot
+    until(lambda: page.ask("pages") == 2)  # it comes again with the robot
     assert page.ask("see map")
     assert "kitchen" in str(page.ask("see places"))
     assert abs(place_of(page)[0]) < 0.05

@@ -138,11 +138,23 @@ def test_names_that_are_no_namespace_are_refused(name: str) -> None:
 def test_zenohs_log_tells_who_was_turned_away() -> None:
     who = "77 on Interface(eth0)+CertCommonName(robot2)+Transport(Tls)+77"
     denied = f"x TRACE a: {who} is unauthorized to Put (ingress) on 0/robot1/cmd_vel"
-    assert turned_away(denied, {"robot2"}) == "robot2 may not write 0/robot1/cmd_vel"
+    assert turned_away(denied, {"robot2": "robot"}) == "robot2 may not write 0/robot1/cmd_vel"
+    members = {"robot2": "robot", "robot1": "robot", "alice": "operator"}
+    node = denied.replace("0/robot1/cmd_vel", "@ros2_lv/0/1b/0/0/NN/%/{}/{}")
+    told = {
+        denied
+        + "/geometry_msgs::msg::dds_::Twist_/RIHS01_9c/@adv/pub/3e/61/_": "robot2 may not write 0/robot1/cmd_vel",
+        node.format("%", "rviz"): "robot2 may not tell of node /rviz",
+        node.format("%robot1%arm", "base/x"): "robot2 may not tell of node /robot1/arm/base",
+        node.format("%", "_chefbot_echo_12"): None,
+        node.format("%alice", "page"): None,
+    }
+    for line, sentence in told.items():
+        assert turned_away(line, members) == sentence
     ends = "10.0.0.1:7447: 10.0.0.2:1"
     accepted = f"x DEBUG zenoh_link_tls::unicast: Accepted TLS connection on {ends}. Common Name: robot2.\n"
-    assert turned_away(accepted, {"robot2"}) is None
-    assert turned_away(accepted, {"robot1"}) == "robot2 is not on the fleet's list"
+    assert turned_away(accepted, {"robot2": "robot"}) is None
+    assert turned_away(accepted, {"robot1": "robot"}) == "robot2 is not on the fleet's list"
 
 
 def test_the_verbs_lead_a_robot_into_the_fleet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -96,6 +96,7 @@ class PageDevice(Device):
     places: In[Places]
     phase: In[String]
     stop_before: In[Bool] = last_words("emergency_stop")
+    stop_anywhere: In[Bool] = topic("emergency_stop")
 
     goal_pose: Out[PoseStamped]
     initialpose: Out[PoseWithCovarianceStamped]
@@ -131,6 +132,10 @@ class PageDevice(Device):
         """A STOP that was pressed in a life before stays pressed, and shows."""
         self._stopped = pressed.data
         self.post(lambda: self.emergency_stop.publish(pressed))
+
+    def on_stop_anywhere(self, pressed: Bool) -> None:
+        """STOP was pressed or taken back here or on another page, perhaps on another machine."""
+        self._stopped = pressed.data
 
     # -- what is shown
 

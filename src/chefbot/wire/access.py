@@ -24,6 +24,8 @@ MESSAGES = [
     "declare_liveliness_subscriber",
 ]
 TOKENS = "@ros2_lv/**"
+TELLING = ["put", "declare_queryable", "reply", "liveliness_token"]
+ASKING = ["declare_subscriber", "query", "declare_liveliness_subscriber", "liveliness_query"]
 SHARED = ["*/rosout/**", "*/rosout/**/@adv/**", "*/parameter_events/**"]
 LOCAL = "this machine"
 
@@ -41,8 +43,8 @@ def access_control(fleet: Fleet, me: str) -> dict[str, Any]:
         _rule(
             "ask who is there", ["declare_liveliness_subscriber", "liveliness_query"], ["ingress"], [TOKENS]
         ),
-        _rule("tell all", ["put", "reply"], ["ingress"], SHARED),
-        _rule("be asked", ["declare_subscriber", "query"], ["egress"], SHARED),
+        _rule("tell all", TELLING, ["ingress"], SHARED),
+        _rule("be asked", ASKING, ["egress"], SHARED),
         _rule("hear who is there", ["liveliness_token", "reply"], ["egress"], [TOKENS]),
     ]
     subjects: list[dict[str, Any]] = [{"id": LOCAL, "link_protocols": ["tcp"], "interfaces": ["lo"]}]

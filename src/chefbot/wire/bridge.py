@@ -28,6 +28,7 @@ from chefbot.wire.names import resolve as full_topic
 from chefbot.wire.ports import ports_of
 from chefbot.wire.queues import Queues
 from chefbot.wire.represented import Described, Represented, ears_of
+from chefbot.wire.rosout import is_for_people
 from chefbot.wire.session import Wire
 from chefbot.wire.tokens import SUBSCRIPTION
 
@@ -139,7 +140,7 @@ class Bridge:
             self._jobs.put(f"/{topic}", job, ACTION_DEPTH)
             return
         publisher = self._there.publishers.get((publication.publisher, topic))
-        if publisher is None or publisher.heard:
+        if publisher is None or publisher.heard or is_for_people(publication):
             self._jobs.put(f"/{topic}", partial(self._send, publication), _depth(publication))
 
     def _tell_clock(self, now_ns: int) -> None:

@@ -13,7 +13,7 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from typing import IO, Any, NamedTuple
 
@@ -190,11 +190,11 @@ class Gate:
                 self.refused.add(sentence)
 
 
-def turned_away(line: str, members: Collection[str]) -> str | None:
+def turned_away(line: str, members: Mapping[str, str]) -> str | None:
     """What a line of Zenoh's log tells of somebody who was refused, in a sentence."""
     plain = _COLOURS.sub("", line.rstrip())
     if found := _REFUSED.search(plain):
-        return _refused(found[1], found[2])
+        return _refused(found[1], found[2], members)
     if found := _STRANGER.search(plain):
         return f"a stranger was turned away: {found[1]}"
     if (found := _ACCEPTED.search(plain)) and found[1] not in members:
@@ -202,13 +202,17 @@ def turned_away(line: str, members: Collection[str]) -> str | None:
     return None
 
 
-def _refused(who: str, key: str) -> str | None:
-    """By topic or node, not by key: the keys of one topic are many. Tools come and go, and belong to nobody."""
+def _refused(who: str, key: str, members: Mapping[str, str]) -> str | None:
+    """By topic or node, not by key: the keys of one topic are many.
+
+    Of nodes nothing is said where a robot's router only passes on what it knows of people, or where they are tools.
+    """
     if found := _DATA.fullmatch(key):
         return f"{who} may not write {found[1]}"
     if found := _NODE.fullmatch(key):
-        name = f"{found[1].replace('%', '/').rstrip('/')}/{found[2]}"
-        return None if found[2].startswith("_") else f"{who} may not tell of node {name}"
+        space, name = found[1].replace("%", "/").rstrip("/"), found[2]
+        of_people = members.get(space.partition("/")[2].partition("/")[0], "robot") != "robot"
+        return None if of_people or name.startswith("_") else f"{who} may not tell of node {space}/{name}"
     return f"{who} may not write {key}"
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.nav_msgs import Odometry
+from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.node import Device, In, NoParams, Out, every, topic
 
 SILENCE = 1.0
-"""Seconds without odometry, which every robot tells all the time, after which the link counts as cut."""
+"""Seconds without a word of the base, which tells 20 times a second what it commands: the link counts as cut."""
 
 
 class LinkDevice(Device):
@@ -18,7 +18,7 @@ class LinkDevice(Device):
     """
 
     params: NoParams
-    odom: In[Odometry]
+    cmd_vel: In[Twist]
     link: Out[String]
     remark: Out[String] = topic("link/remark")
 
@@ -27,7 +27,7 @@ class LinkDevice(Device):
         self._heard_ns = wall_ns()
         self._lost = False
 
-    def on_odom(self, _: Odometry) -> None:
+    def on_cmd_vel(self, _: Twist) -> None:
         """It is there."""
         self._heard_ns = wall_ns()
 

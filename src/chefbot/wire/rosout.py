@@ -12,6 +12,11 @@ from chefbot.wire.node import WireNode
 from chefbot.wire.qos import ROSOUT
 
 
+def is_for_people(publication: Publication) -> bool:
+    """Whether it may have to be told on /rosout, also when nobody hears its own topic."""
+    return publication.topic.endswith("/remark") or isinstance(publication.message, DiagnosticArray)
+
+
 class Rosout:
     """One node's. Remarks are told as they are; of diagnostics what has become worse or better."""
 

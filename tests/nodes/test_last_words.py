@@ -1,0 +1,178 @@
+"""Nodes in a second life: they are told what the first one said last, before anything else happens."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.base import Message
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, ExplorationStatus, Order, Place, Places
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped, Twist
+from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
+from chefbot.msgs.std_msgs import Bool, Header, String
+from chefbot.nodes.delivery import NOBODY_DROVE
+from chefbot.robot.load import load_robot
+from chefbot.runtime.actions import serves
+from chefbot.runtime.clock import StepClock
+from chefbot.runtime.launch import Launch, NodeEntry
+from chefbot.runtime.loop import Loop, Publication
+from chefbot.runtime.node import LAST_WORDS, Node, NoParams
+from chefbot.runtime.system import System
+
+ROOM = {"home": 0.0, "kitchen": 1.0, "table_1": 2.0, "table_2": 3.0}
+
+
+class Driver(Node):
+    """A navigator that takes 2 s to everywhere and notes where; it fails as often as `fails` says."""
+
+    params: NoParams
+    navigate_to_pose = serves(NavigateToPose)
+    fails = 0
+
+    def start(self) -> None:
+        self.driven: list[float] = []
+
+    async def on_navigate_to_pose(self, goal: NavigateToPose_Goal, _: Any) -> NavigateToPose_Result:
+        self.driven.append(goal.pose.pose.position.x)
+        if len(self.driven) <= type(self).fails:
+            return NavigateToPose_Result(NOBODY_DROVE, "nobody answered")
+        await self.sleep(2.0)
+        return NavigateToPose_Result()
+
+
+class Life:
+    """Nodes on a loop, told `words` of the life before."""
+
+    def __init__(self, kinds: dict[str, str], words: dict[str, Message]) -> None:
+        self.system = System(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
+        self.said: list[Publication] = []
+        self.loop = self.system.loop
+        self.loop.tap(self.said.append)
+        nodes = {name: NodeEntry(kind=kind) for name, kind in kinds.items()}
+        self.system.launch(Launch(name="second life", about="", args={}, nodes=nodes))
+        for topic, word in words.items():
+            self.loop.publish(LAST_WORDS + topic, word, "wire", from_device=True)
+        places = tuple(
+            Place(name, PoseStamped(Header(), Pose.of(SE2(x, 0.0, 0.0)))) for name, x in ROOM.items()
+        )
+        self.loop.publish("places", Places(places), "wire")
+
+    def run(self, seconds: float) -> None:
+        self.loop.run(until_ns=self.loop.now_ns + round(seconds * 1e9))
+
+    def heard(self, topic: str) -> list[Any]:
+        return [one.message for one in self.said if one.topic == topic]
+
+
+@pytest.fixture
+def waiter() -> Iterator[Callable[..., Life]]:
+    def begin(*, fails: int = 0, **words: Message) -> Life:
+        Driver.fails = fails
+        kinds = {
+            "delivery": "chefbot.nodes.delivery:DeliveryNode",
+            "driver": "tests.nodes.test_last_words:Driver",
+        }
+        return Life(kinds, words)
+
+    yield begin
+    Driver.fails = 0
+
+
+def driven(life: Life) -> list[str]:
+    names = {x: name for name, x in ROOM.items()}
+    node: Any = life.system.nodes["driver"]
+    return [names[x] for x in node.driven]
+
+
+def status(state: str, place: str, queue: tuple[str, ...] = (), done: tuple[str, ...] = ()) -> DeliveryStatus:
+    return DeliveryStatus(Header(), state, place, queue, done, "")
+
+
+@pytest.mark.parametrize(
+    ("told", "then", "done"),
+    [
+        (status("driving", "kitchen", ("table_1",)), ["kitchen", "table_1", "home"], ("table_1",)),
+        (status("loading", "kitchen", ("table_1",)), ["kitchen", "table_1", "home"], ("table_1",)),
+        (status("driving", "table_1", ("table_2",)), ["table_1", "table_2", "home"], ("table_1", "table_2")),
+        (status("waiting", "table_2", (), ("table_1",)), ["table_2", "home"], ("table_1", "table_2")),
+        (status("returning", "home", (), ("table_1",)), ["home"], ("table_1",)),
+        (status("idle", "", (), ("table_1",)), [], ()),
+        (status("failed", "", (), ("table_1",)), [], ()),
+    ],
+)
+def test_a_waiter_goes_on_with_what_it_had_in_hand(
+    waiter: Callable[..., Life], told: DeliveryStatus, then: list[str], done: tuple[str, ...]
+) -> None:
+    life = waiter(delivery_status=told)
+    life.run(60.0)
+    assert driven(life) == then
+    last = life.heard("delivery_status")[-1]
+    assert (last.state, tuple(last.delivered)) == ("idle", done)
+
+
+def test_it_is_never_idle_in_between(waiter: Callable[..., Life]) -> None:
+    """Whoever waits for the end of the delivery would take that for it."""
+    life = waiter(delivery_status=status("driving", "table_1"))
+    life.run(3.0)
+    assert [said.state for said in life.heard("delivery_status")] == ["driving", "waiting"]
+
+
+def test_a_first_life_waits_for_an_order(waiter: Callable[..., Life]) -> None:
+    life = waiter()
+    life.run(1.0)
+    assert [said.state for said in life.heard("delivery_status")] == ["idle"]
+    life.loop.publish("order", Order(("table_1",)), "page")
+    life.run(60.0)
+    assert driven(life) == ["kitchen", "table_1", "home"]
+
+
+@pytest.mark.parametrize(("fails", "arrives"), [(3, True), (1000, False)])
+def test_a_navigator_that_died_is_asked_again_for_a_while(
+    waiter: Callable[..., Life], fails: int, arrives: bool
+) -> None:
+    life = waiter(fails=fails, delivery_status=status("driving", "table_1"))
+    life.run(120.0)
+    assert ("table_1" in life.heard("delivery_status")[-1].delivered) == arrives
+    assert (life.heard("delivery_status")[-1].state == "idle") == arrives
+
+
+@pytest.mark.parametrize(
+    ("kind", "topic", "word"),
+    [
+        ("chefbot.nodes.finder:FinderNode", "localized", Bool(True)),
+        ("chefbot.nodes.explorer:ExplorerNode", "exploration_status", ExplorationStatus(Header(), True)),
+    ],
+)
+def test_what_was_found_is_not_looked_for_again(kind: str, topic: str, word: Message) -> None:
+    for words, turns in (({topic: word}, False), ({}, True)):
+        life = Life({"node": kind}, words)
+        life.run(1.0)
+        assert bool(life.heard("spin/_action/send_goal")) == turns
+        assert [said.to_cdr() for said in life.heard(topic)] == ([] if turns else [word.to_cdr()])
+
+
+def test_a_robot_stands_until_all_its_processes_are_there() -> None:
+    life = Life({"base": "chefbot.nodes.base:BaseNode"}, {})
+
+    def drive(topic: str) -> float:
+        """m/s after a second of such commands."""
+        for _ in range(20):
+            life.loop.publish(topic, Twist.of(0.2, 0.0), "somebody")
+            life.run(0.05)
+        return float(life.heard("wheel_speeds")[-1].left)
+
+    assert drive("cmd_vel_nav") > 0.1
+    for name in ("slam", "page"):
+        life.loop.publish("process_lost", String(name), "wire")
+    life.run(0.0)
+    assert life.heard("wheel_speeds")[-1].left == 0.0
+    assert drive("cmd_vel_nav") == 0.0
+    life.loop.publish("process_back", String("slam"), "wire")
+    assert drive("cmd_vel_nav") == 0.0
+    assert drive("cmd_vel_teleop") > 0.1
+    life.loop.publish("process_back", String("page"), "wire")
+    life.run(2.0)
+    assert drive("cmd_vel_nav") > 0.1

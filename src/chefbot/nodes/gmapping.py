@@ -27,7 +27,9 @@ class GmappingNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
 
 
 class GmappingNode(Node):
-    """Publishes the map and the transform map -> odom; the map frame begins where the robot stands.
+    """Publishes the map and the transform map -> odom; the map frame begins where that of odometry does.
+
+    So, as in ROS's slam_gmapping, home stays where the robot was switched on, however late the mapper comes.
 
     In another life it goes on with the map that was told last, and where the robot is by odometry since.
     """
@@ -67,7 +69,7 @@ class GmappingNode(Node):
         """With an empty map, or with that of a life before."""
         told, frames = self.map_before.last, self.frames_before.last
         if told is None or frames is None:
-            return Gmapping(self._settings(), sensor)
+            return Gmapping(self._settings(), sensor, odom)
         slam = Gmapping(self._settings(), sensor, frames.transforms[0].transform.se2 @ odom)
         slam.resume(told.grid)
         self._changed = True

@@ -15,7 +15,7 @@ MOST = 50
 
 
 class Health:
-    """Told by the launch's own node whenever it has changed, at most once in PERIOD."""
+    """Told by the launch's own node once in PERIOD to those who listen, and in the loop whenever it has changed."""
 
     PERIOD = 1.0
 
@@ -26,16 +26,17 @@ class Health:
         self._told: tuple[dict[str, int], list[str]] = ({}, [])
 
     def tell(self, now_ns: int) -> None:
-        """If something is new; into the loop as well, so that the log has it."""
+        """What is new goes into the loop as well, so that the log has it."""
         counts, mismatches = self._tally.counts(), self._graph.mismatches()
+        array = DiagnosticArray(Header.of(now_ns, ""), (_status(counts, mismatches),))
+        if self._publisher.heard:
+            self._publisher.publish(array)
         if (counts, mismatches) == self._told:
             return
         for reason in [*(one for one in counts if one not in self._told[0]), *mismatches]:
             if reason not in self._told[1]:
                 self._rosout.say(LOG_WARN, reason, now_ns)
         self._told = (counts, mismatches)
-        array = DiagnosticArray(Header.of(now_ns, ""), (_status(counts, mismatches),))
-        self._publisher.publish(array)
         self._inbox.say("diagnostics", array)
 
 

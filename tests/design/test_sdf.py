@@ -38,6 +38,7 @@ def number(element: ET.Element, path: str) -> float:
     return float(found.text or "nan")
 
 
+@pytest.mark.slow
 def test_libsdformat_finds_the_solids_masses_and_our_frames(robot: Robot, tmp_path: Path) -> None:
     model = told(sdf(robot), tmp_path)[robot.name]
     found = {

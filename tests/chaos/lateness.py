@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 
 from chefbot.msgs.geometry_msgs import Twist
@@ -29,14 +30,18 @@ def late_ms(offsets: list[float]) -> np.ndarray:
     return (np.array(offsets) - min(offsets)) * 1e3
 
 
+class BusyParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    busy: bool = True
+
+
 class BusyNode(Node):
     """Leaves its process no rest: it counts for nearly all of its period."""
 
-    params: NoParams
+    params: BusyParams
 
     @every(hz=10)
     def count(self) -> None:
         """Counting holds the interpreter, as a careless node would."""
         until = wall_ns() + 95_000_000
-        while wall_ns() < until:
+        while self.params.busy and wall_ns() < until:
             pass

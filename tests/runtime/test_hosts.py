@@ -57,6 +57,7 @@ nodes:
     before = load_launch("simulator").nodes["simulator"]
     nodes = load_launch(write(tmp_path, own)).nodes
     assert list(nodes) == ["simulator"]
+    assert load_launch("several_machines", {"headless": "true"}).nodes.keys().isdisjoint({"page"})
     changed = nodes["simulator"]
     assert (changed.kind, changed.host, changed.remap) == (before.kind, "server", {"scan": "scan_raw"})
     assert changed.params == {**before.params, "picture_hz": 1.0}

@@ -320,3 +320,28 @@ def test_a_full_disk_ends_a_recording_in_one_sentence(wire: Wire, tmp_path: Path
     assert process.returncode == 2
     assert said.splitlines()[-1].startswith("chefbot: recording") and "Traceback" not in said
     assert read_bag(tmp_path / "bag").cut
+
+
+@pytest.mark.slow
+def test_a_bag_is_played_where_nobody_is_yet(port: int, tmp_path: Path) -> None:
+    write(tmp_path / "bag.mcap")
+    command = [
+        sys.executable,
+        "-m",
+        "chefbot",
+        "bag",
+        "play",
+        str(tmp_path / "bag.mcap"),
+        "--loop",
+        "--clock",
+    ]
+    environment = {**os.environ, "CHEFBOT_WIRE_PORT": str(port), "ROS_DOMAIN_ID": "0"}
+    process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+    heard: list[Twist] = []
+    with Wire(port=port, router=False) as wire, WireNode(wire, "late") as node:
+        node.subscription("/cmd_vel", Twist, heard.append)
+        wait_for(lambda: len(heard) > 10)
+        assert "/bag_player" in {one.full_name for one in wire.graph.nodes()}
+    process.send_signal(signal.SIGINT)
+    assert "played" in process.communicate(timeout=PATIENCE)[0]
+    assert process.returncode == 0

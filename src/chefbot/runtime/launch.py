@@ -118,7 +118,7 @@ def load_launch(name_or_path: str, given: Mapping[str, str] | None = None) -> La
             raise UserError(f"launch {path.stem}: there is no argument {key!r}{nearest(key, known)}")
         arguments[key] = _parse_argument(path.stem, key, text, known[key])
     file = _read(path, arguments)
-    nodes = _nodes(path, arguments)
+    nodes = {node: entry for node, entry in _nodes(path, arguments).items() if not entry.unless}
     return Launch(name=path.stem, about=file.about, clock=file.clock, args=arguments, nodes=nodes)
 
 
@@ -171,13 +171,14 @@ def _collect_args(path: Path, above: list[Path]) -> dict[str, ArgValue]:
 
 
 def _nodes(path: Path, arguments: Mapping[str, ArgValue]) -> dict[str, NodeEntry]:
+    """Also those that are left out: an including file may still speak of them."""
     file, where = _read(path, arguments), f"launch file {path}"
     nodes: dict[str, NodeEntry] = {}
     for name in file.include:
         nodes.update(_nodes(find_launch(name), arguments))
     for name, entry in file.nodes.items():
         nodes[name] = entry if entry.kind else _changed(nodes, name, entry, where)
-    return {name: entry for name, entry in nodes.items() if not entry.unless}
+    return nodes
 
 
 def _changed(nodes: Mapping[str, NodeEntry], name: str, entry: NodeEntry, where: str) -> NodeEntry:

@@ -45,7 +45,7 @@ def run_play(path: Path, rate: float, loop: bool, topics: Sequence[str], clock: 
     bag = read_bag(path)
     for sentence in bag.cut:
         errors.print(f"chefbot: {sentence}")
-    with on_wire("play") as node, stopping() as stop:
+    with on_wire("bag_player", alone=True) as node, stopping() as stop:
         player = Player(node, bag, topics or _not_live(node.wire.graph, bag), clock=clock)
         for sentence in player.left_out:
             errors.print(f"chefbot: not played: {sentence}")

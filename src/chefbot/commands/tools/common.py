@@ -43,18 +43,22 @@ errors = Console(highlight=False, soft_wrap=True, markup=False, emoji=False, std
 
 
 @contextmanager
-def on_wire(verb: str) -> Iterator[WireNode]:
-    """A node that is there for this command only, and knows all others. UserError when nobody is there."""
+def on_wire(verb: str, *, alone: bool = False) -> Iterator[WireNode]:
+    """A node that is there for this command only, and knows all others.
+
+    UserError when nobody is there, unless it may be `alone`: then it opens the wire for those who come later, and
+    is seen as a node that is called `verb`; others are hidden, as tools are.
+    """
     port, domain = port_of_environment(), domain_of_environment()
-    with Wire(domain, port=port, router=False) as wire:
-        if not wire.graph.wait_for(_somebody, QUIET_WAIT):
+    with Wire(domain, port=port, router=alone) as wire:
+        if not alone and not wire.graph.wait_for(_somebody, QUIET_WAIT):
             errors.print(f"chefbot: nobody is on the wire at {LOOPBACK}:{port} yet; waiting {START_WAIT:g} s")
             if not wire.graph.wait_for(_somebody, START_WAIT):
                 raise UserError(
                     f"nobody is on the wire at {LOOPBACK}:{port}, domain {domain}; start a launch first, "
                     "or rmw_zenohd where ROS 2's own nodes run"
                 )
-        with WireNode(wire, f"_chefbot_{verb}_{os.getpid()}") as node:
+        with WireNode(wire, verb if alone else f"_chefbot_{verb}_{os.getpid()}") as node:
             settle(wire.graph)
             yield node
 

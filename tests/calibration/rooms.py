@@ -1,6 +1,7 @@
 """What a sensor sees of a room whose walls are known."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,13 @@ def box(x: float, y: float, width: float, depth: float) -> list[tuple[float, flo
     """Four sides, x1, y1, x2, y2 each."""
     a, b, c, d = x - width / 2, y - depth / 2, x + width / 2, y + depth / 2
     return [(a, b, c, b), (c, b, c, d), (c, d, a, d), (a, d, a, b)]
+
+
+def drum(x: float, y: float, radius: float) -> list[tuple[float, float, float, float]]:
+    """A round thing, by 48 sides."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 49)
+    rim = np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)]).tolist()
+    return [(a[0], a[1], b[0], b[1]) for a, b in pairwise(rim)]
 
 
 WORKSHOP = [

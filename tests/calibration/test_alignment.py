@@ -15,7 +15,7 @@ from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 
 sys.path.insert(0, str(Path(__file__).parent))
-from rooms import LIDAR, WALL, WORKSHOP, seen
+from rooms import LIDAR, WALL, WORKSHOP, drum, seen
 
 SEEDS = st.integers(0, 10**6)
 LEFT = math.pi / 2
@@ -53,6 +53,20 @@ def test_a_link_is_off_by_no_more_than_it_says(seed: int, x: float, y: float, ya
     truth = first.between(second)
     off = np.array([link.pose.x - truth.x, link.pose.y - truth.y, wrap(link.pose.yaw - truth.yaw)])
     assert off @ link.information @ off < 8.0**2
+
+
+def test_a_round_thing_before_a_wall_turns_no_scan() -> None:
+    """Lines through points of an arc lie inside it, and two places see other parts of it: 4 mrad, were it matched."""
+    rng = np.random.default_rng(3)
+    room = [*WALL, *drum(0.35, 2.0, 0.2)]
+    poses = [SE2(0.0, 1.2, LEFT), SE2(0.1, 1.1, LEFT + 0.05)]
+    truth, turned = poses[0].between(poses[1]), []
+    for _ in range(6):
+        first, second = (Surface(seen(room, pose, rng)) for pose in poses)
+        link = match(0, 1, near(truth, rng, 0.01, 0.005), [first, second])
+        assert link is not None
+        turned.append(wrap(link.pose.yaw - truth.yaw))
+    assert abs(float(np.mean(turned))) < 0.0015
 
 
 def test_a_lidar_holds_all_three() -> None:

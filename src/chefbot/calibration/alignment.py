@@ -140,7 +140,7 @@ def _shared(at: SE2, source: Surface, target: Surface, reach: float) -> _Shared 
     Beside a corner the nearest wall is often the one round it, and would push the match along its own; of the ways to
     leave out wrong pairs this is Pulli's (Rusinkiewicz & Levoy, Efficient variants of the ICP algorithm, 3DIM 2001).
     """
-    there = at.apply(source.points)  # smoothed like the target: on a round thing both then lie as far inside
+    there = at.apply(source.points)
     apart, nearest = target.tree.query(there, distance_upper_bound=reach)
     kept = np.isfinite(apart) & source.flat
     kept[kept] = target.flat[nearest[kept]]

@@ -35,10 +35,9 @@ class _Lines(NamedTuple):
     long: Array
 
     @property
-    def slope(self) -> Array:
-        """Square of breadth by length, rad^2: variance of the direction where it is that of a bend. Where it is that
-        of noise, a fitted line's is as many times smaller as points were fitted."""
-        return (self.broad / np.maximum(self.long, 1e-6)) ** 2
+    def tilt(self) -> Array:
+        """Variance of the direction, rad^2: that of a fitted line's slope."""
+        return (self.broad / np.maximum(self.long, 1e-6)) ** 2 / self.neighbours
 
 
 def _lines(walls: Array, near: NDArray[np.bool_]) -> _Lines:
@@ -58,25 +57,27 @@ class Surface:
     """Points (n, 2) m of one stand, in the sensor's frame, and the lines that they lie on.
 
     walls: as they were seen. points: smoothed, for finding neighbours. middles, normals (n, 2): a point on each line
-    and its normal. tilts (n,): variance of the line's direction, rad^2. flat (n,): whether it is one.
+    and its normal. tilts (n,): variance of the line's direction, rad^2. flat (n,): whether it is one, straight beyond
+    the narrowest neighbourhood: corners, bends and round things push a match aside, for two scans see other parts.
     """
 
     def __init__(self, walls: Array) -> None:
         apart = np.hypot(*(walls[:, None] - walls[None]).transpose(2, 0, 1))
         least = _lines(walls, apart < RADII[0])
         self.walls, self.points = walls, least.middle
-        self.middles, self.normals, self.tilts = least.middle.copy(), least.normal, least.slope
+        self.middles, self.normals, self.tilts = least.middle.copy(), least.normal, least.tilt
+        self.flat = np.zeros(len(walls), np.bool_)
         alone = least.neighbours < LEAST_NEIGHBOURS
-        self.flat = straight = ~alone & (least.broad < THICK * least.long + END)
+        straight = least.broad < THICK * least.long + END
         for radius in RADII[1:]:
             wider = _lines(walls, apart < radius)
             straight = (straight | alone) & (wider.broad < np.maximum(STILL * least.broad, END))
             alone &= wider.neighbours < LEAST_NEIGHBOURS
             straight &= ~alone
-            self.flat = self.flat | straight
+            self.flat |= straight
             self.middles[straight] = wider.middle[straight]
             self.normals[straight] = wider.normal[straight]
-            self.tilts[straight] = (wider.slope / wider.neighbours)[straight]
+            self.tilts[straight] = wider.tilt[straight]
 
     @cached_property
     def tree(self) -> Any:

@@ -69,6 +69,8 @@ class Bridge:
         self._health = Health(self.tally, wire.graph, self._there, self._inbox)
         self._wanted: tuple[list[Described], frozenset[str]] | None = None
         self._again: list[Publication] = []
+        self._crowd_changed = threading.Event()
+        wire.graph.on_change(self._crowd_changed.set)
         self._represented = threading.Event()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._work, name="wire sender", daemon=True)
@@ -167,8 +169,11 @@ class Bridge:
                 self._do(job)
             if time.monotonic() >= look_at:
                 look_at = time.monotonic() + Health.PERIOD
+                if self._crowd_changed.is_set():
+                    self._crowd_changed.clear()
+                    self._do(self._health.look)
+                    self._do(self._there.listen_again)
                 self._do(partial(self._health.tell, self._system.loop.now_ns))
-                self._do(self._there.listen_again)
 
     def _do(self, job: Job) -> None:
         """Whatever goes wrong here is told in diagnostics and must not end the sending."""

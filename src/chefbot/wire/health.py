@@ -24,10 +24,15 @@ class Health:
         self._rosout = there.own_rosout
         self._publisher = there.own.publisher("diagnostics", DiagnosticArray)
         self._told: tuple[dict[str, int], list[str]] = ({}, [])
+        self._mismatches: list[str] = []
+
+    def look(self) -> None:
+        """Somebody came or went: who cannot hear whom now. It costs milliseconds."""
+        self._mismatches = self._graph.mismatches()
 
     def tell(self, now_ns: int) -> None:
         """What is new goes into the loop as well, so that the log has it."""
-        counts, mismatches = self._tally.counts(), self._graph.mismatches()
+        counts, mismatches = self._tally.counts(), self._mismatches
         array = DiagnosticArray(Header.of(now_ns, ""), (_status(counts, mismatches),))
         if self._publisher.heard:
             self._publisher.publish(array)

@@ -13,8 +13,10 @@ from rich.console import Console
 from chefbot.commands.launch import show_remarks
 from chefbot.commands.session import start
 from chefbot.errors import UserError
+from chefbot.msgs.std_msgs import String
 from chefbot.runtime.clock import LeadingClock, wall_ns
 from chefbot.runtime.launch import Launch, NodeEntry, load_launch, split
+from chefbot.runtime.loop import Publication
 from chefbot.runtime.system import System
 from chefbot.wire.attach import attached, in_fleet, others
 from chefbot.wire.bridge import Bridge
@@ -74,6 +76,9 @@ class Processes:
         assert bridge is not None, "wire:=on"
         self._bridge: Bridge = bridge
         system.loop.tap(show_remarks)
+        self._missing: set[str] = set()
+        self._usual_speed = clock.speed
+        system.loop.tap(self._notice)
         space = str(plan.args["namespace"]) or "/"
         hear_followers(self._stack.enter_context(WireNode(bridge.wire, "chefbot_pace", space)), self._hear)
 
@@ -104,6 +109,17 @@ class Processes:
         ]
         waited = f"at {SPEED:g} x real time at most; {self._clock.waited_ns / 1e9:.1f} s waited for followers"
         return [*lines, ("pace", waited)]
+
+    def _notice(self, publication: Publication) -> None:
+        """While a process is missing time does not hurry: starting it again takes what it takes of the wall's."""
+        if not isinstance(publication.message, String):
+            return
+        if publication.topic == "process_lost":
+            self._missing.add(publication.message.data)
+        elif publication.topic == "process_back":
+            self._missing.discard(publication.message.data)
+        pace = min(1.0, self._usual_speed) if self._missing else self._usual_speed
+        self._clock.change_pace(pace, self._system.loop.now_ns)
 
     def _hear(self, process: str, reached_ns: int) -> None:
         self._clock.tell(process, reached_ns)

@@ -28,7 +28,7 @@ UNKNOWN_PLACE, NOT_REACHED = 1, 2
 """Error codes of the result."""
 NOBODY_DROVE = 9000
 """Error code UNKNOWN of nav2_msgs/action/NavigateToPose: here, that the navigator died or could not be reached."""
-DRIVER_PATIENCE = 20.0
+DRIVER_PATIENCE = 30.0
 """Seconds without a navigator after which a place counts as not reached."""
 LOOK_AGAIN = 0.5
 """Seconds between two tries to find what is not there yet."""

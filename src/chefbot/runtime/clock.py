@@ -45,9 +45,15 @@ class PacedClock:
     """Simulated time that runs at `speed` times the wall's."""
 
     def __init__(self, speed: float) -> None:
-        self._speed = speed
+        self.speed = speed
         self._wall_0 = 0
         self._time_0 = 0
+
+    def change_pace(self, speed: float, now_ns: int) -> None:
+        """Of the loop that runs on it, from `now_ns` on."""
+        if speed != self.speed:
+            self.speed = speed
+            self.start(now_ns)
 
     def start(self, now_ns: int) -> None:
         """Tie `now_ns` to the wall's present."""
@@ -55,7 +61,7 @@ class PacedClock:
 
     def wait_until(self, time_ns: int, wake: Condition) -> bool:
         """Sleep until the wall has caught up."""
-        due = self._wall_0 + (time_ns - self._time_0) / self._speed
+        due = self._wall_0 + (time_ns - self._time_0) / self.speed
         rest = (due - wall_ns()) / 1e9
         if rest < -1.0:  # too slow a machine: do not race to catch up later
             self.start(time_ns)

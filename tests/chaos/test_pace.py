@@ -1,0 +1,39 @@
+"""While a process is missing the demo's time does not hurry."""
+
+from __future__ import annotations
+
+from threading import Condition
+
+import pytest
+
+from chefbot.runtime import clock as module
+from chefbot.runtime.clock import LeadingClock
+
+SECOND = 1_000_000_000
+
+
+class Waits(Condition):
+    """Notes how long was asked for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked: list[float] = []
+
+    def wait(self, timeout: float | None = None) -> bool:
+        assert timeout is not None
+        self.asked.append(timeout)
+        return False
+
+
+def test_a_change_of_pace_counts_from_now_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "wall_ns", lambda: 5 * SECOND)
+    clock, wake = LeadingClock(4.0), Waits()
+    clock.start(0)
+    clock.wait_until(8 * SECOND, wake)
+    clock.change_pace(1.0, 6 * SECOND)
+    clock.wait_until(8 * SECOND, wake)
+    clock.change_pace(1.0, 7 * SECOND)
+    clock.wait_until(8 * SECOND, wake)
+    clock.change_pace(4.0, 7 * SECOND)
+    clock.wait_until(8 * SECOND, wake)
+    assert wake.asked == [2.0, 2.0, 2.0, 0.25]

@@ -129,9 +129,10 @@ class PageDevice(Device):
         self._server.stop()
 
     def on_stop_before(self, pressed: Bool) -> None:
-        """A STOP that was pressed in a life before stays pressed, and shows."""
+        """A STOP that was pressed in a life before stays pressed, and shows; to take it back is for people."""
         self._stopped = pressed.data
-        self.post(lambda: self.emergency_stop.publish(pressed))
+        if pressed.data:
+            self.post(lambda: self.emergency_stop.publish(pressed))
 
     def on_stop_anywhere(self, pressed: Bool) -> None:
         """STOP was pressed or taken back here or on another page, perhaps on another machine."""

@@ -10,7 +10,7 @@ from tests.waiting import PATIENCE
 
 from chefbot.devices.board import BoardDevice, BoardParams
 from chefbot.devices.line.lines import Motion, Status
-from chefbot.devices.line.words import Flag
+from chefbot.devices.line.words import LATCHED, Flag
 from chefbot.msgs.base import Message
 from chefbot.msgs.chefbot_msgs import WheelSpeeds, WheelTicks
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
@@ -115,6 +115,23 @@ def push(driven: Driven, cable: Cable, speed: float, reached: Callable[[], bool]
         return reached()
 
     driven.until(trying, f"{speed} m/s")
+
+
+def clear_faults(driven: Driven, cable: Cable) -> None:
+    """STOP pressed and let go; again where a clear came before the board knew that the cause is gone."""
+
+    def latched() -> bool:
+        motion = cable.newest(Motion)
+        return isinstance(motion, Motion) and bool(motion.flags & LATCHED)
+
+    for _ in range(10):
+        driven.press(True)
+        driven.press(False)
+        enough = len(cable.lines) + 500
+        driven.until(lambda: not latched() or len(cable.lines) > enough, "the board's lines")  # noqa: B023
+        if not latched():
+            return
+    raise AssertionError(f"it stays latched: {driven.health}")
 
 
 def ready(cable: Cable) -> bool:

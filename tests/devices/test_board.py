@@ -13,7 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from tests.devices.driven import Driven, drive, ready, standing
+from tests.devices.driven import Driven, clear_faults, drive, ready, standing
 from tests.devices.emulated import Cable, Emulator
 
 from chefbot.devices.line.frame import frame
@@ -137,8 +137,7 @@ def test_a_blocked_wheel_is_named_and_cleared(driven: Driven, cable: Cable, emul
     emulated.tell("block 1 1")
     driven.until(lambda: "right wheel" in driven.health or "right encoder" in driven.health, "the news")
     emulated.tell("block 1 0")
-    driven.press(True)
-    driven.press(False)
+    clear_faults(driven, cable)
     drive(driven, cable)
 
 

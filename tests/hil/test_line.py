@@ -12,7 +12,7 @@ from chefbot.devices.line.lines import Status, Version
 from chefbot.devices.line.words import Flag, State
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
-from tests.devices.driven import Driven, drive, ready, standing
+from tests.devices.driven import Driven, clear_faults, drive, ready, standing
 from tests.devices.emulated import Cable
 from tests.hil.boards import MegaBoard
 from tests.hil.desk import ROBOT, Desk
@@ -84,8 +84,7 @@ def test_the_estop_button_latches(desk: Desk, driven: Driven, cable: Cable) -> N
     driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
     status = cable.newest(Status)
     assert isinstance(status, Status) and status.state == State.STOPPED and status.flags & Flag.ESTOP_INPUT
-    driven.press(True)
-    driven.press(False)
+    clear_faults(driven, cable)
     drive(driven, cable, SPEED)
 
 
@@ -96,8 +95,7 @@ def test_a_wheel_that_turns_backwards_stops_both(desk: Desk, driven: Driven, cab
     driven.until(lambda: "right encoder" in driven.health, "the news")
     driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
     desk.reversed = None
-    driven.press(True)
-    driven.press(False)
+    clear_faults(driven, cable)
     drive(driven, cable, SPEED)
 
 

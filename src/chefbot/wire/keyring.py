@@ -146,7 +146,8 @@ class Keyring:
         mine = bool(card.certificate) and self._is_mine(card.certificate)
         if not mine and not self.is_member:
             raise UserError(
-                "the card is not for this machine's key; bring this machine's request to the authority"
+                "the card is not for this machine's key; accept this machine's own card first, which "
+                "`chefbot keys sign` makes of its request"
             )
         write_atomic(self._authority, card.authority)
         self._keep(card)

@@ -11,13 +11,13 @@ from typing import Any
 
 from chefbot.commands.tools.common import (
     SHOWN,
-    columns,
     console,
     definition,
     errors,
     find,
     on_wire,
     only_type,
+    print_served,
     stopping,
     to_yaml,
     type_and_values,
@@ -42,20 +42,7 @@ ENDINGS = {STATUS_SUCCEEDED: "succeeded", STATUS_CANCELED: "cancelled", STATUS_A
 def run_list(verbose: bool) -> None:
     """A name a line; with types and servers if `verbose`."""
     with on_wire("action") as node:
-        found = node.wire.graph.actions().values()
-        rows = [
-            [
-                one.name,
-                ", ".join(kind.name for kind in one.types),
-                *(end.node.full_name for end in one.givers[:1]),
-            ]
-            if verbose
-            else [one.name]
-            for one in found
-            if one.givers
-        ]
-        for line in columns(rows):
-            console.print(line)
+        print_served(node.wire.graph.actions().values(), verbose)
 
 
 def run_send(name: str, words: Sequence[str], quiet: bool) -> int:

@@ -187,3 +187,14 @@ def columns(rows: Iterable[Sequence[str]]) -> Iterator[str]:
     widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))] if table else []
     for row in table:
         yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+
+
+def print_served(found: Iterable[Named], verbose: bool) -> None:
+    """Those that somebody serves, a name a line; with types and servers if `verbose`."""
+    rows = [
+        [one.name, ", ".join(kind.name for kind in one.types), one.givers[0].node.full_name]
+        for one in found
+        if one.givers
+    ]
+    for line in columns(rows if verbose else [row[:1] for row in rows]):
+        console.print(line)

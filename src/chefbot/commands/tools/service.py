@@ -8,13 +8,13 @@ from concurrent.futures import TimeoutError as NoTimeLeftError
 from typing import Any
 
 from chefbot.commands.tools.common import (
-    columns,
     console,
     definition,
     find,
     hidden,
     on_wire,
     only_type,
+    print_served,
     to_yaml,
     type_and_values,
     type_name,
@@ -34,20 +34,8 @@ SERVED_WAIT = 2.0
 def run_list(verbose: bool, everything: bool) -> None:
     """A name a line; with types and servers if `verbose`."""
     with on_wire("service") as node:
-        found = [one for one in node.wire.graph.services().values() if everything or not hidden(one.name)]
-        rows = [
-            [
-                one.name,
-                ", ".join(kind.name for kind in one.types),
-                *(end.node.full_name for end in one.givers[:1]),
-            ]
-            if verbose
-            else [one.name]
-            for one in found
-            if one.givers
-        ]
-        for line in columns(rows):
-            console.print(line)
+        found = node.wire.graph.services().values()
+        print_served([one for one in found if everything or not hidden(one.name)], verbose)
 
 
 def run_call(name: str, words: Sequence[str], timeout: float) -> None:

@@ -160,8 +160,13 @@ class Input:
         return self._lines.get()
 
     def _read(self) -> None:
-        for line in sys.stdin.buffer:
-            self._lines.put(line)
+        rest = b""
+        while data := os.read(
+            sys.stdin.fileno(), 1 << 16
+        ):  # not by a buffer, whose lock would hold up the end
+            *lines, rest = (rest + data).split(b"\n")
+            for line in lines:
+                self._lines.put(line)
         if self.stop is not None:
             self.stop()
             time.sleep(GRACE)

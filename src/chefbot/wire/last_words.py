@@ -43,9 +43,9 @@ class Word(msgspec.Struct, frozen=True):
 
 
 class LastWords:
-    """Listens, until `close`, to the topics that nodes of the launch's other processes declare with `last_words`.
+    """Listens, as long as `node` is there, to what nodes of the launch's other processes declare with `last_words`.
 
-    `node` listens; it is closed by who gave it.
+    A launch's own process hears it for them: what a publisher keeps for those who come late dies with it.
     """
 
     def __init__(self, node: WireNode, launch: Launch, system: System) -> None:

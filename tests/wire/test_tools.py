@@ -132,7 +132,7 @@ def test_topics_are_listed_told_echoed_and_measured(verb: Callable, base: WireNo
     assert verb("topic", "echo", "/r/scan", "--once", "--field", "ranges[3]")[1].strip() == "3.0"
     assert verb("topic", "echo", "/r/map", "--once", "--field", "info.resolution")[1].strip() == "0.0"
     code, out, _ = verb("topic", "hz", "/r/scan", "--duration", "1")
-    assert code == 0 and 1 < float(out.split()[1]) < 100 and "kB/s" in out  # 50 are said; late ones come in bunches
+    assert code == 0 and 1 < float(out.split()[1]) < 100 and "kB/s" in out  # 50, but late ones bunch
 
 
 def test_what_is_not_there_is_named_with_its_nearest(verb: Callable, base: WireNode) -> None:

@@ -32,7 +32,40 @@ class Layout(NamedTuple):
 
 
 def lay_out(sizes: Mapping[str, tuple[float, float]], edges: Sequence[Edge]) -> Layout:
-    """`sizes` are (width, height) by name; edges join names, no edge joins a name to itself."""
+    """`sizes` are (width, height) by name; edges join names, no edge joins a name to itself.
+
+    What is not joined stands apart: one under the other, it would push each other away for ever.
+    """
+    boxes: dict[str, Box] = {}
+    lines: dict[Edge, list[tuple[float, float]]] = {}
+    width = top = 0.0
+    for part in _parts(sizes, edges):
+        names = set(part)
+        shown = _lay_out({name: sizes[name] for name in part}, [edge for edge in edges if edge[0] in names])
+        boxes |= {name: box._replace(y=box.y + top) for name, box in shown.boxes.items()}
+        lines |= {edge: [(x, y + top) for x, y in points] for edge, points in shown.lines.items()}
+        width, top = max(width, shown.width), top + shown.height + GAP_X
+    return Layout(boxes, lines, width, max(0.0, top - GAP_X))
+
+
+def _parts(names: Iterable[str], edges: Sequence[Edge]) -> list[list[str]]:
+    """Names that are joined, by whatever way; the largest part first."""
+    near = _neighbours([*edges, *((b, a) for a, b in edges)])[1]
+    left, parts = dict.fromkeys(names), list[list[str]]()
+    while left:
+        part = [next(iter(left))]
+        del left[part[0]]
+        for name in part:  # grows on the way
+            found = [one for one in dict.fromkeys(near.get(name, [])) if one in left]
+            part += found
+            for one in found:
+                del left[one]
+        parts.append(part)
+    return sorted(parts, key=len, reverse=True)
+
+
+def _lay_out(sizes: Mapping[str, tuple[float, float]], edges: Sequence[Edge]) -> Layout:
+    """Of what is joined."""
     backward = _backward(sizes, edges)
     forward = [(b, a) if (a, b) in backward else (a, b) for a, b in edges]
     layer_of = _layer(sizes, forward)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from chefbot.wire.node import WireNode
 from chefbot.wire.session import Wire
+from tests.processes import children_of, is_alive
 
 PATIENCE = 60.0
 HERE = Path(__file__).parent
@@ -31,18 +32,6 @@ def wait_for(condition: Callable[[], object], patience: float = PATIENCE) -> flo
 def tell(sentence: str) -> None:
     """A figure, for `pytest -s`."""
     sys.stdout.write(sentence + "\n")
-
-
-def is_alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
-
-
-def children_of(pid: int) -> list[int]:
-    found = subprocess.run(["pgrep", "-P", str(pid)], capture_output=True, text=True, check=False)
-    return [int(one) for one in found.stdout.split()]
 
 
 def name_of(pid: int) -> str:

@@ -13,7 +13,8 @@ from chefbot.msgs.nav2_msgs import Spin, Spin_Goal
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.wire.action_client import ActionClient
 from chefbot.wire.qos import LATCHED
-from tests.chaos.launched import children_of, is_alive, launched, tell, wait_for
+from tests.chaos.launched import launched, tell, wait_for
+from tests.processes import children_of, is_alive
 
 STOP_NS = 200_000_000
 """Simulated, which is the wall's time here; the supervisor looks every 50 ms and the base commands every 50 ms."""

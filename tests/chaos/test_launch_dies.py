@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 
 from chefbot.msgs.geometry_msgs import Twist
-from tests.chaos.launched import children_of, is_alive, running, tell, wait_for
+from tests.chaos.launched import running, tell, wait_for
 from tests.chaos.waiter import waiting_robot
 from tests.hil.boards import HostPort
 from tests.hil.desk import ROBOT, Desk
+from tests.processes import children_of, is_alive
 
 STOP_MS = 200.0
 LEFT_S = 3.0

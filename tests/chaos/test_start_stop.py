@@ -7,7 +7,8 @@ import time
 import pytest
 
 from chefbot.wire.session import Wire
-from tests.chaos.launched import children_of, is_alive, launched, tell, wait_for
+from tests.chaos.launched import launched, tell, wait_for
+from tests.processes import children_of, is_alive
 
 TIMES, MANY = 20, 200
 

@@ -20,7 +20,8 @@ from chefbot.wire import supervisor as module
 from chefbot.wire.last_words import Word
 from chefbot.wire.prepared import Order
 from chefbot.wire.supervisor import Hooks, Supervisor
-from tests.chaos.launched import is_alive, wait_for
+from tests.chaos.launched import wait_for
+from tests.processes import is_alive
 
 NOTING = """
 import json, os, sys

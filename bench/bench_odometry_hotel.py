@@ -1,8 +1,8 @@
 """Odometry over 40 m through the simulated hotel, on robots of the `real` profile, against the truth.
 
 Driven by the real controller between tables of the hotel; the controller sees the true pose, so that all filters
-ride along the same way. `calibrated` starts with the shares that this robot really has, as far as a calibration
-finds them: to 0.1 % of the wheels, 0.2 % of their separation and of the gyro's scale (standard deviations).
+ride along the same way. `calibrated` has a robot file with what this robot really is, as far as a calibration
+finds it.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterator
 from typing import NamedTuple
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,18 +31,20 @@ from chefbot.odometry.body import Body
 from chefbot.odometry.dead_reckoning import DeadReckoning
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.estimate import MotionEstimate
-from chefbot.odometry.motion import LEFT, RIGHT, SEPARATION
 from chefbot.odometry.params import OdometryParams
 from chefbot.odometry.readings import ImuReading, WheelCounts
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.robot.load import load_robot
+from chefbot.robot.sections import Calibration
+from chefbot.robot.spec import Robot
 from chefbot.sim.board import Board
 from chefbot.sim.load import load_any_world
 from chefbot.sim.simulation import Simulation
 
 ROBOT, WORLD = load_robot("chefbot"), load_any_world("hotel")
 METRES, RUNS, TICK_NS = 40.0, 12, 20_000_000
-CALIBRATED = OdometryParams(diameter_error=0.001, separation_error=0.002, gyro_gain_error=0.002)
+WHEELS, TRACK, GYRO = 0.0006, 0.0006, 0.00005
+"""Standard deviations that `chefbot calibrate` states for the wheels, their separation and the gyro's scale."""
 LIMIT_M, LIMIT_DEG = 0.01 * METRES, 2.0
 
 
@@ -99,10 +102,26 @@ def _sense(sim: Simulation, truth: SE2, tick: int) -> Sensed:
     )
 
 
-def fused(sensed: list[Sensed], params: OdometryParams, shares: NDArray[np.float64]) -> MotionEstimate:
-    """By wheels, gyro and accelerometer; `shares` (3,) of left wheel, right wheel, separation to begin with."""
-    ekf = Ekf(Body.of(ROBOT, params))
-    ekf.belief.state[[LEFT, RIGHT, SEPARATION]] = shares
+def calibrated(sim: Simulation, seed: int) -> Robot:
+    """The robot's file as a calibration would have left it."""
+    built, rng = sim.as_built, np.random.default_rng(seed)
+    true = np.array([built.left_wheel, built.right_wheel, built.separation, sim.gyro_scale])
+    left, right, separation, gyro = (true + rng.normal(size=4) * (WHEELS, WHEELS, TRACK, GYRO)).tolist()
+    found = Calibration(
+        left_wheel=left,
+        right_wheel=right,
+        separation=separation,
+        gyro_scale=gyro,
+        wheel_deviation=WHEELS,
+        separation_deviation=TRACK,
+        gyro_deviation=GYRO,
+    )
+    return msgspec.structs.replace(ROBOT, calibration=found)
+
+
+def fused(sensed: list[Sensed], robot: Robot) -> MotionEstimate:
+    """By wheels, gyro and accelerometer."""
+    ekf = Ekf(Body.of(robot, OdometryParams()))
     for one in sensed:
         ekf.add(one.imu)
         ekf.add(one.wheels)
@@ -131,13 +150,10 @@ def main() -> None:
     seconds = ticks = 0.0
     for seed in range(RUNS):
         sim, sensed = drive(seed)
-        built, rng = sim.as_built, np.random.default_rng(seed)
-        shares = np.array([built.left_wheel, built.right_wheel, built.separation]) - 1.0
-        shares += rng.normal(size=3) * (0.001, 0.001, 0.002)
         truth, begun = sensed[-1].truth, time.perf_counter()
-        rows["fused"].append(off(fused(sensed, OdometryParams(), np.zeros(3)), truth))
+        rows["fused"].append(off(fused(sensed, ROBOT), truth))
         seconds, ticks = seconds + time.perf_counter() - begun, ticks + len(sensed)
-        rows["fused, calibrated"].append(off(fused(sensed, CALIBRATED, shares), truth))
+        rows["fused, calibrated"].append(off(fused(sensed, calibrated(sim, seed)), truth))
         rows["wheels"].append(off(by_wheels(sensed), truth))
     print(
         f"{RUNS} drives of {METRES:.0f} m in the hotel; limits {LIMIT_M:.1f} m (1 %) and {LIMIT_DEG:.0f} deg"

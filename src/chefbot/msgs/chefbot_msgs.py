@@ -18,6 +18,7 @@ from chefbot.msgs.base import (
     Uint16,
     Uint32,
 )
+from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.std_msgs import Header
 
@@ -96,6 +97,15 @@ class DeliveryStatus(Message, frozen=True, eq=False):
     place: String = ""
     queue: StringArray = ()
     delivered: StringArray = ()
+    sentence: String = ""
+
+
+class StopStatus(Message, frozen=True, eq=False):
+    """What the base knows of STOP: `sentence` says why; `pressed_at` when it was pressed last, 0 if never."""
+
+    header: Header = Header()
+    stopped: Bool = False
+    pressed_at: Time = Time()
     sentence: String = ""
 
 

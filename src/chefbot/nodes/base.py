@@ -11,17 +11,22 @@ from msgspec import Meta
 from chefbot.control.kinematics import wheel_speeds
 from chefbot.control.limiter import Limiter, LimiterParams
 from chefbot.control.limits import Limits
-from chefbot.msgs.chefbot_msgs import WheelSpeeds
+from chefbot.msgs.chefbot_msgs import StopStatus, WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.sensor_msgs import Range
-from chefbot.msgs.std_msgs import Bool, Header, String
-from chefbot.runtime.node import In, Node, Out, every
+from chefbot.msgs.std_msgs import Bool, Empty, Header, String
+from chefbot.runtime.node import LIFE, In, Node, Out, every, last_words, topic
 
 RATE = 20.0
 ECHO_TIMEOUT_NS = 300_000_000
 """An older echo says nothing of what is ahead now."""
 CALM = 0.6
 """Share of the acceleration that this braking plans with."""
+PRESSED = "STOP was pressed."
+RELEASED = "STOP was released."
+SAID_ELSEWHERE = "Somebody said STOP on emergency_stop."
+STILL_STOPPED = "The base began anew; STOP was pressed before, and still is. Release it to drive."
+NOT_KNOWN = "The base began anew and does not know whether it was stopped, so it is. Release STOP to drive."
 
 
 class BaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -48,26 +53,44 @@ class BaseNode(Node):
     """Twists to wheel speeds: a person before navigation, STOP before both, limits and ramps behind all.
 
     `cmd_vel` tells what was really commanded. A command that is not repeated is a stop.
+
+    The state of STOP is this node's alone: all others ask by `stop_request`, and it tells everybody, late comers
+    too, on `emergency_stop`, and why on `stop_status`. A STOP that somebody says on `emergency_stop` itself counts;
+    to take one back there does not.
     """
 
     live_params = ("*",)
     params: BaseParams
     cmd_vel_teleop: In[Twist]
     cmd_vel_nav: In[Twist]
-    emergency_stop: In[Bool]
+    stop_request: In[Bool]
+    stop_elsewhere: In[Bool] = topic("emergency_stop")
+    told_before: In[StopStatus] = last_words("stop_status")
+    lived_before: In[Empty] = last_words(LIFE)
     process_lost: In[String]
     process_back: In[String]
     ultrasonic: In[Range]
     cmd_vel: Out[Twist]
     wheel_speeds: Out[WheelSpeeds]
+    emergency_stop: Out[Bool] = topic(latched=True)
+    stop_status: Out[StopStatus] = topic(latched=True)
+    remark: Out[String] = topic("base/remark")
 
     def start(self) -> None:
         """Stand still."""
         self._limiter = Limiter(Limits.of(self.robot), self.params.limiter)
         self._person: Heard | None = None
         self._navigation: Heard | None = None
-        self._stopped = False
+        self._stop = StopStatus()
+        self._stop_is_told = False
         self._missing: set[str] = set()
+        self.spawn(self._begin())
+
+    async def _begin(self) -> None:
+        """Tell how it stands, once the life before, if there was one, has told it."""
+        await self.sleep(0.0)
+        if not self._stop_is_told:
+            self._take_stop(self._stop)
 
     def reconfigure(self, params: BaseParams) -> None:
         """From the next command on."""
@@ -82,12 +105,47 @@ class BaseNode(Node):
         """Navigation drives."""
         self._navigation = self._heard(twist)
 
-    def on_emergency_stop(self, pressed: Bool) -> None:
+    def on_told_before(self, status: StopStatus) -> None:
+        """Who was stopped when the process died still is."""
+        self._stop = status
+        if status.stopped:
+            self._still_stopped(STILL_STOPPED)
+
+    def on_lived_before(self, _: Empty) -> None:
+        """A robot that does not know stops."""
+        if self.told_before.last is None:
+            self._still_stopped(NOT_KNOWN)
+
+    def on_stop_request(self, press: Bool) -> None:
+        """A person, by a page or a button; again while it is pressed says nothing new."""
+        if press.data != self._stop.stopped:
+            self._change_stop(press.data, PRESSED if press.data else RELEASED)
+
+    def on_stop_elsewhere(self, pressed: Bool) -> None:
+        """Our own word, or that of somebody who does not know whose it is to say."""
+        if pressed.data and not self._stop.stopped:
+            self._change_stop(True, SAID_ELSEWHERE)
+        elif not pressed.data and self._stop.stopped:
+            self._take_stop(self._stop)  # whoever heard the other word hears ours after it
+
+    def _still_stopped(self, sentence: str) -> None:
+        self._change_stop(True, sentence)
+        self.remark.publish(String(sentence))
+
+    def _change_stop(self, stopped: bool, sentence: str) -> None:
         """Latched: what was commanded before it does not come back."""
-        self._stopped = pressed.data
-        if pressed.data:
+        now = Header.of(self.now_ns, "base_link")
+        pressed_at = now.stamp if stopped and not self._stop.stopped else self._stop.pressed_at
+        if stopped:
             self._person = self._navigation = None
             self._limiter.reset()
+            self._say(0.0, 0.0)
+        self._take_stop(StopStatus(now, stopped, pressed_at, sentence))
+
+    def _take_stop(self, status: StopStatus) -> None:
+        self._stop, self._stop_is_told = status, True
+        self.stop_status.publish(status)
+        self.emergency_stop.publish(Bool(status.stopped))
 
     def on_process_lost(self, process: String) -> None:
         """Nobody thinks about what it did any more: stand, at once and without a ramp.
@@ -106,7 +164,7 @@ class BaseNode(Node):
     @every(hz=RATE)
     def command(self) -> None:
         """The next step of the ramp."""
-        heard = None if self._stopped else self._chosen()
+        heard = None if self._stop.stopped else self._chosen()
         v, w, age = (0.0, 0.0, 0.0) if heard is None else (heard.v, heard.w, self._age(heard))
         v, w = self._limiter.step(min(v, self._safe_speed()), w, age, 1.0 / RATE)
         self._say(v, w)

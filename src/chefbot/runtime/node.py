@@ -73,11 +73,15 @@ LAST_WORDS = "last_words/"
 """Topics of the loop that begin so are told by no node: see `last_words`."""
 
 
+LIFE = "life"
+"""The last of a node's last words: that it has lived before, whatever else is known of that."""
+
+
 def last_words(name: str) -> Any:
-    """An input for what was last said on the latched topic `name` by this node's life before.
+    """An input for what was last said on the latched topic `name` by this node's life before, or by others.
 
     Told once, before any timer, where a node's process died and was started again: what goes on from there goes on.
-    `tf` is told as it was when the process died.
+    `tf` is told as it was when the process died; LIFE, an Empty, comes behind all others.
     """
     return TopicSpec(LAST_WORDS + name)
 

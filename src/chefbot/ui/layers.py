@@ -105,6 +105,8 @@ class Status(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     """Why it stopped or slowed down the last time, one sentence."""
     stopped: bool = False
     """Whether an operator's STOP is latched."""
+    stop_asked: bool = False
+    """Whether STOP was pressed here and is not confirmed by the robot yet."""
     simulation: bool = False
     """Whether the page may offer boxes, doors and kidnapping."""
     doors: tuple[str, ...] = ()

@@ -18,6 +18,7 @@ from chefbot.msgs.chefbot_msgs import (
     ObstacleScan,
     Order,
     Places,
+    StopStatus,
     WheelTicks,
 )
 from chefbot.msgs.geometry_msgs import (
@@ -34,7 +35,7 @@ from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, LaserScan
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.clock import wall_ns
-from chefbot.runtime.node import Device, In, Out, every, last_words, topic
+from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.runtime.transforms import TransformError
 from chefbot.ui import commands as do
 from chefbot.ui.body import frame_views, make_glb, wheel_angles
@@ -44,6 +45,11 @@ from chefbot.ui.server import PageServer
 
 CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
 """How well a person clicks a pose: metres, radians."""
+ASK_HZ = 5
+"""STOP is asked for again so often until the robot confirms it."""
+ANSWER_NS = 1_000_000_000
+"""A robot that has not confirmed it after so long may not have heard it."""
+UNCONFIRMED = "STOP was pressed, but the robot does not confirm it. Use the switch on the robot."
 
 
 class CostImage(NamedTuple):
@@ -95,15 +101,15 @@ class PageDevice(Device):
     delivery_status: In[DeliveryStatus]
     places: In[Places]
     phase: In[String]
-    stop_before: In[Bool] = last_words("emergency_stop")
-    stop_anywhere: In[Bool] = topic("emergency_stop")
+    emergency_stop: In[Bool]
+    stop_status: In[StopStatus]
 
     goal_pose: Out[PoseStamped]
     initialpose: Out[PoseWithCovarianceStamped]
     order: Out[Order]
     taken: Out[Empty]
     cancel: Out[Empty]
-    emergency_stop: Out[Bool] = topic(latched=True)
+    stop_request: Out[Bool]
     cmd_vel_teleop: Out[Twist]
     drop_box: Out[PoseStamped] = topic("simulation/drop_box")
     door: Out[String] = topic("simulation/door")
@@ -113,6 +119,7 @@ class PageDevice(Device):
         """Serve."""
         self._places: dict[str, SE2] = {}
         self._stopped = False
+        self._stop_asked_ns: int | None = None
         self._pace = (wall_ns(), self.now_ns)
         self._factor: float | None = None
         self._moving: dict[str, FrameView] = {}
@@ -128,15 +135,22 @@ class PageDevice(Device):
         super().stop()
         self._server.stop()
 
-    def on_stop_before(self, pressed: Bool) -> None:
-        """A STOP that was pressed in a life before stays pressed, and shows; to take it back is for people."""
-        self._stopped = pressed.data
-        if pressed.data:
-            self.post(lambda: self.emergency_stop.publish(pressed))
+    def on_emergency_stop(self, stopped: Bool) -> None:
+        """How the base says that it is, whoever asked for it, here or on another page."""
+        self._stopped = stopped.data
+        if stopped.data:
+            self._stop_asked_ns = None
 
-    def on_stop_anywhere(self, pressed: Bool) -> None:
-        """STOP was pressed or taken back here or on another page, perhaps on another machine."""
-        self._stopped = pressed.data
+    @every(hz=ASK_HZ)
+    def ask_again(self) -> None:
+        """A STOP that the base has not confirmed may have been lost on the way, or with a process that died."""
+        if self._stop_asked_ns is not None:
+            self.stop_request.publish(Bool(True))
+
+    def _ask_stop(self, press: bool) -> None:
+        """To take a STOP back is said once: what comes late must not release one that was pressed since."""
+        self._stop_asked_ns = self.now_ns if press and not self._stopped else None
+        self.stop_request.publish(Bool(press))
 
     # -- what is shown
 
@@ -266,10 +280,18 @@ class PageDevice(Device):
             confidence=sure.confidence if sure else None,
             localization_error=truth.pose.pose.se2.distance(pose) if truth and pose else None,
             navigation=navigation.state if navigation else "",
-            reason=navigation.reason if navigation else "",
+            reason=self._why_stopped() or (navigation.reason if navigation else ""),
             stopped=self._stopped,
+            stop_asked=self._stop_asked_ns is not None,
             simulation=self.params.simulation,
         )
+
+    def _why_stopped(self) -> str:
+        """Empty where STOP is not why."""
+        if self._stop_asked_ns is not None and self.now_ns - self._stop_asked_ns > ANSWER_NS:
+            return UNCONFIRMED
+        status = self.stop_status.last
+        return status.sentence if self._stopped and status else ""
 
     def _real_time_factor(self) -> float | None:
         """Seconds of the loop in a second of the wall, over the last half second."""
@@ -314,8 +336,7 @@ class PageDevice(Device):
             case do.Cancel():
                 self.cancel.publish(Empty())
             case do.Stop() | do.Resume():
-                self._stopped = isinstance(command, do.Stop)
-                self.emergency_stop.publish(Bool(self._stopped))
+                self._ask_stop(isinstance(command, do.Stop))
             case do.Drive(v, w):
                 self.cmd_vel_teleop.publish(Twist.of(v * self.robot.max_speed, w * self.robot.max_turn))
             case _:

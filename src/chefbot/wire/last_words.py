@@ -11,9 +11,10 @@ import msgspec
 from chefbot.msgs.base import Message
 from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.registry import message_type
+from chefbot.msgs.std_msgs import Empty
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, split
-from chefbot.runtime.node import LAST_WORDS, TopicSpec
+from chefbot.runtime.node import LAST_WORDS, LIFE, TopicSpec
 from chefbot.runtime.system import System
 from chefbot.runtime.transforms import TransformError
 from chefbot.wire.names import WireType
@@ -61,11 +62,11 @@ class LastWords:
         """What its next life is told; any thread."""
         with self._lock:
             words = tuple(self._said[process].values())
-        return (*words, *self._frames())
+        return (*words, *self._frames(), Word.of(LIFE, Empty()))
 
     def _listen(self, node: WireNode, process: str, entry: NodeEntry) -> None:
         for topic, kind in wanted(entry):
-            if topic != FRAMES:
+            if topic not in (FRAMES, LIFE):
                 wire_type = WireType.of(kind)
                 keep = partial(self._keep, process, topic, wire_type.name)
                 node.raw_subscription(entry.remap.get(topic, topic), wire_type, keep, LATCHED)

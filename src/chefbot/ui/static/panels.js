@@ -93,14 +93,14 @@ export class Panels {
     text("confidence", known(status.confidence, (share) => `${Math.round(100 * share)} %`));
     text("reason", status.reason || "It has not stopped yet.");
     text("last-stop", status.reason ? `Last stop: ${status.reason}` : "");
-    this.stopped(Boolean(status.stopped));
+    this.stopped(Boolean(status.stopped), Boolean(status.stop_asked));
     this.simulation(status);
   }
 
-  stopped(stopped) {
-    document.body.classList.toggle("stopped", stopped);
-    $("resume").hidden = !stopped;
-    text("stop", stopped ? "STOPPED" : "STOP");
+  stopped(stopped, asked) {
+    document.body.classList.toggle("stopped", stopped || asked);
+    $("resume").hidden = !stopped && !asked;
+    text("stop", stopped ? "STOPPED" : asked ? "STOP …" : "STOP");     // nothing is claimed that the robot has not said
   }
 
   simulation(status) {

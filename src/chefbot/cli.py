@@ -15,6 +15,9 @@ from chefbot.commands.keys import keys_app
 from chefbot.commands.tools.apps import add_tools
 from chefbot.errors import UserError
 
+ROBOTS = "chefbot, chefbot_lidar, desk, porter, or a robot file"
+WORLDS = "hotel, room, workshop, empty, a world file, or any ROS map.yaml"
+
 app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
@@ -39,7 +42,7 @@ def version(
 @app.command()
 def demo(
     world: Annotated[str, typer.Option(help="hotel, room, a world file, or any ROS map.yaml")] = "hotel",
-    robot: Annotated[str, typer.Option(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    robot: Annotated[str, typer.Option(help=ROBOTS)] = "chefbot",
     seed: Annotated[int, typer.Option(min=0, help="of all chance: the same seed gives the same run")] = 1,
     headless: Annotated[bool, typer.Option("--headless", help="without the page")] = False,
     speed: Annotated[str, typer.Option(help="times real time, or max")] = "max",
@@ -136,7 +139,7 @@ def map_saver(
 
 @app.command()
 def design(
-    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    robot: Annotated[str, typer.Argument(help=ROBOTS)] = "chefbot",
     payload: Annotated[str | None, typer.Option(help="6, '6 kg' or '13 lb'")] = None,
     speed: Annotated[str | None, typer.Option(help="m/s, or with a unit")] = None,
     acceleration: Annotated[str | None, typer.Option(help="m/s^2")] = None,
@@ -164,7 +167,7 @@ def design(
 
 @app.command()
 def calibrate(
-    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    robot: Annotated[str, typer.Argument(help=ROBOTS)] = "chefbot",
     arguments: Annotated[
         list[str] | None,
         typer.Argument(help="key:=value of the launch, such as squares:=2 or port:=/dev/ttyACM0"),
@@ -184,7 +187,7 @@ def calibrate(
 
 @app.command()
 def urdf(
-    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    robot: Annotated[str, typer.Argument(help=ROBOTS)] = "chefbot",
     out: Annotated[Path | None, typer.Option(help="file, instead of the screen")] = None,
     package: Annotated[
         Path | None, typer.Option(help="folder that gets the ROS 2 package chefbot_description")
@@ -206,8 +209,8 @@ def urdf(
 
 @app.command()
 def sdf(
-    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
-    world: Annotated[str | None, typer.Option(help="hotel, room, a world file, or any ROS map.yaml")] = None,
+    robot: Annotated[str, typer.Argument(help=ROBOTS)] = "chefbot",
+    world: Annotated[str | None, typer.Option(help=WORLDS)] = None,
     out: Annotated[Path | None, typer.Option(help="file, instead of the screen")] = None,
 ) -> None:
     """The robot, or a world with the robot in it, for Gazebo."""
@@ -219,7 +222,7 @@ def sdf(
 @app.command()
 def ros2(
     out: Annotated[Path, typer.Option(help="the src folder of a ROS 2 workspace: gets three packages")],
-    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    robot: Annotated[str, typer.Argument(help=ROBOTS)] = "chefbot",
 ) -> None:
     """ROS 2 packages of the robot: model, launches, Nav2's parameters with their reasons, Gazebo's worlds."""
     from chefbot.commands.ros2 import run_ros2
@@ -243,7 +246,7 @@ def dds(
 
 @app.command()
 def mjcf(
-    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    robot: Annotated[str, typer.Argument(help=ROBOTS)] = "chefbot",
     out: Annotated[Path | None, typer.Option(help="file, instead of the screen")] = None,
 ) -> None:
     """The robot for MuJoCo, as the simulator has it."""
@@ -260,7 +263,7 @@ def drawing(
             help="base_plate, middle_plate, top_plate, pole, tube, motor_clamp, caster, assembly, or all"
         ),
     ],
-    robot: Annotated[str, typer.Option(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    robot: Annotated[str, typer.Option(help=ROBOTS)] = "chefbot",
     out: Annotated[Path, typer.Option(help="folder for DXF, PNG and PDF")] = Path("runs/drawings"),
 ) -> None:
     """Draw the robot's parts with their dimensions, true to scale."""
@@ -271,7 +274,7 @@ def drawing(
 
 @app.command()
 def check(
-    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, porter, desk, or a robot file")],
+    robot: Annotated[str, typer.Argument(help=ROBOTS)],
     as_json: Annotated[bool, typer.Option("--json", help="as JSON, in SI units")] = False,
     out: Annotated[Path | None, typer.Option(help="PNG of the robot from above, overlaps in red")] = None,
 ) -> None:
@@ -283,7 +286,7 @@ def check(
 
 @app.command()
 def model(
-    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    robot: Annotated[str, typer.Argument(help=ROBOTS)] = "chefbot",
     form: Annotated[
         Literal["stl", "glb", "obj", "step"],
         typer.Option("--format", help="for printers, viewers, old programs, CAD"),
@@ -315,7 +318,7 @@ def board_emulate(
     link: Annotated[Path, typer.Option(help="where it can be opened like a serial port")] = Path(
         "runs/board"
     ),
-    robot: Annotated[str, typer.Option(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    robot: Annotated[str, typer.Option(help=ROBOTS)] = "chefbot",
 ) -> None:
     """Run the firmware on this computer, with modelled motors: a board without a board."""
     from chefbot.commands.board import run_emulator
@@ -345,7 +348,7 @@ def board_log(
 
 @firmware_app.command("header")
 def firmware_header(
-    robot: Annotated[str, typer.Argument(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    robot: Annotated[str, typer.Argument(help=ROBOTS)] = "chefbot",
     out: Annotated[Path | None, typer.Option(help="file, instead of the screen")] = None,
 ) -> None:
     """The robot's numbers as the C header that the firmware is compiled with."""
@@ -357,7 +360,7 @@ def firmware_header(
 @app.command()
 def flash(
     board: Annotated[str, typer.Option(help="mega, tiva or pico")],
-    robot: Annotated[str, typer.Option(help="chefbot, chefbot_lidar, or a robot file")] = "chefbot",
+    robot: Annotated[str, typer.Option(help=ROBOTS)] = "chefbot",
     port: Annotated[str, typer.Option(help="serial port of the board, where its tool asks for one")] = "auto",
 ) -> None:
     """Compile the firmware for a robot and write it to its motor board."""

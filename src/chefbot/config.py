@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,6 +16,13 @@ from chefbot.robot.units import to_si
 
 T = TypeVar("T")
 MAX_BYTES = 1_000_000
+BOUNDS = (
+    ("gt", operator.gt, "above"),
+    ("ge", operator.ge, "at least"),
+    ("lt", operator.lt, "below"),
+    ("le", operator.le, "at most"),
+)
+"""Name of a bound in msgspec, what keeps it, and how it is said."""
 
 
 class _StrictLoader(yaml.SafeLoader):
@@ -107,11 +115,28 @@ def _to_plain(value: Any, kind: types.Type, where: str, key: str) -> Any:
     if isinstance(kind, types.DictType) and isinstance(value, dict):
         return {k: _to_plain(v, kind.value_type, where, _join(key, k)) for k, v in value.items()}
     unit = kind.extra.get("unit") if isinstance(kind, types.Metadata) and kind.extra else None
+    written = value
     if unit is not None:
         value = _quantity(value, unit, where, key)
     if isinstance(value, float) and not math.isfinite(value):
         raise UserError(f"{where}: {key}: {value} is not a finite number")
+    _check_bounds(value, written, kind, unit or "", f"{where}: {key}")
     return value
+
+
+def _check_bounds(value: Any, written: Any, kind: types.Type, unit: str, where: str) -> None:
+    """msgspec would speak of types and of SI figures; this speaks of what was `written`, and of units."""
+    inner = kind.type if isinstance(kind, types.Metadata) else kind
+    if not isinstance(inner, (types.FloatType, types.IntType)) or not _is_number(value):
+        return
+    for name, keeps, words in BOUNDS:
+        bound = getattr(inner, name)
+        if bound is not None and not keeps(value, bound):
+            raise UserError(f"{where}: {written} must be {words} {bound:g} {unit}".rstrip())
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _struct_to_plain(value: Any, kind: types.StructType, where: str, key: str) -> Any:

@@ -21,7 +21,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.nodes.calibrator import CalibratorNode
 from chefbot.robot.load import find_robot, load_robot, parse_robot
 from chefbot.robot.spec import Robot
-from chefbot.runtime.files import write_atomic
+from chefbot.runtime.files import make_folder, write_atomic
 from chefbot.runtime.launch import Launch, load_launch
 from chefbot.runtime.system import System
 
@@ -57,10 +57,7 @@ def run_calibrate(options: CalibrateOptions) -> None:
     target = options.out / "robot.yaml"
     if target.resolve() == find_robot(options.robot).resolve():
         raise UserError(f"{target} would be like itself; give another folder with --out")
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"folder {options.out} cannot be made: {error.strerror}") from None
+    make_folder(options.out)
     measured = _measure(robot, launch, options)
     result = calibrate(measured.drive, Wheels.of(robot), measured.mount)
     found = findings_of(result, robot, measured.mount, measured.frame)

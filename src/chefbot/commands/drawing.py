@@ -11,9 +11,8 @@ from chefbot.commands.drawing_picture import picture
 from chefbot.design.drawing_dxf import dxf_bytes, dxf_document
 from chefbot.design.drawing_paper import NAMES, Drawing
 from chefbot.design.sheets import asked_for, draw
-from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
-from chefbot.runtime.files import write_atomic
+from chefbot.runtime.files import make_folder, write_atomic
 
 console = Console(highlight=False)
 
@@ -22,7 +21,7 @@ def run_drawing(names: list[str], robot: str, out: Path) -> None:
     """Write NAME.dxf, .png and .pdf of every sheet asked for, and print a list of them."""
     model = load_robot(robot)
     sheets = asked_for(model, names)
-    _make_folder(out)
+    make_folder(out)
     table = Table("sheet", "paper", "scale", "files")
     for name in sheets:
         drawing = draw(model, name)
@@ -45,12 +44,3 @@ def write_drawing(drawing: Drawing, folder: Path) -> list[Path]:
     for path, data in files.items():
         write_atomic(path, data)
     return list(files)
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(
-            f"folder {folder} cannot be made: {error.strerror or error}; give another with --out"
-        ) from None

@@ -8,13 +8,12 @@ import time
 from pathlib import Path
 from typing import Any
 
+from chefbot.commands.describe import write_into_folder
 from chefbot.commands.tools.common import console, hidden, mismatches, on_wire, stopping
 from chefbot.commands.tools.graph_svg import to_svg
 from chefbot.commands.tools.listen import Hear, listen
 from chefbot.commands.tools.meter import Meter, Rate
 from chefbot.commands.tools.topic_look import seen
-from chefbot.errors import UserError
-from chefbot.runtime.files import write_atomic
 from chefbot.wire.graph import Endpoint, Graph, Named
 from chefbot.wire.node import WireNode
 
@@ -30,11 +29,7 @@ def run_graph(out: Path, as_json: bool, seconds: float) -> None:
     if as_json:
         console.print(json.dumps(found, indent=2))
         return
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"{out} cannot be written: {error.strerror}") from None
-    write_atomic(out, to_svg(found).encode())
+    write_into_folder(out, to_svg(found).encode())
     console.print(f"{out}: {len(found['nodes'])} nodes, {len(found['topics'])} topics")
     for sentence in found["mismatches"]:
         console.print(f"! {sentence}")
@@ -95,7 +90,7 @@ def _latched(named: Named) -> bool:
 def _ends(named: Named, givers: str, takers: str) -> dict[str, Any]:
     return {
         "name": named.name,
-        "types": [kind.name for kind in named.types],
+        "types": list(dict.fromkeys(kind.name for kind in named.types)),
         givers: _names(named.givers),
         takers: _names(named.takers),
     }

@@ -1,0 +1,27 @@
+"""The help names what there is."""
+
+import subprocess
+import sys
+
+import pytest
+
+from chefbot.cli import ROBOTS, WORLDS
+from chefbot.robot.load import built_in_robots
+from chefbot.sim.world import built_in_worlds
+
+
+def words(text: str) -> list[str]:
+    return text.split(", ")
+
+
+def test_every_robot_and_world_is_named() -> None:
+    assert set(words(ROBOTS)) == {*built_in_robots(), "or a robot file"}
+    assert set(words(WORLDS)) == {*built_in_worlds(), "a world file", "or any ROS map.yaml"}
+
+
+@pytest.mark.parametrize("verb", ["design", "drawing", "model", "urdf", "sdf", "mjcf", "check"])
+def test_it_stands_in_the_help_of_each_verb_that_takes_a_robot(verb: str) -> None:
+    shown = subprocess.run(
+        [sys.executable, "-m", "chefbot", verb, "--help"], capture_output=True, text=True, check=True
+    ).stdout
+    assert all(name in shown for name in built_in_robots())

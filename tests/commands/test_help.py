@@ -1,11 +1,9 @@
 """The help names what there is."""
 
-import subprocess
-import sys
-
 import pytest
+from typer.testing import CliRunner
 
-from chefbot.cli import ROBOTS, WORLDS
+from chefbot.cli import ROBOTS, WORLDS, app
 from chefbot.robot.load import built_in_robots
 from chefbot.sim.world import built_in_worlds
 
@@ -21,7 +19,5 @@ def test_every_robot_and_world_is_named() -> None:
 
 @pytest.mark.parametrize("verb", ["design", "drawing", "model", "urdf", "sdf", "mjcf", "check"])
 def test_it_stands_in_the_help_of_each_verb_that_takes_a_robot(verb: str) -> None:
-    shown = subprocess.run(
-        [sys.executable, "-m", "chefbot", verb, "--help"], capture_output=True, text=True, check=True
-    ).stdout
+    shown = CliRunner().invoke(app, [verb, "--help"]).output
     assert all(name in shown for name in built_in_robots())

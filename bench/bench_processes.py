@@ -1,0 +1,92 @@
+"""What the death of a process costs a robot that carries food, and starting and stopping, in processes, at real time.
+
+A lidar robot in a small simulated room, split as `chefbot demo --processes` splits it, begins its way to a table;
+then each process in turn gets a `kill -9`. `stopped` counts the robot's time from its last command before the kill to
+the first that is a stop, `back` the wall's until every node of the process is on the wire again.
+
+Run: python bench/bench_processes.py [TIMES]
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from chefbot.commands.demo_processes import PROCESSES
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tests.chaos.launched import launched, wait_for  # noqa: E402
+from tests.chaos.waiter import Blow, waiting_robot  # noqa: E402
+from tests.processes import children_of, is_alive  # noqa: E402
+
+ARRIVED_M = 0.35
+STOP_MS, BACK_S, SHUT_S = 200.0, 5.0, 3.0
+
+
+class Death(NamedTuple):
+    """What one kill led to."""
+
+    stopped_ms: float
+    back_s: float
+    arrived: bool
+    """With its food, where it was going."""
+
+
+def death_of(process: str) -> Death:
+    """One kill on the way to a table."""
+    with tempfile.TemporaryDirectory() as folder, waiting_robot(Path(folder)) as watched:
+        watched.order("table_1")
+        wait_for(lambda: watched.has("driving", "table_1"))
+        blow = Blow(watched, process)
+        back = blow.wait_until_back()
+        wait_for(lambda: watched.has("waiting", "table_1"))
+        arrived = watched.at("table_1") < ARRIVED_M
+        watched.one.stop()
+        return Death(blow.stopped_ms, back, arrived)
+
+
+def show_deaths(process: str, times: int) -> bool:
+    """A row; whether all of them kept the limits."""
+    deaths = [death_of(process) for _ in range(times)]
+    stopped, back, arrived = map(np.array, zip(*deaths, strict=True))
+    cells = f"{np.median(stopped):6.0f} {stopped.max():6.0f}   {np.median(back):6.1f} {back.max():6.1f}"
+    print(f"{process:12} {cells}   {arrived.sum():3} of {times}", flush=True)
+    return bool(np.median(stopped) <= STOP_MS and np.median(back) <= BACK_S and arrived.all())
+
+
+def start_and_stop() -> tuple[float, int]:
+    """Seconds that a launch with a process of its own takes to end after Ctrl-C; processes that it left behind."""
+    with launched("toys.yaml") as (one, node):
+        wait_for(lambda: "frames" in {found.name for found in node.wire.graph.nodes()})
+        children = children_of(one.process.pid)
+        began = time.monotonic()
+        one.stop()
+        return time.monotonic() - began, sum(map(is_alive, children))
+
+
+def main() -> None:
+    """Print both; exit code 1 if a limit is not kept in the median, food is lost or a process is left behind."""
+    times = int(sys.argv[1]) if len(sys.argv) > 1 else 3
+    print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores; {times} kills of each process")
+    print(f"limits       {STOP_MS:6.0f} ms         {BACK_S:6.1f} s")
+    print("killed       stopped ms      back after s    food arrives")
+    print("             median  worst   median  worst")
+    kept = [show_deaths(process, times) for process in PROCESSES]
+    shut, left = zip(*(start_and_stop() for _ in range(times)), strict=True)
+    print(
+        f"ending a launch: {np.median(shut):.2f} s, worst {max(shut):.2f} s; processes left behind: {sum(left)}"
+    )
+    if not all(kept) or np.median(shut) > SHUT_S or any(left):
+        raise SystemExit("a limit is not kept")
+
+
+if __name__ == "__main__":
+    main()

@@ -69,7 +69,13 @@ def define_action(goal: type[G], result: type[R], feedback: type[F]) -> Action[G
         kind: type[Message] = cast(
             type[Message],
             msgspec.defstruct(
-                f"{name}_{suffix}", fields, bases=(Message,), module=module, frozen=True, eq=False
+                f"{name}_{suffix}",
+                fields,
+                bases=(Message,),
+                module=module,
+                namespace={"ROS_PACKAGE": goal.ROS_PACKAGE},
+                frozen=True,
+                eq=False,
             ),
         )
         setattr(sys.modules[module], kind.__name__, kind)

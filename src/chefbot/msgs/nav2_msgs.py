@@ -1,4 +1,4 @@
-"""nav2_msgs: particles and the actions of navigation."""
+"""nav2_msgs: particles and the actions of navigation, as Kilted has them; `editions` knows how others differ."""
 # ruff: noqa: N801 (names on the wire)
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from chefbot.msgs.base import Bool, Float32, Float64, Int16, Message, String, Ui
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.nav_msgs import Path
-from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.std_msgs import Empty, Header
 
 
 class Particle(Message, frozen=True, eq=False):
@@ -83,8 +83,9 @@ class FollowPath_Goal(Message, frozen=True, eq=False):
 
 
 class FollowPath_Result(Message, frozen=True, eq=False):
-    """0, or why it stopped."""
+    """0, or why it stopped; the first field has outlived its use and is on the wire all the same."""
 
+    result: Empty = Empty()
     error_code: Uint16 = 0
     error_msg: String = ""
 

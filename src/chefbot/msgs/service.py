@@ -55,6 +55,7 @@ def define_service(request: type[Q], response: type[S]) -> Service[Q, S]:
             ],
             bases=(Message,),
             module=module,
+            namespace={"ROS_PACKAGE": request.ROS_PACKAGE},
             frozen=True,
             eq=False,
         ),

@@ -155,11 +155,11 @@ class ControllerNode(Node):
         """Until the end of the path is reached, or there is no way on."""
         path = np.array([one.pose.se2 for one in goal.path.poses]).reshape(-1, 3)
         if len(path) == 0:
-            return FollowPath_Result(INVALID_PATH, "The path has no poses.")
+            return FollowPath_Result(error_code=INVALID_PATH, error_msg="The path has no poses.")
         try:
             odom_T_map = self.tf.lookup("odom", goal.path.header.frame_id)
         except TransformError as error:
-            return FollowPath_Result(NO_TRANSFORM, f"The path cannot be placed: {error}")
+            return FollowPath_Result(error_code=NO_TRANSFORM, error_msg=f"The path cannot be placed: {error}")
         self._take_path(path, odom_T_map)
         self._feedback = feedback
         self._following = Future()
@@ -246,10 +246,15 @@ class ControllerNode(Node):
             self._end(following, FollowPath_Result())
         elif self._blocked >= BLOCKED_PATIENCE:
             self._end(
-                following, FollowPath_Result(NO_VALID_CONTROL, "Something is in the way on every side.")
+                following,
+                FollowPath_Result(
+                    error_code=NO_VALID_CONTROL, error_msg="Something is in the way on every side."
+                ),
             )
         elif not moving:
-            self._end(following, FollowPath_Result(STUCK, "I try to move but do not get on."))
+            self._end(
+                following, FollowPath_Result(error_code=STUCK, error_msg="I try to move but do not get on.")
+            )
         else:
             self._feedback(FollowPath_Feedback(0.0, v))
 

@@ -125,7 +125,7 @@ class NavigatorNode(Node):
             while True:
                 planned = await self.compute_path_to_pose.call(ComputePathToPose_Goal(goal))
                 if planned.error_code != 0:
-                    return FollowPath_Result(planned.error_code, planned.error_msg)
+                    return FollowPath_Result(error_code=planned.error_code, error_msg=planned.error_msg)
                 self._tell("driving", "")
                 following = self.follow_path.call(FollowPath_Goal(planned.path))
                 await first_of(following, self.sleep(self.params.replan_period))

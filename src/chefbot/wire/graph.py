@@ -140,7 +140,8 @@ class Graph:
         for named in [*self.topics().values(), *self.services().values()]:
             for giver in named.givers:
                 for taker in named.takers:
-                    found += _mismatch(named.name, giver, taker)
+                    if not _otherwise(named, giver, taker):
+                        found += _mismatch(named.name, giver, taker)
         return sorted(set(found))
 
     def _endpoints(self) -> list[Endpoint]:
@@ -179,6 +180,15 @@ def _group(name: str, ends: list[Endpoint], giver: str) -> Named:
     types = tuple(dict.fromkeys(one.end.type for one in ends))
     givers = tuple(one for one in ends if one.end.kind == giver)
     return Named(name, types, givers, tuple(one for one in ends if one.end.kind != giver))
+
+
+def _otherwise(named: Named, giver: Endpoint, taker: Endpoint) -> bool:
+    """Whether the two nodes meet by another end of one of them: it speaks several editions of the type."""
+    given, taken = giver.end.type, taker.end.type
+    return given != taken and (
+        any(one.node == giver.node and one.end.type == taken for one in named.givers)
+        or any(one.node == taker.node and one.end.type == given for one in named.takers)
+    )
 
 
 def _mismatch(name: str, giver: Endpoint, taker: Endpoint) -> list[str]:

@@ -24,12 +24,15 @@ from chefbot.commands.tools.common import (
     type_name,
 )
 from chefbot.errors import UserError
+from chefbot.msgs.action import Action
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED
 from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.editions import editions
 from chefbot.msgs.plain import from_plain, to_plain
 from chefbot.msgs.registry import action_type
 from chefbot.wire.action_client import ActionClient, GoalHandle, RejectedError
+from chefbot.wire.graph import Named
 from chefbot.wire.service import NoAnswerError
 
 SERVED_WAIT, CANCEL_WAIT = 2.0, 5.0
@@ -50,19 +53,31 @@ def run_send(name: str, words: Sequence[str], quiet: bool) -> int:
     given, plain = type_and_values(words)
     with on_wire("action") as node, stopping() as stop:
         named = find(node.wire.graph.actions, name, "action")
-        kind = only_type(named, "action")
-        own = kind.name.removesuffix(SEND_GOAL)
-        if given and type_name(given, "action") != own:
-            raise UserError(f"action {named.name} is a {own}, not a {given}")
-        definition(kind, _send_goal, f"action {named.name}")
-        action = action_type(own)
+        action = _action(named)
+        if given and type_name(given, "action") != action.ros_name:
+            raise UserError(f"action {named.name} is a {action.ros_name}, not a {given}")
         goal = from_plain(action.goal, plain, f"values for {named.name}", Time.of(time.time_ns()))
         client = ActionClient(node, named.name, action)
         until = time.monotonic() + SERVED_WAIT
         while not client.served and time.monotonic() < until:
             time.sleep(0.01)
+        if not client.served:
+            raise UserError(
+                f"action {named.name} is not within reach, or its results are of an unknown version"
+            )
         handle = client.send(goal, None if quiet else _show_feedback)
         return _await(handle, named.name, stop)
+
+
+def _action(named: Named) -> Action[Any, Any, Any]:
+    """Our types for what is served, in whichever edition we know. UserError when it is unknown."""
+    kinds = [one.end.type for one in named.givers]
+    kind = kinds[0] if len({one.name for one in kinds}) == 1 else only_type(named, "action")
+    own = kind.name.removesuffix(SEND_GOAL)
+    known = {one.send_goal_service.type_hash for one in editions(own)}
+    if not any(one.hash in known for one in kinds):
+        definition(kind, _send_goal, f"action {named.name}")
+    return action_type(own)
 
 
 def _send_goal(name: str) -> Any:

@@ -192,7 +192,7 @@ def columns(rows: Iterable[Sequence[str]]) -> Iterator[str]:
 def print_served(found: Iterable[Named], verbose: bool) -> None:
     """Those that somebody serves, a name a line; with types and servers if `verbose`."""
     rows = [
-        [one.name, ", ".join(kind.name for kind in one.types), one.givers[0].node.full_name]
+        [one.name, ", ".join(dict.fromkeys(kind.name for kind in one.types)), one.givers[0].node.full_name]
         for one in found
         if one.givers
     ]

@@ -1,0 +1,210 @@
+"""Clients and servers of other distributions: their actions have other fields, so other hashes and other keys."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+import pytest
+import zenoh
+from zenoh import handlers
+
+from chefbot.msgs.action_msgs import (
+    CANCEL_GOAL_TERMINATED,
+    CANCEL_NONE,
+    CANCEL_REJECTED,
+    CANCEL_UNKNOWN_GOAL,
+    STATUS_CANCELED,
+    STATUS_SUCCEEDED,
+    CancelGoal,
+    CancelGoal_Request,
+    CancelGoal_Response,
+    GoalInfo,
+)
+from chefbot.msgs.base import Message, fields_of, ros_type
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.editions import convert, editions
+from chefbot.msgs.nav2_msgs import FollowPath, Spin, Spin_Feedback, Spin_Goal, Spin_Result
+from chefbot.msgs.unique_identifier_msgs import UUID
+from chefbot.wire.action_client import ActionClient, new_goal_id
+from chefbot.wire.action_server import ActionServer
+from chefbot.wire.attachment import SIZE, Attachment, unpack
+from chefbot.wire.names import WireType, topic_key
+from chefbot.wire.node import WireNode
+from chefbot.wire.session import Wire
+
+PATIENCE = 10.0
+JAZZY, EARLY_JAZZY = editions("nav2_msgs/action/Spin")
+GID = bytes(range(16))
+
+
+class Turner:
+    """Serves `/spin`, remembers the goals and ends them at once unless they are to turn by more than 10 rad."""
+
+    def __init__(self, node: WireNode) -> None:
+        self.goals: list[Spin_Goal] = []
+        self.stubborn = False
+        self.server = ActionServer(node, "/spin", Spin, self.accept, lambda _: not self.stubborn)
+
+    def accept(self, goal_id: UUID, goal: Spin_Goal) -> bool:
+        self.goals.append(goal)
+        self.server.begin(goal_id)
+        self.server.feedback(goal_id, Spin_Feedback(goal.target_yaw))
+        if goal.target_yaw <= 10.0:
+            threading.Timer(0.2, partial(self.end, goal_id, STATUS_SUCCEEDED)).start()
+        return True
+
+    def end(self, goal_id: UUID, status: int) -> None:
+        self.server.finish(goal_id, status, Spin_Result(error_code=703, error_msg="a wall"))
+
+
+@pytest.fixture
+def turner(wire: Wire) -> Iterator[Turner]:
+    with WireNode(wire, "controller") as node:
+        yield Turner(node)
+
+
+@pytest.fixture
+def peer(port: int, wire: Wire) -> Iterator[zenoh.Session]:
+    """A session as rmw_zenoh configures it, with nothing of ours."""
+    config = zenoh.Config()
+    config.insert_json5("mode", '"peer"')
+    config.insert_json5("connect/endpoints", f'["tcp/127.0.0.1:{port}"]')
+    config.insert_json5("listen/endpoints", '["tcp/127.0.0.1:0"]')
+    config.insert_json5("scouting/multicast/enabled", "false")
+    with zenoh.open(config) as session:
+        yield session
+
+
+def call(peer: zenoh.Session, key: str, request: Message) -> bytes:
+    """As rmw_client_data.cpp: all complete, no consolidation; exactly one reply, which repeats number and gid."""
+    got: queue.Queue[zenoh.Reply] = queue.Queue()
+    done = threading.Event()
+    peer.get(
+        key,
+        handlers.Callback(got.put, done.set),
+        target=zenoh.QueryTarget.ALL_COMPLETE,
+        consolidation=zenoh.ConsolidationMode.NONE,
+        payload=request.to_cdr(),
+        attachment=Attachment(7, 1, GID).pack(),
+        timeout=PATIENCE,
+    )
+    assert done.wait(PATIENCE)
+    (reply,) = [got.get_nowait() for _ in range(got.qsize())]
+    assert reply.ok is not None and reply.ok.attachment is not None
+    assert str(reply.ok.key_expr) == key
+    told = reply.ok.attachment.to_bytes()
+    assert len(told) == SIZE and unpack(told)[::2] == (7, GID)
+    return reply.ok.payload.to_bytes()
+
+
+def key_of(part: str, kind: object) -> str:
+    return topic_key(0, f"/spin/_action/{part}", WireType.of(kind))  # type: ignore[arg-type]
+
+
+def names(kind: type[Message]) -> list[str]:
+    return [one.name for one in fields_of(kind)]
+
+
+def test_what_each_edition_has() -> None:
+    assert names(Spin.goal) == ["target_yaw", "time_allowance", "disable_collision_checks"]
+    assert names(JAZZY.goal) == names(EARLY_JAZZY.goal) == ["target_yaw", "time_allowance"]
+    assert names(JAZZY.result) == ["total_elapsed_time", "error_code", "error_msg"]
+    assert names(EARLY_JAZZY.result) == ["total_elapsed_time", "error_code"]
+    assert names(FollowPath.result) == ["result", "error_code", "error_msg"]
+    assert len({one.send_goal_service.type_hash for one in (Spin, JAZZY, EARLY_JAZZY)}) == 2
+    assert ros_type(JAZZY.send_goal_service.event) == "nav2_msgs/action/Spin_SendGoal_Event"
+    assert editions("chefbot_msgs/action/Deliver") == ()
+    assert (
+        convert(JAZZY.goal(1.0), Spin_Goal) == Spin_Goal(1.0)
+        or convert(JAZZY.goal(1.0), Spin_Goal).to_cdr() == Spin_Goal(1.0).to_cdr()
+    )
+
+
+@pytest.mark.parametrize("form", [Spin, JAZZY, EARLY_JAZZY], ids=["kilted", "jazzy", "early jazzy"])
+def test_a_bare_client_of_each_distribution_is_served(turner: Turner, peer: zenoh.Session, form) -> None:
+    heard: queue.Queue[bytes] = queue.Queue()
+    peer.declare_subscriber(
+        key_of("feedback", form.feedback_message), lambda sample: heard.put(sample.payload.to_bytes())
+    )
+    goal_id = new_goal_id()
+    sent = call(peer, key_of("send_goal", form.send_goal_service), form.send_goal(goal_id, form.goal(2.5)))
+    assert form.send_goal_service.response.from_cdr(sent).accepted
+    request = form.get_result_service.request(goal_id)
+    got = form.get_result_service.response.from_cdr(
+        call(peer, key_of("get_result", form.get_result_service), request)
+    )
+    assert (got.status, got.result.error_code) == (STATUS_SUCCEEDED, 703)
+    assert getattr(got.result, "error_msg", "a wall") == "a wall"
+    told = form.feedback_message.from_cdr(heard.get(timeout=PATIENCE))
+    assert (told.goal_id.key, told.feedback.angular_distance_traveled) == (goal_id.key, 2.5)
+    assert turner.goals[-1].target_yaw == 2.5 and not turner.goals[-1].disable_collision_checks
+
+
+class OldServer:
+    """`/spin` as Nav2 of early Jazzy serves it."""
+
+    def __init__(self, node: WireNode) -> None:
+        base = "/spin/_action/"
+        self.feedback = node.publisher(base + "feedback", EARLY_JAZZY.feedback_message)
+        node.server(base + "send_goal", EARLY_JAZZY.send_goal_service, self.accept)
+        node.server(base + "get_result", EARLY_JAZZY.get_result_service, self.end)
+        node.server(base + "cancel_goal", CancelGoal, lambda call: call.answer(CancelGoal_Response()))
+
+    def accept(self, call) -> None:
+        call.answer(EARLY_JAZZY.send_goal_service.response(True, Time()))
+        feedback = EARLY_JAZZY.feedback(call.request.goal.target_yaw)
+        self.feedback.publish(EARLY_JAZZY.feedback_message(call.request.goal_id, feedback))
+
+    def end(self, call) -> None:
+        result = EARLY_JAZZY.result(error_code=701)
+        call.answer(EARLY_JAZZY.get_result_service.response(STATUS_CANCELED, result))
+
+
+def test_a_server_of_another_distribution_is_called_in_its_own_edition(wire: Wire, port: int) -> None:
+    with Wire(port=port, router=False) as far, WireNode(far, "behavior_server") as theirs:
+        client_node = WireNode(wire, "finder")
+        client = ActionClient(client_node, "spin", Spin)
+        OldServer(theirs)
+        assert wire.graph.wait_for(lambda _: client.served, PATIENCE)
+        heard: queue.Queue[Spin_Feedback] = queue.Queue()
+        status, result = client.send(Spin_Goal(1.5), heard.put).outcome.result(PATIENCE)
+        assert (status, result.error_code, type(result)) == (STATUS_CANCELED, 701, Spin_Result)
+        assert heard.get(timeout=PATIENCE).angular_distance_traveled == 1.5
+        assert wire.graph.mismatches() == []
+        client_node.close()
+
+
+def cancel(peer: zenoh.Session, asked: GoalInfo) -> CancelGoal_Response:
+    return CancelGoal_Response.from_cdr(
+        call(peer, key_of("cancel_goal", CancelGoal), CancelGoal_Request(asked))
+    )
+
+
+def begin(peer: zenoh.Session) -> GoalInfo:
+    """A goal that lasts."""
+    goal_id = new_goal_id()
+    key = key_of("send_goal", Spin.send_goal_service)
+    sent = call(peer, key, Spin.send_goal(goal_id, Spin_Goal(99.0)))
+    return GoalInfo(goal_id, Spin.send_goal_service.response.from_cdr(sent).stamp)
+
+
+def test_cancelling_means_and_answers_what_rcl_action_does(turner: Turner, peer: zenoh.Session) -> None:
+    nobody, everybody = GoalInfo(new_goal_id()), GoalInfo(UUID(np.zeros(16, np.uint8)))
+    assert cancel(peer, nobody).return_code == CANCEL_UNKNOWN_GOAL
+    assert cancel(peer, everybody).return_code == CANCEL_NONE
+    first, second, third = begin(peer), begin(peer), begin(peer)
+    turner.stubborn = True
+    assert cancel(peer, GoalInfo(first.goal_id)).return_code == CANCEL_REJECTED
+    turner.stubborn = False
+    told = cancel(peer, GoalInfo(UUID(np.zeros(16, np.uint8)), second.stamp))
+    assert told.return_code == CANCEL_NONE
+    assert [one.goal_id.key for one in told.goals_canceling] == [first.goal_id.key, second.goal_id.key]
+    assert [one.stamp.ns for one in told.goals_canceling] == [first.stamp.ns, second.stamp.ns]
+    assert cancel(peer, GoalInfo(second.goal_id)).return_code == CANCEL_GOAL_TERMINATED
+    assert [one.goal_id.key for one in cancel(peer, everybody).goals_canceling] == [third.goal_id.key]
+    turner.end(third.goal_id, STATUS_CANCELED)
+    assert cancel(peer, GoalInfo(third.goal_id)).return_code == CANCEL_GOAL_TERMINATED

@@ -17,7 +17,7 @@ import msgspec
 from rich.console import Console
 
 from chefbot.commands.kernels import GROUPS, groups_of
-from chefbot.commands.session import announce, stop_on_signals
+from chefbot.commands.session import announce, show_remarks, stop_on_signals
 from chefbot.errors import UserError
 from chefbot.msgs.rosgraph_msgs import Clock as ClockMessage
 from chefbot.robot.load import load_robot
@@ -76,6 +76,7 @@ def run(order: Order, told: Input) -> None:
         system = System(loop, robot, int(own.args["seed"]))
         simulated = own.clock == "simulation"
         bridge = Bridge(system, wire, space, simulated=simulated, leads=False, own=name)
+        loop.tap(show_remarks)
         loop.post(lambda: _begin(system, bridge, order, own))
         told.stop = loop.stop
         _keep_going(loop)

@@ -10,8 +10,7 @@ from pathlib import Path
 import msgspec
 from rich.console import Console
 
-from chefbot.commands.launch import show_remarks
-from chefbot.commands.session import start
+from chefbot.commands.session import show_remarks, start
 from chefbot.errors import UserError
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.clock import LeadingClock, wall_ns

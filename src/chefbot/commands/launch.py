@@ -13,10 +13,9 @@ from rich.console import Console
 from rich.table import Table
 
 from chefbot.commands.launch_guest import RobotTime, guest_name, meet, watching
-from chefbot.commands.session import announce, session, start, stop_on_signals
+from chefbot.commands.session import announce, session, show_remarks, start, stop_on_signals
 from chefbot.commands.warm import warm_kernels
 from chefbot.errors import UserError
-from chefbot.msgs.std_msgs import String
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
 from chefbot.runtime.hosts import check_host, hosts_of, part_on
@@ -29,7 +28,6 @@ from chefbot.runtime.launch import (
     load_launch,
     split,
 )
-from chefbot.runtime.loop import Publication
 from chefbot.runtime.system import System
 from chefbot.wire.attach import bridged, identity, in_fleet, others, wants_wire, wired
 from chefbot.wire.gate import Doors, endpoint
@@ -178,12 +176,6 @@ def _check(launch: Launch) -> None:
 def _announce(system: System, launch: Launch) -> None:
     console.print(f"[bold]{launch.name}[/]: {launch.about}")
     announce(console, system.nodes.values())
-
-
-def show_remarks(publication: Publication) -> None:
-    """What devices have to say to the person who started them."""
-    if publication.topic.endswith("/remark") and isinstance(publication.message, String):
-        console.print(f"  {publication.message.data}", markup=False)
 
 
 def _run(system: System, duration: float) -> None:

@@ -11,13 +11,16 @@ from pathlib import Path
 
 from rich.console import Console
 
+from chefbot.msgs.std_msgs import String
 from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import Clock, PacedClock, StepClock, WallClock
 from chefbot.runtime.launch import Launch
-from chefbot.runtime.loop import Loop
+from chefbot.runtime.loop import Loop, Publication
 from chefbot.runtime.node import Node
 from chefbot.runtime.record import Recorder
 from chefbot.runtime.system import System
+
+console = Console(highlight=False)
 
 
 def clock_for(kind: str, speed: float) -> Clock:
@@ -81,6 +84,12 @@ def announce(console: Console, nodes: Iterable[Node]) -> None:
         sentence = getattr(node, "announcement", "")
         if sentence:
             console.print(f"  {sentence}", markup=False, soft_wrap=True)
+
+
+def show_remarks(publication: Publication) -> None:
+    """What nodes have to say to the person who started them."""
+    if publication.topic.endswith("/remark") and isinstance(publication.message, String):
+        console.print(f"  {publication.message.data}", markup=False)
 
 
 @contextmanager

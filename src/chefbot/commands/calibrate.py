@@ -15,7 +15,7 @@ from chefbot.calibration.wheels import Wheels
 from chefbot.commands.calibrate_file import Findings, findings_of, robot_text
 from chefbot.commands.calibrate_picture import picture
 from chefbot.commands.launch import parse_arguments
-from chefbot.commands.session import session, start, stop_on_signals
+from chefbot.commands.session import session, show_remarks, start, stop_on_signals
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.nodes.calibrator import CalibratorNode

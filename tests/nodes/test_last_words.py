@@ -6,13 +6,16 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.base import Message
-from chefbot.msgs.chefbot_msgs import DeliveryStatus, ExplorationStatus, Order, Place, Places
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, ExplorationStatus, Order, Place, Places, StopStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, Twist
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
-from chefbot.msgs.std_msgs import Bool, Header, String
+from chefbot.msgs.std_msgs import Bool, Empty, Header, String
+from chefbot.nodes.base import NOT_KNOWN
 from chefbot.nodes.delivery import NOBODY_DROVE
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import serves
@@ -176,3 +179,60 @@ def test_a_robot_stands_until_all_its_processes_are_there() -> None:
     life.loop.publish("process_back", String("page"), "wire")
     life.run(2.0)
     assert drive("cmd_vel_nav") > 0.1
+
+
+class Stops(Life):
+    """A base, and what it says of STOP."""
+
+    def __init__(self, **words: Message) -> None:
+        super().__init__({"base": "chefbot.nodes.base:BaseNode"}, words)
+        self.run(0.001)
+
+    def ask(self, topic: str, word: bool) -> None:
+        self.loop.publish(topic, Bool(word), "somebody")
+        self.run(0.001)
+
+    @property
+    def told(self) -> bool:
+        return bool(self.heard("emergency_stop")[-1].data)
+
+    @property
+    def status(self) -> StopStatus:
+        found = self.heard("stop_status")[-1]
+        assert isinstance(found, StopStatus)
+        return found
+
+    def drives(self) -> bool:
+        for _ in range(10):
+            self.loop.publish("cmd_vel_teleop", Twist.of(0.2, 0.0), "somebody")
+            self.run(0.05)
+        return float(self.heard("wheel_speeds")[-1].left) > 0.0
+
+
+@given(st.lists(st.tuples(st.sampled_from(["stop_request", "emergency_stop"]), st.booleans()), max_size=8))
+def test_whatever_is_asked_by_whom_there_is_one_state_and_the_wheels_obey_it(
+    words: list[tuple[str, bool]],
+) -> None:
+    """Pressed by anybody anywhere; released only by request."""
+    life, stopped = Stops(), False
+    for topic, word in words:
+        life.ask(topic, word)
+        stopped = word if topic == "stop_request" else stopped or word
+        assert life.told == life.status.stopped == stopped
+    assert life.drives() != stopped
+    again = Stops(stop_status=life.status, life=Empty())
+    assert again.told == again.status.stopped == stopped
+    assert again.status.pressed_at == life.status.pressed_at
+    assert again.drives() != stopped
+    again.ask("stop_request", False)
+    assert again.drives()
+
+
+def test_a_base_that_does_not_know_how_it_stood_is_stopped_and_says_so() -> None:
+    life = Stops(life=Empty())
+    assert life.told and not life.drives()
+    assert life.heard("base/remark")[-1].data == life.status.sentence == NOT_KNOWN
+    life.ask("stop_request", False)
+    assert life.drives()
+    first = Stops()
+    assert not first.told and first.drives() and not first.heard("base/remark")

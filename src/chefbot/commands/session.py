@@ -89,7 +89,7 @@ def announce(console: Console, nodes: Iterable[Node]) -> None:
 def show_remarks(publication: Publication) -> None:
     """What nodes have to say to the person who started them."""
     if publication.topic.endswith("/remark") and isinstance(publication.message, String):
-        console.print(f"  {publication.message.data}", markup=False)
+        console.print(f"  {publication.message.data}", markup=False, soft_wrap=True)
 
 
 @contextmanager

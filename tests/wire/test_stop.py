@@ -1,0 +1,106 @@
+"""STOP over the wire: its owner dies, listeners come late, and there is one answer to how the robot stands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from chefbot.msgs.chefbot_msgs import StopStatus, WheelSpeeds
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.std_msgs import Bool
+from chefbot.nodes.base import STILL_STOPPED
+from chefbot.wire.node import WireNode
+from chefbot.wire.publisher import Publisher
+from chefbot.wire.qos import LATCHED
+from chefbot.wire.session import Wire
+from tests.chaos.launched import Launched, running, wait_for
+
+LAUNCH = """
+about: The gate before the wheels in a process of its own.
+clock: wall
+nodes:
+  odometry: {kind: "chefbot.nodes.odometry:OdometryNode"}
+  base: {kind: "chefbot.nodes.base:BaseNode", process: gate}
+"""
+
+
+class Late:
+    """Somebody who comes after all was said, in a process's session of its own."""
+
+    def __init__(self, port: int) -> None:
+        self._wire = Wire(port=port, router=False)
+        self._node = WireNode(self._wire, "late")
+        self.said: list[bool] = []
+        self.why: list[StopStatus] = []
+        self._node.subscription("/emergency_stop", Bool, lambda one: self.said.append(one.data), LATCHED)
+        self._node.subscription("/stop_status", StopStatus, self.why.append, LATCHED)
+
+    def first(self) -> bool:
+        """What it is told; one word and no other."""
+        wait_for(lambda: self.said and self.why)
+        found = self.said[0]
+        assert self.said == [found] and self.why[0].stopped is found
+        self.close()
+        return found
+
+    def close(self) -> None:
+        self._node.close()
+        self._wire.close()
+
+
+class Gate:
+    """The launch above, two people who can press STOP, and one who drives."""
+
+    def __init__(self, one: Launched, node: WireNode) -> None:
+        self.one, self.node = one, node
+        self.speeds: list[float] = []
+        self.people = [node.publisher("/stop_request", Bool) for _ in range(2)]
+        self._driver = node.publisher("/cmd_vel_teleop", Twist)
+        node.subscription("/wheel_speeds", WheelSpeeds, lambda said: self.speeds.append(said.left))
+        self.wait_until_there()
+
+    def wait_until_there(self) -> None:
+        wait_for(lambda: all(one.heard for one in (*self.people, self._driver)))
+
+    def say(self, person: Publisher[Bool], word: bool) -> None:
+        person.publish(Bool(word))
+        wait_for(lambda: Late(self.one.port).first() is word)
+
+    def kill(self) -> None:
+        """And wait for its next life."""
+        killed = self.one.kill("gate")
+        wait_for(lambda: not self.people[0].heard)
+        wait_for(lambda: self.one.child("gate") not in (None, killed))
+        self.wait_until_there()
+
+    def moves(self) -> bool:
+        """Where somebody drives for a second."""
+        count = len(self.speeds)
+        for _ in range(20):
+            self._driver.publish(Twist.of(0.2, 0.0))
+            now = len(self.speeds)
+            wait_for(lambda now=now: len(self.speeds) > now)
+        return any(speed > 0.0 for speed in self.speeds[count:])
+
+
+@pytest.mark.slow
+def test_a_late_listener_hears_one_word_and_a_new_life_of_the_base_says_the_same(tmp_path: Path) -> None:
+    path = tmp_path / "gate.yaml"
+    path.write_text(LAUNCH)
+    with running("launch", str(path)) as (one, node):
+        gate = Gate(one, node)
+        first, second = gate.people
+        assert Late(one.port).first() is False and gate.moves()
+        for person, word in ((first, True), (second, False), (second, True), (first, False), (first, True)):
+            gate.say(person, word)
+        assert not gate.moves()
+        gate.kill()
+        late = Late(one.port)
+        assert late.first() is True and late.why[0].sentence == STILL_STOPPED
+        assert not gate.moves()
+        gate.say(second, False)
+        assert gate.moves()
+        gate.kill()
+        assert Late(one.port).first() is False and gate.moves()  # who was not stopped goes on
+        assert STILL_STOPPED in one.stop()

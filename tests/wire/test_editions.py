@@ -118,10 +118,7 @@ def test_what_each_edition_has() -> None:
     assert len({one.send_goal_service.type_hash for one in (Spin, JAZZY, EARLY_JAZZY)}) == 2
     assert ros_type(JAZZY.send_goal_service.event) == "nav2_msgs/action/Spin_SendGoal_Event"
     assert editions("chefbot_msgs/action/Deliver") == ()
-    assert (
-        convert(JAZZY.goal(1.0), Spin_Goal) == Spin_Goal(1.0)
-        or convert(JAZZY.goal(1.0), Spin_Goal).to_cdr() == Spin_Goal(1.0).to_cdr()
-    )
+    assert convert(JAZZY.goal(1.0), Spin_Goal).to_cdr() == Spin_Goal(1.0).to_cdr()
 
 
 @pytest.mark.parametrize("form", [Spin, JAZZY, EARLY_JAZZY], ids=["kilted", "jazzy", "early jazzy"])

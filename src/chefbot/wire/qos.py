@@ -68,6 +68,10 @@ SENSOR = QoS(reliability=BEST_EFFORT, depth=5)
 LATCHED = QoS(durability=TRANSIENT_LOCAL, depth=1)
 PARAMETERS = QoS(depth=1000)
 ROSOUT = QoS(durability=TRANSIENT_LOCAL, depth=1000, lifespan=Span(10, 0))
+FRAMES = QoS(depth=100)
+"""Of /tf, as tf2_ros has it on both sides."""
+FIXED_FRAMES = QoS(durability=TRANSIENT_LOCAL, depth=100)
+"""What a listener to /tf_static asks for (tf2_ros StaticListenerQoS); who speaks there keeps one message."""
 CLOCK = QoS(reliability=BEST_EFFORT, depth=1)
 
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from chefbot.errors import UserError
 from chefbot.msgs.action import Action
+from chefbot.msgs.action_msgs import CancelGoal, GoalStatusArray
 from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.rcl_interfaces import Parameter, ParameterEvent
@@ -28,7 +29,17 @@ from chefbot.wire.node import WireNode
 from chefbot.wire.parameters import ParameterServices, to_value, with_values
 from chefbot.wire.ports import Ports, Topic
 from chefbot.wire.publisher import Publisher
-from chefbot.wire.qos import CLOCK, DEFAULT, LATCHED, PARAMETERS, SENSOR, SENSOR_TYPES, QoS
+from chefbot.wire.qos import (
+    CLOCK,
+    DEFAULT,
+    FIXED_FRAMES,
+    FRAMES,
+    LATCHED,
+    PARAMETERS,
+    SENSOR,
+    SENSOR_TYPES,
+    QoS,
+)
 from chefbot.wire.rosout import Rosout
 from chefbot.wire.sane import check_finite
 from chefbot.wire.session import Wire
@@ -48,13 +59,31 @@ class _Ear(NamedTuple):
     latched: bool
 
 
-def _qos(topic: Topic, latched: bool) -> QoS:
+def _asked(topic: Topic, latched: bool) -> QoS:
+    if topic.kind is TFMessage:
+        return FIXED_FRAMES if latched else FRAMES
     return LATCHED if latched else SENSOR if topic.kind in SENSOR_TYPES else DEFAULT
+
+
+def _offered(kind: type[Message], latched: bool) -> QoS:
+    return LATCHED if latched else FRAMES if kind is TFMessage else DEFAULT
 
 
 def _is_latched(named: Named, own: str) -> bool:
     """Whether some other session than `own` keeps there what it said."""
     return any(one.end.qos.latched for one in named.givers if one.node.zid != own)
+
+
+def _announce_calls(node: WireNode, name: str, action: Action[Any, Any, Any]) -> None:
+    """What a client of ROS 2 has; by the feedback that it hears `ros2 node info` knows it (rcl_action/graph.c)."""
+    for part, kind, end, qos in (
+        ("send_goal", WireType.of(action.send_goal_service), CLIENT, DEFAULT),
+        ("get_result", WireType.of(action.get_result_service), CLIENT, DEFAULT),
+        ("cancel_goal", WireType.of(CancelGoal), CLIENT, DEFAULT),
+        ("feedback", WireType.of(action.feedback_message), SUBSCRIPTION, DEFAULT),
+        ("status", WireType.of(GoalStatusArray), SUBSCRIPTION, LATCHED),
+    ):
+        node.announce(end, f"{name}/_action/{part}", kind, qos)
 
 
 def ears_of(own: str) -> str:
@@ -110,8 +139,8 @@ class Represented:
         key = (publication.publisher, publication.topic)
         if key not in self.publishers:
             node = self._nodes.get(publication.publisher, self.own)
-            qos = LATCHED if publication.latched else DEFAULT
             kind = type(publication.message)
+            qos = _offered(kind, publication.latched)
             self.publishers[key] = node.publisher(publication.topic, kind, qos)
         return self.publishers[key]
 
@@ -141,7 +170,7 @@ class Represented:
     def _show_node(self, node: Node, ports: Ports, served: set[str]) -> None:
         wire_node = self._add(node.name)
         for topic in ports.outs:
-            qos = LATCHED if topic.latched else DEFAULT
+            qos = _offered(topic.kind, topic.latched)
             self.publishers[node.name, topic.name] = wire_node.publisher(topic.name, topic.kind, qos)
         for topic in ports.ins:
             self._listen(wire_node, topic)
@@ -175,12 +204,12 @@ class Represented:
             return
         latched = topic.name in self._latched
         if topic.name in self._heard:
-            node.announce(SUBSCRIPTION, topic.name, WireType.of(topic.kind), _qos(topic, latched))
+            node.announce(SUBSCRIPTION, topic.name, WireType.of(topic.kind), _asked(topic, latched))
         else:
             self._heard[topic.name] = self._open_ear(node, topic, latched)
 
     def _open_ear(self, node: WireNode, topic: Topic, latched: bool) -> _Ear:
-        take, qos = partial(self._take, topic.name, latched), _qos(topic, latched)
+        take, qos = partial(self._take, topic.name, latched), _asked(topic, latched)
         if topic.kind in INNER:
             judged = partial(self._take_inner, topic, take)
             subscription = node.raw_subscription(topic.name, WireType.of(topic.kind), judged, qos)
@@ -202,11 +231,7 @@ class Represented:
 
     def _call(self, node: WireNode, name: str, action: Action[Any, Any, Any], served_here: bool) -> None:
         if served_here or name in self._actions:
-            for part, service in (
-                ("send_goal", action.send_goal_service),
-                ("get_result", action.get_result_service),
-            ):
-                node.announce(CLIENT, f"{name}/_action/{part}", WireType.of(service))
+            _announce_calls(node, name, action)
             return
         now = lambda: self._system.loop.now_ns  # noqa: E731
         self._actions[name] = CalledAction(node, name, action, self._say_action, now)

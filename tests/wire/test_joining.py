@@ -11,7 +11,7 @@ from contextlib import ExitStack
 import msgspec
 import pytest
 
-from chefbot.commands.launch_guest import Meeting, RobotTime, guest_name, meet, watching
+from chefbot.commands.launch_guest import Meeting, guest_name, meet, watching
 from chefbot.design.urdf import urdf
 from chefbot.errors import UserError
 from chefbot.msgs.builtin_interfaces import Time
@@ -23,6 +23,7 @@ from chefbot.runtime.launch import Launch, load_launch
 from chefbot.runtime.loop import Loop
 from chefbot.wire.node import WireNode
 from chefbot.wire.qos import CLOCK, LATCHED
+from chefbot.wire.robot_time import RobotTime
 from chefbot.wire.session import Wire
 
 ROBOT = load_robot("chefbot_lidar")

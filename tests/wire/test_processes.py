@@ -172,5 +172,7 @@ def test_a_killed_launch_leaves_no_orphans(launched: Launched) -> None:
     assert launched.wire.graph.wait_for(lambda _: launched.there("cook", "doubler"), PATIENCE)
     children = children_of(launched.process.pid)
     assert len(children) >= 2  # a spare may be there too
+    launched.process.send_signal(signal.SIGSTOP)
+    time.sleep(0.2)  # what they say meanwhile is never read
     launched.process.kill()
-    wait_for(lambda: not any(map(is_alive, children)), 5.0)
+    wait_for(lambda: not any(map(is_alive, children)), patience=5.0)

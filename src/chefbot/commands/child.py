@@ -19,9 +19,8 @@ from rich.console import Console
 from chefbot.commands.kernels import GROUPS, groups_of
 from chefbot.commands.session import announce, show_remarks, stop_on_signals
 from chefbot.errors import UserError
-from chefbot.msgs.rosgraph_msgs import Clock as ClockMessage
 from chefbot.robot.load import load_robot
-from chefbot.runtime.clock import FollowedClock, WallClock
+from chefbot.runtime.clock import WallClock
 from chefbot.runtime.launch import Launch, node_class, split
 from chefbot.runtime.loop import TIMER, Loop
 from chefbot.runtime.node import LAST_WORDS
@@ -33,11 +32,10 @@ from chefbot.wire.inner import process_node
 from chefbot.wire.node import WireNode
 from chefbot.wire.ports import latched_topics
 from chefbot.wire.prepared import Order, Preparation
-from chefbot.wire.qos import CLOCK
+from chefbot.wire.pulse import Heart
+from chefbot.wire.robot_time import RobotTime
 from chefbot.wire.session import Wire
 
-PATIENCE = 20.0
-"""Seconds to wait for the first /clock."""
 KEEP_GOING_NS = 1_000_000_000
 GRACE = 1.5
 """Seconds between being told to end and being gone."""
@@ -68,11 +66,7 @@ def run(order: Order, told: Input) -> None:
     with Wire(order.domain, port=order.port, router=False) as wire:
         name = process_node(order.process)
         space = str(own.args["namespace"]) or "/"
-        loop = (
-            _followed(wire, order.process, space)
-            if own.clock == "simulation"
-            else Loop(WallClock(), time.time_ns())
-        )
+        loop = _loop(wire, order.process, own)
         system = System(loop, robot, int(own.args["seed"]))
         simulated = own.clock == "simulation"
         bridge = Bridge(system, wire, space, simulated=simulated, leads=False, own=name)
@@ -80,6 +74,7 @@ def run(order: Order, told: Input) -> None:
         loop.post(lambda: _begin(system, bridge, order, own))
         told.stop = loop.stop
         _keep_going(loop)
+        Heart(loop, sys.stdin.fileno())
         try:
             with stop_on_signals(loop.stop):
                 loop.run()
@@ -124,24 +119,14 @@ def _keep_going(loop: Loop) -> None:
     loop.at(loop.now_ns + KEEP_GOING_NS, TIMER, lambda: _keep_going(loop))
 
 
-def _followed(wire: Wire, process: str, namespace: str) -> Loop:
-    """A loop whose time is that of /clock, from its first telling on; it says how far it has come."""
-    first: queue.SimpleQueue[int] = queue.SimpleQueue()
-    wake: list[Callable[[int], None]] = [first.put]
-    node = WireNode(wire, f"chefbot_{process}_clock", namespace)
-    node.subscription("clock", ClockMessage, lambda message: wake[0](message.clock.ns), CLOCK)
-    try:
-        now_ns = first.get(timeout=PATIENCE)
-    except queue.Empty:
-        raise UserError(f"nobody tells /clock for {PATIENCE:.0f} s; is the simulator running?") from None
-    clock = FollowedClock(now_ns, Follower(node, process).tell)
-    loop = Loop(clock, now_ns)
-
-    def tell(told_ns: int) -> None:
-        clock.tell(told_ns)
-        loop.wake()
-
-    wake[0] = tell
+def _loop(wire: Wire, process: str, own: Launch) -> Loop:
+    """In the launch's time; where that is simulated it says how far it has come."""
+    if own.clock != "simulation":
+        return Loop(WallClock(), time.time_ns())
+    node = WireNode(wire, f"{process_node(process)}_clock", str(own.args["namespace"]) or "/")
+    robot_time = RobotTime(node, Follower(node, process).tell)
+    loop = Loop(robot_time.clock, robot_time.start_ns)
+    robot_time.drive(loop)
     return loop
 
 
@@ -162,9 +147,7 @@ class Input:
 
     def _read(self) -> None:
         rest = b""
-        while data := os.read(
-            sys.stdin.fileno(), 1 << 16
-        ):  # not by a buffer, whose lock would hold up the end
+        while data := _received():
             *lines, rest = (rest + data).split(b"\n")
             for line in lines:
                 self._lines.put(line)
@@ -172,6 +155,14 @@ class Input:
             self.stop()
             time.sleep(GRACE)
         os._exit(0 if self.stop is None else 1)  # nothing has begun yet, or somebody holds the loop up
+
+
+def _received() -> bytes:
+    """More of the input; nothing at its end. Not by a buffer, whose lock would hold up the end."""
+    try:
+        return os.read(sys.stdin.fileno(), 1 << 16)
+    except ConnectionResetError:  # the launch died with signs of life unread
+        return b""
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.commands.launch_guest import RobotTime, guest_name, meet, watching
+from chefbot.commands.launch_guest import guest_name, meet, watching
 from chefbot.commands.session import announce, session, show_remarks, start, stop_on_signals
 from chefbot.commands.warm import warm_kernels
 from chefbot.errors import UserError
@@ -32,6 +32,7 @@ from chefbot.runtime.system import System
 from chefbot.wire.attach import bridged, identity, in_fleet, others, wants_wire, wired
 from chefbot.wire.gate import Doors, endpoint
 from chefbot.wire.node import WireNode
+from chefbot.wire.robot_time import RobotTime
 from chefbot.wire.session import Wire
 
 MAX_SPEED = 1000.0

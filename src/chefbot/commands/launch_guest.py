@@ -14,18 +14,15 @@ import msgspec
 from chefbot.commands.tools.common import hidden, settle, stopping
 from chefbot.design.urdf import urdf
 from chefbot.errors import UserError
-from chefbot.msgs.rosgraph_msgs import Clock as ClockMessage
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.spec import Robot
-from chefbot.runtime.clock import FollowedClock
 from chefbot.runtime.launch import Launch
-from chefbot.runtime.loop import Loop
 from chefbot.wire.attach import same_names
 from chefbot.wire.graph import Graph
 from chefbot.wire.inner import LEADER, process_node
 from chefbot.wire.names import resolve
 from chefbot.wire.node import WireNode
-from chefbot.wire.qos import CLOCK, LATCHED
+from chefbot.wire.qos import LATCHED
 from chefbot.wire.session import Wire
 
 LOOK_PERIOD = 0.5
@@ -158,37 +155,6 @@ def _check_robot(wire: Wire, space: str, robot: Robot, tell: Tell) -> None:
         tell(
             f"The {name} there has other measures than the one here; use the same robot file on both machines."
         )
-
-
-class RobotTime:
-    """The time that the robot tells on /clock: `clock` for a loop, which `drive` then wakes."""
-
-    def __init__(self, node: WireNode) -> None:
-        """Waits for the first word. UserError if none comes."""
-        self._first: queue.SimpleQueue[int] = queue.SimpleQueue()
-        self._loop: Loop | None = None
-        self._clock: FollowedClock | None = None
-        node.subscription("clock", ClockMessage, self._hear, CLOCK)
-        try:
-            self.start_ns = self._first.get(timeout=PATIENCE)
-        except queue.Empty:
-            raise UserError(
-                f"{resolve('clock', node.id.namespace)} is offered, but silent; does time go on there?"
-            ) from None
-        self.clock = self._clock = FollowedClock(self.start_ns)
-
-    def drive(self, loop: Loop) -> None:
-        """It runs by `clock`."""
-        self._loop = loop
-
-    def _hear(self, message: ClockMessage) -> None:
-        """In Zenoh's thread."""
-        if self._clock is None:
-            self._first.put(message.clock.ns)
-            return
-        self._clock.tell(message.clock.ns)
-        if self._loop is not None:
-            self._loop.wake()
 
 
 @contextmanager

@@ -75,6 +75,8 @@ class Loop:
     def __init__(self, clock: Clock, start_ns: int = 0) -> None:
         self.now_ns = start_ns
         self.timings: dict[str, Timing] = {}
+        self.step_began_ns = 0
+        """When the event in hand began, monotonic; 0 between two. For those who watch from another thread."""
         self._clock = clock
         self._events: list[tuple[int, int, int, Scheduled]] = []
         self._sequence = 0
@@ -193,9 +195,10 @@ class Loop:
         self.now_ns, _, _, event = heapq.heappop(self._events)
         if event.action is None:
             return
-        began = wall_ns()
+        self.step_began_ns = began = wall_ns()
         event.action()
         took = wall_ns() - began
+        self.step_began_ns = 0
         timing = event.timing
         timing.calls += 1
         timing.total_ns += took

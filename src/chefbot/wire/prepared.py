@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import socket
 import subprocess
 import threading
 from collections.abc import Callable, Sequence
@@ -10,6 +12,9 @@ import msgspec
 
 from chefbot.runtime.launch import Launch
 from chefbot.wire.last_words import Word
+
+MOST = 4096
+"""Signs of life that are read at once: those of two minutes."""
 
 
 class Preparation(msgspec.Struct, frozen=True):
@@ -46,12 +51,19 @@ class Order(msgspec.Struct, frozen=True):
 class Prepared:
     """A process that loads, then waits for its order. OSError if it cannot be started.
 
-    In a session of its own: Ctrl-C is the launch's business. Its input has no buffer here, so that closing it never
-    waits for one that does not read.
+    In a session of its own: Ctrl-C is the launch's business. Its standard input is a socket, so that it can say by it
+    that it lives.
     """
 
     def __init__(self, preparation: Preparation, command: Sequence[str]) -> None:
-        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, bufsize=0, start_new_session=True)
+        self._line, theirs = socket.socketpair()
+        try:
+            self.process = subprocess.Popen(command, stdin=theirs.fileno(), start_new_session=True)
+        except OSError:
+            self._line.close()
+            raise
+        finally:
+            theirs.close()
         self._write(msgspec.json.encode(preparation) + b"\n")
 
     def give(self, order: Order, ended: Callable[[], None]) -> None:
@@ -59,16 +71,24 @@ class Prepared:
         line = msgspec.json.encode(order) + b"\n"
 
         def attend() -> None:
-            self._write(line)  # may be more than a pipe holds, while it still loads
+            self._write(line)  # may be more than a socket holds, while it still loads
             self.process.wait()
             ended()
 
         threading.Thread(target=attend, name=f"attends {order.process}", daemon=True).start()
 
+    def signs(self) -> bytes:
+        """Of life, as `pulse` has them, since this was asked last; does not wait."""
+        try:
+            return self._line.recv(MOST, socket.MSG_DONTWAIT)
+        except (BlockingIOError, ConnectionResetError):
+            return b""  # nothing has come, or it has died: its exit code tells
+
     def ask_to_end(self) -> None:
-        """By the end of its input."""
-        assert self.process.stdin is not None
-        self.process.stdin.close()
+        """By the end of its input; whoever writes to it is woken."""
+        with contextlib.suppress(OSError):  # it has gone before
+            self._line.shutdown(socket.SHUT_RDWR)
+        self._line.close()
 
     def end(self, patience: float) -> None:
         """Kill it if it is still there after so many seconds."""
@@ -80,10 +100,5 @@ class Prepared:
         self.ask_to_end()
 
     def _write(self, line: bytes) -> None:
-        assert self.process.stdin is not None
-        rest = memoryview(line)
-        try:
-            while rest:
-                rest = rest[self.process.stdin.write(rest) :]
-        except (OSError, ValueError):
-            return  # it has died, or is told to end, before it has read all: its exit code tells the rest
+        with contextlib.suppress(OSError):  # it has died, or is told to end, before it has read all
+            self._line.sendall(line)

@@ -1,4 +1,4 @@
-"""Child processes of a launch: started, watched, started again when they die, ended with it."""
+"""Child processes of a launch: started, watched, started again when they die or hang, ended with it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ import msgspec
 
 from chefbot.wire.last_words import Word
 from chefbot.wire.prepared import Order, Prepared
+from chefbot.wire.pulse import Pulse
 
 LEAST_WAIT, MOST_WAIT = 0.5, 10.0
 """Seconds before a process that died is started again; doubled each time."""
 STABLE = 30.0
 """Seconds of life after which the wait begins anew."""
-PERIOD = 0.05
+PERIOD = 0.02
 """Seconds between two looks; the end of a child is seen at once."""
 GRACE = 2.0
 """Seconds that processes have to end by themselves."""
@@ -30,11 +31,11 @@ class Hooks(NamedTuple):
     """What a supervisor asks and tells whom it works for; all are called in its thread."""
 
     lost: Callable[[str], None] = lambda _: None
-    """A process has died; said before anything else."""
+    """A process has died, or does not answer; said before anything else."""
     ready: Callable[[str], bool] = lambda _: True
     """Whether a process that runs does its work yet."""
     back: Callable[[str], None] = lambda _: None
-    """It does now; said of the first start too."""
+    """It does now, or again; said of the first start too."""
     last_words: Callable[[str], tuple[Word, ...]] = lambda _: ()
     """What a process that died has to know of the life before."""
 
@@ -52,6 +53,9 @@ class _Child:
         """When, if it has died before; monotonic seconds."""
         self.ready = False
         self.running: Prepared | None = None
+        self.pulse = Pulse()
+        self.weak_since: float | None = None
+        """When it was first felt that it does not answer, if it does not."""
 
     def lost(self) -> int | None:
         """The exit code if it has just died; then it is due again after a while."""
@@ -91,6 +95,7 @@ class Supervisor:
         self._children = [_Child(order) for order in orders]
         self._spare: Prepared | None = None
         self._news = threading.Event()
+        self._looked = time.monotonic()
         self._closing = False
         self._thread = threading.Thread(target=self._watch, name="supervisor", daemon=True)
         self._thread.start()
@@ -118,21 +123,46 @@ class Supervisor:
     def _watch(self) -> None:
         while not self._closing:
             self._news.clear()
+            now = time.monotonic()
+            elapsed, self._looked = min(now - self._looked, 2.0 * PERIOD), now
             for one in self._children:
+                self._feel(one, elapsed)
                 self._look_after(one)
             if self._children and self._spare is None and all(map(_is_settled, self._children)):
                 self._make_spare()
             self._news.wait(PERIOD)
 
+    def _feel(self, one: _Child, elapsed: float) -> None:
+        """The robot stands while one does not answer; it goes on when it does, and one that hangs is ended."""
+        if one.running is None:
+            return
+        one.pulse.feel(one.running.signs(), elapsed)
+        if one.pulse.verdict:
+            one.running.process.kill()
+        if not one.ready or one.pulse.is_weak == (one.weak_since is not None):
+            return
+        if one.weak_since is None:
+            self._hooks.lost(one.name)
+            one.weak_since = time.monotonic()
+        else:
+            self._hooks.back(one.name)
+            took, one.weak_since = time.monotonic() - one.weak_since, None
+            self._tell(f"process {one.name} did not answer for {took:.1f} s; the robot stood meanwhile")
+
     def _look_after(self, one: _Child) -> None:
         code = one.lost()
         if code is not None:
             self._hooks.lost(one.name)
-            waits = one.back_off()
-            self._tell(f"process {one.name} ended ({_reason(code)}); again in {waits:.1f} s")
+            waits, why = one.back_off(), one.pulse.verdict or _reason(code)
+            self._tell(f"process {one.name} ended ({why}); again in {waits:.1f} s")
         if one.running is None and time.monotonic() >= one.due:
             self._start(one)
-        if one.running is not None and not one.ready and self._hooks.ready(one.name):
+        if (
+            one.running is not None
+            and not one.ready
+            and not one.pulse.is_weak
+            and self._hooks.ready(one.name)
+        ):
             one.ready = True
             self._hooks.back(one.name)
             if one.died is not None:
@@ -152,6 +182,7 @@ class Supervisor:
             self._tell(f"process {one.name} cannot be started: {error}")
             return
         one.began, one.ready = time.monotonic(), False
+        one.pulse, one.weak_since = Pulse(), None
         one.running.give(order, self._news.set)
         if again:
             self._tell(f"process {one.name} runs again")

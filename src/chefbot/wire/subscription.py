@@ -19,6 +19,9 @@ Receive = Callable[[bytes, Attachment], None]
 CPU_BUFFERS = "_buf_cpu"
 """Where newer rmw_zenoh sends types with `uint8[]` to those who ask for it (`backends:cpu:`)."""
 
+MOST_PUBLISHERS = 100
+"""Whose numbers are kept; they come and go."""
+
 
 class Subscription:
     """Listens to one topic; made by `WireNode.subscription`. `remote_only`: not to this very process.
@@ -45,6 +48,8 @@ class Subscription:
         origin = zenoh.Locality.REMOTE if remote_only else zenoh.Locality.ANY
         take = handlers.Callback(self._take, indirect=False)  # else each costs a thread, and a turn of it
         keys = [key, f"{key}/{CPU_BUFFERS}"] if buffered else [key]
+        self._last: dict[bytes, int] | None = {} if buffered else None
+        """Of each publisher the last number, where one sample may come on both keys."""
         self._zenoh = [_declare(wire.session, one, qos, take, origin) for one in keys]
 
     def close(self) -> None:
@@ -54,10 +59,19 @@ class Subscription:
 
     def _take(self, sample: zenoh.Sample) -> None:
         try:
-            attachment = None if sample.attachment is None else sample.attachment.to_bytes()
-            self._receive(sample.payload.to_bytes(), unpack(attachment))
+            attachment = unpack(None if sample.attachment is None else sample.attachment.to_bytes())
+            if self._last is None or self._is_new(attachment, self._last):
+                self._receive(sample.payload.to_bytes(), attachment)
         except (WireError, CdrError) as error:
             self._refused.add(f"{self._topic}: {error}")
+
+    def _is_new(self, attachment: Attachment, last: dict[bytes, int]) -> bool:
+        """False for what came on the other key: newer rmw_zenoh speaks on both when older listeners are there."""
+        before = last.get(attachment.gid, 0)
+        if len(last) >= MOST_PUBLISHERS:
+            last.clear()
+        last[attachment.gid] = max(before, attachment.sequence)
+        return attachment.sequence > before
 
 
 def _declare(

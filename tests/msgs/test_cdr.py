@@ -16,12 +16,13 @@ from rosbags.typesys import Stores, get_typestore
 
 import chefbot.msgs
 from chefbot.msgs.action import Action
-from chefbot.msgs.base import NUMPY_TYPES, FieldType, Message, fields_of, ros_type
+from chefbot.msgs.base import Message
 from chefbot.msgs.cdr import CdrError
 from chefbot.msgs.definition import definition_text, type_hash
+from chefbot.msgs.fields import NUMPY_TYPES, FieldType, fields_of, ros_type
 from chefbot.msgs.rcl_interfaces import IntegerRange, ParameterDescriptor
 from chefbot.msgs.registry import action_type, message_type, service_type
-from chefbot.msgs.sensor_msgs import LaserScan, Range
+from chefbot.msgs.sensor_msgs import Image, LaserScan, Range
 from chefbot.msgs.service import Service
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -171,3 +172,20 @@ def test_nan_and_infinity_travel() -> None:
     scan = LaserScan(ranges=np.array([math.inf, math.nan, 1.0], np.float32))
     back = LaserScan.from_cdr(scan.to_cdr()).ranges
     assert math.isinf(back[0]) and math.isnan(back[1]) and back[2] == 1.0
+
+
+@pytest.mark.parametrize("pixels", [np.zeros((40, 30, 3), np.uint8), np.arange(6000, dtype=np.uint8)[::2]])
+def test_large_and_strided_arrays_are_written_as_small_ones_are(pixels: np.ndarray) -> None:
+    image = Image(encoding="rgb8", data=pixels)
+    assert image.to_cdr() == bytes(
+        STORE.serialize_cdr(theirs(Image(encoding="rgb8", data=pixels.ravel())), ros_type(Image))
+    )
+    assert Image.from_cdr(image.to_cdr()).data.tolist() == pixels.ravel().tolist()
+
+
+def test_numbers_are_rounded_whatever_they_are_made_of() -> None:
+    scan = LaserScan(angle_min=1, angle_max=np.float64(0.1), range_max=1e39, ranges=[1, 2])
+    assert (type(scan.angle_min), scan.angle_max, scan.range_max) == (float, float(np.float32(0.1)), math.inf)
+    assert scan.ranges.dtype == np.float32
+    with pytest.raises(TypeError):
+        LaserScan(angle_min="wide")

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from chefbot.commands.tools.common import to_yaml
 from chefbot.errors import UserError
-from chefbot.msgs.base import Message, fields_of, ros_type
+from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.fields import fields_of, ros_type
 from chefbot.msgs.geometry_msgs import PoseStamped, Twist
 from chefbot.msgs.plain import from_plain, to_plain
 from chefbot.msgs.sensor_msgs import Image, Imu, LaserScan, Range

@@ -24,9 +24,10 @@ from chefbot.msgs.action_msgs import (
     CancelGoal_Response,
     GoalInfo,
 )
-from chefbot.msgs.base import Message, fields_of, ros_type
+from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.editions import convert, editions
+from chefbot.msgs.fields import fields_of, ros_type
 from chefbot.msgs.nav2_msgs import FollowPath, Spin, Spin_Feedback, Spin_Goal, Spin_Result
 from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.wire.action_client import ActionClient, new_goal_id

@@ -7,9 +7,10 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import msgspec
 
-from chefbot.msgs.base import Bool, Int8, Message, ros_type
+from chefbot.msgs.base import Bool, Int8, Message
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.definition import Description, compose, describe, description_hash
+from chefbot.msgs.fields import ros_type
 from chefbot.msgs.service import Service, define_service
 from chefbot.msgs.unique_identifier_msgs import UUID
 

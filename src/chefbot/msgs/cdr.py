@@ -9,13 +9,18 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from functools import cache
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import numpy as np
 
-from chefbot.msgs.base import NUMPY_TYPES, FieldType, Message, fields_of, ros_type
+from chefbot.msgs.fields import NUMPY_TYPES, FieldType, fields_of, ros_type
+from chefbot.msgs.source import Source
 
-M = TypeVar("M", bound=Message)
+if TYPE_CHECKING:
+    from chefbot.msgs.base import Message
+
+M = TypeVar("M", bound="Message")
+Part = bytes | memoryview
 HEADER = b"\x00\x01\x00\x00"
 _FORMATS = {
     "bool": "?", "byte": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i",
@@ -29,12 +34,12 @@ class CdrError(ValueError):
 
 def encode(message: Message) -> bytes:
     """The message as CDR. CdrError when a value does not fit its field."""
-    out = bytearray(HEADER)
+    parts: list[Part] = [HEADER]
     try:
-        _writer(type(message))(out, message)
+        _writer(type(message))(parts, message, 0)
+        return b"".join(parts)
     except (struct.error, AttributeError, TypeError, ValueError, OverflowError) as error:
         raise CdrError(f"{ros_type(type(message))}: {error}") from error
-    return bytes(out)
 
 
 def decode(kind: type[M], data: bytes) -> M:
@@ -66,42 +71,22 @@ def _padded(format_codes: str, offset: int) -> str:
     return out
 
 
-class _Source:
-    """Python text of a generated function, with the objects that it names."""
-
-    def __init__(self, head: str) -> None:
-        self.lines = [head]
-        self.names: dict[str, Any] = {"np": np, "check": _check}
-
-    def add(self, line: str) -> None:
-        self.lines.append("    " + line)
-
-    def name(self, value: Any) -> str:
-        key = f"c{len(self.names)}"
-        self.names[key] = value
-        return key
-
-    def compile(self) -> Callable[..., Any]:
-        exec("\n".join(self.lines), self.names)  # text made above from our own definitions only
-        return self.names["f"]
-
-
-def _check(holds: bool) -> None:
-    if not holds:
-        raise ValueError("a length reaches beyond the bytes or its bound")
+def _refuse() -> NoReturn:
+    raise ValueError("a length reaches beyond the bytes or its bound")
 
 
 @cache
-def _writer(kind: type[Message]) -> Callable[[bytearray, Message], None]:
-    source = _Source("def f(b, m):")
+def _writer(kind: type[Message]) -> Callable[[list[Part], Message, int], int]:
+    """Appends a message's parts to those before; `p`, bytes so far behind the header, goes in and comes out."""
+    source = Source("def f(b, m, p):", refuse=_refuse, contiguous=np.ascontiguousarray)
     run: list[tuple[str, str]] = []
     _write_fields(source, kind, "m", run)
     _flush_writes(source, run)
-    source.add("return")
+    source.add("return p")
     return source.compile()
 
 
-def _write_fields(source: _Source, kind: type[Message], value: str, run: list[tuple[str, str]]) -> None:
+def _write_fields(source: Source, kind: type[Message], value: str, run: list[tuple[str, str]]) -> None:
     for field in fields_of(kind):
         place = f"{value}.{field.name}"
         if field.message is not None and not field.is_array:
@@ -112,59 +97,64 @@ def _write_fields(source: _Source, kind: type[Message], value: str, run: list[tu
             _write_variable(source, field, place, run)
 
 
-def _write_variable(source: _Source, field: FieldType, place: str, run: list[tuple[str, str]]) -> None:
+def _write_variable(source: Source, field: FieldType, place: str, run: list[tuple[str, str]]) -> None:
     if field.element == "string" and not field.is_array:
         source.add(f"s = {place}.encode()")
         if field.string_bound:
-            source.add(f"check(len(s) <= {field.string_bound})")
+            source.add(f"if len(s) > {field.string_bound}: refuse()")
         run.append(("I", "len(s) + 1"))
         _flush_writes(source, run)
-        source.add("b += s; b += b'\\0'")
+        source.add("b += (s, b'\\0'); p += len(s) + 1")
     elif field.element == "string" or field.message is not None:
         source.add(f"v = {place}")
         if field.bound:
-            source.add(f"check(len(v) <= {field.bound})")
+            source.add(f"if len(v) > {field.bound}: refuse()")
         run.append(("I", "len(v)"))
         _flush_writes(source, run)
         writer = source.name(_write_string if field.message is None else _writer(field.message))
-        source.add(f"for item in v: {writer}(b, item)")
+        source.add(f"for item in v: p = {writer}(b, item, p)")
     else:
         _write_numbers(source, field, place, run)
 
 
-def _write_numbers(source: _Source, field: FieldType, place: str, run: list[tuple[str, str]]) -> None:
-    dtype = NUMPY_TYPES[field.element]
-    source.add(f"a = np.ascontiguousarray({place}, {dtype!r})")
+def _write_numbers(source: Source, field: FieldType, place: str, run: list[tuple[str, str]]) -> None:
+    dtype = np.dtype(NUMPY_TYPES[field.element])
+    source.add(f"a = contiguous({place}, {source.name(dtype)})")
     if field.fixed_size:
         source.add(f"if a.size != {field.fixed_size}:")
         source.add(f"    raise ValueError('{field.name} has not {field.fixed_size} elements')")
     else:
         run.append(("I", "a.size"))
     _flush_writes(source, run)
-    size = np.dtype(dtype).itemsize
-    if size > 1:
-        source.add(f"if a.size: b += bytes(-(len(b) - 4) % {size})")
-    source.add("b += a.tobytes() if a.size < 999 else memoryview(a).cast('B')")  # the latter saves a copy
+    if _needs_gap(field):
+        source.add(f"if a.size: g = -p % {dtype.itemsize}; b.append(bytes(g)); p += g")
+    source.add("b.append(a.data if a.size > 999 else a.tobytes()); p += a.nbytes")  # the former saves a copy
 
 
-def _flush_writes(source: _Source, run: list[tuple[str, str]]) -> None:
+def _needs_gap(field: FieldType) -> bool:
+    """Whether padding may stand before a field's numbers: behind the four bytes of a length small ones need none."""
+    return np.dtype(NUMPY_TYPES[field.element]).itemsize > (1 if field.fixed_size else 4)
+
+
+def _flush_writes(source: Source, run: list[tuple[str, str]]) -> None:
     if not run:
         return
     table = source.name(_packers("".join(code for code, _ in run)))
     values = ", ".join(value for _, value in run)
-    source.add(f"b += {table}[(len(b) - 4) & 7].pack({values})")
+    source.add(f"t = {table}[p & 7]; b.append(t.pack({values})); p += t.size")
     run.clear()
 
 
-def _write_string(out: bytearray, text: str) -> None:
+def _write_string(parts: list[Part], text: str, position: int) -> int:
     data = text.encode()
-    out += _packers("I")[(len(out) - 4) & 7].pack(len(data) + 1)
-    out += data + b"\0"
+    packer = _packers("I")[position & 7]
+    parts += (packer.pack(len(data) + 1), data, b"\0")
+    return position + packer.size + len(data) + 1
 
 
 @cache
 def _reader(kind: type[Message]) -> Callable[[bytes, int], tuple[Any, int]]:
-    source = _Source("def f(d, p):")
+    source = Source("def f(d, p):", refuse=_refuse, frombuffer=np.frombuffer)
     run: list[tuple[str, str]] = []
     result = _read_fields(source, kind, "m", run)
     _flush_reads(source, run)
@@ -172,7 +162,7 @@ def _reader(kind: type[Message]) -> Callable[[bytes, int], tuple[Any, int]]:
     return source.compile()
 
 
-def _read_fields(source: _Source, kind: type[Message], prefix: str, run: list[tuple[str, str]]) -> str:
+def _read_fields(source: Source, kind: type[Message], prefix: str, run: list[tuple[str, str]]) -> str:
     """Emit the reading of all fields; return the expression that makes the message of them."""
     arguments = []
     for field in fields_of(kind):
@@ -188,16 +178,17 @@ def _read_fields(source: _Source, kind: type[Message], prefix: str, run: list[tu
     return f"{source.name(kind)}({', '.join(arguments)})"
 
 
-def _read_variable(source: _Source, field: FieldType, target: str, run: list[tuple[str, str]]) -> None:
+def _read_variable(source: Source, field: FieldType, target: str, run: list[tuple[str, str]]) -> None:
     if not field.fixed_size:
         run.append(("I", "n"))
     _flush_reads(source, run)
     if field.element == "string" and not field.is_array:
-        source.add("check(0 < n <= len(d) - p)")
+        source.add("if not 0 < n <= len(d) - p: refuse()")
         source.add(f"{target} = str(d[p : p + n - 1], 'utf-8'); p += n")
     elif field.element == "string" or field.message is not None:
         reader = source.name(_read_string if field.message is None else _reader(field.message))
-        source.add(f"check(n <= {f'min({field.bound}, len(d) - p)' if field.bound else 'len(d) - p'})")
+        most = f"min({field.bound}, len(d) - p)" if field.bound else "len(d) - p"
+        source.add(f"if n > {most}: refuse()")
         source.add("v = []")
         source.add("for _ in range(n):")
         source.add(f"    item, p = {reader}(d, p)")
@@ -207,18 +198,19 @@ def _read_variable(source: _Source, field: FieldType, target: str, run: list[tup
         _read_numbers(source, field, target)
 
 
-def _read_numbers(source: _Source, field: FieldType, target: str) -> None:
+def _read_numbers(source: Source, field: FieldType, target: str) -> None:
     dtype = np.dtype(NUMPY_TYPES[field.element])
+    kind, nothing = source.name(dtype), source.name(np.empty(0, dtype))
     if field.fixed_size:
         source.add(f"n = {field.fixed_size}")
-    if dtype.itemsize > 1:
+    if _needs_gap(field):
         source.add(f"if n: p += -(p - 4) % {dtype.itemsize}")
-    source.add(f"check(n * {dtype.itemsize} <= len(d) - p)")
-    source.add(f"{target} = np.frombuffer(d, {dtype.str!r}, n, p) if n else np.empty(0, {dtype.str!r})")
+    source.add(f"if n * {dtype.itemsize} > len(d) - p: refuse()")
+    source.add(f"{target} = frombuffer(d, {kind}, n, p) if n else {nothing}")
     source.add(f"p += n * {dtype.itemsize}")
 
 
-def _flush_reads(source: _Source, run: list[tuple[str, str]]) -> None:
+def _flush_reads(source: Source, run: list[tuple[str, str]]) -> None:
     if not run:
         return
     table = source.name(_packers("".join(code for code, _ in run)))
@@ -232,5 +224,6 @@ def _read_string(data: bytes, position: int) -> tuple[str, int]:
     packer = _packers("I")[(position - 4) & 7]
     (length,) = packer.unpack_from(data, position)
     position += packer.size
-    _check(0 < length <= len(data) - position)
+    if not 0 < length <= len(data) - position:
+        _refuse()
     return str(data[position : position + length - 1], "utf-8"), position + length

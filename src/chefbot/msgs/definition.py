@@ -8,7 +8,8 @@ from collections.abc import Iterable
 from functools import cache
 from typing import Any, NamedTuple
 
-from chefbot.msgs.base import FieldType, Message, fields_of, ros_type
+from chefbot.msgs.base import Message
+from chefbot.msgs.fields import FieldType, fields_of, ros_type
 
 _TYPE_IDS = {
     "": 1, "int8": 2, "uint8": 3, "int16": 4, "uint16": 5, "int32": 6, "uint32": 7, "int64": 8, "uint64": 9,

@@ -7,8 +7,9 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from chefbot.errors import UserError, nearest
-from chefbot.msgs.base import NUMPY_TYPES, FieldType, Message, fields_of, ros_type
+from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.fields import NUMPY_TYPES, FieldType, fields_of, ros_type
 from chefbot.msgs.std_msgs import Header
 
 M = TypeVar("M", bound=Message)

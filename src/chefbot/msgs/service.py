@@ -7,8 +7,9 @@ from typing import Annotated, Any, Generic, NamedTuple, TypeVar, cast
 
 import msgspec
 
-from chefbot.msgs.base import Message, ros_type
+from chefbot.msgs.base import Message
 from chefbot.msgs.definition import Description, compose, describe, description_hash
+from chefbot.msgs.fields import ros_type
 from chefbot.msgs.service_msgs import ServiceEventInfo
 
 Q = TypeVar("Q", bound=Message)

@@ -7,8 +7,9 @@ from pathlib import Path
 import msgspec
 
 from chefbot import __version__
-from chefbot.msgs.base import Message, ros_type
+from chefbot.msgs.base import Message
 from chefbot.msgs.definition import definition_text
+from chefbot.msgs.fields import ros_type
 from chefbot.msgs.sensor_msgs import CompressedImage, Image
 from chefbot.robot.spec import Robot
 from chefbot.runtime.loop import Publication

@@ -9,8 +9,9 @@ import re
 from typing import Any, NamedTuple
 
 from chefbot.msgs.action import Action
-from chefbot.msgs.base import FieldType, Message, fields_of, ros_type
+from chefbot.msgs.base import Message
 from chefbot.msgs.definition import type_hash
+from chefbot.msgs.fields import FieldType, fields_of, ros_type
 from chefbot.msgs.service import Service
 from chefbot.wire.errors import WireError
 

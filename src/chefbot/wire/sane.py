@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from chefbot.msgs.base import FieldType, Message, fields_of
+from chefbot.msgs.base import Message
+from chefbot.msgs.fields import FieldType, fields_of
 from chefbot.msgs.sensor_msgs import BatteryState, Range
 from chefbot.wire.errors import WireError
 

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from chefbot.commands.tools.common import definition
 from chefbot.errors import UserError
-from chefbot.msgs.base import NUMPY_TYPES, Message
+from chefbot.msgs.base import Message
 from chefbot.msgs.definition import Description, FieldDescription, description_hash
+from chefbot.msgs.fields import NUMPY_TYPES
 from chefbot.msgs.registry import message_type
 from chefbot.msgs.type_description_interfaces import (
     GetTypeDescription,

@@ -11,7 +11,8 @@ from typing import Any
 
 from cyclonedds.idl import make_idl_struct, types
 
-from chefbot.msgs.base import FieldType, Message, fields_of, ros_type
+from chefbot.msgs.base import Message
+from chefbot.msgs.fields import FieldType, fields_of, ros_type
 from chefbot.wire.names import WireType
 
 _PRIMITIVES = {

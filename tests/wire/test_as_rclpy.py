@@ -6,15 +6,19 @@ import queue
 import re
 import time
 from collections.abc import Iterator
+from typing import Annotated
 
+import msgspec
 import numpy as np
 import pytest
 import zenoh
 
+from chefbot.msgs.rcl_interfaces import ParameterValue
 from chefbot.msgs.sensor_msgs import Image
 from chefbot.wire.attachment import Attachment
 from chefbot.wire.names import WireType, topic_key
 from chefbot.wire.node import WireNode
+from chefbot.wire.parameters import _descriptor, flatten, from_value, to_value
 from chefbot.wire.session import Wire
 from tests.waiting import wait_for
 from tests.wire.test_bridge import running
@@ -88,6 +92,42 @@ def test_actions_clocks_and_frames_are_told_with_their_quality(tokens: list[str]
     assert re.search(r"MP %clock rosgraph_msgs::msg::dds_::Clock_ \S+ 2::,1:,:,:,,", own)
     assert re.search(r"MS %tf tf2_msgs::msg::dds_::TFMessage_ \S+ ::,100:,:,:,,", ears)
     assert re.search(r"MS %tf_static tf2_msgs::msg::dds_::TFMessage_ \S+ :1:,100:,:,:,,", ears)
+
+
+@pytest.mark.parametrize(
+    ("own", "kind"),
+    [
+        (True, 1),
+        (3, 2),
+        (0.5, 3),
+        ("a", 4),
+        ((True, False), 6),
+        ((1, 2), 7),
+        ((0.5, 1), 8),
+        (("a",), 9),
+        ((), 9),
+    ],
+)
+def test_own_parameter_values_have_the_type_that_ros_has_for_them(own: object, kind: int) -> None:
+    value = ParameterValue.from_cdr(to_value(own).to_cdr())
+    back = from_value(value)
+    assert value.type == kind and (tuple(back) if isinstance(back, list) else back) == own
+
+
+class Bounded(msgspec.Struct, frozen=True):
+    """Numbers with and without bounds."""
+
+    free: float = 1.0
+    above: Annotated[float, msgspec.Meta(gt=0.0)] = 1.0
+    between: Annotated[int, msgspec.Meta(ge=1, le=9)] = 5
+
+
+def test_ranges_are_told_where_there_are_some() -> None:
+    told = {name: _descriptor(name, one, True) for name, one in flatten(Bounded()).items()}
+    assert told["free"].floating_point_range == ()
+    assert told["above"].floating_point_range[0].from_value == 0.0
+    (whole,) = told["between"].integer_range
+    assert (whole.from_value, whole.to_value, whole.step) == (1, 9, 0)
 
 
 def test_a_picture_that_newer_ros_says_on_both_keys_is_heard_once(wire: Wire, peer: zenoh.Session) -> None:  # noqa: F811

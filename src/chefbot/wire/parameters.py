@@ -13,8 +13,11 @@ from msgspec import inspect as types
 from chefbot.errors import UserError, nearest
 from chefbot.msgs.rcl_interfaces import (
     BOOL,
+    BOOL_ARRAY,
     DOUBLE,
+    DOUBLE_ARRAY,
     INTEGER,
+    INTEGER_ARRAY,
     STRING,
     STRING_ARRAY,
     DescribeParameters,
@@ -176,8 +179,16 @@ def to_value(value: Any) -> ParameterValue:
         return ParameterValue(INTEGER, integer_value=value)
     if isinstance(value, float):
         return ParameterValue(DOUBLE, double_value=value)
-    if isinstance(value, (list, tuple)) and all(isinstance(one, str) for one in value):
-        return ParameterValue(STRING_ARRAY, string_array_value=tuple(value))
+    if isinstance(value, (list, tuple)):
+        kinds = {type(one) for one in value}
+        if kinds <= {str}:
+            return ParameterValue(STRING_ARRAY, string_array_value=tuple(value))
+        if kinds == {bool}:
+            return ParameterValue(BOOL_ARRAY, bool_array_value=np.array(value, np.bool_))
+        if kinds == {int}:
+            return ParameterValue(INTEGER_ARRAY, integer_array_value=np.array(value, np.int64))
+        if kinds <= {int, float}:
+            return ParameterValue(DOUBLE_ARRAY, double_array_value=np.array(value, np.float64))
     text = value if isinstance(value, str) else json.dumps(msgspec.to_builtins(value))
     return ParameterValue(STRING, string_value=text)
 
@@ -201,11 +212,9 @@ def _descriptor(name: str, one: Described, live: bool) -> ParameterDescriptor:
     floats: tuple[FloatingPointRange, ...] = ()
     integers: tuple[IntegerRange, ...] = ()
     if isinstance(kind, types.FloatType):
-        low, high = _bounds(kind, FLOAT_MAX)
-        floats = (FloatingPointRange(low, high),)
+        floats = tuple(FloatingPointRange(low, high) for low, high in _bounds(kind, FLOAT_MAX))
     elif isinstance(kind, types.IntType):
-        low, high = _bounds(kind, INT_MAX)
-        integers = (IntegerRange(int(low), int(high)),)
+        integers = tuple(IntegerRange(int(low), int(high)) for low, high in _bounds(kind, INT_MAX))
     return ParameterDescriptor(
         name,
         to_value(one.value).type,
@@ -217,10 +226,13 @@ def _descriptor(name: str, one: Described, live: bool) -> ParameterDescriptor:
     )
 
 
-def _bounds(kind: types.FloatType | types.IntType, most: float) -> tuple[float, float]:
+def _bounds(kind: types.FloatType | types.IntType, most: float) -> list[tuple[float, float]]:
+    """One range, or none where nothing bounds the number: tools make sliders of ranges."""
     low = kind.ge if kind.ge is not None else kind.gt
     high = kind.le if kind.le is not None else kind.lt
-    return (-most if low is None else low, most if high is None else high)
+    if low is None and high is None:
+        return []
+    return [(-most if low is None else low, most if high is None else high)]
 
 
 def _is_asked(name: str, prefixes: tuple[str, ...], depth: int) -> bool:

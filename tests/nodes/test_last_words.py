@@ -3,20 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.base import Message
-from chefbot.msgs.chefbot_msgs import DeliveryStatus, ExplorationStatus, Order, Place, Places, StopStatus
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.chefbot_msgs import (
+    Deliver,
+    Deliver_Goal,
+    DeliveryStatus,
+    ExplorationStatus,
+    Order,
+    Place,
+    Places,
+    StopStatus,
+)
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, Twist
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
+from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.nodes.base import NOT_KNOWN
-from chefbot.nodes.delivery import NOBODY_DROVE
+from chefbot.nodes.delivery import ENDED, NOBODY_DROVE
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import serves
 from chefbot.runtime.clock import StepClock
@@ -25,6 +38,7 @@ from chefbot.runtime.loop import Loop, Publication
 from chefbot.runtime.node import LAST_WORDS, Node, NoParams
 from chefbot.runtime.system import System
 
+ROBOT = load_robot("chefbot_lidar")
 ROOM = {"home": 0.0, "kitchen": 1.0, "table_1": 2.0, "table_2": 3.0}
 
 
@@ -50,7 +64,7 @@ class Life:
     """Nodes on a loop, told `words` of the life before."""
 
     def __init__(self, kinds: dict[str, str], words: dict[str, Message]) -> None:
-        self.system = System(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
+        self.system = System(Loop(StepClock()), ROBOT, 1)
         self.said: list[Publication] = []
         self.loop = self.system.loop
         self.loop.tap(self.said.append)
@@ -70,15 +84,19 @@ class Life:
         return [one.message for one in self.said if one.topic == topic]
 
 
+def waiter_of(words: dict[str, Message]) -> Life:
+    kinds = {
+        "delivery": "chefbot.nodes.delivery:DeliveryNode",
+        "driver": "tests.nodes.test_last_words:Driver",
+    }
+    return Life(kinds, words)
+
+
 @pytest.fixture
 def waiter() -> Iterator[Callable[..., Life]]:
     def begin(*, fails: int = 0, **words: Message) -> Life:
         Driver.fails = fails
-        kinds = {
-            "delivery": "chefbot.nodes.delivery:DeliveryNode",
-            "driver": "tests.nodes.test_last_words:Driver",
-        }
-        return Life(kinds, words)
+        return waiter_of(words)
 
     yield begin
     Driver.fails = 0
@@ -102,8 +120,7 @@ def status(state: str, place: str, queue: tuple[str, ...] = (), done: tuple[str,
         (status("driving", "table_1", ("table_2",)), ["table_1", "table_2", "home"], ("table_1", "table_2")),
         (status("waiting", "table_2", (), ("table_1",)), ["table_2", "home"], ("table_1", "table_2")),
         (status("returning", "home", (), ("table_1",)), ["home"], ("table_1",)),
-        (status("idle", "", (), ("table_1",)), [], ()),
-        (status("failed", "", (), ("table_1",)), [], ()),
+        (status("idle", "", (), ("table_1",)), [], ("table_1",)),
     ],
 )
 def test_a_waiter_goes_on_with_what_it_had_in_hand(
@@ -114,6 +131,98 @@ def test_a_waiter_goes_on_with_what_it_had_in_hand(
     assert driven(life) == then
     last = life.heard("delivery_status")[-1]
     assert (last.state, tuple(last.delivered)) == ("idle", done)
+
+
+def orders(*tables: str) -> tuple[Order, ...]:
+    return tuple(Order((table,), table) for table in tables)
+
+
+def test_orders_that_waited_and_what_was_missed_outlive_the_waiter(waiter: Callable[..., Life]) -> None:
+    told = DeliveryStatus(
+        Header(),
+        "returning",
+        "home",
+        (),
+        ("table_1",),
+        "",
+        ("table 7 was not reached",),
+        orders("table_2"),
+        "x",
+    )
+    life = waiter(delivery_status=told)
+    life.run(0.5)
+    assert [one.missed for one in life.heard("delivery_status")] == [told.missed]
+    life.run(60.0)
+    assert driven(life) == ["home", "kitchen", "table_2", "home"]
+    said: list[DeliveryStatus] = life.heard("delivery_status")
+    assert any(one.state == "failed" and one.missed == told.missed for one in said)
+    assert said[-1].delivered == ("table_2",) and not said[-1].orders and not said[-1].missed
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.sampled_from(["order", "again", "die", "wait"]), max_size=12))
+def test_every_accepted_order_is_served_once_and_in_turn_whenever_the_waiter_dies(steps: list[str]) -> None:
+    life, count, served, told = waiter_of({}), 0, list[str](), dict[str, Message]()
+    names = [f"order {number}" for number in range(len(steps))]
+
+    def order(number: int) -> None:
+        life.loop.publish("order", Order((f"table_{1 + number % 2}",), names[number]), "page")
+        life.run(0.01)
+        assert life.heard("delivery_status")[-1].last_order == names[number], (
+            "it is told that it was accepted"
+        )
+
+    for step in (*steps, "die"):
+        if step == "order":
+            order(count)
+            count += 1
+        elif step == "again" and count:
+            order(count - 1)
+        elif step == "wait":
+            life.run(3.0)
+        elif step == "die":
+            served += driven(life)
+            said = life.heard("delivery_status")
+            told = {"delivery_status": said[-1]} if said else told
+            life = waiter_of(told)
+    life.run(30.0 * (count + 1))
+    served += driven(life)
+    tables = [one for one, after in pairwise([*served, ""]) if one.startswith("table") and one != after]
+    assert tables == [f"table_{1 + number % 2}" for number in range(count)]
+
+
+@pytest.mark.parametrize("released", [False, True])
+def test_a_waiter_that_was_not_there_when_stop_was_pressed_does_not_go_on(
+    waiter: Callable[..., Life], released: bool
+) -> None:
+    stop = StopStatus(Header(), not released, Time.of(5))
+    life = waiter(delivery_status=status("driving", "table_1", ("table_2",)), stop_status=stop)
+    life.loop.publish("emergency_stop", Bool(not released), "base")
+    life.run(60.0)
+    last = life.heard("delivery_status")[-1]
+    assert not driven(life) and (last.state, last.sentence) == ("idle", ENDED)
+    life.loop.publish("order", Order(("table_1",)), "page")
+    life.run(60.0)
+    assert driven(life) == (["kitchen", "table_1", "home"] if released else [])
+
+
+def test_a_stop_ends_what_is_resumed_before_it_has_begun(waiter: Callable[..., Life]) -> None:
+    life = waiter(delivery_status=status("driving", "table_1"))
+    life.loop.publish("emergency_stop", Bool(True), "base")
+    life.run(60.0)
+    assert not driven(life) and life.heard("delivery_status")[-1].state == "idle"
+
+
+def test_an_order_behind_a_goal_of_somebody_elses_is_not_forgotten(waiter: Callable[..., Life]) -> None:
+    life = waiter()
+    life.run(0.1)
+    for table in ("table_1", "table_2"):
+        life.loop.publish("order", Order((table,)), "page")
+    life.run(3.0)
+    goal = Deliver.send_goal(UUID(np.arange(16, dtype=np.uint8)), Deliver_Goal(("table_1",)))
+    life.loop.publish("deliver/_action/send_goal", goal, "tool")
+    life.run(120.0)
+    assert driven(life)[-3:] == ["kitchen", "table_2", "home"]
 
 
 def test_it_is_never_idle_in_between(waiter: Callable[..., Life]) -> None:
@@ -209,6 +318,7 @@ class Stops(Life):
         return float(self.heard("wheel_speeds")[-1].left) > 0.0
 
 
+@settings(max_examples=30, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(["stop_request", "emergency_stop"]), st.booleans()), max_size=8))
 def test_whatever_is_asked_by_whom_there_is_one_state_and_the_wheels_obey_it(
     words: list[tuple[str, bool]],

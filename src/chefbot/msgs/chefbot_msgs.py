@@ -83,9 +83,10 @@ class Places(Message, frozen=True, eq=False):
 
 
 class Order(Message, frozen=True, eq=False):
-    """Carry food to these places, one after the other."""
+    """Carry food to these places, one after the other. Said twice with one `id` it is one; empty: never the same."""
 
     places: StringArray = ()
+    id: String = ""
 
 
 class DeliveryStatus(Message, frozen=True, eq=False):
@@ -98,6 +99,12 @@ class DeliveryStatus(Message, frozen=True, eq=False):
     queue: StringArray = ()
     delivered: StringArray = ()
     sentence: String = ""
+    missed: StringArray = ()
+    """Of this order: why a place was not served, a sentence each."""
+    orders: tuple[Order, ...] = ()
+    """Accepted, and waiting for the one in hand."""
+    last_order: String = ""
+    """The `id` of the newest that was accepted."""
 
 
 class StopStatus(Message, frozen=True, eq=False):

@@ -16,6 +16,7 @@ from chefbot.msgs.chefbot_msgs import (
     DeliveryStatus,
     Order,
     Places,
+    StopStatus,
 )
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal
@@ -32,6 +33,10 @@ DRIVER_PATIENCE = 30.0
 """Seconds without a navigator after which a place counts as not reached."""
 LOOK_AGAIN = 0.5
 """Seconds between two tries to find what is not there yet."""
+IDLE = ("idle", "failed")
+"""States in which no order is in hand."""
+REFUSED = "The robot is stopped and takes no orders; release STOP and order again."
+ENDED = "The orders ended when STOP was pressed."
 
 
 class DeliveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -48,7 +53,10 @@ class DeliveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
 
 class DeliveryNode(Node):
-    """Serves `deliver`; also takes an `order` from the page. New orders wait for the one in hand."""
+    """Serves `deliver`; also takes an `order` from the page. New orders wait for the one in hand.
+
+    `delivery_status` holds all that its next life needs to go on: what is in hand, what waits, what was missed.
+    """
 
     live_params = ("*",)
     params: DeliveryParams
@@ -58,6 +66,7 @@ class DeliveryNode(Node):
     cancel: In[Empty]
     emergency_stop: In[Bool]
     told_before: In[DeliveryStatus] = last_words("delivery_status")
+    stop_before: In[StopStatus] = last_words("stop_status")
     deliver = serves(Deliver)
     own_order = calls(Deliver, "deliver")
     navigate_to_pose = calls(NavigateToPose)
@@ -65,7 +74,11 @@ class DeliveryNode(Node):
 
     def start(self) -> None:
         """Idle, or on with what a life before had in hand."""
-        self._waiting_orders: list[Order] = []
+        self._orders: list[Order] = []
+        self._last_order = ""
+        self._working = True
+        self._is_next = False
+        self._now: tuple[str, str, str] = ("idle", "", "Waiting for an order.")
         self._hand: Future[None] | None = None
         self._queue: tuple[str, ...] = ()
         self._delivered: list[str] = []
@@ -74,32 +87,74 @@ class DeliveryNode(Node):
         self._resumed: DeliveryStatus | None = None
         self.spawn(self._begin())
 
+    def on_told_before(self, told: DeliveryStatus) -> None:
+        """All of it is taken over before anything new comes."""
+        self._now, self._last_order = (told.state, told.place, told.sentence), told.last_order
+        self._queue, self._orders = told.queue, list(told.orders)
+        self._delivered, self._missed = list(told.delivered), list(told.missed)
+        self._resumed = told if told.state not in IDLE else None
+
     async def _begin(self) -> None:
+        """What a life before had accepted goes on, unless STOP was pressed since."""
         await self.sleep(0.0)  # last words come before
         told = self.told_before.last
-        if told is None or told.state in ("idle", "failed"):
-            self._tell("idle", "", "Waiting for an order.")
-            return
-        while self.places.last is None:
+        if told is not None and self._is_ended(told):
+            self._orders, self._queue, self._resumed = [], (), None
+            self._tell("idle", "", ENDED)
+        elif self._resumed is None:
+            self._tell(*self._now)
+        await self._work_off()
+
+    def _is_ended(self, told: DeliveryStatus) -> bool:
+        """Nothing starts by itself after a STOP, also where that was released while nobody was here to hear it."""
+        stop = self.stop_before.last
+        pressed = stop is not None and (stop.stopped or stop.pressed_at.ns > told.header.stamp.ns)
+        return bool(told.state not in IDLE or told.orders) and (pressed or self._is_stopped())
+
+    def _is_stopped(self) -> bool:
+        return self.emergency_stop.last is not None and self.emergency_stop.last.data
+
+    async def _work_off(self) -> None:
+        """One order after the other, first what a life before had in hand."""
+        self._working = True
+        if self._resumed is not None:
+            await self._resume(self._resumed)
+        while self._orders:
+            self._is_next = True
+            await self._deliver_own(self._orders[0].places)
+        self._working = False
+
+    async def _resume(self, told: DeliveryStatus) -> None:
+        while self.places.last is None and self._resumed is not None:
             await self.sleep(LOOK_AGAIN)
-        self._resumed = told
-        left = (
-            (told.place, *told.queue) if self._is_loaded(told) and told.state != "returning" else told.queue
-        )
-        await self.own_order.call(Deliver_Goal(left))
+        if self._resumed is None:
+            return  # it was cancelled meanwhile
+        under_way = self._is_loaded(told) and told.state != "returning"
+        await self._deliver_own((told.place, *told.queue) if under_way else told.queue)
+
+    async def _deliver_own(self, places: tuple[str, ...]) -> None:
+        """Whatever comes of it is told; where somebody's goal by action took its place, that one ends first."""
+        await first_of(self.own_order.call(Deliver_Goal(places)))
+        while self.deliver.busy:
+            await self.sleep(LOOK_AGAIN)
 
     def _is_loaded(self, told: DeliveryStatus) -> bool:
         return told.state != "loading" and told.place != self.params.kitchen
 
     def on_order(self, order: Order) -> None:
-        """Begin, or put it behind the others."""
-        self._waiting_orders.append(order)
-        if not self.deliver.busy:
+        """Begin, or put it behind the others; either way it is told."""
+        if order.id and order.id == self._last_order:
+            self._tell(*self._now)  # who asks again has not heard that it was accepted
+            return
+        self._last_order = order.id
+        if self._is_stopped():
+            self._tell("idle", "", REFUSED)
+            return
+        self._orders.append(order)
+        if self._working or self.deliver.busy:
+            self._tell(*self._now)
+        if not self._working:
             self.spawn(self._work_off())
-
-    async def _work_off(self) -> None:
-        while self._waiting_orders:
-            await self.own_order.call(Deliver_Goal(self._waiting_orders.pop(0).places))
 
     def on_taken(self, _: Empty) -> None:
         """The guest has the food."""
@@ -108,19 +163,29 @@ class DeliveryNode(Node):
 
     def on_cancel(self, _: Empty) -> None:
         """Give up all orders."""
-        self._waiting_orders.clear()
-        self.deliver.preempt()
+        self._give_up("")
 
     def on_emergency_stop(self, pressed: Bool) -> None:
         """The orders end; nothing starts by itself when the button is released."""
         if pressed.data:
-            self._waiting_orders.clear()
-            self.deliver.preempt()
+            self._give_up(ENDED)
+
+    def _give_up(self, why: str) -> None:
+        waiting, self._orders, self._is_next = len(self._orders), [], False
+        self._resumed = None
+        self.deliver.preempt()
+        if waiting:
+            self._tell("idle", "", why or f"The delivery was cancelled, and {waiting} more that waited.")
 
     async def on_deliver(
         self, goal: Deliver_Goal, feedback: Callable[[Deliver_Feedback], None]
     ) -> Deliver_Result:
         """Kitchen, then each table, then home; a table that cannot be reached is told and passed over."""
+        if self._is_stopped():
+            self._tell("idle", "", REFUSED)
+            return Deliver_Result((), NOT_REACHED, REFUSED)
+        if self._is_next:  # from here on it is in hand
+            self._orders, self._is_next = self._orders[1:], False
         known = self._poses()
         missing = [
             name for name in (*goal.places, self.params.kitchen, self.params.home) if name not in known
@@ -131,9 +196,9 @@ class DeliveryNode(Node):
             return Deliver_Result((), UNKNOWN_PLACE, sentence)
         self._feedback = feedback
         told, self._resumed = self._resumed, None
-        self._queue, self._delivered, self._missed = goal.places, [], []
-        if told is not None:
-            self._delivered += told.delivered
+        self._queue = goal.places
+        if told is None:
+            self._delivered, self._missed = [], []
         try:
             return await self._round(known, loaded=told is not None and self._is_loaded(told))
         except Cancelled:
@@ -184,9 +249,14 @@ class DeliveryNode(Node):
         return {place.name: place.pose for place in self.places.last.places} if self.places.last else {}
 
     def _tell(self, state: str, place: str, sentence: str) -> None:
+        self._now = (state, place, sentence)
         header = Header.of(self.now_ns, "map")
-        status = DeliveryStatus(header, state, place, self._queue, tuple(self._delivered), sentence)
-        self.delivery_status.publish(status)
+        done, missed, orders = tuple(self._delivered), tuple(self._missed), tuple(self._orders)
+        self.delivery_status.publish(
+            DeliveryStatus(
+                header, *self._now[:2], self._queue, done, sentence, missed, orders, self._last_order
+            )
+        )
         if self.deliver.busy:
             self._feedback(Deliver_Feedback(sentence))
 

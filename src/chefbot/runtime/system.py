@@ -18,7 +18,7 @@ from chefbot.robot.spec import Robot
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
 from chefbot.runtime.live_params import check_live
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node import Context, Device, Node, params_type
+from chefbot.runtime.node import LAST_WORDS, Context, Device, Node, params_type
 from chefbot.runtime.transforms import Transforms
 
 LAUNCH_TOPIC = "chefbot/launch"
@@ -46,7 +46,8 @@ class System:
         self.nodes: dict[str, Node] = {}
         for topic, static in (("tf", False), ("tf_static", True)):
             self.loop.subscribe(topic, "transforms", partial(self._receive, static))
-        self.loop.subscribe(PARAMS_TOPIC, "chefbot", self._take_params)
+        for topic in (PARAMS_TOPIC, LAST_WORDS + PARAMS_TOPIC):
+            self.loop.subscribe(topic, "chefbot", self._take_params)
 
     def launch(self, launch: Launch, *, leave_out: Container[str] = ()) -> None:
         """Replace all nodes by those of `launch`. Devices of the same name stay as they are.
@@ -71,12 +72,12 @@ class System:
         """
         if name not in self.nodes:
             raise UserError(f"there is no node {name!r}{nearest(name, self.nodes)}")
-        text = msgspec.json.encode({"node": name, "params": plain}).decode()
-        self._reconfigure(text)
-        self.loop.publish(PARAMS_TOPIC, String(text), publisher, from_device=True)
+        message = params_message(name, plain)
+        self._reconfigure(message.data)
+        self.loop.publish(PARAMS_TOPIC, message, publisher, from_device=True)
 
     def _take_params(self, message: Message) -> None:
-        """Of a replay, too: there nobody has called `set_params`."""
+        """Of a replay, or of a life before: there nobody has called `set_params`."""
         if isinstance(message, String):
             self._reconfigure(message.data)
 
@@ -119,3 +120,8 @@ class System:
     def _receive(self, static: bool, message: Message) -> None:
         if isinstance(message, TFMessage):
             self.transforms.receive(message, static)
+
+
+def params_message(node: str, plain: dict[str, Any]) -> String:
+    """What is said on PARAMS_TOPIC: all params of a node."""
+    return String(msgspec.json.encode({"node": node, "params": plain}).decode())

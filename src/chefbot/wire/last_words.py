@@ -5,21 +5,24 @@ from __future__ import annotations
 import threading
 import typing
 from functools import partial
+from typing import Any
 
 import msgspec
 
 from chefbot.msgs.base import Message
 from chefbot.msgs.geometry_msgs import TransformStamped
+from chefbot.msgs.rcl_interfaces import ParameterEvent
 from chefbot.msgs.registry import message_type
 from chefbot.msgs.std_msgs import Empty
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.runtime.launch import Launch, NodeEntry, node_class, split
+from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params, split
 from chefbot.runtime.node import LAST_WORDS, LIFE, TopicSpec
-from chefbot.runtime.system import System
+from chefbot.runtime.system import PARAMS_TOPIC, System, params_message
 from chefbot.runtime.transforms import TransformError
 from chefbot.wire.names import WireType
 from chefbot.wire.node import WireNode
-from chefbot.wire.qos import LATCHED
+from chefbot.wire.parameters import from_value, with_values
+from chefbot.wire.qos import LATCHED, PARAMETERS
 
 FRAMES = "tf"
 """Where the map is, as its owner said last; the rest of the tree goes on being told by others."""
@@ -44,16 +47,22 @@ class Word(msgspec.Struct, frozen=True):
 
 
 class LastWords:
-    """Listens, as long as `node` is there, to what nodes of the launch's other processes declare with `last_words`.
+    """Listens, as long as `node` is there, to what nodes of the launch's other processes declare with `last_words`,
+    and to what their parameters were set to.
 
     A launch's own process hears it for them: what a publisher keeps for those who come late dies with it.
     """
 
     def __init__(self, node: WireNode, launch: Launch, system: System) -> None:
         self._system = system
+        self._space = str(launch.args["namespace"]).rstrip("/")
+        self._parts = split(launch)[1]
         self._said: dict[str, dict[str, Word]] = {}
+        self._set: dict[str, dict[str, Any]] = {}
+        """Node to the values of its parameters that were set while it ran, by dotted names."""
         self._lock = threading.Lock()
-        for process, part in split(launch)[1].items():
+        node.subscription("/parameter_events", ParameterEvent, self._note, PARAMETERS)
+        for process, part in self._parts.items():
             self._said[process] = {}
             for entry in part.nodes.values():
                 self._listen(node, process, entry)
@@ -61,7 +70,7 @@ class LastWords:
     def of(self, process: str) -> tuple[Word, ...]:
         """What its next life is told; any thread."""
         with self._lock:
-            words = tuple(self._said[process].values())
+            words = (*self._params(process), *self._said[process].values())
         return (*words, *self._frames(), Word.of(LIFE, Empty()))
 
     def _listen(self, node: WireNode, process: str, entry: NodeEntry) -> None:
@@ -74,6 +83,25 @@ class LastWords:
     def _keep(self, process: str, topic: str, kind: str, cdr: bytes, _: object) -> None:
         with self._lock:
             self._said[process][topic] = Word(topic, kind, cdr)
+
+    def _note(self, event: ParameterEvent) -> None:
+        """Parameters that a node has taken while it ran."""
+        space, _, name = event.node.rpartition("/")
+        if space == self._space:
+            with self._lock:
+                known = self._set.setdefault(name, {})
+                known.update({one.name: from_value(one.value) for one in event.changed_parameters})
+
+    def _params(self, process: str) -> list[Word]:
+        """All params of those nodes that no longer have what the launch file says."""
+        words = []
+        for name, entry in self._parts[process].nodes.items():
+            if name in self._set:
+                launched = node_params(node_class(entry.kind, "last words"), entry.params, f"node {name}")
+                words.append(
+                    Word.of(PARAMS_TOPIC, params_message(name, with_values(launched, self._set[name])))
+                )
+        return words
 
     def _frames(self) -> tuple[Word, ...]:
         """The map's place, if anybody has ever said it."""

@@ -221,7 +221,7 @@ def sdf(
 
 @app.command()
 def ros2(
-    out: Annotated[Path, typer.Option(help="the src folder of a ROS 2 workspace: gets three packages")],
+    out: Annotated[Path, typer.Option(help="the src folder of a ROS 2 workspace: gets four packages")],
     robot: Annotated[str, typer.Argument(help=ROBOTS)] = "chefbot",
 ) -> None:
     """ROS 2 packages of the robot: model, launches, Nav2's parameters with their reasons, Gazebo's worlds."""

@@ -1,4 +1,4 @@
-"""`chefbot ros2`: a ROS 2 workspace with the robot's description, its navigation's parameters and Gazebo's worlds."""
+"""`chefbot ros2`: a ROS 2 workspace of the robot's description, its navigation, Gazebo's worlds and our messages."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Packages = dict[str, dict[str, bytes]]
 
 
 def run_ros2(robot: str, out: Path) -> None:
-    """Three packages in the folder `out`, all or none. UserError for a robot or a folder that cannot be."""
+    """The packages in the folder `out`, all or none. UserError for a robot or a folder that cannot be."""
     machine = load_robot(robot)
     known = robot if robot in built_in_robots() else str(find_robot(robot).resolve())
     packages = ros2_packages(machine, known)
@@ -42,6 +42,8 @@ def ros2_packages(robot: Robot, name_or_file: str) -> Packages:
     from chefbot.design.ros2.figures import Doubt
     from chefbot.design.ros2.gazebo import PACKAGE as GAZEBO
     from chefbot.design.ros2.gazebo import gazebo_package
+    from chefbot.design.ros2.interfaces import PACKAGE as MESSAGES
+    from chefbot.design.ros2.interfaces import interface_package
     from chefbot.design.ros_package import PACKAGE as DESCRIPTION
     from chefbot.design.ros_package import ros_package
 
@@ -54,6 +56,7 @@ def ros2_packages(robot: Robot, name_or_file: str) -> Packages:
         DESCRIPTION: ros_package(robot),
         BRINGUP: {path: text.encode() for path, text in bringup.items()},
         GAZEBO: {path: text.encode() for path, text in gazebo.items()},
+        MESSAGES: {path: text.encode() for path, text in interface_package().items()},
     }
 
 

@@ -22,6 +22,10 @@ _BOUNDED_SEQUENCE = 96
 _UNBOUNDED_SEQUENCE = 144
 
 
+_NO_FIELDS = "structure_needs_at_least_one_member"
+"""What rosidl gives a type without fields."""
+
+
 class FieldDescription(NamedTuple):
     """One field as type_description_interfaces tells it."""
 
@@ -50,6 +54,11 @@ def definition_text(kind: type[Message]) -> str:
         name = ros_type(used).replace("/msg/", "/")
         parts.append("=" * 80 + f"\nMSG: {name}\n" + _lines(used))
     return "".join(parts)
+
+
+def own_text(kind: type[Message]) -> str:
+    """The type's .msg text alone: its fields, a line each; nothing for one that has none."""
+    return "".join(f"{_type_text(one)} {one.name}\n" for one in fields_of(kind) if one.name != _NO_FIELDS)
 
 
 @cache

@@ -38,8 +38,9 @@ from chefbot.msgs.nav2_msgs import (
 from chefbot.msgs.nav2_msgs import Spin as SpinAction
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.msgs.std_msgs import Float64, Header
+from chefbot.msgs.std_msgs import Bool, Float64, Header
 from chefbot.nodes.costmaps import LASER, costmap_message, mark_laser, mark_obstacles
+from chefbot.nodes.stopped import REFUSED, is_pressed
 from chefbot.planning.repair import near_planner, repaired
 from chefbot.runtime.actions import serves
 from chefbot.runtime.node import In, Node, Out, every, topic
@@ -52,7 +53,7 @@ NO_TRANSFORM, STUCK, NO_VALID_CONTROL, INVALID_PATH = 102, 105, 106, 103
 """As in nav2_msgs/action/FollowPath."""
 BLOCKED_PATIENCE = 3.0
 """Seconds that every way on may be blocked before it counts: people pass."""
-MOTION_BLOCKED, MOTION_TIMED_OUT = 701, 702
+MOTION_REFUSED, MOTION_BLOCKED, MOTION_TIMED_OUT = 700, 701, 702
 LOCAL_COSTMAP = CostmapParams(track_unknown=False)
 """A camera sees little at once: what it has not seen is no obstacle here; the planner knows the map."""
 
@@ -88,6 +89,7 @@ class ControllerNode(Node):
     obstacles: In[ObstacleScan]
     cmd_vel: In[Twist]
     clear_costmaps: In[Float64]
+    emergency_stop: In[Bool]
     follow_path = serves(FollowPath)
     spin = serves(SpinAction)
     backup = serves(BackUp)
@@ -149,10 +151,18 @@ class ControllerNode(Node):
 
     # -- orders
 
+    def on_emergency_stop(self, pressed: Bool) -> None:
+        """Whoever gave an order must give it again after the release."""
+        if pressed.data:
+            for served in (self.follow_path, self.spin, self.backup):
+                served.preempt()
+
     async def on_follow_path(
         self, goal: FollowPath_Goal, feedback: Callable[[FollowPath_Feedback], None]
     ) -> FollowPath_Result:
         """Until the end of the path is reached, or there is no way on."""
+        if is_pressed(self.emergency_stop.last):
+            return FollowPath_Result(error_code=NO_VALID_CONTROL, error_msg=REFUSED)
         path = np.array([one.pose.se2 for one in goal.path.poses]).reshape(-1, 3)
         if len(path) == 0:
             return FollowPath_Result(error_code=INVALID_PATH, error_msg="The path has no poses.")
@@ -186,6 +196,8 @@ class ControllerNode(Node):
 
     async def on_spin(self, goal: Spin_Goal, _: Any) -> Spin_Result:
         """Turn on the spot."""
+        if is_pressed(self.emergency_stop.last):
+            return Spin_Result(Duration(), MOTION_REFUSED, REFUSED)
         turn, acceleration = self.robot.max_turn, self.robot.max_turn_acceleration
         allowed = goal.time_allowance.seconds or 30.0
         began = self.now_ns
@@ -194,6 +206,8 @@ class ControllerNode(Node):
 
     async def on_backup(self, goal: BackUp_Goal, _: Any) -> BackUp_Result:
         """Go straight by target.x metres: negative is backwards."""
+        if is_pressed(self.emergency_stop.last):
+            return BackUp_Result(Duration(), MOTION_REFUSED, REFUSED)
         speed = min(float(goal.speed) or self.robot.max_speed, self.robot.max_speed)
         allowed = goal.time_allowance.seconds or 30.0
         began = self.now_ns

@@ -21,6 +21,7 @@ from chefbot.msgs.chefbot_msgs import (
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal
 from chefbot.msgs.std_msgs import Bool, Empty, Header
+from chefbot.nodes.stopped import REFUSED, is_pressed, pressed_since
 from chefbot.runtime.actions import calls, serves
 from chefbot.runtime.node import SECOND, In, Node, Out, last_words, topic
 from chefbot.runtime.tasks import Cancelled, Future, first_of
@@ -35,7 +36,6 @@ LOOK_AGAIN = 0.5
 """Seconds between two tries to find what is not there yet."""
 IDLE = ("idle", "failed")
 """States in which no order is in hand."""
-REFUSED = "The robot is stopped and takes no orders; release STOP and order again."
 ENDED = "The orders ended when STOP was pressed."
 
 
@@ -107,12 +107,9 @@ class DeliveryNode(Node):
 
     def _is_ended(self, told: DeliveryStatus) -> bool:
         """Nothing starts by itself after a STOP, also where that was released while nobody was here to hear it."""
-        stop = self.stop_before.last
-        pressed = stop is not None and (stop.stopped or stop.pressed_at.ns > told.header.stamp.ns)
-        return bool(told.state not in IDLE or told.orders) and (pressed or self._is_stopped())
-
-    def _is_stopped(self) -> bool:
-        return self.emergency_stop.last is not None and self.emergency_stop.last.data
+        at_work = bool(told.state not in IDLE or told.orders)
+        pressed = pressed_since(self.stop_before.last, told.header.stamp.ns)
+        return at_work and (pressed or is_pressed(self.emergency_stop.last))
 
     async def _work_off(self) -> None:
         """One order after the other, first what a life before had in hand."""
@@ -147,7 +144,7 @@ class DeliveryNode(Node):
             self._tell(*self._now)  # who asks again has not heard that it was accepted
             return
         self._last_order = order.id
-        if self._is_stopped():
+        if is_pressed(self.emergency_stop.last):
             self._tell("idle", "", REFUSED)
             return
         self._orders.append(order)
@@ -181,7 +178,7 @@ class DeliveryNode(Node):
         self, goal: Deliver_Goal, feedback: Callable[[Deliver_Feedback], None]
     ) -> Deliver_Result:
         """Kitchen, then each table, then home; a table that cannot be reached is told and passed over."""
-        if self._is_stopped():
+        if is_pressed(self.emergency_stop.last):
             self._tell("idle", "", REFUSED)
             return Deliver_Result((), NOT_REACHED, REFUSED)
         if self._is_next:  # from here on it is in hand

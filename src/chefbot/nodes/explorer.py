@@ -17,7 +17,7 @@ from chefbot.exploration.params import ExplorerParams
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Duration
-from chefbot.msgs.chefbot_msgs import ExplorationStatus
+from chefbot.msgs.chefbot_msgs import ExplorationStatus, StopStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav2_msgs import (
     NavigateToPose,
@@ -28,6 +28,7 @@ from chefbot.msgs.nav2_msgs import (
 )
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Bool, Empty, Header
+from chefbot.nodes.stopped import pressed_since
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import PlanningError
@@ -61,6 +62,7 @@ class ExplorerNode(Node):
     cancel: In[Empty]
     emergency_stop: In[Bool]
     told_before: In[ExplorationStatus] = last_words("exploration_status")
+    stop_before: In[StopStatus] = last_words("stop_status")
     navigate_to_pose = calls(NavigateToPose)
     spin = calls(Spin)
     exploration_status: Out[ExplorationStatus] = topic(latched=True)
@@ -98,6 +100,9 @@ class ExplorerNode(Node):
         told = self.told_before.last
         if told is not None and told.done:
             self.exploration_status.publish(told)
+            return
+        if told is not None and pressed_since(self.stop_before.last, told.header.stamp.ns):
+            self._tell(True, Decision(None, ()), "Exploration ended when STOP was pressed.")
             return
         try:
             await self._look_around()

@@ -15,6 +15,7 @@ from chefbot.msgs.nav2_msgs import BackUp, BackUp_Goal, Spin, Spin_Goal
 from chefbot.msgs.std_msgs import Bool
 from chefbot.runtime.actions import calls
 from chefbot.runtime.node import In, Node, Out, last_words, topic
+from chefbot.runtime.tasks import Task
 
 SURE_FOR = 3
 """So many updates in a row must be sure: two rooms can look alike for a moment."""
@@ -39,6 +40,7 @@ class FinderNode(Node):
     params: FinderParams
     localization_status: In[LocalizationStatus]
     found_before: In[Bool] = last_words("localized")
+    emergency_stop: In[Bool]
     spin = calls(Spin)
     backup = calls(BackUp)
     localized: Out[Bool] = topic(latched=True)
@@ -46,7 +48,13 @@ class FinderNode(Node):
     def start(self) -> None:
         """Begin at once, unless it was found in a life before."""
         self._sure = 0
-        self.spawn(self._search())
+        self._task: Task[None] = self.spawn(self._search())
+
+    def on_emergency_stop(self, pressed: Bool) -> None:
+        """It does not go on by itself when the button is released: a person may say where the robot is."""
+        if pressed.data and not self._task.done:
+            self._task.cancel()
+            self.localized.publish(Bool(False))
 
     def on_localization_status(self, status: LocalizationStatus) -> None:
         """Count how long it has been sure."""

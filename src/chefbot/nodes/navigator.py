@@ -29,6 +29,7 @@ from chefbot.msgs.nav2_msgs import (
     Spin_Goal,
 )
 from chefbot.msgs.std_msgs import Bool, Empty, Float64, Header
+from chefbot.nodes.stopped import REFUSED, is_pressed
 from chefbot.runtime.actions import calls, serves
 from chefbot.runtime.node import In, Node, Out, topic
 from chefbot.runtime.tasks import Cancelled, Future, Task, first_of
@@ -37,6 +38,8 @@ from chefbot.runtime.transforms import TransformError
 HOPELESS = (204,)
 """Error codes of planning that no recovery can mend: the goal is outside the map."""
 REACHED = 0
+NO_VALID_CONTROL = 106
+"""Error code of nav2_msgs/action/FollowPath: here, that STOP is pressed."""
 LOOK_AGAIN = 1.0
 """Seconds that the sensors need to see again what is really there."""
 
@@ -98,6 +101,9 @@ class NavigatorNode(Node):
         self, goal: NavigateToPose_Goal, feedback: Callable[[NavigateToPose_Feedback], None]
     ) -> NavigateToPose_Result:
         """Try, recover, try again."""
+        if is_pressed(self.emergency_stop.last):
+            self._tell("idle", REFUSED)
+            return NavigateToPose_Result(NO_VALID_CONTROL, REFUSED)
         self._recoveries, began = 0, self.now_ns
         self.navigation_goal.publish(goal.pose)
         try:

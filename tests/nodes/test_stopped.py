@@ -1,0 +1,115 @@
+"""STOP ends whatever drives by itself; nothing that was wanted before or during it begins when it is released."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.nodes.test_last_words import Life
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.builtin_interfaces import Duration, Time
+from chefbot.msgs.chefbot_msgs import ExplorationStatus, StopStatus
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped, Twist
+from chefbot.msgs.nav2_msgs import (
+    BackUp,
+    BackUp_Goal,
+    FollowPath,
+    FollowPath_Goal,
+    NavigateToPose,
+    NavigateToPose_Goal,
+    Spin,
+    Spin_Goal,
+)
+from chefbot.msgs.nav_msgs import Path
+from chefbot.msgs.std_msgs import Bool, Empty, Header
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.msgs.unique_identifier_msgs import UUID
+from chefbot.nodes.stopped import REFUSED
+
+AHEAD = PoseStamped(Header.of(0, "odom"), Pose.of(SE2(1.0, 0.0, 0.0)))
+ORDERS: dict[str, tuple[Any, Any]] = {
+    "spin": (Spin, Spin_Goal(3.0, Duration.of(30.0))),
+    "backup": (BackUp, BackUp_Goal(Point(-0.5), 0.1, Duration.of(30.0))),
+    "follow_path": (FollowPath, FollowPath_Goal(Path(Header.of(0, "odom"), (AHEAD, AHEAD)))),
+    "navigate_to_pose": (NavigateToPose, NavigateToPose_Goal(AHEAD)),
+}
+
+
+class Robot(Life):
+    """Base, controller and navigator of a robot that stands at the origin, whatever it is told."""
+
+    def __init__(self) -> None:
+        kinds = {"base": "BaseNode", "controller": "ControllerNode", "navigator": "NavigatorNode"}
+        super().__init__({name: f"chefbot.nodes.{name}:{kind}" for name, kind in kinds.items()}, {})
+        for parent, child in (("map", "odom"), ("odom", "base_footprint"), ("base_footprint", "base_link")):
+            here = TransformStamped.of(0, parent, child, SE2(0.0, 0.0, 0.0))
+            self.loop.publish("tf", TFMessage((here,)), "test")
+        self.run(0.1)
+
+    def order(self, name: str) -> None:
+        action, goal = ORDERS[name]
+        key = UUID(np.arange(16, dtype=np.uint8))
+        self.loop.publish(f"{name}/_action/send_goal", action.send_goal(key, goal), "somebody")
+
+    def press(self, word: bool) -> None:
+        self.loop.publish("stop_request", Bool(word), "page")
+        self.run(0.0)
+
+    def outcomes(self, name: str) -> list[Any]:
+        return self.heard(f"{name}/_action/get_result")
+
+    def wants(self) -> bool:
+        """Whether anything was commanded in the next second."""
+        count = len(self.said)
+        self.run(1.0)
+        twists = [one.message for one in self.said[count:] if isinstance(one.message, Twist)]
+        assert twists, "the base speaks all the time"
+        return any(one.linear.x or one.angular.z for one in twists)
+
+
+@pytest.mark.parametrize("name", ORDERS)
+def test_what_was_in_hand_ends_and_what_is_wanted_meanwhile_is_refused(name: str) -> None:
+    robot = Robot()
+    robot.order(name)
+    robot.run(0.0)
+    assert robot.system.nodes["navigator" if name == "navigate_to_pose" else "controller"].__dict__[name].busy
+    if name != "navigate_to_pose":  # there is no planner here
+        assert robot.wants()
+    robot.press(True)
+    assert len(robot.outcomes(name)) == 1
+    assert not robot.wants()
+    robot.order(name)
+    robot.run(0.0)
+    assert robot.outcomes(name)[-1].result.error_msg == REFUSED and robot.outcomes(name)[-1].result.error_code
+    robot.press(False)
+    assert not robot.wants()
+    robot.order(name)
+    robot.run(0.0)
+    assert len(robot.outcomes(name)) == 2, "after the release a new order counts"
+
+
+@pytest.mark.parametrize(
+    ("stopped", "pressed_at", "goes_on"), [(True, 5, False), (False, 5, False), (False, 3, True)]
+)
+def test_an_explorer_that_was_not_there_when_stop_was_pressed_does_not_go_on(
+    stopped: bool, pressed_at: int, goes_on: bool
+) -> None:
+    told = ExplorationStatus(Header(Time(4)), False)
+    stop = StopStatus(Header(), stopped, Time(pressed_at))
+    words = {"exploration_status": told, "stop_status": stop, "life": Empty()}
+    life = Life({"explorer": "chefbot.nodes.explorer:ExplorerNode"}, words)
+    life.run(1.0)
+    assert bool(life.heard("spin/_action/send_goal")) == goes_on
+    assert [one.done for one in life.heard("exploration_status")] == [True] * (not goes_on)
+
+
+def test_a_finder_gives_up_and_says_so() -> None:
+    life = Life({"finder": "chefbot.nodes.finder:FinderNode"}, {})
+    life.run(1.0)
+    assert life.heard("spin/_action/send_goal")
+    life.loop.publish("emergency_stop", Bool(True), "base")
+    life.run(60.0)
+    assert [one.data for one in life.heard("localized")] == [False]
+    assert len(life.heard("spin/_action/send_goal")) == 1

@@ -8,6 +8,8 @@ from typing import NamedTuple
 from chefbot.wire.errors import WireError
 
 _FORM = struct.Struct("<qqB16s")
+_FIELDS = struct.Struct("<qqx16s")
+_GID_SIZE_AT = 16
 SIZE = _FORM.size
 GID_SIZE = 16
 
@@ -33,7 +35,6 @@ def unpack(data: bytes | None) -> Attachment:
         raise WireError("no attachment")
     if len(data) != SIZE:
         raise WireError(f"an attachment of {len(data)} bytes instead of {SIZE}")
-    sequence, stamp, size, gid = _FORM.unpack(data)
-    if size != GID_SIZE:
-        raise WireError(f"an attachment whose gid has {size} bytes")
-    return Attachment(sequence, stamp, gid)
+    if data[_GID_SIZE_AT] != GID_SIZE:
+        raise WireError(f"an attachment whose gid has {data[_GID_SIZE_AT]} bytes")
+    return Attachment._make(_FIELDS.unpack(data))

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import zenoh
 
 from chefbot.msgs.base import Message
+from chefbot.msgs.cdr import decode
 from chefbot.msgs.service import Service
 from chefbot.wire.attachment import Attachment
 from chefbot.wire.names import WireType, check_namespace, check_node_name, has_byte_array, resolve, topic_key
@@ -62,7 +63,7 @@ class WireNode:
         """Call `callback(message)` in Zenoh's thread; what is no such message is counted and refused."""
 
         def receive(data: bytes, _: Attachment) -> None:
-            callback(kind.from_cdr(data))
+            callback(decode(kind, data))
 
         buffered = has_byte_array(kind) and not qos.latched
         return self.raw_subscription(topic, WireType.of(kind), receive, qos, buffered=buffered)

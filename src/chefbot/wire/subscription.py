@@ -13,6 +13,7 @@ from chefbot.wire.attachment import Attachment, unpack
 from chefbot.wire.errors import Tally, WireError
 from chefbot.wire.qos import QoS
 from chefbot.wire.session import Wire
+from chefbot.wire.threads import keep_state
 
 Receive = Callable[[bytes, Attachment], None]
 """Called in Zenoh's thread with a sample's CDR bytes; CdrError or WireError raised there are counted."""
@@ -58,8 +59,10 @@ class Subscription:
             one.undeclare()
 
     def _take(self, sample: zenoh.Sample) -> None:
+        keep_state()
         try:
-            attachment = unpack(None if sample.attachment is None else sample.attachment.to_bytes())
+            beside = sample.attachment
+            attachment = unpack(None if beside is None else beside.to_bytes())
             if self._last is None or self._is_new(attachment, self._last):
                 self._receive(sample.payload.to_bytes(), attachment)
         except (WireError, CdrError) as error:

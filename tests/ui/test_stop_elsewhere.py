@@ -6,6 +6,7 @@ import threading
 from collections.abc import Iterator
 
 import pytest
+from tests.chaos.launched import free_port
 
 from chefbot.msgs.std_msgs import Bool
 from chefbot.robot.load import load_robot
@@ -13,10 +14,9 @@ from chefbot.runtime.clock import PacedClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.system import System
+from chefbot.ui.asked import UNCONFIRMED
 from chefbot.ui.commands import Resume, Stop
-from chefbot.ui.page import UNCONFIRMED
 from chefbot.ui.remote import RemotePage
-from tests.chaos.launched import free_port
 
 PATIENCE = 20.0
 BASE = NodeEntry(kind="chefbot.nodes.base:BaseNode")

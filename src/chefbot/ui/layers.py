@@ -123,6 +123,10 @@ class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """As in chefbot_msgs/DeliveryStatus."""
     delivered: tuple[str, ...] = ()
     """Tables of this order that were served."""
+    missed: tuple[str, ...] = ()
+    """Of this order: why a table was not served, a sentence each."""
+    orders: tuple[tuple[str, ...], ...] = ()
+    """Tables of the orders that wait for this one."""
 
 
 class Progress(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -38,6 +38,7 @@ from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.runtime.transforms import TransformError
 from chefbot.ui import commands as do
+from chefbot.ui.asked import Asked
 from chefbot.ui.body import frame_views, make_glb, wheel_angles
 from chefbot.ui.browser import in_view
 from chefbot.ui.layers import Delivery, DepthView, FrameView, Progress, RobotView, Scan, Status
@@ -47,9 +48,6 @@ CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
 """How well a person clicks a pose: metres, radians."""
 ASK_HZ = 5
 """STOP is asked for again so often until the robot confirms it."""
-ANSWER_NS = 1_000_000_000
-"""A robot that has not confirmed it after so long may not have heard it."""
-UNCONFIRMED = "STOP was pressed, but the robot does not confirm it. Use the switch on the robot."
 
 
 class CostImage(NamedTuple):
@@ -119,7 +117,7 @@ class PageDevice(Device):
         """Serve."""
         self._places: dict[str, SE2] = {}
         self._stopped = False
-        self._stop_asked_ns: int | None = None
+        self._asked = Asked(self.name, self.stop_request.publish, self.order.publish)
         self._pace = (wall_ns(), self.now_ns)
         self._factor: float | None = None
         self._moving: dict[str, FrameView] = {}
@@ -139,18 +137,14 @@ class PageDevice(Device):
         """How the base says that it is, whoever asked for it, here or on another page."""
         self._stopped = stopped.data
         if stopped.data:
-            self._stop_asked_ns = None
+            self._asked.stop_is_known()
 
     @every(hz=ASK_HZ)
     def ask_again(self) -> None:
-        """A STOP that the base has not confirmed may have been lost on the way, or with a process that died."""
-        if self._stop_asked_ns is not None:
-            self.stop_request.publish(Bool(True))
-
-    def _ask_stop(self, press: bool) -> None:
-        """To take a STOP back is said once: what comes late must not release one that was pressed since."""
-        self._stop_asked_ns = self.now_ns if press and not self._stopped else None
-        self.stop_request.publish(Bool(press))
+        """What the robot has not confirmed."""
+        self._asked.again(self.now_ns)
+        if self._asked.order_step(self.now_ns):
+            self._show_delivery(self.delivery_status.last or DeliveryStatus())
 
     # -- what is shown
 
@@ -237,13 +231,18 @@ class PageDevice(Device):
 
     def on_delivery_status(self, message: DeliveryStatus) -> None:
         """What the waiter does."""
-        waiting = message.state == "waiting"
+        self._asked.order_is_known(message.last_order, self.now_ns)
+        self._show_delivery(message)
+
+    def _show_delivery(self, told: DeliveryStatus) -> None:
         view = Delivery(
-            queue=message.queue,
-            step=message.sentence,
-            waiting_for_taken=waiting,
-            state=message.state,
-            delivered=message.delivered,
+            queue=told.queue,
+            step=self._asked.order_step(self.now_ns) or told.sentence,
+            waiting_for_taken=told.state == "waiting",
+            state=told.state,
+            delivered=told.delivered,
+            missed=told.missed,
+            orders=tuple(order.places for order in told.orders),
         )
         self._server.show("delivery", view)
 
@@ -282,16 +281,14 @@ class PageDevice(Device):
             navigation=navigation.state if navigation else "",
             reason=self._why_stopped() or (navigation.reason if navigation else ""),
             stopped=self._stopped,
-            stop_asked=self._stop_asked_ns is not None,
+            stop_asked=self._asked.stop,
             simulation=self.params.simulation,
         )
 
     def _why_stopped(self) -> str:
         """Empty where STOP is not why."""
-        if self._stop_asked_ns is not None and self.now_ns - self._stop_asked_ns > ANSWER_NS:
-            return UNCONFIRMED
         status = self.stop_status.last
-        return status.sentence if self._stopped and status else ""
+        return self._asked.why(self.now_ns) or (status.sentence if self._stopped and status else "")
 
     def _real_time_factor(self) -> float | None:
         """Seconds of the loop in a second of the wall, over the last half second."""
@@ -330,13 +327,14 @@ class PageDevice(Device):
             case do.InitialPose(x, y, yaw):
                 self._here(SE2(x, y, yaw))
             case do.Deliver(tables):
-                self.order.publish(Order(tuple(tables)))
+                self._asked.deliver(tables, self.now_ns)
             case do.Taken():
                 self.taken.publish(Empty())
             case do.Cancel():
+                self._asked.cancel()
                 self.cancel.publish(Empty())
             case do.Stop() | do.Resume():
-                self._ask_stop(isinstance(command, do.Stop))
+                self._asked.press(isinstance(command, do.Stop), self.now_ns, stopped=self._stopped)
             case do.Drive(v, w):
                 self.cmd_vel_teleop.publish(Twist.of(v * self.robot.max_speed, w * self.robot.max_turn))
             case _:

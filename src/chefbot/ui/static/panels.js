@@ -64,7 +64,9 @@ export class Panels {
 
   delivery(value) {
     const queue = (value?.queue ?? []).map(title).join(", ");
-    text("step", [value?.step || "No delivery.", queue && `Still to serve: ${queue}.`].filter(Boolean).join(" "));
+    const orders = (value?.orders ?? []).map((tables) => tables.map(title).join(", ")).join("; ");
+    text("step", [value?.step || "No delivery.", queue && `Still to serve: ${queue}.`, orders && `Ordered after that: ${orders}.`,
+      ...(value?.missed ?? []).map((why) => `Not served: ${why}`)].filter(Boolean).join(" "));
     $("taken").disabled = !value?.waiting_for_taken;
   }
 

@@ -1,0 +1,76 @@
+"""What a page asked for reaches a robot that hears only now and then, once and in turn."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.msgs.chefbot_msgs import Order
+from chefbot.msgs.std_msgs import Bool
+from chefbot.ui.asked import UNANSWERED, UNCONFIRMED, Asked
+
+TICK = 200_000_000
+STEPS = st.lists(
+    st.sampled_from(["order", "stop", "release", "cancel", "answer", "gone", "back"]), max_size=20
+)
+
+
+class Waiter:
+    """Takes orders and STOP where it is there; its answers come when it is asked for them."""
+
+    def __init__(self) -> None:
+        self.there, self.stopped, self.taken = True, False, list[Order]()
+        self.asked = Asked("page", self.hear_stop, self.hear_order)
+
+    def hear_stop(self, press: Bool) -> None:
+        if self.there:
+            self.stopped = press.data
+
+    def hear_order(self, order: Order) -> None:
+        if self.there and (not self.taken or order.id != self.taken[-1].id):
+            self.taken.append(order)
+
+    def answer(self, now_ns: int) -> None:
+        if self.stopped:
+            self.asked.stop_is_known()
+        if self.taken:
+            self.asked.order_is_known(self.taken[-1].id, now_ns)
+
+
+@given(STEPS)
+def test_in_the_end_the_robot_knows_all_that_still_counts(steps: list[str]) -> None:
+    waiter, wanted, pressed, now = Waiter(), list[str](), False, 0
+    for number, step in enumerate(steps):
+        now += TICK
+        if step == "order":
+            wanted.append(f"table_{number}")
+            waiter.asked.deliver((wanted[-1],), now)
+        elif step in ("stop", "release"):
+            pressed = step == "stop"
+            waiter.asked.press(pressed, now, stopped=waiter.stopped)
+            assert not pressed or waiter.stopped or waiter.asked.stop or not waiter.there
+        elif step == "answer" and waiter.there:
+            waiter.answer(now)
+        else:
+            waiter.there = step != "gone" and (waiter.there or step == "back")
+        if step in ("stop", "release", "cancel"):
+            waiter.asked.cancel()
+            wanted = [order.places[0] for order in waiter.taken]
+        waiter.asked.again(now)
+    waiter.there = True
+    for _ in range(6 * (len(wanted) + 1)):
+        now += TICK
+        waiter.asked.again(now)
+        waiter.answer(now)
+    assert [order.places[0] for order in waiter.taken] == wanted
+    assert waiter.stopped or not pressed
+    assert not waiter.asked.stop and not waiter.asked.order_step(now)
+
+
+def test_what_nobody_hears_is_said_to_people() -> None:
+    waiter = Waiter()
+    waiter.there = False
+    waiter.asked.press(True, 0, stopped=False)
+    waiter.asked.deliver(("table_1",), 0)
+    assert (waiter.asked.why(TICK), waiter.asked.order_step(TICK)) == ("", "")
+    assert (waiter.asked.why(6 * TICK), waiter.asked.order_step(6 * TICK)) == (UNCONFIRMED, UNANSWERED)

@@ -15,6 +15,8 @@ from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStampe
 from chefbot.msgs.nav2_msgs import (
     BackUp,
     BackUp_Goal,
+    DriveOnHeading,
+    DriveOnHeading_Goal,
     FollowPath,
     FollowPath_Goal,
     NavigateToPose,
@@ -31,6 +33,7 @@ from chefbot.nodes.stopped import REFUSED
 AHEAD = PoseStamped(Header.of(0, "odom"), Pose.of(SE2(1.0, 0.0, 0.0)))
 ORDERS: dict[str, tuple[Any, Any]] = {
     "spin": (Spin, Spin_Goal(3.0, Duration.of(30.0))),
+    "drive_on_heading": (DriveOnHeading, DriveOnHeading_Goal(Point(0.5), 0.1, Duration.of(30.0))),
     "backup": (BackUp, BackUp_Goal(Point(-0.5), 0.1, Duration.of(30.0))),
     "follow_path": (FollowPath, FollowPath_Goal(Path(Header.of(0, "odom"), (AHEAD, AHEAD)))),
     "navigate_to_pose": (NavigateToPose, NavigateToPose_Goal(AHEAD)),

@@ -15,13 +15,20 @@ import msgspec
 
 from chefbot.msgs.action import Action, define_action
 from chefbot.msgs.base import Message
-from chefbot.msgs.nav2_msgs import BackUp, ComputePathToPose, FollowPath, NavigateToPose, Spin
+from chefbot.msgs.nav2_msgs import (
+    BackUp,
+    ComputePathToPose,
+    DriveOnHeading,
+    FollowPath,
+    NavigateToPose,
+    Spin,
+)
 
 M = TypeVar("M", bound=Message)
 UNKNOWN_TO_JAZZY = "disable_collision_checks"
 UNKNOWN_TO_EARLY_JAZZY = "error_msg"
 """In results of Nav2 1.3 before the middle of 2025."""
-NAV2 = (NavigateToPose, ComputePathToPose, FollowPath, Spin, BackUp)
+NAV2 = (NavigateToPose, ComputePathToPose, FollowPath, Spin, BackUp, DriveOnHeading)
 
 
 @cache

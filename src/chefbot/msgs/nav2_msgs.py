@@ -120,7 +120,7 @@ class Spin_Feedback(Message, frozen=True, eq=False):
 
 
 class BackUp_Goal(Message, frozen=True, eq=False):
-    """Go back a little; target.x negative by convention of the sender's frame."""
+    """Go back by `target.x` metres, whatever its sign."""
 
     target: Point = Point()
     speed: Float32 = 0.0
@@ -142,6 +142,29 @@ class BackUp_Feedback(Message, frozen=True, eq=False):
     distance_traveled: Float32 = 0.0
 
 
+class DriveOnHeading_Goal(Message, frozen=True, eq=False):
+    """Go straight by `target.x` metres; `speed` has its sign."""
+
+    target: Point = Point()
+    speed: Float32 = 0.0
+    time_allowance: Duration = Duration()
+    disable_collision_checks: Bool = False
+
+
+class DriveOnHeading_Result(Message, frozen=True, eq=False):
+    """0, or why it stopped."""
+
+    total_elapsed_time: Duration = Duration()
+    error_code: Uint16 = 0
+    error_msg: String = ""
+
+
+class DriveOnHeading_Feedback(Message, frozen=True, eq=False):
+    """How far."""
+
+    distance_traveled: Float32 = 0.0
+
+
 NavigateToPose = define_action(NavigateToPose_Goal, NavigateToPose_Result, NavigateToPose_Feedback)
 ComputePathToPose = define_action(
     ComputePathToPose_Goal, ComputePathToPose_Result, ComputePathToPose_Feedback
@@ -149,3 +172,4 @@ ComputePathToPose = define_action(
 FollowPath = define_action(FollowPath_Goal, FollowPath_Result, FollowPath_Feedback)
 Spin = define_action(Spin_Goal, Spin_Result, Spin_Feedback)
 BackUp = define_action(BackUp_Goal, BackUp_Result, BackUp_Feedback)
+DriveOnHeading = define_action(DriveOnHeading_Goal, DriveOnHeading_Result, DriveOnHeading_Feedback)

@@ -20,7 +20,7 @@ from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.diagnostic_msgs import ERROR, DiagnosticArray
 from chefbot.msgs.geometry_msgs import Point, Twist
-from chefbot.msgs.nav2_msgs import BackUp, BackUp_Goal, Spin, Spin_Goal
+from chefbot.msgs.nav2_msgs import DriveOnHeading, DriveOnHeading_Goal, Spin, Spin_Goal
 from chefbot.msgs.sensor_msgs import Imu, LaserScan
 from chefbot.msgs.std_msgs import Bool, String
 from chefbot.nodes.scan_tracker import ScanTracker
@@ -87,7 +87,7 @@ class CalibratorNode(Node):
     emergency_stop: In[Bool]
     diagnostics: In[DiagnosticArray]
     spin = calls(Spin)
-    backup = calls(BackUp)
+    drive_on_heading = calls(DriveOnHeading)
     remark: Out[String] = topic("calibration/remark")
 
     def start(self) -> None:
@@ -296,7 +296,8 @@ class CalibratorNode(Node):
     async def _straight(self, metres: float) -> None:
         allowed = Duration.of(10.0 + 4.0 * abs(metres) / (SPEED * self.robot.max_speed))
         self._moving = True
-        result = await self.backup.call(BackUp_Goal(Point(metres), SPEED * self.robot.max_speed, allowed))
+        speed = math.copysign(SPEED * self.robot.max_speed, metres)
+        result = await self.drive_on_heading.call(DriveOnHeading_Goal(Point(metres), speed, allowed))
         self._check(result.error_code, result.error_msg)
 
     async def _turn(self, angle: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -28,6 +28,9 @@ from chefbot.msgs.nav2_msgs import (
     BackUp,
     BackUp_Goal,
     BackUp_Result,
+    DriveOnHeading,
+    DriveOnHeading_Goal,
+    DriveOnHeading_Result,
     FollowPath,
     FollowPath_Feedback,
     FollowPath_Goal,
@@ -51,9 +54,25 @@ from chefbot.runtime.transforms import TransformError
 RATE = 10.0
 NO_TRANSFORM, STUCK, NO_VALID_CONTROL, INVALID_PATH = 102, 105, 106, 103
 """As in nav2_msgs/action/FollowPath."""
+ALLOWED = 30.0
+"""Seconds for a motion whose giver says nothing of time."""
 BLOCKED_PATIENCE = 3.0
 """Seconds that every way on may be blocked before it counts: people pass."""
-MOTION_REFUSED, MOTION_BLOCKED, MOTION_TIMED_OUT = 700, 701, 702
+
+
+class Errors(NamedTuple):
+    """Codes of one of Nav2's behaviours."""
+
+    unknown: int
+    timeout: int
+    collision: int
+    invalid: int = 0
+
+
+SPIN, BACK_UP, DRIVE = Errors(700, 701, 703), Errors(710, 711, 714, 713), Errors(720, 721, 723, 724)
+"""As in nav2_msgs/action/Spin, BackUp, DriveOnHeading."""
+Ended = tuple[Duration, int, str]
+"""How long it took, 0 or an error's code, and the sentence."""
 LOCAL_COSTMAP = CostmapParams(track_unknown=False)
 """A camera sees little at once: what it has not seen is no obstacle here; the planner knows the map."""
 
@@ -77,7 +96,7 @@ class ControllerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
 
 
 class ControllerNode(Node):
-    """Serves follow_path, spin and backup, in the frame `odom`: what was seen stays where it was seen."""
+    """Serves paths and three motions, in the frame `odom`: what was seen stays where it was seen."""
 
     live_params = (
         *(f"costmap.{name}" for name in LIVE),
@@ -93,6 +112,7 @@ class ControllerNode(Node):
     follow_path = serves(FollowPath)
     spin = serves(SpinAction)
     backup = serves(BackUp)
+    drive_on_heading = serves(DriveOnHeading)
     cmd_vel_nav: Out[Twist]
     costmap: Out[OccupancyGrid] = topic("local_costmap/costmap")
 
@@ -154,7 +174,7 @@ class ControllerNode(Node):
     def on_emergency_stop(self, pressed: Bool) -> None:
         """Whoever gave an order must give it again after the release."""
         if pressed.data:
-            for served in (self.follow_path, self.spin, self.backup):
+            for served in (self.follow_path, self.spin, self.backup, self.drive_on_heading):
                 served.preempt()
 
     async def on_follow_path(
@@ -196,27 +216,40 @@ class ControllerNode(Node):
 
     async def on_spin(self, goal: Spin_Goal, _: Any) -> Spin_Result:
         """Turn on the spot."""
-        if is_pressed(self.emergency_stop.last):
-            return Spin_Result(Duration(), MOTION_REFUSED, REFUSED)
         turn, acceleration = self.robot.max_turn, self.robot.max_turn_acceleration
-        allowed = goal.time_allowance.seconds or 30.0
-        began = self.now_ns
-        end = await self._move(Spin(float(goal.target_yaw), turn, acceleration, allowed))
-        return Spin_Result(self._since(began), *_motion_error(end))
+        motion = Spin(float(goal.target_yaw), turn, acceleration, goal.time_allowance.seconds or ALLOWED)
+        return Spin_Result(*await self._do(motion, SPIN))
 
     async def on_backup(self, goal: BackUp_Goal, _: Any) -> BackUp_Result:
-        """Go straight by target.x metres: negative is backwards."""
+        """Go back by target.x metres, whatever its sign (nav2_behaviors back_up.cpp)."""
+        return BackUp_Result(*await self._straight(-abs(goal.target.x), goal, BACK_UP))
+
+    async def on_drive_on_heading(self, goal: DriveOnHeading_Goal, _: Any) -> DriveOnHeading_Result:
+        """Go straight by target.x metres, negative is backwards; speed must have its sign."""
+        if goal.target.x * goal.speed < 0.0:
+            return DriveOnHeading_Result(Duration(), DRIVE.invalid, "Distance and speed have other signs.")
+        return DriveOnHeading_Result(*await self._straight(goal.target.x, goal, DRIVE))
+
+    async def _straight(
+        self, metres: float, goal: BackUp_Goal | DriveOnHeading_Goal, errors: Errors
+    ) -> Ended:
+        if goal.target.y or goal.target.z:
+            return Duration(), errors.invalid, "I drive straight only: target.y and z must be 0."
+        speed = min(abs(float(goal.speed)) or self.robot.max_speed, self.robot.max_speed)
+        allowed = goal.time_allowance.seconds or ALLOWED
+        return await self._do(Straight(metres, speed, self.robot.max_acceleration, allowed), errors)
+
+    async def _do(self, motion: Behavior, errors: Errors) -> Ended:
         if is_pressed(self.emergency_stop.last):
-            return BackUp_Result(Duration(), MOTION_REFUSED, REFUSED)
-        speed = min(float(goal.speed) or self.robot.max_speed, self.robot.max_speed)
-        allowed = goal.time_allowance.seconds or 30.0
+            return Duration(), errors.unknown, REFUSED
         began = self.now_ns
-        motion = Straight(goal.target.x, speed, self.robot.max_acceleration, allowed)
         end = await self._move(motion)
-        return BackUp_Result(self._since(began), *_motion_error(end))
+        return self._since(began), *_motion_error(end, errors)
 
     async def _move(self, motion: Behavior) -> Progress:
         self.follow_path.preempt()
+        if self._moved is not None:
+            self._moved.fail(Cancelled())  # another one's motion, which ends before this begins
         self._motion, self._moved = motion, Future()
         try:
             return await self._moved
@@ -296,7 +329,7 @@ class ControllerNode(Node):
             self.costmap.publish(costmap_message(Header.of(self.now_ns, "odom"), self._costs.update()))
 
 
-def _motion_error(end: Progress) -> tuple[int, str]:
+def _motion_error(end: Progress, errors: Errors) -> tuple[int, str]:
     """Error code and sentence of a motion's end."""
-    codes = {Progress.BLOCKED: MOTION_BLOCKED, Progress.TIMED_OUT: MOTION_TIMED_OUT}
+    codes = {Progress.BLOCKED: errors.collision, Progress.TIMED_OUT: errors.timeout}
     return (codes[end], f"{end.value[0].upper()}{end.value[1:]}.") if end in codes else (0, "")

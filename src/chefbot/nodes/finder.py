@@ -11,7 +11,7 @@ from msgspec import Meta
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
 from chefbot.msgs.geometry_msgs import Point
-from chefbot.msgs.nav2_msgs import BackUp, BackUp_Goal, Spin, Spin_Goal
+from chefbot.msgs.nav2_msgs import DriveOnHeading, DriveOnHeading_Goal, Spin, Spin_Goal
 from chefbot.msgs.std_msgs import Bool
 from chefbot.runtime.actions import calls
 from chefbot.runtime.node import In, Node, Out, last_words, topic
@@ -42,7 +42,7 @@ class FinderNode(Node):
     found_before: In[Bool] = last_words("localized")
     emergency_stop: In[Bool]
     spin = calls(Spin)
-    backup = calls(BackUp)
+    drive_on_heading = calls(DriveOnHeading)
     localized: Out[Bool] = topic(latched=True)
 
     def start(self) -> None:
@@ -78,6 +78,6 @@ class FinderNode(Node):
 
     async def _step(self) -> None:
         """Forward if it can, else turn a third and try again next round."""
-        result = await self.backup.call(BackUp_Goal(Point(STEP), 0.15, Duration.of(15.0)))
+        result = await self.drive_on_heading.call(DriveOnHeading_Goal(Point(STEP), 0.15, Duration.of(15.0)))
         if result.error_code:
             await self.spin.call(Spin_Goal(2.0 * math.pi / 3.0, Duration.of(15.0)))

@@ -11,7 +11,7 @@ pytest.importorskip("manifold3d")
 
 from chefbot.commands.check import run_check
 from chefbot.design.check import check
-from chefbot.design.check_finding import with_value
+from chefbot.design.check_finding import is_possible, searched, with_value
 from chefbot.design.check_overlap import overlapping
 from chefbot.design.check_view import hidden_from, hidden_sectors
 from chefbot.robot.catalogue import load_catalogue
@@ -89,6 +89,13 @@ def test_a_fault_is_found_and_its_remedy_mends_it(name, key, value, rule, subjec
 def test_faults_that_need_more_than_one_value_are_found(key, value, rule, subject):
     found = check(with_value(ROBOTS["chefbot"], key, value), CATALOGUE)
     assert any(finding.rule == rule and subject in finding.subject for finding in found)
+
+
+def test_only_what_a_robot_file_could_say_is_tried():
+    """A clamp narrower than its screw holes has no solid: to look for its triangles would never end."""
+    tried = []
+    assert searched(ROBOTS["chefbot"], ["motor_clamp.width"], tried.append) == ("", "")
+    assert len(tried) > 10 and all(is_possible(robot) for robot in tried)
 
 
 def test_an_overlap_has_the_volume_of_the_box_that_is_shared():

@@ -27,7 +27,7 @@ from chefbot.design.mesh_parts import Mesh, part_mesh
 from chefbot.design.raster import rasterize
 from chefbot.design.render import Body, picture
 from chefbot.errors import UserError
-from chefbot.maths.outline import Outline, rectangle
+from chefbot.maths.outline import Outline, circle, rectangle
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.possible import check_possible
 from chefbot.robot.sections import Equipment, Place, Size
@@ -77,6 +77,15 @@ def test_every_part_is_closed_and_as_large_as_its_formula_says(part: RobotPart) 
     )
     assert mesh.volume == pytest.approx(part.volume, rel=1e-3)
     assert difference(mesh, part) < 2e-3
+
+
+def test_holes_that_leave_nothing_are_an_end_and_not_a_search_without_one() -> None:
+    from chefbot.design.mesh_parts import _section
+
+    disc = Outline(circle(0.01), (circle(0.0101),))
+    assert _section(disc, 1e-5).is_empty()
+    foil = Outline(circle(0.01), (circle(0.009999),))
+    assert _section(foil, 1e-5).area() == pytest.approx(foil.moments().area * 1e6, rel=0.1)
 
 
 def is_round(solid: Solid) -> bool:

@@ -110,7 +110,7 @@ def searched(robot: Robot, keys: Iterable[str], good: Callable[[Robot], bool]) -
     for key in keys:
         for value in _outwards(float(value_at(robot, key))):
             candidate = with_value(robot, key, value)
-            if good(candidate) and is_possible(candidate):
+            if is_possible(candidate) and good(candidate):
                 return key, f"{1000.0 * value:.6g} mm"
     return "", ""
 

@@ -18,6 +18,8 @@ DEVIATION = 2e-5
 """Metres between a true arc and its chords at most: less than a printer or a laser resolves."""
 VOLUME_SHARE = 8e-4
 """Of a solid's volume that its chords may cut off or add at most."""
+THINNEST = 0.01
+"""Share of an outline that its holes leave: of less, and of holes that leave nothing, the volume is bound no closer."""
 FINER = 0.7
 """From one try to the next, as long as the volume is too far off."""
 SAME = 1e-6
@@ -114,10 +116,11 @@ def _section(outline: Outline, deviation: float) -> CrossSection:
     from manifold3d import CrossSection, FillRule
 
     exact = outline.moments().area
+    bound = VOLUME_SHARE * max(exact, THINNEST * Outline(outline.edge).moments().area)
     while True:
         edge, *holes = (_millimetres(loop, deviation) for loop in (outline.edge, *outline.holes))
         area = _area(edge) - sum(map(_area, holes))
-        if abs(area * MILLI**2 - exact) <= VOLUME_SHARE * exact:
+        if abs(area * MILLI**2 - exact) <= bound:
             return CrossSection([edge], FillRule.NonZero) - CrossSection(holes, FillRule.NonZero)
         deviation *= FINER
 

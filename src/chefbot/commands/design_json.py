@@ -39,6 +39,7 @@ def _result(result: Result) -> dict[str, Any]:
         "unit": result.unit,
         "formula": result.formula,
         "numbers": result.numbers,
+        "symbols": result.symbols,
         "source": result.source,
     }
 

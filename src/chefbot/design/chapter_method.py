@@ -56,10 +56,13 @@ def _speed(robot: Robot) -> Result:
 def _choices(torque: float, speed: float) -> list[Result]:
     return [
         worked(
-            "torque to look for", round_up(torque / KG_CM, TORQUE_STEP), "kg cm", "next step above T",
-            SOURCE, T=torque / KG_CM,
+            "torque to look for", round_up(torque / KG_CM, TORQUE_STEP), "kg cm", "s * ceil(T / s)",
+            SOURCE, s=TORQUE_STEP, T=torque / KG_CM,
         ),
-        worked("speed to look for", round_up(speed, SPEED_STEP), "rpm", "next step above n", SOURCE, n=speed),
+        worked(
+            "speed to look for", round_up(speed, SPEED_STEP), "rpm", "s * ceil(n / s)",
+            SOURCE, s=SPEED_STEP, n=speed,
+        ),
     ]  # fmt: skip
 
 

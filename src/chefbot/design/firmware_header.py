@@ -94,7 +94,7 @@ def _motion(robot: Robot) -> tuple[Constant, ...]:
             "acceleration", round(robot.max_acceleration * per_metre), "ticks/s^2", "drive.max_acceleration"
         ),
         Constant("no_load", round(no_load), "ticks/s", "motor.no_load_speed"),
-        Constant("lag", min(round(1000 * _lag(robot)), MOST_LAG), "ms", "motor, body.mass, wheels.diameter"),
+        Constant("lag", min(round(1000 * _lag(robot)), MOST_LAG), "ms", "motor, mass with body.payload, wheels"),
     )
 
 
@@ -127,6 +127,6 @@ def _checked(robot: Robot, constants: tuple[Constant, ...]) -> tuple[Constant, .
     if not LEAST_ACCELERATION <= value["acceleration"] <= MOST_ACCELERATION:
         raise UserError(
             f"{robot.name}: drive.max_acceleration is {value['acceleration']} ticks/s^2, the motor board takes "
-            f"{LEAST_ACCELERATION} to {MOST_ACCELERATION}; change motor.ticks_per_turn or drive.max_acceleration."
+            f"{LEAST_ACCELERATION} to {MOST_ACCELERATION}; change motor.encoder_counts or drive.max_acceleration."
         )
     return constants

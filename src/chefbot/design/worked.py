@@ -16,7 +16,7 @@ class Result(NamedTuple):
     unit: str
     """SI; empty for a pure number."""
     formula: str
-    """Right-hand side in the symbols of `symbols`; `*`, `/`, `^`, and min, max, sqrt, sin, cos, tan, atan."""
+    """Right-hand side in the symbols of `symbols`; `*`, `/`, `^`, and ceil, sqrt, sin, cos, tan."""
     symbols: dict[str, float]
     """What stands for each symbol, in SI units, angles in radians."""
     source: str

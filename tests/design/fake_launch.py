@@ -35,6 +35,11 @@ class IfCondition:
 
 
 @dataclass
+class UnlessCondition:
+    predicate_expression: Any
+
+
+@dataclass
 class DeclareLaunchArgument:
     name: str
     default_value: Any = None
@@ -90,7 +95,7 @@ class LaunchDescription:
 MODULES = {
     "launch": [LaunchDescription],
     "launch.actions": [DeclareLaunchArgument, ExecuteProcess, IncludeLaunchDescription],
-    "launch.conditions": [IfCondition],
+    "launch.conditions": [IfCondition, UnlessCondition],
     "launch.launch_description_sources": [PythonLaunchDescriptionSource],
     "launch.substitutions": [Command, EqualsSubstitution, LaunchConfiguration],
     "launch_ros": [],

@@ -1,6 +1,7 @@
 """`chefbot_description` as a ROS 2 workspace gets it: xacro expands to our URDF, meshes are the solids."""
 
 import ast
+import shlex
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 import yaml
 from tests.design.bodies import assert_same, of_solids, of_urdf
+from tests.design.fake_launch import run_launch_file
 
 from chefbot.commands.urdf import run_package
 from chefbot.commands.urdf_given import check_given, expanded
@@ -148,6 +150,22 @@ def test_yourdfpy_and_mujoco_load_it_with_its_meshes(package: Path, tmp_path: Pa
     inside = kept.replace("package://chefbot_description", str(package))
     compiled = mujoco.MjModel.from_xml_string(inside)
     assert compiled.body_mass.sum() == pytest.approx(robot.total_mass, rel=1e-6)
+
+
+def test_the_launch_file_finds_the_xacro_in_a_folder_with_a_space(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_package("desk", tmp_path / "my robots")
+    home = tmp_path / "my robots" / "chefbot_description"
+    entities = run_launch_file(home / "launch" / "model_robot.launch.py", home.parent, monkeypatch)
+    nodes = {one.package: one for one in entities if hasattr(one, "package")}
+    (parameters,) = nodes["robot_state_publisher"].parameters
+    program, file, prefix = parameters["robot_description"].value.command[:3]
+    assert shlex.split(program + file) == ["xacro", str(home / "urdf" / "desk.urdf.xacro")]
+    assert (home / "urdf" / "desk.urdf.xacro").is_file()
+    assert prefix == " prefix:="
+    assert nodes["joint_state_publisher_gui"].condition.predicate_expression.variable_name == "gui"
+    assert Path(nodes["rviz2"].arguments[1]).is_file()
 
 
 def test_the_packages_papers_are_in_order(package: Path) -> None:

@@ -94,7 +94,9 @@ def _motion(robot: Robot) -> tuple[Constant, ...]:
             "acceleration", round(robot.max_acceleration * per_metre), "ticks/s^2", "drive.max_acceleration"
         ),
         Constant("no_load", round(no_load), "ticks/s", "motor.no_load_speed"),
-        Constant("lag", min(round(1000 * _lag(robot)), MOST_LAG), "ms", "motor, mass with body.payload, wheels"),
+        Constant(
+            "lag", min(round(1000 * _lag(robot)), MOST_LAG), "ms", "motor, mass with body.payload, wheels"
+        ),
     )
 
 

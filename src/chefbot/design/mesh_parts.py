@@ -19,7 +19,7 @@ DEVIATION = 2e-5
 VOLUME_SHARE = 8e-4
 """Of a solid's volume that its chords may cut off or add at most."""
 THINNEST = 0.01
-"""Share of an outline that its holes leave: of less, and of holes that leave nothing, the volume is bound no closer."""
+"""Share of an outline that its holes leave; where they leave less or nothing, the volume is bound no closer."""
 FINER = 0.7
 """From one try to the next, as long as the volume is too far off."""
 SAME = 1e-6

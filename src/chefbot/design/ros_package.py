@@ -52,6 +52,7 @@ NEEDED = (
 LAUNCH = '''"""The robot in RViz, with a slider for each wheel."""
 
 from pathlib import Path
+from shlex import quote
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
@@ -64,9 +65,8 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 def generate_launch_description():
     share = Path(get_package_share_directory("chefbot_description"))
-    model = Command(
-        ["xacro ", str(share / "urdf" / "@ROBOT@.urdf.xacro"), " prefix:=", LaunchConfiguration("prefix")]
-    )
+    file = quote(str(share / "urdf" / "@ROBOT@.urdf.xacro"))  # Command cuts its line at spaces
+    model = Command(["xacro ", file, " prefix:=", LaunchConfiguration("prefix")])
     gui = LaunchConfiguration("gui")
     return LaunchDescription(
         [

@@ -18,6 +18,7 @@ Written by `chefbot ros2` for the robot {robot}.
 '''
 IMPORTS = (
     ("pathlib", ("Path",)),
+    ("shlex", ("quote",)),
     ("ament_index_python.packages", ("get_package_share_directory",)),
     ("launch", ("LaunchDescription",)),
     ("launch.actions", ("DeclareLaunchArgument", "ExecuteProcess", "IncludeLaunchDescription")),
@@ -53,9 +54,9 @@ def installed(package, *path):
     "model": '''
 
 def model(robot):
-    """The parameter robot_description, from xacro."""
+    """The parameter robot_description, from xacro. Command cuts its line at spaces, as a shell does."""
     file = installed("chefbot_description", "urdf", f"{robot}.urdf.xacro")
-    return {"robot_description": ParameterValue(Command(["xacro ", file]), value_type=str)}
+    return {"robot_description": ParameterValue(Command(["xacro ", quote(file)]), value_type=str)}
 ''',
     "in_simulation": '''
 
@@ -145,7 +146,7 @@ def imports(code: str) -> str:
     words = set(re.findall(r"\w+", code))
     used = [(module, [name for name in names if name in words]) for module, names in IMPORTS]
     lines = [f"from {module} import {', '.join(names)}\n" for module, names in used if names]
-    standard = 1 if lines[0].startswith("from pathlib") else 0
+    standard = sum(line.startswith(("from pathlib", "from shlex")) for line in lines)
     return "".join([*lines[:standard], *(["\n"] if standard else []), *lines[standard:]])
 
 

@@ -2,15 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 from tests.nodes import test_stopped
+from tests.nodes.test_last_words import Life
 from tests.nodes.test_stopped import Robot
 
+from chefbot.maths.se2 import SE2
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED
 from chefbot.msgs.builtin_interfaces import Duration
-from chefbot.msgs.geometry_msgs import Point, Twist
-from chefbot.msgs.nav2_msgs import BackUp_Goal, DriveOnHeading_Goal, Spin_Goal
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, Twist
+from chefbot.msgs.nav2_msgs import (
+    BackUp_Goal,
+    ComputePathToPose,
+    ComputePathToPose_Goal,
+    ComputePathToPose_Result,
+    DriveOnHeading_Goal,
+    FollowPath,
+    FollowPath_Feedback,
+    FollowPath_Goal,
+    FollowPath_Result,
+    NavigateToPose_Goal,
+    Spin_Goal,
+)
+from chefbot.msgs.nav_msgs import Path
+from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.controller import ControllerNode
+from chefbot.runtime.actions import serves
+from chefbot.runtime.node import Node, NoParams
+from chefbot.wire.action_client import new_goal_id
 
 INVALID = {"backup": 713, "drive_on_heading": 724}
 TIMEOUT = {"backup": 711, "drive_on_heading": 721, "spin": 701}
@@ -92,3 +114,50 @@ def test_one_motion_ends_when_another_begins() -> None:
     assert robot.outcomes("backup")[0].result.error_code == TIMEOUT["backup"]
     controller = robot.system.nodes["controller"]
     assert isinstance(controller, ControllerNode) and not controller.spin.busy and not controller.backup.busy
+
+
+def test_who_follows_a_path_tells_how_far_it_is_and_how_long_it_takes() -> None:
+    robot = Robot()
+    path = tuple(PoseStamped(Header.of(0, "odom"), Pose.of(SE2(0.1 * i, 0.0, 0.0))) for i in range(21))
+    ordered(robot, "follow_path", FollowPath_Goal(Path(Header.of(0, "odom"), path)), 2.0)
+    told = [one.feedback for one in robot.heard("follow_path/_action/feedback")]
+    assert len(told) > 10
+    assert all(one.distance_to_goal == pytest.approx(2.0, abs=0.05) for one in told), "it stands"
+    assert max(one.speed for one in told) > 0.0
+
+
+class Halfway(Node):
+    """Plans nothing and drives for three seconds; half of the way is left, at a pace of its own."""
+
+    params: NoParams
+    compute_path_to_pose = serves(ComputePathToPose)
+    follow_path = serves(FollowPath)
+
+    async def on_compute_path_to_pose(self, _: ComputePathToPose_Goal, __: Any) -> ComputePathToPose_Result:
+        """Some path."""
+        return ComputePathToPose_Result()
+
+    async def on_follow_path(
+        self, _: FollowPath_Goal, feedback: Callable[[FollowPath_Feedback], None]
+    ) -> FollowPath_Result:
+        """Ten times a second how far it is."""
+        for _step in range(30):
+            feedback(FollowPath_Feedback(5.0, 0.25))
+            await self.sleep(0.1)
+        return FollowPath_Result()
+
+
+def test_who_navigates_tells_the_rest_of_the_way_twice_a_second() -> None:
+    kinds = {
+        "navigator": "chefbot.nodes.navigator:NavigatorNode",
+        "driver": "tests.nodes.test_motions:Halfway",
+    }
+    life = Life(kinds, {})
+    goal = NavigateToPose_Goal(PoseStamped(Header.of(0, "map"), Pose.of(SE2(1.0, 0.0, 0.0))))
+    action, _ = test_stopped.ORDERS["navigate_to_pose"]
+    life.loop.publish("navigate_to_pose/_action/send_goal", action.send_goal(new_goal_id(), goal), "somebody")
+    life.run(2.6)
+    told = [one.feedback for one in life.heard("navigate_to_pose/_action/feedback")]
+    assert 4 <= len(told) <= 7
+    assert (told[-1].distance_remaining, told[-1].estimated_time_remaining.seconds) == (5.0, 20.0)
+    assert told[-1].navigation_time.seconds == pytest.approx(2.5, abs=0.3)

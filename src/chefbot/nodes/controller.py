@@ -44,7 +44,7 @@ from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Bool, Float64, Header
 from chefbot.nodes.costmaps import LASER, costmap_message, mark_laser, mark_obstacles
 from chefbot.nodes.stopped import REFUSED, is_pressed
-from chefbot.planning.repair import near_planner, repaired
+from chefbot.planning.repair import length_left, near_planner, repaired
 from chefbot.runtime.actions import serves
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.plugins import plugin
@@ -303,7 +303,7 @@ class ControllerNode(Node):
                 following, FollowPath_Result(error_code=STUCK, error_msg="I try to move but do not get on.")
             )
         else:
-            self._feedback(FollowPath_Feedback(0.0, v))
+            self._feedback(FollowPath_Feedback(length_left(path, pose), v))
 
     def _end(self, following: Future[FollowPath_Result], result: FollowPath_Result) -> None:
         self._halt()

@@ -40,6 +40,10 @@ HOPELESS = (204,)
 REACHED = 0
 NO_VALID_CONTROL = 106
 """Error code of nav2_msgs/action/FollowPath: here, that STOP is pressed."""
+TELL_NS = 500_000_000
+"""Between two words of how far it is."""
+CREEPING = 0.01
+"""m/s; at this speed the time that is left means nothing and is told as 0, as Nav2 does."""
 LOOK_AGAIN = 1.0
 """Seconds that the sensors need to see again what is really there."""
 
@@ -74,6 +78,9 @@ class NavigatorNode(Node):
     def start(self) -> None:
         """Idle."""
         self._recoveries = 0
+        self._way = FollowPath_Feedback()
+        self._told_ns = 0
+        self._report: Callable[[], None] = lambda: None
         self._goal_task: Task[Any] | None = None
         self._tell("idle", "")
 
@@ -94,8 +101,10 @@ class NavigatorNode(Node):
             self.navigate_to_pose.preempt()
 
     def on_follow_path(self, feedback: FollowPath_Feedback) -> None:
-        """Pass on how far it is."""
-        self._remaining = feedback.distance_to_goal
+        """Pass on how far it is, not as often as the controller says so."""
+        self._way = feedback
+        if self.now_ns - self._told_ns >= TELL_NS:
+            self._report()
 
     async def on_navigate_to_pose(
         self, goal: NavigateToPose_Goal, feedback: Callable[[NavigateToPose_Feedback], None]
@@ -104,11 +113,12 @@ class NavigatorNode(Node):
         if is_pressed(self.emergency_stop.last):
             self._tell("idle", REFUSED)
             return NavigateToPose_Result(NO_VALID_CONTROL, REFUSED)
-        self._recoveries, began = 0, self.now_ns
+        self._recoveries, began, self._way = 0, self.now_ns, FollowPath_Feedback()
+        self._report = lambda: feedback(self._feedback(began))
         self.navigation_goal.publish(goal.pose)
         try:
             while True:
-                feedback(self._feedback(began))
+                self._report()
                 outcome = await self._attempt(goal.pose)
                 if outcome.error_code == REACHED:
                     self._tell("idle", "")
@@ -162,8 +172,11 @@ class NavigatorNode(Node):
             await self.sleep(params.wait)
 
     def _feedback(self, began_ns: int) -> NavigateToPose_Feedback:
+        self._told_ns = self.now_ns
         spent = Duration.of((self.now_ns - began_ns) / 1e9)
-        return NavigateToPose_Feedback(self._here(), spent, Duration(), self._recoveries, 0.0)
+        left, speed = self._way.distance_to_goal, self._way.speed
+        rest = Duration.of(left / speed) if speed > CREEPING else Duration()
+        return NavigateToPose_Feedback(self._here(), spent, rest, self._recoveries, left)
 
     def _here(self) -> PoseStamped:
         try:

@@ -56,6 +56,11 @@ def repaired(path: NDArray[np.float64], pose: SE2, costmap: Costmap, planner: Pl
     return np.concatenate([around, ahead[back + 1 :]])
 
 
+def length_left(path: NDArray[np.float64], pose: SE2) -> float:
+    """Metres along the path (n, 3), n >= 1, from its pose nearest to `pose` to its end."""
+    return float(_length(_ahead(path, pose))[-1])
+
+
 def _ahead(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
     """From the nearest pose on."""
     return path[int(np.argmin(np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y))) :]

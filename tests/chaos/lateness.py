@@ -45,3 +45,37 @@ class BusyNode(Node):
         until = wall_ns() + 95_000_000
         while self.params.busy and wall_ns() < until:
             pass
+
+
+class PonderParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    seconds: float = 3.0
+    compiles: bool = False
+
+
+class PonderNode(Node):
+    """Is at one step for long, once: it counts, or compiles a kernel again and again."""
+
+    params: PonderParams
+    ticks: In[Twist]
+    done: Out[Float64]
+
+    def on_ticks(self, _: Twist) -> None:
+        began = wall_ns()
+        while (took := (wall_ns() - began) / 1e9) < self.params.seconds:
+            if self.params.compiles:
+                compile_a_kernel()
+        self.done.publish(Float64(took))
+
+
+def compile_a_kernel() -> None:
+    """Some tenths of a second."""
+    import numba
+
+    def kernel(cells: np.ndarray) -> float:
+        total = 0.0
+        for i in range(cells.shape[0]):
+            for j in range(cells.shape[1]):
+                total += np.sqrt(cells[i, j]) if cells[i, j] > 0.0 else np.cos(cells[i, j])
+        return total + np.sort(cells[0])[0]
+
+    numba.njit(kernel)(np.ones((4, 4)))

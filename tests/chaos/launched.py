@@ -65,11 +65,11 @@ class Launched:
         """The number of its process of that name, None while there is none."""
         return next((pid for pid in children_of(self.process.pid) if name_of(pid) == name), None)
 
-    def kill(self, name: str) -> int:
-        """`kill -9` of a process of its own; its number."""
+    def kill(self, name: str, by: signal.Signals = signal.SIGKILL) -> int:
+        """`kill -9` of a process of its own, or another signal; its number."""
         pid = self.child(name)
         assert pid is not None, f"there is no process {name}"
-        os.kill(pid, signal.SIGKILL)
+        os.kill(pid, by)
         return pid
 
     def stop(self) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -80,6 +82,7 @@ def test_with_the_simulator_all_of_the_waiter_ends(tmp_path: Path) -> None:
         wait_for(watched.drives)
         children = children_of(watched.one.process.pid)
         assert len(children) >= len(watched.parts)  # and a spare
+        os.kill(children[0], signal.SIGSTOP)  # it sees no end of its input
         watched.one.process.kill()
         took = wait_for(lambda: not any(map(is_alive, children)), LEFT_S)
         tell(f"{len(children)} children were gone {took:.1f} s after their launch")

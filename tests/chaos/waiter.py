@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -108,19 +109,19 @@ class Watched:
 
 
 class Blow:
-    """A process killed while it drives: what followed."""
+    """A process killed, or stopped, while it drives: what followed."""
 
-    def __init__(self, watched: Watched, process: str) -> None:
+    def __init__(self, watched: Watched, process: str, by: signal.Signals = signal.SIGKILL) -> None:
         self._watched, self._process = watched, process
         wait_for(watched.drives)
         self._count = len(watched.speeds)
         self._last, self._wall = watched.speeds[-1][1], time.monotonic()
-        watched.one.kill(process)
+        self.pid = watched.one.kill(process, by)
         wait_for(lambda: self._still() is not None)
         still = self._still()
         assert still is not None
         self.stopped_ms = (still[1].header.stamp.ns - self._last.header.stamp.ns) / 1e6
-        """Of the robot's time, from the last command before the kill to the first that is a stop."""
+        """Of the robot's time, from the last command before the blow to the first that is a stop."""
         self._stood = still[0]
 
     def _still(self) -> tuple[float, WheelSpeeds] | None:
@@ -128,7 +129,7 @@ class Blow:
         return next((one for one in said if one[1].left == one[1].right == 0.0), None)
 
     def wait_until_back(self) -> float:
-        """Seconds of the wall from the kill; while it was away the robot stood."""
+        """Seconds of the wall from the blow; while it was away the robot stood."""
         wait_for(lambda: not self._watched.there(self._process))
         wait_for(lambda: self._watched.there(self._process))
         took = time.monotonic() - self._wall

@@ -5,8 +5,10 @@ Its nodes meet the others over the wire. It ends when its standard input does, s
 
 from __future__ import annotations
 
+import ctypes
 import os
 import queue
+import signal
 import sys
 import threading
 import time
@@ -36,6 +38,8 @@ from chefbot.wire.pulse import Heart
 from chefbot.wire.robot_time import RobotTime
 from chefbot.wire.session import Wire
 
+PR_SET_PDEATHSIG = 1
+"""prctl(2), linux/prctl.h: a signal when the parent dies."""
 KEEP_GOING_NS = 1_000_000_000
 GRACE = 1.5
 """Seconds between being told to end and being gone."""
@@ -44,6 +48,7 @@ GRACE = 1.5
 def main() -> int:
     """Exit code 2 after a sentence where the input is at fault."""
     sys.setswitchinterval(1e-4)
+    _be_woken_by_the_end_of_the_launch()
     told = Input()
     preparation = msgspec.json.decode(told.line(), type=Preparation)
     _load(preparation)
@@ -81,6 +86,12 @@ def run(order: Order, told: Input) -> None:
         finally:
             system.stop()
             bridge.close()
+
+
+def _be_woken_by_the_end_of_the_launch() -> None:
+    """One that is stopped sees no end of its input, and would stay for ever; where the system can do that."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGCONT))
 
 
 def _load(preparation: Preparation) -> None:

@@ -21,9 +21,9 @@ SILENT = 0.12
 """Seconds without a sign after which the robot must not rely on a process: four are missing."""
 LONG = 2.0
 """Seconds after which it must not rely on one that is at one step all the time: a pose or a plan is as old."""
-HANGS = 2.5
-"""Seconds without a sign after which it is ended. On two cores with six busy loops no sign came later than
-0.3 s (docs/why.md); a process that waits for a disk, or whose library keeps the interpreter, may be later."""
+HANGS = 2.0
+"""Seconds without a sign after which it is ended: nine times the longest silence that was measured on a machine with
+five times too much to do (docs/why.md). Waiting for a disk, or a library that keeps the interpreter, takes longer."""
 ENDLESS = 30.0
 """Seconds after which a step has no end: compiling an owner's kernel on a small computer takes a part of that."""
 BEGINNING = 60.0

@@ -16,13 +16,13 @@ from chefbot.wire.pulse import Pulse
 
 LEAST_WAIT, MOST_WAIT = 0.5, 10.0
 """Seconds before a process that died is started again; doubled each time."""
-STABLE = 30.0
+STABLE = 10.0
 """Seconds of life after which the wait begins anew."""
 PERIOD = 0.02
 """Seconds between two looks; the end of a child is seen at once."""
 GRACE = 2.0
 """Seconds that processes have to end by themselves."""
-SPARE_AFTER = 5.0
+SPARE_AFTER = 2.0
 """Seconds that all are there before a spare is made: what starts has enough to do."""
 COMMAND = (sys.executable, "-m", "chefbot.commands.child")
 
@@ -147,7 +147,7 @@ class Supervisor:
         else:
             self._hooks.back(one.name)
             took, one.weak_since = time.monotonic() - one.weak_since, None
-            self._tell(f"process {one.name} did not answer for {took:.1f} s; the robot stood meanwhile")
+            self._tell(f"process {one.name} did not answer; the robot stood for {took:.2f} s")
 
     def _look_after(self, one: _Child) -> None:
         code = one.lost()

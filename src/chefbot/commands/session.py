@@ -11,16 +11,19 @@ from pathlib import Path
 
 from rich.console import Console
 
-from chefbot.msgs.std_msgs import String
+from chefbot.msgs.diagnostic_msgs import WARN, DiagnosticArray, DiagnosticStatus
+from chefbot.msgs.std_msgs import Header, String
 from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import Clock, PacedClock, StepClock, WallClock
 from chefbot.runtime.launch import Launch
-from chefbot.runtime.loop import Loop, Publication
+from chefbot.runtime.loop import DEVICE, Loop, Publication
 from chefbot.runtime.node import Node
 from chefbot.runtime.record import Recorder
 from chefbot.runtime.system import System
 
 console = Console(highlight=False)
+errors = Console(stderr=True, highlight=False, soft_wrap=True)
+TELL_NS = 1_000_000_000
 
 
 def clock_for(kind: str, speed: float) -> Clock:
@@ -49,7 +52,8 @@ def session(
     if start_ns is None:
         start_ns = time.time_ns() if kind == "wall" else 0
     system = System(Loop(clock or clock_for(kind, speed), start_ns), robot, seed)
-    recorder = Recorder(record, robot, seed) if record else None
+    ended = RecordingEnd(system.loop)
+    recorder = Recorder(record, robot, seed, on_end=ended) if record else None
     if recorder is not None:
         system.loop.tap(recorder)
     try:
@@ -57,7 +61,35 @@ def session(
     finally:
         if recorder is not None:
             recorder.close()  # before the nodes end: how they end is no part of what they did
+            ended.say()  # what was said hours ago may have scrolled away
         system.stop()
+
+
+class RecordingEnd:
+    """Tells people that a recording ended before its robot did: the terminal, and all who hear /diagnostics.
+
+    A robot that carries food does not stop because a log is full.
+    """
+
+    def __init__(self, loop: Loop) -> None:
+        self._loop, self._sentence = loop, ""
+
+    def __call__(self, why: str) -> None:
+        """In the loop's thread, while something is published."""
+        self._sentence = f"Warning: {why}. What was recorded before is whole; the robot goes on."
+        self.say()
+        self._loop.post(self._tell)
+
+    def say(self) -> None:
+        """In the terminal, if there is something to say."""
+        if self._sentence:
+            errors.print(self._sentence, markup=False)
+
+    def _tell(self) -> None:
+        status = DiagnosticStatus(WARN, "recording", self._sentence)
+        message = DiagnosticArray(Header.of(self._loop.now_ns, ""), (status,))
+        self._loop.publish("diagnostics", message, "recording", from_device=True)
+        self._loop.at(self._loop.now_ns + TELL_NS, DEVICE, self._tell)
 
 
 def start(system: System, launch: Launch) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
 
 from chefbot import __version__
+from chefbot.errors import UserError
 from chefbot.msgs.base import Message
 from chefbot.msgs.definition import definition_text
 from chefbot.msgs.fields import ros_type
@@ -29,10 +31,22 @@ _QOS = (
 
 
 class Recorder:
-    """Writes every publication of a loop: `loop.tap(recorder)`; `close()` makes the file whole."""
+    """Writes every publication of a loop: `loop.tap(recorder)`; `close()` makes the file whole.
 
-    def __init__(self, path: Path, robot: Robot, seed: int, *, images: bool = False) -> None:
+    A disk that is full ends the recording, not the robot: the file is finished, and `on_end` gets the reason.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        robot: Robot,
+        seed: int,
+        *,
+        images: bool = False,
+        on_end: Callable[[str], None] = lambda _: None,
+    ) -> None:
         self.path = path
+        self._on_end = on_end
         self._skip = () if images else IMAGES
         self._channels: dict[tuple[str, str], int] = {}
         self._counts: dict[int, int] = {}
@@ -44,14 +58,20 @@ class Recorder:
         """Write one publication; images only if asked for."""
         if self._file.closed or isinstance(publication.message, self._skip):
             return
-        channel = self._channel(publication)
-        self._counts[channel] = count = self._counts.get(channel, 0) + 1
-        time_ns = publication.time_ns
-        self._file.add(channel, publication.message.to_cdr(), time_ns, time_ns, count)
+        try:
+            self._write(publication)
+        except UserError as full:
+            self._on_end(str(full))
 
     def close(self) -> None:
         """Write the index; without it readers must scan the file."""
         self._file.close()
+
+    def _write(self, publication: Publication) -> None:
+        channel = self._channel(publication)
+        self._counts[channel] = count = self._counts.get(channel, 0) + 1
+        time_ns = publication.time_ns
+        self._file.add(channel, publication.message.to_cdr(), time_ns, time_ns, count)
 
     def _channel(self, publication: Publication) -> int:
         key = (publication.topic, publication.publisher)

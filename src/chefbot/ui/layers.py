@@ -109,6 +109,8 @@ class Status(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     """Whether STOP was pressed here and is not confirmed by the robot yet."""
     simulation: bool = False
     """Whether the page may offer boxes, doors and kidnapping."""
+    warnings: tuple[str, ...] = ()
+    """What is wrong with which part, a sentence each."""
     doors: tuple[str, ...] = ()
     """Doors that the simulation can move."""
 

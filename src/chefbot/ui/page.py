@@ -21,6 +21,7 @@ from chefbot.msgs.chefbot_msgs import (
     StopStatus,
     WheelTicks,
 )
+from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
     Pose,
     PoseStamped,
@@ -48,6 +49,8 @@ CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
 """How well a person clicks a pose: metres, radians."""
 ASK_HZ = 5
 """STOP is asked for again so often until the robot confirms it."""
+ILL_NS = 5_000_000_000
+"""A fault that nobody has spoken of for so long is over."""
 
 
 class CostImage(NamedTuple):
@@ -99,6 +102,7 @@ class PageDevice(Device):
     delivery_status: In[DeliveryStatus]
     places: In[Places]
     phase: In[String]
+    diagnostics: In[DiagnosticArray]
     emergency_stop: In[Bool]
     stop_status: In[StopStatus]
 
@@ -120,6 +124,7 @@ class PageDevice(Device):
         self._asked = Asked(self.name, self.stop_request.publish, self.order.publish)
         self._pace = (wall_ns(), self.now_ns)
         self._factor: float | None = None
+        self._health: dict[str, tuple[int, str]] = {}
         self._moving: dict[str, FrameView] = {}
         self._fixed: dict[str, FrameView] = {}
         self._server = PageServer(
@@ -229,6 +234,13 @@ class PageDevice(Device):
         self._places = {place.name: place.pose.pose.se2 for place in message.places}
         self._server.show("places", self._places)
 
+    def on_diagnostics(self, message: DiagnosticArray) -> None:
+        """What is wrong with which part, and when it was said."""
+        for one in message.status:
+            self._health.pop(one.name, None)
+            if one.level != OK:
+                self._health[one.name] = self.now_ns, f"{one.name[:1].upper()}{one.name[1:]}: {one.message}"
+
     def on_delivery_status(self, message: DeliveryStatus) -> None:
         """What the waiter does."""
         self._asked.order_is_known(message.last_order, self.now_ns)
@@ -283,7 +295,12 @@ class PageDevice(Device):
             stopped=self._stopped,
             stop_asked=self._asked.stop,
             simulation=self.params.simulation,
+            warnings=self._warnings(),
         )
+
+    def _warnings(self) -> tuple[str, ...]:
+        """What was said lately: who is ill says so every second."""
+        return tuple(text for said_ns, text in self._health.values() if self.now_ns - said_ns < ILL_NS)
 
     def _why_stopped(self) -> str:
         """Empty where STOP is not why."""

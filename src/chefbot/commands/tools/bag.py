@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -32,8 +33,10 @@ def run_record(out: Path | None, topics: Sequence[str], everything: bool, second
         try:
             recorder.run(seconds or None, stop)
         except UserError as full:
+            with suppress(UserError):  # no room for metadata.yaml either: the MCAP file says the same
+                writer.close()
             kept = sum(writer.counts.values())
-            raise UserError(f"{full} (about {kept} messages before are whole)") from None
+            raise UserError(f"{full}; the {kept} messages before are whole") from None
         node.close()
         recorder.write_waiting()
         writer.close()

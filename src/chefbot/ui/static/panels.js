@@ -95,6 +95,9 @@ export class Panels {
     text("confidence", known(status.confidence, (share) => `${Math.round(100 * share)} %`));
     text("reason", status.reason || "It has not stopped yet.");
     text("last-stop", status.reason ? `Last stop: ${status.reason}` : "");
+    const warnings = status.warnings ?? [];
+    text("warnings", warnings.join(" "));
+    $("warnings").hidden = warnings.length === 0;
     this.stopped(Boolean(status.stopped), Boolean(status.stop_asked));
     this.simulation(status);
   }

@@ -24,6 +24,8 @@ DISTRO = "jazzy"
 NEVER_NS = 2**63 - 1
 """When a bag without messages begins (rosbag2)."""
 METADATA_FILE, METADATA_RECORD = "metadata.yaml", "rosbag2"
+ROOM = 2000
+"""Bytes that the metadata take at most; for each topic the same and its QoS profiles."""
 
 
 class _Topic:
@@ -46,7 +48,8 @@ class BagWriter:
         self.path = out if self._folder is None else out / f"{out.name}_0.mcap"
         if out.exists():
             raise UserError(f"{out} exists already; choose another -o, bags are never overwritten")
-        self._file = McapFile(self.path)
+        self._file = McapFile(self.path, self._last_record)
+        self._file.reserve(ROOM)
         self._topics: dict[tuple[str, WireType], _Topic] = {}
         self._first_ns, self._last_ns = NEVER_NS, 0
 
@@ -63,6 +66,7 @@ class BagWriter:
         if (name, kind) in self._topics:
             return
         about = {"offered_qos_profiles": profiles_text(offers), "topic_type_hash": kind.hash}
+        self._file.reserve(ROOM + 2 * len(about["offered_qos_profiles"]) + len(name) + len(kind.name))
         channel = self._file.channel(name, kind.name, _definition(kind), about)
         self._topics[name, kind] = _Topic(name, kind, channel, offers)
 
@@ -78,13 +82,14 @@ class BagWriter:
         self._file.flush()
 
     def close(self) -> None:
-        """Make it whole."""
-        about = self._metadata()
-        self._file.metadata(METADATA_RECORD, {"serialized_metadata": _yaml(about)})
+        """Make it whole; also after `add` has found the disk full."""
         self._file.close()
         if self._folder is not None:
-            text = _yaml({"rosbag2_bagfile_information": about})
+            text = _yaml({"rosbag2_bagfile_information": self._metadata()})
             write_atomic(self._folder / METADATA_FILE, text.encode())
+
+    def _last_record(self) -> tuple[str, dict[str, str]]:
+        return METADATA_RECORD, {"serialized_metadata": _yaml(self._metadata())}
 
     def _metadata(self) -> dict[str, Any]:
         duration = {"nanoseconds": max(0, self._last_ns - self._first_ns)}

@@ -142,6 +142,21 @@ def test_every_file_is_sound_and_in_millimetres(name: str, sheet: str) -> None:
     )  # drawn, not only meant
 
 
+@pytest.mark.parametrize(("name", "sheet"), ALL_SHEETS)
+def test_librecad_prints_it_to_scale_with_legible_sizes(name: str, sheet: str) -> None:
+    """It looks for paper, scale and the look of dimensions in the header, and writes no R and no Ø of its own."""
+    document, drawing = read_back(VARIANTS[name], sheet), draw(VARIANTS[name], sheet)
+    header, style = document.header, document.dimstyles.get("CHEFBOT")
+    assert (*header["$PLIMMIN"], *header["$PLIMMAX"]) == (0.0, 0.0, *drawing.paper)
+    assert header["$PSVPSCALE"] * drawing.scale.factor == pytest.approx(1.0)
+    for key in ("dimtxt", "dimasz", "dimexo", "dimexe", "dimgap", "dimscale", "dimdsep"):
+        assert header[f"${key.upper()}"] == style.dxf.get(key), key
+    assert header["$DIMTXT"] * header["$DIMSCALE"] == 2.5 * drawing.scale.factor
+    for one in document.modelspace().query("DIMENSION"):
+        if one.dimtype in (3, 4):
+            assert ("Ø" if one.dimtype == 3 else "R") in one.dxf.text
+
+
 @pytest.mark.parametrize("what", CHAPTER)
 def test_every_size_of_the_chapter_is_a_dimension(what: str) -> None:
     sheet, millimetres = CHAPTER[what]

@@ -80,13 +80,13 @@ class Linear(NamedTuple):
 
     def _letters(self) -> float:
         axis = 0 if self.along == "x" else 1
-        value = f"{abs(self.a[axis] - self.b[axis]):.2f}".rstrip("0").rstrip(".")
+        value = number(abs(self.a[axis] - self.b[axis]))
         return LETTER * TEXT * len(self.text.replace("<>", value))
 
 
 class Radial(NamedTuple):
     """Radius or diameter of a circle: touches it at `angle` (degrees); the text stands `reach` (mm on paper)
-    from the circle, outwards if positive. The sign of radius or diameter stands before <> by itself."""
+    from the circle, outwards if positive. <> is the measurement with its sign."""
 
     kind: Literal["radius", "diameter"]
     x: float
@@ -95,6 +95,12 @@ class Radial(NamedTuple):
     angle: float
     reach: float
     text: str = "<>"
+
+    @property
+    def words(self) -> str:
+        """The text with sign and measurement put in: programs differ in whether they write the sign."""
+        size = f"R{number(self.radius)}" if self.kind == "radius" else f"Ø{number(2.0 * self.radius)}"
+        return self.text.replace("<>", size)
 
 
 class Hatch(NamedTuple):
@@ -147,6 +153,11 @@ class Box(NamedTuple):
     def middle(self) -> Point:
         """Of both sides."""
         return (self.left + self.right) / 2, (self.low + self.high) / 2
+
+
+def number(value: float) -> str:
+    """Millimetres without trailing zeros."""
+    return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
 def around(boxes: Iterable[Box]) -> Box:
@@ -259,6 +270,6 @@ def _linear_box(item: Linear, factor: float) -> Box:
 
 def _radial_box(item: Radial, factor: float) -> Box:
     angle, reach = math.radians(item.angle), item.radius + item.reach * factor
-    text = Text("DIMENSION", item.x + reach * math.cos(angle), item.y + reach * math.sin(angle), item.text)
+    text = Text("DIMENSION", item.x + reach * math.cos(angle), item.y + reach * math.sin(angle), item.words)
     align: Align = "left" if math.cos(angle) >= 0 else "right"
     return around((_dot(item.x, item.y), _text_box(text._replace(align=align), factor)))

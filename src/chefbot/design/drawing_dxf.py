@@ -68,6 +68,7 @@ def dxf_document(drawing: Drawing) -> Document:
     space = document.modelspace()
     for item in drawing.items:
         _add(space, item, factor)
+    _set_paper(document, drawing)
     width, height = drawing.size
     document.header["$EXTMIN"], document.header["$EXTMAX"] = (0.0, 0.0, 0.0), (width, height, 0.0)
     document.set_modelspace_vport(height * 1.05, (width / 2, height / 2))
@@ -141,6 +142,14 @@ def _dimension_style(factor: float) -> dict[str, Any]:
     }
 
 
+def _set_paper(document: Document, drawing: Drawing) -> None:
+    """LibreCAD takes the look of dimensions, paper and scale of a print from the header, not from the style."""
+    for key, value in _dimension_style(drawing.scale.factor).items():
+        document.header[f"${key.upper()}"] = value
+    document.layout("Layout1").dxf.limmax = drawing.paper  # which ezdxf writes as $PLIMMAX
+    document.header["$PSVPSCALE"] = 1.0 / drawing.scale.factor
+
+
 def _add(space: Modelspace, item: Item, factor: float) -> None:
     match item:
         case Line():
@@ -196,7 +205,7 @@ def _add_radial(space: Modelspace, item: Radial, factor: float) -> None:
         radius=item.radius,
         angle=item.angle,
         location=(item.x + reach * math.cos(angle), item.y + reach * math.sin(angle)),
-        text=item.text,
+        text=item.words,
         dimstyle=DIMENSIONS,
         override={"dimtoh": 1},
         dxfattribs={"layer": "DIMENSION"},

@@ -19,11 +19,12 @@ from chefbot.design.drawing import (
     around,
     item_box,
     moved,
+    number,
     segment,
 )
 from chefbot.design.drawing_hidden import Seen, visible
 from chefbot.design.drawing_views import FRONT, SIDE, TOP, View, part_seen
-from chefbot.design.sheets.common import number, row
+from chefbot.design.sheets.common import row
 from chefbot.design.sheets.parts_list import Mark, balloons, entries, table
 from chefbot.robot import layout
 from chefbot.robot.solids import RobotPart, link_origin, solids

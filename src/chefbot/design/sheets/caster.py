@@ -17,12 +17,13 @@ from chefbot.design.drawing import (
     around,
     loop_box,
     moved,
+    number,
     rectangle,
     segment,
 )
 from chefbot.design.drawing_hidden import visible
 from chefbot.design.drawing_views import SIDE, View, cut, seen
-from chefbot.design.sheets.common import OVERHANG, cross, number, pieces, row, title
+from chefbot.design.sheets.common import OVERHANG, cross, pieces, row, title
 from chefbot.robot.shapes import Ball, Prism
 
 if TYPE_CHECKING:

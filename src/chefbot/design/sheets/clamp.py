@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
-from chefbot.design.drawing import Box, Item, Linear, Plan, Radial, around, loop_box, moved
+from chefbot.design.drawing import Box, Item, Linear, Plan, Radial, around, loop_box, moved, number
 from chefbot.design.drawing_views import Shape, View, seen
-from chefbot.design.sheets.common import cross, number, pieces, row, shape_items, title
+from chefbot.design.sheets.common import cross, pieces, row, shape_items, title
 
 if TYPE_CHECKING:
     from chefbot.robot.spec import Robot
@@ -19,6 +20,8 @@ FROM_ABOVE = View((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0))
 """Below FACE in first-angle projection."""
 BETWEEN = 28.0
 """Of two views, mm on paper."""
+LEADER, CLEAR = 35.0, 2.0
+"""Degrees; mm on paper."""
 
 
 def motor_clamp(robot: Robot, factor: float) -> Plan:
@@ -52,10 +55,16 @@ def _face(shapes: list[Shape], box: Box, factor: float) -> list[Item]:
     items = shape_items(flange) + shape_items(face) + cross(x, y, hole.width / 2, factor)
     return [
         *items,
-        Radial("diameter", x, y, hole.width / 2, 35.0, 8.0),
+        Radial("diameter", x, y, hole.width / 2, LEADER, _beyond(box, hole, factor)),
         Linear((box.left, box.low), (box.left, box.high), "y", box.left - row(1, factor)),
         Linear((x, y), (box.left, box.high), "y", box.left - row(0, factor)),
     ]
+
+
+def _beyond(box: Box, hole: Box, factor: float) -> float:
+    """From the hole along its leader to where its size stands clear of the face, mm on paper."""
+    across = box.right - hole.middle[0] + CLEAR * factor
+    return (across / math.cos(math.radians(LEADER)) - hole.width / 2) / factor
 
 
 def _side(shapes: list[Shape], box: Box, factor: float) -> list[Item]:

@@ -52,8 +52,3 @@ def cross(x: float, y: float, radius: float, factor: float) -> list[Item]:
 def row(number: int, factor: float) -> float:
     """Distance of the dimension line of a row (0 is the nearest) from the view."""
     return (FIRST_ROW + number * ROW) * factor
-
-
-def number(value: float) -> str:
-    """Millimetres without trailing zeros."""
-    return f"{value:.2f}".rstrip("0").rstrip(".")

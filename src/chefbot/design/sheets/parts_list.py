@@ -87,4 +87,4 @@ def _material(robot: Robot, entry: Entry) -> str:
     """What it is made of; of a bought part, what it is called."""
     bought = {"motor": robot.motor.title, "driver": robot.driver.title, "battery": robot.battery.title}
     text = bought.get(entry.kind, entry.parts[0].material)
-    return text if len(text) <= LONGEST else text[: LONGEST - 1] + "…"
+    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."

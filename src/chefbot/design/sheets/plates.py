@@ -5,9 +5,21 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from chefbot.design.drawing import MM, TEXT, Item, Linear, Plan, Radial, Text, Title, loop_box, segment
+from chefbot.design.drawing import (
+    MM,
+    TEXT,
+    Item,
+    Linear,
+    Plan,
+    Radial,
+    Text,
+    Title,
+    loop_box,
+    number,
+    segment,
+)
 from chefbot.design.drawing_views import PLAN, Shape, View, part_seen, seen
-from chefbot.design.sheets.common import cross, number, pieces, reference, row, shape_items, title
+from chefbot.design.sheets.common import cross, pieces, reference, row, shape_items, title
 from chefbot.maths.outline import Loop
 from chefbot.robot import layout
 from chefbot.robot.solids import link_origin, solids

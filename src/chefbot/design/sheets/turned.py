@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from chefbot.design.drawing import MM, Hatch, Item, Linear, Plan, loop_box, segment
+from chefbot.design.drawing import MM, Hatch, Item, Linear, Plan, loop_box, number, segment
 from chefbot.design.drawing_views import View, cut, seen
-from chefbot.design.sheets.common import OVERHANG, cross, number, pieces, row, shape_items, title
+from chefbot.design.sheets.common import OVERHANG, cross, pieces, row, shape_items, title
 from chefbot.maths.outline import Corner, Loop
 from chefbot.robot.shapes import Prism
 

@@ -12,6 +12,7 @@ import pytest
 import zenoh
 from zenoh import handlers
 
+from chefbot.commands.tools.node import info_lines
 from chefbot.msgs.action_msgs import (
     CANCEL_GOAL_TERMINATED,
     CANCEL_NONE,
@@ -36,6 +37,7 @@ from chefbot.wire.attachment import SIZE, Attachment, unpack
 from chefbot.wire.names import WireType, topic_key
 from chefbot.wire.node import WireNode
 from chefbot.wire.session import Wire
+from chefbot.wire.tokens import CLIENT
 
 PATIENCE = 10.0
 JAZZY, EARLY_JAZZY = editions("nav2_msgs/action/Spin")
@@ -140,6 +142,25 @@ def test_a_bare_client_of_each_distribution_is_served(turner: Turner, peer: zeno
     told = form.feedback_message.from_cdr(heard.get(timeout=PATIENCE))
     assert (told.goal_id.key, told.feedback.angular_distance_traveled) == (goal_id.key, 2.5)
     assert turner.goals[-1].target_yaw == 2.5 and not turner.goals[-1].disable_collision_checks
+
+
+def test_what_is_served_in_several_editions_is_shown_once_and_is_no_mismatch(
+    turner: Turner, wire: Wire
+) -> None:
+    assert wire.graph.wait_for(lambda graph: "/spin" in graph.actions(), PATIENCE)
+    assert info_lines(wire.graph, "/controller").count("  /spin  nav2_msgs/action/Spin") == 1
+    assert len(wire.graph.services()["/spin/_action/send_goal"].types) == 2
+    with WireNode(wire, "jazzy") as node:
+        node.client("/spin/_action/send_goal", JAZZY.send_goal_service)
+        node.client("/spin/_action/get_result", EARLY_JAZZY.get_result_service)
+        assert wire.graph.wait_for(
+            lambda graph: "/jazzy" in {one.full_name for one in graph.nodes()}, PATIENCE
+        )
+        assert wire.graph.mismatches() == []
+        newer = WireType("nav2_msgs/action/Spin_SendGoal", "RIHS01_" + "1" * 64)
+        node.announce(CLIENT, "/spin/_action/send_goal", newer)
+        assert wire.graph.wait_for(lambda graph: len(graph.mismatches()) > 0, PATIENCE)
+        assert "in two versions" in wire.graph.mismatches()[0]
 
 
 class OldServer:

@@ -53,7 +53,8 @@ def info_lines(graph: Graph, name: str) -> list[str]:
 
 
 def _section(title: str, rows: list[list[str]]) -> list[str]:
-    return [title, *(f"  {line}" for line in columns(rows))] if rows else []
+    """What is there in several editions of its type stands once."""
+    return [title, *(f"  {line}" for line in dict.fromkeys(columns(rows)))] if rows else []
 
 
 def _inside(one: Endpoint) -> bool:

@@ -154,9 +154,16 @@ def test_equipment_of_one_name_would_be_two_parts_of_one_name():
     twice["equipment"][1]["name"] = "computer"
     with pytest.raises(UserError, match="computer"):
         load(twice)
-    twice["equipment"][1]["name"] = "motor_left"
-    with pytest.raises(UserError, match="motor_left"):
-        load(twice)
+    for name in ("motor_left", "base_link", "camera_link"):
+        twice["equipment"][1]["name"] = name
+        with pytest.raises(UserError, match=name):
+            load(twice)
+
+
+@pytest.mark.parametrize("name", ["battery", "base_link", "base_footprint", "imu_link", "wheel_left"])
+def test_a_robot_is_not_called_like_a_part_of_it(name):
+    with pytest.raises(UserError, match=f"name: a part of the robot is called '{name}' too"):
+        load({**yaml.safe_load(TEXT), "name": name})
 
 
 def test_names_and_paths(tmp_path):

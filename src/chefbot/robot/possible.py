@@ -134,10 +134,15 @@ def _clamps(robot: Robot) -> Iterator[Contradiction]:
 
 
 def _names(robot: Robot) -> Iterator[Contradiction]:
-    """Every part has a name of its own: drawings, models and this check speak of them by it."""
-    names = Counter(part.name for part in (*solids(robot), payload(robot)))
+    """Every part has a name of its own: drawings, models and this check speak of them by it; so have the robot,
+    the root of its models, and their frames."""
+    parts = (*solids(robot), payload(robot))
+    names = Counter(part.name for part in parts)
+    frames = {"base_footprint", *robot.sensors.by_frame, *(part.link for part in parts)}
     for i, item in enumerate(robot.equipment):
-        yield names[item.name] > 1, f"equipment[{i}].name", f"another part is called {item.name!r} too"
+        taken = names[item.name] > 1 or item.name in frames
+        yield taken, f"equipment[{i}].name", f"another part is called {item.name!r} too"
+    yield robot.name in {*names, *frames}, "name", f"a part of the robot is called {robot.name!r} too"
 
 
 def _wheels(robot: Robot) -> Iterator[Contradiction]:

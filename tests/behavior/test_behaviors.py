@@ -35,18 +35,22 @@ def run(behavior, costmap, pose=SE2(0.0, 0.0, 0.3), limit=4000):  # noqa: B008
 @settings(max_examples=30)
 @given(st.floats(0.1, 12.0), st.sampled_from([-1, 1]))
 def test_spin_turns_by_its_angle(angle, sign):
-    _, turned, progress = run(Spin(sign * angle, ROBOT.max_turn, ROBOT.max_turn_acceleration), floor())
+    spin = Spin(sign * angle, ROBOT.max_turn, ROBOT.max_turn_acceleration)
+    _, turned, progress = run(spin, floor())
     assert progress is Progress.DONE
     assert turned == pytest.approx(sign * angle, abs=0.05)
+    assert spin.turned == pytest.approx(turned), "it knows"
 
 
 @settings(max_examples=30)
 @given(st.floats(0.05, 1.5), st.sampled_from([-1, 1]), st.floats(-3.1, 3.1))
 def test_straight_goes_its_distance(distance, sign, yaw):
     start = SE2(0.0, 0.0, yaw)
-    pose, _, progress = run(Straight(sign * distance, 0.2, ROBOT.max_acceleration), floor(), start)
+    straight = Straight(sign * distance, 0.2, ROBOT.max_acceleration)
+    pose, _, progress = run(straight, floor(), start)
     assert progress is Progress.DONE
     assert start.between(pose).x == pytest.approx(sign * distance, abs=0.025)
+    assert straight.driven == pytest.approx(start.between(pose).x), "it knows"
 
 
 @settings(max_examples=30)

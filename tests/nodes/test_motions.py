@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import msgspec
 import pytest
 from tests.nodes import test_stopped
 from tests.nodes.test_last_words import Life
@@ -104,6 +105,8 @@ def test_time_that_runs_out_has_nav2s_code(name: str, goal: object) -> None:
     (outcome,) = robot.outcomes(name)
     assert (outcome.status, outcome.result.error_code) == (STATUS_ABORTED, TIMEOUT[name])
     assert outcome.result.total_elapsed_time.seconds == pytest.approx(0.5, abs=0.25)
+    told = [one.feedback for one in robot.heard(f"{name}/_action/feedback")]
+    assert len(told) >= 4 and {value for one in told for value in msgspec.to_builtins(one).values()} == {0.0}
 
 
 def test_one_motion_ends_when_another_begins() -> None:

@@ -27,15 +27,16 @@ class Spin:
 
     def __init__(self, angle: float, turn: float, turn_acceleration: float, timeout: float = 30.0) -> None:
         self.angle, self.turn, self.turn_acceleration, self.timeout = angle, turn, turn_acceleration, timeout
-        self._turned = self._elapsed = 0.0
+        self.turned = self._elapsed = 0.0
+        """Radians so far, positive: left."""
         self._last: float | None = None
 
     def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:  # noqa: ARG002
         """See `Behavior`."""
-        self._turned += wrap(pose.yaw - self._last) if self._last is not None else 0.0
+        self.turned += wrap(pose.yaw - self._last) if self._last is not None else 0.0
         self._last = pose.yaw
         self._elapsed += dt
-        left = self.angle - self._turned
+        left = self.angle - self.turned
         if abs(left) <= TURNED_ENOUGH or left * self.angle <= 0.0:
             return Step(0.0, 0.0, Progress.DONE)
         if self._elapsed > self.timeout:
@@ -53,6 +54,8 @@ class Straight:
 
     def __init__(self, distance: float, speed: float, acceleration: float, timeout: float = 30.0) -> None:
         self.distance, self.speed, self.acceleration, self.timeout = distance, speed, acceleration, timeout
+        self.driven = 0.0
+        """Metres so far, negative: backwards."""
         self._start: SE2 | None = None
         self._elapsed = 0.0
 
@@ -61,7 +64,8 @@ class Straight:
         self._start = start = self._start or pose
         self._elapsed += dt
         sign = math.copysign(1.0, self.distance)
-        left = abs(self.distance) - sign * start.between(pose).x
+        self.driven = start.between(pose).x
+        left = abs(self.distance) - sign * self.driven
         if left <= CLOSE_ENOUGH:
             return Step(0.0, 0.0, Progress.DONE)
         if self._elapsed > self.timeout:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import msgspec
 import numpy as np
@@ -26,15 +26,18 @@ from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.nav2_msgs import (
     BackUp,
+    BackUp_Feedback,
     BackUp_Goal,
     BackUp_Result,
     DriveOnHeading,
+    DriveOnHeading_Feedback,
     DriveOnHeading_Goal,
     DriveOnHeading_Result,
     FollowPath,
     FollowPath_Feedback,
     FollowPath_Goal,
     FollowPath_Result,
+    Spin_Feedback,
     Spin_Goal,
     Spin_Result,
 )
@@ -71,6 +74,7 @@ class Errors(NamedTuple):
 
 SPIN, BACK_UP, DRIVE = Errors(700, 701, 703), Errors(710, 711, 714, 713), Errors(720, 721, 723, 724)
 """As in nav2_msgs/action/Spin, BackUp, DriveOnHeading."""
+AlongX = BackUp_Goal | DriveOnHeading_Goal
 Ended = tuple[Duration, int, str]
 """How long it took, 0 or an error's code, and the sentence."""
 LOCAL_COSTMAP = CostmapParams(track_unknown=False)
@@ -129,6 +133,7 @@ class ControllerNode(Node):
         self._blocked = 0.0
         self._motion: Behavior | None = None
         self._moved: Future[Progress] | None = None
+        self._report: Callable[[], None] = lambda: None
 
     def reconfigure(self, params: ControllerNodeParams) -> None:
         """From the next command on, on the path in hand."""
@@ -214,35 +219,42 @@ class ControllerNode(Node):
         self._given = path
         self._controller.set_path(path, same_goal=same_goal)
 
-    async def on_spin(self, goal: Spin_Goal, _: Any) -> Spin_Result:
+    async def on_spin(self, goal: Spin_Goal, feedback: Callable[[Spin_Feedback], None]) -> Spin_Result:
         """Turn on the spot."""
         turn, acceleration = self.robot.max_turn, self.robot.max_turn_acceleration
         motion = Spin(float(goal.target_yaw), turn, acceleration, goal.time_allowance.seconds or ALLOWED)
-        return Spin_Result(*await self._do(motion, SPIN))
+        return Spin_Result(*await self._do(motion, SPIN, lambda: feedback(Spin_Feedback(motion.turned))))
 
-    async def on_backup(self, goal: BackUp_Goal, _: Any) -> BackUp_Result:
+    async def on_backup(
+        self, goal: BackUp_Goal, feedback: Callable[[BackUp_Feedback], None]
+    ) -> BackUp_Result:
         """Go back by target.x metres, whatever its sign (nav2_behaviors back_up.cpp)."""
-        return BackUp_Result(*await self._straight(-abs(goal.target.x), goal, BACK_UP))
+        told = lambda metres: feedback(BackUp_Feedback(metres))  # noqa: E731
+        return BackUp_Result(*await self._straight(-abs(goal.target.x), goal, BACK_UP, told))
 
-    async def on_drive_on_heading(self, goal: DriveOnHeading_Goal, _: Any) -> DriveOnHeading_Result:
+    async def on_drive_on_heading(
+        self, goal: DriveOnHeading_Goal, feedback: Callable[[DriveOnHeading_Feedback], None]
+    ) -> DriveOnHeading_Result:
         """Go straight by target.x metres, negative is backwards; speed must have its sign."""
         if goal.target.x * goal.speed < 0.0:
             return DriveOnHeading_Result(Duration(), DRIVE.invalid, "Distance and speed have other signs.")
-        return DriveOnHeading_Result(*await self._straight(goal.target.x, goal, DRIVE))
+        told = lambda metres: feedback(DriveOnHeading_Feedback(metres))  # noqa: E731
+        return DriveOnHeading_Result(*await self._straight(goal.target.x, goal, DRIVE, told))
 
     async def _straight(
-        self, metres: float, goal: BackUp_Goal | DriveOnHeading_Goal, errors: Errors
+        self, metres: float, goal: AlongX, errors: Errors, told: Callable[[float], None]
     ) -> Ended:
         if goal.target.y or goal.target.z:
             return Duration(), errors.invalid, "I drive straight only: target.y and z must be 0."
         speed = min(abs(float(goal.speed)) or self.robot.max_speed, self.robot.max_speed)
         allowed = goal.time_allowance.seconds or ALLOWED
-        return await self._do(Straight(metres, speed, self.robot.max_acceleration, allowed), errors)
+        motion = Straight(metres, speed, self.robot.max_acceleration, allowed)
+        return await self._do(motion, errors, lambda: told(abs(motion.driven)))
 
-    async def _do(self, motion: Behavior, errors: Errors) -> Ended:
+    async def _do(self, motion: Behavior, errors: Errors, report: Callable[[], None]) -> Ended:
         if is_pressed(self.emergency_stop.last):
             return Duration(), errors.unknown, REFUSED
-        began = self.now_ns
+        began, self._report = self.now_ns, report
         end = await self._move(motion)
         return self._since(began), *_motion_error(end, errors)
 
@@ -278,6 +290,7 @@ class ControllerNode(Node):
     def _step_motion(self, motion: Behavior, moved: Future[Progress], pose: SE2, costs: Costmap) -> None:
         step = motion.update(pose, costs, 1.0 / RATE)
         self.cmd_vel_nav.publish(Twist.of(step.v, step.w))
+        self._report()
         if step.progress is not Progress.RUNNING:
             moved.set(step.progress)
 

@@ -27,7 +27,10 @@ from chefbot.runtime.system import System
 from chefbot.sim.floor_plan import lidar_plan
 from chefbot.sim.load import load_any_world
 
-NEEDS_A_ROBOT = {"keyboard_teleop", "view_robot", "view_navigation", "remote_page", "remote_teleop"}
+NEEDS_A_ROBOT = {
+    *("keyboard_teleop", "gamepad_teleop", "view_robot", "view_navigation"),
+    *("remote_page", "remote_teleop", "remote_gamepad"),
+}
 NEEDS_A_BOARD = {"robot_standalone"}  # tests/devices/test_board.py has one
 SENSES_NOTHING = {"model_robot"}
 PARTS = {name for name in built_in_launches() if not load_launch(name).about}

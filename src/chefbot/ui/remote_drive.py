@@ -12,9 +12,9 @@ from msgspec import Meta
 
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
-from chefbot.msgs.std_msgs import String
+from chefbot.msgs.std_msgs import Bool, String
 from chefbot.runtime.node import Device, In, Out, topic
-from chefbot.ui.commands import Drive
+from chefbot.ui.commands import Drive, Resume, Stop
 from chefbot.ui.remote import PageGoneError, RemotePage
 
 MIN_PERIOD_NS = 50_000_000
@@ -30,10 +30,15 @@ class RemoteDriveParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class RemoteDriveDevice(Device):
-    """Passes `cmd_vel_teleop` on as shares of the robot's limits; in silence the page stops the robot."""
+    """Passes `cmd_vel_teleop` on as shares of the robot's limits; in silence the page stops the robot.
+
+    STOP goes the same way, and what the page says of it comes back on `emergency_stop`.
+    """
 
     params: RemoteDriveParams
     cmd_vel_teleop: In[Twist]
+    stop_request: In[Bool]
+    emergency_stop: Out[Bool] = topic(latched=True)
     remark: Out[String] = topic("remote_drive/remark")
 
     def start(self) -> None:
@@ -41,6 +46,7 @@ class RemoteDriveDevice(Device):
         self._page = RemotePage(self.params.page)
         self._sent_ns = self.now_ns - MIN_PERIOD_NS
         self._told = ("", self.now_ns)
+        self._stopped: bool | None = None
         self._closing = False
         self._thread = threading.Thread(target=self._listen, name="remote drive", daemon=True)
         self._thread.start()
@@ -62,11 +68,21 @@ class RemoteDriveDevice(Device):
             self._sent_ns = self.now_ns
             self._page.send(command)
 
+    def on_stop_request(self, press: Bool) -> None:
+        """Never held back."""
+        self._page.send(Stop() if press.data else Resume())
+
+    def _hear_status(self, stopped: bool) -> None:
+        if stopped is not self._stopped:
+            self._stopped = stopped
+            self.emergency_stop.publish(Bool(stopped))
+
     def _listen(self) -> None:
         """In a thread: the page's answers, and its end."""
         while True:
             try:
-                self._page.receive()
+                if self._page.receive() == "status" and self._page.latest["status"] is not None:
+                    self.post(partial(self._hear_status, bool(self._page.latest["status"]["stopped"])))
             except PageGoneError as error:
                 if not self._closing:
                     self.post(_raiser(error))

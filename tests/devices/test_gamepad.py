@@ -1,0 +1,234 @@
+"""The gamepad by the bytes that Linux gives for one, through a pipe: what drives, what stops, what never does."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.fake_robot import fake_robot
+
+from chefbot.control.gamepad import GamepadDrive, GamepadParams, PadEvent
+from chefbot.control.limits import Limits
+from chefbot.devices.joystick import AXIS, BUTTON, EVENT, INIT, decode
+from chefbot.errors import UserError
+from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.std_msgs import Bool, String
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import StepClock
+from chefbot.runtime.launch import Launch, NodeEntry
+from chefbot.runtime.loop import Loop, Publication
+from chefbot.runtime.system import System
+from chefbot.ui.commands import Drive, Stop
+
+PATIENCE = 60.0
+ROBOT = load_robot("chefbot")
+LIMITS = Limits.of(ROBOT)
+TURN, FORWARD, CROSS = 0, 1, 7
+STOP, DEAD_MAN = 1, 4
+DT = 0.05
+
+
+class Pad:
+    """A pipe in the place of /dev/input/js0, and a hand."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        os.mkfifo(path)
+        self.plug_in()
+
+    def plug_in(self) -> None:
+        self._handle = os.open(self.path, os.O_RDWR)
+        self._write((BUTTON | INIT, STOP, 0), (BUTTON | INIT, DEAD_MAN, 0), (AXIS | INIT, FORWARD, 0))
+
+    def unplug(self) -> None:
+        os.close(self._handle)
+
+    def press(self, button: int) -> None:
+        self._write((BUTTON, button, 1))
+
+    def release(self, button: int) -> None:
+        self._write((BUTTON, button, 0))
+
+    def push(self, axis: int, value: float) -> None:
+        self._write((AXIS, axis, round(32767 * value)))
+
+    def _write(self, *events: tuple[int, int, int]) -> None:
+        for kind, number, value in events:
+            os.write(self._handle, EVENT.pack(0, value, kind, number))
+
+
+class Driven:
+    """A loop with a gamepad; time runs on while it is waited for the pad's thread."""
+
+    def __init__(self, path: Path, **params: Any) -> None:
+        self.loop = Loop(StepClock())
+        self.system = System(self.loop, ROBOT, 1)
+        self.said: list[Publication] = []
+        self.loop.tap(self.said.append)
+        entry = NodeEntry(
+            kind="chefbot.devices.gamepad:GamepadDevice", params={"device": str(path), **params}
+        )
+        self.system.launch(Launch(name="t", about="", args={}, nodes={"gamepad": entry}))
+
+    def all(self, kind: type) -> list[Any]:
+        return [one.message for one in self.said if isinstance(one.message, kind)]
+
+    def until(self, condition: Any) -> None:
+        give_up = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < give_up, self.said[-3:]
+            time.sleep(0.002)
+            self.run(DT)
+
+    def run(self, seconds: float) -> None:
+        self.loop.run(until_ns=self.loop.now_ns + round(seconds * 1e9))
+
+    def speed(self) -> float:
+        return float(self.all(Twist)[-1].linear.x)
+
+
+@pytest.fixture
+def pad(tmp_path: Path) -> Pad:
+    return Pad(tmp_path / "js0")
+
+
+@pytest.fixture
+def driven(pad: Pad) -> Iterator[Driven]:
+    one = Driven(pad.path)
+    yield one
+    one.system.stop()
+
+
+def test_a_stick_drives_only_while_the_button_is_held(pad: Pad, driven: Driven) -> None:
+    pad.push(FORWARD, -1.0)
+    driven.until(lambda: driven.all(String))
+    driven.run(1.0)
+    assert not driven.all(Twist)
+    pad.press(DEAD_MAN)
+    driven.until(lambda: driven.all(Twist) and driven.speed() > 0.0)
+    assert driven.speed() == pytest.approx(0.5 * LIMITS.speed)
+    pad.push(TURN, -1.0)
+    driven.until(lambda: driven.all(Twist)[-1].angular.z > 0.0)
+    pad.release(DEAD_MAN)
+    driven.until(lambda: driven.speed() == 0.0)
+    count = len(driven.all(Twist))
+    driven.run(2.0)
+    assert len(driven.all(Twist)) == count, "navigation may have the robot back"
+
+
+def test_unplugged_it_stops_and_does_not_go_on_when_it_is_back(pad: Pad, driven: Driven) -> None:
+    pad.push(FORWARD, -1.0)
+    pad.press(DEAD_MAN)
+    driven.until(lambda: driven.all(Twist) and driven.speed() > 0.0)
+    pad.unplug()
+    driven.until(lambda: driven.speed() == 0.0)
+    assert "gone; the robot stops" in driven.all(String)[-1].data
+    pad.plug_in()
+    pad.push(FORWARD, -1.0)
+    driven.until(lambda: " at " in driven.all(String)[-1].data and "gone" not in driven.all(String)[-1].data)
+    driven.run(1.0)
+    assert driven.speed() == 0.0
+    pad.press(DEAD_MAN)
+    driven.until(lambda: driven.speed() > 0.0)
+
+
+def test_stop_is_said_until_it_is_confirmed_and_needs_no_other_button(pad: Pad, driven: Driven) -> None:
+    pad.press(STOP)
+    driven.until(lambda: len(driven.all(Bool)) > 3)
+    pad.release(STOP)
+    driven.until(lambda: len(driven.all(Bool)) > 10)
+    assert all(press.data for press in driven.all(Bool))
+    driven.loop.publish("emergency_stop", Bool(True), "base")
+    driven.run(0.2)
+    count = len(driven.all(Bool))
+    driven.run(1.0)
+    assert len(driven.all(Bool)) == count
+
+
+def test_a_pad_that_says_nothing_for_long_has_let_go(pad: Pad) -> None:
+    driven = Driven(pad.path, drive={"patience": 1.0})
+    pad.push(FORWARD, -1.0)
+    pad.press(DEAD_MAN)
+    driven.until(lambda: driven.all(Twist) and driven.speed() > 0.0)
+    driven.run(2.0)
+    assert driven.speed() == 0.0
+    pad.push(FORWARD, -0.9)
+    driven.run(0.5)
+    assert driven.speed() == 0.0, "the button must be let go first"
+    driven.system.stop()
+
+
+def test_a_named_pad_that_is_not_there_is_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="js7 does not exist; plug it in"):
+        Driven(tmp_path / "js7")
+
+
+@given(st.binary(max_size=200), st.integers(1, 17))
+def test_any_bytes_in_any_pieces_are_events_within_bounds(data: bytes, piece: int) -> None:
+    whole, left = decode(data)
+    pieces, rest = list[PadEvent](), b""
+    for at in range(0, len(data), piece):
+        events, rest = decode(rest + data[at : at + piece])
+        pieces += events
+    assert (pieces, rest) == (whole, left) and len(left) < EVENT.size
+    assert all(-1.0 <= event.value <= 1.0 for event in whole)
+
+
+EVENTS = st.builds(
+    PadEvent,
+    st.sampled_from(["axis", "button"]),
+    st.sampled_from([TURN, FORWARD, CROSS, STOP, DEAD_MAN]),
+    st.sampled_from([-1.0, -0.3, 0.0, 0.05, 1.0]),
+    st.booleans(),
+)
+
+
+@given(st.lists(st.one_of(EVENTS, st.just("gone")), max_size=30))
+def test_nothing_drives_but_a_button_seen_up_then_pressed_and_still_held(events: list[Any]) -> None:
+    drive, up, held = GamepadDrive(LIMITS, GamepadParams()), False, False
+    for event in events:
+        if event == "gone":
+            drive.forget()
+            up = held = False
+            continue
+        stops = drive.hear(event)
+        assert stops == (event.kind == "button" and event.number == STOP and event.value != 0.0)
+        if event.kind == "button" and event.number == DEAD_MAN:
+            pressed = event.value != 0.0
+            held, up = pressed and up and not event.initial, not pressed
+        twist = drive.twist(DT)
+        assert (twist is not None) == held
+        if twist is not None:
+            v, w = twist
+            assert LIMITS.scale(v, w) == pytest.approx(1.0) and abs(v) <= drive.share * LIMITS.speed + 1e-9
+        assert 0.1 <= drive.share <= 1.0
+
+
+@pytest.mark.slow
+def test_gamepad_teleop_drives_and_stops_a_running_robot(pad: Pad) -> None:
+    """The whole command, as a person starts it."""
+    with fake_robot() as robot:
+        command = [sys.executable, "-m", "chefbot", "launch", "gamepad_teleop", f"page:={robot.url}"]
+        process = subprocess.Popen([*command, f"device:={pad.path}"], stdout=subprocess.PIPE, text=True)
+        assert process.stdout is not None
+        while "Gamepad" not in process.stdout.readline():
+            assert process.poll() is None
+        pad.push(FORWARD, -1.0)
+        pad.press(DEAD_MAN)
+        drive = robot.heard.get(timeout=PATIENCE)
+        while isinstance(drive, Drive) and drive.still:
+            drive = robot.heard.get(timeout=PATIENCE)
+        assert isinstance(drive, Drive) and drive.v == pytest.approx(0.5) and drive.w == 0.0
+        pad.press(STOP)
+        while not isinstance(robot.heard.get(timeout=PATIENCE), Stop):
+            pass
+        process.terminate()
+        process.communicate(timeout=PATIENCE)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import sys
-import tempfile
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
 from chefbot import __version__
+from chefbot.commands.ending import ended, find_a_place_for_kernels
 from chefbot.commands.keys import keys_app
 from chefbot.commands.tools.apps import add_tools
 from chefbot.errors import UserError
@@ -377,25 +375,8 @@ def doctor() -> None:
     run_doctor()
 
 
-def _find_a_place_for_kernels() -> None:
-    """Numba does not start without a folder for compiled kernels; where none can be written, a passing one does."""
-    usual = (Path(__file__).parent, Path.home() / ".cache", Path.home())
-    if "NUMBA_CACHE_DIR" not in os.environ and not any(os.access(folder, os.W_OK) for folder in usual):
-        folder = tempfile.mkdtemp(prefix="chefbot_kernels_")
-        os.environ["NUMBA_CACHE_DIR"] = folder
-        print(f"chefbot: no folder for compiled kernels can be written; they go to {folder}", file=sys.stderr)
-
-
 def main() -> None:
     """Run a verb; bad input is one sentence on stderr and exit code 2."""
-    _find_a_place_for_kernels()
-    try:
+    find_a_place_for_kernels()
+    with ended():
         app()
-    except UserError as error:
-        print(f"chefbot: {error}", file=sys.stderr)
-        raise SystemExit(2) from None
-    except KeyboardInterrupt:
-        raise SystemExit(130) from None
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise SystemExit(0) from None

@@ -1,0 +1,24 @@
+"""What is printed goes into files and pipes, too: `chefbot urdf > robot.urdf`."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FULL = Path("/dev/full")
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("verb", [["urdf"], ["--version"]])
+def test_a_full_disk_is_one_sentence(verb: list[str]) -> None:
+    with FULL.open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "chefbot", *verb],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert done.stderr == "chefbot: what it had to print could not be written: No space left on device\n"

@@ -19,12 +19,12 @@ import msgspec
 from rich.console import Console
 
 from chefbot.commands.kernels import GROUPS, groups_of
-from chefbot.commands.session import announce, show_remarks, stop_on_signals
+from chefbot.commands.session import announce, keep_going, show_remarks, stop_on_signals
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import WallClock
 from chefbot.runtime.launch import Launch, node_class, split
-from chefbot.runtime.loop import TIMER, Loop
+from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import LAST_WORDS
 from chefbot.runtime.system import System
 from chefbot.wire.bridge import Bridge
@@ -40,7 +40,6 @@ from chefbot.wire.session import Wire
 
 PR_SET_PDEATHSIG = 1
 """prctl(2), linux/prctl.h: a signal when the parent dies."""
-KEEP_GOING_NS = 1_000_000_000
 GRACE = 1.5
 """Seconds between being told to end and being gone."""
 
@@ -78,7 +77,7 @@ def run(order: Order, told: Input) -> None:
         loop.tap(show_remarks)
         loop.post(lambda: _begin(system, bridge, order, own))
         told.stop = loop.stop
-        _keep_going(loop)
+        keep_going(loop)
         Heart(loop, sys.stdin.fileno())
         try:
             with stop_on_signals(loop.stop):
@@ -123,11 +122,6 @@ def _begin(system: System, bridge: Bridge, order: Order, own: Launch) -> None:
         system.loop.publish(LAST_WORDS + word.topic, word.message(), WIRE, from_device=True)
     bridge.represent(system.nodes.values(), latched_topics(order.launch))
     announce(Console(highlight=False), system.nodes.values())
-
-
-def _keep_going(loop: Loop) -> None:
-    """A loop without events ends; nodes that only listen have none of their own."""
-    loop.at(loop.now_ns + KEEP_GOING_NS, TIMER, lambda: _keep_going(loop))
 
 
 def _loop(wire: Wire, process: str, own: Launch) -> Loop:

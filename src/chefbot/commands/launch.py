@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from chefbot.commands.launch_guest import guest_name, meet, watching
-from chefbot.commands.session import announce, session, show_remarks, start, stop_on_signals
+from chefbot.commands.session import announce, keep_going, session, show_remarks, start, stop_on_signals
 from chefbot.commands.warm import warm_kernels
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
@@ -157,6 +157,7 @@ def _run_nodes(system: System, launch: Launch, wire: Wire | None, folder: Path, 
             bridge = stack.enter_context(bridged(system, launch, wire, joins))
             start(system, split(launch)[0])
             stack.enter_context(others(bridge, system, launch, folder))
+            keep_going(system.loop)
         _announce(system, launch)
         _run(system, float(launch.args["duration"]))
 

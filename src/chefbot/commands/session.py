@@ -16,7 +16,7 @@ from chefbot.msgs.std_msgs import Header, String
 from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import Clock, PacedClock, StepClock, WallClock
 from chefbot.runtime.launch import Launch
-from chefbot.runtime.loop import DEVICE, Loop, Publication
+from chefbot.runtime.loop import DEVICE, TIMER, Loop, Publication
 from chefbot.runtime.node import Node
 from chefbot.runtime.record import Recorder
 from chefbot.runtime.system import System
@@ -24,6 +24,7 @@ from chefbot.runtime.system import System
 console = Console(highlight=False)
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
 TELL_NS = 1_000_000_000
+KEEP_GOING_NS = 1_000_000_000
 
 
 def clock_for(kind: str, speed: float) -> Clock:
@@ -108,6 +109,11 @@ def start(system: System, launch: Launch) -> None:
     system.loop.run(until=lambda: bool(outcome))  # not until a time: a wall clock may have passed it already
     if outcome[0] is not None:
         raise outcome[0]
+
+
+def keep_going(loop: Loop) -> None:
+    """A loop without events ends; nodes that only listen have none of their own, and others may speak to them."""
+    loop.at(loop.now_ns + KEEP_GOING_NS, TIMER, lambda: keep_going(loop))
 
 
 def announce(console: Console, nodes: Iterable[Node]) -> None:

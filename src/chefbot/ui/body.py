@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.nodes.joint_states import JOINTS, WHEELS, wheel_positions
 from chefbot.robot.spec import Robot
 from chefbot.ui.layers import FrameView
 
@@ -18,9 +21,11 @@ def make_glb(robot: Robot) -> bytes:
 
 
 def frame_views(message: TFMessage) -> dict[str, FrameView]:
-    """Frame to its place in its parent."""
+    """Frame to its place in its parent; not of the wheels, which are told as joints, so that they can be turned."""
     views = {}
     for one in message.transforms:
+        if one.child_frame_id in WHEELS:
+            continue
         at, turn = one.transform.translation, one.transform.rotation
         views[one.child_frame_id] = FrameView(
             name=one.child_frame_id,
@@ -33,6 +38,5 @@ def frame_views(message: TFMessage) -> dict[str, FrameView]:
 
 def wheel_angles(ticks: WheelTicks, robot: Robot) -> dict[str, float]:
     """Joint to angle in radians within one turn; positive is forward (REP-103: about +y)."""
-    turn = robot.motor.ticks_per_turn
-    counts = {"wheel_left_joint": ticks.left, "wheel_right_joint": ticks.right}
-    return {joint: math.tau * (count % turn) / turn for joint, count in counts.items()}
+    angles = np.mod(wheel_positions(ticks, robot), math.tau)
+    return dict(zip(JOINTS, angles.tolist(), strict=True))

@@ -1,0 +1,108 @@
+"""/joint_states and the wheels' frames: where the URDF has them, as fast as they turn."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.nodes.test_frames import matrix
+
+from chefbot.design.urdf import urdf
+from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.msgs.sensor_msgs import JointState
+from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.nodes.joint_states import PERIOD_NS
+from chefbot.robot.load import built_in_robots, load_robot
+from chefbot.robot.spec import Robot
+from chefbot.runtime.clock import StepClock
+from chefbot.runtime.launch import Launch, NodeEntry, load_launch
+from chefbot.runtime.loop import Loop
+from chefbot.runtime.system import System
+
+ROBOTS = {name: load_robot(name) for name in sorted(built_in_robots())}
+TICK_NS = 20_000_000
+
+
+class Told:
+    """What the node says of these ticks, one pair in 20 ms."""
+
+    def __init__(self, robot: Robot, ticks: list[tuple[int, int]], silence: float = 0.0) -> None:
+        loop = Loop(StepClock())
+        system = System(loop, robot, 1)
+        kinds = {"joint_states": "joint_states:JointStatesNode", "frames": "frames:FramesNode"}
+        nodes = {name: NodeEntry(kind=f"chefbot.nodes.{kind}") for name, kind in kinds.items()}
+        self.joints: list[JointState] = []
+        self.frames: list[TFMessage] = []
+        self.fixed: list[TFMessage] = []
+        for topic, heard in (("joint_states", self.joints), ("tf", self.frames), ("tf_static", self.fixed)):
+            loop.subscribe(topic, "test", heard.append)  # type: ignore[arg-type]
+        system.launch(Launch(name="t", about="", args={}, nodes=nodes))
+        for left, right in ticks:
+            loop.run(until_ns=loop.now_ns + TICK_NS)
+            loop.publish("wheel_ticks", WheelTicks(Header.of(loop.now_ns, ""), left, right), "board")
+        loop.run(until_ns=loop.now_ns + round(silence * 1e9))
+
+
+@given(st.sampled_from(sorted(ROBOTS)), st.integers(-(10**6), 10**6), st.integers(-(10**6), 10**6))
+def test_every_link_of_the_model_is_where_its_joints_put_it(name: str, left: int, right: int) -> None:
+    """What MuJoCo makes of the URDF at these angles is what the frames say; no link is without one."""
+    robot = ROBOTS[name]
+    told = Told(robot, [(left, right)])
+    model = mujoco.MjModel.from_xml_string(urdf(robot))
+    data = mujoco.MjData(model)
+    state = told.joints[-1]
+    for joint, angle in zip(state.name, state.position, strict=True):
+        data.joint(joint).qpos[0] = angle
+    mujoco.mj_kinematics(model, data)
+    frames = {one.child_frame_id: one for one in (*told.frames[-1].transforms, *told.fixed[-1].transforms)}
+    document = ET.fromstring(urdf(robot))
+    links = {link.attrib["name"] for link in document.findall("link")}
+    assert links - frames.keys() == {"base_footprint"}
+    assert {one.attrib["name"] for one in document.findall("joint") if one.attrib["type"] != "fixed"} == set(
+        state.name
+    )
+    for link in ("wheel_left_link", "wheel_right_link"):
+        at, turn = frames[link].transform.translation, frames[link].transform.rotation
+        assert frames[link].header.frame_id == "base_link"
+        assert (at.x, at.y, at.z) == pytest.approx(tuple(data.body(link).xpos), abs=1e-8)
+        seen = data.body(link).xmat.reshape(3, 3)
+        assert matrix([turn.w, turn.x, turn.y, turn.z]) == pytest.approx(seen, abs=1e-6)
+
+
+@given(st.lists(st.tuples(st.integers(-12, 12), st.integers(-12, 12)), min_size=3, max_size=60))
+def test_speeds_are_what_the_positions_do_and_come_at_a_sane_rate(steps: list[tuple[int, int]]) -> None:
+    robot = ROBOTS["chefbot"]
+    ticks = np.cumsum(steps, axis=0).tolist()
+    told = Told(robot, [(left, right) for left, right in ticks]).joints
+    per_turn = robot.motor.ticks_per_turn
+    ends = {TICK_NS * (index + 1): pair for index, pair in enumerate(ticks)}
+    for one in told:
+        assert one.position == pytest.approx(np.array(ends[one.header.stamp.ns]) * 2 * np.pi / per_turn)
+    for before, after in pairwise(told):
+        time_ns = after.header.stamp.ns - before.header.stamp.ns
+        assert time_ns >= PERIOD_NS
+        assert after.velocity == pytest.approx((after.position - before.position) / (time_ns / 1e9))
+
+
+def test_without_a_board_and_after_it_fell_silent_or_began_anew() -> None:
+    robot = ROBOTS["chefbot"]
+    never = Told(robot, [], silence=3.0)
+    assert [list(one.position) for one in never.joints] == [[0.0, 0.0]] * 3
+    assert len(never.frames) == 3 and all(len(one.velocity) == 0 for one in never.joints)
+    silent = Told(robot, [(0, 0), (0, 0), (5, 5)], silence=3.0).joints
+    assert len(silent) >= 4 and list(silent[-1].position) == list(silent[1].position)
+    assert len(silent[1].velocity) == 2 and len(silent[-1].velocity) == 0
+    anew = Told(robot, [(10**6, 10**6)] * 3 + [(0, 0)] * 3).joints
+    assert all(len(one.velocity) == 0 or not np.any(one.velocity) for one in anew)
+
+
+@pytest.mark.parametrize("name", ["base", "model_robot", "3dsensor", "amcl_demo", "robot_standalone"])
+def test_whoever_describes_the_robot_tells_its_joints(name: str) -> None:
+    kinds = {entry.kind for entry in load_launch(name).nodes.values()}
+    assert "chefbot.nodes.joint_states:JointStatesNode" in kinds

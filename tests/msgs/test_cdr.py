@@ -189,3 +189,8 @@ def test_numbers_are_rounded_whatever_they_are_made_of() -> None:
     assert scan.ranges.dtype == np.float32
     with pytest.raises(TypeError):
         LaserScan(angle_min="wide")
+
+
+def test_a_message_made_of_one_that_was_read_is_rounded_too() -> None:
+    read = LaserScan.from_cdr(LaserScan(angle_min=0.1).to_cdr())
+    assert LaserScan(angle_min=read.angle_min, angle_max=0.1).angle_max == read.angle_min

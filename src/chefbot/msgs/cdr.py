@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 import numpy as np
 
 from chefbot.msgs.fields import NUMPY_TYPES, FieldType, fields_of, ros_type
+from chefbot.msgs.precision import exact, single_floats
 from chefbot.msgs.source import Source
 
 if TYPE_CHECKING:
@@ -154,11 +155,17 @@ def _write_string(parts: list[Part], text: str, position: int) -> int:
 
 @cache
 def _reader(kind: type[Message]) -> Callable[[bytes, int], tuple[Any, int]]:
-    source = Source("def f(d, p):", refuse=_refuse, frombuffer=np.frombuffer)
+    source = Source("def f(d, p):", refuse=_refuse, frombuffer=np.frombuffer, exact=exact)
     run: list[tuple[str, str]] = []
     result = _read_fields(source, kind, "m", run)
     _flush_reads(source, run)
-    source.add(f"return {result}, p")
+    floats = single_floats(kind)
+    if floats:
+        source.add(f"exact[0] = m_{floats[0]}")
+    source.add(f"m = {result}")
+    if floats:
+        source.add("exact[0] = None")
+    source.add("return m, p")
     return source.compile()
 
 

@@ -16,19 +16,31 @@ if TYPE_CHECKING:
     from chefbot.msgs.base import Message
 
 
+exact: list[float | None] = [None]
+"""The first single float of the message that is just being read: what was read has the wire's precision already."""
+
+
+def single_floats(kind: type[Message]) -> list[str]:
+    """Names of a type's fields of that precision."""
+    return [one.name for one in fields_of(kind) if one.element == "float32" and not one.is_array]
+
+
 def rounding(kind: type[Message]) -> Callable[[Any], None] | None:
     """A function that rounds a new message's single floats, and makes its sequences of numbers arrays of their type.
 
     None for a type that has neither.
     """
     numbers = [field for field in fields_of(kind) if field.element in NUMPY_TYPES]
-    floats = [field.name for field in numbers if field.element == "float32" and not field.is_array]
+    floats = single_floats(kind)
     arrays = [field for field in numbers if field.is_array]
     if not floats and not arrays:
         return None
-    source = Source("def f(m):", put=force_setattr, array=array, asarray=np.asarray, ndarray=np.ndarray)
+    source = Source(
+        "def f(m):", put=force_setattr, array=array, asarray=np.asarray, ndarray=np.ndarray, exact=exact
+    )
     if floats:
         values = ", ".join(f"m.{name}" for name in floats)
+        source.add(f"if m.{floats[0]} is exact[0]: return")
         source.add(f"v = array('f', ({values},)).tolist()")
         source.add(*(f"put(m, '{name}', v[{place}])" for place, name in enumerate(floats)))
     for field in arrays:

@@ -25,16 +25,26 @@ class Attachment(NamedTuple):
     """16 bytes."""
 
     def pack(self) -> bytes:
-        """As Zenoh's serializer writes (int64, int64, bytes)."""
-        return _FORM.pack(self.sequence, self.stamp_ns, GID_SIZE, self.gid)
+        """Its bytes."""
+        return pack(*self)
+
+
+def pack(sequence: int, stamp_ns: int, gid: bytes) -> bytes:
+    """As Zenoh's serializer writes (int64, int64, bytes)."""
+    return _FORM.pack(sequence, stamp_ns, GID_SIZE, gid)
 
 
 def unpack(data: bytes | None) -> Attachment:
-    """The attachment. WireError when it is missing or of another form, e.g. that of Jazzy before 0.2.4."""
+    """The attachment. WireError as `checked`."""
+    return Attachment._make(_FIELDS.unpack(checked(data)))
+
+
+def checked(data: bytes | None) -> bytes:
+    """An attachment's bytes. WireError when there are none or of another form, e.g. that of Jazzy before 0.2.4."""
     if data is None:
         raise WireError("no attachment")
     if len(data) != SIZE:
         raise WireError(f"an attachment of {len(data)} bytes instead of {SIZE}")
     if data[_GID_SIZE_AT] != GID_SIZE:
         raise WireError(f"an attachment whose gid has {data[_GID_SIZE_AT]} bytes")
-    return Attachment._make(_FIELDS.unpack(data))
+    return data

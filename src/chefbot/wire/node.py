@@ -10,13 +10,13 @@ import zenoh
 from chefbot.msgs.base import Message
 from chefbot.msgs.cdr import decode
 from chefbot.msgs.service import Service
-from chefbot.wire.attachment import Attachment
+from chefbot.wire.attachment import unpack
 from chefbot.wire.names import WireType, check_namespace, check_node_name, has_byte_array, resolve, topic_key
 from chefbot.wire.publisher import Publisher
 from chefbot.wire.qos import DEFAULT, QoS
 from chefbot.wire.service import TIMEOUT, Call, Client, Server
 from chefbot.wire.session import Wire
-from chefbot.wire.subscription import Receive, Subscription
+from chefbot.wire.subscription import Receive, Subscription, Take
 from chefbot.wire.tokens import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, End, NodeId, Token
 
 M = TypeVar("M", bound=Message)
@@ -62,23 +62,30 @@ class WireNode:
     ) -> Subscription:
         """Call `callback(message)` in Zenoh's thread; what is no such message is counted and refused."""
 
-        def receive(data: bytes, _: Attachment) -> None:
+        def take(data: bytes, _: bytes) -> None:
             callback(decode(kind, data))
 
         buffered = has_byte_array(kind) and not qos.latched
-        return self.raw_subscription(topic, WireType.of(kind), receive, qos, buffered=buffered)
+        return self._subscribe(topic, WireType.of(kind), take, qos, buffered)
 
     def raw_subscription(
         self, topic: str, kind: WireType, receive: Receive, qos: QoS = DEFAULT, *, buffered: bool = False
     ) -> Subscription:
         """Call `receive(cdr bytes, attachment)`: also for types that we have no class of."""
+
+        def take(data: bytes, beside: bytes) -> None:
+            receive(data, unpack(beside))
+
+        return self._subscribe(topic, kind, take, qos, buffered)
+
+    def _subscribe(self, topic: str, kind: WireType, take: Take, qos: QoS, buffered: bool) -> Subscription:
         backends = CPU_BACKEND if buffered else ""
         token = self._end(SUBSCRIPTION, topic, kind, qos, backends)
         made = Subscription(
             self.wire,
             self._key(token),
             qos,
-            receive,
+            take,
             topic=_name(token),
             remote_only=self._remote_only,
             buffered=buffered,

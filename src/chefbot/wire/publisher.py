@@ -10,7 +10,7 @@ import zenoh
 from zenoh import ext
 
 from chefbot.msgs.base import Message
-from chefbot.wire.attachment import Attachment
+from chefbot.wire.attachment import pack
 from chefbot.wire.qos import KEEP_ALL, QoS
 from chefbot.wire.session import Wire
 
@@ -45,8 +45,8 @@ class Publisher(Generic[M]):
         """A message that is CDR already."""
         with self._lock:  # the order of numbers is that of samples
             self._sequence += 1
-            attachment = Attachment(self._sequence, time.time_ns(), self.gid)
-            self._zenoh.put(data, attachment=attachment.pack())
+            beside = pack(self._sequence, time.time_ns(), self.gid)
+            self._zenoh.put(data, attachment=beside)
 
     def close(self) -> None:
         """Speak no more."""

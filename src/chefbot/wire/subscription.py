@@ -9,7 +9,7 @@ import zenoh
 from zenoh import ext, handlers
 
 from chefbot.msgs.cdr import CdrError
-from chefbot.wire.attachment import Attachment, unpack
+from chefbot.wire.attachment import Attachment, checked, unpack
 from chefbot.wire.errors import Tally, WireError
 from chefbot.wire.qos import QoS
 from chefbot.wire.session import Wire
@@ -17,6 +17,8 @@ from chefbot.wire.threads import keep_state
 
 Receive = Callable[[bytes, Attachment], None]
 """Called in Zenoh's thread with a sample's CDR bytes; CdrError or WireError raised there are counted."""
+Take = Callable[[bytes, bytes], None]
+"""The same with the attachment's bytes, which are of the right form: most do not look into them."""
 CPU_BUFFERS = "_buf_cpu"
 """Where newer rmw_zenoh sends types with `uint8[]` to those who ask for it (`backends:cpu:`)."""
 
@@ -35,7 +37,7 @@ class Subscription:
         wire: Wire,
         key: str,
         qos: QoS,
-        receive: Receive,
+        take: Take,
         *,
         topic: str,
         remote_only: bool = False,
@@ -43,15 +45,15 @@ class Subscription:
     ) -> None:
         self.key = key
         self.qos = qos
-        self._receive = receive
+        self._give = take
         self._topic = topic
         self._refused: Tally = wire.refused
         origin = zenoh.Locality.REMOTE if remote_only else zenoh.Locality.ANY
-        take = handlers.Callback(self._take, indirect=False)  # else each costs a thread, and a turn of it
+        callback = handlers.Callback(self._take, indirect=False)  # else each costs a thread, and a turn of it
         keys = [key, f"{key}/{CPU_BUFFERS}"] if buffered else [key]
         self._last: dict[bytes, int] | None = {} if buffered else None
         """Of each publisher the last number, where one sample may come on both keys."""
-        self._zenoh = [_declare(wire.session, one, qos, take, origin) for one in keys]
+        self._zenoh = [_declare(wire.session, one, qos, callback, origin) for one in keys]
 
     def close(self) -> None:
         """Listen no more."""
@@ -61,10 +63,10 @@ class Subscription:
     def _take(self, sample: zenoh.Sample) -> None:
         keep_state()
         try:
-            beside = sample.attachment
-            attachment = unpack(None if beside is None else beside.to_bytes())
-            if self._last is None or self._is_new(attachment, self._last):
-                self._receive(sample.payload.to_bytes(), attachment)
+            found = sample.attachment
+            beside = checked(None if found is None else found.to_bytes())
+            if self._last is None or self._is_new(unpack(beside), self._last):
+                self._give(sample.payload.to_bytes(), beside)
         except (WireError, CdrError) as error:
             self._refused.add(f"{self._topic}: {error}")
 

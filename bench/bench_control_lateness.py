@@ -1,7 +1,9 @@
 """How late the wheels' and the controller's loops are while SLAM uses a whole core, in processes, at real time.
 
-A built robot's launch on the emulated board: base, odometry and the board's driver in the launch's own process, the
-controller in a second one, and a third that is as busy as a mapper can be: it never rests. A witness beside the
+A built robot's launch on the emulated board: base, odometry and the drivers of board and lidar in the launch's own
+process, the controller in a second one, the mapper in a third; and the simulated hotel, where the simulator is in the
+base's process, as it is on no robot. The mapper's process is idle, or is a loop that never rests, or maps what the
+lidar sees while the robot turns, without and with a thread beside it that never rests. A witness beside the
 base (20 Hz) and another beside the controller (10 Hz, while it turns the robot) tell when each command was really
 said; the most punctual of a run is what counts as in time.
 
@@ -18,6 +20,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -41,21 +44,44 @@ WITNESS = "tests.chaos.lateness:LatenessNode"
 LOOPS = {"base": "cmd_vel", "controller": "cmd_vel_nav"}
 SETTLE = 5.0
 """Seconds after the first command in which kernels are still loaded."""
+BUSY, ROOM = "tests.chaos.lateness:BusyNode", "tests.chaos.lateness:RoomScanNode"
+GMAPPING = {"gmapping": {"kind": "chefbot.nodes.gmapping:GmappingNode", "process": "slam"}}
 
 
-def launch_file(folder: Path, port: Path, busy: bool) -> Path:
-    """For the board at `port`."""
+def busy(**params: bool) -> dict[str, Any]:
+    """A node that keeps the mapper's process from resting."""
+    return {"busy": {"kind": BUSY, "process": "slam", "params": params}}
+
+
+MAPPERS = {
+    "idle": busy(busy=False),
+    "a loop that never rests": busy(),
+    "gmapping": GMAPPING,
+    "gmapping and a thread that never rests": {**GMAPPING, **busy(beside=True)},
+}
+
+
+def launch_file(folder: Path, mapper: dict[str, Any], port: Path | None) -> Path:
+    """For the board at `port`; in the simulated hotel if there is none."""
     nodes = {
-        "board": {"kind": "chefbot.devices.board:BoardDevice", "params": {"port": str(port)}},
         "controller": {"kind": "chefbot.nodes.controller:ControllerNode", "process": "navigation"},
-        "slam": {"kind": "tests.chaos.lateness:BusyNode", "process": "slam", "params": {"busy": busy}},
+        **mapper,
     }
+    launch: dict[str, Any] = {
+        "args": {"robot": "chefbot_lidar"},
+        "include": ["simulator", "base"],
+        "nodes": nodes,
+    }
+    if port is not None:
+        nodes["board"] = {"kind": "chefbot.devices.board:BoardDevice", "params": {"port": str(port)}}
+        nodes["lidar"] = {"kind": ROOM}
+        launch |= {"clock": "wall", "include": ["base"]}
     for loop, topic in LOOPS.items():
         remap = {"ticks": topic, "offset": f"{loop}_offset"}
         home = "navigation" if loop == "controller" else ""
         nodes[f"{loop}_witness"] = {"kind": WITNESS, "remap": remap, "process": home}
     path = folder / "built.yaml"
-    path.write_text(yaml.safe_dump({"clock": "wall", "include": ["base"], "nodes": nodes}))
+    path.write_text(yaml.safe_dump(launch))
     return path
 
 
@@ -78,10 +104,11 @@ def measure(node: WireNode, one: Launched, seconds: float) -> tuple[dict[str, li
 
 
 @contextmanager
-def built(folder: Path, busy: bool) -> Iterator[tuple[Launched, WireNode]]:
+def running(folder: Path, mapper: dict[str, Any], *, simulated: bool) -> Iterator[tuple[Launched, WireNode]]:
     """It runs until this is left."""
-    board = Emulator(folder)
-    one = Launched(["launch", str(launch_file(folder, board.path, busy)), "headless:=true"], free_port())
+    board = None if simulated else Emulator(folder, "chefbot_lidar")
+    file = launch_file(folder, mapper, None if board is None else board.path)
+    one = Launched(["launch", str(file), "headless:=true"], free_port())
     try:
         with Wire(port=one.port, router=False) as wire, WireNode(wire, "bench") as node:
             yield one, node
@@ -91,21 +118,28 @@ def built(folder: Path, busy: bool) -> Iterator[tuple[Launched, WireNode]]:
             one.process.communicate(timeout=10.0)
         except subprocess.TimeoutExpired:
             one.process.kill()
-        board.close()
+        if board is not None:
+            board.close()
 
 
 def main(seconds: float) -> None:
     """Print the table."""
-    for busy in (False, True):
+    rows = [(name, False) for name in MAPPERS] + [(name, True) for name in list(MAPPERS)[2:]]
+    for name, simulated in rows:
         load = os.getloadavg()[0]
-        with tempfile.TemporaryDirectory() as folder, built(Path(folder), busy) as (one, node):
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            running(Path(folder), MAPPERS[name], simulated=simulated) as (one, node),
+        ):
             offsets, share = measure(node, one, seconds)
-        print(f"SLAM's process uses {share:.2f} of {os.cpu_count()} cores; load before {load:.1f}")
+        place = "simulator beside the base" if simulated else "built robot"
+        print(f"{place}; mapper's process: {name}")
+        print(f"  it uses {share:.2f} of {os.cpu_count()} cores; load before {load:.1f}")
         for loop, said in offsets.items():
             late = late_ms(said)
             p50, p99 = np.percentile(late, [50, 99])
             figures = f"median {p50:5.2f} ms, p99 {p99:6.2f} ms, worst {late.max():6.2f} ms"
-            print(f"  {loop:10} {len(late):5} commands, late by {figures}")
+            print(f"  {loop:10} {len(late):5} commands, late by {figures}", flush=True)
 
 
 if __name__ == "__main__":

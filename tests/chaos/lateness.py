@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import threading
+
 import msgspec
 import numpy as np
 
 from chefbot.msgs.geometry_msgs import Twist
-from chefbot.msgs.std_msgs import Float64
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.node import In, Node, NoParams, Out, every
+from chefbot.runtime.transforms import TransformError
 
 
 class LatenessNode(Node):
@@ -32,19 +36,64 @@ def late_ms(offsets: list[float]) -> np.ndarray:
 
 class BusyParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     busy: bool = True
+    beside: bool = False
+    """In a thread of its own, so that the process's other nodes go on."""
 
 
 class BusyNode(Node):
-    """Leaves its process no rest: it counts for nearly all of its period."""
+    """Leaves its process no rest: it counts for nearly all of its period, or all the time beside it."""
 
     params: BusyParams
 
+    def start(self) -> None:
+        """Counting holds the interpreter, as a careless node would."""
+        self._ended = threading.Event()
+        if self.params.busy and self.params.beside:
+            threading.Thread(target=self._count, name="busy", daemon=True).start()
+
+    def stop(self) -> None:
+        self._ended.set()
+        super().stop()
+
     @every(hz=10)
     def count(self) -> None:
-        """Counting holds the interpreter, as a careless node would."""
         until = wall_ns() + 95_000_000
-        while self.params.busy and wall_ns() < until:
+        while self.params.busy and not self.params.beside and wall_ns() < until:
             pass
+
+    def _count(self) -> None:
+        while not self._ended.is_set():
+            pass
+
+
+class RoomScanNode(Node):
+    """A lidar in an empty room of 6 m by 5 m, at the place that odometry tells: scans for a robot without a world."""
+
+    params: NoParams
+    scan: Out[LaserScan]
+
+    @every(hz=10)
+    def look(self) -> None:
+        lidar = self.robot.sensors.lidar
+        assert lidar is not None
+        try:
+            x, y, yaw = self.tf.lookup("odom", "laser")
+        except TransformError:
+            return  # nothing is known yet
+        angles = np.linspace(-np.pi, np.pi, lidar.beams, endpoint=False)
+        along, across = np.cos(angles + yaw), np.sin(angles + yaw)
+        with np.errstate(divide="ignore"):
+            walls = [
+                np.abs((np.copysign(half, d) - at) / d) for half, at, d in ((3.0, x, along), (2.5, y, across))
+            ]
+        ranges = np.minimum(*walls).astype(np.float32)
+        header, step = Header.of(self.now_ns, "laser"), float(angles[1] - angles[0])
+        limits = (lidar.range_min, lidar.range_max)
+        self.scan.publish(
+            LaserScan(
+                header, float(angles[0]), float(angles[-1]), step, 0.0, 1.0 / lidar.rate, *limits, ranges
+            )
+        )
 
 
 class PonderParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,8 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 200)  # tests that run at once do not hear each other
 os.environ["CHEFBOT_WIRE_PORT"] = str(21000 + os.getpid() % 10000)
+
+os.environ["CHEFBOT_STATE"] = tempfile.mkdtemp(prefix="chefbot_state_")  # no test stops the owner's robot
 
 REPOSITORY = Path(__file__).parent.parent
 

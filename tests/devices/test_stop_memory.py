@@ -1,0 +1,158 @@
+"""A robot whose programs end while it is stopped, however they end, starts stopped; any page releases it."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from chefbot.devices.stop_memory import NOT_KNOWN, STOPPED, StopFile
+from chefbot.msgs.std_msgs import Bool
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import StepClock
+from chefbot.runtime.launch import Launch, NodeEntry
+from chefbot.runtime.loop import Loop
+from chefbot.runtime.system import System
+
+PATIENCE = 60.0
+ROBOT = load_robot("chefbot")
+LAUNCH = """
+about: What remembers a STOP, and the base.
+clock: wall
+args: {wire: "off"}
+nodes:
+  base: {kind: "chefbot.nodes.base:BaseNode"}
+  memory: {kind: "chefbot.devices.stop_memory:StopMemoryDevice"}
+  finger: {kind: "finger:Finger"}
+"""
+FINGER = '''
+from chefbot.msgs.std_msgs import Bool
+from chefbot.runtime.node import Device, NoParams, Out, every
+
+
+class Finger(Device):
+    """Presses STOP after a second."""
+
+    params: NoParams
+    stop_request: Out[Bool]
+
+    @every(hz=1)
+    def press(self) -> None:
+        self.stop_request.publish(Bool(True))
+'''
+
+
+class Life:
+    """Base and memory from their start on."""
+
+    def __init__(self) -> None:
+        self.loop = Loop(StepClock())
+        self.system = System(self.loop, ROBOT, 1)
+        self.said: list[bool] = []
+        self.remarks: list[str] = []
+        self.loop.subscribe("emergency_stop", "test", lambda one: self.said.append(one.data))  # type: ignore[attr-defined]
+        self.loop.subscribe("memory/remark", "test", lambda one: self.remarks.append(one.data))  # type: ignore[attr-defined]
+        nodes = {
+            "base": NodeEntry(kind="chefbot.nodes.base:BaseNode"),
+            "memory": NodeEntry(
+                kind="chefbot.devices.stop_memory:StopMemoryDevice",
+                remap={"stop_memory/remark": "memory/remark"},
+            ),
+        }
+        self.system.launch(Launch(name="t", about="", args={}, nodes=nodes))
+        self.run()
+
+    def run(self) -> None:
+        self.loop.run(until_ns=self.loop.now_ns + 10_000_000)
+
+    def ask(self, press: bool) -> None:
+        self.loop.publish("stop_request", Bool(press), "page")
+        self.run()
+
+    def end(self) -> None:
+        self.system.stop()
+
+
+def until(condition: Callable[[], bool]) -> None:
+    give_up = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < give_up
+        time.sleep(0.02)
+
+
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(st.lists(st.booleans(), max_size=3), min_size=1, max_size=4))
+def test_it_starts_as_it_ended(
+    tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch, lives: list[list[bool]]
+) -> None:
+    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path_factory.mktemp("state") / "not" / "there"))
+    stopped = False
+    for words in lives:
+        life = Life()
+        assert life.said[-1] is stopped
+        assert life.remarks == [STOPPED] * stopped
+        for word in words:
+            life.ask(word)
+            stopped = word
+            assert life.said[-1] is stopped
+        life.end()
+
+
+def test_who_cannot_know_is_stopped_and_can_be_released(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("where a folder should be")
+    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path / "file"))
+    life = Life()
+    assert life.said[-1] is True and life.remarks[0].startswith(NOT_KNOWN)
+    life.ask(False)
+    assert life.said[-1] is False
+    life.end()
+
+
+def test_a_full_disk_keeps_a_stop_and_what_cannot_be_kept_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
+    life = Life()
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "write", full)  # nothing is written, only renamed
+    life.ask(True)
+    until(lambda: StopFile(tmp_path, "robot").read())
+    monkeypatch.setattr(Path, "replace", full)
+    life.ask(False)
+    until(lambda: (life.run(), bool(life.remarks))[1])
+    assert "cannot be kept: No space" in life.remarks[-1]
+    life.end()
+
+
+@pytest.mark.slow
+def test_a_robot_that_is_killed_while_stopped_is_stopped_when_it_is_started_again(tmp_path: Path) -> None:
+    path = tmp_path / "finger.yaml"
+    path.write_text(LAUNCH)
+    (tmp_path / "finger.py").write_text(FINGER)
+    state = tmp_path / "state"
+
+    def run(*words: str) -> subprocess.Popen[str]:
+        command = [sys.executable, "-m", "chefbot", "launch", str(path), *words]
+        environment = {**os.environ, "CHEFBOT_STATE": str(state)}
+        return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+
+    first = run()
+    until(lambda: (state / "robot.stopped").exists())
+    first.send_signal(signal.SIGKILL)
+    first.communicate()
+    path.write_text(LAUNCH.replace("  finger:", "  # finger:"))
+    assert STOPPED in run("duration:=1").communicate(timeout=PATIENCE)[0]

@@ -92,7 +92,7 @@ def test_the_chefbot_is_what_its_chapter_asks_for():
         ("body", "clearance", "-1 cm", "body.clearance"),
         ("plates", "notch__depth", "0.1 cm", "plates.notch: lies outside the plate"),
         ("plates", "notch__length", "29 cm", "plates.notch: lies outside the plate"),
-        ("plates", "notch__depth", "20 cm", "plates.notch: lies outside the plate"),
+        ("plates", "notch__depth", "20 cm", "plates.notch.depth: is deeper than the plate"),
         ("plates", "centre_hole", "25 cm", "plates.centre_hole"),
         ("plates", "material", "acryl", "did you mean 'acrylic'"),
         ("plates", "screw_hole", "14 mm", "as wide as the poles"),

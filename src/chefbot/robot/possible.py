@@ -39,8 +39,15 @@ def _materials(robot: Robot) -> Iterator[Contradiction]:
 def _plates(robot: Robot) -> Iterator[Contradiction]:
     plates, radius, notch = robot.plates, robot.body.radius, robot.plates.notch
     floor = layout.notch_floor(robot)
-    outside = notch is not None and (notch.depth >= radius or math.hypot(notch.length / 2, floor) >= radius)
-    yield outside, "plates.notch", f"lies outside the plate of {mm(radius)} radius; make it deeper or shorter"
+    if notch is not None:
+        too_deep = f"is deeper than the plate of {mm(radius)} radius; make it shallower"
+        yield notch.depth >= radius, "plates.notch.depth", too_deep
+        outside = math.hypot(notch.length / 2, floor) >= radius
+        yield (
+            outside,
+            "plates.notch",
+            f"lies outside the plate of {mm(radius)} radius; make it deeper or shorter",
+        )
     yield (
         plates.centre_hole / 2 >= floor,
         "plates.centre_hole",

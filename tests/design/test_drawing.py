@@ -7,8 +7,11 @@ import hashlib
 import itertools
 import math
 import os
+import re
+import shutil
 import subprocess
 import sys
+import zlib
 from collections.abc import Iterator
 from functools import lru_cache
 from io import StringIO
@@ -155,6 +158,45 @@ def test_librecad_prints_it_to_scale_with_legible_sizes(name: str, sheet: str) -
     for one in document.modelspace().query("DIMENSION"):
         if one.dimtype in (3, 4):
             assert ("Ø" if one.dimtype == 3 else "R") in one.dxf.text
+
+
+LIBRECAD = shutil.which("librecad")
+POINTS = 72 / 25.4
+"""Of a PDF in a millimetre."""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(LIBRECAD is None, reason="needs LibreCAD: apt-get install librecad")
+@pytest.mark.parametrize("sheet", ["base_plate", "tube", "assembly"])
+def test_librecad_itself_opens_it_and_fills_the_paper(sheet: str, tmp_path: Path) -> None:
+    """The frame in its print reaches the margins: it was printed to scale, nothing fits itself."""
+    drawing, file = draw(CHEFBOT, sheet), tmp_path / f"{sheet}.dxf"
+    file.write_bytes(dxf_bytes(dxf_document(drawing)))
+    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
+    subprocess.run([str(LIBRECAD), "dxf2pdf", str(file)], env=environment, capture_output=True, check=True)
+    text = file.with_suffix(".pdf").read_bytes()
+    media = re.search(rb"/MediaBox \[0 0 (\S+) (\S+)\]", text)
+    assert media is not None
+    assert [float(side) for side in media.groups()] == pytest.approx(
+        [side * POINTS for side in drawing.paper], abs=1.0
+    )
+    lines = printed_lines(text)
+    width, height = drawing.paper
+    assert np.ptp(lines, axis=0) / POINTS == pytest.approx(
+        [width - BINDING - MARGIN, height - 2 * MARGIN], abs=1.0
+    )
+
+
+def printed_lines(pdf: bytes) -> np.ndarray:
+    """Ends of all lines of a PDF that Qt wrote, (n, 2) in points; it scales once, at the beginning."""
+    (page,) = [
+        zlib.decompress(stream)
+        for stream in re.findall(rb"stream\r?\n(.*?)\r?\nendstream", pdf, flags=re.DOTALL)
+        if stream[:1] == b"x" and b" l\n" in zlib.decompress(stream)
+    ][:1]
+    scale = float(re.search(rb"([\d.]+) 0 0 -?[\d.]+ \S+ \S+ cm", page)[1])  # type: ignore[index]
+    drawn = page.rpartition(b"W* n")[2]  # behind the path that clips to the page
+    return scale * np.array([[float(x), float(y)] for x, y in re.findall(rb"(\S+) (\S+) [ml]\b", drawn)])
 
 
 @pytest.mark.parametrize("what", CHAPTER)

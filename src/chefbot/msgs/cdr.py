@@ -127,9 +127,12 @@ def _write_numbers(source: Source, field: FieldType, place: str, run: list[tuple
     else:
         run.append(("I", "a.size"))
     _flush_writes(source, run)
+    source.add("if a.size:")
     if _needs_gap(field):
-        source.add(f"if a.size: g = -p % {dtype.itemsize}; b.append(bytes(g)); p += g")
-    source.add("b.append(a.data if a.size > 999 else a.tobytes()); p += a.nbytes")  # the former saves a copy
+        source.add(f"    g = -p % {dtype.itemsize}; b.append(bytes(g)); p += g")
+    source.add(
+        "    b.append(a.data if a.size > 999 else a.tobytes()); p += a.nbytes"
+    )  # the former saves a copy
 
 
 def _needs_gap(field: FieldType) -> bool:
@@ -191,7 +194,7 @@ def _read_variable(source: Source, field: FieldType, target: str, run: list[tupl
     _flush_reads(source, run)
     if field.element == "string" and not field.is_array:
         source.add("if not 0 < n <= len(d) - p: refuse()")
-        source.add(f"{target} = str(d[p : p + n - 1], 'utf-8'); p += n")
+        source.add(f"{target} = d[p : p + n - 1].decode(); p += n")
     elif field.element == "string" or field.message is not None:
         reader = source.name(_read_string if field.message is None else _reader(field.message))
         most = f"min({field.bound}, len(d) - p)" if field.bound else "len(d) - p"
@@ -233,4 +236,4 @@ def _read_string(data: bytes, position: int) -> tuple[str, int]:
     position += packer.size
     if not 0 < length <= len(data) - position:
         _refuse()
-    return str(data[position : position + length - 1], "utf-8"), position + length
+    return data[position : position + length - 1].decode(), position + length

@@ -22,7 +22,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 
-def ros(name: str, **fields: Any) -> type[Any]:
+def ros(name: str, /, **fields: Any) -> type[Any]:
     """`package/Name` as ROS 2 calls it on DDS."""
     package, _, short = name.partition("/")
     return make_idl_struct(f"{short}_", f"{package}::msg::dds_::{short}_", fields)
@@ -65,6 +65,16 @@ MapMetaData_ = ros(
 OccupancyGrid_ = ros("nav_msgs/OccupancyGrid", header=Header_, info=MapMetaData_, data=sequence[int8])
 Unheard_ = ros("elsewhere_msgs/Unheard", data=str)
 Shorter_ = ros("geometry_msgs/Twist", linear=Vector3_)  # not what others call so
+KeyValue_ = ros("diagnostic_msgs/KeyValue", key=str, value=str)
+DiagnosticStatus_ = ros(
+    "diagnostic_msgs/DiagnosticStatus",
+    level=uint8,  # a byte, as ROS 2's own DDS layers tell it
+    name=str,
+    message=str,
+    hardware_id=str,
+    values=sequence[KeyValue_],
+)
+DiagnosticArray_ = ros("diagnostic_msgs/DiagnosticArray", header=Header_, status=sequence[DiagnosticStatus_])
 Gid_ = ros("rmw_dds_common/Gid", data=array[uint8, 16])
 NodeEntitiesInfo_ = ros(
     "rmw_dds_common/NodeEntitiesInfo",
@@ -84,6 +94,7 @@ TYPES = {
     "Image": Image_,
     "OccupancyGrid": OccupancyGrid_,
     "Unheard": Unheard_,
+    "DiagnosticArray": DiagnosticArray_,
     "Shorter": Shorter_,
 }
 LATCHED = (Policy.Durability.TransientLocal, Policy.History.KeepLast(1))

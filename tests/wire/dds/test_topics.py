@@ -11,6 +11,7 @@ import pytest
 from tests.waiting import wait_for
 from tests.wire.dds.other import Peer
 
+from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
 from chefbot.msgs.sensor_msgs import Image, LaserScan
@@ -20,7 +21,10 @@ from chefbot.wire.qos import LATCHED, SENSOR, TRANSIENT_LOCAL, QoS
 
 pytest.importorskip("cyclonedds", reason="needs Cyclone DDS: pip install 'chefbot[dds]'")
 
+from tests.wire.dds import peer as peer_types
+
 from chefbot.wire.dds.bridge import DdsBridge
+from chefbot.wire.dds.types import idl_struct
 
 
 def test_robot_is_heard(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
@@ -40,6 +44,15 @@ def test_robot_is_heard(robot: WireNode, bridge: DdsBridge, peers: Callable[[], 
     assert got[0] == ["laser", 640, 1600.0]
     got = wait_for(lambda: said(pictures, picture, "rt/robot1/image"), "a picture")
     assert got[0] == [480, 640, "rgb8", 921_600, 3 * 921_600]
+
+
+def test_types_are_told_as_ros_2_tells_them() -> None:
+    """Fast DDS 3 connects only ends that tell the same type; to ROS 2's DDS layers a byte is uint8."""
+    ours, by_hand = (
+        one.__idl__.get_type_info() for one in (idl_struct(DiagnosticArray), peer_types.DiagnosticArray_)
+    )
+    assert ours.minimal.typeid_with_size == by_hand.minimal.typeid_with_size
+    assert ours.complete.typeid_with_size == by_hand.complete.typeid_with_size
 
 
 def test_robot_is_commanded(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:

@@ -16,10 +16,11 @@ from chefbot.msgs.fields import FieldType, fields_of, ros_type
 from chefbot.wire.names import WireType
 
 _PRIMITIVES = {
-    "bool": bool, "byte": types.byte, "string": str, "int8": types.int8, "uint8": types.uint8,
+    "bool": bool, "byte": types.uint8, "string": str, "int8": types.int8, "uint8": types.uint8,
     "int16": types.int16, "uint16": types.uint16, "int32": types.int32, "uint32": types.uint32,
     "int64": types.int64, "uint64": types.uint64, "float32": types.float32, "float64": types.float64,
 }  # fmt: skip
+"""A byte is uint8, as rmw_cyclonedds (dyntype.cpp) and rmw_fastrtps (TypeSupport_impl.cpp) tell it: DDS compares."""
 
 
 @cache

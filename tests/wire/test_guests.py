@@ -128,3 +128,29 @@ def test_the_keys_of_another_machine_drive(network: Network) -> None:
     until(lambda: abs(place_of(page)[2]) < 0.01)
     os.close(mine)
     os.close(theirs)
+
+
+def test_stop_is_one_for_all_pages_of_all_machines(network: Network) -> None:
+    network.chefbot("robot1", "launch", "chefbot_empty_world", "robot:=chefbot_lidar", "pictures:=0")
+    join = ("robot:=chefbot_lidar", "--join", f"tls/{network.address('robot1')}")
+    network.chefbot("alice", "launch", "remote_page", *join)
+    here, there = network.page_user("robot1"), network.page_user("alice")
+
+    def shows(page: Machine, stopped: bool, asked: bool = False) -> bool:
+        status = page.ask("now status")
+        assert isinstance(status, dict)
+        return (status["stopped"], status["stop_asked"]) == (stopped, asked)
+
+    until(lambda: place_of(there) is not None)
+    there.ask('do {"do":"stop"}')
+    until(lambda: shows(here, True) and shows(there, True))
+    here.ask('do {"do":"resume"}')
+    until(lambda: shows(here, False) and shows(there, False))
+    network.link("alice", "down")
+    there.ask('do {"do":"stop"}')
+    until(lambda: shows(there, False, asked=True))
+    assert shows(here, False)
+    network.link("alice", "up")
+    until(lambda: shows(here, True) and shows(there, True))
+    there.ask('do {"do":"resume"}')
+    until(lambda: shows(here, False) and shows(there, False))

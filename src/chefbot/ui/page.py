@@ -121,6 +121,7 @@ class PageDevice(Device):
         """Serve."""
         self._places: dict[str, SE2] = {}
         self._stopped = False
+        self._shown = Status()
         self._asked = Asked(self.name, self.stop_request.publish, self.order.publish)
         self._pace = (wall_ns(), self.now_ns)
         self._factor: float | None = None
@@ -273,11 +274,15 @@ class PageDevice(Device):
                 w=twist.angular.z,
             )
             self._server.show("robot", view)
-        self._server.show("status", self._status(pose))
+        self._show_status(pose)
         if self._moving:
             self._server.show("frames", tuple(self._moving.values()))
         if self.wheel_ticks.last is not None:
             self._server.show("joints", wheel_angles(self.wheel_ticks.last, self.robot))
+
+    def _show_status(self, pose: SE2 | None) -> None:
+        self._shown = self._status(pose)
+        self._server.show("status", self._shown)
 
     def _status(self, pose: SE2 | None) -> Status:
         battery, truth = self.battery_state.last, self.ground_truth.last
@@ -332,6 +337,10 @@ class PageDevice(Device):
             missing = [name for name in command.tables if name not in self._places]
             if missing:
                 raise UserError(f"There is no place called {missing[0]}")
+        if (
+            isinstance(command, do.Stop) and not self._shown.stopped
+        ):  # the loop may be late, or its time may stand
+            self._server.show("status", msgspec.structs.replace(self._shown, stop_asked=True))
         self.post(lambda: self._obey(command))
 
     def _obey(self, command: do.Command) -> None:

@@ -77,14 +77,14 @@ class RecordingEnd:
 
     def __call__(self, why: str) -> None:
         """In the loop's thread, while something is published."""
-        self._sentence = f"Warning: {why}. What was recorded before is whole; the robot goes on."
+        self._sentence = f"{why[:1].upper()}{why[1:]}. What was recorded before is whole; the robot goes on."
         self.say()
         self._loop.post(self._tell)
 
     def say(self) -> None:
         """In the terminal, if there is something to say."""
         if self._sentence:
-            errors.print(self._sentence, markup=False)
+            errors.print(f"Warning: {self._sentence}", markup=False)
 
     def _tell(self) -> None:
         status = DiagnosticStatus(WARN, "recording", self._sentence)

@@ -11,7 +11,7 @@ pytest.importorskip("manifold3d")
 
 from chefbot.commands.check import run_check
 from chefbot.design.check import check
-from chefbot.design.check_finding import is_possible, searched, with_value
+from chefbot.design.check_finding import has_solids, searched, with_value
 from chefbot.design.check_overlap import overlapping
 from chefbot.design.check_view import hidden_from, hidden_sectors
 from chefbot.robot.catalogue import load_catalogue
@@ -95,7 +95,14 @@ def test_only_what_a_robot_file_could_say_is_tried():
     """A clamp narrower than its screw holes has no solid: to look for its triangles would never end."""
     tried = []
     assert searched(ROBOTS["chefbot"], ["motor_clamp.width"], tried.append) == ("", "")
-    assert len(tried) > 10 and all(is_possible(robot) for robot in tried)
+    assert len(tried) > 10 and all(has_solids(robot) for robot in tried)
+
+
+def test_a_stand_that_a_remedy_does_away_with_is_in_nobodys_way():
+    """A battery that is too high reaches into the lidar's stand; a lower lidar has none."""
+    desk = with_value(load_robot("desk"), "battery", CATALOGUE.batteries["lifepo4_12v8_4ah5"])
+    found = check(desk, CATALOGUE)
+    assert any(f.rule == "overlap" and "laser_stand" in f.subject for f in found)
 
 
 def test_an_overlap_has_the_volume_of_the_box_that_is_shared():

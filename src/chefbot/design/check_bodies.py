@@ -40,10 +40,10 @@ def bodies(robot: Robot) -> tuple[Body, ...]:
     return tuple(_placed(part, link_origin(robot, part.link)) for part in (*solids(robot), payload(robot)))
 
 
-def body(robot: Robot, name: str) -> Body:
-    """The part of that name."""
-    part = next(part for part in (*solids(robot), payload(robot)) if part.name == name)
-    return _placed(part, link_origin(robot, part.link))
+def named(robot: Robot, *names: str) -> list[Body]:
+    """The parts of these names that the robot has: a sensor that is moved may need no stand any more."""
+    parts = [part for part in (*solids(robot), payload(robot)) if part.name in names]
+    return [_placed(part, link_origin(robot, part.link)) for part in parts]
 
 
 def placement(turn: NDArray[np.float64], shift: Any) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import msgspec
 
 from chefbot.errors import UserError
-from chefbot.robot.possible import check_possible
+from chefbot.robot.possible import check_possible, check_shapes
 from chefbot.robot.spec import Robot
 
 Severity = Literal["error", "warning"]
@@ -110,7 +110,7 @@ def searched(robot: Robot, keys: Iterable[str], good: Callable[[Robot], bool]) -
     for key in keys:
         for value in _outwards(float(value_at(robot, key))):
             candidate = with_value(robot, key, value)
-            if is_possible(candidate) and good(candidate):
+            if has_solids(candidate) and good(candidate) and is_possible(candidate):
                 return key, f"{1000.0 * value:.6g} mm"
     return "", ""
 
@@ -123,11 +123,20 @@ def _outwards(present: float) -> Iterator[float]:
         yield (start - away) / 1000.0
 
 
+def has_solids(robot: Robot) -> bool:
+    """Whether lengths are positive and holes leave something, so that there is something to look at."""
+    return _passes(robot, check_shapes)
+
+
 def is_possible(robot: Robot) -> bool:
     """Whether a robot file could say this."""
+    return _passes(robot, check_possible)
+
+
+def _passes(robot: Robot, look: Callable[[Robot, str], None]) -> bool:
     try:
         msgspec.convert(msgspec.to_builtins(robot), Robot)
-        check_possible(robot, "")
+        look(robot, "")
     except (UserError, msgspec.ValidationError):
         return False
     return True

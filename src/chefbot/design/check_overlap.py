@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chefbot.design.check_bodies import Body, bodies, body
+from chefbot.design.check_bodies import Body, bodies, named
 from chefbot.design.check_finding import Finding, searched
 from chefbot.robot.solids import RobotPart
 from chefbot.robot.spec import Robot
@@ -85,8 +85,10 @@ def _remedy(robot: Robot, pair: Overlap, keys: list[str], before: int) -> tuple[
     names = pair.one.name, pair.other.name
 
     def good(candidate: Robot) -> bool:
-        one, other = (body(candidate, name) for name in names)
-        if overlap(one, other) is not None or not all(map(partial(_inside, candidate), (one, other))):
+        both = named(candidate, *names)
+        if len(both) == 2 and overlap(*both) is not None:
+            return False
+        if not all(map(partial(_inside, candidate), both)):
             return False
         return len(list(islice(overlapping(candidate), before))) < before
 

@@ -19,10 +19,20 @@ Contradiction = tuple[bool, str, str]
 
 def check_possible(robot: Robot, where: str) -> None:
     """UserError for the first thing of a robot that cannot be together."""
-    for contradictions in (_materials, _wheels, _plates, _stack, _motors, _clamps, _drive, _sensors, _names):
-        for impossible, key, reason in contradictions(robot):
-            if impossible:
-                raise UserError(f"{where}: {key}: {reason}")
+    check_shapes(robot, where)
+    _refuse(_drive(robot), where)
+
+
+def check_shapes(robot: Robot, where: str) -> None:
+    """The same, of what needs no mass: a robot that passes has solids."""
+    for contradictions in (_materials, _wheels, _plates, _stack, _motors, _clamps, _sensors, _names):
+        _refuse(contradictions(robot), where)
+
+
+def _refuse(contradictions: Iterator[Contradiction], where: str) -> None:
+    for impossible, key, reason in contradictions:
+        if impossible:
+            raise UserError(f"{where}: {key}: {reason}")
 
 
 def mm(metres: float) -> str:
@@ -33,7 +43,8 @@ def mm(metres: float) -> str:
 def _materials(robot: Robot) -> Iterator[Contradiction]:
     for section in ("plates", "poles", "tubes", "motor_clamp", "casters"):
         name = getattr(robot, section).material
-        yield name not in MATERIALS, f"{section}.material", f"unknown {name!r}{nearest(name, MATERIALS)}"
+        if name not in MATERIALS:
+            yield True, f"{section}.material", f"unknown {name!r}{nearest(name, MATERIALS)}"
 
 
 def _plates(robot: Robot) -> Iterator[Contradiction]:

@@ -362,6 +362,11 @@ class Sensors(Part, frozen=True, kw_only=True):
         }
         return {frame: sensor for frame, sensor in named.items() if sensor is not None}
 
+    @property
+    def look_ahead_only(self) -> bool:
+        """Whether nothing sees what is beside the robot."""
+        return self.lidar is None
+
 
 class Calibration(Part, frozen=True, kw_only=True):
     """How one built robot differs from its drawing, as `chefbot calibrate` measured it.

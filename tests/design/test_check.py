@@ -10,10 +10,13 @@ import yaml
 pytest.importorskip("manifold3d")
 
 from chefbot.commands.check import run_check
+from chefbot.design import check_bodies
 from chefbot.design.check import check
 from chefbot.design.check_finding import has_solids, searched, with_value
+from chefbot.design.check_ground import ground
 from chefbot.design.check_overlap import overlapping
 from chefbot.design.check_view import hidden_from, hidden_sectors
+from chefbot.robot import layout
 from chefbot.robot.catalogue import load_catalogue
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.units import to_si
@@ -89,6 +92,27 @@ def test_a_fault_is_found_and_its_remedy_mends_it(name, key, value, rule, subjec
 def test_faults_that_need_more_than_one_value_are_found(key, value, rule, subject):
     found = check(with_value(ROBOTS["chefbot"], key, value), CATALOGUE)
     assert any(finding.rule == rule and subject in finding.subject for finding in found)
+
+
+def test_wheels_above_the_floor_and_casters_below_it_are_found(monkeypatch):
+    """No robot file can say that, as heights follow from the wheels: here the derivation is made wrong."""
+    robot = with_value(ROBOTS["chefbot"], "name", "on_stilts")
+    assert list(ground(robot)) == []
+    monkeypatch.setattr(layout, "CASTER_GAP", -0.002)
+    origin = check_bodies.link_origin
+
+    def raised(robot, link):
+        x, y, z = origin(robot, link)
+        return (x, y, z + 0.003) if link == "wheel_left_link" else (x, y, z)
+
+    monkeypatch.setattr(check_bodies, "link_origin", raised)
+    found = list(ground(with_value(robot, "name", "on_other_stilts")))
+    subjects = {f.subject: f.have for f in found if f.rule == "floor"}
+    assert subjects == {
+        "wheel_left": pytest.approx(0.003, abs=1e-5),
+        "caster_front": pytest.approx(-0.002, abs=1e-4),
+        "caster_back": pytest.approx(-0.002, abs=1e-4),
+    }
 
 
 def test_only_what_a_robot_file_could_say_is_tried():

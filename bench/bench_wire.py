@@ -28,6 +28,9 @@ from chefbot.wire.session import Wire
 
 KINDS: tuple[type[Message], ...] = (Twist, LaserScan, Image)
 SIDE = 4000
+ROUNDS = 9
+WARMING = 10
+"""Messages of a round that are not counted."""
 
 
 def child(port: int) -> None:
@@ -113,8 +116,8 @@ class Pair:
 def round_trips(pair: Pair, send: Callable[[], None], count: int, hz: float) -> tuple[float, float, float]:
     """Half of each way there and back, p50 and p99, us; and the processor's time of one way, us."""
     ways: list[float] = []
-    for index in range(count + 20):
-        if index == 20:  # what comes first warms up
+    for index in range(count + WARMING):
+        if index == WARMING:
             before = pair.used()
         began = time.perf_counter_ns()
         send()
@@ -123,16 +126,23 @@ def round_trips(pair: Pair, send: Callable[[], None], count: int, hz: float) -> 
         ways.append(took / 2e3)
         time.sleep(max(0.0, 1.0 / hz - took / 1e9))
     cpu = (pair.used() - before) / count / 2 * 1e6
-    p50, p99 = np.percentile(ways[20:], [50, 99])
+    p50, p99 = np.percentile(ways[WARMING:], [50, 99])
     return float(p50), float(p99), cpu
 
 
 def show(wire: Wire, kind: type[Message], count: int, hz: float) -> None:
-    """Ours, then the bare engine, thrice each; the medians of the three."""
+    """Ours and the bare engine in turns: the machine's speed changes. Medians of rounds, and of their differences."""
     pair = Pair(wire, kind)
-    for name, send in ((kind.__name__, pair.send), ("  Zenoh alone", pair.send_bare)):
-        p50, p99, cpu = np.median([round_trips(pair, send, count // 3, hz) for _ in range(3)], axis=0)
+    sends = {kind.__name__: pair.send, "  Zenoh alone": pair.send_bare}
+    rounds = {name: np.zeros((ROUNDS, 3)) for name in sends}
+    for number in range(ROUNDS):
+        for name, send in sends.items():
+            rounds[name][number] = round_trips(pair, send, count // ROUNDS, hz)
+    for name, (p50, p99, cpu) in ((name, np.median(one, axis=0)) for name, one in rounds.items()):
         print(f"{name:14} p50 {p50:5.0f} us  p99 {p99:5.0f} us  CPU of both sides {cpu:5.0f} us")
+    ours, bare = rounds.values()
+    p50, _, cpu = np.median(ours - bare, axis=0)
+    print(f"{'  above it':14} p50 {p50:5.0f} us                CPU of both sides {cpu:5.0f} us")
     pair.close()
 
 

@@ -19,6 +19,7 @@ import zenoh
 from chefbot.errors import UserError
 from chefbot.wire.errors import Tally
 from chefbot.wire.graph import Graph
+from chefbot.wire.memory import keep_memory
 
 PORT = 7447
 """Where rmw_zenoh looks for its router."""
@@ -47,6 +48,7 @@ class Wire:
     def __init__(self, domain: int = 0, *, port: int = PORT, router: bool = True) -> None:
         if not 0 <= domain <= MAX_DOMAIN:
             raise UserError(f"ROS domain {domain} must lie between 0 and {MAX_DOMAIN}")
+        keep_memory()
         self.domain = domain
         self.refused = Tally()
         """What came in and was no message of its type, by reason; for diagnostics."""

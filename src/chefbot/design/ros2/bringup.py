@@ -35,7 +35,7 @@ from chefbot.robot.spec import Robot
 PACKAGE = "chefbot_bringup"
 DEPENDS = (
     "ament_index_python", "launch", "launch_ros", "chefbot_description", "robot_state_publisher",
-    "joint_state_publisher", "xacro", "rviz2", "rviz_default_plugins", "nav2_rviz_plugins", "nav2_amcl",
+    "xacro", "rviz2", "rviz_default_plugins", "nav2_rviz_plugins", "nav2_amcl",
     "nav2_map_server", "nav2_lifecycle_manager", "nav2_controller", "nav2_mppi_controller", "dwb_core",
     "dwb_critics", "dwb_plugins", "nav2_planner", "nav2_navfn_planner", "nav2_smoother", "nav2_behaviors",
     "nav2_velocity_smoother", "nav2_collision_monitor", "nav2_bt_navigator", "nav2_waypoint_follower",
@@ -142,15 +142,12 @@ def base_actions(robot: Robot) -> list[str]:
 
 
 def model_actions(robot: Robot, simulated: str) -> list[str]:
-    """The wheels' transforms too, which our base does not tell: they stand still in the picture.
+    """Where the joints are is told on /joint_states by whoever has the wheels.
 
     simulated: an expression for the parameter use_sim_time.
     """
     described = listed([f'model("{robot.name}")', simulated])
-    return [
-        node("robot_state_publisher", "robot_state_publisher", f"parameters={described}"),
-        node("joint_state_publisher", "joint_state_publisher", f"parameters=[{simulated}]"),
-    ]
+    return [node("robot_state_publisher", "robot_state_publisher", f"parameters={described}")]
 
 
 def ekf_action(simulated: str) -> str:

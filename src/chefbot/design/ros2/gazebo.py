@@ -25,7 +25,7 @@ from chefbot.robot.spec import Robot
 PACKAGE = "chefbot_gazebo"
 DEPENDS = (
     "ament_index_python", "launch", "launch_ros", "chefbot_bringup", "chefbot_description", "ros_gz_sim",
-    "ros_gz_bridge", "robot_state_publisher", "joint_state_publisher", "robot_localization", "xacro",
+    "ros_gz_bridge", "robot_state_publisher", "robot_localization", "xacro",
     "depthimage_to_laserscan", "slam_toolbox",
 )  # fmt: skip
 POSE = ("x", "y", "yaw")
@@ -111,7 +111,7 @@ def gazebo_actions(robot: Robot) -> list[str]:
         node("ros_gz_sim", "create", f"arguments={listed([model, *where])}"),
         _bridge("bridge", 'str(SHARE / "config" / "bridge.yaml")'),
         _bridge("bridge_odometry", call("ParameterValue", [config, "value_type=str"])),
-        model_actions(robot, SIMULATED)[0],
+        *model_actions(robot, SIMULATED),
         ekf_action(SIMULATED),
     ]
     return [*actions, depth_action()] if robot.sensors.lidar is None else actions

@@ -27,7 +27,7 @@ STEP = 0.15
 
 
 class FakeRobot:
-    """`fate`: "home", "failed", "cancelled", or "refused"."""
+    """`fate`: "home", "failed", "cancelled", "behind" (another order, which fails), or "refused"."""
 
     def __init__(self, fate: str = "home") -> None:
         self.fate = fate
@@ -66,6 +66,9 @@ class FakeRobot:
             self._threads[-1].start()
 
     def _deliver(self, tables: list[str]) -> None:
+        if self.fate == "behind":
+            for state in ("driving", "failed"):
+                self._say(state, "table_9 was not reached.", orders=(tuple(tables),))
         self._say("driving", "On the way to kitchen.")
         for count, table in enumerate(tables):
             if self.fate == "cancelled" and count == 1:
@@ -79,8 +82,15 @@ class FakeRobot:
         else:
             self._say("idle", "At home, waiting for an order.", tables)
 
-    def _say(self, state: str, sentence: str, delivered: list[str] | None = None) -> None:
-        self.server.show("delivery", Delivery(state=state, step=sentence, delivered=tuple(delivered or ())))
+    def _say(
+        self,
+        state: str,
+        sentence: str,
+        delivered: list[str] | None = None,
+        orders: tuple[tuple[str, ...], ...] = (),
+    ) -> None:
+        view = Delivery(state=state, step=sentence, delivered=tuple(delivered or ()), orders=orders)
+        self.server.show("delivery", view)
         self._stopping.wait(STEP)
 
 

@@ -27,6 +27,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
         ("home", 0, "At home, waiting for an order."),
         ("failed", 1, "table_1 was not reached."),
         ("cancelled", 1, "not delivered: table_2"),
+        ("behind", 0, "Behind other orders: table_9 was not reached."),
     ],
 )
 def test_deliver_waits_and_tells_how_it_ended(

@@ -41,17 +41,27 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
 
 def _watch(robot: RemotePage, names: list[str]) -> int:
     """Tell every step until the robot has come home or given up."""
-    busy = False
+    busy, told = False, ""
     while True:
         if robot.receive() != "delivery":
             continue
         delivery = robot.latest["delivery"]
-        console.print(delivery["step"], markup=False)
+        if names in delivery["orders"]:
+            told = _say_once(f"Behind other orders: {delivery['step']}", told)
+            busy = True
+            continue
+        told = _say_once(delivery["step"], told)
         missed = [name for name in names if name not in delivery["delivered"]]
         idle = delivery["state"] == "idle"
         if delivery["state"] == "failed" or (idle and (busy or not missed)):
             return _verdict(missed, delivery["state"])
         busy = busy or not idle
+
+
+def _say_once(sentence: str, told: str) -> str:
+    if sentence != told:
+        console.print(sentence, markup=False)
+    return sentence
 
 
 def _verdict(missed: list[str], state: str) -> int:

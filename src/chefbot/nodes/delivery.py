@@ -145,7 +145,7 @@ class DeliveryNode(Node):
             return
         self._last_order = order.id
         if is_pressed(self.emergency_stop.last):
-            self._tell("idle", "", REFUSED)
+            self._tell("failed", "", REFUSED)
             return
         self._orders.append(order)
         if self._working or self.deliver.busy:
@@ -179,7 +179,7 @@ class DeliveryNode(Node):
     ) -> Deliver_Result:
         """Kitchen, then each table, then home; a table that cannot be reached is told and passed over."""
         if is_pressed(self.emergency_stop.last):
-            self._tell("idle", "", REFUSED)
+            self._tell("failed", "", REFUSED)
             return Deliver_Result((), NOT_REACHED, REFUSED)
         if self._is_next:  # from here on it is in hand
             self._orders, self._is_next = self._orders[1:], False

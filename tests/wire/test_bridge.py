@@ -14,7 +14,7 @@ import msgspec
 import pytest
 
 from chefbot.errors import UserError
-from chefbot.msgs.action_msgs import STATUS_CANCELED, STATUS_SUCCEEDED
+from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED
 from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result, WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.rcl_interfaces import (
@@ -47,6 +47,7 @@ from chefbot.wire.action_server import ActionServer
 from chefbot.wire.attach import attached
 from chefbot.wire.attachment import Attachment
 from chefbot.wire.bridge import Bridge
+from chefbot.wire.bridged_actions import WITHOUT_REASON
 from chefbot.wire.gate import Doors
 from chefbot.wire.inbox import WIRE
 from chefbot.wire.names import WireType, topic_key
@@ -274,6 +275,23 @@ def test_a_node_of_the_loop_calls_a_server_elsewhere(port: int) -> None:
             one.system.loop.post(lambda: again.spawn(again.order(("pie",))))
             wait_for(lambda: len(again.results) == 2)
             assert again.results[1].delivered == ("pie",)
+
+
+def test_what_a_server_gave_up_without_a_reason_has_not_succeeded(port: int) -> None:
+    """Nav2 ends a goal so when another one takes its place: aborted, and a result that names no fault."""
+    with Wire(port=port) as wire, WireNode(wire, "far_cook") as node:
+
+        def accept(goal_id, goal) -> bool:
+            server.begin(goal_id)
+            server.finish(goal_id, STATUS_ABORTED, Deliver_Result())
+            return True
+
+        server = ActionServer(node, "/deliver", Deliver, accept, lambda _: False)
+        with running(port, "guest") as one:
+            wait_for(lambda: one.system.nodes["guest"].results)
+            result = one.system.nodes["guest"].results[0]
+            assert result.error_code == WITHOUT_REASON
+            assert result.error_msg.startswith("deliver gave the goal up")
 
 
 def test_a_call_that_nobody_serves_fails_with_a_reason(port: int) -> None:

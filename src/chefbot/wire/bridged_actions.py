@@ -12,7 +12,13 @@ from typing import Any
 import msgspec
 
 from chefbot.msgs.action import Action
-from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, CancelGoal_Request, GoalInfo
+from chefbot.msgs.action_msgs import (
+    STATUS_ABORTED,
+    STATUS_CANCELED,
+    STATUS_SUCCEEDED,
+    CancelGoal_Request,
+    GoalInfo,
+)
 from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.unique_identifier_msgs import UUID
@@ -27,6 +33,9 @@ PATIENCE = 3.0
 """Seconds for which a goal waits for its server to appear."""
 UNREACHABLE = 9000
 """Error code of a result where the server could not be reached (nav2_msgs/NavigateToPose: unknown)."""
+WITHOUT_REASON = 9001
+"""Of one that was given up with no error code: Nav2 does so when another goal takes its place."""
+DROPPED = "{} gave the goal up and did not say why; another goal may have taken its place."
 
 
 class ServedAction:
@@ -106,16 +115,20 @@ class CalledAction:
 
     def _finish(self, goal_id: UUID, outcome: Future[tuple[int, Any]]) -> None:
         error = outcome.exception()
-        status, result = (STATUS_ABORTED, self._failed(error)) if error else outcome.result()
+        status, result = (
+            (STATUS_ABORTED, self._failed(UNREACHABLE, str(error))) if error else outcome.result()
+        )
+        if status not in (STATUS_SUCCEEDED, STATUS_CANCELED) and not getattr(result, "error_code", 1):
+            result = self._failed(WITHOUT_REASON, DROPPED.format(self._name))
         self._tell_end(goal_id, status, result)
 
     def _tell_end(self, goal_id: UUID, status: int, result: Message) -> None:
         told = self._action.outcome(goal_id, status, Time.of(self._now_ns()), result)
         self._say(f"{self._name}/_action/get_result", told)
 
-    def _failed(self, error: BaseException) -> Message:
+    def _failed(self, code: int, why: str) -> Message:
         """A result that says so, as far as its type can."""
         result: Message = self._action.result()
         if {"error_code", "error_msg"} <= set(result.__struct_fields__):
-            return msgspec.structs.replace(result, error_code=UNREACHABLE, error_msg=str(error))
+            return msgspec.structs.replace(result, error_code=code, error_msg=why)
         return result

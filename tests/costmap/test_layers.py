@@ -1,3 +1,5 @@
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -127,3 +129,44 @@ def test_the_floor_nearer_than_the_camera_sees_is_not_cleared():
     costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(0.4), (ray(0.0), ray(0.3)))
     costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(np.nan), (ray(0.6), ray(1.5)))
     assert costs.update().at(0.41, 0.01) == LETHAL
+
+
+RADIUS = 0.16
+
+
+def seen_from(openings: Sequence[tuple[int, int]]) -> Grid:
+    """Free floor of 2 m x 2 m, its right half unseen, and unseen cells of the left half."""
+    cells = np.zeros((40, 40), np.int8)
+    cells[:, 20:] = -1
+    for row, column in openings:
+        cells[row, column] = -1
+    return Grid(cells, 0.05, 0.0, 0.0)
+
+
+def costs_of(grid: Grid, *, wary: bool):
+    costs = LayeredCostmap(CostmapParams(), RADIUS, wary=wary)
+    costs.set_static(grid)
+    return costs.update()
+
+
+@given(st.lists(st.tuples(st.integers(0, 39), st.integers(0, 39)), max_size=12))
+def test_the_wary_keep_their_body_out_of_the_unseen(openings):
+    grid = seen_from(openings)
+    bold, wary = costs_of(grid, wary=False).cells, costs_of(grid, wary=True).cells
+    away = (19.5 + 0.5 - np.arange(20)) * grid.resolution  # of the middles of the left half's columns
+    assert (wary[:, :20][:, away <= RADIUS] >= INSCRIBED).all()
+    assert (wary >= bold).all()
+    assert ((wary == UNKNOWN) == (bold == UNKNOWN)).all()
+
+
+def test_a_gap_between_beams_hides_nothing():
+    grid = seen_from([(20, 5), (20, 6), (21, 5)])
+    assert costs_of(grid, wary=True).at(0.425, 1.025) == FREE
+
+
+def test_what_is_seen_later_may_be_driven_on():
+    costs = LayeredCostmap(CostmapParams(), RADIUS, wary=True)
+    costs.set_static(seen_from([]))
+    for angle in np.linspace(-0.6, 0.6, 200):
+        costs.mark_and_clear("camera", SE2(0.1, 1.0, angle), AHEAD, ray(np.inf))
+    assert costs.update().at(1.1, 1.0) == FREE

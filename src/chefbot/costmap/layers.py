@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from chefbot.costmap import raytrace
 from chefbot.costmap.inflation import cost_table, inflate
 from chefbot.costmap.params import CostmapParams
-from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
+from chefbot.costmap.unseen import beside_unseen
+from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
@@ -22,14 +23,20 @@ class LayeredCostmap:
     edge that the camera saw. Nothing decays with time: what a sensor marked stays until that sensor looks
     through it, or a recovery clears it.
 
+    `wary`: the middle of the robot keeps its radius from what nothing has seen, as it does from obstacles. A sensor
+    that looks ahead only does not see the corner beside it that the robot turns about.
+
     With `rolling=True` it is a square window (params.size) that follows `move_to`, else it has the size of
     the map given to `set_static`, which may be replaced by a larger one at any time; obstacles seen stay
     where they are.
     """
 
-    def __init__(self, params: CostmapParams, robot_radius: float, *, rolling: bool = False) -> None:
+    def __init__(
+        self, params: CostmapParams, robot_radius: float, *, rolling: bool = False, wary: bool = False
+    ) -> None:
         self.params = params
         self.rolling = rolling
+        self.wary = wary
         self._robot_radius = robot_radius
         n = max(1, round(params.size / params.resolution)) if rolling else 1
         self._frame(params.resolution, 0.0, 0.0, n, n)
@@ -135,7 +142,11 @@ class LayeredCostmap:
             _combine(master.reshape(-1), layer.reshape(-1))
         if not self.params.track_unknown:
             master[master == UNKNOWN] = FREE
-        return Costmap(inflate(master, self._table), self.resolution, self.origin_x, self.origin_y)
+        costs = inflate(master, self._table)
+        if self.wary:
+            unseen = beside_unseen(master, self._robot_radius / self.resolution)
+            costs[unseen & (costs < INSCRIBED)] = INSCRIBED
+        return Costmap(costs, self.resolution, self.origin_x, self.origin_y)
 
     def _within(self, pose: SE2, radius: float) -> NDArray[np.bool_]:
         h, w = self._static.shape

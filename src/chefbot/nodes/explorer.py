@@ -168,7 +168,9 @@ class ExplorerNode(Node):
         return self._explorer.decide(grid, self._cost_to_come(grid, here), here)
 
     def _cost_to_come(self, grid: Grid, here: SE2) -> NDArray[np.float32]:
-        costs = LayeredCostmap(self.params.costmap, self.robot.footprint_radius)
+        costs = LayeredCostmap(
+            self.params.costmap, self.robot.footprint_radius, wary=self.robot.sensors.look_ahead_only
+        )
         costs.set_static(grid)
         try:
             return self._planner.potential(costs.update(), here)

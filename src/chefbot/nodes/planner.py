@@ -64,7 +64,9 @@ class PlannerNode(Node):
 
     def start(self) -> None:
         """Nothing can be planned before the first map."""
-        self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint_radius)
+        self._costs = LayeredCostmap(
+            self.params.costmap, self.robot.footprint_radius, wary=self.robot.sensors.look_ahead_only
+        )
         self._seen_from: SE2 | None = None
         self._planner = self._make_planner()
 

@@ -191,3 +191,8 @@ def test_the_packages_papers_are_in_order(package: Path) -> None:
     assert (package / "urdf" / f"{NAME}.urdf.xacro").exists() and f"{NAME}.urdf.xacro" in launch
     for config in (package / "rviz" / "robot.rviz", package / "config" / "controllers.yaml"):
         assert isinstance(yaml.safe_load(config.read_text()), dict)
+    controllers = yaml.safe_load((package / "config" / "controllers.yaml").read_text())
+    drive = controllers["diff_drive_controller"]["ros__parameters"]
+    numbers = {name: value for name, value in drive.items() if not isinstance(value, str | list)}
+    assert len(numbers) == 13
+    assert {type(one) for one in numbers.values()} == {float}  # an integer would not be taken for a double

@@ -149,19 +149,24 @@ diff_drive_controller:
   ros__parameters:
     left_wheel_names: [{left}]
     right_wheel_names: [{right}]
-    wheel_separation: {robot.wheels.separation:.9g}
-    wheel_radius: {robot.wheel_radius:.9g}
-    wheel_separation_multiplier: {robot.calibration.separation:.9g}
-    left_wheel_radius_multiplier: {robot.calibration.left_wheel:.9g}
-    right_wheel_radius_multiplier: {robot.calibration.right_wheel:.9g}
+    wheel_separation: {_double(robot.wheels.separation)}
+    wheel_radius: {_double(robot.wheel_radius)}
+    wheel_separation_multiplier: {_double(robot.calibration.separation)}
+    left_wheel_radius_multiplier: {_double(robot.calibration.left_wheel)}
+    right_wheel_radius_multiplier: {_double(robot.calibration.right_wheel)}
     odom_frame_id: odom
     base_frame_id: base_footprint
-    linear.x.max_velocity: {robot.max_speed:.9g}
-    linear.x.min_velocity: {-robot.max_speed:.9g}
-    linear.x.max_acceleration: {robot.max_acceleration:.9g}
-    linear.x.max_deceleration: {-robot.max_acceleration:.9g}
-    angular.z.max_velocity: {robot.max_turn:.9g}
-    angular.z.min_velocity: {-robot.max_turn:.9g}
-    angular.z.max_acceleration: {robot.max_turn_acceleration:.9g}
-    angular.z.max_deceleration: {-robot.max_turn_acceleration:.9g}
+    linear.x.max_velocity: {_double(robot.max_speed)}
+    linear.x.min_velocity: {_double(-robot.max_speed)}
+    linear.x.max_acceleration: {_double(robot.max_acceleration)}
+    linear.x.max_deceleration: {_double(-robot.max_acceleration)}
+    angular.z.max_velocity: {_double(robot.max_turn)}
+    angular.z.min_velocity: {_double(-robot.max_turn)}
+    angular.z.max_acceleration: {_double(robot.max_turn_acceleration)}
+    angular.z.max_deceleration: {_double(-robot.max_turn_acceleration)}
 """
+
+
+def _double(value: float) -> str:
+    """With a point: to ROS 2's parameters 1 is an integer, and diff_drive_controller refuses that."""
+    return str(float(f"{value:.9g}"))

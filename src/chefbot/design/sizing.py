@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from chefbot.design import forces, motor_line, power
-from chefbot.design.checks import SPEED_RESERVE, WORST_SHARE_OF_STALL, turn_rate
+from chefbot.design.checks import SPEED_RESERVE, WORST_SHARE_OF_STALL, turn_rate, wheel_speed
 from chefbot.design.stability import Load, tipping
 from chefbot.design.worked import Result, worked
 from chefbot.robot import layout
@@ -81,16 +81,11 @@ def _usable_torque(robot: Robot) -> Result:
 
 
 def _turn_rate(robot: Robot, mass: float) -> Result:
-    rate, width = turn_rate(robot, mass), robot.wheels.separation
+    rims = wheel_speed(robot, mass) * robot.wheel_radius
     return worked(
-        "turn rate on the spot",
-        rate,
-        "rad/s",
-        "2 * v / L",
-        "differential drive",
-        v=rate * width / 2.0,
-        L=width,
-    )
+        "turn rate on the spot", turn_rate(robot, mass), "rad/s", "2 * v / L", "differential drive",
+        v=rims, L=robot.wheels.separation,
+    )  # fmt: skip
 
 
 def _motor_clearance(robot: Robot) -> Result:

@@ -312,6 +312,8 @@ class Stops(Life):
         return found
 
     def drives(self) -> bool:
+        """When somebody takes the stick."""
+        self.run(0.5)
         for _ in range(10):
             self.loop.publish("cmd_vel_teleop", Twist.of(0.2, 0.0), "somebody")
             self.run(0.05)

@@ -116,3 +116,37 @@ def test_a_finder_gives_up_and_says_so() -> None:
     life.run(60.0)
     assert [one.data for one in life.heard("localized")] == [False]
     assert len(life.heard("spin/_action/send_goal")) == 1
+
+
+class Base(Life):
+    """The gate alone, and a stick that is held at some rate."""
+
+    def __init__(self) -> None:
+        super().__init__({"base": "chefbot.nodes.base:BaseNode"}, {})
+        self.run(0.0)
+
+    def hold(self, topic: str, v: float, times: int) -> bool:
+        """Whether the wheels turned at the end."""
+        for _ in range(times):
+            self.loop.publish(topic, Twist.of(v, 0.0), "somebody")
+            self.run(0.1)
+        return float(self.heard("wheel_speeds")[-1].left) > 0.0
+
+    def ask(self, press: bool) -> None:
+        self.loop.publish("stop_request", Bool(press), "page")
+        self.run(0.0)
+
+
+@pytest.mark.parametrize("topic", ["cmd_vel_teleop", "cmd_vel_nav"])
+@pytest.mark.parametrize("let_go", ["silence", "zero"])
+def test_a_stick_that_is_held_all_the_while_does_not_drive_when_stop_is_released(
+    topic: str, let_go: str
+) -> None:
+    base = Base()
+    assert base.hold(topic, 0.2, 5)
+    base.ask(True)
+    assert not base.hold(topic, 0.2, 5)
+    base.ask(False)
+    assert not base.hold(topic, 0.2, 20)
+    base.hold(topic, 0.0, 1) if let_go == "zero" else base.run(0.5)
+    assert base.hold(topic, 0.2, 5)

@@ -22,6 +22,8 @@ ECHO_TIMEOUT_NS = 300_000_000
 """An older echo says nothing of what is ahead now."""
 CALM = 0.6
 """Share of the acceleration that this braking plans with."""
+LET_GO_NS = 300_000_000
+"""Silence after which a command is a new one."""
 PRESSED = "STOP was pressed."
 RELEASED = "STOP was released."
 SAID_ELSEWHERE = "Somebody said STOP on emergency_stop."
@@ -83,6 +85,7 @@ class BaseNode(Node):
         self._navigation: Heard | None = None
         self._stop = StopStatus()
         self._stop_is_told = False
+        self._held_ns: dict[str, int] = {}
         self._missing: set[str] = set()
         self.spawn(self._begin())
 
@@ -99,11 +102,22 @@ class BaseNode(Node):
 
     def on_cmd_vel_teleop(self, twist: Twist) -> None:
         """A person drives."""
-        self._person = self._heard(twist)
+        if not self._is_held_on("person", twist):
+            self._person = self._heard(twist)
 
     def on_cmd_vel_nav(self, twist: Twist) -> None:
         """Navigation drives."""
-        self._navigation = self._heard(twist)
+        if not self._is_held_on("navigation", twist):
+            self._navigation = self._heard(twist)
+
+    def _is_held_on(self, who: str, twist: Twist) -> bool:
+        """Whether it is said without a pause since STOP was pressed: who means it now lets go and says it again."""
+        wants = bool(twist.linear.x or twist.angular.z)
+        last_ns = self._held_ns.pop(who, None)
+        held = wants and (self._stop.stopped or (last_ns is not None and self.now_ns - last_ns <= LET_GO_NS))
+        if held:
+            self._held_ns[who] = self.now_ns
+        return held
 
     def on_told_before(self, status: StopStatus) -> None:
         """Who was stopped when the process died still is."""

@@ -21,6 +21,7 @@ class Outer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     inner: Inner
     name: str = "x"
     count: Annotated[int, msgspec.Meta(ge=1, le=9)] = 1
+    short: Annotated[str, msgspec.Meta(pattern="^[a-z]$", extra={"form": "a small letter"})] = "a"
     maybe: Inner | None = None
     many: list[Inner] = []
     by_name: dict[str, Inner] = {}
@@ -75,6 +76,7 @@ def test_units_everywhere_they_are_wanted():
         ("inner: {length: 1 m}\ncount: 10", "count", "10 must be at most 9"),
         ("inner: {length: 1 m}\ncount: 1.5", "count", "int"),
         ("inner: {length: 1 m}\nname: 5", "name", "str"),
+        ("inner: {length: 1 m}\nshort: Ä", "short", "'Ä' must be a small letter"),
         ("", "the file", "section"),
         ("- 1", "the file", "section"),
     ],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+import re
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -121,7 +122,16 @@ def _to_plain(value: Any, kind: types.Type, where: str, key: str) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         raise UserError(f"{where}: {key}: {value} is not a finite number")
     _check_bounds(value, written, kind, unit or "", f"{where}: {key}")
+    _check_form(value, kind, f"{where}: {key}")
     return value
+
+
+def _check_form(value: Any, kind: types.Type, where: str) -> None:
+    """A text's pattern in the words that the type gives for it."""
+    if isinstance(kind, types.Metadata) and isinstance(kind.type, types.StrType) and isinstance(value, str):
+        form, pattern = (kind.extra or {}).get("form"), kind.type.pattern
+        if form and pattern and not re.search(pattern, value):
+            raise UserError(f"{where}: {value[:40]!r} must be {form}")
 
 
 def _check_bounds(value: Any, written: Any, kind: types.Type, unit: str, where: str) -> None:

@@ -36,7 +36,14 @@ SmallAngle = Annotated[float, Meta(ge=-0.5, le=0.5, extra={"unit": "rad"})]
 RateOffset = Annotated[float, Meta(ge=-0.5, le=0.5, extra={"unit": "rad/s"})]
 Deviation = Annotated[float, Meta(gt=0, le=0.1)]
 Share = Annotated[float, Meta(gt=0, le=1)]
-Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[a-z][a-z0-9_]*$")]
+Name = Annotated[
+    str,
+    Meta(
+        max_length=64,
+        pattern=r"^[a-z][a-z0-9_]*$",
+        extra={"form": "small letters of English, digits and _, a letter first"},
+    ),
+]
 Text = Annotated[str, Meta(max_length=600)]
 
 

@@ -18,11 +18,11 @@ from msgspec import Meta
 from chefbot.config import read_config
 from chefbot.errors import UserError, nearest
 from chefbot.maths.se2 import SE2
+from chefbot.robot.sections import Name
 from chefbot.runtime.files import write_atomic
 
 Coordinate = Annotated[float, Meta(ge=-10_000, le=10_000, extra={"unit": "m"})]
 Heading = Annotated[float, Meta(ge=-7, le=7, extra={"unit": "rad"})]
-Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[a-z][a-z0-9_]*$")]
 
 
 class PlaceEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

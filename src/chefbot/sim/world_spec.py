@@ -9,6 +9,7 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.maths.se2 import SE2
+from chefbot.robot.sections import Name
 
 Coordinate = Annotated[float, Meta(ge=-200, le=200, extra={"unit": "m"})]
 Length = Annotated[float, Meta(gt=0, le=200, extra={"unit": "m"})]
@@ -17,7 +18,6 @@ Angle = Annotated[float, Meta(ge=-2 * math.pi, le=2 * math.pi, extra={"unit": "r
 Speed = Annotated[float, Meta(gt=0, le=3, extra={"unit": "m/s"})]
 Fraction = Annotated[float, Meta(ge=0, le=1)]
 Point = Annotated[list[Coordinate], Meta(min_length=2, max_length=2)]
-Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[a-z][a-z0-9_]*$")]
 Colour = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}$")]
 
 

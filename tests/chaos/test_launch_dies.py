@@ -1,10 +1,11 @@
-"""The launch's own process dies, the one with base and board: no child outlives it, and the board stops by itself."""
+"""The launch's own process dies or hangs, with base and driver: no child outlives it, the board stops by itself."""
 
 from __future__ import annotations
 
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -52,6 +53,14 @@ class Hand:
             self._say(Twist.of(self._speed, 0.0))
 
 
+def drive(hand: Hand, desk: Desk) -> None:
+    """Until it is fast."""
+    hand.push(0.0)
+    time.sleep(0.5)
+    hand.push(0.6 * ROBOT.max_speed)
+    wait_for(lambda: min(desk.wheels.speed) > 0.5 * ROBOT.max_speed / ROBOT.metres_per_tick)
+
+
 @pytest.mark.slow
 def test_the_board_stops_by_itself_and_no_process_is_left(tmp_path: Path) -> None:
     path = tmp_path / "built.yaml"
@@ -63,8 +72,12 @@ def test_the_board_stops_by_itself_and_no_process_is_left(tmp_path: Path) -> Non
             Hand(node.publisher("/cmd_vel_teleop", Twist).publish) as hand,
         ):
             wait_for(lambda: one.child("senses") and one.child("frames"))
-            hand.push(0.6 * ROBOT.max_speed)
-            wait_for(lambda: min(desk.wheels.speed) > 0.5 * ROBOT.max_speed / ROBOT.metres_per_tick)
+            drive(hand, desk)
+            stopped = desk.stops_after(lambda: one.process.send_signal(signal.SIGSTOP))
+            tell(f"the board stopped {stopped:.0f} ms after its launch hung")
+            assert stopped <= STOP_MS
+            one.process.send_signal(signal.SIGCONT)
+            drive(hand, desk)
             children = children_of(one.process.pid)
             assert len(children) >= 2
             stopped = desk.stops_after(one.process.kill)

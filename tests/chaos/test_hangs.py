@@ -90,6 +90,6 @@ def test_who_thinks_for_long_on_a_busy_machine_is_waited_for(tmp_path: Path, com
             time.sleep(0.2)
         assert one.child("thought") == pid
         said = one.stop()
-    tell(f"one step of {done[0]:.1f} s")
+    tell(f"one step of {done[0]:.1f} s; the robot stood {said.count('did not answer')} times")
     assert "ended" not in said
     assert "process thought did not answer; the robot stood for" in said  # from the second second on

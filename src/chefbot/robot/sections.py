@@ -9,42 +9,35 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.maths.se2 import SE2
-
-Length = Annotated[float, Meta(gt=0, le=10, extra={"unit": "m"})]
-Distance = Annotated[float, Meta(ge=0, le=10, extra={"unit": "m"})]
-Coordinate = Annotated[float, Meta(ge=-10, le=10, extra={"unit": "m"})]
-Mass = Annotated[float, Meta(gt=0, le=1000, extra={"unit": "kg"})]
-Speed = Annotated[float, Meta(gt=0, le=10, extra={"unit": "m/s"})]
-Acceleration = Annotated[float, Meta(gt=0, le=50, extra={"unit": "m/s^2"})]
-TurnRate = Annotated[float, Meta(gt=0, le=500, extra={"unit": "rad/s"})]
-TurnAcceleration = Annotated[float, Meta(gt=0, le=500, extra={"unit": "rad/s^2"})]
-Torque = Annotated[float, Meta(gt=0, le=1000, extra={"unit": "N m"})]
-Angle = Annotated[float, Meta(ge=-2 * math.pi, le=2 * math.pi, extra={"unit": "rad"})]
-Slope = Annotated[float, Meta(ge=0, le=0.8, extra={"unit": "rad"})]
-FieldOfView = Annotated[float, Meta(gt=0, le=2 * math.pi, extra={"unit": "rad"})]
-Voltage = Annotated[float, Meta(gt=0, le=100, extra={"unit": "V"})]
-Current = Annotated[float, Meta(gt=0, le=1000, extra={"unit": "A"})]
-Charge = Annotated[float, Meta(gt=0, le=1e7, extra={"unit": "C"})]
-Power = Annotated[float, Meta(gt=0, le=10_000, extra={"unit": "W"})]
-Duration = Annotated[float, Meta(gt=0, le=1e6, extra={"unit": "s"})]
-Rate = Annotated[float, Meta(gt=0, le=1000, extra={"unit": "Hz"})]
-Count = Annotated[int, Meta(gt=0, le=1_000_000)]
-Ratio = Annotated[float, Meta(gt=0, le=10)]
-Factor = Annotated[float, Meta(ge=0.8, le=1.25)]
-"""Of a measured number by the drawn one; what is further off is another robot, not a badly measured one."""
-SmallAngle = Annotated[float, Meta(ge=-0.5, le=0.5, extra={"unit": "rad"})]
-RateOffset = Annotated[float, Meta(ge=-0.5, le=0.5, extra={"unit": "rad/s"})]
-Deviation = Annotated[float, Meta(gt=0, le=0.1)]
-Share = Annotated[float, Meta(gt=0, le=1)]
-Name = Annotated[
-    str,
-    Meta(
-        max_length=64,
-        pattern=r"^[a-z][a-z0-9_]*$",
-        extra={"form": "small letters of English, digits and _, a letter first"},
-    ),
-]
-Text = Annotated[str, Meta(max_length=600)]
+from chefbot.robot.quantities import (
+    Acceleration,
+    Angle,
+    Charge,
+    Coordinate,
+    Count,
+    Current,
+    Deviation,
+    Distance,
+    Duration,
+    Factor,
+    FieldOfView,
+    Length,
+    Mass,
+    Name,
+    Power,
+    Rate,
+    RateOffset,
+    Ratio,
+    Share,
+    Slope,
+    SmallAngle,
+    Speed,
+    Text,
+    Torque,
+    TurnAcceleration,
+    TurnRate,
+    Voltage,
+)
 
 
 class Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

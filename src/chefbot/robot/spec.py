@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from chefbot.robot import layout
+from chefbot.robot.quantities import Name
 from chefbot.robot.sections import (
     Battery,
     Body,
@@ -18,7 +19,6 @@ from chefbot.robot.sections import (
     Equipment,
     Motor,
     MotorClamp,
-    Name,
     Part,
     Places,
     Plates,

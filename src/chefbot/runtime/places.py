@@ -18,7 +18,7 @@ from msgspec import Meta
 from chefbot.config import read_config
 from chefbot.errors import UserError, nearest
 from chefbot.maths.se2 import SE2
-from chefbot.robot.sections import Name
+from chefbot.robot.quantities import Name
 from chefbot.runtime.files import write_atomic
 
 Coordinate = Annotated[float, Meta(ge=-10_000, le=10_000, extra={"unit": "m"})]

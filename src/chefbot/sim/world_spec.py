@@ -9,7 +9,7 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.maths.se2 import SE2
-from chefbot.robot.sections import Name
+from chefbot.robot.quantities import Name
 
 Coordinate = Annotated[float, Meta(ge=-200, le=200, extra={"unit": "m"})]
 Length = Annotated[float, Meta(gt=0, le=200, extra={"unit": "m"})]

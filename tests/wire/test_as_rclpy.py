@@ -15,6 +15,10 @@ import zenoh
 
 from chefbot.msgs.rcl_interfaces import ParameterValue
 from chefbot.msgs.sensor_msgs import Image
+from chefbot.nodes.amcl import AmclNode
+from chefbot.nodes.controller import ControllerNode
+from chefbot.nodes.planner import PlannerNode
+from chefbot.runtime.node import Node
 from chefbot.wire.attachment import Attachment
 from chefbot.wire.names import WireType, topic_key
 from chefbot.wire.node import WireNode
@@ -92,6 +96,14 @@ def test_actions_clocks_and_frames_are_told_with_their_quality(tokens: list[str]
     assert re.search(r"MP %clock rosgraph_msgs::msg::dds_::Clock_ \S+ 2::,1:,:,:,,", own)
     assert re.search(r"MS %tf tf2_msgs::msg::dds_::TFMessage_ \S+ ::,100:,:,:,,", ears)
     assert re.search(r"MS %tf_static tf2_msgs::msg::dds_::TFMessage_ \S+ :1:,100:,:,:,,", ears)
+
+
+@pytest.mark.parametrize(
+    ("node", "port"), [(AmclNode, "amcl_pose"), (ControllerNode, "costmap"), (PlannerNode, "costmap")]
+)
+def test_what_nav2_keeps_for_latecomers_is_kept(node: type[Node], port: str) -> None:
+    """Its own clients and RViz's settings for it ask for that, and on DDS hear nothing else."""
+    assert vars(node)[port].latched
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ class AmclNode(Node):
     reinitialize_global_localization: In[Empty]
     sure_before: In[LocalizationStatus] = last_words("localization_status")
     frames_before: In[TFMessage] = last_words("tf")
-    amcl_pose: Out[PoseWithCovarianceStamped]
+    amcl_pose: Out[PoseWithCovarianceStamped] = topic(latched=True)
     particle_cloud: Out[ParticleCloud]
     localization_status: Out[LocalizationStatus] = topic(latched=True)
     tf_out: Out[TFMessage] = topic("tf")

@@ -118,7 +118,7 @@ class ControllerNode(Node):
     backup = serves(BackUp)
     drive_on_heading = serves(DriveOnHeading)
     cmd_vel_nav: Out[Twist]
-    costmap: Out[OccupancyGrid] = topic("local_costmap/costmap")
+    costmap: Out[OccupancyGrid] = topic("local_costmap/costmap", latched=True)
 
     def start(self) -> None:
         """Nothing to do."""

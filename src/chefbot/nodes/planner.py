@@ -60,7 +60,7 @@ class PlannerNode(Node):
     clear_costmaps: In[Float64]
     compute_path_to_pose = serves(ComputePathToPose)
     plan: Out[Path]
-    costmap: Out[OccupancyGrid] = topic("global_costmap/costmap")
+    costmap: Out[OccupancyGrid] = topic("global_costmap/costmap", latched=True)
 
     def start(self) -> None:
         """Nothing can be planned before the first map."""

@@ -22,8 +22,8 @@ def rviz_files(robot: Robot, doubt: Doubt) -> dict[str, str]:
     scene = [_scan(figures), _image(robot)]
     seen = [
         _map("Map", "/map", LATCHED, "map", 0.7),
-        _map("Global costs", "/global_costmap/costmap", TOLD, "costmap", 0.3),
-        _map("Local costs", "/local_costmap/costmap", TOLD, "costmap", 0.5),
+        _map("Global costs", "/global_costmap/costmap", LATCHED, "costmap", 0.3),
+        _map("Local costs", "/local_costmap/costmap", LATCHED, "costmap", 0.5),
         PLAN,
         PARTICLES,
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -43,6 +44,10 @@ def test_json_holds_every_figure_with_its_working(capsys: pytest.CaptureFixture[
     assert sheet["asked_for"] == {"payload": "3 kg"}
     for part in ("chapter", "needs", "gives", "stands"):
         assert all(entry["formula"] and entry["numbers"] and entry["source"] for entry in sheet[part])
+        assert all(
+            set(entry["symbols"]) <= set(re.findall(r"\w+", entry["formula"])) for entry in sheet[part]
+        )
+    assert sheet["chapter"][2]["symbols"] == {"mu": 0.6, "N": 30.0, "r": 0.045}
     assert sheet["choice"]["passes"]
     slow = sheet["catalogue"]["motor"]["pololu_37d_131"]
     assert not slow["passes"]

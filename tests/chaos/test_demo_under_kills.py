@@ -1,8 +1,9 @@
-"""The hotel demo while its processes are killed, one in every minute of the robot's time: all the food arrives."""
+"""The hotel demo while its processes die or hang, one in every minute of the robot's time: all the food arrives."""
 
 from __future__ import annotations
 
 import json
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from tests.chaos.launched import Launched, running, tell, wait_for
 
 SEED = 8
 EVERY_S = 60.0
+BLOWS = [signal.SIGKILL, signal.SIGSTOP]
 PATIENCE = 1800.0
 """Seconds of the wall for all of it."""
 
@@ -27,7 +29,7 @@ class Show:
 
     def __init__(self, one: Launched, node: WireNode) -> None:
         self._one = one
-        self._rng = np.random.default_rng([SEED, 0xD1E])
+        self._rng = np.random.default_rng([SEED, 0xD1F])
         self.now = 0.0
         """Seconds of the robot's time."""
         self.exploring = self.delivering = False
@@ -48,30 +50,31 @@ class Show:
     def over(self) -> bool:
         return self._one.process.poll() is not None
 
-    def kill(self, name: str) -> None:
+    def strike(self, name: str, by: signal.Signals) -> None:
         """If it is there: it may just be on its way back."""
         if self._one.child(name) is not None:
-            tell(f"{self.now:.0f} s: {name} is killed")
-            self._one.kill(name)
+            tell(f"{self.now:.0f} s: {name} gets {by.name}")
+            self._one.kill(name, by)
 
-    def kill_in_each_minute(self, goes_on: str) -> None:
-        """Any process, as long as the attribute holds."""
+    def strike_in_each_minute(self, goes_on: str) -> None:
+        """Any process, by death or by hanging, as long as the attribute holds."""
         due = self.now + EVERY_S
         while getattr(self, goes_on) and not self.over:
             wait_for(lambda: self.now > due or self.over or not getattr(self, goes_on), PATIENCE)  # noqa: B023
             if self.now > due:
                 due = self.now + EVERY_S
-                self.kill(self._rng.choice(list(PROCESSES)))
+                name = list(PROCESSES)[self._rng.integers(len(PROCESSES))]
+                self.strike(name, BLOWS[self._rng.integers(len(BLOWS))])
 
 
 def shown(out: Path, *phases: str) -> dict[str, Any]:
-    """The summary of a demo whose processes are killed in these phases."""
+    """The summary of a demo whose processes are struck in these phases."""
     words = ("demo", "--headless", "--seed", str(SEED), "--processes", "--out", str(out))
     with running(*words) as (one, node):
         show = Show(one, node)
         for phase in phases:
             wait_for(lambda: getattr(show, phase) or show.over, PATIENCE)  # noqa: B023
-            show.kill_in_each_minute(phase)
+            show.strike_in_each_minute(phase)
         said = one.process.communicate(timeout=PATIENCE)[0]
         tell(said)
     summary: dict[str, Any] = json.loads((out / "summary.json").read_text())

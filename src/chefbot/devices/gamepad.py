@@ -18,6 +18,7 @@ from chefbot.msgs.std_msgs import Bool, String
 from chefbot.runtime.node import Device, In, Out, every, topic
 
 RATE, ASK_RATE = 20.0, 5.0
+STOPPED, RELEASED = "STOP: the robot is stopped.", "STOP was released."
 HOW_TO = """\
 Hold the left shoulder button and push the left stick; let go to stop. Cross up / down: faster / slower.
      The red button (B, circle) is STOP; it is released on the robot's page."""
@@ -50,7 +51,7 @@ class GamepadDevice(Device):
         if path != AUTO and not Path(path).exists():
             raise UserError(f"the gamepad {path} does not exist; plug it in, or say device:=auto")
         self._drive = GamepadDrive(Limits.of(self.robot), self.params.drive)
-        self._driving = self._stop_asked = False
+        self._driving = self._stop_asked = self._stopped = False
         self._told = ""
         self.announcement = HOW_TO
         self._pad = Joystick(
@@ -67,9 +68,12 @@ class GamepadDevice(Device):
         self._pad.close()
 
     def on_emergency_stop(self, stopped: Bool) -> None:
-        """The robot has heard it."""
+        """The robot has heard it, or was released."""
         if stopped.data:
             self._stop_asked = False
+        if stopped.data or self._stopped:
+            self.post(partial(self.remark.publish, String(STOPPED if stopped.data else RELEASED)))
+        self._stopped = stopped.data
 
     @every(hz=RATE)
     def drive(self) -> None:

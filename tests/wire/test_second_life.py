@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from chefbot.maths.se2 import IDENTITY
+from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order, Place, Places
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.rcl_interfaces import (
@@ -14,13 +15,14 @@ from chefbot.msgs.rcl_interfaces import (
     GetParameters,
     GetParameters_Request,
     Parameter,
+    ParameterEvent,
     ParameterValue,
     SetParameters,
     SetParameters_Request,
 )
 from chefbot.msgs.std_msgs import Header
 from chefbot.wire.node import WireNode
-from chefbot.wire.qos import LATCHED
+from chefbot.wire.qos import LATCHED, PARAMETERS
 from tests.chaos.launched import running, wait_for
 
 LAUNCH = """
@@ -48,6 +50,15 @@ def set_all(node: WireNode) -> None:
     assert all(one.successful for one in answer.results)
 
 
+def lie(node: WireNode) -> None:
+    """What no base can have taken: it must not end its next life before that has begun."""
+    events = node.publisher("/parameter_events", ParameterEvent, PARAMETERS)
+    wait_for(lambda: events.heard)
+    for name, value in (("no_such", 1.0), ("limiter.no.such", 1.0), ("teleop_hold", -7.0)):
+        changed = (Parameter(name, ParameterValue(DOUBLE, double_value=value)),)
+        events.publish(ParameterEvent(Time(), "/base", changed_parameters=changed))
+
+
 @pytest.mark.slow
 def test_parameters_and_orders_survive_the_process_that_holds_them(tmp_path: Path) -> None:
     path = tmp_path / "service.yaml"
@@ -61,6 +72,7 @@ def test_parameters_and_orders_survive_the_process_that_holds_them(tmp_path: Pat
         node.publisher("/places", Places, LATCHED).publish(places)
         wait_for(lambda: order.heard and told)
         set_all(node)
+        lie(node)
         for number in (1, 2):
             order.publish(Order((f"table_{number}",), str(number)))
             wait_for(lambda number=number: told[-1].last_order == str(number))

@@ -5,10 +5,11 @@ from __future__ import annotations
 import threading
 import typing
 from functools import partial
-from typing import Any
 
 import msgspec
 
+from chefbot.config import build
+from chefbot.errors import UserError
 from chefbot.msgs.base import Message
 from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.rcl_interfaces import ParameterEvent
@@ -16,9 +17,11 @@ from chefbot.msgs.registry import message_type
 from chefbot.msgs.std_msgs import Empty
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params, split
+from chefbot.runtime.live_params import changed_params, is_live
 from chefbot.runtime.node import LAST_WORDS, LIFE, TopicSpec
 from chefbot.runtime.system import PARAMS_TOPIC, System, params_message
 from chefbot.runtime.transforms import TransformError
+from chefbot.wire.errors import WireError
 from chefbot.wire.names import WireType
 from chefbot.wire.node import WireNode
 from chefbot.wire.parameters import from_value, with_values
@@ -56,13 +59,14 @@ class LastWords:
     def __init__(self, node: WireNode, launch: Launch, system: System) -> None:
         self._system = system
         self._space = str(launch.args["namespace"]).rstrip("/")
-        self._parts = split(launch)[1]
+        parts = split(launch)[1]
         self._said: dict[str, dict[str, Word]] = {}
-        self._set: dict[str, dict[str, Any]] = {}
-        """Node to the values of its parameters that were set while it ran, by dotted names."""
+        self._entries = {name: entry for part in parts.values() for name, entry in part.nodes.items()}
+        self._params: dict[str, msgspec.Struct] = {}
+        """Of nodes whose parameters were set while they ran."""
         self._lock = threading.Lock()
         node.subscription("/parameter_events", ParameterEvent, self._note, PARAMETERS)
-        for process, part in self._parts.items():
+        for process, part in parts.items():
             self._said[process] = {}
             for entry in part.nodes.values():
                 self._listen(node, process, entry)
@@ -70,7 +74,7 @@ class LastWords:
     def of(self, process: str) -> tuple[Word, ...]:
         """What its next life is told; any thread."""
         with self._lock:
-            words = (*self._params(process), *self._said[process].values())
+            words = (*self._params_of(process), *self._said[process].values())
         return (*words, *self._frames(), Word.of(LIFE, Empty()))
 
     def _listen(self, node: WireNode, process: str, entry: NodeEntry) -> None:
@@ -85,23 +89,30 @@ class LastWords:
             self._said[process][topic] = Word(topic, kind, cdr)
 
     def _note(self, event: ParameterEvent) -> None:
-        """Parameters that a node has taken while it ran."""
+        """Parameters that a node has taken while it ran; WireError for what it cannot have taken: anybody may speak."""
         space, _, name = event.node.rpartition("/")
-        if space == self._space:
-            with self._lock:
-                known = self._set.setdefault(name, {})
-                known.update({one.name: from_value(one.value) for one in event.changed_parameters})
+        entry = self._entries.get(name)
+        if space != self._space or entry is None:
+            return
+        values = {one.name: from_value(one.value) for one in event.changed_parameters}
+        kind, where = node_class(entry.kind, "last words"), f"node {name}: params"
+        with self._lock:
+            known = self._params.get(name) or node_params(kind, entry.params, where)
+            try:
+                wanted = build(with_values(known, values), type(known), where)
+            except (UserError, LookupError, TypeError) as error:
+                raise WireError(f"not kept for the next life of {name}: {error}") from None
+            if not all(is_live(one, kind.live_params) for one in changed_params(known, wanted)):
+                raise WireError(f"not kept for the next life of {name}: it is read only when it starts")
+            self._params[name] = wanted
 
-    def _params(self, process: str) -> list[Word]:
+    def _params_of(self, process: str) -> list[Word]:
         """All params of those nodes that no longer have what the launch file says."""
-        words = []
-        for name, entry in self._parts[process].nodes.items():
-            if name in self._set:
-                launched = node_params(node_class(entry.kind, "last words"), entry.params, f"node {name}")
-                words.append(
-                    Word.of(PARAMS_TOPIC, params_message(name, with_values(launched, self._set[name])))
-                )
-        return words
+        return [
+            Word.of(PARAMS_TOPIC, params_message(name, msgspec.to_builtins(self._params[name])))
+            for name, entry in self._entries.items()
+            if entry.process == process and name in self._params
+        ]
 
     def _frames(self) -> tuple[Word, ...]:
         """The map's place, if anybody has ever said it."""

@@ -89,7 +89,7 @@ class LastWords:
             self._said[process][topic] = Word(topic, kind, cdr)
 
     def _note(self, event: ParameterEvent) -> None:
-        """Parameters that a node has taken while it ran; WireError for what it cannot have taken: anybody may speak."""
+        """Parameters that a node has taken while it ran; WireError for what it cannot have taken."""
         space, _, name = event.node.rpartition("/")
         entry = self._entries.get(name)
         if space != self._space or entry is None:

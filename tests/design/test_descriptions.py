@@ -199,3 +199,13 @@ def test_full_duty_reaches_the_speed_that_the_spec_promises(robot: Robot) -> Non
     assert data.qvel[0] == pytest.approx(robot.max_wheel_speed, rel=0.02)
     stall = model.actuator_forcerange[:, 1]
     assert (np.abs(data.actuator_force) < stall).all()
+
+
+def test_a_small_motor_has_a_small_rotor(robot: Robot) -> None:
+    """At half its speed at once: with a larger motor's rotor the board took a slow wheel for a reversed one."""
+    model = mujoco.MjModel.from_xml_string(mjcf(robot))
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 1.0
+    while data.qvel[0] < robot.max_wheel_speed / 2 and data.time < 1.0:
+        mujoco.mj_step(model, data)
+    assert data.time < 0.3

@@ -10,7 +10,7 @@ import math
 import zlib
 from typing import NamedTuple
 
-from chefbot.design.mjcf import ROTOR_INERTIA
+from chefbot.design.mjcf import rotor_inertia
 from chefbot.errors import UserError
 from chefbot.robot.spec import DRIVE_EFFICIENCY, Robot
 
@@ -102,7 +102,7 @@ def _motion(robot: Robot) -> tuple[Constant, ...]:
 
 def _lag(robot: Robot) -> float:
     """Seconds: time constant of half the loaded robot and a rotor on the line of one motor."""
-    inertia = robot.total_mass * robot.wheel_radius**2 / 2.0 + ROTOR_INERTIA
+    inertia = robot.total_mass * robot.wheel_radius**2 / 2.0 + rotor_inertia(robot.motor)
     return inertia * robot.motor.no_load_speed / (DRIVE_EFFICIENCY * robot.motor.stall_torque)
 
 

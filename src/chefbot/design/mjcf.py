@@ -13,6 +13,7 @@ from xml.sax.saxutils import quoteattr
 from chefbot.design.links import Link, Primitive, links, looks, sensor_mounts
 from chefbot.design.urdf_frames import joint_name, quaternion
 from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.robot.sections import Motor
 from chefbot.robot.shapes import MassProperties
 from chefbot.robot.solids import SENSOR, RobotPart
 from chefbot.robot.spec import DRIVE_EFFICIENCY, GRAVITY, ROLLING_RESISTANCE, Robot
@@ -20,8 +21,9 @@ from chefbot.robot.spec import DRIVE_EFFICIENCY, GRAVITY, ROLLING_RESISTANCE, Ro
 HULL_GROUP, LOOKS_GROUP, HOUSING_GROUP = 1, 2, 3
 """Geom groups of the robot: what collides, its parts as built, and the sensors' housings, which their own rays
 begin in."""
-ROTOR_INERTIA = 0.005
-"""kg m^2 of the motor's rotor seen through the gear (3e-7 kg m^2 at 131:1)."""
+ROTOR_SHARE = 1.63e-3
+"""A rotor's inertia as a share of the whole motor's mass times its diameter squared: 5e-7 kg m^2 for a 37D motor of
+Pololu's (estimated); rotors of one build grow with both."""
 CASTER_FRICTION = 0.02
 BODY_FRICTION = 0.3
 HARD = 'solimp="0.99 0.999 0.001" solref="0.01 1"'
@@ -99,6 +101,11 @@ def numbers(values: Iterable[float]) -> str:
     return " ".join(f"{value:.9g}" for value in values)
 
 
+def rotor_inertia(motor: Motor) -> float:
+    """Of the motor's rotor seen through the gear, kg m^2."""
+    return ROTOR_SHARE * motor.mass * motor.diameter**2 * motor.gear_ratio**2
+
+
 def _inertial(inertia: MassProperties) -> str:
     return (
         f'<inertial pos="{numbers(inertia.centre)}" mass="{inertia.mass:.9g}" '
@@ -114,7 +121,7 @@ def _sub_body(robot: Robot, link: Link, as_built: AsBuilt) -> str:
         rolling = ROLLING_RESISTANCE * robot.total_mass * GRAVITY * robot.wheel_radius / 2
         name = joint_name(link.name)
         joint = (
-            f'<joint name="{name}" type="hinge" axis="0 1 0" armature="{ROTOR_INERTIA}" '
+            f'<joint name="{name}" type="hinge" axis="0 1 0" armature="{rotor_inertia(robot.motor):.3g}" '
             f'frictionloss="{rolling:.9g}"/>'
         )
         y, z = y * as_built.separation, z * _wheel_factor(link.name, as_built)

@@ -139,6 +139,8 @@ class Demo:
         """All phases; `failure` says where it ended."""
         for phase in (self._explore, self._forget_and_find, self._deliver):
             self.failure = phase()
+            if self.failure and self._given_up:
+                self.failure = "told to end before it was done"
             if self.failure:
                 break
         self.took = (wall_ns() - self._began) / 1e9

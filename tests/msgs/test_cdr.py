@@ -18,12 +18,14 @@ import chefbot.msgs
 from chefbot.msgs.action import Action
 from chefbot.msgs.base import Message
 from chefbot.msgs.cdr import CdrError
+from chefbot.msgs.chefbot_msgs import Order
 from chefbot.msgs.definition import definition_text, type_hash
 from chefbot.msgs.fields import NUMPY_TYPES, FieldType, fields_of, ros_type
 from chefbot.msgs.rcl_interfaces import IntegerRange, ParameterDescriptor
 from chefbot.msgs.registry import action_type, message_type, service_type
 from chefbot.msgs.sensor_msgs import Image, LaserScan, Range
 from chefbot.msgs.service import Service
+from chefbot.msgs.std_msgs import String
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 
@@ -154,6 +156,12 @@ def test_damaged_bytes_raise_cdr_error_and_nothing_else(cut: int, flips: list[tu
     except CdrError:
         return
     assert cut >= len(data) - 8
+
+
+@pytest.mark.parametrize("empty", [b"\0\0\0\0", b"\1\0\0\0\0"])
+def test_a_string_without_the_zero_at_its_end_is_empty_as_for_fast_cdr(empty: bytes) -> None:
+    assert String.from_cdr(b"\0\1\0\0" + empty).data == ""
+    assert Order.from_cdr(b"\0\1\0\0" + b"\1\0\0\0" + empty).places == ("",)
 
 
 def test_a_value_that_does_not_fit_is_refused_with_its_type() -> None:

@@ -193,8 +193,8 @@ def _read_variable(source: Source, field: FieldType, target: str, run: list[tupl
         run.append(("I", "n"))
     _flush_reads(source, run)
     if field.element == "string" and not field.is_array:
-        source.add("if not 0 < n <= len(d) - p: refuse()")
-        source.add(f"{target} = d[p : p + n - 1].decode(); p += n")
+        source.add("if n > len(d) - p: refuse()")
+        source.add(f"{target} = d[p : p + n - (n > 0)].decode(); p += n")
     elif field.element == "string" or field.message is not None:
         reader = source.name(_read_string if field.message is None else _reader(field.message))
         most = f"min({field.bound}, len(d) - p)" if field.bound else "len(d) - p"
@@ -231,9 +231,10 @@ def _flush_reads(source: Source, run: list[tuple[str, str]]) -> None:
 
 
 def _read_string(data: bytes, position: int) -> tuple[str, int]:
+    """Its length counts the zero at its end; one of length 0, without it, is empty too, as for Fast-CDR."""
     packer = _packers("I")[(position - 4) & 7]
     (length,) = packer.unpack_from(data, position)
     position += packer.size
-    if not 0 < length <= len(data) - position:
+    if length > len(data) - position:
         _refuse()
-    return data[position : position + length - 1].decode(), position + length
+    return data[position : position + length - (length > 0)].decode(), position + length

@@ -161,7 +161,7 @@ def test_damaged_bytes_raise_cdr_error_and_nothing_else(cut: int, flips: list[tu
 @pytest.mark.parametrize("empty", [b"\0\0\0\0", b"\1\0\0\0\0"])
 def test_a_string_without_the_zero_at_its_end_is_empty_as_for_fast_cdr(empty: bytes) -> None:
     assert String.from_cdr(b"\0\1\0\0" + empty).data == ""
-    assert Order.from_cdr(b"\0\1\0\0" + b"\1\0\0\0" + empty).places == ("",)
+    assert Order.from_cdr(b"\0\1\0\0" + b"\1\0\0\0" + empty + bytes(7)).places == ("",)
 
 
 def test_a_value_that_does_not_fit_is_refused_with_its_type() -> None:

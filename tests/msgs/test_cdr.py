@@ -31,7 +31,10 @@ STORE = get_typestore(Stores.ROS2_JAZZY)
 
 
 def all_modules() -> list[ModuleType]:
-    names = [module.name for module in pkgutil.iter_modules(chefbot.msgs.__path__)]
+    """But for older editions of some, which share the names of the newest."""
+    names = [
+        module.name for module in pkgutil.iter_modules(chefbot.msgs.__path__) if module.name != "editions"
+    ]
     return [importlib.import_module(f"chefbot.msgs.{name}") for name in names]
 
 

@@ -140,7 +140,9 @@ def test_processes_talk_come_back_and_leave_nothing(launched: Launched, port: in
     launched.node.subscription("/dishes", String, dishes.put, LATCHED)
     assert launched.wire.graph.wait_for(lambda _: launched.there("cook", "doubler", "counter"), PATIENCE)
     assert double.get(timeout=PATIENCE).data % 2.0 == 0.0
-    served = [dishes.get(timeout=PATIENCE).data]  # the guest's order; who comes late is told the last dish only
+    served = [
+        dishes.get(timeout=PATIENCE).data
+    ]  # the guest's order; who comes late is told the last dish only
     while served[-1] != "salad":
         served.append(dishes.get(timeout=PATIENCE).data)
     assert served in (["soup", "salad"], ["salad"])

@@ -57,6 +57,11 @@ class _Child:
         self.weak_since: float | None = None
         """When it was first felt that it does not answer, if it does not."""
 
+    @property
+    def begins_to_work(self) -> bool:
+        """It runs, and nobody has said yet that all of it is there."""
+        return self.running is not None and not self.ready and not self.pulse.is_weak
+
     def lost(self) -> int | None:
         """The exit code if it has just died; then it is due again after a while."""
         code = None if self.running is None else self.running.process.poll()
@@ -157,12 +162,7 @@ class Supervisor:
             self._tell(f"process {one.name} ended ({why}); again in {waits:.1f} s")
         if one.running is None and time.monotonic() >= one.due:
             self._start(one)
-        if (
-            one.running is not None
-            and not one.ready
-            and not one.pulse.is_weak
-            and self._hooks.ready(one.name)
-        ):
+        if one.begins_to_work and self._hooks.ready(one.name):
             one.ready = True
             self._hooks.back(one.name)
             if one.died is not None:

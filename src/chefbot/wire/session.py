@@ -55,14 +55,14 @@ class Wire:
         self._port = port
         self._numbers = count()
         self._closing = threading.Event()
+        self._may_route = router
         self._router = _open_router(port) if router else None
         self.session = _open_peer(port)
         self._await_router()
         self.zid = str(self.session.zid())
         self.graph = Graph(self.session, domain, self.refused)
-        self._watcher = threading.Thread(target=self._watch, name="wire watcher", daemon=True)
-        if router:
-            self._watcher.start()
+        self._watcher = threading.Thread(target=self._watch, name="wire watcher")
+        self._watcher.start()
 
     @property
     def is_router(self) -> bool:
@@ -81,7 +81,7 @@ class Wire:
     def close(self) -> None:
         """Say goodbye to all and free the port."""
         self._closing.set()
-        if self._watcher.is_alive():
+        if threading.current_thread() is not self._watcher:
             self._watcher.join()
         self.graph.close()
         self.session.close()
@@ -102,9 +102,15 @@ class Wire:
             time.sleep(0.001)
 
     def _watch(self) -> None:
-        """Take the router's place when it is empty."""
+        """Take the router's place when it is empty; close what a program that ends has left open.
+
+        Zenoh's threads would keep it alive for ever, and `atexit` comes after them.
+        """
         while not self._closing.wait(WATCH_PERIOD):
-            if self._router is None and not self.connected:
+            if not threading.main_thread().is_alive():
+                self.close()
+                return
+            if self._may_route and self._router is None and not self.connected:
                 self._router = _open_router(self._port)
 
 

@@ -1,0 +1,44 @@
+"""Programs that end without closing the wire."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+from chefbot.msgs.std_msgs import String
+from chefbot.wire.node import WireNode
+from chefbot.wire.session import Wire
+from tests.chaos.launched import free_port
+from tests.waiting import wait_for
+
+LEAVES = """
+import sys, time
+from chefbot.msgs.std_msgs import String
+from chefbot.wire.node import WireNode
+from chefbot.wire.session import Wire
+
+heard = []
+wire = Wire(port=int(sys.argv[1]), router=False)
+WireNode(wire, "leaves").subscription("talk", String, heard.append)
+while len(heard) < 10:
+    time.sleep(0.01)
+sys.exit(3)
+"""
+
+
+def test_a_program_ends_though_messages_come_and_it_has_not_closed_the_wire() -> None:
+    port = free_port()
+    with Wire(port=port) as wire, WireNode(wire, "talks") as node:
+        talk = node.publisher("talk", String)
+        program = subprocess.Popen([sys.executable, "-c", LEAVES, str(port)])
+
+        def ended() -> bool:
+            talk.publish(String("on and on"))
+            return program.poll() is not None
+
+        try:
+            wait_for(ended, "its end", patience=30.0)
+            assert program.returncode == 3
+        finally:
+            program.kill()
+            program.wait()

@@ -91,11 +91,11 @@ class Bridge:
         self._jobs.put("nodes", lambda: None, 1)  # wakes the thread, which looks for `_wanted` first
 
     def lose(self, process: str) -> None:
-        """A process of the launch has died: its commands must not go on; any thread."""
+        """A process of the launch has died or does not answer: its commands must not go on; any thread."""
         self._inbox.say("process_lost", String(process))
 
     def regain(self, process: str) -> None:
-        """It is there, all its nodes on the wire; any thread."""
+        """It is there, all its nodes on the wire, and answers; any thread."""
         self._inbox.say("process_back", String(process))
 
     def remark(self, topic: str, text: str) -> None:

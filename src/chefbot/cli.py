@@ -236,7 +236,7 @@ def dds(
     ] = None,
     interface: Annotated[str, typer.Option(help="lo, eth0, ...; auto: Cyclone DDS chooses a network")] = "",
 ) -> None:
-    """Bridge to ROS 2 systems that speak DDS, as default installations do: topics both ways. Needs the extra `dds`."""
+    """Bridge to ROS 2 systems that speak DDS, as default installations do: topics both ways. Needs extra `dds`."""
     from chefbot.commands.dds import run_dds
 
     run_dds(domain, topics or [], interface)

@@ -17,9 +17,7 @@ from chefbot.runtime.node import Device, In, Out, every, topic
 
 VARIABLE = "CHEFBOT_STATE"
 ASK_HZ = 5.0
-HOW = (
-    "Release STOP on a page, or say: chefbot topic pub --once /stop_request '{data: false}'"
-)
+HOW = "Release STOP on a page, or say: chefbot topic pub --once /stop_request '{data: false}'"
 STOPPED = f"The robot was stopped when its programs ended, and still is. {HOW}."
 NOT_KNOWN = "It is not known whether the robot was stopped when its programs ended, so it is now"
 

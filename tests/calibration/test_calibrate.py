@@ -95,6 +95,7 @@ def test_a_narrow_view_whose_stands_were_misjudged_still_tells_the_robot(view: f
     assert result.after.worst == pytest.approx(true_return(one, result), abs=0.015)
 
 
+@pytest.mark.slow
 def test_the_check_owns_up_to_wheels_that_slipped_on_it() -> None:
     """The check's ticks help to find where it stood, and yet they cannot hide what they did."""
     one = driven(CAMERA, 4, 0.03, slip=0.01)

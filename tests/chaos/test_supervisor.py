@@ -99,6 +99,7 @@ def test_who_runs_is_back_only_when_it_is_ready(tmp_path: Path) -> None:
     assert kept.told[-1].startswith("process a is back, ")
 
 
+@pytest.mark.slow
 def test_a_spare_takes_the_place_of_who_dies_and_another_stands_by(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -87,6 +87,7 @@ def test_not_a_number_is_not_obeyed(driven: Driven, cable: Cable) -> None:
     assert b"nan" not in cable.said
 
 
+@pytest.mark.slow
 def test_a_pulled_cable_stops_it_and_plugged_in_elsewhere_it_goes_on(driven: Driven, cable: Cable) -> None:
     """The board stops itself; what was commanded all the while does not move it again before a stop was."""
     drive(driven, cable)
@@ -116,6 +117,7 @@ def test_a_board_that_restarts_in_mid_drive_stands(driven: Driven, cable: Cable,
     drive(driven, cable)
 
 
+@pytest.mark.slow
 def test_stop_latches_until_it_is_released_and_a_stop_was_commanded(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
     count = len(cable.lines)

@@ -167,6 +167,7 @@ def port() -> Iterator[tuple[str, ChapterBoard]]:
     os.close(theirs)
 
 
+@pytest.mark.slow
 def test_the_driver_knows_it_by_its_silence_to_the_handshake(port: tuple[str, ChapterBoard]) -> None:
     path, board = port
     driven = Driven(path)

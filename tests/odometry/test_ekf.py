@@ -28,6 +28,7 @@ def same(a, b):
 # -- late readings
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(st.permutations(SECOND), st.integers(0, 59), st.floats(-0.1, 0.1))
 def test_the_order_of_arrival_does_not_matter_within_the_history(shuffled, k, off):

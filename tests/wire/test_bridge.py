@@ -143,6 +143,7 @@ def test_the_clock_of_the_simulation_is_told(port: int) -> None:
         assert second - first == 100_000_000
 
 
+@pytest.mark.slow
 def test_what_was_latched_before_anybody_came_is_heard(port: int) -> None:
     with running(port, "cook", "guest") as one:
         wait_for(lambda: one.system.nodes["guest"].results)
@@ -294,6 +295,7 @@ def test_what_a_server_gave_up_without_a_reason_has_not_succeeded(port: int) -> 
             assert result.error_msg.startswith("deliver gave the goal up")
 
 
+@pytest.mark.slow
 def test_a_call_that_nobody_serves_fails_with_a_reason(port: int) -> None:
     with running(port, "guest") as one:
         wait_for(lambda: one.system.nodes["guest"].results)

@@ -109,6 +109,7 @@ def test_another_kind_of_robot_and_taken_names_are_refused(wire: Wire, robot: St
         met(wire, guest())
 
 
+@pytest.mark.slow
 def test_who_comes_before_the_robot_says_so_and_waits(wire: Wire, robot: Start) -> None:
     said: queue.Queue[str] = queue.Queue()
     threading.Timer(3.0, robot).start()
@@ -118,6 +119,7 @@ def test_who_comes_before_the_robot_says_so_and_waits(wire: Wire, robot: Start) 
     assert said.get() == "Joined a robot."
 
 
+@pytest.mark.slow
 def test_a_robot_that_comes_again_is_a_new_one(wire: Wire, robot: Start) -> None:
     first = robot("/robot1")
     meeting, _ = met(wire, guest())

@@ -148,8 +148,9 @@ def test_what_is_served_in_several_editions_is_shown_once_and_is_no_mismatch(
     turner: Turner, wire: Wire
 ) -> None:
     assert wire.graph.wait_for(lambda graph: "/spin" in graph.actions(), PATIENCE)
+    goals = "/spin/_action/send_goal"
+    assert wire.graph.wait_for(lambda graph: len(graph.services()[goals].types) == 2, PATIENCE)
     assert info_lines(wire.graph, "/controller").count("  /spin  nav2_msgs/action/Spin") == 1
-    assert len(wire.graph.services()["/spin/_action/send_goal"].types) == 2
     with WireNode(wire, "jazzy") as node:
         node.client("/spin/_action/send_goal", JAZZY.send_goal_service)
         node.client("/spin/_action/get_result", EARLY_JAZZY.get_result_service)

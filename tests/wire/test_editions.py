@@ -38,6 +38,7 @@ from chefbot.wire.names import WireType, topic_key
 from chefbot.wire.node import WireNode
 from chefbot.wire.session import Wire
 from chefbot.wire.tokens import CLIENT
+from tests.waiting import wait_for
 
 PATIENCE = 10.0
 JAZZY, EARLY_JAZZY = editions("nav2_msgs/action/Spin")
@@ -83,7 +84,17 @@ def peer(port: int, wire: Wire) -> Iterator[zenoh.Session]:
 
 
 def call(peer: zenoh.Session, key: str, request: Message) -> bytes:
-    """As rmw_client_data.cpp: all complete, no consolidation; exactly one reply, which repeats number and gid."""
+    """Exactly one reply, which repeats number and gid; asked again until the peer knows of the server."""
+    (reply,) = wait_for(lambda: replies_to(peer, key, request))
+    assert reply.ok is not None and reply.ok.attachment is not None
+    assert str(reply.ok.key_expr) == key
+    told = reply.ok.attachment.to_bytes()
+    assert len(told) == SIZE and unpack(told)[::2] == (7, GID)
+    return reply.ok.payload.to_bytes()
+
+
+def replies_to(peer: zenoh.Session, key: str, request: Message) -> list[zenoh.Reply]:
+    """As rmw_client_data.cpp asks: all complete, no consolidation."""
     got: queue.Queue[zenoh.Reply] = queue.Queue()
     done = threading.Event()
     peer.get(
@@ -96,12 +107,7 @@ def call(peer: zenoh.Session, key: str, request: Message) -> bytes:
         timeout=PATIENCE,
     )
     assert done.wait(PATIENCE)
-    (reply,) = [got.get_nowait() for _ in range(got.qsize())]
-    assert reply.ok is not None and reply.ok.attachment is not None
-    assert str(reply.ok.key_expr) == key
-    told = reply.ok.attachment.to_bytes()
-    assert len(told) == SIZE and unpack(told)[::2] == (7, GID)
-    return reply.ok.payload.to_bytes()
+    return [got.get_nowait() for _ in range(got.qsize())]
 
 
 def key_of(part: str, kind: object) -> str:

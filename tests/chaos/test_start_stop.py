@@ -1,7 +1,8 @@
-"""Starting and stopping again and again leaves nothing: no process, no port."""
+"""Starting and stopping again and again leaves nothing, no process, no port, and ends soon."""
 
 from __future__ import annotations
 
+import statistics
 import time
 
 import pytest
@@ -11,6 +12,8 @@ from tests.chaos.launched import launched, tell, wait_for
 from tests.processes import children_of, is_alive
 
 TIMES, MANY = 20, 200
+SHUT_S = 3.0
+"""In the median: one of many may meet a machine that is busy."""
 
 
 def once() -> float:
@@ -40,3 +43,4 @@ def test_again_and_again(times: int) -> None:
         if done % 20 == 0:
             mean = sum(took) / done
             tell(f"{done} of {times}; stopping took {max(took):.2f} s at most, {mean:.2f} s in the mean")
+    assert statistics.median(took) <= SHUT_S

@@ -139,3 +139,15 @@ def test_a_robot_goes_on_when_its_log_is_full_and_says_so(
     replay = Replay(read_log(path))
     replay.run()
     assert not replay.differences and replay.compared > 100
+
+
+def test_where_the_system_cannot_promise_room_it_is_written_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A Mac's C library has no fallocate."""
+    monkeypatch.setattr("chefbot.runtime.room.ctypes.CDLL", lambda *_, **__: object())
+    file = McapFile(tmp_path / "some.mcap")
+    channel = file.channel("chatter", "std_msgs/msg/String", "string data", {})
+    file.add(channel, b"\0\1\0\0", 1, 1, 1)
+    file.close()
+    assert messages_in(tmp_path / "some.mcap") == [b"\0\1\0\0"]

@@ -130,9 +130,8 @@ def _write_numbers(source: Source, field: FieldType, place: str, run: list[tuple
     source.add("if a.size:")
     if _needs_gap(field):
         source.add(f"    g = -p % {dtype.itemsize}; b.append(bytes(g)); p += g")
-    source.add(
-        "    b.append(a.data if a.size > 999 else a.tobytes()); p += a.nbytes"
-    )  # the former saves a copy
+    # a view of many saves a copy
+    source.add("    b.append(a.data if a.size > 999 else a.tobytes()); p += a.nbytes")
 
 
 def _needs_gap(field: FieldType) -> bool:

@@ -47,6 +47,8 @@ class Room:
         if limit != resource.RLIM_INFINITY and size > limit:
             return errno.EFBIG
         libc = ctypes.CDLL(None, use_errno=True)
-        allocate = getattr(libc, "fallocate64", None) or libc.fallocate
+        allocate = getattr(libc, "fallocate64", None) or getattr(libc, "fallocate", None)
+        if allocate is None:  # as on a Mac
+            return errno.ENOSYS
         begin, length = ctypes.c_int64(self._taken), ctypes.c_int64(size - self._taken)
         return 0 if allocate(self._handle, KEEP_SIZE, begin, length) == 0 else ctypes.get_errno()

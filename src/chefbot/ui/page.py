@@ -337,9 +337,8 @@ class PageDevice(Device):
             missing = [name for name in command.tables if name not in self._places]
             if missing:
                 raise UserError(f"There is no place called {missing[0]}")
-        if (
-            isinstance(command, do.Stop) and not self._shown.stopped
-        ):  # the loop may be late, or its time may stand
+        if isinstance(command, do.Stop) and not self._shown.stopped:
+            # shown at once: the loop may be late, or its time may stand
             self._server.show("status", msgspec.structs.replace(self._shown, stop_asked=True))
         self.post(lambda: self._obey(command))
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable
-from xml.sax.saxutils import escape
 
+from chefbot.design.ros2.package import manifest
 from chefbot.msgs import chefbot_msgs
 from chefbot.msgs.action import Action
 from chefbot.msgs.base import Message
@@ -18,6 +18,11 @@ from chefbot.msgs.fields import ros_type
 
 PACKAGE = "chefbot_msgs"
 ABOUT = "What chefbot's nodes say that ROS 2 has no message for, written by chefbot."
+ROSIDL = (
+    "<buildtool_depend>rosidl_default_generators</buildtool_depend>",
+    "<exec_depend>rosidl_default_runtime</exec_depend>",
+    "<member_of_group>rosidl_interface_packages</member_of_group>",
+)
 
 
 def interface_package() -> dict[str, str]:
@@ -31,7 +36,8 @@ def interface_package() -> dict[str, str]:
     used = sorted({package for one in own for package in _packages(one)} - {PACKAGE})
     if actions:
         used = sorted({*used, "action_msgs"})
-    return {"package.xml": _manifest(used), "CMakeLists.txt": _cmake(used, sorted(files)), **files}
+    papers = manifest(PACKAGE, ABOUT, used, tag="depend", also=ROSIDL)
+    return {"package.xml": papers, "CMakeLists.txt": _cmake(used, sorted(files)), **files}
 
 
 def _is_ours(kind: type) -> bool:
@@ -50,27 +56,6 @@ def _packages(kind: type[Message]) -> Iterable[str]:
     ):
         return ()
     return (one.name.partition("/")[0] for one in describe(kind).uses)
-
-
-def _manifest(depends: Iterable[str]) -> str:
-    lines = "\n".join(f"  <depend>{one}</depend>" for one in depends)
-    return f"""<?xml version="1.0"?>
-<package format="3">
-  <name>{PACKAGE}</name>
-  <version>0.1.0</version>
-  <description>{escape(ABOUT)}</description>
-  <maintainer email="owner@example.com">The robot's owner</maintainer>
-  <license>Apache-2.0</license>
-  <buildtool_depend>ament_cmake</buildtool_depend>
-  <buildtool_depend>rosidl_default_generators</buildtool_depend>
-{lines}
-  <exec_depend>rosidl_default_runtime</exec_depend>
-  <member_of_group>rosidl_interface_packages</member_of_group>
-  <export>
-    <build_type>ament_cmake</build_type>
-  </export>
-</package>
-"""
 
 
 def _cmake(depends: Iterable[str], files: Iterable[str]) -> str:

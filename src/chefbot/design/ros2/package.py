@@ -6,9 +6,14 @@ from collections.abc import Iterable
 from xml.sax.saxutils import escape
 
 
-def manifest(name: str, about: str, depends: Iterable[str]) -> str:
-    """package.xml of a package that installs files and runs others' executables."""
-    lines = "\n".join(f"  <exec_depend>{one}</exec_depend>" for one in depends)
+def manifest(
+    name: str, about: str, depends: Iterable[str], *, tag: str = "exec_depend", also: Iterable[str] = ()
+) -> str:
+    """package.xml of a package that installs files and runs others' executables.
+
+    One that compiles something depends on others by another `tag`, and says `also` lines of its own.
+    """
+    lines = "\n".join((*(f"  <{tag}>{one}</{tag}>" for one in depends), *(f"  {one}" for one in also)))
     return f"""<?xml version="1.0"?>
 <package format="3">
   <name>{name}</name>

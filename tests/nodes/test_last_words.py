@@ -348,3 +348,19 @@ def test_a_base_that_does_not_know_how_it_stood_is_stopped_and_says_so() -> None
     assert life.drives()
     first = Stops()
     assert not first.told and first.drives() and not first.heard("base/remark")
+
+
+def test_tables_are_named_as_people_name_them(waiter: Callable[..., Life]) -> None:
+    life = waiter()
+    life.loop.publish("order", Order(("2", "Table 1", "kitchen"), "x"), "person")
+    life.run(60.0)
+    assert driven(life) == ["kitchen", "table_2", "table_1", "kitchen", "home"]
+
+
+def test_a_table_that_is_not_there_is_refused_with_the_nearest_name(waiter: Callable[..., Life]) -> None:
+    life = waiter()
+    life.loop.publish("order", Order(("1", "tabel_2"), "x"), "person")
+    life.run(1.0)
+    last = life.heard("delivery_status")[-1]
+    assert last.sentence == "On this map there is no place called 'tabel_2' (did you mean 'table_2'?)."
+    assert driven(life) == [] and last.state == "failed"

@@ -8,6 +8,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import (
     Deliver,
     Deliver_Feedback,
@@ -24,6 +25,7 @@ from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.nodes.stopped import REFUSED, is_pressed, pressed_since
 from chefbot.runtime.actions import calls, serves
 from chefbot.runtime.node import SECOND, In, Node, Out, last_words, topic
+from chefbot.runtime.places import find_place
 from chefbot.runtime.tasks import Cancelled, Future, first_of
 
 UNKNOWN_PLACE, NOT_REACHED = 1, 2
@@ -184,16 +186,15 @@ class DeliveryNode(Node):
         if self._is_next:  # from here on it is in hand
             self._orders, self._is_next = self._orders[1:], False
         known = self._poses()
-        missing = [
-            name for name in (*goal.places, self.params.kitchen, self.params.home) if name not in known
-        ]
-        if missing:
-            sentence = f"There is no place called {missing[0]} on this map."
-            self._tell("failed", missing[0], sentence)
-            return Deliver_Result((), UNKNOWN_PLACE, sentence)
+        wishes = (*goal.places, self.params.kitchen, self.params.home)
+        try:
+            tables = tuple(find_place(wish, known) for wish in wishes)[: len(goal.places)]
+        except UserError as error:
+            self._tell("failed", "", f"On this map {error}.")
+            return Deliver_Result((), UNKNOWN_PLACE, f"On this map {error}.")
         self._feedback = feedback
         told, self._resumed = self._resumed, None
-        self._queue = goal.places
+        self._queue = tables
         if told is None:
             self._delivered, self._missed = [], []
         try:

@@ -7,7 +7,7 @@ places:
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -60,8 +60,10 @@ def save_places(path: Path, places: Mapping[str, SE2]) -> None:
     write_atomic(path, (about + yaml.safe_dump({"places": entries}, sort_keys=False)).encode())
 
 
-def find_place(wish: str, places: Mapping[str, SE2]) -> str:
+def find_place(wish: str, places: Collection[str]) -> str:
     """The place that a person means by 'kitchen', 'table_3' or just '3'. UserError with the nearest name."""
+    if wish in places:
+        return wish
     name = f"table_{wish}" if wish.isdigit() else wish.lower().replace(" ", "_")
     if name not in places:
         raise UserError(f"there is no place called {wish!r}{nearest(name, places)}")

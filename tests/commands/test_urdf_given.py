@@ -137,14 +137,18 @@ INCLUDES = {
     ),
     "in a circle over a folder": ({"a.xacro": '<xacro:include filename="$(dirname)/a.xacro"/>'}, "itself"),
     "by a variable": (
-        {"a.xacro": '<xacro:property name="f" value="a.xacro"/><xacro:include filename="${f}"/>'}, "without end",
+        {"a.xacro": '<xacro:property name="f" value="a.xacro"/><xacro:include filename="${f}"/>'}, "itself",
     ),
     "a macro that calls itself": (
         {"a.xacro": '<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>'}, "without end",
     ),
     "what is not there": ({"a.xacro": '<xacro:include filename="gone.xacro"/>'}, r"No such file .*gone\.xacro"),
     "an unknown name": ({"a.xacro": '<link name="${nothing}"/>'}, "'nothing' is not defined"),
-    "too much memory": ({"a.xacro": "<link name=\"${'a' * 10**10}\"/>"}, "MemoryError"),
+    "too much memory": ({"a.xacro": "<link name=\"${'a' * 10**10}\"/>"}, "a repetition 10000000000 times is longer"),
+    "too much memory in one text": (
+        {"a.xacro": f"<xacro:property name='a' value=\"${{'a' * 99999}}\"/><link name=\"{'${a}' * 20000}\"/>"},
+        "too much memory|MemoryError",
+    ),
 }  # fmt: skip
 
 

@@ -80,7 +80,7 @@ def launch(
     if not name:
         list_launches()
         return
-    run_launch(name, arguments or [], join or [], listen or [], host)
+    raise typer.Exit(run_launch(name, arguments or [], join or [], listen or [], host))
 
 
 @app.command()

@@ -19,7 +19,7 @@ import msgspec
 from rich.console import Console
 
 from chefbot.commands.kernels import GROUPS, groups_of
-from chefbot.commands.session import announce, keep_going, show_remarks, stop_on_signals
+from chefbot.commands.session import announce, keep_going, show_fault, show_remarks, stop_on_signals
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import WallClock
@@ -72,6 +72,7 @@ def run(order: Order, told: Input) -> None:
         space = str(own.args["namespace"]) or "/"
         loop = _loop(wire, order.process, own)
         system = System(loop, robot, int(own.args["seed"]))
+        system.isolate(show_fault)
         simulated = own.clock == "simulation"
         bridge = Bridge(system, wire, space, simulated=simulated, leads=False, own=name)
         loop.tap(show_remarks)

@@ -19,11 +19,13 @@ from chefbot.commands.summary import DemoResult, summarize
 from chefbot.commands.warm import Warming, start_warming
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import ExplorationStatus, Order
+from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import LeadingClock, wall_ns
+from chefbot.runtime.faults import first_fault
 from chefbot.runtime.files import make_folder, save_map, write_atomic
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import Publication
@@ -125,6 +127,8 @@ class Demo:
         self.explored = ExplorationStatus()
         self.found: bool | None = None
         self.failure = ""
+        self.fault = ""
+        """What the nodes raised, of this process or of another."""
         self.processes: Processes | None = None
         """None: all in one."""
         self._given_up = False
@@ -278,6 +282,8 @@ class Demo:
             self.explored = message
         elif publication.topic == "localized" and isinstance(message, Bool):
             self.found = message.data
+        elif isinstance(message, DiagnosticArray):
+            self.fault = first_fault(message) or self.fault
 
 
 def _print(result: DemoResult, processes: Processes | None, out: Path) -> None:

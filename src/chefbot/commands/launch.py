@@ -76,8 +76,8 @@ def run_launch(
     join: Sequence[str] = (),
     listen: Sequence[str] = (),
     host: str = "",
-) -> None:
-    """Until Ctrl-C, or for `duration:=` seconds of its clock.
+) -> int:
+    """Until Ctrl-C, or for `duration:=` seconds of its clock. Exit code: 1 if a node raised what it should not.
 
     `join`, `listen`: ways to other machines. `host`: which machine this is, for files that have parts for several.
     """
@@ -90,9 +90,10 @@ def run_launch(
     warm_kernels(console)
     with wired(launch, doors, console.print) as wire:
         if launch.clock != "robot":
-            _run_robot(launch, robot, wire, folder)
-        elif wire is not None:
-            _run_guests(launch, robot, wire, folder)
+            faults = _run_robot(launch, robot, wire, folder)
+        else:
+            faults = _run_guests(launch, robot, wire, folder) if wire is not None else 0
+    return min(faults, 1)
 
 
 def _part(launch: Launch, host: str) -> Launch:
@@ -109,17 +110,22 @@ def _part(launch: Launch, host: str) -> Launch:
     return part
 
 
-def _run_robot(launch: Launch, robot: Robot, wire: Wire | None, folder: Path) -> None:
-    """A launch that joins nobody."""
+def _run_robot(launch: Launch, robot: Robot, wire: Wire | None, folder: Path) -> int:
+    """A launch that joins nobody. How many faults its program had."""
     if wire is None and any(entry.process or entry.host for entry in launch.nodes.values()):
         console.print("All nodes run in this one process: `process:` and `host:` need the wire.")
     with _session(launch, robot) as system:
         _run_nodes(system, launch, wire, folder)
+    return _faults_of(system)
 
 
-def _run_guests(launch: Launch, robot: Robot, wire: Wire, folder: Path) -> None:
-    """A launch that joins a robot; anew whenever the robot is started anew."""
-    name = guest_name(launch)
+def _faults_of(system: System) -> int:
+    return system.faults.unexpected if system.faults else 0
+
+
+def _run_guests(launch: Launch, robot: Robot, wire: Wire, folder: Path) -> int:
+    """A launch that joins a robot; anew whenever the robot is started anew. How many faults its program had."""
+    name, faults = guest_name(launch), 0
     while (meeting := meet(wire, launch, robot, console.print)) is not None:
         space = str(meeting.launch.args["namespace"]) or "/"
         with WireNode(wire, f"_{name}_clock", space) as node:
@@ -129,9 +135,11 @@ def _run_guests(launch: Launch, robot: Robot, wire: Wire, folder: Path) -> None:
                 watching(wire, meeting, system.loop.stop) as anew,
             ):
                 _run_nodes(system, meeting.launch, wire, folder, name)
+        faults += _faults_of(system)
         if not anew.is_set():
-            return
+            break
         console.print("The robot was started anew, and so are the nodes here.")
+    return faults
 
 
 @contextmanager

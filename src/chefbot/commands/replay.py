@@ -21,6 +21,8 @@ def run_replay(path: Path, check: bool) -> int:
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task(f"replaying {path}", total=len(log.messages))
         replay.run(lambda done, total: progress.update(task, completed=done, total=total))
+    for sentence, count in replay.faults.counts.items():
+        console.print(f"{count} times: {sentence}", markup=False)
     if not replay.differences:
         console.print(f"{path}: {replay.compared} messages of nodes, all the same to the byte")
         return 0

@@ -5,16 +5,19 @@ from __future__ import annotations
 import signal
 import sys
 import time
+import traceback
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from rich.console import Console
 
+from chefbot.errors import UserError
 from chefbot.msgs.diagnostic_msgs import WARN, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import Clock, PacedClock, StepClock, WallClock
+from chefbot.runtime.faults import Fault
 from chefbot.runtime.launch import Launch
 from chefbot.runtime.loop import DEVICE, TIMER, Loop, Publication
 from chefbot.runtime.node import Node
@@ -53,6 +56,7 @@ def session(
     if start_ns is None:
         start_ns = time.time_ns() if kind == "wall" else 0
     system = System(Loop(clock or clock_for(kind, speed), start_ns), robot, seed)
+    system.isolate(show_fault)
     ended = RecordingEnd(system.loop)
     recorder = Recorder(record, robot, seed, on_end=ended) if record else None
     if recorder is not None:
@@ -60,6 +64,7 @@ def session(
     try:
         yield system
     finally:
+        show_faults(system)
         if recorder is not None:
             recorder.close()  # before the nodes end: how they end is no part of what they did
             ended.say()  # what was said hours ago may have scrolled away
@@ -91,6 +96,20 @@ class RecordingEnd:
         message = DiagnosticArray(Header.of(self._loop.now_ns, ""), (status,))
         self._loop.publish("diagnostics", message, "recording", from_device=True)
         self._loop.at(self._loop.now_ns + TELL_NS, DEVICE, self._tell)
+
+
+def show_fault(fault: Fault) -> None:
+    """In the terminal, the first of each kind; where the program is at fault with its traceback."""
+    errors.print(f"Fault: {fault.sentence}", markup=False)
+    if not isinstance(fault.error, UserError):
+        errors.print("".join(traceback.format_exception(fault.error)), markup=False, end="")
+
+
+def show_faults(system: System) -> None:
+    """At the end: how many there were of each kind."""
+    counts = system.faults.counts if system.faults else {}
+    for sentence, count in counts.items():
+        errors.print(f"Fault, {count} times: {sentence}", markup=False)
 
 
 def start(system: System, launch: Launch) -> None:

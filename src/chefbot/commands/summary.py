@@ -126,6 +126,9 @@ def summarize(demo: Demo) -> DemoResult:
 
 
 def _shortfall(demo: Demo, done: int) -> str:
+    own = demo.system.faults.counts if demo.system.faults else {}
+    if demo.fault or own:
+        return f"a node failed: {demo.fault or next(iter(own))}"
     if done < len(demo.tables):
         return f"only {done} of {len(demo.tables)} tables were truly reached"
     if demo.scorer.collisions:

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar, cast
 
+import msgspec
 import numpy as np
 
 from chefbot.msgs.action import Action
@@ -33,6 +34,8 @@ from chefbot.runtime.node import Node, PortSpec
 from chefbot.runtime.tasks import Cancelled, Future, Task
 
 G = TypeVar("G", bound=Message)
+FAILED = 9002
+"""Error code of a result whose server raised an exception."""
 R = TypeVar("R", bound=Message)
 F = TypeVar("F", bound=Message)
 
@@ -60,8 +63,13 @@ class Serves(Generic[G, R, F]):
 
     def _accept(self, request: Any) -> None:
         self.replacing = True
-        self.preempt()
-        self.replacing = False
+        try:
+            self.preempt()
+        finally:  # whatever the old goal's end may raise, the new one is answered
+            self.replacing = False
+            self._begin(request)
+
+    def _begin(self, request: Any) -> None:
         goal_id: UUID = request.goal_id
 
         def feedback(message: F) -> None:
@@ -85,6 +93,11 @@ class Serves(Generic[G, R, F]):
             status = STATUS_ABORTED if getattr(result, "error_code", 0) else STATUS_SUCCEEDED
         except Cancelled:
             result, status = self.action.result(), STATUS_CANCELED
+        except Exception as fault:
+            result, status = (
+                failed_result(self.action, FAILED, f"{self.name} failed: {fault}"),
+                STATUS_ABORTED,
+            )
         outcome = self.action.outcome(goal_id, status, Time.of(self._node.now_ns), result)
         self._node.speak(f"{self.name}/_action/get_result", outcome)
 
@@ -128,6 +141,14 @@ class Calls(Generic[G, R, F]):
     def _hear(self, message: Any) -> None:
         if message.goal_id.key in self._waiting and self._on_feedback is not None:
             self._on_feedback(message.feedback)
+
+
+def failed_result(action: Action[G, R, F], code: int, why: str) -> R:
+    """A result that says why there is none, as far as its type can."""
+    result = action.result()
+    if {"error_code", "error_msg"} <= set(result.__struct_fields__):
+        return msgspec.structs.replace(result, error_code=code, error_msg=why)
+    return result
 
 
 def serves(action: Action[G, R, F], name: str = "") -> Serves[G, R, F]:

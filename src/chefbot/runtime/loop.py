@@ -3,6 +3,8 @@
 The key of an event is (time, rank, sequence): at one instant first what devices measured, then messages
 until none is left, then timers. With it a run, the same run again and the replay of its log are the same to
 the byte.
+
+An exception ends the run unless `faults` takes it; see `chefbot.runtime.faults`.
 """
 
 from __future__ import annotations
@@ -11,12 +13,15 @@ import heapq
 from collections import deque
 from collections.abc import Callable, Container
 from dataclasses import dataclass, field
+from functools import partial
 from threading import Condition
+from typing import Protocol, TypeVar
 
 from chefbot.msgs.base import Message
 from chefbot.runtime.clock import Clock, wall_ns
 
 DEVICE, MESSAGE, TIMER = range(3)
+T = TypeVar("T")
 
 Handler = Callable[[Message], None]
 Tap = Callable[["Publication"], None]
@@ -36,11 +41,26 @@ class Publication:
 
 @dataclass(slots=True)
 class Timing:
-    """What a handler has cost so far, wall time."""
+    """A callback of a node: whose it is, its name for people, and the wall time that it has cost so far."""
 
+    owner: str = ""
+    """Name of the node; empty for what belongs to none, such as a launch that starts."""
+    name: str = ""
+    from_device: bool = False
+    """Whether a device runs it of its own accord, and not because of a message."""
     calls: int = 0
     total_ns: int = 0
     worst_ns: int = 0
+
+
+class FaultHandler(Protocol):
+    """What becomes of exceptions that nodes' callbacks raise."""
+
+    def take(self, callback: Timing, error: Exception) -> None:
+        """Count it; raise it again if it has to end the run."""
+
+    def is_silenced(self, node: str) -> bool:
+        """Whether the node fails so often that it must not drive."""
 
 
 @dataclass(slots=True)
@@ -75,6 +95,8 @@ class Loop:
     def __init__(self, clock: Clock, start_ns: int = 0) -> None:
         self.now_ns = start_ns
         self.timings: dict[str, Timing] = {}
+        self.faults: FaultHandler | None = None
+        """Takes the exceptions of nodes' callbacks. None: the first one ends the run, as in a test."""
         self.step_began_ns = 0
         """When the event in hand began, monotonic; 0 between two. For those who watch from another thread."""
         self._clock = clock
@@ -83,7 +105,8 @@ class Loop:
         self._topics: dict[str, list[Subscription]] = {}
         self._latched: dict[str, Publication] = {}
         self._taps: list[Tap] = []
-        self._outside: deque[Callable[[], None]] = deque()
+        self._outside: deque[tuple[Callable[[], None], Timing | None]] = deque()
+        self._running = Timing()
         self._wake = Condition()
         self._stopped = False
 
@@ -91,7 +114,7 @@ class Loop:
 
     def subscribe(self, topic: str, owner: str, handler: Handler) -> Subscription:
         """Call `handler` with each message on `topic`; a latched one that is there already comes first."""
-        timing = self.timings.setdefault(f"{owner} <- {topic}", Timing())
+        timing = self.timing(owner, f"{owner} <- {topic}")
         subscription = Subscription(topic, owner, handler, timing)
         self._topics.setdefault(topic, []).append(subscription)
         if topic in self._latched:
@@ -151,10 +174,19 @@ class Loop:
         heapq.heappush(self._events, (event.due_ns, rank, self._sequence, event))
         return event
 
-    def post(self, action: Callable[[], None]) -> None:
+    def timing(self, owner: str, name: str, *, from_device: bool = False) -> Timing:
+        """That of the callback `name` of the node `owner`, the same for equal names."""
+        return self.timings.setdefault(name, Timing(owner, name, from_device))
+
+    def guarded(self, action: Callable[[T], None]) -> Callable[[T], None]:
+        """`action` as a part of the callback in hand: what it raises later counts as this callback's fault."""
+        timing = self._running
+        return lambda value: self._perform(timing, partial(action, value))
+
+    def post(self, action: Callable[[], None], timing: Timing | None = None) -> None:
         """From any thread: do `action` in the loop as a device's event, as soon as may be."""
         with self._wake:
-            self._outside.append(action)
+            self._outside.append((action, timing))
             self._wake.notify()
 
     def wake(self) -> None:
@@ -188,21 +220,29 @@ class Loop:
     def _take_outside(self) -> None:
         """What came from outside gets a time of its own, so that a replay can put it in the same place."""
         while self._outside:
-            action = self._outside.popleft()
-            self.at(self._clock.read(self.now_ns) + 1, DEVICE, action)
+            action, timing = self._outside.popleft()
+            self.at(self._clock.read(self.now_ns) + 1, DEVICE, action, timing)
 
     def _do_next(self) -> None:
         self.now_ns, _, _, event = heapq.heappop(self._events)
         if event.action is None:
             return
         self.step_began_ns = began = wall_ns()
-        event.action()
+        timing = self._running = event.timing
+        self._perform(timing, event.action)
         took = wall_ns() - began
         self.step_began_ns = 0
-        timing = event.timing
         timing.calls += 1
         timing.total_ns += took
         timing.worst_ns = max(timing.worst_ns, took)
+
+    def _perform(self, timing: Timing, action: Callable[[], None]) -> None:
+        try:
+            action()
+        except Exception as error:
+            if self.faults is None or not timing.owner:
+                raise
+            self.faults.take(timing, error)
 
     def _deliver_later(self, subscription: Subscription, message: Message) -> None:
         def deliver() -> None:

@@ -27,7 +27,8 @@ import numpy as np
 
 from chefbot.msgs.base import Message
 from chefbot.robot.spec import Robot
-from chefbot.runtime.loop import DEVICE, TIMER, Loop, Scheduled, Subscription, Timing
+from chefbot.runtime.faults import DRIVES
+from chefbot.runtime.loop import DEVICE, TIMER, Loop, Scheduled, Subscription
 from chefbot.runtime.tasks import Future, Task
 from chefbot.runtime.transforms import Transforms
 
@@ -120,16 +121,18 @@ class Out(Generic[M]):
         self.offered = True
         """Whether others are told of it."""
         self._node = node
+        self._drives = issubclass(kind, DRIVES)
 
     def withdraw(self) -> None:
         """This robot's node will never say anything here: nobody should wait for it. Call it in `start`."""
         self.offered = False
 
     def publish(self, message: M) -> None:
-        """To all who listen."""
+        """To all who listen; a command of a node that fails again and again goes nowhere, see `faults`."""
         if type(message) is not self.kind:
             raise TypeError(f"{self.topic} carries {self.kind.__name__}, not {type(message).__name__}")
-        self._node.speak(self.topic, message, self.latched)
+        if not (self._drives and self._node.is_silenced):
+            self._node.speak(self.topic, message, self.latched)
 
 
 @dataclass(frozen=True)
@@ -192,6 +195,11 @@ class Node:
         """The loop's time."""
         return self._loop.now_ns
 
+    @property
+    def is_silenced(self) -> bool:
+        """Whether it fails so often that it must not drive."""
+        return self._loop.faults is not None and self._loop.faults.is_silenced(self.name)
+
     def listen(self, name: str, handler: Callable[[Message], None]) -> None:
         """Subscribe for the node's life."""
         self._subscriptions.append(self._loop.subscribe(name, self.name, handler))
@@ -218,7 +226,8 @@ class Node:
     def sleep(self, seconds: float) -> Future[None]:
         """`await` it: as long as a timer, in the loop's time."""
         future: Future[None] = Future()
-        self._loop.at(self.now_ns + round(seconds * SECOND), TIMER, partial(future.set, None))
+        timing = self._loop.timing(self.name, f"{self.name}.sleep")
+        self._loop.at(self.now_ns + round(seconds * SECOND), TIMER, partial(future.set, None), timing)
         return future
 
     def _start_timers(self) -> None:
@@ -231,7 +240,7 @@ class Node:
         """Timers fall on multiples of their period, so two runs that start together stay together."""
         rank = DEVICE if self.is_device else TIMER
         slot = len(self._timers)
-        timing = self._loop.timings.setdefault(f"{self.name}.{name}", Timing())
+        timing = self._loop.timing(self.name, f"{self.name}.{name}", from_device=self.is_device)
         first = -(-(self.now_ns + 1) // period_ns) * period_ns
 
         def fire() -> None:
@@ -248,16 +257,17 @@ class Device(Node):
 
     def __init__(self, context: Context, params: Any) -> None:
         self._later: list[Scheduled] = []
+        self._outside = context.loop.timing(context.name, f"{context.name} from outside", from_device=True)
         super().__init__(context, params)
 
     def post(self, action: Callable[[], None]) -> None:
         """From any thread: do `action` in the loop."""
-        self._loop.post(action)
+        self._loop.post(action, self._outside)
 
     def at(self, time_ns: int, action: Callable[[], None]) -> None:
         """Do `action` at that time of the loop's, unless the device has been stopped."""
         self._later = [event for event in self._later if event.due_ns > self.now_ns]
-        self._later.append(self._loop.at(time_ns, DEVICE, action))
+        self._later.append(self._loop.at(time_ns, DEVICE, action, self._outside))
 
     def stop(self) -> None:
         """Also what it meant to do later does not happen."""

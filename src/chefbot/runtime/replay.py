@@ -19,6 +19,7 @@ from chefbot.msgs.registry import message_type
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import Clock, StepClock
+from chefbot.runtime.faults import Faults
 from chefbot.runtime.launch import Launch, node_class
 from chefbot.runtime.loop import DEVICE, Loop, Publication
 from chefbot.runtime.node import Device, Node, listens_to
@@ -108,6 +109,8 @@ class Replay:
         self._end_ns = log.messages[-1].time_ns if log.messages else 0
         self.system = System(Loop(clock or StepClock(), start), log.robot, log.seed)
         self._expected: deque[Logged] = deque()
+        self.faults = Faults(self.system.loop, lambda _: None, publishes=False)
+        """The same as when it was recorded, if nothing differs."""
         self.system.loop.tap(self._compare)
 
     def run(self, progress: Callable[[int, int], None] | None = None) -> None:

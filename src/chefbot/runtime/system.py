@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Callable, Container
 from functools import partial
 from typing import Any
 
@@ -15,6 +15,7 @@ from chefbot.msgs.base import Message
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.spec import Robot
+from chefbot.runtime.faults import Fault, Faults
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
 from chefbot.runtime.live_params import check_live
 from chefbot.runtime.loop import Loop
@@ -42,8 +43,10 @@ class System:
         self.loop = loop
         self.robot = robot
         self.seed = seed
-        self.transforms = Transforms()
+        self.transforms = Transforms(loop.guarded)
         self.nodes: dict[str, Node] = {}
+        self.faults: Faults | None = None
+        """Of its nodes while they run; None: the first one ends the run."""
         for topic, static in (("tf", False), ("tf_static", True)):
             self.loop.subscribe(topic, "transforms", partial(self._receive, static))
         for topic in (PARAMS_TOPIC, LAST_WORDS + PARAMS_TOPIC):
@@ -64,6 +67,10 @@ class System:
                 self.nodes[name] = kind(context, params)
                 made.append(self.nodes[name])
         self._start(made)
+
+    def isolate(self, on_new: Callable[[Fault], None]) -> None:
+        """From now on what a node raises costs no more than that callback; see `faults`."""
+        self.faults = Faults(self.loop, on_new)
 
     def set_params(self, name: str, plain: dict[str, Any], publisher: str) -> None:
         """Give a running node other params; told as a message, so that a replay does the same.

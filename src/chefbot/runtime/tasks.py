@@ -77,7 +77,10 @@ def first_of(*futures: Future[Any]) -> Future[None]:
 
 
 class Task(Future[T]):
-    """A running coroutine; also the future of what it returns."""
+    """A running coroutine; also the future of what it returns.
+
+    What it raises fails the future, and is raised in whoever resumed it as well: it is that callback's fault.
+    """
 
     def __init__(self, work: Coroutine[Any, Any, T]) -> None:
         super().__init__()
@@ -105,6 +108,9 @@ class Task(Future[T]):
             self.set(stop.value)
         except Cancelled as cancelled:
             self.fail(cancelled)
+        except Exception as fault:
+            self.fail(fault)  # those who wait must not wait for ever
+            raise
         else:
             self._waits_for = waited
             waited.then(lambda: self._resume(waited))

@@ -17,6 +17,9 @@ MAX_WAITING = 100
 """Older requests are given up: their frame has gone silent."""
 
 
+Guard = Callable[[Callable[[SE2], None]], Callable[[SE2], None]]
+
+
 class TransformError(LookupError):
     """The tree cannot answer; the sentence says which frame or time is missing."""
 
@@ -79,7 +82,9 @@ class _Edge:
 class Transforms:
     """Answers where a frame was; interpolates, never extrapolates."""
 
-    def __init__(self) -> None:
+    def __init__(self, guard: Guard = lambda action: action) -> None:
+        """`guard` makes of each waiting action one that cannot keep the others from being served."""
+        self._guard = guard
         self._edges: dict[str, _Edge] = {}
         self._waiting: list[_Waiting] = []
 
@@ -99,7 +104,7 @@ class Transforms:
 
         What is too old to be known is left out: nobody can ever answer it.
         """
-        self._waiting.append(_Waiting(target, source, stamp_ns, action))
+        self._waiting.append(_Waiting(target, source, stamp_ns, self._guard(action)))
         self._serve_waiting()
 
     def _serve_waiting(self) -> None:

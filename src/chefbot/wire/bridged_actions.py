@@ -9,8 +9,6 @@ from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
-import msgspec
-
 from chefbot.msgs.action import Action
 from chefbot.msgs.action_msgs import (
     STATUS_ABORTED,
@@ -22,6 +20,7 @@ from chefbot.msgs.action_msgs import (
 from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.unique_identifier_msgs import UUID
+from chefbot.runtime.actions import failed_result
 from chefbot.wire.action_client import ActionClient
 from chefbot.wire.action_server import ActionServer
 from chefbot.wire.errors import WireError
@@ -116,19 +115,14 @@ class CalledAction:
     def _finish(self, goal_id: UUID, outcome: Future[tuple[int, Any]]) -> None:
         error = outcome.exception()
         status, result = (
-            (STATUS_ABORTED, self._failed(UNREACHABLE, str(error))) if error else outcome.result()
+            (STATUS_ABORTED, failed_result(self._action, UNREACHABLE, str(error)))
+            if error
+            else outcome.result()
         )
         if status not in (STATUS_SUCCEEDED, STATUS_CANCELED) and not getattr(result, "error_code", 1):
-            result = self._failed(WITHOUT_REASON, DROPPED.format(self._name))
+            result = failed_result(self._action, WITHOUT_REASON, DROPPED.format(self._name))
         self._tell_end(goal_id, status, result)
 
     def _tell_end(self, goal_id: UUID, status: int, result: Message) -> None:
         told = self._action.outcome(goal_id, status, Time.of(self._now_ns()), result)
         self._say(f"{self._name}/_action/get_result", told)
-
-    def _failed(self, code: int, why: str) -> Message:
-        """A result that says so, as far as its type can."""
-        result: Message = self._action.result()
-        if {"error_code", "error_msg"} <= set(result.__struct_fields__):
-            return msgspec.structs.replace(result, error_code=code, error_msg=why)
-        return result

@@ -257,7 +257,8 @@ class Represented:
             events.publish(ParameterEvent(stamp, full_name, changed_parameters=changed))
             done("")
 
-        self._system.loop.post(change)
+        loop = self._system.loop
+        loop.post(change, loop.timing(node.name, f"{node.name} <- parameters"))
 
     def _add(self, name: str) -> WireNode:
         try:

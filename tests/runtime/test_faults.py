@@ -1,0 +1,194 @@
+"""Exceptions of nodes: each costs one callback, is counted and reported; a node that keeps failing does not drive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result
+from chefbot.msgs.diagnostic_msgs import ERROR, DiagnosticArray
+from chefbot.msgs.geometry_msgs import TransformStamped, Twist
+from chefbot.msgs.std_msgs import Float64, String
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.robot.load import load_robot
+from chefbot.runtime.actions import FAILED, calls, serves
+from chefbot.runtime.clock import StepClock
+from chefbot.runtime.faults import WINDOW_NS, Fault
+from chefbot.runtime.launch import Launch, NodeEntry
+from chefbot.runtime.loop import Loop
+from chefbot.runtime.node import Device, In, Node, NoParams, Out, every
+from chefbot.runtime.record import Recorder
+from chefbot.runtime.replay import Replay, read_log
+from chefbot.runtime.system import System
+
+MS = 1_000_000
+
+
+class Source(Device):
+    """Counts at 20 Hz."""
+
+    params: NoParams
+    count: Out[Float64]
+
+    @every(hz=20)
+    def tick(self) -> None:
+        self.count.publish(Float64(round(self.now_ns / 50 / MS)))
+
+
+class Clumsy(Node):
+    """Cannot bear counts from 10 to 14, and drives on."""
+
+    params: NoParams
+    count: In[Float64]
+    cmd_vel: Out[Twist]
+    said: Out[Float64]
+
+    def on_count(self, message: Float64) -> None:
+        if 10 <= message.data < 15:
+            raise ZeroDivisionError("it is that number again")
+        self.said.publish(message)
+
+    @every(hz=20)
+    def drive(self) -> None:
+        self.cmd_vel.publish(Twist.of(0.1, 0.0))
+
+
+class BurntCook(Node):
+    params: NoParams
+    deliver = serves(Deliver)
+
+    async def on_deliver(self, goal: Deliver_Goal, _: object) -> Deliver_Result:
+        await self.sleep(0.1)
+        if goal.places == ("soup",):
+            raise KeyError("salt")
+        return Deliver_Result(goal.places)
+
+
+class Guest(Node):
+    params: NoParams
+    deliver = calls(Deliver)
+    got: Out[String]
+
+    def start(self) -> None:
+        self.spawn(self.order())
+
+    async def order(self) -> None:
+        for dish in ("soup", "salad"):
+            result = await self.deliver.call(Deliver_Goal((dish,)))
+            self.got.publish(String(f"{dish} {result.error_code} {result.error_msg}"))
+
+
+class Quitter(Device):
+    params: NoParams
+
+    def start(self) -> None:
+        self.post(self._give_up)
+
+    def _give_up(self) -> None:
+        raise UserError("the device is gone")
+
+
+def system_of() -> System:
+    return System(Loop(StepClock()), load_robot("chefbot"), 5)
+
+
+def launch_of(*kinds: type[Node]) -> Launch:
+    entries = {kind.__name__.lower(): NodeEntry(kind=f"{__name__}:{kind.__name__}") for kind in kinds}
+    return Launch(name="faulty", about="", args={}, nodes=entries)
+
+
+@pytest.fixture
+def isolated() -> Iterator[tuple[System, list[Fault]]]:
+    system, new = system_of(), list[Fault]()
+    system.isolate(new.append)
+    yield system, new
+    system.stop()
+
+
+def said_on(system: System, topic: str) -> list[tuple[int, object]]:
+    said: list[tuple[int, object]] = []
+    system.loop.subscribe(topic, "", lambda message: said.append((system.loop.now_ns, message)))
+    return said
+
+
+def test_a_fault_costs_its_message_and_is_reported(isolated: tuple[System, list[Fault]]) -> None:
+    system, new = isolated
+    said, reports = said_on(system, "said"), said_on(system, "diagnostics")
+    system.launch(launch_of(Source, Clumsy))
+    system.loop.run(until_ns=3_000 * MS)
+    assert len(said) == 60 - 5
+    assert [one.sentence for one in new] == ["clumsy <- count: ZeroDivisionError: it is that number again"]
+    assert system.faults is not None and system.faults.unexpected == 5
+    last = reports[-1][1]
+    assert isinstance(last, DiagnosticArray)
+    assert (last.status[0].level, last.status[0].values[0].value) == (ERROR, "5")
+    assert len(reports) == 2  # at once, and a second later with what had come until then
+
+
+def test_a_node_that_keeps_failing_does_not_drive(isolated: tuple[System, list[Fault]]) -> None:
+    """Counts 10 to 14 come from 0.5 to 0.7 s: the third fault silences, until a second after the third last."""
+    system, _ = isolated
+    driven = said_on(system, "cmd_vel")
+    system.launch(launch_of(Source, Clumsy))
+    system.loop.run(until_ns=3_000 * MS)
+    times = [time // MS for time, _ in driven]
+    assert times == [*range(50, 600, 50), *range(600 + WINDOW_NS // MS + 50, 3_001, 50)]
+
+
+def test_without_isolation_the_first_fault_ends_the_run() -> None:
+    system = system_of()
+    system.launch(launch_of(Source, Clumsy))
+    with pytest.raises(ZeroDivisionError):
+        system.loop.run(until_ns=3_000 * MS)
+
+
+def test_a_goal_whose_server_fails_is_answered(isolated: tuple[System, list[Fault]]) -> None:
+    system, new = isolated
+    got = said_on(system, "got")
+    system.launch(launch_of(BurntCook, Guest))
+    system.loop.run(until_ns=1_000 * MS)
+    assert [message.data for _, message in got] == [f"soup {FAILED} deliver failed: 'salt'", "salad 0 "]  # type: ignore[attr-defined]
+    assert [one.callback for one in new] == ["burntcook.sleep"]
+
+
+def test_who_waits_for_a_transform_is_served_whatever_others_raise(
+    isolated: tuple[System, list[Fault]],
+) -> None:
+    system, new = isolated
+    served: list[SE2] = []
+
+    def fail(_: SE2) -> None:
+        raise IndexError("out of the map")
+
+    system.loop.subscribe("go", "first", lambda _: system.transforms.when("odom", "base", 0, fail))
+    system.loop.subscribe("go", "second", lambda _: system.transforms.when("odom", "base", 0, served.append))
+    system.loop.publish("go", String("go"), "test")
+    transform = TransformStamped.of(0, "odom", "base", SE2(1.0, 2.0, 0.0))
+    system.loop.publish("tf", TFMessage((transform,)), "test")
+    system.loop.run(until_ns=1)
+    assert served == [SE2(1.0, 2.0, 0.0)]
+    assert [one.callback for one in new] == ["first <- go"]
+
+
+def test_a_run_with_faults_replays_to_the_byte(isolated: tuple[System, list[Fault]], tmp_path: Path) -> None:
+    system, _ = isolated
+    recorder = Recorder(tmp_path / "run.mcap", system.robot, 5)
+    system.loop.tap(recorder)
+    system.launch(launch_of(Source, Clumsy, BurntCook, Guest))
+    system.loop.run(until_ns=3_000 * MS)
+    recorder.close()
+    replay = Replay(read_log(tmp_path / "run.mcap"))
+    replay.run()
+    assert replay.differences == []
+    assert system.faults is not None and replay.faults.counts == system.faults.counts
+
+
+def test_a_device_that_gives_up_ends_the_run(isolated: tuple[System, list[Fault]]) -> None:
+    system, _ = isolated
+    system.launch(launch_of(Quitter))
+    with pytest.raises(UserError, match="the device is gone"):
+        system.loop.run(until_ns=1_000 * MS)

@@ -1,14 +1,14 @@
-"""Makes docs/pictures/*.png from real runs: `python docs/make_pictures.py [folder for the runs]`.
+"""Makes the pictures of docs/ from real runs: `python docs/make_pictures.py [FOLDER [NAME ...]]`.
 
-Two demos in the hotel, one with the depth camera and one with the lidar, are run first unless the folder
-(runs/pictures) holds them already. Everything drawn comes out of their logs or out of the library itself.
+Pictures and runs go into FOLDER; without one the repository's own docs/pictures are written, with runs in
+runs/pictures. Two demos in the hotel, one with the depth camera and one with the lidar, are run first unless they are
+there already. Everything drawn comes out of their logs or out of the library itself.
 """
 
 from __future__ import annotations
 
 import sys
 
-from picture_tools import PICTURES
 from pictures_of_the_robot import (
     calibration,
     odometry,
@@ -36,8 +36,12 @@ ALL = (
 
 def main() -> None:
     """All pictures, or those named on the command line behind the folder."""
-    PICTURES.mkdir(exist_ok=True)
     wanted = sys.argv[2:]
+    known = [picture.__name__ for picture in ALL]
+    if not set(wanted) <= set(known):
+        sys.exit(
+            f"no picture is called {', '.join(sorted(set(wanted) - set(known)))}; there are {', '.join(known)}"
+        )
     for picture in ALL:
         if not wanted or picture.__name__ in wanted:
             picture()

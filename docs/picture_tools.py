@@ -26,7 +26,10 @@ from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.runtime.replay import Log, read_log
 
-PICTURES = Path(__file__).parent / "pictures"
+GIVEN = Path(sys.argv[1]) if len(sys.argv) > 1 else None
+"""The folder named on the command line, for runs and pictures; without one the repository's own pictures are made."""
+PICTURES = GIVEN or Path(__file__).parent / "pictures"
+RUNS = GIVEN or Path("runs/pictures")
 SEED = 1
 BLUE, ORANGE, GREEN, RED, GREY = "#1f6feb", "#e8710a", "#1a7f37", "#cf222e", "0.82"
 LARGEST = 150_000
@@ -39,8 +42,7 @@ M = TypeVar("M")
 @cache
 def run(robot: str) -> Path:
     """The folder of a demo in the hotel with this robot."""
-    runs = Path(sys.argv[1] if len(sys.argv) > 1 else "runs/pictures")
-    folder = runs / robot
+    folder = RUNS / robot
     if not (folder / "summary.json").exists():
         command = [sys.executable, "-m", "chefbot", "demo", "--headless", "--seed", str(SEED)]
         subprocess.run([*command, "--robot", robot, "--out", str(folder)], check=True)
@@ -94,12 +96,20 @@ def canvas(columns: int, width: float, height: float, rows: int = 1) -> tuple[Fi
 
 def write(figure: Figure, name: str, dpi: int = 100) -> None:
     """As PNG; a size above 150 kB is a fault."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
     path = PICTURES / f"{name}.png"
     figure.set_dpi(dpi)
     FigureCanvasAgg(figure).print_png(path)
     size = path.stat().st_size
-    sys.stdout.write(f"{path.name}: {size / 1000:.0f} kB\n")
+    sys.stdout.write(f"{path}: {size / 1000:.0f} kB\n")
     assert size < LARGEST, f"{path} is too large"
+
+
+def copied(picture: Path) -> None:
+    """A picture that a command has drawn."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    (PICTURES / picture.name).write_bytes(picture.read_bytes())
+    sys.stdout.write(f"{PICTURES / picture.name}\n")
 
 
 def draw_grid(axes: Any, grid: Grid, title: str = "") -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 from matplotlib.patches import Circle, Rectangle
@@ -13,10 +12,11 @@ from picture_tools import (
     BLUE,
     GREEN,
     ORANGE,
-    PICTURES,
     RED,
+    RUNS,
     SEED,
     canvas,
+    copied,
     write,
 )
 
@@ -156,7 +156,7 @@ def odometry() -> None:
 
 def calibration() -> None:
     """Before and after, as the verb draws it."""
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "runs/pictures") / "calibration"
+    folder = RUNS / "calibration"
     if not (folder / "calibration.png").exists():
         command = [
             sys.executable,
@@ -169,4 +169,4 @@ def calibration() -> None:
             str(SEED),
         ]
         subprocess.run([*command, "--out", str(folder)], check=True)
-    (PICTURES / "calibration.png").write_bytes((folder / "calibration.png").read_bytes())
+    copied(folder / "calibration.png")

@@ -168,7 +168,7 @@ def calibrate(
     robot: Annotated[str, typer.Argument(help=ROBOTS)] = "chefbot",
     arguments: Annotated[
         list[str] | None,
-        typer.Argument(help="key:=value of the launch, such as squares:=2 or port:=/dev/ttyACM0"),
+        typer.Argument(help="key:=value of the launch, such as squares:=2 or board_port:=/dev/ttyACM0"),
     ] = None,
     sim: Annotated[bool, typer.Option("--sim", help="a simulated robot that was never calibrated")] = False,
     seed: Annotated[int, typer.Option(min=0, help="which simulated robot")] = 1,

@@ -14,9 +14,10 @@ class UserError(Exception):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """`" (did you mean 'x'?)"` for the known name closest to `name`, else a list of the known ones."""
+    """`" (did you mean 'x'?)"` for the known name that begins with `name` or is closest; else a list of the known ones."""
     names = sorted(known)
-    close = difflib.get_close_matches(name, names, n=1)
+    begun = [one for one in names if len(name) > 1 and one.startswith(name)]
+    close = begun or difflib.get_close_matches(name, names, n=1)
     if close:
         return f" (did you mean {close[0]!r}?)"
     return f" (known: {', '.join(names)})" if names else ""

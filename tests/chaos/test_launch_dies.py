@@ -68,7 +68,7 @@ def test_the_board_stops_by_itself_and_no_process_is_left(tmp_path: Path) -> Non
     desk = Desk(HostPort(), tmp_path / "board")
     try:
         with (
-            running("launch", str(path), f"port:={desk.path}", "headless:=true") as (one, node),
+            running("launch", str(path), f"board_port:={desk.path}", "headless:=true") as (one, node),
             Hand(node.publisher("/cmd_vel_teleop", Twist).publish) as hand,
         ):
             wait_for(lambda: one.child("senses") and one.child("frames"))

@@ -35,7 +35,7 @@ def waiter(folder: Path) -> tuple[Path, Launch]:
     robot, world = load_robot(ROBOT), load_any_world(WORLD)
     saved = save_map(folder / "map", true_plan(world, robot))
     save_places(places_path(saved), {name: world.start.between(at) for name, at in world.places.items()})
-    return demo_launch(folder, "waiter", map=str(saved))
+    return demo_launch(folder, "waiter", map_file=str(saved))
 
 
 def demo_launch(folder: Path, name: str, **arguments: str) -> tuple[Path, Launch]:

@@ -267,7 +267,7 @@ def test_one_tells_odometry_and_nobody_of_ours_tells_the_map(
 def test_our_navigation_for_another_base_is_a_launch(made: tuple[str, Path]) -> None:
     """It commands the other's wheels, and nothing in it tells odometry or the body's frames."""
     file = str(made[1] / "chefbot_bringup" / "chefbot" / "your_robot.yaml")
-    check_command(("chefbot", "launch", file, f"robot:={made[0]}", "map:=runs/map.yaml"))
+    check_command(("chefbot", "launch", file, f"robot:={made[0]}", "map_file:=runs/map.yaml"))
     kinds = {entry.kind.rpartition(":")[2] for entry in load_launch(file).nodes.values()}
     assert {"BaseNode", "AmclNode", "PlannerNode", "ControllerNode", "NavigatorNode"} <= kinds
     assert not {"OdometryNode", "FramesNode", "BoardDevice", "SimulatorDevice"} & kinds

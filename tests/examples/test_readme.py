@@ -70,14 +70,24 @@ def test_every_make_target_exists() -> None:
 
 
 def test_every_python_script_exists() -> None:
-    scripts = [words[1] for words in all_commands() if words[0] in ("python", ".venv/bin/python")]
+    scripts = [words[1] for words in all_commands() if words[0] in ("python", "python3", ".venv/bin/python")]
     scripts = [one for one in scripts if one.endswith(".py")]
     assert scripts and all((ROOT / one).is_file() for one in scripts)
 
 
 def test_only_known_programs_are_called() -> None:
     programs = {without_environment(words)[0] for words in all_commands()}
-    assert programs <= {"chefbot", "make", "python", "pip", "git", "cd", "source", ".venv/bin/python"}
+    assert programs <= {
+        "chefbot",
+        "make",
+        "python",
+        "python3",
+        "pip",
+        "git",
+        "cd",
+        "source",
+        ".venv/bin/python",
+    }
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -136,3 +146,19 @@ def test_the_excerpt_of_places_is_one(tmp_path: Path) -> None:
 def test_the_length_of_the_one_loop_is_told_truly() -> None:
     length = len((ROOT / "examples" / "00_one_loop.py").read_text().splitlines())
     assert f"file of {length} lines" in (ROOT / "README.md").read_text()
+
+
+def test_pictures_go_into_the_folder_that_is_named(tmp_path: Path) -> None:
+    """And not over the repository's own, whose exercise is to falsify them."""
+    before = {path: path.stat().st_mtime_ns for path in (ROOT / "docs" / "pictures").iterdir()}
+    script = (
+        "import sys; sys.argv = ['make_pictures.py', sys.argv[1]]; import picture_tools as tools;"
+        " tools.write(tools.canvas(1, 1, 1)[0], 'odometry'); assert tools.RUNS == tools.PICTURES"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(tmp_path / "a" / "b")],
+        cwd=ROOT / "docs", capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert f"{tmp_path}/a/b/odometry.png" in done.stdout
+    assert (tmp_path / "a" / "b" / "odometry.png").is_file()
+    assert {path: path.stat().st_mtime_ns for path in (ROOT / "docs" / "pictures").iterdir()} == before

@@ -13,7 +13,7 @@ from chefbot.cli import main
 from chefbot.commands.launch import run_launch
 from chefbot.commands.session import session, start
 from chefbot.robot.load import load_robot
-from chefbot.runtime.launch import load_launch
+from chefbot.runtime.launch import built_in_launches, load_launch
 from chefbot.ui.page import PageDevice
 from chefbot.ui.remote import RemotePage
 
@@ -27,6 +27,9 @@ QUICK = ["headless:=true", "speed:=0", "duration:=0.1"]
         (["gmapping_demo.lanch"], "no launch is called"),
         (["none/such.yaml"], "does not exist"),
         (["gmapping_demo", "wrld:=room"], "did you mean 'world'?"),
+        (["amcl_demo", "map:=room.yaml"], "did you mean 'map_file'?"),
+        (["robot_standalone", "board:=/dev/ttyACM0"], "did you mean 'board_port'?"),
+        (["gmapping_demo", "world:=~nobody.at.all/moon.yaml"], "there is no home folder ~nobody.at.all"),
         (["gmapping_demo", "world=room"], "write key:=value"),
         (["gmapping_demo", ":=room"], "write key:=value"),
         (["gmapping_demo", "port:=many"], "must be a whole number"),
@@ -42,10 +45,10 @@ QUICK = ["headless:=true", "speed:=0", "duration:=0.1"]
         (["gmapping_demo", "profile:=ideal"], "profile"),
         (["gmapping_demo", "robot:=chefbt"], "did you mean 'chefbot'?"),
         (["gmapping_demo", "record:=/proc/none/run.mcap"], "cannot record to"),
-        (["amcl_demo", "map:=none.yaml", "world:=room"], "map file none.yaml does not exist"),
-        (["amcl_demo", "map:=none.yaml", "initial_pose_a:=9", "world:=room"], "yaw"),
+        (["amcl_demo", "map_file:=none.yaml", "world:=room"], "map file none.yaml does not exist"),
+        (["amcl_demo", "map_file:=none.yaml", "initial_pose_a:=9", "world:=room"], "yaw"),
         (["keyboard_teleop", "page:=http://127.0.0.1:1"], "no robot runs at"),
-        (["robot_standalone", "port:=/no/board"], "/no/board does not exist"),
+        (["robot_standalone", "board_port:=/no/board"], "/no/board does not exist"),
     ],
 )
 def test_it_is_one_sentence_and_exit_code_2(
@@ -63,6 +66,35 @@ def test_it_is_one_sentence_and_exit_code_2(
     assert error.count("\n") == 1
 
 
+def test_paths_from_home_are_understood_behind_the_equals_sign(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Shells expand `~` neither there nor within quotes, whichever argument is a path."""
+    monkeypatch.setenv("HOME", str(tmp_path))
+    given = {
+        "map_file": "~/maps/office.yaml",
+        "world": "~/world.yaml",
+        "record": "~/run.mcap",
+        "robot": "~/r.yaml",
+    }
+    launch = load_launch("amcl_demo", given)
+    assert {key: launch.args[key] for key in given} == {
+        key: value.replace("~", str(tmp_path)) for key, value in given.items()
+    }
+    assert launch.nodes["map_file"].params["map"] == f"{tmp_path}/maps/office.yaml"
+    assert load_launch("amcl_demo", {"record": "a~b"}).args["record"] == "a~b"
+
+
+def test_the_words_of_the_page_and_of_the_board_mean_one_thing_each() -> None:
+    """port:= is where the page is served, page:= the address of one that runs, board_port:= the motor board."""
+    for name in built_in_launches():
+        args, nodes = load_launch(name).args, load_launch(name).nodes
+        assert isinstance(args.get("port", 0), int), name
+        assert str(args.get("page", "http://")).startswith("http://"), name
+        boards = [entry.params["port"] for entry in nodes.values() if entry.kind.endswith(":BoardDevice")]
+        assert boards == [args.get("board_port")] * len(boards), name
+
+
 def test_without_a_name_it_lists_them(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -71,7 +103,9 @@ def test_without_a_name_it_lists_them(
         main()
     assert end.value.code == 0
     out = capsys.readouterr().out
-    assert all(name in out for name in ("gmapping_demo", "amcl_demo", "robot_standalone", "map:=", "seed:=1"))
+    assert all(
+        name in out for name in ("gmapping_demo", "amcl_demo", "robot_standalone", "map_file:=", "seed:=1")
+    )
     assert "simulator" not in out.split()
 
 
@@ -79,7 +113,7 @@ def test_a_failed_start_leaves_the_port_free(tmp_path: Path) -> None:
     """The page was up when the map turned out to be missing."""
     with socket.create_server(("127.0.0.1", 0)) as probe:
         port = probe.getsockname()[1]
-    arguments = [f"port:={port}", f"map:={tmp_path}/none.yaml", "world:=room", "duration:=0.1"]
+    arguments = [f"port:={port}", f"map_file:={tmp_path}/none.yaml", "world:=room", "duration:=0.1"]
     with pytest.raises(Exception, match="does not exist"):
         run_launch("amcl_demo", arguments)
     with socket.create_server(("127.0.0.1", port)):

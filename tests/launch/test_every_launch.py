@@ -65,7 +65,7 @@ def saved_map(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def given(name: str, saved_map: Path) -> dict[str, str]:
     """Arguments with which the launch runs fast and without a screen."""
-    wanted = {"headless": "true", "seed": str(SEED), "map": str(saved_map), "pictures": "1"}
+    wanted = {"headless": "true", "seed": str(SEED), "map_file": str(saved_map), "pictures": "1"}
     known = load_launch(name).args
     if known.get("world", "empty") != "empty":
         wanted |= {"world": "room", "people": "1"}
@@ -183,5 +183,5 @@ def test_views_open_the_browser(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_built_robot_without_its_board_is_refused_in_a_sentence(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match=r"port .* does not exist.*port:=auto"):
-        run_launch("robot_standalone", ["headless:=true", "duration:=5", f"port:={tmp_path}/board"])
+    with pytest.raises(UserError, match=r"port .* does not exist.*board_port:=auto"):
+        run_launch("robot_standalone", ["headless:=true", "duration:=5", f"board_port:={tmp_path}/board"])

@@ -41,6 +41,8 @@ EXPLORE_LIMIT, FIND_LIMIT, DELIVER_LIMIT = 3600.0, 400.0, 1800.0
 """Seconds of the robot's time after which a phase has failed."""
 FIRST_PICTURE = 2_500_000_000
 """Nanoseconds of the robot's time until there is a first map, before anything is planned on it."""
+LOG_PERIOD = 60_000_000_000
+"""Nanoseconds of the robot's time between lines of progress where the output is no terminal."""
 TABLES = 3
 console = Console(highlight=False)
 
@@ -180,7 +182,7 @@ class Demo:
     def _forget_and_find(self) -> str:
         """A restart: every node is made anew, only the saved files are left."""
         self.scorer.phase = "localizing"
-        self._start("waiter", {"map": str(self.map_path)})
+        self._start("waiter", {"map_file": str(self.map_path)})
         self._say("Everything forgotten; finding the robot on the saved map")
         self._tell_where_it_is()
         if not self._until(FIND_LIMIT, lambda: self.found is not None) or not self.found:
@@ -254,10 +256,14 @@ class Demo:
         """Run until `done`, for `limit` seconds of the robot's time at most; shows how far it is."""
         loop = self.system.loop
         end = loop.now_ns + round(limit * SECOND)
+        told_ns = loop.now_ns
         with console.status("") as status:
             while not done() and loop.now_ns < end and not self._given_up:
                 loop.run(until_ns=min(end, loop.now_ns + SECOND), until=done)
                 status.update(self._progress())
+                if not console.is_terminal and loop.now_ns - told_ns >= LOG_PERIOD:
+                    console.print(self._progress())
+                    told_ns = loop.now_ns
         return done()
 
     def _progress(self) -> str:

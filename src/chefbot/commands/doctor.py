@@ -29,7 +29,9 @@ BOARDS = {
 }
 """USB numbers (http://www.linux-usb.org/usb.ids) of what a motor board is plugged in with."""
 TOOLS = {
-    "g++": "chefbot board emulate",
+    "g++": "make host in firmware/, and pip install of the sources",
+    "avr-g++": "chefbot flash --board mega",
+    "arm-none-eabi-g++": "chefbot flash --board tiva or pico",
     "make": "chefbot flash",
     "avrdude": "chefbot flash --board mega",
     "lm4flash": "chefbot flash --board tiva",

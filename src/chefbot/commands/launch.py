@@ -113,7 +113,9 @@ def _part(launch: Launch, host: str) -> Launch:
 def _run_robot(launch: Launch, robot: Robot, wire: Wire | None, folder: Path) -> int:
     """A launch that joins nobody. How many faults its program had."""
     if wire is None and any(entry.process or entry.host for entry in launch.nodes.values()):
-        console.print("All nodes run in this one process: `process:` and `host:` need the wire.")
+        console.print(
+            "All nodes run in this one process: there is no wire to others (off at speed:=0 unless wire:=on)."
+        )
     with _session(launch, robot) as system:
         _run_nodes(system, launch, wire, folder)
     return _faults_of(system)

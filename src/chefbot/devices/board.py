@@ -51,7 +51,7 @@ class BoardDevice(BoardNode):
         if missing_path(self.params.port):
             raise UserError(
                 f"the board's port {self.params.port} does not exist; plug it in, look at `chefbot doctor` for "
-                "the ports there are, or say port:=auto"
+                "the ports there are, or say board_port:=auto"
             )
         self._link: Link | None = None
         self._connected = self._pressed = False

@@ -28,6 +28,7 @@ LAUNCH_FOLDER = Path(__file__).parent.parent / "launch"
 ArgValue = str | int | float | bool
 ClockKind = Literal["simulation", "wall", "robot"]
 """`robot`: whatever time the robot has that this launch joins over the wire."""
+_HOME = re.compile(r"~[\w.-]*(/|$)")
 _PLACEHOLDER = re.compile(r"\$\{(\w+)\}")
 
 
@@ -117,6 +118,7 @@ def load_launch(name_or_path: str, given: Mapping[str, str] | None = None) -> La
         if key not in known:
             raise UserError(f"launch {path.stem}: there is no argument {key!r}{nearest(key, known)}")
         arguments[key] = _parse_argument(path.stem, key, text, known[key])
+    arguments = {key: _from_home(path.stem, key, value) for key, value in arguments.items()}
     file = _read(path, arguments)
     nodes = {node: entry for node, entry in _nodes(path, arguments).items() if not entry.unless}
     return Launch(name=path.stem, about=file.about, clock=file.clock, args=arguments, nodes=nodes)
@@ -235,3 +237,15 @@ def _parse_argument(launch: str, key: str, text: str, default: ArgValue) -> ArgV
     except (ValueError, KeyError):
         kind = {bool: "true or false", int: "a whole number", float: "a number"}.get(type(default), "a text")
         raise UserError(f"launch {launch}: {key}:={text} must be {kind}") from None
+
+
+def _from_home(launch: str, key: str, value: ArgValue) -> ArgValue:
+    """`~/maps/office.yaml` as a path: shells leave the `~` behind `:=`, and within quotes, as it is."""
+    if not isinstance(value, str) or not _HOME.match(value):
+        return value
+    try:
+        return str(Path(value).expanduser())
+    except RuntimeError:
+        raise UserError(
+            f"launch {launch}: {key}:={value}: there is no home folder {value.split('/')[0]}"
+        ) from None

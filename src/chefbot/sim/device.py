@@ -41,6 +41,13 @@ in which the scan speaks in their place, then has the same order."""
 BOX = (0.4, 0.4, 0.5)
 """Sides in metres of a box that somebody drops."""
 
+FAULTS = {
+    "perfect": "without a robot's faults",
+    "real": "with a real robot's faults",
+    "assembled": "with the faults of a robot that was never calibrated",
+}
+"""Profile to words."""
+
 
 class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Which world, how perfect."""
@@ -99,8 +106,8 @@ class SimulatorDevice(BoardNode):
         self._start_camera(seed)
         if self.robot.sensors.lidar is None:
             self.scan.withdraw()
-        names = f"world {world.name}, {self.params.profile} robot {self.robot.name}"
-        self.announcement = f"Simulator: {names}; physics by MuJoCo, camera by rays on the CPU (needs no GL)."
+        names = f"robot {self.robot.name} in world {world.name}, {FAULTS[self.params.profile]}"
+        self.announcement = f"Simulated {names}; physics by MuJoCo, camera by rays on the CPU (needs no GL)."
 
     def _start_camera(self, seed: int) -> None:
         camera = self.robot.sensors.depth_camera

@@ -92,6 +92,8 @@ def shower(node: WireNode, topic: str, kinds: list[WireType], field: str, longes
         except CdrError as error:
             return f"# refused: {error}"
         value = _pick(message, field) if field else message
+        if value is None:
+            return f"# {field}: this message has no such element"
         plain = to_plain(value, longest) if isinstance(value, Message) else _plain_part(value, longest)
         return to_yaml(plain)
 

@@ -8,9 +8,9 @@ from chefbot.design.ros2.ekf import ekf
 from chefbot.design.ros2.figures import Doubt
 from chefbot.design.ros2.launch_text import (
     BASE,
+    BOARD_PORT,
     HEADLESS,
     ODOMETRY,
-    PORT,
     SIMULATED_TIME,
     STACK,
     WORLD,
@@ -52,7 +52,13 @@ SERVERS = (
     ("nav2_waypoint_follower", "waypoint_follower", ""),
 )
 """Package, executable, and what its cmd_vel is called: controller and behaviours -> smoother -> collision monitor."""
-BASE_ARGUMENTS = {"base": BASE, "odometry": ODOMETRY, "world": WORLD, "port": PORT, "headless": HEADLESS}
+BASE_ARGUMENTS = {
+    "base": BASE,
+    "odometry": ODOMETRY,
+    "world": WORLD,
+    "board_port": BOARD_PORT,
+    "headless": HEADLESS,
+}
 TIME = {"use_sim_time": SIMULATED_TIME}
 MAP = Argument("the map's YAML file", None)
 START = {
@@ -96,7 +102,7 @@ def launches(robot: Robot, name_or_file: str) -> dict[str, str]:
 
 def _demos(based: dict[str, Argument]) -> dict[str, Launch]:
     """What people start."""
-    alone = ("robot", "port", "headless", "odometry")
+    alone = ("robot", "board_port", "headless", "odometry")
     return {
         "robot_standalone": Launch(
             "The built robot's wheels, odometry and sensors.",
@@ -105,7 +111,7 @@ def _demos(based: dict[str, Argument]) -> dict[str, Launch]:
         ),
         "gmapping_demo": Launch("Map a world while you drive or click goals.", based, mapping_actions()),
         "amcl_demo": Launch(
-            "Find the way on a saved map.", {"map": MAP, **START, **based}, localized_actions()
+            "Find the way on a saved map.", {"map_file": MAP, **START, **based}, localized_actions()
         ),
         "keyboard_teleop": Launch(
             "Drive with the keyboard; wants xterm, or call the program in a terminal of its own.",
@@ -125,7 +131,7 @@ def _parts(robot: Robot, machine: dict[str, Argument]) -> dict[str, Launch]:
         ),
         "navigation": Launch("The servers of Nav2.", TIME, navigation_actions()),
         "localization": Launch(
-            "Nav2's map server and AMCL.", {"map": MAP, **START, **TIME}, localization_actions()
+            "Nav2's map server and AMCL.", {"map_file": MAP, **START, **TIME}, localization_actions()
         ),
     }
 
@@ -135,7 +141,7 @@ def base_actions(robot: Robot) -> list[str]:
     file = '[str(SHARE / "chefbot"), "/%s_", LaunchConfiguration("odometry"), ".yaml"]'
     return [
         ours(file % "simulation", ["robot", "world", "headless"], 'condition=only("base", "simulation")'),
-        ours(file % "built", ["robot", "port", "headless"], 'condition=only("base", "built")'),
+        ours(file % "built", ["robot", "board_port", "headless"], 'condition=only("base", "built")'),
         *model_actions(robot, SIMULATED),
         ekf_action(SIMULATED),
     ]
@@ -176,11 +182,11 @@ def mapping_actions() -> list[str]:
 
 def localized_actions() -> list[str]:
     """Our AMCL and navigation, or Nav2's."""
-    given = ["robot", "map", *START, "world", "headless"]
+    given = ["robot", "map_file", *START, "world", "headless"]
     return [
         ours('"amcl_demo"', given, 'condition=only("stack", "chefbot")'),
         include(PACKAGE, "base.launch.py", WITH_NAV2, *passed("robot", *BASE_ARGUMENTS)),
-        include(PACKAGE, "localization.launch.py", WITH_NAV2, SIM_IF_SIMULATION, *passed("map", *START)),
+        include(PACKAGE, "localization.launch.py", WITH_NAV2, SIM_IF_SIMULATION, *passed("map_file", *START)),
         include(PACKAGE, "navigation.launch.py", WITH_NAV2, SIM_IF_SIMULATION),
     ]
 
@@ -221,7 +227,7 @@ def localization_actions() -> list[str]:
         f'{{"initial_pose.{field}": ParameterValue(LaunchConfiguration("initial_pose_{name}"), value_type=float)}}'
         for field, name in (("x", "x"), ("y", "y"), ("yaw", "a"))
     ]
-    file = '{"yaml_filename": ParameterValue(LaunchConfiguration("map"), value_type=str)}'
+    file = '{"yaml_filename": ParameterValue(LaunchConfiguration("map_file"), value_type=str)}'
     amcl = listed([*PARAMS, '{"set_initial_pose": True}', *start])
     return [
         node(

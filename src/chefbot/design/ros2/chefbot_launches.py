@@ -7,15 +7,15 @@ about: "The simulated base for ROS 2 navigation{how}."
 include: [simulator, base]
 """
 BUILT = """# Written by `chefbot ros2`: the built robot without anything that says where it is on a map.
-about: "The built base for ROS 2 navigation{how}; port:= is the board's."
+about: "The built base for ROS 2 navigation{how}; board_port:= is where the board is."
 clock: wall
-args: {{port: auto, page: 8080}}
+args: {{board_port: auto, port: 8080}}
 include: [base]
 nodes:
-  board: {{kind: "chefbot.devices.board:BoardDevice", params: {{port: "${{port}}"}}}}
+  board: {{kind: "chefbot.devices.board:BoardDevice", params: {{port: "${{board_port}}"}}}}
   page:
     kind: chefbot.ui.page:PageDevice
-    params: {{port: "${{page}}"}}
+    params: {{port: "${{port}}"}}
     unless: "${{headless}}"
 """
 WHEELS_ALONE = """\
@@ -26,18 +26,18 @@ WHEELS_ALONE = """\
 YOURS = """# Written by `chefbot ros2`: our localization and navigation for a robot whose drivers are ROS 2's.
 # It needs /scan, odom -> base_footprint -> base_link and the scan's frame on /tf and /tf_static, and obeys /cmd_vel,
 # geometry_msgs/Twist. Only radius, speeds and the scan's range and frame are taken from the robot file.
-about: Our navigation on a ROS 2 robot; map:= is its map.
+about: Our navigation on a ROS 2 robot; map_file:= is its map.
 clock: wall
-args: {map: runs/demo/map.yaml, page: 8080}
+args: {map_file: runs/demo/map.yaml, port: 8080}
 include: [navigation]
 nodes:
   base: {kind: "chefbot.nodes.base:BaseNode"}
-  map_file: {kind: "chefbot.devices.map_file:MapFileDevice", params: {map: "${map}"}}
+  map_file: {kind: "chefbot.devices.map_file:MapFileDevice", params: {map: "${map_file}"}}
   amcl: {kind: "chefbot.nodes.amcl:AmclNode"}
   delivery: {kind: "chefbot.nodes.delivery:DeliveryNode"}
   page:
     kind: chefbot.ui.page:PageDevice
-    params: {port: "${page}"}
+    params: {port: "${port}"}
     unless: "${headless}"
 """
 

@@ -63,7 +63,7 @@ def launches(robot: Robot, worlds: Mapping[str, tuple[str, SE2]]) -> dict[str, s
             "Map a world of Gazebo with slam_toolbox and Nav2.", any_world, [*inside, *mapping()]
         ),
         "amcl_demo": Launch(
-            "Nav2 on a saved map in Gazebo.", {"map": MAP, **START, **any_world}, [*inside, *localized()]
+            "Nav2 on a saved map in Gazebo.", {"map_file": MAP, **START, **any_world}, [*inside, *localized()]
         ),
     }
     for name, (_, pose) in worlds.items():
@@ -150,6 +150,6 @@ def mapping() -> list[str]:
 def localized() -> list[str]:
     """AMCL and Nav2."""
     return [
-        include(BRINGUP, "localization.launch.py", SIM, *passed("map", *START)),
+        include(BRINGUP, "localization.launch.py", SIM, *passed("map_file", *START)),
         include(BRINGUP, "navigation.launch.py", SIM),
     ]

@@ -109,7 +109,7 @@ STACK = Argument("whose navigation: our nodes, or Nav2 and slam_toolbox", "chefb
 BASE = Argument("our simulator, or the built robot", "simulation", ("simulation", "built"))
 ODOMETRY = Argument("ours, or robot_localization", "chefbot", ("chefbot", "ekf"))
 WORLD = Argument("hotel, room, empty, or a world file: of our simulator", "hotel")
-PORT = Argument("the motor board's serial port", "auto")
+BOARD_PORT = Argument("the motor board's serial port", "auto")
 HEADLESS = Argument("without our page", "false", ("true", "false"))
 SIMULATED_TIME = Argument("time from /clock", "true", ("true", "false"))
 

@@ -14,7 +14,7 @@ class UserError(Exception):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """`" (did you mean 'x'?)"` for the known name that begins with `name` or is closest; else a list of the known ones."""
+    """`" (did you mean 'x'?)"` for the known name that begins with `name` or is closest, else a list of all."""
     names = sorted(known)
     begun = [one for one in names if len(name) > 1 and one.startswith(name)]
     close = begun or difflib.get_close_matches(name, names, n=1)

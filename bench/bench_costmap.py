@@ -75,7 +75,7 @@ def main() -> None:
             pose: NDArray[np.float64] = pose,
             r: NDArray[np.float64] = ranges,
         ) -> None:
-            mark_and_clear(cells, RESOLUTION, 0.0, 0.0, pose, angles, r, np.zeros_like(r), r)
+            mark_and_clear(cells, RESOLUTION, 0.0, 0.0, pose, angles, r, np.zeros_like(r), r, cells)
 
         median, least = milliseconds(scan)
         print(f"640 beams, {n}x{n}, to {reach} m: {median * 1e3:.0f} ({least * 1e3:.0f}) us   C++ {peer} us")

@@ -47,6 +47,26 @@ def test_a_sensor_never_erases_what_another_saw():
     assert costs.update().at(1.01, 0.01) == FREE
 
 
+def test_beams_may_clear_another_layer_which_they_do_not_mark():
+    costs = window(inflation_radius=0.0)
+    for y in (0.01, 0.41):
+        costs.mark_and_clear("camera", SE2(0.0, y, 0.0), AHEAD, ray(1.0), (ray(0.0), ray(0.9)))
+    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.5), also="camera")
+    costs.clear_around(SE2(1.5, 0.0, 0.0), 0.2, "lidar")
+    now = costs.update()
+    assert now.at(1.01, 0.01) == FREE
+    assert now.at(1.01, 0.41) == LETHAL
+    assert now.at(1.51, 0.01) == UNKNOWN
+
+
+def test_another_layer_that_does_not_exist_is_not_made():
+    costs = window()
+    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0), also="camera")
+    alone = window()
+    alone.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0))
+    np.testing.assert_array_equal(costs.update().cells, alone.update().cells)
+
+
 @pytest.mark.parametrize("clear_to", [0.5, np.nan, -1.0, np.inf])
 def test_an_obstacle_scan_clears_only_what_it_says(clear_to):
     costs = window()

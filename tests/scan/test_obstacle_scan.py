@@ -97,6 +97,48 @@ def test_things_of_any_height_count(name: str, box: Box, distance: float, mounte
     assert np.all(ahead(eye, scan.clear_to) <= ahead(eye, scan.obstacles))
 
 
+@pytest.mark.parametrize(
+    ("name", "box", "bottom", "top"),
+    [
+        ("table top", (1.5, 2.3, -0.6, 0.6, 0.5, 0.54), 0.5, 0.54),
+        ("low box", (1.0, 1.3, -0.4, 0.4, 0.0, 0.08), 0.05, 0.08),
+        ("wall", (1.5, 1.6, -3.0, 3.0, 0.0, 2.0), 0.06, TOP),
+        ("seat before a wall", (1.2, 1.6, -0.4, 0.4, 0.2, 0.24), 0.2, 0.24),
+    ],
+)
+def test_between_which_heights_a_thing_was_seen(name: str, box: Box, bottom: float, top: float) -> None:
+    eye, scan = look([box, (2.0, 2.1, -3.0, 3.0, 0.0, 2.0)])
+    assert ahead(eye, scan.bottom) == pytest.approx(bottom, abs=0.02)
+    assert ahead(eye, scan.top) == pytest.approx(top, abs=0.03)
+
+
+def test_heights_of_nothing_hold_no_height() -> None:
+    _, scan = look([])
+    assert (scan.bottom > scan.top).all()
+
+
+def test_a_leg_under_a_table_top_reaches_down() -> None:
+    top, leg = (1.5, 2.3, -0.6, 0.6, 0.5, 0.54), (1.52, 1.56, -0.05, 0.05, 0.0, 0.5)
+    eye, scan = look([top, leg])
+    at_leg = np.abs(np.tan(eye.angles) * 1.52) < 0.04
+    beside = (np.abs(np.tan(eye.angles) * 1.52) > 0.1) & (np.abs(eye.angles) < 0.3)
+    assert (scan.bottom[at_leg] < 0.1).all() and (scan.bottom[beside] > 0.45).all()
+
+
+def test_an_edge_of_few_pixels_is_as_high_as_what_stands_beside_it() -> None:
+    eye = scanner()
+    image = render([(1.0, 1.1, -0.1, 0.1, 0.0, 0.6)])
+    whole = eye.scan(image)
+    edge = np.flatnonzero(np.isfinite(whole.obstacles))[0]
+    shown = (eye._bins == edge) & (image < 1.2)
+    rows = np.flatnonzero(shown.any(axis=1))
+    image[shown & (np.arange(240)[:, None] != rows[0]) & (np.arange(240)[:, None] != rows[0] + 1)] = np.nan
+    scan = eye.scan(image)
+    assert np.isfinite(scan.obstacles[edge])
+    assert scan.bottom[edge] == pytest.approx(whole.bottom[edge], abs=0.02)
+    assert scan.top[edge] == pytest.approx(whole.top[edge], abs=0.02)
+
+
 def test_what_the_robot_passes_under_does_not_count() -> None:
     _, scan = look([(1.5, 2.3, -0.6, 0.6, 0.72, 0.75)])
     assert np.isinf(scan.obstacles).all()
@@ -133,6 +175,7 @@ def test_a_hole_in_the_floor_ends_the_clear_stretch() -> None:
 def test_nothing_seen_is_nothing_claimed() -> None:
     scan = scanner().scan(np.zeros((240, 320), np.uint16))
     assert np.isinf(scan.obstacles).all() and np.isinf(scan.clear_from).all() and not scan.clear_to.any()
+    assert (scan.bottom > scan.top).all()
 
 
 def test_a_lone_pixel_is_no_obstacle_and_two_are() -> None:

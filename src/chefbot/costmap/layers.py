@@ -18,10 +18,11 @@ from chefbot.maths.se2 import SE2
 class LayeredCostmap:
     """Static map and one obstacle layer per sensor, combined and inflated on demand.
 
-    The rule of the layers: a cell is an obstacle when the map or any sensor's layer says so. A sensor
-    clears only what the same sensor has marked; so the lidar, which looks under the table, never erases the
-    edge that the camera saw. Nothing decays with time: what a sensor marked stays until that sensor looks
-    through it, or a recovery clears it.
+    The rule of the layers: a cell is an obstacle when the map or any layer says so. A source clears its own
+    layer, and one other if it says so: `also`, of marks that it would have met had they still been there. So the
+    lidar, which looks under the table, never erases the edge that the camera saw, but does erase the leg of
+    somebody who has left. Nothing decays with time: a mark stays until it is looked through, or a recovery
+    clears it.
 
     `wary`: the middle of the robot keeps its radius from what nothing has seen, as it does from obstacles. A sensor
     that looks ahead only does not see the corner beside it that the robot turns about.
@@ -96,17 +97,16 @@ class LayeredCostmap:
         angles: NDArray[np.float64],
         ranges: NDArray[np.float64],
         floor: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+        also: str | None = None,
     ) -> None:
         """One scan of the sensor `source`, seen from the pose `sensor` in the costmap's frame.
 
         angles, ranges: (n,) radians, metres. A laser's range of inf clears up to the clearing range; NaN and
         ranges not above 0 say nothing. With `floor` (from, to), each (n,), as of an obstacle scan from
         depth images, a beam clears that stretch only (not finite or not above 0: nothing) and marks where
-        the range is finite.
+        the range is finite. `also`: another layer, if it exists, that the beams clear but do not mark.
         """
-        if source not in self._sources:
-            self._sources[source] = np.full(self._static.shape, UNKNOWN, np.uint8)
-        layer = self._sources[source]
+        layer = self._layer(source)
         p = self.params
         valid = ranges > 0.0
         near, far = (np.zeros(len(ranges)), np.where(valid, ranges, 0.0)) if floor is None else floor
@@ -122,7 +122,14 @@ class LayeredCostmap:
             np.where(valid & (ranges <= p.marking_range), ranges, np.nan).astype(np.float64),
             near.astype(np.float64),
             np.minimum(far, p.clearing_range).astype(np.float64),
+            self._sources.get(also or source, layer),
         )
+
+    def _layer(self, source: str) -> NDArray[np.uint8]:
+        """The source's layer; an empty one at its first scan."""
+        if source not in self._sources:
+            self._sources[source] = np.full(self._static.shape, UNKNOWN, np.uint8)
+        return self._sources[source]
 
     def clear_around(self, pose: SE2, radius: float, source: str | None = None) -> None:
         """Forget what sensors, or only the one called `source`, marked within `radius` metres of the pose."""

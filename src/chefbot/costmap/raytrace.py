@@ -15,8 +15,10 @@ FRACTION_BITS = 20
 
 
 @njit(cache=True, nogil=True)
-def _clear_line(cells: NDArray[np.uint8], x0: float, y0: float, x1: float, y1: float) -> None:
-    """Write FREE from (x0, y0) up to but not into the cell of (x1, y1); coordinates in cells.
+def _clear_line(
+    cells: NDArray[np.uint8], also: NDArray[np.uint8], x0: float, y0: float, x1: float, y1: float
+) -> None:
+    """Write FREE into both layers from (x0, y0) up to but not into the cell of (x1, y1); coordinates in cells.
 
     A digital differential analyser in fixed point: one step along the longer axis per cell.
     """
@@ -32,6 +34,7 @@ def _clear_line(cells: NDArray[np.uint8], x0: float, y0: float, x1: float, y1: f
         c, r = x >> FRACTION_BITS, y >> FRACTION_BITS
         if 0 <= r < h and 0 <= c < w and not (c == end_c and r == end_r):
             cells[r, c] = FREE
+            also[r, c] = FREE
         x += dx
         y += dy
 
@@ -47,12 +50,13 @@ def mark_and_clear(
     mark: NDArray[np.float64],
     clear_from: NDArray[np.float64],
     clear: NDArray[np.float64],
+    also: NDArray[np.uint8],
 ) -> None:
     """Clear along every beam, then mark every return, so that no beam erases what its neighbour just saw.
 
     sensor: x, y, yaw in the map's frame. angles: (n,) radians in the sensor's frame. mark: (n,) metres to the
     obstacle, not finite for none. clear_from, clear: (n,) the metres between which it is known to be free,
-    clear not above 0 for none.
+    clear not above 0 for none. also: another layer, cleared along the beams but not marked; `cells` for none.
     """
     h, w = cells.shape
     x0, y0 = (sensor[0] - origin_x) / resolution, (sensor[1] - origin_y) / resolution
@@ -60,7 +64,7 @@ def mark_and_clear(
         if clear[i] > 0.0 and clear_from[i] < clear[i]:
             c, s = math.cos(sensor[2] + angles[i]) / resolution, math.sin(sensor[2] + angles[i]) / resolution
             near, far = clear_from[i], clear[i]
-            _clear_line(cells, x0 + near * c, y0 + near * s, x0 + far * c, y0 + far * s)
+            _clear_line(cells, also, x0 + near * c, y0 + near * s, x0 + far * c, y0 + far * s)
     for i in range(angles.shape[0]):
         if math.isfinite(mark[i]) and mark[i] > 0.0:
             a, reach = sensor[2] + angles[i], mark[i] / resolution

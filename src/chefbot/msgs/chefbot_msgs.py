@@ -45,7 +45,8 @@ class ObstacleScan(Message, frozen=True, eq=False):
     """What a depth camera sees of obstacles of any height, over the floor.
 
     `ranges[i]` metres to the nearest obstacle in bin i, inf for none; the floor was seen free from
-    `clear_from[i]` to `clear_to[i]`.
+    `clear_from[i]` to `clear_to[i]`. The obstacle was seen between `bottom[i]` and `top[i]` metres above the floor;
+    both empty: nobody measured them.
     """
 
     header: Header = Header()
@@ -55,6 +56,8 @@ class ObstacleScan(Message, frozen=True, eq=False):
     ranges: Float32Array = _NO_FLOATS
     clear_from: Float32Array = _NO_FLOATS
     clear_to: Float32Array = _NO_FLOATS
+    bottom: Float32Array = _NO_FLOATS
+    top: Float32Array = _NO_FLOATS
 
 
 class LocalizationStatus(Message, frozen=True, eq=False):

@@ -45,7 +45,7 @@ from chefbot.msgs.nav2_msgs import Spin as SpinAction
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Bool, Float64, Header
-from chefbot.nodes.costmaps import LASER, costmap_message, mark_laser, mark_obstacles
+from chefbot.nodes.costmaps import LASER, costmap_message, mark_laser, mark_obstacles, plane_of
 from chefbot.nodes.stopped import REFUSED, is_pressed
 from chefbot.planning.repair import length_left, near_planner, repaired
 from chefbot.runtime.actions import serves
@@ -162,7 +162,8 @@ class ControllerNode(Node):
         """The camera's layer."""
         stamp = seen.header.stamp.ns
         frame = seen.header.frame_id
-        self.tf.when("odom", frame, stamp, lambda pose: mark_obstacles(self._costs, pose, seen))
+        plane = plane_of(self.robot)
+        self.tf.when("odom", frame, stamp, lambda pose: mark_obstacles(self._costs, pose, seen, plane))
 
     def on_clear_costmaps(self, radius: Float64) -> None:
         """Forget what the laser saw, it sees it again at once.

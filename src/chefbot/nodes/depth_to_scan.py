@@ -77,6 +77,8 @@ class DepthToScanNode(Node):
                 seen.obstacles,
                 seen.clear_from,
                 seen.clear_to,
+                seen.bottom,
+                seen.top,
             )
         )
 

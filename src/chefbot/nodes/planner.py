@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -18,7 +20,7 @@ from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, Co
 from chefbot.msgs.nav_msgs import OccupancyGrid, Path
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Float64, Header
-from chefbot.nodes.costmaps import costmap_message, mark_laser, mark_obstacles
+from chefbot.nodes.costmaps import costmap_message, mark_laser, mark_obstacles, plane_of
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import Failure, Planner, PlanningError
@@ -87,14 +89,16 @@ class PlannerNode(Node):
     def on_scan(self, scan: LaserScan) -> None:
         """What is there now and was not on the map."""
         stamp = scan.header.stamp.ns
-        self.tf.when("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark_laser, scan, pose))
+        mark = partial(mark_laser, scan=scan)
+        self.tf.when("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
 
     def on_obstacles(self, seen: ObstacleScan) -> None:
         """What the camera sees at any height."""
         stamp = seen.header.stamp.ns
-        self.tf.when("odom", seen.header.frame_id, stamp, lambda pose: self._mark(mark_obstacles, seen, pose))
+        mark = partial(mark_obstacles, seen=seen, plane=plane_of(self.robot))
+        self.tf.when("odom", seen.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
 
-    def _mark(self, mark: Any, message: Any, odom_T_sensor: SE2) -> None:
+    def _mark(self, mark: Callable[[LayeredCostmap, SE2], None], odom_T_sensor: SE2) -> None:
         """Odometry's time is the sensor's; the map's correction is the newest known."""
         try:
             map_T_odom = self.tf.lookup("map", "odom")
@@ -102,7 +106,7 @@ class PlannerNode(Node):
             return  # not localized yet: it would stand in the wrong place
         if self.map.last is not None:
             self._forget_if_elsewhere(map_T_odom, odom_T_sensor)
-            mark(self._costs, map_T_odom @ odom_T_sensor, message)
+            mark(self._costs, map_T_odom @ odom_T_sensor)
 
     def _forget_if_elsewhere(self, map_T_odom: SE2, odom_T_sensor: SE2) -> None:
         """Found after being lost, carried, or a loop closed: what was seen before stands in wrong places."""

@@ -2,7 +2,7 @@
 
 A scan of one row misses table tops, seats and low boxes. Here every pixel is placed in space by the camera's
 height and pitch and counted as floor, obstacle, or out of the robot's way (above it); each sector of angle
-then tells its nearest obstacle and where its floor was seen bare.
+then tells its nearest obstacle, between which heights it was seen there, and where its floor was seen bare.
 """
 
 from __future__ import annotations
@@ -25,6 +25,13 @@ COLUMNS_PER_BIN = 2
 GAP = 0.1
 GAP_ROWS = 4.0
 """Floor counts as seen on if the next floor pixel is within 0.1 m and four rows' distance of the last one."""
+
+SAME_OBSTACLE = 0.05
+"""Metres behind a bin's nearest return within which a pixel shows the same obstacle, at another height."""
+NEIGHBOURS = 2
+DEEPER = 0.08
+"""Bins beside a bin, and metres between their obstacles, within which both show one obstacle: an edge gives few pixels,
+at chance heights, and the whole of it stands beside them."""
 
 
 class ObstacleScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -50,11 +57,15 @@ class ObstacleScan(NamedTuple):
     clear_from, clear_to: the stretch of bare floor seen without a break, ending before the obstacle. Nothing
     is known of the floor nearer than clear_from, which the image does not show. Without floor in sight
     clear_from is inf and clear_to 0.
+    bottom, top: metres above the floor between which the nearest obstacle was seen; inf and -inf for none. A table
+    top has both close together, a leg has them as far apart as the image reaches.
     """
 
     obstacles: NDArray[np.float32]
     clear_from: NDArray[np.float32]
     clear_to: NDArray[np.float32]
+    bottom: NDArray[np.float32]
+    top: NDArray[np.float32]
 
 
 @njit(cache=True, nogil=True)
@@ -103,6 +114,56 @@ def _classify(
                     clear_from[k] = r
 
 
+@njit(cache=True, nogil=True)
+def _extend(
+    depth: Depth,
+    scale: float,
+    limits: tuple[float, float],
+    heights: tuple[float, float, float, float],
+    slope: NDArray[np.float32],
+    stretch: NDArray[np.float32],
+    bins: NDArray[np.int16],
+    nearest: NDArray[np.float32],
+    bottom: NDArray[np.float32],
+    top: NDArray[np.float32],
+) -> None:
+    """The lowest and the highest pixel of each bin's obstacle, once its range `nearest` is known.
+
+    Arguments as of `_classify`; bottom, top: (bins,) metres above the floor, widened in place.
+    """
+    mount, floor, robot_top, growth = heights
+    for row in range(depth.shape[0]):
+        for u in range(depth.shape[1]):
+            z = depth[row, u] * scale
+            # only what is no farther than the obstacle can belong to it
+            if not limits[0] <= z <= limits[1]:
+                continue
+            r = np.float32(z * stretch[row, u])
+            k = bins[row, u]
+            if not r <= nearest[k] + SAME_OBSTACLE:
+                continue
+            # neither floor nor above the robot
+            height = np.float32(mount + z * slope[row])
+            slack = growth * r
+            if floor + slack < height < robot_top + slack:
+                bottom[k] = min(bottom[k], height)
+                top[k] = max(top[k], height)
+
+
+def _with_neighbours(
+    ranges: NDArray[np.float32], heights: NDArray[np.float32], widen: np.ufunc
+) -> NDArray[np.float32]:
+    """Heights (bins,) widened by those of the bins beside that show the same obstacle."""
+    wider = heights.copy()
+    for shift in range(1, NEIGHBOURS + 1):
+        left, right = slice(None, -shift), slice(shift, None)
+        with np.errstate(invalid="ignore"):  # inf - inf: neither shows anything
+            same = np.abs(ranges[left] - ranges[right]) <= DEEPER
+        widen(wider[left], heights[right], out=wider[left], where=same)
+        widen(wider[right], heights[left], out=wider[right], where=same)
+    return wider
+
+
 class ObstacleScanner:
     """Finds obstacles in depth images of one camera.
 
@@ -146,7 +207,8 @@ class ObstacleScanner:
         count = self.angles.size
         nearest, second = np.full(count, np.inf, np.float32), np.full(count, np.inf, np.float32)
         clear_from, clear_to = np.full(count, np.inf, np.float32), np.zeros(count, np.float32)
-        _classify(
+        bottom, top = np.full(count, np.inf, np.float32), np.full(count, -np.inf, np.float32)
+        image = (
             depth,
             0.001 if depth.dtype == np.uint16 else 1.0,
             (self.camera.range_min, self.camera.range_max),
@@ -154,12 +216,13 @@ class ObstacleScanner:
             self._slope,
             self._stretch,
             self._bins,
-            self._row_gap,
-            nearest,
-            second,
-            clear_from,
-            clear_to,
         )
+        _classify(*image, self._row_gap, nearest, second, clear_from, clear_to)
+        found = np.isfinite(second)
+        if found.any():
+            _extend(*image, np.where(found, second, -np.inf).astype(np.float32), bottom, top)
+            bottom = _with_neighbours(second, bottom, np.minimum)
+            top = _with_neighbours(second, top, np.maximum)
         hidden = clear_from >= second
         clear_from[hidden], clear_to[hidden] = np.inf, 0.0
-        return ObstacleScan(second, clear_from, np.minimum(clear_to, second))
+        return ObstacleScan(second, clear_from, np.minimum(clear_to, second), bottom, top)

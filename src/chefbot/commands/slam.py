@@ -37,6 +37,9 @@ def run_slam(path: Path, out: Path, particles: int, seed: int, max_range: float)
     write_atomic(out / "trajectory.tum", trajectory_tum(result).encode())
     save_map(out / "map", result.grid)
     write_atomic(out / "map.png", map_png(result.grid))
+    if result.no_return is not None:
+        least, share = result.no_return
+        console.print(f"Ranges of {least:.2f} m and more are taken for no return: {share:.1%} of all beams.")
     console.print(f"{len(result.poses)} scans, {took:.1f} s; {out}/map.yaml, map.png, trajectory.tum")
 
 

@@ -2,12 +2,13 @@
 //
 // A test tool by itself: it links simavr, which is under the GPL version 3; nothing of the project links this file.
 //
-//   avr_board FIRMWARE.elf     lockstep: commands on stdin, one answer each on stdout
+//   avr_board FIRMWARE.elf [BOOT_LOADER.hex]     lockstep: commands on stdin, one answer each on stdout
 //
+// With a boot loader every reset begins there, as the fuses of a Mega say, and time starts at power-on.
 // Commands: `tx HEX`, `turn WHEEL N` (quarter steps, spread over the next 6 ms), `imu AX AY AZ T
 // GX GY GZ`, `imu_answers 0|1`, `battery MV`, `echo US` (-1 no sensor, 0 no echo), `estop 0|1`, `reset`, `run US`.
 // `run` answers `DUTY_LEFT DUTY_RIGHT DRIVERS STEPS LONGEST_STEP_CYCLES RESETS HEX`, where HEX is what the board said (or -).
-// All others answer `ok`. Time starts 3 ms after the first control step.
+// All others answer `ok`. Time starts 3 ms after the first control step, or at power-on.
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,6 +21,7 @@
 #include "avr_watchdog.h"
 #include "sim_avr.h"
 #include "sim_elf.h"
+#include "sim_hex.h"
 #include "sim_irq.h"
 #include "sim_time.h"
 
@@ -237,6 +239,20 @@ static void load(const char *path) {
     surroundings();
 }
 
+// The boot loader lies at the end of the flash.
+static void load_boot(const char *path) {
+    uint32_t size = 0, start = 0;
+    uint8_t *code = read_ihex_file(path, &size, &start);
+    if (!code || start + size > avr->flashend + 1) {
+        fprintf(stderr, "avr_board: cannot read %s\n", path);
+        exit(2);
+    }
+    memcpy(avr->flash + start, code, size);
+    free(code);
+    avr->codeend = start + size;
+    avr->reset_pc = avr->pc = start;
+}
+
 static void run_to(avr_cycle_count_t end) {
     while (avr->cycle < end) {
         send_due_byte();
@@ -307,7 +323,6 @@ static void obey(char *line) {
 
 static void lockstep(void) {
     static char line[3 * IN_ROOM];
-    run_to_first_step();
     while (fgets(line, sizeof line, stdin)) {
         obey(line);
         fflush(stdout);
@@ -315,12 +330,14 @@ static void lockstep(void) {
 }
 
 int main(int count, char **arguments) {
-    if (count != 2) {
-        fprintf(stderr, "usage: avr_board FIRMWARE.elf\n");
+    if (count != 2 && count != 3) {
+        fprintf(stderr, "usage: avr_board FIRMWARE.elf [BOOT_LOADER.hex]\n");
         return 2;
     }
     avr_global_logger_set(be_quiet);
     load(arguments[1]);
+    if (count == 3) load_boot(arguments[2]);
+    else run_to_first_step();
     lockstep();
     return 0;
 }

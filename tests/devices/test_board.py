@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import select
 import threading
 import tty
 from collections.abc import Iterator
@@ -150,6 +151,9 @@ def test_another_version_is_refused_in_a_sentence() -> None:
     def answer() -> None:
         heard = b""
         while b"end" not in heard:
+            if not select.select([ours], [], [], 0.02)[0]:
+                os.write(ours, frame("z 0 a line of another version"))
+                continue
             heard += os.read(ours, 4096)
             for token in re.findall(rb"v (\d+) 1\*", heard):
                 os.write(ours, frame(f"v 0 {token.decode()} chefbot 2 future 1 2 3"))
@@ -179,7 +183,7 @@ def test_another_robot_is_refused_in_a_sentence(cable: Cable) -> None:
 def test_a_port_that_nobody_answers_at_is_told(tmp_path: Path) -> None:
     ours, theirs = os.openpty()
     try:
-        with pytest.raises(UserError, match="nothing there answers as a board"):
+        with pytest.raises(UserError, match="nothing there speaks as a board"):
             _run_alone(os.ttyname(theirs))
         with pytest.raises(UserError, match=r"/none does not exist.*port:=auto"):
             Driven(str(tmp_path / "none"))

@@ -168,7 +168,7 @@ def port() -> Iterator[tuple[str, ChapterBoard]]:
 
 
 @pytest.mark.slow
-def test_the_driver_knows_it_by_its_silence_to_the_handshake(port: tuple[str, ChapterBoard]) -> None:
+def test_the_driver_knows_it_by_its_lines(port: tuple[str, ChapterBoard]) -> None:
     path, board = port
     driven = Driven(path)
     try:

@@ -15,6 +15,8 @@ from tests.firmware.lines import framed
 
 BUILD = FIRMWARE / "build"
 SIMAVR_HEADER = Path("/usr/include/simavr/sim_avr.h")
+BOOT_LOADER = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders/stk500v2/stk500boot_v2_mega2560.hex")
+"""What every Mega is sold with."""
 
 
 class BenchState(NamedTuple):
@@ -72,7 +74,8 @@ class Bench:
         return self._process.stdout.readline().strip()
 
     def write(self, data: bytes) -> None:
-        assert self.ask(f"tx {data.hex()}") == "ok"
+        if data:
+            assert self.ask(f"tx {data.hex()}") == "ok"
 
     def say(self, letter: str, *numbers: int) -> None:
         """A command with the next sequence number."""
@@ -110,13 +113,14 @@ class Mega(Bench):
     battery_adc = 613
     echo_jitter_us = 4  # a hardware counter of 4 us
 
-    def __init__(self) -> None:
+    def __init__(self, *boot_loader: Path) -> None:
         need("make", "avr-g++", "gcc", "pkg-config")
         if not SIMAVR_HEADER.exists():
             pytest.skip("simavr is not installed (Debian: libsimavr-dev libelf-dev)")
         make("build/mega.elf")
         make("build/avr_board")
-        super().__init__([str(BUILD / "avr_board"), str(BUILD / "mega.elf")], BUILD)
+        command = [BUILD / "avr_board", BUILD / "mega.elf", *boot_loader]
+        super().__init__(list(map(str, command)), BUILD)
 
     def battery_mv(self, adc: int) -> int:
         return adc * 625 // 32
@@ -127,6 +131,21 @@ class Mega(Bench):
     def readable_duty(self, duty: int) -> int:
         size = abs(duty) * 4 // 5 * 5 // 4
         return size if duty > 0 else -size
+
+
+class MegaAsSold(Mega):
+    """With the boot loader, which listens for a new program first; `reset` is what opening its port does."""
+
+    name = "mega2560 with its boot loader"
+
+    def __init__(self) -> None:
+        if not BOOT_LOADER.exists():
+            pytest.skip("the Mega's boot loader is not installed (Debian: arduino-core-avr)")
+        super().__init__(BOOT_LOADER)
+        self.run(1_000_000)  # a reset within the boot loader's first run makes simavr thirty times slower
+
+    def reset(self) -> None:
+        assert self.ask("reset") == "ok"
 
 
 class Pico(Bench):

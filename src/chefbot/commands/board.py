@@ -19,15 +19,15 @@ from chefbot.devices.board_line import AUTO
 from chefbot.devices.board_ports import broken, explain, open_port, ports
 from chefbot.devices.line.chapter_lines import parse_chapter
 from chefbot.devices.line.describe import describe, describe_chapter
-from chefbot.devices.line.frame import LineSplitter, frame
-from chefbot.devices.line.lines import PROTOCOL, parse
+from chefbot.devices.line.frame import LineSplitter
+from chefbot.devices.line.lines import parse
+from chefbot.devices.line.probe import Probe
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.files import explained, make_folder
 from chefbot.sim.firmware import serve
 
-ASKS, ASK_PERIOD = 10, 0.3
-"""How often, and every how many seconds, the monitor asks who is there."""
 WINDOW = 1.0
 """Seconds that a rate is taken over."""
 console = Console(highlight=False, soft_wrap=True)
@@ -117,17 +117,17 @@ def _only_port() -> str:
 
 
 def _chunks(opened: serial.Serial, seconds: float) -> Iterator[tuple[bytes, float]]:
-    """What comes, and when, in seconds since the start; asks for the handshake until somebody answers."""
-    began, asked = time.monotonic(), 0
+    """What comes, and when, in seconds since the start; a board is asked who it is until it answers."""
+    began = time.monotonic()
+    probe = Probe(os.getpid(), wall_ns())
     while seconds <= 0 or time.monotonic() - began < seconds:
         try:
-            if asked < ASKS and time.monotonic() - began >= asked * ASK_PERIOD:
-                asked += 1
-                opened.write(b"\n" + frame(f"v {os.getpid()} {PROTOCOL}"))
+            if probe.dialect is None and not probe.over(wall_ns()):
+                opened.write(probe.ask(wall_ns()))
             data = opened.read(max(1, opened.in_waiting))
         except OSError as error:
             raise UserError(broken(str(opened.port), error)) from None
-        asked = ASKS if b"chefbot" in data else asked
+        probe.hear(data, wall_ns())
         yield data, time.monotonic() - began
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable
 from pathlib import Path
 
 import serial
 
-from chefbot.devices.board_ports import Port, broken, explain, open_port, port_at, ports, same_device
-from chefbot.devices.line.probe import Dialect, Probe
+from chefbot.devices.board_ports import Port, broken, port_at, ports, receive, same_device
+from chefbot.devices.board_search import BoardSearch, Found
+from chefbot.devices.line.probe import Dialect
 from chefbot.runtime.clock import wall_ns
 
 AUTO = "auto"
@@ -71,23 +71,22 @@ class BoardLine:
                 pause = min(2.0 * pause, LONGEST_PAUSE)
                 continue
             pause = FIRST_PAUSE
-            self._read(*found)
+            self._read(found)
 
-    def _find(self) -> tuple[serial.Serial, str, Dialect] | None:
-        tried = []
-        for port in self._candidates():
-            try:
-                found = self._try(port)
-            except OSError as error:
-                tried.append(explain(port.path, error))
-                continue
-            if not isinstance(found, str):
-                self._known = port_at(port.path)
-                return found[0], port.path, found[1]
-            tried.append(f"{port.path}: {found}")
-        if not self._ending.is_set():
-            self._on_missing("; ".join(tried) if tried else "no serial port has anything plugged in")
-        return None
+    def _find(self) -> Found | None:
+        search, found = BoardSearch(self._candidates), None
+        try:
+            while found is None and not self._ending.is_set():
+                found = search.step()
+                if search.over:
+                    break
+        finally:
+            search.close()
+        if found is not None:
+            self._known = port_at(found.path)
+        elif not self._ending.is_set():
+            self._on_missing(search.reasons)
+        return found
 
     def _candidates(self) -> list[Port]:
         """The board's own port first, wherever it is now; other ports in `auto` only."""
@@ -96,44 +95,22 @@ class BoardLine:
             return known or [port_at(self._wanted)]
         return [*known, *(port for port in ports() if port not in known)]
 
-    def _try(self, port: Port) -> tuple[serial.Serial, Dialect] | str:
-        """The opened port and what speaks there, or the impression that it made. OSError."""
-        opened = open_port(port.path)
-        try:
-            probe = Probe(os.getpid(), wall_ns())
-            while not self._ending.is_set() and not probe.over(wall_ns()):
-                opened.write(probe.ask(wall_ns()))
-                dialect = probe.hear(_receive(opened), wall_ns())
-                if dialect is not None:
-                    return opened, dialect
-        except BaseException:
-            opened.close()
-            raise
-        opened.close()
-        return probe.impression
-
-    def _read(self, opened: serial.Serial, path: str, dialect: Dialect) -> None:
-        self._on_open(path, dialect)
+    def _read(self, found: Found) -> None:
+        opened = found.opened
+        self._on_open(found.path, found.dialect)
         self._serial = opened
         why = ""
         try:
             while not self._ending.is_set():
-                data = _receive(opened)
+                data = receive(opened)
                 if data:
                     self._on_data(data, wall_ns())
         except OSError as error:
-            why = broken(path, error)
+            why = broken(found.path, error)
         self._serial = None
         opened.close()
         if not self._ending.is_set():
             self._on_lost(why)
-
-
-def _receive(opened: serial.Serial) -> bytes:
-    """What is there; waits READ_TIMEOUT for a first byte. OSError when the port is gone."""
-    first = bytes(opened.read(1))
-    waiting = opened.in_waiting if first else 0
-    return first + bytes(opened.read(waiting)) if waiting else first
 
 
 def missing_path(wanted: str) -> bool:

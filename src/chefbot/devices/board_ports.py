@@ -73,6 +73,13 @@ def open_port(path: str) -> serial.Serial:
     return port
 
 
+def receive(opened: serial.Serial) -> bytes:
+    """What is there; waits READ_TIMEOUT for a first byte. OSError when the port is gone."""
+    first = bytes(opened.read(1))
+    waiting = opened.in_waiting if first else 0
+    return first + bytes(opened.read(waiting)) if waiting else first
+
+
 def broken(path: str, error: Exception) -> str:
     """Why an open port can no longer be read or written."""
     gone = getattr(error, "errno", None) in (errno.EIO, errno.ENXIO, errno.ENODEV)

@@ -1,25 +1,30 @@
-"""Which dialect speaks at a port, if any: asked with handshakes, answered by lines."""
+"""Which dialect speaks at a port, if any: listened for first, then asked with handshakes."""
 
 from __future__ import annotations
 
 from typing import Literal
 
 from chefbot.devices.line.chapter_lines import ChapterReader
-from chefbot.devices.line.frame import LineSplitter, frame
+from chefbot.devices.line.frame import LineSplitter, frame, unframe
 from chefbot.devices.line.lines import PROTOCOL, OtherVersion, Version, parse
 
 Dialect = Literal["board", "chapter"]
 ASK_NS = 200_000_000
 """Pause between two handshakes."""
 CHAPTER_NS = 1_500_000_000
-"""A board that has not answered for so long, and sends the chapter's lines, is the chapter's."""
+"""A port that has sent the chapter's lines for so long, and none of ours, is the chapter's board."""
 CHAPTER_LINES = 20
-PATIENCE_NS = 4_000_000_000
-"""An Arduino Mega restarts when its port is opened, and waits a second or two for a new program."""
+PATIENCE_NS = 12_000_000_000
+"""Opening its port resets an Arduino Mega. A byte within the next second, from a program that looks for a modem for
+example, keeps its boot loader waiting for a new program until 5 s after the last byte."""
 
 
 class Probe:
-    """Send `ask`, feed `hear`, until there is a verdict or `over`."""
+    """Send `ask`, feed `hear`, until there is a verdict or `over`.
+
+    Nothing is sent before a line with a valid CRC has come. Every board of ours sends 50 lines a second unasked,
+    whereas a byte to a boot loader holds its board up, and other devices have no use for our handshake.
+    """
 
     def __init__(self, token: int, now_ns: int) -> None:
         self._token, self._began_ns, self._asked_ns = token, now_ns, now_ns - ASK_NS
@@ -29,7 +34,7 @@ class Probe:
 
     def ask(self, now_ns: int) -> bytes:
         """What to send now; call it often."""
-        if now_ns - self._asked_ns < ASK_NS:
+        if not self._board_lines or now_ns - self._asked_ns < ASK_NS:
             return b""
         self._asked_ns = now_ns
         return b"\n" + frame(f"v {self._token} {PROTOCOL}")
@@ -38,7 +43,7 @@ class Probe:
         """The verdict after more bytes."""
         for raw in self._splitter.push(data):
             line = parse(raw)
-            self._board_lines += line is not None
+            self._board_lines += unframe(raw) is not None
             if isinstance(line, Version | OtherVersion) and line.token == self._token:
                 self.dialect = "board"
         self._chapter_lines += len(self._chapter.read(data))
@@ -48,7 +53,7 @@ class Probe:
         return self.dialect
 
     def over(self, now_ns: int) -> bool:
-        """Nobody answers any more."""
+        """No board has spoken or answered for `PATIENCE_NS`."""
         return now_ns - self._began_ns >= PATIENCE_NS
 
     @property
@@ -56,4 +61,4 @@ class Probe:
         """What was there instead of an answer."""
         if self._board_lines:
             return "a board talks there but does not answer: is its receiving wire connected?"
-        return "nothing there answers as a board"
+        return "nothing there speaks as a board: has it got its firmware (`chefbot flash`)?"

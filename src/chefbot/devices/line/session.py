@@ -175,7 +175,11 @@ class Session:
         self._clear_ns, self.neutral_first = now_ns, True
 
     def speak(self, now_ns: int) -> bytes:
-        """What is due; call it every `REPEAT_NS`."""
+        """What is due; call it every `REPEAT_NS`. Nothing to a board that has fallen silent: if it was reset, a byte
+        keeps its boot loader from starting the program."""
+        if self._heard_ns is not None and self.silent(now_ns):
+            self._close()
+            return b""
         if self._stopped and not self.flags & Flag.ESTOP_COMMAND:
             return self._emergency(now_ns) + (b"" if self.is_open else self._ask(now_ns))
         if not self.is_open:

@@ -56,6 +56,8 @@ class Session:
         self._asked_ns = self._said_ns = -(1 << 62)
         self._open_ns: int | None = None
         self._heard_ns: int | None = None
+        self._received_ns: int | None = None
+        """When the last bytes came, whole lines or not."""
         self._motion_ns = -(1 << 62)
         self._sequence = 0
         self._command: _Command | None = None
@@ -99,6 +101,7 @@ class Session:
     def hear(self, data: bytes, now_ns: int) -> list[Heard]:
         """The lines in `data` that count, in order."""
         counted = []
+        self._received_ns = now_ns if data else self._received_ns
         for raw in self._splitter.push(data):
             line = parse(raw)
             self.damaged += line is None
@@ -175,9 +178,9 @@ class Session:
         self._clear_ns, self.neutral_first = now_ns, True
 
     def speak(self, now_ns: int) -> bytes:
-        """What is due; call it every `REPEAT_NS`. Nothing to a board that has fallen silent: if it was reset, a byte
-        keeps its boot loader from starting the program."""
-        if self._heard_ns is not None and self.silent(now_ns):
+        """What is due; call it every `REPEAT_NS`. Nothing to a board from which no byte comes: if it was reset, one
+        of ours keeps its boot loader from starting the program."""
+        if self._received_ns is not None and now_ns - self._received_ns > SILENCE_NS:
             self._close()
             return b""
         if self._stopped and not self.flags & Flag.ESTOP_COMMAND:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from tests.firmware.lines import framed
 
@@ -165,6 +165,7 @@ def _unhurt(lines: list[bytes]) -> list[bytes]:
 
 
 @given(st.lists(st.integers(0, 30), min_size=1, max_size=60))
+@example([0, 26, 27])
 def test_lines_out_of_order_are_never_told_twice_or_late(order: list[int]) -> None:
     lines = stream(31)
     session = Session(ROBOT)
@@ -187,6 +188,17 @@ def test_a_board_that_restarts_is_followed(uptime: int, doubted: int) -> None:
     assert session.stream.restarts == 1
     ticks = [m for heard in again for m in sensors.messages(heard) if isinstance(m, WheelTicks)]
     assert [m.left for m in ticks] == list(range(doubted, 40))
+
+
+@given(st.integers(1, 5000), st.integers(0, 65535), st.integers(0, BITS - 1), st.integers(0, 900 * MS))
+def test_lost_lines_are_no_restart(lost: int, first: int, uptime: int, late_ns: int) -> None:
+    """However many were lost, and however late the computer read the one before them."""
+    session = Session(ROBOT)
+    numbers = (0, 1, lost + 2, lost + 3)
+    heard_ns = (late_ns, late_ns, *(max(late_ns, n * STEP_US * 1000) for n in numbers[2:]))
+    for n, now in zip(numbers, heard_ns, strict=True):
+        assert session.hear(motion(first + n, uptime + n * STEP_US), now)
+    assert session.stream.restarts == 0 and session.stream.lost == lost
 
 
 # -- wraps

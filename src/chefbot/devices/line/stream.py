@@ -11,7 +11,8 @@ EARLIEST_NS, LATEST_NS = -250_000_000, 5_000_000_000
 """A line is so much before or behind its time at most; else it is of another run of the board, or no line."""
 SEQUENCE_HOLDS_NS = 60_000_000_000
 """In twice this time the board numbers fewer than 2^15 lines; after a longer silence they say nothing."""
-
+LONGEST_STEP_US = 20_000
+"""Between two numbered lines of the board, whose motion lines alone come at 50 Hz."""
 
 CONFIRMED, CONFIRMED_IN_TIME = 2, 20
 """Lines that must follow each other to be a new run; more where their time is that of the run so far, for then
@@ -48,14 +49,21 @@ class Run:
             return False
         if not isinstance(line, Measured) or self._time is None:
             return True
-        return self._time.unwrap(line.t, heard_ns) >= self._board_us and self.in_time(line, heard_ns)
+        passed_us = self._time.unwrap(line.t, heard_ns) - self._board_us
+        return passed_us >= 0 and self.in_time(line, heard_ns, explained_us=ahead * LONGEST_STEP_US)
 
-    def in_time(self, line: BoardLine, heard_ns: int) -> bool:
-        """Whether its time is about now on this run's clock."""
+    def in_time(self, line: BoardLine, heard_ns: int, explained_us: int = 0) -> bool:
+        """Whether its time is about now on this run's clock.
+
+        A line may be further ahead of its time if no more than `explained_us` passed on the board since the line
+        before: where that one was read late and many behind it were lost.
+        """
         if not isinstance(line, Measured) or self._time is None:
             return False
-        late_ns = self._time.late_ns(self._time.unwrap(line.t, heard_ns), heard_ns)
-        return EARLIEST_NS <= late_ns <= LATEST_NS
+        full_us = self._time.unwrap(line.t, heard_ns)
+        late_ns = self._time.late_ns(full_us, heard_ns)
+        is_explained = full_us - self._board_us <= explained_us
+        return late_ns <= LATEST_NS and (late_ns >= EARLIEST_NS or is_explained)
 
     def take(self, line: BoardLine, heard_ns: int, restarted: bool = False) -> Heard:
         """The line, placed in time."""

@@ -58,6 +58,8 @@ class Gate:
         self.speeds: list[float] = []
         self.people = [node.publisher("/stop_request", Bool) for _ in range(2)]
         self._driver = node.publisher("/cmd_vel_teleop", Twist)
+        self._states: list[bool] = []
+        node.subscription("/emergency_stop", Bool, lambda said: self._states.append(said.data), LATCHED)
         node.subscription("/wheel_speeds", WheelSpeeds, lambda said: self.speeds.append(said.left))
         self.wait_until_there()
 
@@ -65,8 +67,10 @@ class Gate:
         wait_for(lambda: all(one.heard for one in (*self.people, self._driver)))
 
     def say(self, person: Publisher[Bool], word: bool) -> None:
+        """Whoever comes before the base has answered would receive the old state and the new one."""
         person.publish(Bool(word))
-        wait_for(lambda: Late(self.one.port).first() is word)
+        wait_for(lambda: self._states and self._states[-1] is word)
+        assert Late(self.one.port).first() is word
 
     def kill(self) -> None:
         """And wait for its next life."""

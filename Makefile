@@ -15,9 +15,13 @@ test: $(VENV)/.dev lint
 test-fast: $(VENV)/.dev
 	$(BIN)/pytest -q -n 2 --dist worksteal -m "not slow and not long" $(ARGS)
 
-# What needs minutes each: hundreds of starts and stops.
+# On a machine without other work: what needs minutes each, limits in seconds, and new examples for every property.
+# An example that it finds is kept in its test as `@example`.
+ROUNDS ?= 5
 test-long: $(VENV)/.dev
-	$(BIN)/pytest -q -s -m long $(ARGS)
+	CHEFBOT_QUIET_MACHINE=1 $(BIN)/pytest -q -s -m "long or timed" $(ARGS)
+	for round in $$(seq $(ROUNDS)); do HYPOTHESIS_PROFILE=search \
+	    $(BIN)/pytest -q -n 2 --dist worksteal -m "hypothesis and not long" $(ARGS) || exit 1; done
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import os
 import sys
 import tempfile
@@ -10,16 +12,33 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-settings.register_profile("desk", deadline=None)  # a busy machine is no finding
-settings.register_profile("ci", deadline=None, derandomize=True)
-settings.load_profile("ci" if os.environ.get("CI") else "desk")
-"""A red run must mean a change, not bad luck; at a desk chance goes on searching."""
+settings.register_profile("same", deadline=None, derandomize=True)  # a busy machine is no finding
+settings.register_profile("search", deadline=None)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
+"""A red run must mean a change, not bad luck; `make test-long` searches by chance."""
 
 sys.dont_write_bytecode = False  # else every program that a test starts is compiled first, as are the tests
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
-os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 200)  # tests that run at once do not hear each other
-os.environ["CHEFBOT_WIRE_PORT"] = str(21000 + os.getpid() % 10000)
+
+_LOCKS: list[int] = []
+
+
+def own_number() -> int:
+    """From 1 to 200, of no other process that tests at the moment: kept by a lock until this one ends."""
+    for number in range(1, 201):
+        path = Path(tempfile.gettempdir(), f"chefbot_tests_{number}.lock")
+        handle = os.open(path, os.O_CREAT | os.O_RDWR | os.O_CLOEXEC)
+        with contextlib.suppress(BlockingIOError):
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _LOCKS.append(handle)
+            return number
+        os.close(handle)
+    raise RuntimeError("200 processes test at once")
+
+
+os.environ["ROS_DOMAIN_ID"] = str(own_number())  # tests that run at once do not hear each other
+os.environ["CHEFBOT_WIRE_PORT"] = str(21000 + int(os.environ["ROS_DOMAIN_ID"]))
 
 os.environ["CHEFBOT_STATE"] = tempfile.mkdtemp(prefix="chefbot_state_")  # no test stops the owner's robot
 

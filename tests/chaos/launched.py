@@ -15,8 +15,8 @@ from pathlib import Path
 from chefbot.wire.node import WireNode
 from chefbot.wire.session import Wire
 from tests.processes import children_of, is_alive
+from tests.waiting import PATIENCE
 
-PATIENCE = 60.0
 HERE = Path(__file__).parent
 
 

@@ -17,6 +17,7 @@ from tests.chaos.waiter import waiting_robot
 from tests.hil.boards import HostPort
 from tests.hil.desk import ROBOT, Desk
 from tests.processes import children_of, is_alive
+from tests.waiting import in_time
 
 STOP_MS = 200.0
 LEFT_S = 3.0
@@ -62,6 +63,7 @@ def drive(hand: Hand, desk: Desk) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timed
 def test_the_board_stops_by_itself_and_no_process_is_left(tmp_path: Path) -> None:
     path = tmp_path / "built.yaml"
     path.write_text(BUILT)
@@ -75,20 +77,22 @@ def test_the_board_stops_by_itself_and_no_process_is_left(tmp_path: Path) -> Non
             drive(hand, desk)
             stopped = desk.stops_after(lambda: one.process.send_signal(signal.SIGSTOP))
             tell(f"the board stopped {stopped:.0f} ms after its launch hung")
-            assert stopped <= STOP_MS
+            assert in_time(stopped, STOP_MS)
             one.process.send_signal(signal.SIGCONT)
             drive(hand, desk)
             children = children_of(one.process.pid)
             assert len(children) >= 2
             stopped = desk.stops_after(one.process.kill)
-            took = wait_for(lambda: not any(map(is_alive, children)), LEFT_S)
+            took = wait_for(lambda: not any(map(is_alive, children)))
             tell(f"the board stopped after {stopped:.0f} ms; its children were gone {took:.1f} s later")
-            assert stopped <= STOP_MS
+            assert in_time(took, LEFT_S)
+            assert in_time(stopped, STOP_MS)
     finally:
         desk.close()
 
 
 @pytest.mark.slow
+@pytest.mark.timed
 def test_with_the_simulator_all_of_the_waiter_ends(tmp_path: Path) -> None:
     with waiting_robot(tmp_path) as watched:
         watched.order("table_1")
@@ -97,5 +101,6 @@ def test_with_the_simulator_all_of_the_waiter_ends(tmp_path: Path) -> None:
         assert len(children) >= len(watched.parts)  # and a spare
         os.kill(children[0], signal.SIGSTOP)  # it sees no end of its input
         watched.one.process.kill()
-        took = wait_for(lambda: not any(map(is_alive, children)), LEFT_S)
+        took = wait_for(lambda: not any(map(is_alive, children)))
         tell(f"{len(children)} children were gone {took:.1f} s after their launch")
+        assert in_time(took, LEFT_S)

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.fake_robot import fake_robot
+from tests.waiting import PATIENCE
 
 from chefbot.control.gamepad import GamepadDrive, GamepadParams, PadEvent
 from chefbot.control.limits import Limits
@@ -28,7 +29,6 @@ from chefbot.runtime.loop import Loop, Publication
 from chefbot.runtime.system import System
 from chefbot.ui.commands import Drive, Stop
 
-PATIENCE = 60.0
 ROBOT = load_robot("chefbot")
 LIMITS = Limits.of(ROBOT)
 TURN, FORWARD, CROSS = 0, 1, 7

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.fake_robot import fake_robot
+from tests.waiting import PATIENCE
 
 from chefbot.devices.keyboard import ARROWS, KeyboardDevice, keys_of
 from chefbot.errors import UserError
@@ -26,7 +27,6 @@ from chefbot.runtime.system import System
 
 SECOND = 1_000_000_000
 KEYBOARD = "chefbot.devices.keyboard:KeyboardDevice"
-PATIENCE = 60.0
 
 
 class Pty:

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from tests.waiting import PATIENCE
 
 from chefbot.devices.stop_memory import NOT_KNOWN, STOPPED, StopFile
 from chefbot.msgs.std_msgs import Bool
@@ -23,7 +24,6 @@ from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.system import System
 
-PATIENCE = 60.0
 ROBOT = load_robot("chefbot")
 LAUNCH = """
 about: What remembers a STOP, and the base.

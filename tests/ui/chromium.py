@@ -13,6 +13,7 @@ from typing import Any
 
 import httpx
 import pytest
+from tests.waiting import PATIENCE
 from websockets.sync.client import connect
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -40,7 +41,7 @@ class Tab:
         self._number += 1
         self._connection.send(json.dumps({"id": self._number, "method": method, "params": params}))
         while True:
-            answer = json.loads(self._connection.recv(timeout=60))
+            answer = json.loads(self._connection.recv(timeout=PATIENCE))
             if answer.get("id") == self._number:
                 assert "error" not in answer, answer
                 return dict(answer["result"])
@@ -109,7 +110,8 @@ def open_tab(url: str, folder: Path, flags: list[str]) -> Iterator[Tab]:
 
 
 def _devtools_address(folder: Path) -> str:
-    for _ in range(300):
+    give_up = time.monotonic() + PATIENCE
+    while time.monotonic() < give_up:
         time.sleep(0.1)
         with contextlib.suppress(OSError, httpx.TransportError, StopIteration, IndexError):
             port = (folder / "DevToolsActivePort").read_text().split()[0]

@@ -9,12 +9,11 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from tests.waiting import PATIENCE
 from websockets.sync.client import ClientConnection, connect
 
 from chefbot.ui.commands import Command
 from chefbot.ui.server import PageServer
-
-PATIENCE = 20.0
 
 
 class Page:

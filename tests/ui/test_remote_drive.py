@@ -6,6 +6,7 @@ import time
 
 import pytest
 from tests.fake_robot import FakeRobot, fake_robot
+from tests.waiting import PATIENCE
 
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
@@ -20,7 +21,6 @@ from chefbot.ui.remote import RemotePage
 
 SECOND = 1_000_000_000
 TICK = SECOND // 10
-PATIENCE = 20.0
 
 
 class Driver:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 from tests.chaos.launched import free_port
+from tests.waiting import PATIENCE
 
 from chefbot.msgs.std_msgs import Bool
 from chefbot.robot.load import load_robot
@@ -18,7 +19,6 @@ from chefbot.ui.asked import UNCONFIRMED
 from chefbot.ui.commands import Resume, Stop
 from chefbot.ui.remote import RemotePage
 
-PATIENCE = 20.0
 BASE = NodeEntry(kind="chefbot.nodes.base:BaseNode")
 
 

@@ -17,9 +17,9 @@ from typing import Any
 import pytest
 
 from chefbot.wire.keyring import Keyring
+from tests.waiting import PATIENCE
 
 MACHINE, PAGE_USER = Path(__file__).parent / "machine.py", Path(__file__).parent / "page_user.py"
-PATIENCE = 60.0
 needs_namespaces = pytest.mark.skipif(
     os.geteuid() != 0 or shutil.which("ip") is None,
     reason="needs root and iproute2 for network namespaces",

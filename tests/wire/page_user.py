@@ -18,8 +18,7 @@ import msgspec
 from chefbot.errors import UserError
 from chefbot.ui.commands import Drive, parse_command
 from chefbot.ui.remote import PageGoneError, RemotePage
-
-PATIENCE = 60.0
+from tests.waiting import PATIENCE
 
 
 class Browser:

@@ -24,11 +24,10 @@ from chefbot.wire.names import WireType, topic_key
 from chefbot.wire.node import WireNode
 from chefbot.wire.parameters import _descriptor, flatten, from_value, to_value
 from chefbot.wire.session import Wire
-from tests.waiting import wait_for
+from tests.waiting import PATIENCE, wait_for
 from tests.wire.test_bridge import running
 from tests.wire.test_editions import peer  # noqa: F401 - a fixture
 
-PATIENCE = 10.0
 OF_RCLPY = """
 MP rosout rcl_interfaces::msg::dds_::Log_ RIHS01_e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac :1:,1000:,:10,0:,,
 MP parameter_events rcl_interfaces::msg::dds_::ParameterEvent_ RIHS01_043e627780fcad87a22d225bc2a037361dba713fca6a6b9f4b869a5aa0393204 ::,1000:,:,:,,

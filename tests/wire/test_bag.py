@@ -34,9 +34,8 @@ from chefbot.wire.names import WireType
 from chefbot.wire.node import WireNode
 from chefbot.wire.qos import CLOCK, DEFAULT, LATCHED, ROSOUT, SENSOR
 from chefbot.wire.session import Wire
-from tests.waiting import wait_for
+from tests.waiting import PATIENCE, wait_for
 
-PATIENCE = 20.0
 TWIST, TEXT = WireType.of(Twist), WireType.of(String)
 FOREIGN = WireType("their_msgs/msg/Thing", "RIHS01_" + "ab" * 32)
 NEVER = threading.Event()

@@ -54,9 +54,8 @@ from chefbot.wire.names import WireType, topic_key
 from chefbot.wire.node import WireNode
 from chefbot.wire.qos import CLOCK, LATCHED, ROSOUT
 from chefbot.wire.session import Wire
-from tests.waiting import wait_for
+from tests.waiting import PATIENCE, in_time, wait_for
 
-PATIENCE = 10.0
 ALL = {"counter": "Counter", "doubler": "Doubler", "cook": "Cook", "guest": "Guest", "wheels": "Wheels"}
 
 
@@ -223,6 +222,7 @@ def test_who_comes_later_than_the_listener_is_asked_for_all_it_said(port: int) -
             wait_for(lambda: [end.end.qos.latched for end in takers()] == [True])
 
 
+@pytest.mark.timed
 def test_a_flood_is_cut_and_the_loop_stays_on_time(port: int) -> None:
     with running(port, "counter", "doubler") as one:
         late: list[float] = []
@@ -245,7 +245,7 @@ def test_a_flood_is_cut_and_the_loop_stays_on_time(port: int) -> None:
             time.sleep(0.005)
         counts = one.wire.refused.counts()
         assert counts["/count: more comes in than can be heard, the oldest is lost"] > 1000
-        assert sorted(late)[len(late) // 2] < 0.05, late
+        assert late and in_time(sorted(late)[len(late) // 2], 0.05), late
 
 
 def test_an_action_of_the_loop_serves_others(port: int) -> None:

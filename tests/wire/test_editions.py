@@ -38,9 +38,8 @@ from chefbot.wire.names import WireType, topic_key
 from chefbot.wire.node import WireNode
 from chefbot.wire.session import Wire
 from chefbot.wire.tokens import CLIENT
-from tests.waiting import wait_for
+from tests.waiting import PATIENCE, wait_for
 
-PATIENCE = 10.0
 JAZZY, EARLY_JAZZY = editions("nav2_msgs/action/Spin")
 GID = bytes(range(16))
 

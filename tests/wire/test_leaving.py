@@ -37,7 +37,7 @@ def test_a_program_ends_though_messages_come_and_it_has_not_closed_the_wire() ->
             return program.poll() is not None
 
         try:
-            wait_for(ended, "its end", patience=30.0)
+            wait_for(ended, "its end")
             assert program.returncode == 3
         finally:
             program.kill()

@@ -24,9 +24,8 @@ from chefbot.wire.qos import LATCHED
 from chefbot.wire.session import Wire
 from chefbot.wire.supervisor import PERIOD, Order, Supervisor
 from tests.processes import children_of, is_alive
-from tests.waiting import wait_for
+from tests.waiting import PATIENCE, in_time, wait_for
 
-PATIENCE = 120.0
 LAUNCH = """
 about: Counting here, doubling and cooking elsewhere.
 clock: wall
@@ -73,6 +72,7 @@ def test_a_launch_without_other_processes_needs_no_spare() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timed
 def test_children_end_with_their_input_and_stubborn_ones_are_killed() -> None:
     for program, limit in ((SLEEPY, 10.0), (STUBBORN, 20.0)):
         supervisor = Supervisor([order("a"), order("b")], lambda _: None, (sys.executable, "-c", program))
@@ -80,7 +80,7 @@ def test_children_end_with_their_input_and_stubborn_ones_are_killed() -> None:
         pids = supervisor.pids().values()
         began = time.monotonic()
         supervisor.close()
-        assert time.monotonic() - began < limit
+        assert in_time(time.monotonic() - began, limit)
         assert not any(map(is_alive, pids))
 
 
@@ -177,4 +177,4 @@ def test_a_killed_launch_leaves_no_orphans(launched: Launched) -> None:
     launched.process.send_signal(signal.SIGSTOP)
     time.sleep(0.2)  # what they say meanwhile is never read
     launched.process.kill()
-    wait_for(lambda: not any(map(is_alive, children)), patience=5.0)
+    wait_for(lambda: not any(map(is_alive, children)))

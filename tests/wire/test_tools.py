@@ -44,8 +44,8 @@ from chefbot.wire.node import WireNode
 from chefbot.wire.qos import LATCHED, SENSOR
 from chefbot.wire.session import Wire
 from tests.msgs.test_cdr import all_messages, instances_of
+from tests.waiting import PATIENCE
 
-PATIENCE = 20.0
 STORE = {
     "max_speed": rcl.ParameterValue(type=rcl.DOUBLE, double_value=0.35),
     "frames": rcl.ParameterValue(type=rcl.STRING_ARRAY, string_array_value=("map", "odom")),

@@ -24,6 +24,16 @@ class EqualsSubstitution:
 
 
 @dataclass
+class FindPackageShare:
+    package: str
+
+
+@dataclass
+class PathJoinSubstitution:
+    substitutions: list[Any]
+
+
+@dataclass
 class Command:
     command: Any
     on_stderr: str = "fail"
@@ -58,7 +68,7 @@ class ExecuteProcess:
 
 @dataclass
 class PythonLaunchDescriptionSource:
-    launch_file_path: str
+    launch_file_path: Any
 
 
 @dataclass
@@ -97,26 +107,36 @@ MODULES = {
     "launch.actions": [DeclareLaunchArgument, ExecuteProcess, IncludeLaunchDescription],
     "launch.conditions": [IfCondition, UnlessCondition],
     "launch.launch_description_sources": [PythonLaunchDescriptionSource],
-    "launch.substitutions": [Command, EqualsSubstitution, LaunchConfiguration],
+    "launch.substitutions": [Command, EqualsSubstitution, LaunchConfiguration, PathJoinSubstitution],
     "launch_ros": [],
     "launch_ros.actions": [Node],
     "launch_ros.parameter_descriptions": [ParameterValue],
+    "launch_ros.substitutions": [FindPackageShare],
     "ament_index_python": [],
 }
 
 
 def run_launch_file(path: Path, workspace: Path, monkeypatch: Any) -> list[Any]:
-    """The actions of a launch file; packages are where the workspace has them, others below /opt/ros."""
+    """The actions of a launch file, read where no package but the workspace's is installed."""
     for name, members in MODULES.items():
         module = types.ModuleType(name)
         for member in members:
             setattr(module, member.__name__, member)
         monkeypatch.setitem(sys.modules, name, module)
     packages = types.ModuleType("ament_index_python.packages")
-    packages.get_package_share_directory = lambda name: str(  # type: ignore[attr-defined]
-        workspace / name if (workspace / name).is_dir() else Path("/opt/ros") / name
-    )
+
+    def get_package_share_directory(name: str) -> str:
+        if not (workspace / name).is_dir():
+            raise LookupError(f"package '{name}' not found")
+        return str(workspace / name)
+
+    packages.get_package_share_directory = get_package_share_directory  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "ament_index_python.packages", packages)
     space: dict[str, Any] = {}
     exec(compile(path.read_text(), str(path), "exec"), space)
     return list(space["generate_launch_description"]().entities)
+
+
+def share(workspace: Path, package: str) -> Path:
+    """Where a package is while a launch runs: the workspace's there, others below /opt/ros."""
+    return workspace / package if (workspace / package).is_dir() else Path("/opt/ros") / package

@@ -17,17 +17,21 @@ from tests.design.fake_launch import (
     DeclareLaunchArgument,
     EqualsSubstitution,
     ExecuteProcess,
+    FindPackageShare,
     IncludeLaunchDescription,
     LaunchConfiguration,
     Node,
     ParameterValue,
+    PathJoinSubstitution,
     run_launch_file,
+    share,
 )
 from tests.design.sdf_checker import read_by_libsdformat
 
 from chefbot.commands.launch import parse_arguments
 from chefbot.commands.ros2 import run_ros2
 from chefbot.nodes.base import BaseNode
+from chefbot.nodes.frames import FramesNode
 from chefbot.nodes.odometry import OdometryNode
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch, node_class, node_params
@@ -100,16 +104,20 @@ def test_the_chapters_launches_are_there_and_are_python(made: tuple[str, Path], 
 # -- what a launch starts, for every choice of its arguments
 
 
-def resolved(value: Any, arguments: dict[str, str]) -> str:
-    """A substitution as text."""
+def resolved(value: Any, arguments: dict[str, str], out: Path) -> str:
+    """A substitution as text; packages are found in `out`."""
+    if isinstance(value, FindPackageShare):
+        return str(share(out, value.package))
+    if isinstance(value, PathJoinSubstitution):
+        return str(Path(*(resolved(one, arguments, out) for one in value.substitutions)))
     if isinstance(value, (list, tuple)):
-        return "".join(resolved(one, arguments) for one in value)
+        return "".join(resolved(one, arguments, out) for one in value)
     if isinstance(value, LaunchConfiguration):
         return arguments[value.variable_name]
     if isinstance(value, EqualsSubstitution):
-        return str(resolved(value.left, arguments) == resolved(value.right, arguments)).lower()
+        return str(resolved(value.left, arguments, out) == resolved(value.right, arguments, out)).lower()
     if isinstance(value, ParameterValue):
-        return resolved(value.value, arguments)
+        return resolved(value.value, arguments, out)
     return str(value)
 
 
@@ -132,7 +140,7 @@ class Started:
             assert not one.choices or arguments[name] in one.choices, (file.name, name, arguments[name])
         for entity in entities:
             condition = getattr(entity, "condition", None)
-            if condition and resolved(condition.predicate_expression, arguments) != "true":
+            if condition and resolved(condition.predicate_expression, arguments, self.out) != "true":
                 continue
             self.start(entity, arguments, file)
 
@@ -140,10 +148,10 @@ class Started:
         if isinstance(entity, Node):
             self.nodes.append((entity, arguments))
         elif isinstance(entity, ExecuteProcess):
-            self.commands.append([resolved(word, arguments) for word in entity.cmd])
+            self.commands.append([resolved(word, arguments, self.out) for word in entity.cmd])
         elif isinstance(entity, IncludeLaunchDescription):
-            path = Path(entity.launch_description_source.launch_file_path)
-            passed = {key: resolved(value, arguments) for key, value in entity.launch_arguments}
+            path = Path(resolved(entity.launch_description_source.launch_file_path, arguments, self.out))
+            passed = {key: resolved(value, arguments, self.out) for key, value in entity.launch_arguments}
             package = path.parts[-3]
             assert package == file.parts[-3] or package in needed(file.parents[1]), package
             if path.is_relative_to(self.out):
@@ -189,14 +197,15 @@ def check_nodes(started: Started, out: Path, package: str) -> None:
     for node, arguments in started.nodes:
         assert node.package in needed(out / package) | needed(out / "chefbot_bringup")
         for given in node.parameters:
-            if isinstance(given, str):
+            if isinstance(given, str | PathJoinSubstitution):
+                given = resolved(given, arguments, out)
                 assert node.name in described(given), f"{given} says nothing of {node.name}"
             elif "config_file" in given:
-                assert Path(resolved(given["config_file"], arguments)).is_file()
+                assert Path(resolved(given["config_file"], arguments, out)).is_file()
             elif "node_names" in given:
                 assert set(given["node_names"]) <= set(names)
         for word in node.arguments:
-            text = resolved(word, arguments)
+            text = resolved(word, arguments, out)
             assert not text.endswith((".rviz", ".sdf")) or Path(text).is_file()
 
 
@@ -262,6 +271,17 @@ def test_one_tells_odometry_and_nobody_of_ours_tells_the_map(
             told = yaml.safe_load((made[1] / "chefbot_bringup/config/ekf.yaml").read_text())
             assert told["ekf_filter_node"]["ros__parameters"]["odom0"] == teller.remap["odom"]
             assert dict(filters[0].remappings)["odometry/filtered"] == "odom"
+
+
+def test_one_tells_the_model(made: tuple[str, Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two latched /robot_description would reach a listener in any order."""
+    for base, odometry in itertools.product(("simulation", "built"), ("chefbot", "ekf")):
+        started = of(made, "chefbot_bringup/launch/base.launch.py", monkeypatch, base=base, odometry=odometry)
+        (words,) = started.commands
+        launch = load_launch(words[2], parse_arguments(words[3:]))
+        ours = [one for one in launch.nodes.values() if node_class(one.kind, "") is FramesNode]
+        theirs = [node for node, _ in started.nodes if node.package == "robot_state_publisher"]
+        assert len(ours) + len(theirs) == 1
 
 
 def test_our_navigation_for_another_base_is_a_launch(made: tuple[str, Path]) -> None:

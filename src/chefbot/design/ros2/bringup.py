@@ -34,8 +34,8 @@ from chefbot.robot.spec import Robot
 
 PACKAGE = "chefbot_bringup"
 DEPENDS = (
-    "ament_index_python", "launch", "launch_ros", "chefbot_description", "robot_state_publisher",
-    "xacro", "rviz2", "rviz_default_plugins", "nav2_rviz_plugins", "nav2_amcl",
+    "ament_index_python", "launch", "launch_ros", "chefbot_description", "rviz2",
+    "rviz_default_plugins", "nav2_rviz_plugins", "nav2_amcl",
     "nav2_map_server", "nav2_lifecycle_manager", "nav2_controller", "nav2_mppi_controller", "dwb_core",
     "dwb_critics", "dwb_plugins", "nav2_planner", "nav2_navfn_planner", "nav2_smoother", "nav2_behaviors",
     "nav2_velocity_smoother", "nav2_collision_monitor", "nav2_bt_navigator", "nav2_waypoint_follower",
@@ -90,7 +90,7 @@ def launches(robot: Robot, name_or_file: str) -> dict[str, str]:
     machine = {"robot": robot_argument(name_or_file)}
     texts = {
         **_demos({"stack": STACK, **machine, **BASE_ARGUMENTS}),
-        **_parts(robot, machine),
+        **_parts(machine),
         "view_robot": Launch("Look at the robot in RViz.", TIME, [_rviz("robot")]),
         "view_navigation": Launch("Map, scan, costs, plan and goals in RViz.", TIME, [_rviz("navigation")]),
     }
@@ -121,13 +121,13 @@ def _demos(based: dict[str, Argument]) -> dict[str, Launch]:
     }
 
 
-def _parts(robot: Robot, machine: dict[str, Argument]) -> dict[str, Launch]:
+def _parts(machine: dict[str, Argument]) -> dict[str, Launch]:
     """What those include."""
     return {
         "base": Launch(
             "The base: our simulator or the motor board, its model, and who tells odometry.",
             {**machine, **BASE_ARGUMENTS},
-            base_actions(robot),
+            base_actions(),
         ),
         "navigation": Launch("The servers of Nav2.", TIME, navigation_actions()),
         "localization": Launch(
@@ -136,24 +136,14 @@ def _parts(robot: Robot, machine: dict[str, Argument]) -> dict[str, Launch]:
     }
 
 
-def base_actions(robot: Robot) -> list[str]:
-    """Processes of ours, the model's transforms, and the filter if asked for."""
+def base_actions() -> list[str]:
+    """A process of ours, which also tells the model and its transforms, and the filter if asked for."""
     file = '[str(SHARE / "chefbot"), "/%s_", LaunchConfiguration("odometry"), ".yaml"]'
     return [
         ours(file % "simulation", ["robot", "world", "headless"], 'condition=only("base", "simulation")'),
         ours(file % "built", ["robot", "board_port", "headless"], 'condition=only("base", "built")'),
-        *model_actions(robot, SIMULATED),
         ekf_action(SIMULATED),
     ]
-
-
-def model_actions(robot: Robot, simulated: str) -> list[str]:
-    """Where the joints are is told on /joint_states by whoever has the wheels.
-
-    simulated: an expression for the parameter use_sim_time.
-    """
-    described = listed([f'model("{robot.name}")', simulated])
-    return [node("robot_state_publisher", "robot_state_publisher", f"parameters={described}")]
 
 
 def ekf_action(simulated: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from chefbot.design.ros2.bridge import bridges
-from chefbot.design.ros2.bringup import MAP, START, ekf_action, model_actions
+from chefbot.design.ros2.bringup import MAP, START, ekf_action
 from chefbot.design.ros2.bringup import PACKAGE as BRINGUP
 from chefbot.design.ros2.launch_text import (
     Argument,
@@ -111,10 +111,16 @@ def gazebo_actions(robot: Robot) -> list[str]:
         node("ros_gz_sim", "create", f"arguments={listed([model, *where])}"),
         _bridge("bridge", 'str(SHARE / "config" / "bridge.yaml")'),
         _bridge("bridge_odometry", call("ParameterValue", [config, "value_type=str"])),
-        *model_actions(robot, SIMULATED),
+        model_action(robot),
         ekf_action(SIMULATED),
     ]
     return [*actions, depth_action()] if robot.sensors.lidar is None else actions
+
+
+def model_action(robot: Robot) -> str:
+    """The model and its transforms; Gazebo tells where the joints are, on /joint_states."""
+    described = listed([f'model("{robot.name}")', SIMULATED])
+    return node("robot_state_publisher", "robot_state_publisher", f"parameters={described}")
 
 
 def _bridge(name: str, config: str) -> str:

@@ -18,15 +18,18 @@ Written by `chefbot ros2` for the robot {robot}.
 '''
 IMPORTS = (
     ("pathlib", ("Path",)),
-    ("shlex", ("quote",)),
     ("ament_index_python.packages", ("get_package_share_directory",)),
     ("launch", ("LaunchDescription",)),
     ("launch.actions", ("DeclareLaunchArgument", "ExecuteProcess", "IncludeLaunchDescription")),
     ("launch.conditions", ("IfCondition",)),
     ("launch.launch_description_sources", ("PythonLaunchDescriptionSource",)),
-    ("launch.substitutions", ("Command", "EqualsSubstitution", "LaunchConfiguration")),
+    (
+        "launch.substitutions",
+        ("Command", "EqualsSubstitution", "LaunchConfiguration", "PathJoinSubstitution"),
+    ),
     ("launch_ros.actions", ("Node",)),
     ("launch_ros.parameter_descriptions", ("ParameterValue",)),
+    ("launch_ros.substitutions", ("FindPackageShare",)),
 )
 SHARE = 'SHARE = Path(get_package_share_directory("{package}"))\n'
 HELPERS = {
@@ -39,24 +42,24 @@ def only(name, value):
     "include": '''
 
 def include(package, file, only_if=None, **arguments):
-    """Another package's launch file, or our own."""
-    path = Path(get_package_share_directory(package)) / "launch" / file
+    """Another package's launch file, or our own; only then must the package be there."""
+    path = PathJoinSubstitution([FindPackageShare(package), "launch", file])
     return IncludeLaunchDescription(
-        PythonLaunchDescriptionSource(str(path)), launch_arguments=arguments.items(), condition=only_if
+        PythonLaunchDescriptionSource(path), launch_arguments=arguments.items(), condition=only_if
     )
 ''',
     "installed": '''
 
 def installed(package, *path):
-    """A file that a package installs."""
-    return str(Path(get_package_share_directory(package)).joinpath(*path))
+    """A file that a package installs, looked for when it is used."""
+    return PathJoinSubstitution([FindPackageShare(package), *path])
 ''',
     "model": '''
 
 def model(robot):
     """The parameter robot_description, from xacro. Command cuts its line at spaces, as a shell does."""
     file = installed("chefbot_description", "urdf", f"{robot}.urdf.xacro")
-    return {"robot_description": ParameterValue(Command(["xacro ", quote(file)]), value_type=str)}
+    return {"robot_description": ParameterValue(Command(["xacro '", file, "'"]), value_type=str)}
 ''',
     "in_simulation": '''
 
@@ -146,7 +149,7 @@ def imports(code: str) -> str:
     words = set(re.findall(r"\w+", code))
     used = [(module, [name for name in names if name in words]) for module, names in IMPORTS]
     lines = [f"from {module} import {', '.join(names)}\n" for module, names in used if names]
-    standard = sum(line.startswith(("from pathlib", "from shlex")) for line in lines)
+    standard = sum(line.startswith("from pathlib") for line in lines)
     return "".join([*lines[:standard], *(["\n"] if standard else []), *lines[standard:]])
 
 

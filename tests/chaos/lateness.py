@@ -7,6 +7,7 @@ import threading
 import msgspec
 import numpy as np
 
+from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Float64, Header
@@ -67,10 +68,14 @@ class BusyNode(Node):
 
 
 class RoomScanNode(Node):
-    """A lidar in an empty room of 6 m by 5 m, at the place that odometry tells: scans for a robot without a world."""
+    """Sensors in an empty room of 6 m by 5 m, at the place that odometry tells, for a robot without a world.
+
+    The lidar scans the walls; the camera sees bare floor.
+    """
 
     params: NoParams
     scan: Out[LaserScan]
+    obstacles: Out[ObstacleScan]
 
     @every(hz=10)
     def look(self) -> None:
@@ -94,6 +99,8 @@ class RoomScanNode(Node):
                 header, float(angles[0]), float(angles[-1]), step, 0.0, 1.0 / lidar.rate, *limits, ranges
             )
         )
+        far, floor = np.full(160, np.inf, np.float32), np.full(160, 2.0, np.float32)
+        self.obstacles.publish(ObstacleScan(header, -0.5, 1.0 / 160, 8.0, far, 0.5 * floor, floor))
 
 
 class PonderParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -45,11 +45,12 @@ class Robot(Life):
 
     def __init__(self) -> None:
         kinds = {"base": "BaseNode", "controller": "ControllerNode", "navigator": "NavigatorNode"}
-        super().__init__({name: f"chefbot.nodes.{name}:{kind}" for name, kind in kinds.items()}, {})
+        nodes = {name: f"chefbot.nodes.{name}:{kind}" for name, kind in kinds.items()}
+        super().__init__({**nodes, "sensors": "tests.nodes.sensors:ClearSensorsNode"}, {})
         for parent, child in (("map", "odom"), ("odom", "base_footprint"), ("base_footprint", "base_link")):
             here = TransformStamped.of(0, parent, child, SE2(0.0, 0.0, 0.0))
-            self.loop.publish("tf", TFMessage((here,)), "test")
-        self.run(0.1)
+            self.loop.publish("tf_static", TFMessage((here,)), "test")
+        self.run(1.0)
 
     def order(self, name: str) -> None:
         action, goal = ORDERS[name]

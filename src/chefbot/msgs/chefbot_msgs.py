@@ -124,7 +124,7 @@ class NavigationStatus(Message, frozen=True, eq=False):
 
     header: Header = Header()
     state: String = ""
-    """idle, planning, driving, recovering"""
+    """idle, driving, recovering, waiting (for a sensor: `reason` names it)"""
     recoveries: Uint32 = 0
     reason: String = ""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -22,7 +22,8 @@ from chefbot.costmap.params import LIVE, CostmapParams
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Duration
-from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.chefbot_msgs import LocalizationStatus, ObstacleScan
+from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.nav2_msgs import (
     BackUp,
@@ -44,8 +45,11 @@ from chefbot.msgs.nav2_msgs import (
 from chefbot.msgs.nav2_msgs import Spin as SpinAction
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.msgs.std_msgs import Bool, Float64, Header
+from chefbot.msgs.std_msgs import Bool, Float64, Header, String
 from chefbot.nodes.costmaps import LASER, costmap_message, mark_laser, mark_obstacles, plane_of
+from chefbot.nodes.motion_errors import BACK_UP, DRIVE, SPIN, Errors, motion_error
+from chefbot.nodes.obstacle_sensors import ObstacleSensors
+from chefbot.nodes.standing import LOST, Standing, WaitedTooLong
 from chefbot.nodes.stopped import REFUSED, is_pressed
 from chefbot.planning.repair import length_left, near_planner, repaired
 from chefbot.runtime.actions import serves
@@ -55,7 +59,7 @@ from chefbot.runtime.tasks import Cancelled, Future
 from chefbot.runtime.transforms import TransformError
 
 RATE = 10.0
-NO_TRANSFORM, STUCK, NO_VALID_CONTROL, INVALID_PATH = 102, 105, 106, 103
+NO_TRANSFORM, STUCK, NO_VALID_CONTROL, INVALID_PATH, PATIENCE_EXCEEDED = 102, 105, 106, 103, 104
 """As in nav2_msgs/action/FollowPath."""
 ALLOWED = 30.0
 """Seconds for a motion whose giver says nothing of time."""
@@ -63,17 +67,6 @@ BLOCKED_PATIENCE = 3.0
 """Seconds that every way on may be blocked before it counts: people pass."""
 
 
-class Errors(NamedTuple):
-    """Codes of one of Nav2's behaviours."""
-
-    unknown: int
-    timeout: int
-    collision: int
-    invalid: int = 0
-
-
-SPIN, BACK_UP, DRIVE = Errors(700, 701, 703), Errors(710, 711, 714, 713), Errors(720, 721, 723, 724)
-"""As in nav2_msgs/action/Spin, BackUp, DriveOnHeading."""
 AlongX = BackUp_Goal | DriveOnHeading_Goal
 Ended = tuple[Duration, int, str]
 """How long it took, 0 or an error's code, and the sentence."""
@@ -100,7 +93,12 @@ class ControllerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
 
 
 class ControllerNode(Node):
-    """Serves paths and three motions, in the frame `odom`: what was seen stays where it was seen."""
+    """Serves paths and three motions, in the frame `odom`: what was seen stays where it was seen.
+
+    It commands a twist only while every obstacle sensor of the robot file sends good data, and follows a path only
+    while localization, where there is one, is sure. Else it stands, says why on `standing` (empty while it does not
+    stand), and goes on by itself.
+    """
 
     live_params = (
         *(f"costmap.{name}" for name in LIVE),
@@ -113,12 +111,16 @@ class ControllerNode(Node):
     cmd_vel: In[Twist]
     clear_costmaps: In[Float64]
     emergency_stop: In[Bool]
+    localization_status: In[LocalizationStatus]
     follow_path = serves(FollowPath)
     spin = serves(SpinAction)
     backup = serves(BackUp)
     drive_on_heading = serves(DriveOnHeading)
     cmd_vel_nav: Out[Twist]
     costmap: Out[OccupancyGrid] = topic("local_costmap/costmap", latched=True)
+    standing: Out[String] = topic("controller/standing", latched=True)
+    remark: Out[String] = topic("controller/remark")
+    diagnostics: Out[DiagnosticArray]
 
     def start(self) -> None:
         """Nothing to do."""
@@ -134,6 +136,8 @@ class ControllerNode(Node):
         self._motion: Behavior | None = None
         self._moved: Future[Progress] | None = None
         self._report: Callable[[], None] = lambda: None
+        self._sensors = ObstacleSensors(self.robot)
+        self._standing = Standing(self.standing, self.remark)
 
     def reconfigure(self, params: ControllerNodeParams) -> None:
         """From the next command on, on the path in hand."""
@@ -155,15 +159,30 @@ class ControllerNode(Node):
 
     def on_scan(self, scan: LaserScan) -> None:
         """The laser's layer."""
-        stamp = scan.header.stamp.ns
-        self.tf.when("odom", scan.header.frame_id, stamp, lambda pose: mark_laser(self._costs, pose, scan))
+        self._sensors.see_scan(scan, self.now_ns, self._pose())
+        stamp, frame = scan.header.stamp.ns, scan.header.frame_id
+        self.tf.when("odom", frame, stamp, lambda pose: self._mark_laser(pose, scan))
+
+    def _mark_laser(self, pose: SE2, scan: LaserScan) -> None:
+        mark_laser(self._costs, pose, scan)
+        self._sensors.place_scan(scan.header.stamp.ns)
 
     def on_obstacles(self, seen: ObstacleScan) -> None:
         """The camera's layer."""
-        stamp = seen.header.stamp.ns
-        frame = seen.header.frame_id
-        plane = plane_of(self.robot)
-        self.tf.when("odom", frame, stamp, lambda pose: mark_obstacles(self._costs, pose, seen, plane))
+        self._sensors.see_obstacles(seen, self.now_ns, self._pose())
+        stamp, frame = seen.header.stamp.ns, seen.header.frame_id
+        self.tf.when("odom", frame, stamp, lambda pose: self._mark_obstacles(pose, seen))
+
+    def _mark_obstacles(self, pose: SE2, seen: ObstacleScan) -> None:
+        mark_obstacles(self._costs, pose, seen, plane_of(self.robot))
+        self._sensors.place_obstacles(seen.header.stamp.ns)
+
+    def _pose(self) -> SE2 | None:
+        """Of the robot by odometry, None before there is any."""
+        try:
+            return self.tf.lookup("odom", "base_link")
+        except TransformError:
+            return None
 
     def on_clear_costmaps(self, radius: Float64) -> None:
         """Forget what the laser saw, it sees it again at once.
@@ -213,6 +232,7 @@ class ControllerNode(Node):
         if not same:
             self._progress.reset()
             self._blocked = 0.0
+            self._standing.go_on()
         self._path = np.column_stack([odom_T_map.apply(path[:, :2]), path[:, 2] + odom_T_map.yaw])
         self._give(self._path, same_goal=same)
 
@@ -256,8 +276,11 @@ class ControllerNode(Node):
         if is_pressed(self.emergency_stop.last):
             return Duration(), errors.unknown, REFUSED
         began, self._report = self.now_ns, report
-        end = await self._move(motion)
-        return self._since(began), *_motion_error(end, errors)
+        try:
+            code, sentence = motion_error(await self._move(motion), errors)
+        except WaitedTooLong as error:
+            code, sentence = errors.unknown, str(error)
+        return Duration.of((self.now_ns - began) / 1e9), code, sentence
 
     async def _move(self, motion: Behavior) -> Progress:
         self.follow_path.preempt()
@@ -277,20 +300,48 @@ class ControllerNode(Node):
         """One command, if there is something to do."""
         if self._motion is None and self._following is None:
             return
-        try:
-            pose = self.tf.lookup("odom", "base_link")
-        except TransformError:
+        pose = self._pose()
+        if pose is None:
             return  # no odometry yet: the base stands
         self._costs.move_to(pose.x, pose.y)
         costs = self._costs.update()
-        if self._motion is not None and self._moved is not None:
+        why = self._why_stand(pose)
+        if why:
+            self._stand(why)
+        elif self._motion is not None and self._moved is not None:
             self._step_motion(self._motion, self._moved, pose, costs)
         elif self._following is not None:
             self._step_path(self._following, pose, costs)
 
+    def _why_stand(self, pose: SE2) -> str:
+        """A sentence, empty while it may move; a motion looks by its sensors alone, so it needs no localization."""
+        status = self.localization_status.last
+        lost = self._motion is None and status is not None and not status.localized
+        return self._sensors.fault(self.now_ns, pose) or (LOST if lost else "")
+
+    def _stand(self, why: str, turn: float = 0.0) -> None:
+        """Wait for what is missing, or turn on the spot to see it; to wait is not to be stuck, but it has an end."""
+        self.cmd_vel_nav.publish(Twist.of(0.0, turn))
+        self._progress.reset()
+        sentence = self._standing.wait(why, 1.0 / RATE)
+        if sentence and self._moved is not None:
+            self._moved.fail(WaitedTooLong(sentence))
+        elif sentence and self._following is not None:
+            result = FollowPath_Result(error_code=PATIENCE_EXCEEDED, error_msg=sentence)
+            self._end(self._following, result)
+
+    def _command(self, v: float, w: float) -> None:
+        """A twist, but not forward to where a blind camera does not look."""
+        why = self._sensors.blind_ahead if v > 0.0 else ""
+        if why:
+            self._stand(why, w)
+            return
+        self.cmd_vel_nav.publish(Twist.of(v, w))
+        self._standing.go_on()
+
     def _step_motion(self, motion: Behavior, moved: Future[Progress], pose: SE2, costs: Costmap) -> None:
         step = motion.update(pose, costs, 1.0 / RATE)
-        self.cmd_vel_nav.publish(Twist.of(step.v, step.w))
+        self._command(step.v, step.w)
         self._report()
         if step.progress is not Progress.RUNNING:
             moved.set(step.progress)
@@ -300,7 +351,7 @@ class ControllerNode(Node):
         if path is not self._given:
             self._give(path, same_goal=True)
         v, w, status = self._controller.command(pose, self._twist(), costs)
-        self.cmd_vel_nav.publish(Twist.of(v, w))
+        self._command(v, w)
         self._blocked = self._blocked + 1.0 / RATE if status is Status.BLOCKED else 0.0
         moving = self._progress.moving(pose, 1.0 / RATE)
         if status is Status.REACHED:
@@ -327,23 +378,21 @@ class ControllerNode(Node):
         """Stand still and want nothing."""
         self._following = None
         self.cmd_vel_nav.publish(Twist())
+        self._standing.go_on()
 
     def _twist(self) -> tuple[float, float]:
         """Where the base's ramp is; what odometry measures lags behind it."""
         twist = self.cmd_vel.last or Twist()
         return twist.linear.x, twist.angular.z
 
-    def _since(self, began_ns: int) -> Duration:
-        return Duration.of((self.now_ns - began_ns) / 1e9)
+    @every(hz=1)
+    def publish_health(self) -> None:
+        """Which sensor is at fault, also while nothing is to be done."""
+        status = self._sensors.health(self.now_ns, self._pose())
+        self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))
 
     @every(hz=1)
     def publish_costmap(self) -> None:
         """For looking, while something is done."""
         if self._motion is not None or self._following is not None:
             self.costmap.publish(costmap_message(Header.of(self.now_ns, "odom"), self._costs.update()))
-
-
-def _motion_error(end: Progress, errors: Errors) -> tuple[int, str]:
-    """Error code and sentence of a motion's end."""
-    codes = {Progress.BLOCKED: errors.collision, Progress.TIMED_OUT: errors.timeout}
-    return (codes[end], f"{end.value[0].upper()}{end.value[1:]}.") if end in codes else (0, "")

@@ -15,7 +15,7 @@ from chefbot.msgs.nav2_msgs import DriveOnHeading, DriveOnHeading_Goal, Spin, Sp
 from chefbot.msgs.std_msgs import Bool
 from chefbot.runtime.actions import calls
 from chefbot.runtime.node import In, Node, Out, last_words, topic
-from chefbot.runtime.tasks import Task
+from chefbot.runtime.tasks import Task, first_of
 
 SURE_FOR = 3
 """So many updates in a row must be sure: two rooms can look alike for a moment."""
@@ -68,7 +68,7 @@ class FinderNode(Node):
         for _ in range(self.params.rounds):
             turned = 0.0
             while turned < 2.0 * math.pi:
-                await self.spin.call(Spin_Goal(PIECE, Duration.of(15.0)))
+                await first_of(self.spin.call(Spin_Goal(PIECE, Duration.of(15.0))))  # or what took its place
                 turned += PIECE
                 if self._sure >= SURE_FOR:
                     self.localized.publish(Bool(True))

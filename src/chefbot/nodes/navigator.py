@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Annotated, Any
 
@@ -10,7 +11,7 @@ from msgspec import Meta
 
 from chefbot.behavior.recovery import CAREFUL, ORDER, Recovery, RecoveryParams
 from chefbot.msgs.builtin_interfaces import Duration
-from chefbot.msgs.chefbot_msgs import NavigationStatus
+from chefbot.msgs.chefbot_msgs import LocalizationStatus, NavigationStatus
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.nav2_msgs import (
     BackUp,
@@ -27,17 +28,22 @@ from chefbot.msgs.nav2_msgs import (
     NavigateToPose_Result,
     Spin,
     Spin_Goal,
+    Spin_Result,
 )
-from chefbot.msgs.std_msgs import Bool, Empty, Float64, Header
+from chefbot.msgs.std_msgs import Bool, Empty, Float64, Header, String
 from chefbot.nodes.stopped import REFUSED, is_pressed
 from chefbot.runtime.actions import calls, serves
 from chefbot.runtime.node import In, Node, Out, topic
 from chefbot.runtime.tasks import Cancelled, Future, Task, first_of
 from chefbot.runtime.transforms import TransformError
 
-HOPELESS = (204,)
-"""Error codes of planning that no recovery can mend: the goal is outside the map."""
+PATIENCE_EXCEEDED = 104
+"""Error code of nav2_msgs/action/FollowPath: a sensor did not come back, or the robot did not find itself."""
+HOPELESS = (204, PATIENCE_EXCEEDED)
+"""Error codes that no recovery can mend; 204: the goal is outside the map."""
 REACHED = 0
+MOVING = ("driving", "recovering")
+"""States in which the controller has something to do."""
 NO_VALID_CONTROL = 106
 """Error code of nav2_msgs/action/FollowPath: here, that STOP is pressed."""
 TELL_NS = 500_000_000
@@ -46,6 +52,18 @@ CREEPING = 0.01
 """m/s; at this speed the time that is left means nothing and is told as 0, as Nav2 does."""
 LOOK_AGAIN = 1.0
 """Seconds that the sensors need to see again what is really there."""
+PIECE = math.pi / 4
+"""Radians that a lost robot turns between two looks at how sure it is."""
+PIECES = 24
+"""After three turns without finding itself it gives the goal up."""
+SURE_FOR = 3
+"""So many updates of localization in a row must be sure: two places can look alike for a moment."""
+OTHERS = 2.0
+"""Seconds that a lost robot lets others move it, as the finder does, before it turns on."""
+LOST = "I am not sure where I am; turning on the spot to find out."
+NOT_FOUND = (
+    "I do not know where I am, after {} turns on the spot; say it on the page, or drive me on by hand."
+)
 
 
 class NavigatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -65,6 +83,8 @@ class NavigatorNode(Node):
     goal_pose: In[PoseStamped]
     cancel: In[Empty]
     emergency_stop: In[Bool]
+    localization_status: In[LocalizationStatus]
+    standing: In[String] = topic("controller/standing")
     navigate_to_pose = serves(NavigateToPose)
     compute_path_to_pose = calls(ComputePathToPose)
     follow_path = calls(FollowPath)
@@ -82,6 +102,9 @@ class NavigatorNode(Node):
         self._told_ns = 0
         self._report: Callable[[], None] = lambda: None
         self._goal_task: Task[Any] | None = None
+        self._state = ""
+        self._sure = 0
+        self._getting_lost: Future[None] = Future()
         self._tell("idle", "")
 
     def on_goal_pose(self, goal: PoseStamped) -> None:
@@ -99,6 +122,17 @@ class NavigatorNode(Node):
         """A stopped robot has no goal: nothing starts by itself when the button is released."""
         if pressed.data:
             self.navigate_to_pose.preempt()
+
+    def on_localization_status(self, status: LocalizationStatus) -> None:
+        """Count how long it has been sure; wake who drives when it is not."""
+        self._sure = self._sure + 1 if status.localized else 0
+        if not status.localized:
+            self._getting_lost.set(None)
+
+    def on_standing(self, _: String) -> None:
+        """The controller waits, or goes on."""
+        if self._state in MOVING:
+            self._tell(self._state, self._reason)
 
     def on_follow_path(self, feedback: FollowPath_Feedback) -> None:
         """Pass on how far it is, not as often as the controller says so."""
@@ -139,17 +173,55 @@ class NavigatorNode(Node):
         following: Future[FollowPath_Result] | None = None
         try:
             while True:
+                if self._is_lost:
+                    if following is not None:
+                        following.abandon()
+                    fault = await self._find_itself()
+                    if fault:
+                        return FollowPath_Result(error_code=PATIENCE_EXCEEDED, error_msg=fault)
                 planned = await self.compute_path_to_pose.call(ComputePathToPose_Goal(goal))
                 if planned.error_code != 0:
                     return FollowPath_Result(error_code=planned.error_code, error_msg=planned.error_msg)
                 self._tell("driving", "")
                 following = self.follow_path.call(FollowPath_Goal(planned.path))
-                await first_of(following, self.sleep(self.params.replan_period))
+                self._getting_lost = Future()
+                await first_of(following, self.sleep(self.params.replan_period), self._getting_lost)
                 if following.done:
                     return following.result()
         finally:
             if following is not None:
                 following.abandon()
+
+    @property
+    def _is_lost(self) -> bool:
+        """As localization says, where there is one: a mapper says nothing."""
+        status = self.localization_status.last
+        return status is not None and not status.localized
+
+    async def _find_itself(self) -> str:
+        """Turn on the spot, which touches nothing, until localization has been sure for a while.
+
+        Why it is still lost, a sentence; empty when it is not.
+        """
+        self._tell("recovering", LOST)
+        for _ in range(PIECES):
+            turned = await self._turn_a_piece()
+            if self._sure >= SURE_FOR:
+                return ""
+            if turned is None:
+                await self.sleep(OTHERS)
+            elif turned.error_code:
+                return turned.error_msg
+        return NOT_FOUND.format(round(PIECES * PIECE / (2.0 * math.pi)))
+
+    async def _turn_a_piece(self) -> Spin_Result | None:
+        """None where somebody else's motion took the place of this one."""
+        turning = self.spin.call(Spin_Goal(PIECE, Duration.of(15.0)))
+        await first_of(turning)
+        try:
+            return turning.result()
+        except Cancelled:
+            return None
 
     async def _recover(self, reason: str) -> None:
         """The next remedy in the list."""
@@ -185,5 +257,9 @@ class NavigatorNode(Node):
             return PoseStamped()  # not localized yet: an empty frame says so
 
     def _tell(self, state: str, reason: str) -> None:
+        """What it does; while the controller stands, that it waits and for what."""
+        self._state, self._reason = state, reason
+        waits_for = self.standing.last.data if self.standing.last and state in MOVING else ""
         header = Header.of(self.now_ns, "map")
-        self.navigation_status.publish(NavigationStatus(header, state, self._recoveries, reason))
+        told = ("waiting", waits_for) if waits_for else (state, reason)
+        self.navigation_status.publish(NavigationStatus(header, told[0], self._recoveries, told[1]))

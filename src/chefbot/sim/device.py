@@ -27,6 +27,7 @@ from chefbot.robot.sections import Lidar
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.sim.board import Board
 from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
+from chefbot.sim.faults import FaultySensor, fault_named, faulty_camera, faulty_lidar
 from chefbot.sim.load import load_any_world
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
@@ -82,6 +83,7 @@ class SimulatorDevice(BoardNode):
     drop_box: In[PoseStamped] = topic("simulation/drop_box")
     door: In[String] = topic("simulation/door")
     kidnap: In[PoseStamped] = topic("simulation/kidnap")
+    sensor_fault: In[String] = topic("simulation/sensor_fault")
     scan: Out[LaserScan]
     depth: Out[Image] = topic("camera/depth/image_raw")
     camera_info: Out[CameraInfo] = topic("camera/depth/camera_info")
@@ -103,6 +105,9 @@ class SimulatorDevice(BoardNode):
         self._frames = 0
         self._collisions = 0
         self._remarks: list[str] = []
+        rng = self.context.rng().spawn(1)[0]
+        self._lidar_line = faulty_lidar(self.scan.publish, rng)
+        self._camera_line = faulty_camera(self.depth.publish, rng)
         self._start_camera(seed)
         if self.robot.sensors.lidar is None:
             self.scan.withdraw()
@@ -152,6 +157,18 @@ class SimulatorDevice(BoardNode):
         verb, _, name = wish.data.partition(" ")
         self._try(lambda: self.simulation.set_door(name, 1.0 if verb == "open" else 0.0))
 
+    def on_sensor_fault(self, wish: String) -> None:
+        """'FAULT scan' or 'FAULT depth', such as 'freeze scan'; the fault 'none' ends it. See sim.faults."""
+        fault, _, sensor = wish.data.partition(" ")
+        self._try(lambda: self._break(fault, sensor))
+
+    def _break(self, fault: str, sensor: str) -> None:
+        lines: dict[str, FaultySensor[LaserScan] | FaultySensor[Image]]
+        lines = {"scan": self._lidar_line, "depth": self._camera_line}
+        if sensor not in lines:
+            raise UserError(f"There is no sensor {sensor!r} to break; it must be scan or depth")
+        lines[sensor].fault = fault_named(fault)
+
     def _try(self, action: Callable[[], object]) -> None:
         """What cannot be done is told at the next tick; a device speaks in its own time only."""
         try:
@@ -169,7 +186,7 @@ class SimulatorDevice(BoardNode):
         self._tick += 1
         sensors = self.robot.sensors
         if sensors.lidar is not None and self._due(sensors.lidar.rate):
-            self.scan.publish(self._laser_scan(sensors.lidar))
+            self._lidar_line.send(self._laser_scan(sensors.lidar), self.now_ns)
         if sensors.depth_camera is not None and self._due(sensors.depth_camera.rate):
             self._expose()
         if self._due(HEALTH_HZ):
@@ -236,7 +253,7 @@ class SimulatorDevice(BoardNode):
     def _deliver(self, header: Header) -> None:
         assert self._camera is not None
         frame = self._camera.result()
-        self.depth.publish(Image.of(header, "32FC1", frame.depth))
+        self._camera_line.send(Image.of(header, "32FC1", frame.depth), self.now_ns)
         self.camera_info.publish(self._camera_info(header))
         if frame.colour is not None:
             self.picture.publish(Image.of(header, "rgb8", frame.colour))

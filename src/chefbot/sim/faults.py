@@ -1,0 +1,102 @@
+"""Faults of a simulated sensor, at its topic: what a broken cable, driver or clock makes of good messages."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Generic, Literal, TypeVar, get_args
+
+import msgspec
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from chefbot.errors import UserError
+from chefbot.msgs.sensor_msgs import Image, LaserScan
+
+Fault = Literal["none", "stop", "freeze", "late", "noise", "half_blind"]
+"""Nothing comes; the same data with new stamps; good data LATE_NS after their stamp; ranges that are off by
+NOISE_SHARE; no measurement (NaN) in the front half of a scan or the left half of a picture."""
+LATE_NS = 1_000_000_000
+NOISE_SHARE = 0.3
+"""Standard deviation of the fault `noise`, a share of the range."""
+M = TypeVar("M", LaserScan, Image)
+Ranges = NDArray[np.float32]
+
+
+def fault_named(name: str) -> Fault:
+    """UserError for a name that is no fault."""
+    for fault in get_args(Fault):
+        if name == fault:
+            return fault
+    raise UserError(f"There is no sensor fault {name!r}; it must be one of {', '.join(get_args(Fault))}")
+
+
+class FaultySensor(Generic[M]):
+    """Stands between a simulated sensor and its topic; without a fault it publishes what it is given.
+
+    ranges, changed: read a message's ranges in metres, and make the message with others. front: which of them the
+    fault `half_blind` takes away, by their index.
+    """
+
+    def __init__(
+        self,
+        publish: Callable[[M], None],
+        ranges: Callable[[M], Ranges],
+        changed: Callable[[M, Ranges], M],
+        front: Callable[[M], NDArray[np.bool_]],
+        rng: Generator,
+    ) -> None:
+        self._publish: Callable[[M], None] = publish
+        self._ranges: Callable[[M], Ranges] = ranges
+        self._changed: Callable[[M, Ranges], M] = changed
+        self._front: Callable[[M], NDArray[np.bool_]] = front
+        self._rng = rng
+        self.fault: Fault = "none"
+        self._frozen: Ranges | None = None
+        self._waiting: deque[M] = deque()
+
+    def send(self, message: M, now_ns: int) -> None:
+        """One good message, at the time at which the sensor delivers it."""
+        if self.fault == "late":
+            self._waiting.append(message)
+            while self._waiting and now_ns - self._waiting[0].header.stamp.ns >= LATE_NS:
+                self._publish(self._waiting.popleft())
+            return
+        self._waiting.clear()
+        if self.fault != "freeze" or self._frozen is None:
+            self._frozen = self._ranges(message)
+        if self.fault != "stop":
+            self._publish(message if self.fault == "none" else self._changed(message, self._spoilt(message)))
+
+    def _spoilt(self, message: M) -> Ranges:
+        ranges = self._ranges(message)
+        if self.fault == "freeze":
+            assert self._frozen is not None
+            return self._frozen
+        if self.fault == "noise":
+            error = self._rng.standard_normal(ranges.shape, dtype=np.float32)
+            return ranges * (1.0 + np.float32(NOISE_SHARE) * error)
+        return np.where(self._front(message), np.float32(np.nan), ranges)
+
+
+def faulty_lidar(publish: Callable[[LaserScan], None], rng: Generator) -> FaultySensor[LaserScan]:
+    """For scans: the front half is within 90 degrees of straight ahead."""
+    return FaultySensor(
+        publish,
+        lambda scan: scan.ranges,
+        lambda scan, ranges: msgspec.structs.replace(scan, ranges=ranges),
+        lambda scan: np.cos(scan.angles) > 0.0,
+        rng,
+    )
+
+
+def faulty_camera(publish: Callable[[Image], None], rng: Generator) -> FaultySensor[Image]:
+    """For depth images of float32 metres."""
+    return FaultySensor(
+        publish,
+        lambda image: image.data.view(np.float32).reshape(image.height, image.width),
+        lambda image, depth: Image.of(image.header, "32FC1", depth),
+        lambda image: np.broadcast_to(np.arange(image.width) < image.width // 2, (image.height, image.width)),
+        rng,
+    )

@@ -1,0 +1,98 @@
+"""A sensor that is silent, frozen, late or half blind: the robot stands, says which one it is, and goes on later."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_SUCCEEDED
+from chefbot.nodes.standing import PATIENCE
+from tests.chaos.driven_blind import ROBOTS, SIDE, BlindDrive, drive_into, free_ways, sensors_of
+
+TITLES = {"scan": "lidar", "depth": "depth camera"}
+CONTACT = 0.05
+"""m/s; slower is no hit."""
+STAND = 0.5
+"""Seconds from the fault to the last twist but zero."""
+CASES = [(robot, sensor) for robot in ROBOTS for sensor in sensors_of(ROBOTS[robot])]
+FAULTS = ["stop", "freeze"]
+PLACES = 20
+
+
+def side_of(place: int) -> float:
+    """Straight ahead, and outside the ranger's cone to either side."""
+    return (0.0, SIDE, -SIDE)[place % 3]
+
+
+def check(robot: str, sensor: str, fault: str, places: list[int], seed: int) -> None:
+    ways = free_ways("hotel", max(places) + 1, seed)
+    for place in places:
+        outcome = drive_into(ROBOTS[robot], ways[place], fault, sensor, side_of(place), seed + place)
+        assert outcome.contact <= CONTACT and outcome.stood_after <= STAND, (place, outcome)
+        assert TITLES[sensor] in outcome.sentence and outcome.status == 0, (place, outcome)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("robot", "sensor"), CASES)
+@pytest.mark.parametrize("fault", FAULTS)
+def test_it_stands_before_the_box(robot: str, sensor: str, fault: str) -> None:
+    check(robot, sensor, fault, [FAULTS.index(fault)], seed=3)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("robot", "sensor"), CASES)
+@pytest.mark.parametrize("fault", FAULTS)
+def test_it_stands_before_the_box_at_twenty_places(robot: str, sensor: str, fault: str) -> None:
+    check(robot, sensor, fault, list(range(PLACES)), seed=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", ["late", "half_blind"])
+def test_late_data_and_a_half_blind_lidar_stop_it_as_well(fault: str) -> None:
+    check("lidar", "scan", fault, [0], seed=3)
+
+
+def at_full_speed(robot: str = "lidar", profile: str = "real") -> BlindDrive:
+    drive = BlindDrive(ROBOTS[robot], free_ways("hotel", 1, 5)[0], profile=profile)
+    drive.go_at_full_speed()
+    return drive
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("profile", ["real", "perfect"])
+@pytest.mark.parametrize("fault", FAULTS)
+def test_it_goes_on_by_itself_with_the_same_order(fault: str, profile: str) -> None:
+    """Also where no noise tells a frozen sensor from one before which nothing moves."""
+    drive = at_full_speed(profile=profile)
+    drive.fault(fault, "scan")
+    drive.run(12.0)
+    assert drive.standing and not drive.status, "it waits, and that is not to be stuck"
+    drive.fault("none", "scan")
+    drive.run(10.0)
+    assert drive.status == STATUS_SUCCEEDED and not drive.standing and not drive.contact
+
+
+@pytest.mark.slow
+def test_two_sensors_in_turn_are_named_in_turn() -> None:
+    drive = at_full_speed("chefbot_lidar")
+    drive.fault("stop", "scan")
+    drive.run(1.0)
+    assert TITLES["scan"] in drive.standing
+    drive.fault("freeze", "depth")
+    drive.fault("none", "scan")
+    drive.run(1.5)
+    assert TITLES["depth"] in drive.standing
+    drive.fault("none", "depth")
+    drive.run(10.0)
+    assert drive.status == STATUS_SUCCEEDED and not drive.standing
+
+
+@pytest.mark.slow
+def test_a_sensor_that_does_not_come_back_ends_the_order_with_its_name() -> None:
+    drive = at_full_speed()
+    drive.fault("stop", "scan")
+    drive.run(PATIENCE + 2.0)
+    (outcome,) = drive.topic("follow_path/_action/get_result")
+    assert outcome.status == STATUS_ABORTED and TITLES["scan"] in outcome.result.error_msg
+    assert math.isclose(drive.simulation.truth().v, 0.0, abs_tol=0.01)

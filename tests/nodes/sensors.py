@@ -1,0 +1,30 @@
+"""Sensors of a robot without a world: nothing in reach of the camera, a wall far off for the lidar."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Header
+from chefbot.runtime.node import Node, NoParams, Out, every
+
+WALL = 7.0
+BINS = 160
+
+
+class ClearSensorsNode(Node):
+    """Speaks at the rate of the robot's lidar and camera, in base_link."""
+
+    params: NoParams
+    scan: Out[LaserScan]
+    obstacles: Out[ObstacleScan]
+
+    @every(hz=10)
+    def look(self) -> None:
+        """A fresh message of each."""
+        header, far = Header.of(self.now_ns, "base_link"), np.full(BINS, np.inf, np.float32)
+        ranges = np.full(360, WALL, np.float32)
+        self.scan.publish(LaserScan(header, -np.pi, np.pi, np.pi / 180, 0.0, 0.1, 0.16, 8.0, ranges))
+        floor = np.full(BINS, 0.7, np.float32), np.full(BINS, 4.0, np.float32)
+        self.obstacles.publish(ObstacleScan(header, -0.5, 1.0 / BINS, 8.0, far, *floor))

@@ -14,7 +14,7 @@ from chefbot.control.limits import Limits
 class LimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Settings of `Limiter`."""
 
-    timeout: Annotated[float, Meta(ge=0.05, le=5.0, description="a command older than this is a stop, s")] = (
+    timeout: Annotated[float, Meta(ge=0.05, le=0.5, description="a command older than this is a stop, s")] = (
         0.3
     )
 

@@ -19,6 +19,8 @@ from chefbot.maths.se2 import SE2
 SCATTER_PER_M2 = 1500.0
 """Poses per free square metre when nothing is known: every 0.15 m and 10 degrees there is one."""
 MAX_SCATTER = 400_000
+FARTHEST = 1e6
+"""Metres; odometry beyond is broken."""
 
 
 class Amcl:
@@ -77,7 +79,10 @@ class Amcl:
         angles, ranges: (n,) radians and metres, laser frame; inf, NaN and anything beyond range_max is no
         return. The filter updates when the robot has moved by update_min_d or update_min_a since the last
         time, and at once after `set_pose` or `scatter`. A scan without any return moves the particles only.
+        UserError if the odometry is absurd.
         """
+        if not all(abs(value) < FARTHEST for value in odom):
+            raise UserError(f"odometry {tuple(odom)} is not a place; check the encoders")
         self._odom = odom
         if self._odom_at_estimate is None:
             self._odom_at_estimate = odom
@@ -101,7 +106,7 @@ class Amcl:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Angles (m,) of the beams that met something and their ends (m, 2) in the base frame."""
         with np.errstate(invalid="ignore"):
-            met = np.isfinite(ranges) & (ranges > 0.0) & (ranges < range_max)
+            met = np.isfinite(ranges) & (ranges > 0.0) & (ranges < range_max) & np.isfinite(angles)
         a, r = np.asarray(angles, np.float64)[met], np.asarray(ranges, np.float64)[met]
         return a, self.laser.apply(np.stack([r * np.cos(a), r * np.sin(a)], axis=1))
 

@@ -8,11 +8,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 
 BIN_METRES = 0.5
 BIN_YAWS = 36
 """Bins of ten degrees; both sizes are those of ROS's amcl."""
+MAX_BINS = 100_000_000
+"""Of a table that fits into memory: 0.7 square kilometres."""
 
 
 @njit(cache=True, nogil=True)
@@ -50,6 +53,11 @@ class PoseBins:
     def __init__(self, grid: Grid) -> None:
         rows = max(1, math.ceil(grid.height * grid.resolution / BIN_METRES))
         columns = max(1, math.ceil(grid.width * grid.resolution / BIN_METRES))
+        if rows * columns * BIN_YAWS > MAX_BINS:
+            raise UserError(
+                f"the map covers {grid.height * grid.resolution:g} x {grid.width * grid.resolution:g} m, more than"
+                " a robot can be found on; check its resolution, or cut it"
+            )
         self.corner = (grid.origin_x, grid.origin_y)
         self.shape = (rows, columns, BIN_YAWS)
         self.labels = np.full(rows * columns * BIN_YAWS, -1, np.int32)

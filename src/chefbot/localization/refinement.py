@@ -28,8 +28,9 @@ ENOUGH = 1e-4
 def _sample(field: NDArray[np.float32], u: float, v: float, per_metre: float) -> tuple[float, float, float]:
     """Bilinear distance at (column u, row v), cell centres at whole numbers, and its slope in x and y
     (m/m)."""
-    u = min(max(u, 0.0), field.shape[1] - 1.001)
-    v = min(max(v, 0.0), field.shape[0] - 1.001)
+    # `> 0` also keeps NaN from becoming an index
+    u = min(u, field.shape[1] - 1.001) if u > 0.0 else 0.0
+    v = min(v, field.shape[0] - 1.001) if v > 0.0 else 0.0
     col, row = int(u), int(v)
     a, b = u - col, v - row
     d00, d01 = field[row, col], field[row, col + 1]

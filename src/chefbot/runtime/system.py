@@ -14,6 +14,7 @@ from chefbot.errors import UserError, nearest
 from chefbot.msgs.base import Message
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.msgs.validity import check_stamp
 from chefbot.robot.spec import Robot
 from chefbot.runtime.faults import Fault, Faults
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
@@ -126,6 +127,8 @@ class System:
 
     def _receive(self, static: bool, message: Message) -> None:
         if isinstance(message, TFMessage):
+            if not static:
+                check_stamp(message, self.loop.now_ns)
             self.transforms.receive(message, static)
 
 

@@ -13,6 +13,7 @@ from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.tf2_msgs import TFMessage
 
 KEEP_NS = 10_000_000_000
+MAX_FRAMES = 1000
 MAX_WAITING = 100
 """Older requests are given up: their frame has gone silent."""
 
@@ -48,6 +49,9 @@ class _Edge:
         self.poses: deque[SE2] = deque()
 
     def add(self, stamp: int, pose: SE2) -> None:
+        if self.static:
+            self.stamps.clear()
+            self.poses.clear()
         if self.stamps and stamp <= self.stamps[-1]:
             if stamp == self.stamps[-1]:
                 self.poses[-1] = pose
@@ -93,6 +97,8 @@ class Transforms:
         for one in message.transforms:
             child, parent = one.child_frame_id, one.header.frame_id
             edge = self._edges.get(child)
+            if edge is None and len(self._edges) >= MAX_FRAMES:
+                raise TransformError(f"there are {MAX_FRAMES} frames already; {child} is left out")
             if edge is None or edge.parent != parent or edge.static != static:
                 edge = self._edges[child] = _Edge(parent, static)
             pose = SE2(one.transform.translation.x, one.transform.translation.y, one.transform.rotation.yaw)

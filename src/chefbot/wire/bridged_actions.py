@@ -20,12 +20,11 @@ from chefbot.msgs.action_msgs import (
 from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.unique_identifier_msgs import UUID
+from chefbot.msgs.validity import InvalidMessageError, check
 from chefbot.runtime.actions import failed_result
 from chefbot.wire.action_client import ActionClient
 from chefbot.wire.action_server import ActionServer
-from chefbot.wire.errors import WireError
 from chefbot.wire.node import WireNode
-from chefbot.wire.sane import check_finite
 
 Say = Callable[[str, Message], None]
 PATIENCE = 3.0
@@ -56,8 +55,8 @@ class ServedAction:
 
     def _take_goal(self, goal_id: UUID, goal: Message) -> bool:
         try:
-            check_finite(goal)
-        except WireError as error:
+            check(goal)
+        except InvalidMessageError as error:
             self._refused.add(f"goal of /{self._name}: {error}")
             return False
         self._say(f"{self._name}/_action/send_goal", self._action.send_goal(goal_id, goal))
@@ -110,10 +109,11 @@ class CalledAction:
             self._send(goal_id, goal)
 
     def _feedback(self, goal_id: UUID, feedback: Message) -> None:
+        check(feedback)
         self._say(f"{self._name}/_action/feedback", self._action.feedback_message(goal_id, feedback))
 
     def _finish(self, goal_id: UUID, outcome: Future[tuple[int, Any]]) -> None:
-        error = outcome.exception()
+        error = outcome.exception() or _invalid(outcome.result()[1])
         status, result = (
             (STATUS_ABORTED, failed_result(self._action, UNREACHABLE, str(error)))
             if error
@@ -126,3 +126,12 @@ class CalledAction:
     def _tell_end(self, goal_id: UUID, status: int, result: Message) -> None:
         told = self._action.outcome(goal_id, status, Time.of(self._now_ns()), result)
         self._say(f"{self._name}/_action/get_result", told)
+
+
+def _invalid(result: Message) -> InvalidMessageError | None:
+    """What is wrong with a server's result."""
+    try:
+        check(result)
+    except InvalidMessageError as error:
+        return error
+    return None

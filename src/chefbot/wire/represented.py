@@ -14,6 +14,7 @@ from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.rcl_interfaces import Parameter, ParameterEvent
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.msgs.validity import check, check_stamp
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import Node
 from chefbot.runtime.system import System
@@ -41,7 +42,6 @@ from chefbot.wire.qos import (
     QoS,
 )
 from chefbot.wire.rosout import Rosout
-from chefbot.wire.sane import check_finite
 from chefbot.wire.session import Wire
 from chefbot.wire.subscription import Subscription
 from chefbot.wire.tokens import CLIENT, SUBSCRIPTION
@@ -218,8 +218,10 @@ class Represented:
         return _Ear(node, topic, subscription, latched)
 
     def _take(self, name: str, latched: bool, message: Message) -> None:
-        """From outside, in Zenoh's thread; WireError is counted by the subscription."""
-        check_finite(message)
+        """From outside, in Zenoh's thread; what is invalid is counted by the subscription."""
+        check(message)
+        if name != "tf_static":
+            check_stamp(message, self._system.loop.now_ns)
         self._inbox.say(name, message, latched=latched)
 
     def _take_inner(

@@ -9,6 +9,7 @@ import zenoh
 from zenoh import ext, handlers
 
 from chefbot.msgs.cdr import CdrError
+from chefbot.msgs.validity import InvalidMessageError
 from chefbot.wire.attachment import Attachment, checked, unpack
 from chefbot.wire.errors import Tally, WireError
 from chefbot.wire.qos import QoS
@@ -16,7 +17,7 @@ from chefbot.wire.session import Wire
 from chefbot.wire.threads import keep_state
 
 Receive = Callable[[bytes, Attachment], None]
-"""Called in Zenoh's thread with a sample's CDR bytes; CdrError or WireError raised there are counted."""
+"""Called in Zenoh's thread with a sample's CDR bytes; a CdrError, InvalidMessageError or WireError is counted."""
 Take = Callable[[bytes, bytes], None]
 """The same with the attachment's bytes, which are of the right form: most do not look into them."""
 CPU_BUFFERS = "_buf_cpu"
@@ -67,7 +68,7 @@ class Subscription:
             beside = checked(None if found is None else found.to_bytes())
             if self._last is None or self._is_new(unpack(beside), self._last):
                 self._give(sample.payload.to_bytes(), beside)
-        except (WireError, CdrError) as error:
+        except (WireError, CdrError, InvalidMessageError) as error:
             self._refused.add(f"{self._topic}: {error}")
 
     def _is_new(self, attachment: Attachment, last: dict[bytes, int]) -> bool:

@@ -15,6 +15,7 @@ from chefbot.errors import UserError
 
 ROBOTS = "chefbot, chefbot_lidar, desk, porter, or a robot file"
 WORLDS = "hotel, room, workshop, empty, a world file, or any ROS map.yaml"
+LAN = typer.Option("--lan", help="serve the page to phones in this network: prints its address as a QR code")
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -51,11 +52,12 @@ def demo(
     processes: Annotated[
         bool, typer.Option("--processes", help="as four processes over the wire, at 4 x real time at most")
     ] = False,
+    lan: Annotated[bool, LAN] = False,
 ) -> None:
     """Map a hotel alone, forget everything, localize on the saved map, carry food to tables and come home."""
     from chefbot.commands.demo import DemoOptions, run_demo
 
-    options = DemoOptions(world, robot, seed, headless, speed, out, profile, people, port, processes)
+    options = DemoOptions(world, robot, seed, headless, speed, out, profile, people, port, processes, lan)
     raise typer.Exit(run_demo(options))
 
 
@@ -73,6 +75,7 @@ def launch(
         str,
         typer.Option(help="run what has this `host:`; default: this machine's name in its fleet, or its own"),
     ] = "",
+    lan: Annotated[bool, LAN] = False,
 ) -> None:
     """Run a launch file; without a name, list them."""
     from chefbot.commands.launch import list_launches, run_launch
@@ -80,7 +83,7 @@ def launch(
     if not name:
         list_launches()
         return
-    raise typer.Exit(run_launch(name, arguments or [], join or [], listen or [], host))
+    raise typer.Exit(run_launch(name, arguments or [], join or [], listen or [], host, lan))
 
 
 @app.command()

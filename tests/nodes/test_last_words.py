@@ -29,13 +29,13 @@ from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, Navigate
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.nodes.base import NOT_KNOWN
-from chefbot.nodes.delivery import ENDED, NOBODY_DROVE
+from chefbot.nodes.delivery import NOBODY_DROVE
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import serves
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop, Publication
-from chefbot.runtime.node import LAST_WORDS, Node, NoParams
+from chefbot.runtime.node import LAST_WORDS, In, Node, NoParams, Out
 from chefbot.runtime.system import System
 
 ROBOT = load_robot("chefbot_lidar")
@@ -60,15 +60,37 @@ class Driver(Node):
         return NavigateToPose_Result()
 
 
+class People(Node):
+    """Who load the food and take it, 2 s after the robot has come, if it is still there."""
+
+    params: NoParams
+    delivery_status: In[DeliveryStatus]
+    loaded: Out[Empty]
+    taken: Out[Empty]
+
+    def on_delivery_status(self, status: DeliveryStatus) -> None:
+        if status.state in ("loading", "waiting"):
+            self.spawn(self._press(status))
+
+    async def _press(self, status: DeliveryStatus) -> None:
+        await self.sleep(2.0)
+        if self.delivery_status.last is status:
+            (self.loaded if status.state == "loading" else self.taken).publish(Empty())
+
+
 class Life:
     """Nodes on a loop, told `words` of the life before."""
 
-    def __init__(self, kinds: dict[str, str], words: dict[str, Message]) -> None:
+    def __init__(
+        self, kinds: dict[str, str], words: dict[str, Message], params: dict[str, Any] | None = None
+    ) -> None:
         self.system = System(Loop(StepClock()), ROBOT, 1)
         self.said: list[Publication] = []
         self.loop = self.system.loop
         self.loop.tap(self.said.append)
-        nodes = {name: NodeEntry(kind=kind) for name, kind in kinds.items()}
+        nodes = {
+            name: NodeEntry(kind=kind, params=(params or {}).get(name, {})) for name, kind in kinds.items()
+        }
         self.system.launch(Launch(name="second life", about="", args={}, nodes=nodes))
         for topic, word in words.items():
             self.loop.publish(LAST_WORDS + topic, word, "wire", from_device=True)
@@ -88,6 +110,7 @@ def waiter_of(words: dict[str, Message]) -> Life:
     kinds = {
         "delivery": "chefbot.nodes.delivery:DeliveryNode",
         "driver": "tests.nodes.test_last_words:Driver",
+        "people": "tests.nodes.test_last_words:People",
     }
     return Life(kinds, words)
 
@@ -109,7 +132,8 @@ def driven(life: Life) -> list[str]:
 
 
 def status(state: str, place: str, queue: tuple[str, ...] = (), done: tuple[str, ...] = ()) -> DeliveryStatus:
-    return DeliveryStatus(Header(), state, place, queue, done, "")
+    loaded = place != "kitchen"
+    return DeliveryStatus(Header(), state, place, queue, done, "", loaded=loaded)
 
 
 @pytest.mark.parametrize(
@@ -147,7 +171,6 @@ def test_orders_that_waited_and_what_was_missed_outlive_the_waiter(waiter: Calla
         "",
         ("table 7 was not reached",),
         orders("table_2"),
-        "x",
     )
     life = waiter(delivery_status=told)
     life.run(0.5)
@@ -168,9 +191,7 @@ def test_every_accepted_order_is_served_once_and_in_turn_whenever_the_waiter_die
     def order(number: int) -> None:
         life.loop.publish("order", Order((f"table_{1 + number % 2}",), names[number]), "page")
         life.run(0.01)
-        assert life.heard("delivery_status")[-1].last_order == names[number], (
-            "it is told that it was accepted"
-        )
+        assert names[number] in life.heard("delivery_status")[-1].accepted, "it is told that it was accepted"
 
     for step in (*steps, "die"):
         if step == "order":
@@ -200,20 +221,22 @@ def test_a_waiter_that_was_not_there_when_stop_was_pressed_does_not_go_on(
     life.loop.publish("emergency_stop", Bool(not released), "base")
     life.run(60.0)
     last = life.heard("delivery_status")[-1]
-    assert not driven(life) and (last.state, last.sentence) == ("idle", ENDED)
+    assert not driven(life) and (last.state, last.place, last.queue) == ("driving", "table_1", ("table_2",))
+    assert last.held == ("choice" if released else "stop")
     life.loop.publish("order", Order(("table_1",)), "page")
+    life.loop.publish("round_choice", String("go_on"), "page")
     life.run(60.0)
-    assert driven(life) == (["kitchen", "table_1", "home"] if released else [])
+    assert driven(life) == (["table_1", "table_2", "home", "kitchen", "table_1", "home"] if released else [])
 
 
-def test_a_stop_ends_what_is_resumed_before_it_has_begun(waiter: Callable[..., Life]) -> None:
+def test_a_stop_holds_what_is_resumed_before_it_has_begun(waiter: Callable[..., Life]) -> None:
     life = waiter(delivery_status=status("driving", "table_1"))
     life.loop.publish("emergency_stop", Bool(True), "base")
     life.run(60.0)
-    assert not driven(life) and life.heard("delivery_status")[-1].state == "idle"
+    assert not driven(life) and life.heard("delivery_status")[-1].held == "stop"
 
 
-def test_an_order_behind_a_goal_of_somebody_elses_is_not_forgotten(waiter: Callable[..., Life]) -> None:
+def test_a_goal_of_somebody_elses_takes_its_turn_behind_the_orders(waiter: Callable[..., Life]) -> None:
     life = waiter()
     life.run(0.1)
     for table in ("table_1", "table_2"):
@@ -222,7 +245,19 @@ def test_an_order_behind_a_goal_of_somebody_elses_is_not_forgotten(waiter: Calla
     goal = Deliver.send_goal(UUID(np.arange(16, dtype=np.uint8)), Deliver_Goal(("table_1",)))
     life.loop.publish("deliver/_action/send_goal", goal, "tool")
     life.run(120.0)
-    assert driven(life)[-3:] == ["kitchen", "table_2", "home"]
+    assert driven(life) == [
+        "kitchen",
+        "table_1",
+        "home",
+        "kitchen",
+        "table_2",
+        "home",
+        "kitchen",
+        "table_1",
+        "home",
+    ]
+    (outcome,) = life.heard("deliver/_action/get_result")
+    assert outcome.result.delivered == ("table_1",)
 
 
 def test_it_is_never_idle_in_between(waiter: Callable[..., Life]) -> None:

@@ -34,7 +34,7 @@ class Waiter:
         if self.stopped:
             self.asked.stop_is_known()
         if self.taken:
-            self.asked.order_is_known(self.taken[-1].id, now_ns)
+            self.asked.order_is_known([one.id for one in self.taken], now_ns)
 
 
 @given(STEPS)
@@ -47,13 +47,16 @@ def test_in_the_end_the_robot_knows_all_that_still_counts(steps: list[str]) -> N
             waiter.asked.deliver((wanted[-1],), now)
         elif step in ("stop", "release"):
             pressed = step == "stop"
-            waiter.asked.press(pressed, now, stopped=waiter.stopped)
+            if pressed:
+                waiter.asked.press(now, stopped=waiter.stopped)
+            else:
+                waiter.asked.release()
             assert not pressed or waiter.stopped or waiter.asked.stop or not waiter.there
         elif step == "answer" and waiter.there:
             waiter.answer(now)
         else:
             waiter.there = step != "gone" and (waiter.there or step == "back")
-        if step in ("stop", "release", "cancel"):
+        if step == "cancel":
             waiter.asked.cancel()
             wanted = [order.places[0] for order in waiter.taken]
         waiter.asked.again(now)
@@ -70,7 +73,7 @@ def test_in_the_end_the_robot_knows_all_that_still_counts(steps: list[str]) -> N
 def test_what_nobody_hears_is_said_to_people() -> None:
     waiter = Waiter()
     waiter.there = False
-    waiter.asked.press(True, 0, stopped=False)
+    waiter.asked.press(0, stopped=False)
     waiter.asked.deliver(("table_1",), 0)
     assert (waiter.asked.why(TICK), waiter.asked.order_step(TICK)) == ("", "")
     assert (waiter.asked.why(6 * TICK), waiter.asked.order_step(6 * TICK)) == (UNCONFIRMED, UNANSWERED)

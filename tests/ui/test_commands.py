@@ -33,6 +33,12 @@ def test_every_command_survives_its_own_json() -> None:
         "w": -1.0,
         "name": "kitchen",
         "tables": ["table_1"],
+        "when": "now",
+        "place": "table_1",
+        "choice": "go_on",
+        "id": "a-b-c",
+        "pressed": "12",
+        "n": 7,
     }
     for kind in KINDS:
         command = kind(**{field: samples[field] for field in kind.__struct_fields__})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import socket
 import threading
 import time
@@ -12,16 +13,18 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from tests.waiting import wait_for
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.exceptions import ConnectionClosed
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui import client, deadman
 from chefbot.ui.commands import Command, Drive, GoPlace, Stop
-from chefbot.ui.layers import RobotView, Status
-from chefbot.ui.server import MAX_CLIENTS, PageServer
+from chefbot.ui.layers import RobotView, Status, StopView
+from chefbot.ui.server import MAX_CLIENTS, ONLY_STOP, PageServer
 
 LOOPBACK = "127.0.0.1"
+PATIENCE = 20.0
+GO = '{"do":"go_place","name":"kitchen"}'
 
 
 def test_who_comes_late_gets_all_layers(page: Any, hear: Any) -> None:
@@ -155,12 +158,33 @@ def test_a_browser_that_never_reads_is_dropped_and_stalls_nobody(
         assert hear(other)[1]["phase"] == "Still here."
 
 
-def test_the_number_of_screens_is_limited(page: Any) -> None:
+def test_however_many_screens_are_open_stop_comes_through(page: Any, hear: Any) -> None:
+    page.server.show("stop", StopView())
+    page.server.show("map", Grid(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0))
     with ExitStack() as screens:
         for _ in range(MAX_CLIENTS):
             screens.enter_context(page.browser())
-        with pytest.raises(InvalidStatus, match="403"):
-            page.browser()
+        late = [screens.enter_context(page.browser()) for _ in range(MAX_CLIENTS)]
+        assert hear(late[0]) == ("refused", ONLY_STOP)
+        assert hear(late[0])[0] == "stop"
+        late[0].send(GO)
+        assert hear(late[0]) == ("refused", ONLY_STOP), "and no map before it"
+        later = [screens.enter_context(page.browser()) for _ in range(3)]
+        for number, one in enumerate([*late[3:], *later]):
+            one.send(f'{{"do":"stop","id":"{number}"}}')
+            assert page.next_command() == Stop(str(number))
+        wait_for(lambda: page.server.clients == 2 * MAX_CLIENTS)
+        with pytest.raises(ConnectionClosed):
+            while True:
+                late[0].recv(timeout=PATIENCE)
+
+
+def test_a_ping_is_answered_behind_what_was_sent_before_it(page: Any, hear: Any) -> None:
+    with page.browser() as browser:
+        browser.send(GO)
+        browser.send('{"do":"ping","n":5}')
+        assert json.loads(browser.recv(timeout=PATIENCE)) == {"pong": 5}
+        assert page.heard.get_nowait() == GoPlace("kitchen")
 
 
 def test_stop_frees_the_port_and_ends_the_thread_with_clients_connected() -> None:

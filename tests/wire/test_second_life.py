@@ -75,12 +75,15 @@ def test_parameters_and_orders_survive_the_process_that_holds_them(tmp_path: Pat
         lie(node)
         for number in (1, 2):
             order.publish(Order((f"table_{number}",), str(number)))
-            wait_for(lambda number=number: told[-1].last_order == str(number))
+            wait_for(lambda number=number: str(number) in told[-1].accepted)
         wait_for(lambda: told[-1].state == "driving")
         for _ in range(2):  # another life does not forget what the first was told
             count, killed = len(told), one.kill("service")
             wait_for(lambda: one.child("service") not in (None, killed))  # noqa: B023
             wait_for(lambda: len(told) > count and told[-1].state == "driving")  # noqa: B023
             assert (told[-1].place, told[-1].queue) == ("kitchen", ("table_1",))
-            assert [one.places for one in told[-1].orders] == [("table_2",)] and told[-1].last_order == "2"
+            assert [one.places for one in told[-1].orders] == [("table_2",)] and told[-1].accepted == (
+                "1",
+                "2",
+            )
             assert get(node, *SET, "ultrasonic_margin") == [*SET.values(), 0.1]

@@ -12,13 +12,14 @@ from rich.console import Console
 from rich.table import Table
 
 from chefbot.commands.demo_processes import SPEED, Processes
+from chefbot.commands.lan import EVERYWHERE, served_at
 from chefbot.commands.report import write_report
 from chefbot.commands.score import Scorer, clicked
-from chefbot.commands.session import session, start, stop_on_signals
+from chefbot.commands.session import announce, session, start, stop_on_signals
 from chefbot.commands.summary import DemoResult, summarize
 from chefbot.commands.warm import Warming, start_warming
 from chefbot.errors import UserError
-from chefbot.msgs.chefbot_msgs import ExplorationStatus, Order
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, ExplorationStatus, Order
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
@@ -28,7 +29,7 @@ from chefbot.runtime.clock import LeadingClock, wall_ns
 from chefbot.runtime.faults import first_fault
 from chefbot.runtime.files import make_folder, save_map, write_atomic
 from chefbot.runtime.launch import load_launch
-from chefbot.runtime.loop import Publication
+from chefbot.runtime.loop import DEVICE, Publication
 from chefbot.runtime.places import places_path, save_places
 from chefbot.runtime.system import System
 from chefbot.sim.load import load_any_world
@@ -43,6 +44,8 @@ FIRST_PICTURE = 2_500_000_000
 """Nanoseconds of the robot's time until there is a first map, before anything is planned on it."""
 LOG_PERIOD = 60_000_000_000
 """Nanoseconds of the robot's time between lines of progress where the output is no terminal."""
+PRESSES = {"loading": ("loaded", 3 * SECOND), "waiting": ("taken", 5 * SECOND)}
+"""What the operator presses in which state, and how long after the robot's arrival (ns of its time)."""
 TABLES = 3
 console = Console(highlight=False)
 
@@ -60,6 +63,7 @@ class DemoOptions(NamedTuple):
     people: int
     port: int
     processes: bool = False
+    lan: bool = False
 
 
 def run_demo(options: DemoOptions) -> int:
@@ -69,7 +73,7 @@ def run_demo(options: DemoOptions) -> int:
     robot, world = load_robot(options.robot), load_any_world(options.world)
     tables = chosen_tables(world, options.seed)
     make_folder(options.out)
-    warming = start_warming(console, None if options.headless else options.port)
+    warming = start_warming(console, None if options.headless or options.lan else options.port)
     log = options.out / "run.mcap"
     with session(robot, options.seed, "simulation", speed, log, clock) as system, ExitStack() as stack:
         demo = Demo(system, robot, world, options, tables, warming)
@@ -231,6 +235,8 @@ class Demo:
         known = load_launch(name).args
         given = {key: value for key, value in {**given, **arguments}.items() if key in known}
         launch = load_launch(name, given)
+        if o.lan:
+            launch = served_at(launch, EVERYWHERE)
         if self.processes is None:
             start(self.system, launch)
         else:
@@ -241,7 +247,7 @@ class Demo:
     def _open_page(self) -> None:
         page: Any = self.system.nodes["page"]
         if not self._warming.page_opened:
-            console.print(f"The operator's page: [bold]{page.url}[/]")
+            announce(console, [page])
             open_browser(page.url)
 
     def _finish_warming(self) -> None:
@@ -290,6 +296,16 @@ class Demo:
             self.found = message.data
         elif isinstance(message, DiagnosticArray):
             self.fault = first_fault(message) or self.fault
+        elif isinstance(message, DeliveryStatus) and message.state in PRESSES:
+            topic, after = PRESSES[message.state]
+            loop = self.system.loop
+            loop.at(loop.now_ns + after, DEVICE, lambda: self._press(topic, message.place))
+
+    def _press(self, button: str, place: str) -> None:
+        """The operator loads the food, the guest takes it: if the robot still waits for that."""
+        status = self.scorer.delivery
+        if status.place == place and PRESSES.get(status.state, ("", 0))[0] == button:
+            self.system.loop.publish(button, Empty(), "person", from_device=True)
 
 
 def _print(result: DemoResult, processes: Processes | None, out: Path) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from chefbot.commands.lan import EVERYWHERE, HOST_ARGUMENT, served_at
 from chefbot.commands.launch_guest import guest_name, meet, watching
 from chefbot.commands.session import announce, keep_going, session, show_remarks, start, stop_on_signals
 from chefbot.commands.warm import warm_kernels
@@ -76,13 +77,20 @@ def run_launch(
     join: Sequence[str] = (),
     listen: Sequence[str] = (),
     host: str = "",
+    lan: bool = False,
 ) -> int:
     """Until Ctrl-C, or for `duration:=` seconds of its clock. Exit code: 1 if a node raised what it should not.
 
     `join`, `listen`: ways to other machines. `host`: which machine this is, for files that have parts for several.
+    `lan`: serve the page to the network.
     """
     doors = Doors(tuple(map(endpoint, join)), tuple(map(endpoint, listen)) or None)
-    launch = in_fleet(_part(load_launch(name, parse_arguments(texts)), host))
+    arguments = parse_arguments(texts)
+    address = arguments.pop(HOST_ARGUMENT, EVERYWHERE if lan else "")
+    launch = load_launch(name, arguments)
+    if address:
+        launch = served_at(launch, address)
+    launch = in_fleet(_part(launch, host))
     _check(launch)
     folder = find_launch(name).parent.resolve()
     sys.path.append(str(folder))  # an owner's classes lie beside the launch file

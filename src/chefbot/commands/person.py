@@ -26,6 +26,8 @@ class PersonDevice(Device):
     delivery_status: In[DeliveryStatus]
     localized: In[Bool]
     order: Out[Order]
+    loaded: Out[Empty]
+    taken: Out[Empty]
     initialpose: Out[PoseWithCovarianceStamped]
     reinitialize_global_localization: Out[Empty]
     phase: Out[String]

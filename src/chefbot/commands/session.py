@@ -138,9 +138,11 @@ def keep_going(loop: Loop) -> None:
 def announce(console: Console, nodes: Iterable[Node]) -> None:
     """What each has to say when it starts, such as where its page is."""
     for node in nodes:
-        sentence = getattr(node, "announcement", "")
+        sentence, code = getattr(node, "announcement", ""), getattr(node, "qr_code", "")
         if sentence:
             console.print(f"  {sentence}", markup=False, soft_wrap=True)
+        if code:
+            console.print(code, style="bright_white on black", markup=False, soft_wrap=True)
 
 
 def show_remarks(publication: Publication) -> None:

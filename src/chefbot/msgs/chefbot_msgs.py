@@ -92,22 +92,41 @@ class Order(Message, frozen=True, eq=False):
     id: String = ""
 
 
+class Errand(Message, frozen=True, eq=False):
+    """A drive to a pose that carries no food; `when`: now (a round waits), after (the round), instead (of it)."""
+
+    name: String = ""
+    """How people call the place; empty for a point on the map."""
+    pose: PoseStamped = PoseStamped()
+    when: String = ""
+
+
 class DeliveryStatus(Message, frozen=True, eq=False):
-    """What the waiter is doing."""
+    """The whole state of the deliveries: a restarted delivery node continues from it."""
 
     header: Header = Header()
     state: String = ""
-    """idle, loading, driving, waiting, returning, failed"""
+    """idle, loading, driving, waiting, returning, errand, failed"""
     place: String = ""
     queue: StringArray = ()
+    """Places that this round still has to serve after `place`."""
     delivered: StringArray = ()
+    """Places of this round where the food was taken."""
     sentence: String = ""
     missed: StringArray = ()
-    """Of this order: why a place was not served, a sentence each."""
+    """Of this round: why a place was not served, a sentence each."""
     orders: tuple[Order, ...] = ()
     """Accepted, and waiting for the one in hand."""
-    last_order: String = ""
-    """The `id` of the newest that was accepted."""
+    order_id: String = ""
+    """The `id` of the order in hand."""
+    accepted: StringArray = ()
+    """The `id` of the orders that were accepted lately, the newest last."""
+    loaded: Bool = False
+    """Whether the food is on the tray."""
+    held: String = ""
+    """Why the round waits: stop (is pressed), errand (the first of `errands`), choice (of a person); or empty."""
+    errands: tuple[Errand, ...] = ()
+    """Where it is sent besides: in their turn."""
 
 
 class StopStatus(Message, frozen=True, eq=False):

@@ -8,6 +8,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from chefbot.delivery.round import Leg, Outcome, Round
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import (
     Deliver,
@@ -15,249 +16,268 @@ from chefbot.msgs.chefbot_msgs import (
     Deliver_Goal,
     Deliver_Result,
     DeliveryStatus,
+    Errand,
     Order,
     Places,
     StopStatus,
 )
 from chefbot.msgs.geometry_msgs import PoseStamped
-from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal
-from chefbot.msgs.std_msgs import Bool, Empty, Header
+from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
+from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.nodes.stopped import REFUSED, is_pressed, pressed_since
 from chefbot.runtime.actions import calls, serves
 from chefbot.runtime.node import SECOND, In, Node, Out, last_words, topic
 from chefbot.runtime.places import find_place
-from chefbot.runtime.tasks import Cancelled, Future, first_of
+from chefbot.runtime.tasks import Cancelled, Future, Task
 
-UNKNOWN_PLACE, NOT_REACHED = 1, 2
-"""Error codes of the result."""
 NOBODY_DROVE = 9000
 """Error code UNKNOWN of nav2_msgs/action/NavigateToPose: here, that the navigator died or could not be reached."""
 DRIVER_PATIENCE = 30.0
 """Seconds without a navigator after which a place counts as not reached."""
 LOOK_AGAIN = 0.5
 """Seconds between two tries to find what is not there yet."""
-IDLE = ("idle", "failed")
-"""States in which no order is in hand."""
-ENDED = "The orders ended when STOP was pressed."
 
 
 class DeliveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where it loads and how long it waits."""
+    """Where it loads, and timers for owners who want no presses."""
 
     kitchen: Annotated[str, Meta(min_length=1, description="name of the place where food is loaded")] = (
         "kitchen"
     )
     home: Annotated[str, Meta(min_length=1, description="name of the place to wait for orders")] = "home"
-    loading_time: Annotated[float, Meta(ge=0, le=3600, description="to load the food, s")] = 3.0
+    loading_time: Annotated[
+        float,
+        Meta(ge=0, le=3600, description="leave the kitchen after so long, s; 0: when 'Loaded' is pressed"),
+    ] = 0.0
     taking_time: Annotated[
-        float, Meta(ge=0, le=3600, description="longest wait for 'taken' at a table, s")
-    ] = 10.0
+        float,
+        Meta(ge=0, le=3600, description="count food as taken after so long, s; 0: when 'Taken' is pressed"),
+    ] = 0.0
 
 
 class DeliveryNode(Node):
     """Serves `deliver`; also takes an `order` from the page. New orders wait for the one in hand.
 
-    `delivery_status` holds all that its next life needs to go on: what is in hand, what waits, what was missed.
+    `delivery_status` holds all that its next life needs to go on; what follows on what is `Round`.
     """
 
     live_params = ("*",)
     params: DeliveryParams
     places: In[Places]
     order: In[Order]
+    loaded: In[Empty]
     taken: In[Empty]
+    not_taken: In[Empty]
+    round_choice: In[String]
+    errand: In[Errand]
     cancel: In[Empty]
     emergency_stop: In[Bool]
+    navigation_goal: In[PoseStamped]
     told_before: In[DeliveryStatus] = last_words("delivery_status")
     stop_before: In[StopStatus] = last_words("stop_status")
     deliver = serves(Deliver)
-    own_order = calls(Deliver, "deliver")
     navigate_to_pose = calls(NavigateToPose)
     delivery_status: Out[DeliveryStatus] = topic(latched=True)
+    remark: Out[String] = topic("delivery/remark")
 
     def start(self) -> None:
         """Idle, or on with what a life before had in hand."""
-        self._orders: list[Order] = []
-        self._last_order = ""
-        self._working = True
-        self._is_next = False
-        self._now: tuple[str, str, str] = ("idle", "", "Waiting for an order.")
-        self._hand: Future[None] | None = None
-        self._queue: tuple[str, ...] = ()
-        self._delivered: list[str] = []
-        self._missed: list[str] = []
+        self._round = Round(self.params.kitchen, self.params.home, self._resolve, self._end)
+        self._shown: DeliveryStatus | None = None
+        self._ready = False
+        self._leg: Leg | None = None
+        self._drive: Task[None] | None = None
+        self._results: dict[str, Future[Outcome]] = {}
+        self._goals = 0
+        self._timer: tuple[str, int] | None = None
         self._feedback: Callable[[Deliver_Feedback], None] = lambda _: None
-        self._resumed: DeliveryStatus | None = None
         self.spawn(self._begin())
+
+    def stop(self) -> None:
+        """The drive ends with the node; the round does not."""
+        self._leg = None
+        super().stop()
+
+    def reconfigure(self, params: DeliveryParams) -> None:
+        """From the next leg on."""
+        self.params = params
+        self._round.kitchen, self._round.home = params.kitchen, params.home
 
     def on_told_before(self, told: DeliveryStatus) -> None:
         """All of it is taken over before anything new comes."""
-        self._now, self._last_order = (told.state, told.place, told.sentence), told.last_order
-        self._queue, self._orders = told.queue, list(told.orders)
-        self._delivered, self._missed = list(told.delivered), list(told.missed)
-        self._resumed = told if told.state not in IDLE else None
+        self._round.resume(told)
 
     async def _begin(self) -> None:
         """What a life before had accepted goes on, unless STOP was pressed since."""
         await self.sleep(0.0)  # last words come before
         told = self.told_before.last
-        if told is not None and self._is_ended(told):
-            self._orders, self._queue, self._resumed = [], (), None
-            self._tell("idle", "", ENDED)
-        elif self._resumed is None:
-            self._tell(*self._now)
-        await self._work_off()
-
-    def _is_ended(self, told: DeliveryStatus) -> bool:
-        """Nothing starts by itself after a STOP, also where that was released while nobody was here to hear it."""
-        at_work = bool(told.state not in IDLE or told.orders)
-        pressed = pressed_since(self.stop_before.last, told.header.stamp.ns)
-        return at_work and (pressed or is_pressed(self.emergency_stop.last))
-
-    async def _work_off(self) -> None:
-        """One order after the other, first what a life before had in hand."""
-        self._working = True
-        if self._resumed is not None:
-            await self._resume(self._resumed)
-        while self._orders:
-            self._is_next = True
-            await self._deliver_own(self._orders[0].places)
-        self._working = False
-
-    async def _resume(self, told: DeliveryStatus) -> None:
-        while self.places.last is None and self._resumed is not None:
+        if told is not None:
+            pressed = is_pressed(self.emergency_stop.last)
+            if pressed or told.held == "stop" or pressed_since(self.stop_before.last, told.header.stamp.ns):
+                self._round.stop(True)
+                self._round.stop(pressed)
+        self._publish()
+        while self._round.leg is not None and self.places.last is None:
             await self.sleep(LOOK_AGAIN)
-        if self._resumed is None:
-            return  # it was cancelled meanwhile
-        under_way = self._is_loaded(told) and told.state != "returning"
-        await self._deliver_own((told.place, *told.queue) if under_way else told.queue)
+        self._ready = True
+        self._follow()
 
-    async def _deliver_own(self, places: tuple[str, ...]) -> None:
-        """Whatever comes of it is told; where somebody's goal by action took its place, that one ends first."""
-        await first_of(self.own_order.call(Deliver_Goal(places)))
-        while self.deliver.busy:
-            await self.sleep(LOOK_AGAIN)
-
-    def _is_loaded(self, told: DeliveryStatus) -> bool:
-        return told.state != "loading" and told.place != self.params.kitchen
+    # -- what is said to it
 
     def on_order(self, order: Order) -> None:
-        """Begin, or put it behind the others; either way it is told."""
-        if order.id and order.id == self._last_order:
-            self._tell(*self._now)  # who asks again has not heard that it was accepted
-            return
-        self._last_order = order.id
-        if is_pressed(self.emergency_stop.last):
-            self._tell("failed", "", REFUSED)
-            return
-        self._orders.append(order)
-        if self._working or self.deliver.busy:
-            self._tell(*self._now)
-        if not self._working:
-            self.spawn(self._work_off())
+        """Begin, or put it behind the others; either way it is published, as whoever asks again has not heard it."""
+        self._shown = None
+        self._round.order(order)
+        self._follow()
+
+    def on_loaded(self, _: Empty) -> None:
+        """The food is on the tray."""
+        self._round.loaded()
+        self._follow()
 
     def on_taken(self, _: Empty) -> None:
         """The guest has the food."""
-        if self._hand is not None:
-            self._hand.set(None)
+        self._round.taken()
+        self._follow()
+
+    def on_not_taken(self, _: Empty) -> None:
+        """Nobody takes it: on to the next table."""
+        self._round.skip()
+        self._follow()
+
+    def on_round_choice(self, choice: String) -> None:
+        """Of a round that waits: go_on, kitchen or end."""
+        self._try(lambda: self._round.choose(choice.data))
+
+    def on_errand(self, errand: Errand) -> None:
+        """Drive somewhere else."""
+        self._try(lambda: self._round.go(errand))
 
     def on_cancel(self, _: Empty) -> None:
         """Give up all orders."""
-        self._give_up("")
+        self._round.cancel()
+        self._follow()
 
     def on_emergency_stop(self, pressed: Bool) -> None:
-        """The orders end; nothing starts by itself when the button is released."""
-        if pressed.data:
-            self._give_up(ENDED)
+        """The round is kept; nothing starts by itself when the button is released."""
+        self._round.stop(pressed.data)
+        self._follow()
 
-    def _give_up(self, why: str) -> None:
-        waiting, self._orders, self._is_next = len(self._orders), [], False
-        self._resumed = None
-        self.deliver.preempt()
-        if waiting:
-            self._tell("idle", "", why or f"The delivery was cancelled, and {waiting} more that waited.")
+    def on_navigation_goal(self, _: PoseStamped) -> None:
+        """Somebody else's, where none of ours is under way: the robot leaves the place where food is taken."""
+        if self._drive is None:
+            self._round.diverted()
+            self._follow()
 
     async def on_deliver(
         self, goal: Deliver_Goal, feedback: Callable[[Deliver_Feedback], None]
     ) -> Deliver_Result:
-        """Kitchen, then each table, then home; a table that cannot be reached is told and passed over."""
-        if is_pressed(self.emergency_stop.last):
-            self._tell("failed", "", REFUSED)
-            return Deliver_Result((), NOT_REACHED, REFUSED)
-        if self._is_next:  # from here on it is in hand
-            self._orders, self._is_next = self._orders[1:], False
-        known = self._poses()
-        wishes = (*goal.places, self.params.kitchen, self.params.home)
-        try:
-            tables = tuple(find_place(wish, known) for wish in wishes)[: len(goal.places)]
-        except UserError as error:
-            self._tell("failed", "", f"On this map {error}.")
-            return Deliver_Result((), UNKNOWN_PLACE, f"On this map {error}.")
+        """An order like any other, with its outcome as the result; who cancels the goal withdraws the order."""
+        self._goals += 1
+        order = Order(goal.places, f"{self.name} {self.now_ns} {self._goals}")
+        result = self._results[order.id] = Future[Outcome]()
         self._feedback = feedback
-        told, self._resumed = self._resumed, None
-        self._queue = tables
-        if told is None:
-            self._delivered, self._missed = [], []
+        self.on_order(order)
         try:
-            return await self._round(known, loaded=told is not None and self._is_loaded(told))
+            outcome = await result
         except Cancelled:
-            self._tell("idle", "", "The delivery was cancelled.")
+            self._round.withdraw(order.id)
+            self._follow()
             raise
+        finally:
+            del self._results[order.id]
+        return Deliver_Result(outcome.delivered, outcome.code, outcome.sentence if outcome.code else "")
 
-    async def _round(self, known: dict[str, PoseStamped], *, loaded: bool) -> Deliver_Result:
-        faults = [] if loaded else await self._load(known)
-        while self._queue and not faults:
-            table, self._queue = self._queue[0], self._queue[1:]
-            missed = await self._drive("driving", table, known)
-            if not missed:
-                await self._hand_over(table)
-            self._missed += missed
-        faults += self._missed + await self._drive("returning", self.params.home, known)
-        sentence = faults[0] if faults else "At home, waiting for an order."
-        self._tell("failed" if faults else "idle", "", sentence)
-        return Deliver_Result(tuple(self._delivered), NOT_REACHED if faults else 0, "; ".join(faults))
+    # -- what follows on it
 
-    async def _load(self, known: dict[str, PoseStamped]) -> list[str]:
-        faults = await self._drive("driving", self.params.kitchen, known)
-        if not faults:
-            self._tell("loading", self.params.kitchen, "Loading in the kitchen.")
-            await self.sleep(self.params.loading_time)
-        return faults
+    def _try(self, event: Callable[[], None]) -> None:
+        """What cannot be done is said to people."""
+        try:
+            event()
+        except UserError as error:
+            self.remark.publish(String(str(error)))
+        self._follow()
 
-    async def _drive(self, state: str, place: str, known: dict[str, PoseStamped]) -> list[str]:
-        """Go there; what went wrong, in a list of at most one sentence. Again, if a navigator has died on the way."""
-        self._tell(state, place, f"On the way to {_spoken(place)}.")
-        result = await self.navigate_to_pose.call(NavigateToPose_Goal(known[place]))
+    def _follow(self) -> None:
+        """Drive where the round wants the robot, and publish how it stands."""
+        self._publish()
+        leg = self._round.leg if self._ready else None
+        number, under_way = (one.number if one else None for one in (leg, self._leg))
+        if number == under_way:
+            return
+        self._leg, drive = leg, self._drive
+        if drive is not None:
+            drive.cancel()
+        self._drive = self.spawn(self._go(leg)) if leg is not None else None
+
+    async def _go(self, leg: Leg) -> None:
+        """Until it is there, cannot get there, or is sent elsewhere."""
+        try:
+            result = await self._navigate(leg)
+        except Cancelled:
+            if self._leg is not leg:
+                raise  # the round wants something else
+            self._round.diverted()
+        else:
+            if result.error_msg == REFUSED:
+                self._round.stop(True)  # the base has published it, and it has not come here yet
+            else:
+                self._round.arrived(result.error_msg if result.error_code else "")
+        self._drive = self._leg = None
+        self._follow()
+
+    async def _navigate(self, leg: Leg) -> NavigateToPose_Result:
+        """Again, if a navigator has died on the way."""
+        pose = leg.pose or self._poses().get(leg.place)
+        if pose is None:
+            await self.sleep(0.0)
+            return NavigateToPose_Result(NOBODY_DROVE, f"there is no place called {leg.place!r} on this map")
         until = self.now_ns + round(DRIVER_PATIENCE * SECOND)
+        result = await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
         while result.error_code == NOBODY_DROVE and self.now_ns < until:
             await self.sleep(LOOK_AGAIN)
-            result = await self.navigate_to_pose.call(NavigateToPose_Goal(known[place]))
-        return [f"{_spoken(place)} was not reached: {result.error_msg}"] if result.error_code else []
+            result = await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
+        return result
 
-    async def _hand_over(self, table: str) -> None:
-        """Until somebody says 'taken', or for `taking_time`."""
-        self._tell(
-            "waiting", table, f"Your food is here, {_spoken(table)}. Please take it and press 'Taken'."
-        )
-        self._hand = Future()
-        await first_of(self._hand, self.sleep(self.params.taking_time))
-        self._hand = None
-        self._delivered.append(table)
+    def _watch_timer(self) -> None:
+        """Of an owner who wants no presses; it begins again when the robot has come back to the place."""
+        status = self._round.status
+        times = {"loading": self.params.loading_time, "waiting": self.params.taking_time}
+        seconds = 0.0 if status.held else times.get(status.state, 0.0)
+        key = (status.state, self._round.number) if seconds else None
+        if key != self._timer:
+            self._timer = key
+            if key is not None:
+                self.spawn(self._press_after(seconds, key))
+
+    async def _press_after(self, seconds: float, key: tuple[str, int]) -> None:
+        await self.sleep(seconds)
+        if self._timer == key:
+            (self._round.loaded if key[0] == "loading" else self._round.taken)()
+            self._follow()
+
+    def _publish(self) -> None:
+        self._watch_timer()
+        status = self._round.status
+        if status is self._shown:
+            return
+        self._shown = status
+        header = Header.of(self.now_ns, "map")
+        self.delivery_status.publish(msgspec.structs.replace(status, header=header))
+        if self.deliver.busy:
+            self._feedback(Deliver_Feedback(status.sentence))
+
+    def _end(self, outcome: Outcome) -> None:
+        """For who asked by action; others see the status, also where another round follows at once."""
+        self._publish()
+        if outcome.order_id in self._results:
+            self._results[outcome.order_id].set(outcome)
+
+    def _resolve(self, wishes: tuple[str, ...]) -> tuple[str, ...]:
+        known = self._poses()
+        for own in (self.params.kitchen, self.params.home):
+            find_place(own, known)
+        return tuple(find_place(wish, known) for wish in wishes)
 
     def _poses(self) -> dict[str, PoseStamped]:
         return {place.name: place.pose for place in self.places.last.places} if self.places.last else {}
-
-    def _tell(self, state: str, place: str, sentence: str) -> None:
-        self._now = (state, place, sentence)
-        header = Header.of(self.now_ns, "map")
-        done, missed, orders = tuple(self._delivered), tuple(self._missed), tuple(self._orders)
-        self.delivery_status.publish(
-            DeliveryStatus(
-                header, *self._now[:2], self._queue, done, sentence, missed, orders, self._last_order
-            )
-        )
-        if self.deliver.busy:
-            self._feedback(Deliver_Feedback(sentence))
-
-
-def _spoken(place: str) -> str:
-    return place.replace("_", " ")

@@ -122,6 +122,8 @@ class NavigatorNode(Node):
         """A stopped robot has no goal: nothing starts by itself when the button is released."""
         if pressed.data:
             self.navigate_to_pose.preempt()
+        elif (self._state, self._reason) == ("idle", REFUSED):
+            self._tell("idle", "")  # it is refused no longer
 
     def on_localization_status(self, status: LocalizationStatus) -> None:
         """Count how long it has been sure; wake who drives when it is not."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from chefbot.msgs.chefbot_msgs import Order
 from chefbot.msgs.std_msgs import Bool
+from chefbot.ui.presses import Presses
 
 ANSWER_NS = 1_000_000_000
 """A robot that has not answered after so long may not have heard it."""
@@ -27,35 +28,44 @@ class Asked:
         self, name: str, say_stop: Callable[[Bool], None], say_order: Callable[[Order], None]
     ) -> None:
         self._name, self._say_stop, self._say_order = name, say_stop, say_order
-        self._stop_ns: int | None = None
+        self.presses = Presses()
+        self._pressed_ns = 0
         self._orders: deque[Order] = deque()
         self._first_ns = self._said_ns = 0
 
     @property
     def stop(self) -> bool:
         """Whether a STOP waits to be confirmed."""
-        return self._stop_ns is not None
+        return self.presses.waiting
 
-    def press(self, press: bool, now_ns: int, *, stopped: bool) -> None:
-        """STOP was pressed or taken back; the robot says that it is `stopped` already, or not. Orders end."""
-        self._stop_ns = now_ns if press and not stopped else None
-        self._orders.clear()
-        self._say_stop(Bool(press))
+    def press(self, now_ns: int, *, stopped: bool, key: str = "") -> None:
+        """STOP was pressed; the robot says that it is `stopped` already, or not. A copy of a press is no new one."""
+        was_waiting = self.stop
+        if not self.presses.press(key, stopped=stopped):
+            return
+        if not was_waiting:
+            self._pressed_ns = now_ns
+        self._say_stop(Bool(True))
+
+    def release(self) -> None:
+        """STOP was released."""
+        self.presses.clear()
+        self._say_stop(Bool(False))
 
     def stop_is_known(self) -> None:
         """The robot says that it is stopped."""
-        self._stop_ns = None
+        self.presses.latched()
 
     def again(self, now_ns: int) -> None:
         """Say what nobody has confirmed: a STOP whenever this is called, an order once in a while."""
-        if self._stop_ns is not None:
+        if self.stop:
             self._say_stop(Bool(True))
         if self._orders and now_ns - self._said_ns >= ORDER_PERIOD_NS:
             self._say_first(now_ns)
 
     def why(self, now_ns: int) -> str:
         """What people should know of a STOP that nobody confirms; empty while there is hope."""
-        return UNCONFIRMED if self._stop_ns is not None and now_ns - self._stop_ns > ANSWER_NS else ""
+        return UNCONFIRMED if self.stop and now_ns - self._pressed_ns > ANSWER_NS else ""
 
     def deliver(self, tables: Sequence[str], now_ns: int) -> None:
         """An order, behind those that nobody has taken yet."""
@@ -64,9 +74,9 @@ class Asked:
             self._first_ns = now_ns
             self._say_first(now_ns)
 
-    def order_is_known(self, last_order: str, now_ns: int) -> None:
-        """The waiter has taken the one of this id; the next is said by `again`."""
-        if self._orders and self._orders[0].id == last_order:
+    def order_is_known(self, accepted: Collection[str], now_ns: int) -> None:
+        """The waiter has accepted those of these ids; the next is said by `again`."""
+        if self._orders and self._orders[0].id in accepted:
             self._orders.popleft()
             self._first_ns, self._said_ns = now_ns, now_ns - ORDER_PERIOD_NS
 

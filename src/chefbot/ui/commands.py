@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -16,6 +16,12 @@ Angle = Annotated[float, msgspec.Meta(ge=-7, le=7, description="radians, counter
 Share = Annotated[float, msgspec.Meta(ge=-1, le=1, description="part of the robot's own limit")]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=64, description="name of a place or door")]
 Tables = Annotated[list[Name], msgspec.Meta(min_length=1, max_length=32)]
+When = Literal["", "now", "after", "instead"]
+"""A drive during a round: the round waits, goes first, or ends. Empty where there is no round."""
+Id = Annotated[str, msgspec.Meta(max_length=64, description="of one press; the same when it is sent again")]
+Here = Annotated[
+    str, msgspec.Meta(max_length=64, description="place that the person saw; empty: wherever it is")
+]
 
 
 class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do"):
@@ -28,6 +34,7 @@ class Goal(Command, frozen=True, forbid_unknown_fields=True, tag="goal"):
     x: Metre
     y: Metre
     yaw: Angle
+    when: When = ""
 
 
 class InitialPose(Command, frozen=True, forbid_unknown_fields=True, tag="initial_pose"):
@@ -44,14 +51,35 @@ class Deliver(Command, frozen=True, forbid_unknown_fields=True, tag="deliver"):
     tables: Tables
 
 
+class Loaded(Command, frozen=True, forbid_unknown_fields=True, tag="loaded"):
+    """The food is on the tray: leave the kitchen."""
+
+    place: Here = ""
+
+
 class Taken(Command, frozen=True, forbid_unknown_fields=True, tag="taken"):
     """The guest has taken the food: go on."""
+
+    place: Here = ""
+
+
+class NotTaken(Command, frozen=True, forbid_unknown_fields=True, tag="not_taken"):
+    """Nobody takes the food here: go on with it."""
+
+    place: Here = ""
+
+
+class Choose(Command, frozen=True, forbid_unknown_fields=True, tag="choose"):
+    """What a round that waits shall do."""
+
+    choice: Literal["go_on", "kitchen", "end"]
 
 
 class GoPlace(Command, frozen=True, forbid_unknown_fields=True, tag="go_place"):
     """Drive to a named place."""
 
     name: Name
+    when: When = ""
 
 
 class Cancel(Command, frozen=True, forbid_unknown_fields=True, tag="cancel"):
@@ -61,9 +89,25 @@ class Cancel(Command, frozen=True, forbid_unknown_fields=True, tag="cancel"):
 class Stop(Command, frozen=True, forbid_unknown_fields=True, tag="stop"):
     """Stand still, and stay so until Resume."""
 
+    id: Id = ""
+
+
+class Withdraw(Command, frozen=True, forbid_unknown_fields=True, tag="withdraw"):
+    """A Stop that the robot has not confirmed shall not count any more; one that it has stays."""
+
+    id: Id
+
 
 class Resume(Command, frozen=True, forbid_unknown_fields=True, tag="resume"):
-    """Take back a Stop."""
+    """Release STOP. `pressed`: when it was pressed that the person saw (ns); a later one is not released."""
+
+    pressed: Id = ""
+
+
+class Ping(Command, frozen=True, forbid_unknown_fields=True, tag="ping"):
+    """Is the connection alive? Answered at once with the same number."""
+
+    n: Annotated[int, msgspec.Meta(ge=0)]
 
 
 class Drive(Command, frozen=True, forbid_unknown_fields=True, tag="drive"):
@@ -106,13 +150,15 @@ class Kidnap(Command, frozen=True, forbid_unknown_fields=True, tag="kidnap"):
 
 
 KINDS = (
-    *(Goal, InitialPose, Deliver, Taken, GoPlace, Cancel, Stop, Resume, Drive),
+    *(Goal, InitialPose, Deliver, Loaded, Taken, NotTaken, Choose, GoPlace, Cancel),
+    *(Stop, Withdraw, Resume, Ping, Drive),
     *(DropBox, OpenDoor, CloseDoor, Kidnap),
 )
 NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 
 AnyCommand = (
-    Goal | InitialPose | Deliver | Taken | GoPlace | Cancel | Stop | Resume | Drive
+    Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | GoPlace | Cancel
+    | Stop | Withdraw | Resume | Ping | Drive
     | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip
 _DECODER = msgspec.json.Decoder(AnyCommand)

@@ -111,18 +111,42 @@ class Status(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     """Whether the page may offer boxes, doors and kidnapping."""
     warnings: tuple[str, ...] = ()
     """What is wrong with which part, a sentence each."""
+    failures: int = 0
+    """How many goals were given up; `reason` is of the last."""
     doors: tuple[str, ...] = ()
     """Doors that the simulation can move."""
 
 
+class StopView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """STOP as the base has it; sent before all other layers."""
+
+    stopped: bool = False
+    """Whether it is latched."""
+    asked: bool = False
+    """Whether a press waits for the base to confirm it."""
+    confirmed: tuple[str, ...] = ()
+    """The newest presses that the base has latched, by their id."""
+    pressed: str = ""
+    """When it was pressed last, nanoseconds as a text: JavaScript's numbers are too short."""
+
+
 class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The deliveries: tables still to serve, the step in words, and whether 'Taken' is awaited."""
+    """The deliveries: tables still to serve, the step in words, and what a person has to press."""
 
     queue: tuple[str, ...] = ()
     step: str = ""
-    waiting_for_taken: bool = False
     state: str = ""
     """As in chefbot_msgs/DeliveryStatus."""
+    place: str = ""
+    """Where it is or drives to."""
+    waits_for: str = ""
+    """What a person has to press: loaded, taken, choice, or nothing."""
+    choices: tuple[str, ...] = ()
+    """Of go_on, kitchen and end, what is possible now."""
+    in_hand: bool = False
+    """Whether there is a round; a drive elsewhere then has to say when."""
+    errands: tuple[str, ...] = ()
+    """Where it is sent besides."""
     delivered: tuple[str, ...] = ()
     """Tables of this order that were served."""
     missed: tuple[str, ...] = ()
@@ -246,6 +270,7 @@ CLOUD_WIDTH = 80
 """Points in a row of the depth camera's cloud: 5 kB a frame."""
 
 LAYERS: dict[str, Layer] = {
+    "stop": Layer(0.0, _struct(StopView), _JSON),
     "map": Layer(MAP, _grid(np.int8), _GRID),
     "costmap": Layer(COSTMAP, _grid(np.uint8), _GRID),
     "robot": Layer(FAST, _struct(RobotView), _JSON),

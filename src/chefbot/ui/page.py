@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, NamedTuple
-
 import msgspec
 import numpy as np
-from msgspec import Meta
-from numpy.typing import NDArray
 
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import (
     DeliveryStatus,
+    Errand,
     LocalizationStatus,
     NavigationStatus,
     ObstacleScan,
@@ -42,7 +39,11 @@ from chefbot.ui import commands as do
 from chefbot.ui.asked import Asked
 from chefbot.ui.body import frame_views, make_glb, wheel_angles
 from chefbot.ui.browser import in_view
-from chefbot.ui.layers import Delivery, DepthView, FrameView, Progress, RobotView, Scan, Status
+from chefbot.ui.layers import DepthView, FrameView, Progress, RobotView, Scan, Status, StopView
+from chefbot.ui.page_params import PageParams
+from chefbot.ui.plain import cost_image, path_points
+from chefbot.ui.qr import qr_code
+from chefbot.ui.rounds import check, delivery_view, through_the_round
 from chefbot.ui.server import PageServer
 
 CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
@@ -51,28 +52,6 @@ ASK_HZ = 5
 """STOP is asked for again so often until the robot confirms it."""
 ILL_NS = 5_000_000_000
 """A fault that nobody has spoken of for so long is over."""
-
-
-class CostImage(NamedTuple):
-    """Costs as the page wants them: cells (h, w) uint8, metres per cell, corner in metres."""
-
-    cells: NDArray[np.uint8]
-    resolution: float
-    origin_x: float
-    origin_y: float
-
-
-class PageParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where the page is served."""
-
-    port: Annotated[int, Meta(ge=1, le=65535, description="TCP port; the next free one if it is taken")] = (
-        8080
-    )
-    host: Annotated[str, Meta(description="address to serve on; any but loopback asks for a token")] = (
-        "127.0.0.1"
-    )
-    simulation: Annotated[bool, Meta(description="whether to offer boxes, doors and kidnapping")] = False
-    view: Annotated[Literal["2d", "3d"], Meta(description="what the printed address opens first")] = "2d"
 
 
 class PageDevice(Device):
@@ -109,7 +88,11 @@ class PageDevice(Device):
     goal_pose: Out[PoseStamped]
     initialpose: Out[PoseWithCovarianceStamped]
     order: Out[Order]
+    loaded: Out[Empty]
     taken: Out[Empty]
+    not_taken: Out[Empty]
+    round_choice: Out[String]
+    errand: Out[Errand]
     cancel: Out[Empty]
     stop_request: Out[Bool]
     cmd_vel_teleop: Out[Twist]
@@ -122,6 +105,8 @@ class PageDevice(Device):
         self._places: dict[str, SE2] = {}
         self._stopped = False
         self._shown = Status()
+        self._stop_shown = StopView()
+        self._failures = 0
         self._asked = Asked(self.name, self.stop_request.publish, self.order.publish)
         self._pace = (wall_ns(), self.now_ns)
         self._factor: float | None = None
@@ -133,6 +118,8 @@ class PageDevice(Device):
         )
         self.url = self._server.start()
         self.announcement = f"The operator's page: {in_view(self.url, self.params.view)}"
+        self.qr_code = qr_code(self.url) if self._server.asks_for_token else ""
+        self._show_stop()
 
     def stop(self) -> None:
         """Free the port."""
@@ -144,13 +131,25 @@ class PageDevice(Device):
         self._stopped = stopped.data
         if stopped.data:
             self._asked.stop_is_known()
+        self._show_stop()
+
+    def on_stop_status(self, _: StopStatus) -> None:
+        """When it was pressed."""
+        self._show_stop()
+
+    def on_navigation_status(self, message: NavigationStatus) -> None:
+        """A goal that has ended is not shown any longer; one that was given up is counted, so that people see it."""
+        if message.state == "idle":
+            self._failures += bool(message.reason)
+            for layer in ("goal", "path", "local_path"):
+                self._server.show(layer, None)
 
     @every(hz=ASK_HZ)
     def ask_again(self) -> None:
         """What the robot has not confirmed."""
         self._asked.again(self.now_ns)
         if self._asked.order_step(self.now_ns):
-            self._show_delivery(self.delivery_status.last or DeliveryStatus())
+            self._show_delivery(self._round)
 
     # -- what is shown
 
@@ -164,9 +163,7 @@ class PageDevice(Device):
 
     def on_costmap(self, message: OccupancyGrid) -> None:
         """What it costs to be where."""
-        grid = message.grid
-        costs = np.where(grid.cells < 0, 255, grid.cells.astype(np.int16) * 254 // 100).astype(np.uint8)
-        self._server.show("costmap", CostImage(costs, grid.resolution, grid.origin_x, grid.origin_y))
+        self._server.show("costmap", cost_image(message.grid))
 
     def on_scan(self, message: LaserScan) -> None:
         """Where beams ended."""
@@ -189,13 +186,13 @@ class PageDevice(Device):
 
     def on_plan(self, message: Path) -> None:
         """The way to the goal."""
-        self._server.show("path", _points(message, SE2(0, 0, 0)))
+        self._server.show("path", path_points(message, SE2(0, 0, 0)))
 
     def on_local_plan(self, message: Path) -> None:
         """The next second, in the odometry's frame."""
         pose = self._find("map", message.header.frame_id)
         if pose is not None:
-            self._server.show("local_path", _points(message, pose))
+            self._server.show("local_path", path_points(message, pose))
 
     def on_goal(self, message: PoseStamped) -> None:
         """Where it goes."""
@@ -244,20 +241,15 @@ class PageDevice(Device):
 
     def on_delivery_status(self, message: DeliveryStatus) -> None:
         """What the waiter does."""
-        self._asked.order_is_known(message.last_order, self.now_ns)
+        self._asked.order_is_known(message.accepted, self.now_ns)
         self._show_delivery(message)
 
     def _show_delivery(self, told: DeliveryStatus) -> None:
-        view = Delivery(
-            queue=told.queue,
-            step=self._asked.order_step(self.now_ns) or told.sentence,
-            waiting_for_taken=told.state == "waiting",
-            state=told.state,
-            delivered=told.delivered,
-            missed=told.missed,
-            orders=tuple(order.places for order in told.orders),
-        )
-        self._server.show("delivery", view)
+        self._server.show("delivery", delivery_view(told, self._asked.order_step(self.now_ns)))
+
+    @property
+    def _round(self) -> DeliveryStatus:
+        return self.delivery_status.last or DeliveryStatus()
 
     @every(hz=10)
     def show_robot(self) -> None:
@@ -284,6 +276,15 @@ class PageDevice(Device):
         self._shown = self._status(pose)
         self._server.show("status", self._shown)
 
+    def _show_stop(self) -> None:
+        """At once: people wait for it."""
+        status, asked = self.stop_status.last, self._asked
+        pressed = str(status.pressed_at.ns) if status else ""
+        self._stop_shown = StopView(
+            stopped=self._stopped, asked=asked.stop, confirmed=asked.presses.confirmed, pressed=pressed
+        )
+        self._server.show("stop", self._stop_shown)
+
     def _status(self, pose: SE2 | None) -> Status:
         battery, truth = self.battery_state.last, self.ground_truth.last
         sure, navigation = self.localization_status.last, self.navigation_status.last
@@ -299,6 +300,7 @@ class PageDevice(Device):
             reason=self._why_stopped() or (navigation.reason if navigation else ""),
             stopped=self._stopped,
             stop_asked=self._asked.stop,
+            failures=self._failures,
             simulation=self.params.simulation,
             warnings=self._warnings(),
         )
@@ -331,35 +333,46 @@ class PageDevice(Device):
 
     def _receive(self, command: do.Command) -> None:
         """In the server's thread."""
-        if isinstance(command, do.GoPlace) and command.name not in self._places:
-            raise UserError(f"There is no place called {command.name}")
-        if isinstance(command, do.Deliver):
-            missing = [name for name in command.tables if name not in self._places]
-            if missing:
-                raise UserError(f"There is no place called {missing[0]}")
+        check(command, self._places, self._round)
+        if isinstance(command, do.Resume) and command.pressed not in ("", self._stop_shown.pressed):
+            raise UserError("STOP was pressed again meanwhile; look, then press Resume again")
         if isinstance(command, do.Stop) and not self._shown.stopped:
             # shown at once: the loop may be late, or its time may stand
             self._server.show("status", msgspec.structs.replace(self._shown, stop_asked=True))
+            self._server.show("stop", msgspec.structs.replace(self._stop_shown, asked=True))
         self.post(lambda: self._obey(command))
 
     def _obey(self, command: do.Command) -> None:
         """In the loop."""
         match command:
-            case do.Goal(x, y, yaw):
-                self._go(SE2(x, y, yaw))
-            case do.GoPlace(name):
-                self._go(self._places[name])
+            case do.Goal(x, y, yaw, when):
+                self._go(SE2(x, y, yaw), "", when)
+            case do.GoPlace(name, when):
+                self._go(self._places[name], name, when)
             case do.InitialPose(x, y, yaw):
                 self._here(SE2(x, y, yaw))
             case do.Deliver(tables):
                 self._asked.deliver(tables, self.now_ns)
+            case do.Loaded():
+                self.loaded.publish(Empty())
             case do.Taken():
                 self.taken.publish(Empty())
+            case do.NotTaken():
+                self.not_taken.publish(Empty())
+            case do.Choose(choice):
+                self.round_choice.publish(String(choice))
             case do.Cancel():
                 self._asked.cancel()
                 self.cancel.publish(Empty())
-            case do.Stop() | do.Resume():
-                self._asked.press(isinstance(command, do.Stop), self.now_ns, stopped=self._stopped)
+            case do.Stop(key):
+                self._asked.press(self.now_ns, stopped=self._stopped, key=key)
+                self._show_stop()
+            case do.Withdraw(key):
+                self._asked.presses.withdraw(key)
+                self._show_stop()
+            case do.Resume():
+                self._asked.release()
+                self._show_stop()
             case do.Drive(v, w):
                 self.cmd_vel_teleop.publish(Twist.of(v * self.robot.max_speed, w * self.robot.max_turn))
             case _:
@@ -377,8 +390,11 @@ class PageDevice(Device):
             case do.CloseDoor(name):
                 self.door.publish(String(f"close {name}"))
 
-    def _go(self, pose: SE2) -> None:
-        self.goal_pose.publish(self._stamped(pose))
+    def _go(self, pose: SE2, name: str, when: str) -> None:
+        if through_the_round(when, self._round):
+            self.errand.publish(Errand(name, self._stamped(pose), when))
+        else:
+            self.goal_pose.publish(self._stamped(pose))
 
     def _here(self, pose: SE2) -> None:
         covariance = covariance_36(np.diag([CLICK_STD_XY**2, CLICK_STD_XY**2, CLICK_STD_YAW**2]))
@@ -387,9 +403,3 @@ class PageDevice(Device):
 
     def _stamped(self, pose: SE2) -> PoseStamped:
         return PoseStamped(Header.of(self.now_ns, "map"), Pose.of(pose))
-
-
-def _points(path: Path, frame: SE2) -> NDArray[np.float64]:
-    """(n, 2) on the map."""
-    points = [(one.pose.position.x, one.pose.position.y) for one in path.poses]
-    return frame.apply(np.array(points, np.float64).reshape(-1, 2))

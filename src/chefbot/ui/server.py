@@ -20,7 +20,7 @@ from starlette.websockets import WebSocket
 
 from chefbot.errors import UserError
 from chefbot.ui.client import Client
-from chefbot.ui.commands import MAX_TEXT, Command, Drive, parse_command
+from chefbot.ui.commands import MAX_TEXT, Command, Drive, Ping, Stop, Withdraw, parse_command
 from chefbot.ui.deadman import DeadMan
 from chefbot.ui.files import SAFE, content_type, headers_of, static_files
 from chefbot.ui.gate import Gate
@@ -31,6 +31,11 @@ from chefbot.ui.solids import Solids
 TICK = 0.05
 PORTS_TO_TRY = 20
 MAX_CLIENTS = 16
+"""Screens with everything; as many more see little and may press STOP, the newest for the longest there."""
+ONLY_STOP = (
+    f"{MAX_CLIENTS} other screens are open, so here only STOP works; close one of them and reload this page"
+)
+STOP_LAYERS = ("stop", "status")
 PENALTY = 1.0
 """Seconds for which a flooding client is not listened to before it is dropped, lest it come back at once."""
 STOP_LIMIT = 10.0
@@ -57,7 +62,7 @@ class PageServer:
         self._on_command = on_command
         self._hub = Hub()
         self._deadman = DeadMan(on_command)
-        self._clients: set[Client] = set()
+        self._clients: dict[Client, None] = {}
         self._token = None if _is_loopback(host) else secrets.token_urlsafe(16)
         self._solids = Solids(model)
         self._uvicorn: Any = None
@@ -136,23 +141,37 @@ class PageServer:
             if self._clients:
                 changed = await asyncio.to_thread(self._hub.encode_due, asyncio.get_running_loop().time)
                 for client in self._clients:
-                    client.offer(changed if client.greeted else list(self._hub.frames))
+                    client.offer(changed if client.greeted else list(self._hub.frames), STOP_LAYERS)
                     client.greeted = True
             await asyncio.sleep(TICK)
 
     async def _live(self, web: WebSocket) -> None:
         """The life of one browser's connection."""
-        if len(self._clients) >= MAX_CLIENTS:
-            await web.close(1013, "too many screens")
-            return
         await web.accept()
-        client = Client(web)
-        self._clients.add(client)
+        client = Client(web, only_stop=sum(not one.only_stop for one in self._clients) >= MAX_CLIENTS)
+        if client.only_stop:
+            self._make_room()
+            client.answer(ONLY_STOP)
+        self._clients[client] = None
         try:
-            await _first_to_end(self._listen_to(client), client.send_forever(self._hub.frames))
+            await _first_to_end(
+                self._listen_to(client), client.send_forever(self._hub.frames), client.dismissed.wait()
+            )
         finally:
-            self._clients.discard(client)
+            self._clients.pop(client, None)
             self._deadman.leave(client)
+
+    def _make_room(self) -> None:
+        """Nobody who holds many connections keeps STOP from others."""
+        reserved = [one for one in self._clients if one.only_stop]
+        if len(reserved) >= MAX_CLIENTS:
+            reserved[0].dismissed.set()
+            self._clients.pop(reserved[0])
+
+    @property
+    def asks_for_token(self) -> bool:
+        """Whether it is served to a network."""
+        return self._token is not None
 
     async def _listen_to(self, client: Client) -> None:
         async for text in _texts(client.socket):
@@ -165,7 +184,11 @@ class PageServer:
     def _obey(self, client: Client, text: str) -> None:
         try:
             command = parse_command(text)
-            if isinstance(command, Drive):
+            if isinstance(command, Ping):
+                client.pong(command.n)
+            elif client.only_stop and not isinstance(command, Stop | Withdraw):
+                raise UserError(ONLY_STOP)
+            elif isinstance(command, Drive):
                 self._deadman.drive(client, command)
             else:
                 self._on_command(command)

@@ -5,6 +5,7 @@ Page to server: JSON text, one command per message, see `commands`.
 Server to page, as text (small layers and answers):
     {"layer": NAME, "value": ...}    the latest value; null clears the layer
     {"refused": SENTENCE}            the answer to a command of this page that was not accepted
+    {"pong": NUMBER}                 the answer to a ping of this page, after all that it sent before it
 
 Server to page, as bytes (bulk layers): header length (uint16, little-endian), header (JSON), body.
     every header                      layer, kind
@@ -54,6 +55,11 @@ class DepthImage:
     millimetres: NDArray[np.uint16]
     pinhole: dict[str, float]
     frame: str
+
+
+def pong(number: int) -> str:
+    """The answer to a ping."""
+    return msgspec.json.encode({"pong": number}).decode()
 
 
 def text(layer: str, value: Any) -> str:

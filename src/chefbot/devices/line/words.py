@@ -38,7 +38,7 @@ class State(IntEnum):
     STOPPED = 3
 
 
-CLEAR = "press and release STOP to clear it"
+CLEAR = "press STOP, then Resume, to clear it"
 FAULTS = {
     Flag.ESTOP_INPUT: "the emergency stop button is or was pressed",
     Flag.ESTOP_COMMAND: "it was stopped by an emergency stop command",

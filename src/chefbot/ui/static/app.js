@@ -5,6 +5,7 @@ import { COLOURS, PAINTERS, SWITCHES, arrow, scaleBar } from "./layers.js";
 import { Panels } from "./panels.js";
 import { Link } from "./socket.js";
 import { Solid } from "./solid.js";
+import { StopButton } from "./stop_button.js";
 import { Tools } from "./tools.js";
 import { View } from "./view.js";
 
@@ -13,24 +14,26 @@ const $ = (id) => document.getElementById(id);
 const NARROW = window.matchMedia("(max-width: 760px)");
 const data = new Map();
 const hidden = new Set();
-let following = true, fitted = false, lastNews = 0, refusal = 0;
+let following = true, whole = true, lastNews = 0, refusal = 0, failures = null, unsaid = false;
 
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`);
-const view = new View($("canvas"), paint);
+const view = new View($("canvas"), paint, () => { if (whole) showWhole(); });
 const panels = new Panels(send);
 const driver = new Driver((command) => link.send(command));
-const tools = new Tools(view, send, () => follow(false), () => data.get("robot"));
+const stop = new StopButton((command) => link.send(command), () => driver.release());
+const tools = new Tools(view, gesture, lookAway, () => data.get("robot"));
 const solid = new Solid({
   data, hidden, tools, say, following: () => following, turned: (on) => panels.open(on ? "model-panel" : "serve"),
 });
 
 function send(command) {
-  if (command.do === "stop") driver.release();
   const sent = link.send(command);
-  if (!sent) say(command.do === "stop"
-    ? "Not connected: this STOP did not reach the robot. Use the switch on the robot."
-    : "Not connected: nothing was sent.");
+  if (!sent) say("Not connected: nothing was sent.");
   return sent;
+}
+
+function gesture(command) {
+  return command.do === "goal" ? panels.round.go(command, "this point") : send(command);
 }
 
 function paint(context) {
@@ -47,6 +50,11 @@ function refresh() {
   solid.view?.refresh();
 }
 
+function lookAway() {
+  whole = false;
+  follow(false);
+}
+
 function follow(on) {
   following = on;
   $("follow").setAttribute("aria-pressed", String(on));
@@ -59,16 +67,32 @@ function follow(on) {
 function fit() {
   const grid = data.get("map");
   if (!grid) { solid.view?.home(); return; }
+  whole = true;
   follow(false);
-  if (solid.on) { solid.view?.fit(knownArea(grid)); return; }
+  if (solid.on) solid.view?.fit(knownArea(grid));
+  showWhole();
+}
+
+// The whole map stays in view while it grows and the page changes its size, until somebody looks elsewhere.
+function showWhole() {
+  const grid = data.get("map");
+  if (!grid || !view.width || !view.height) return;
   const bar = $("tools").offsetHeight + 16;
   view.fit(knownArea(grid), bar, NARROW.matches ? bar + 24 : 30);
 }
 
+// A goal that was given up is said, wherever the person looks.
+function tellFailure(status) {
+  const count = status?.failures ?? 0;
+  if (failures !== null && count > failures && status.reason) say(status.reason);
+  failures = count;
+}
+
 const TAKERS = {
-  map: () => { if (!fitted && view.width) { fitted = true; fit(); } },
+  stop: (value) => stop.take(value),
+  map: (value) => { if (value && whole) { follow(false); showWhole(); } },
   robot: (value) => { panels.robot(value); if (following) follow(true); },
-  status: (value) => { panels.status(value); tools.offerToys(Boolean(value?.simulation)); },
+  status: (value) => { panels.status(value); tellFailure(value); tools.offerToys(Boolean(value?.simulation)); },
   places: (value) => panels.places(value ?? []),
   delivery: (value) => panels.delivery(value),
   progress: (value) => panels.progress(value),
@@ -85,16 +109,24 @@ link.addEventListener("layer", ({ detail: { layer, value } }) => {
 link.addEventListener("up", () => {
   document.body.classList.remove("offline");
   lastNews = performance.now();
+  stop.connected();
   solid.again();
-  say("");
+  if (!unsaid) say("");
+  unsaid = false;
 });
-link.addEventListener("down", () => {
+link.addEventListener("down", ({ detail: lost }) => {
   document.body.classList.add("offline");
   driver.release();
   $("phase").textContent = "No connection to the robot.";
-  say("Connection lost. The robot was told to stand if it was driven by hand. Trying again …", true);
+  if (lost.length) {
+    unsaid = true;
+    panels.keepOrder();
+    say("Connection lost before the robot confirmed what was pressed last. Look what it does, and press again if need be.", true);
+  } else if (!unsaid) {
+    say("Connection lost. The robot was told to stand if it was driven by hand. Trying again …", true);
+  }
 });
-link.addEventListener("refused", ({ detail }) => say(detail));
+link.addEventListener("refused", ({ detail }) => { panels.keepOrder(); say(detail); });
 
 function say(sentence, stays = false) {
   clearTimeout(refusal);
@@ -118,7 +150,9 @@ for (const [layer, label] of SWITCHES) {
   row.append(box, label, colour);
   $("layer-list").append(row);
 }
+$("canvas").addEventListener("wheel", () => { whole = false; });
 $("follow").onclick = () => {
+  whole = false;
   follow(!following);
   if (following) solid.view?.home();
 };

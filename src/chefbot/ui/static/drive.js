@@ -14,9 +14,9 @@ export class Driver {
     this.stick = null;
     this.moving = false;
     this.limit = document.getElementById("limit");
-    this.keysOn = document.getElementById("keys");
-    this.watchStick(document.getElementById("stick"), document.getElementById("knob"));
-    this.watchKeys();
+    const stick = document.getElementById("stick");
+    this.watchStick(stick, document.getElementById("knob"));
+    this.watchKeys(stick);
     this.limit.oninput = () => { document.getElementById("limit-text").textContent = `${this.limit.value} %`; };
     for (const kind of ["blur", "pagehide", "contextmenu"]) window.addEventListener(kind, () => this.release());
     document.addEventListener("visibilitychange", () => { if (document.hidden) this.release(); });
@@ -35,6 +35,7 @@ export class Driver {
     const drop = () => { this.dropStick(); this.repeat(); };
     this.dropStick = () => { this.stick = null; knob.style.transform = ""; stick.classList.remove("held"); };
     stick.addEventListener("pointerdown", (event) => {
+      stick.focus({ preventScroll: true });
       stick.setPointerCapture(event.pointerId);
       stick.classList.add("held");
       follow(event);
@@ -44,15 +45,16 @@ export class Driver {
     for (const kind of ["pointerup", "pointercancel", "lostpointercapture"]) stick.addEventListener(kind, drop);
   }
 
-  watchKeys() {
-    window.addEventListener("keydown", (event) => {
+  // Only while the pad has the focus: anywhere else keys do what they do on every page.
+  watchKeys(pad) {
+    pad.addEventListener("keydown", (event) => {
       const key = event.key.toLowerCase();
-      const elsewhere = event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input[type=range]");
-      if (!(key in KEYS) || elsewhere || !this.keysOn.checked) return;
+      if (!(key in KEYS) || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
       if (!event.repeat) { this.held.add(key); this.repeat(); }
     });
-    window.addEventListener("keyup", (event) => { if (this.held.delete(event.key.toLowerCase())) this.repeat(); });
+    pad.addEventListener("keyup", (event) => { if (this.held.delete(event.key.toLowerCase())) this.repeat(); });
+    pad.addEventListener("blur", () => this.release());
   }
 
   // Everything is let go: lost focus, lost connection, hidden page.

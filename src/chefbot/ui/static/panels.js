@@ -1,6 +1,8 @@
 // Words, numbers and buttons beside the map. All text enters as textContent: a name can never become markup.
+import { byArrows } from "./keys.js";
 import { title } from "./layers.js";
 import { ErrorPlot, length } from "./plot.js";
+import { RoundCard } from "./round.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, words) => { if ($(id).textContent !== words) $(id).textContent = words; };
@@ -9,7 +11,9 @@ const known = (value, words) => (value === null || value === undefined ? "–" :
 export class Panels {
   constructor(send) {
     this.send = send;
+    this.round = new RoundCard(send);
     this.chosen = [];
+    this.ordered = null;                 // sent, and nothing of the deliveries has come since
     this.names = "";
     this.doors = "";
     this.plot = new ErrorPlot($("plot"));
@@ -17,23 +21,32 @@ export class Panels {
   }
 
   wire() {
-    $("stop").onpointerdown = () => this.send({ do: "stop" });          // at the touch, not at its end
-    $("stop").onclick = (event) => { if (event.detail === 0) this.send({ do: "stop" }); };   // by keyboard
-    $("resume").onclick = () => this.send({ do: "resume" });
-    $("taken").onclick = () => this.send({ do: "taken" });
     $("cancel").onclick = () => this.send({ do: "cancel" });
     $("deliver").onclick = () => this.deliver();
     for (const tab of document.querySelectorAll("[data-tab]")) tab.onclick = () => this.open(tab.dataset.tab);
+    byArrows($("tabs"), "[data-tab]");
   }
 
   open(name) {
-    for (const tab of document.querySelectorAll("[data-tab]")) tab.setAttribute("aria-selected", String(tab.dataset.tab === name));
+    for (const tab of document.querySelectorAll("[data-tab]")) {
+      tab.setAttribute("aria-selected", String(tab.dataset.tab === name));
+      tab.tabIndex = tab.dataset.tab === name ? 0 : -1;
+    }
     for (const panel of document.querySelectorAll(".panel")) panel.classList.toggle("shown", panel.id === name);
     this.plot.draw();
   }
 
   deliver() {
-    if (this.send({ do: "deliver", tables: this.chosen })) this.choose([]);
+    const tables = this.chosen;
+    if (!this.send({ do: "deliver", tables })) return;
+    this.ordered = tables;
+    this.choose([]);
+  }
+
+  // The order was refused or may be lost: the choice is there again, to be sent again.
+  keepOrder() {
+    if (this.ordered && this.chosen.length === 0) this.choose(this.ordered);
+    this.ordered = null;
   }
 
   choose(tables) {
@@ -54,7 +67,7 @@ export class Panels {
     const isTable = (place) => place.name.startsWith("table");
     $("tables").replaceChildren(...list.filter(isTable).map(({ name }) => button(title(name), name, () => this.toggle(name))));
     $("places").replaceChildren(...list.filter((place) => !isTable(place))
-      .map(({ name }) => button(title(name), name, () => this.send({ do: "go_place", name }))));
+      .map(({ name }) => button(title(name), name, () => this.round.go({ do: "go_place", name }, title(name)))));
     this.choose(this.chosen.filter((name) => list.some((place) => place.name === name)));
   }
 
@@ -63,11 +76,8 @@ export class Panels {
   }
 
   delivery(value) {
-    const queue = (value?.queue ?? []).map(title).join(", ");
-    const orders = (value?.orders ?? []).map((tables) => tables.map(title).join(", ")).join("; ");
-    text("step", [value?.step || "No delivery.", queue && `Still to serve: ${queue}.`, orders && `Ordered after that: ${orders}.`,
-      ...(value?.missed ?? []).map((why) => `Not served: ${why}`)].filter(Boolean).join(" "));
-    $("taken").disabled = !value?.waiting_for_taken;
+    this.ordered = null;
+    this.round.show(value);
   }
 
   progress(value) {
@@ -98,14 +108,7 @@ export class Panels {
     const warnings = status.warnings ?? [];
     text("warnings", warnings.join(" "));
     $("warnings").hidden = warnings.length === 0;
-    this.stopped(Boolean(status.stopped), Boolean(status.stop_asked));
     this.simulation(status);
-  }
-
-  stopped(stopped, asked) {
-    document.body.classList.toggle("stopped", stopped || asked);
-    $("resume").hidden = !stopped && !asked;
-    text("stop", stopped ? "STOPPED" : asked ? "STOP …" : "STOP");     // nothing is claimed that the robot has not said
   }
 
   simulation(status) {

@@ -1,41 +1,78 @@
-// The one connection to the robot: decodes what arrives, reconnects by itself, never stores commands for later.
+// The one connection to the robot: decodes what arrives, notices within a second when it is dead, connects again.
 import { decode } from "./wire.js";
 
-const FIRST_RETRY = 500, LAST_RETRY = 4000;
+const FIRST_RETRY = 100, LAST_RETRY = 2000;
+const PING = 250, SILENCE = 700, OPENING = 1500;         // milliseconds
+const UNHEARD = new Set(["drive", "ping", "stop", "withdraw"]);   // no need to say that one of these was lost
 
 export class Link extends EventTarget {
   constructor(url) {
     super();
     this.url = url;
     this.retry = FIRST_RETRY;
+    this.pings = 0;
+    this.unsure = [];                    // commands that left, and no answer to a later ping has come
+    this.watched = performance.now();
     this.connect();
+    setInterval(() => this.watch(), PING);
   }
 
   get open() { return this.socket.readyState === WebSocket.OPEN; }
 
   connect() {
-    this.socket = new WebSocket(this.url);
-    this.socket.binaryType = "arraybuffer";
+    const socket = new WebSocket(this.url);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
     this.order = Promise.resolve();
-    this.socket.onopen = () => { this.retry = FIRST_RETRY; this.tell("up"); };
-    this.socket.onmessage = (event) => this.receive(event.data);
-    this.socket.onclose = () => this.reconnect();
+    this.heard = performance.now();
+    socket.onopen = () => { this.heard = performance.now(); this.retry = FIRST_RETRY; this.tell("up"); };
+    socket.onmessage = (event) => { this.heard = performance.now(); this.receive(event.data); };
+    socket.onclose = () => this.reconnect();
+  }
+
+  // A half-open connection takes bytes for minutes: only what comes back shows that it is alive.
+  watch() {
+    const now = performance.now(), asleep = now - this.watched > 2 * PING;
+    this.watched = now;
+    if (asleep) this.heard = now;        // the page stood still, perhaps not the connection
+    const patience = this.open ? SILENCE : OPENING;
+    if (this.socket.readyState <= WebSocket.OPEN && now - this.heard > patience) this.abandon();
+    else if (this.open) this.send({ do: "ping", n: ++this.pings });
+  }
+
+  abandon() {
+    const dead = this.socket;
+    dead.onopen = dead.onmessage = dead.onclose = null;
+    dead.close();
+    this.reconnect();
   }
 
   reconnect() {
-    this.tell("down");
+    const lost = this.unsure.map(([, command]) => command);
+    this.unsure = [];
+    this.tell("down", lost);
     setTimeout(() => this.connect(), this.retry);
     this.retry = Math.min(2 * this.retry, LAST_RETRY);
   }
 
-  // Unpacking a map takes a moment; the chain keeps messages in the order in which they came.
+  // Unpacking a map takes a moment; the chain keeps messages in the order in which they came. STOP does not wait.
   receive(data) {
-    const decoded = decode(data);
-    this.order = this.order.then(async () => {
-      const message = await decoded;
+    const text = typeof data === "string";
+    if (text && data.startsWith('{"pong"')) {
+      const { pong } = JSON.parse(data);
+      this.unsure = this.unsure.filter(([after]) => after >= pong);
+      return;
+    }
+    const at = this.socket;
+    const take = (message) => {
+      if (at !== this.socket) return;
       if (message.refused) this.tell("refused", message.refused);
       else this.tell("layer", message);
-    }).catch((error) => this.tell("refused", `The page could not read a message of the robot: ${error.message}`));
+    };
+    if (text && data.startsWith('{"layer":"stop"')) { take(JSON.parse(data)); return; }
+    const decoded = decode(data);
+    this.order = this.order.then(async () => take(await decoded))
+      .catch((error) => this.tell("refused", `The page could not read a message of the robot: ${error.message}`));
   }
 
   tell(kind, detail) { this.dispatchEvent(new CustomEvent(kind, { detail })); }
@@ -45,6 +82,7 @@ export class Link extends EventTarget {
     if (!this.open) return false;
     if (command.do === "drive" && (command.v || command.w) && this.socket.bufferedAmount > 0) return false;
     this.socket.send(JSON.stringify(command));
+    if (!UNHEARD.has(command.do)) this.unsure.push([this.pings, command]);
     return true;
   }
 }

@@ -1,5 +1,7 @@
 // What a press and drag on the map means: look around, send the robot, tell it where it is, or play in the simulation.
 
+import { byArrows } from "./keys.js";
+
 export const TOOLS = [
   { id: "look", label: "Look", hint: "" },
   { id: "goal", label: "Go there", hint: "Press where it shall go and drag to where it shall face." },
@@ -17,7 +19,6 @@ export class Tools {
     this.drag = null;
     this.views = [];
     this.watch(view);
-    window.addEventListener("keydown", (event) => { if (event.key === "Escape") this.choose("look"); });
     this.build();
   }
 
@@ -43,6 +44,7 @@ export class Tools {
       box.append(button);
       return button;
     });
+    byArrows(box, "[role=radio]");
     this.choose("look");
   }
 
@@ -53,7 +55,10 @@ export class Tools {
   choose(id) {
     this.tool = TOOLS.find((tool) => tool.id === id);
     this.drag = null;
-    for (const button of this.buttons) button.setAttribute("aria-checked", String(button.dataset.tool === id));
+    for (const button of this.buttons) {
+      button.setAttribute("aria-checked", String(button.dataset.tool === id));
+      button.tabIndex = button.dataset.tool === id ? 0 : -1;
+    }
     document.getElementById("hint").textContent = this.tool.hint;
     for (const view of this.views) {
       view.canvas.style.cursor = id === "look" ? "grab" : "crosshair";

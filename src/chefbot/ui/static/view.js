@@ -3,13 +3,15 @@
 const MIN_SCALE = 4, MAX_SCALE = 600;
 
 export class View {
-  constructor(canvas, draw) {
+  // `resized()` is called when the canvas has got its size, and whenever that changes.
+  constructor(canvas, draw, resized = () => {}) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
     this.draw = draw;
     this.centre = { x: 0, y: 0 };
     this.scale = 50;                     // CSS pixels per metre
     this.pending = false;
+    this.resized = resized;
     new ResizeObserver(() => this.resize()).observe(canvas);
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
   }
@@ -21,6 +23,7 @@ export class View {
     this.canvas.width = Math.round(this.width * ratio);
     this.canvas.height = Math.round(this.height * ratio);
     this.ratio = ratio;
+    this.resized();
     this.refresh();
   }
 
@@ -74,7 +77,8 @@ export class View {
   // `above` and `below`: pixels that buttons cover.
   fit(area, above, below) {
     const wide = area.right - area.left, high = area.top - area.bottom;
-    this.scale = Math.min(MAX_SCALE, 0.94 * Math.min(this.width / wide, (this.height - above - below) / high));
+    const free = Math.max(this.height / 3, this.height - above - below);
+    this.scale = Math.min(MAX_SCALE, 0.94 * Math.min(this.width / wide, free / high));
     this.centre = { x: (area.left + area.right) / 2, y: (area.bottom + area.top) / 2 + (above - below) / 2 / this.scale };
     this.refresh();
   }

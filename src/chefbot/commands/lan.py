@@ -1,0 +1,31 @@
+"""The page for phones and other computers of the network, instead of this computer alone."""
+
+from __future__ import annotations
+
+import msgspec
+
+from chefbot.errors import UserError
+from chefbot.runtime.launch import Launch, NodeEntry
+
+EVERYWHERE = "0.0.0.0"
+"""All addresses of this computer (IPv4)."""
+HOST_ARGUMENT = "page.host"
+"""`page.host:=ADDRESS` of every launch that has a page; `--lan` is `page.host:=0.0.0.0`."""
+PAGE = "chefbot.ui.page:PageDevice"
+
+
+def served_at(launch: Launch, address: str) -> Launch:
+    """The launch with its pages at `address`. UserError if it has none."""
+    pages = {name: _at(address, entry) for name, entry in launch.nodes.items() if entry.kind == PAGE}
+    if not pages:
+        why = (
+            "headless:=true leaves it out"
+            if launch.args["headless"]
+            else "there is nothing to show to a phone"
+        )
+        raise UserError(f"launch {launch.name} has no page: {why}; leave out --lan and {HOST_ARGUMENT}:=")
+    return msgspec.structs.replace(launch, nodes={**launch.nodes, **pages})
+
+
+def _at(address: str, page: NodeEntry) -> NodeEntry:
+    return msgspec.structs.replace(page, params={**page.params, "host": address})

@@ -1,0 +1,1 @@
+"""What a waiter does with orders."""

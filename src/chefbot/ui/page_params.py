@@ -1,0 +1,21 @@
+"""What an owner sets of the operator's page."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+
+class PageParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where the page is served."""
+
+    port: Annotated[int, Meta(ge=1, le=65535, description="TCP port; the next free one if it is taken")] = (
+        8080
+    )
+    host: Annotated[str, Meta(description="address to serve on; any but loopback asks for a token")] = (
+        "127.0.0.1"
+    )
+    simulation: Annotated[bool, Meta(description="whether to offer boxes, doors and kidnapping")] = False
+    view: Annotated[Literal["2d", "3d"], Meta(description="what the printed address opens first")] = "2d"

@@ -1,0 +1,61 @@
+// The round of deliveries: what the robot waits for, as buttons; and the question how a drive elsewhere goes with it.
+import { title } from "./layers.js";
+
+const $ = (id) => document.getElementById(id);
+const text = (id, words) => { if ($(id).textContent !== words) $(id).textContent = words; };
+
+export class RoundCard {
+  constructor(send) {
+    this.send = send;
+    this.value = null;
+    for (const press of ["loaded", "taken", "not_taken"]) {
+      $(press).onclick = () => send({ do: press, place: this.value?.place ?? "" });
+    }
+    for (const choice of ["go_on", "kitchen", "end"]) $(choice).onclick = () => send({ do: "choose", choice });
+    for (const when of ["now", "after", "instead"]) $(`when_${when}`).onclick = () => this.answer(when);
+    $("when_not").onclick = () => this.answer("");
+  }
+
+  show(value) {
+    this.value = value;
+    const waits = value?.waits_for ?? "", next = value?.place ? title(value.place) : "the next order";
+    text("step", value?.step || "No delivery.");
+    text("round-rest", this.rest(value));
+    $("loaded").hidden = waits !== "loaded";
+    $("taken").hidden = $("not_taken").hidden = waits !== "taken";
+    for (const choice of ["go_on", "kitchen", "end"]) $(choice).hidden = !value?.choices.includes(choice);
+    text("go_on", value?.place ? `Go on to ${next}` : `Begin with ${next}`);
+    text("end", value?.in_hand ? "End the round" : "Drop the next order");
+    document.body.classList.toggle("waits", Boolean(waits));
+    if (!value?.in_hand) this.answer("");
+  }
+
+  rest(value) {
+    const names = (list) => (list ?? []).map(title).join(", ");
+    const orders = (value?.orders ?? []).map(names).join("; ");
+    return [
+      value?.delivered.length && `Taken at: ${names(value.delivered)}.`,
+      value?.queue.length && `Still to serve: ${names(value.queue)}.`,
+      value?.errands.length && `Then to: ${names(value.errands.map((name) => name || "a point on the map"))}.`,
+      orders && `Ordered after that: ${orders}.`,
+      ...(value?.missed ?? []).map((why) => `Not served: ${why}.`),
+    ].filter(Boolean).join(" ");
+  }
+
+  // Send a drive; while there is a round the person says first how the two go together.
+  go(command, name) {
+    if (!this.value?.in_hand) return this.send(command);
+    this.asked = command;
+    text("when-title", `A round is under way. Drive to ${name}:`);
+    $("when").hidden = false;
+    $("when_now").focus();
+    return true;
+  }
+
+  answer(when) {
+    const command = this.asked;
+    this.asked = null;
+    $("when").hidden = true;
+    if (command && when) this.send({ ...command, when });
+  }
+}

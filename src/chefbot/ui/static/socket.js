@@ -2,7 +2,8 @@
 import { decode } from "./wire.js";
 
 const FIRST_RETRY = 100, LAST_RETRY = 2000;
-const PING = 250, SILENCE = 700, OPENING = 1500;         // milliseconds
+const PING = 250, SILENCE = 700, OPENING = 3000;         // milliseconds
+const TRIPS = 20, SLOW = 3;              // a link whose answers took long lately is given so many times that long
 const UNHEARD = new Set(["drive", "ping", "stop", "withdraw"]);   // no need to say that one of these was lost
 
 export class Link extends EventTarget {
@@ -11,6 +12,8 @@ export class Link extends EventTarget {
     this.url = url;
     this.retry = FIRST_RETRY;
     this.pings = 0;
+    this.sent = new Map();               // when each ping without an answer yet left
+    this.trips = [];                     // how long answers took lately, milliseconds
     this.unsure = [];                    // commands that left, and no answer to a later ping has come
     this.watched = performance.now();
     this.connect();
@@ -24,6 +27,7 @@ export class Link extends EventTarget {
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     this.order = Promise.resolve();
+    this.sent.clear();
     this.heard = performance.now();
     socket.onopen = () => { this.heard = performance.now(); this.retry = FIRST_RETRY; this.tell("up"); };
     socket.onmessage = (event) => { this.heard = performance.now(); this.receive(event.data); };
@@ -35,9 +39,23 @@ export class Link extends EventTarget {
     const now = performance.now(), asleep = now - this.watched > 2 * PING;
     this.watched = now;
     if (asleep) this.heard = now;        // the page stood still, perhaps not the connection
-    const patience = this.open ? SILENCE : OPENING;
-    if (this.socket.readyState <= WebSocket.OPEN && now - this.heard > patience) this.abandon();
-    else if (this.open) this.send({ do: "ping", n: ++this.pings });
+    if (this.socket.readyState <= WebSocket.OPEN && now - this.heard > this.patience()) this.abandon();
+    else if (this.open) {
+      this.sent.set(++this.pings, now);
+      this.send({ do: "ping", n: this.pings });
+    }
+  }
+
+  patience() {
+    if (!this.open || !this.trips.length) return OPENING;
+    return Math.max(SILENCE, SLOW * Math.max(...this.trips));
+  }
+
+  answered(ping) {
+    const now = performance.now();
+    if (this.sent.has(ping)) this.trips = [now - this.sent.get(ping), ...this.trips].slice(0, TRIPS);
+    for (const number of this.sent.keys()) if (number <= ping) this.sent.delete(number);
+    this.unsure = this.unsure.filter(([after]) => after >= ping);
   }
 
   abandon() {
@@ -59,8 +77,7 @@ export class Link extends EventTarget {
   receive(data) {
     const text = typeof data === "string";
     if (text && data.startsWith('{"pong"')) {
-      const { pong } = JSON.parse(data);
-      this.unsure = this.unsure.filter(([after]) => after >= pong);
+      this.answered(JSON.parse(data).pong);
       return;
     }
     const at = this.socket;

@@ -1,0 +1,45 @@
+"""How hard a robot hits a box when one of its sensors has stopped or frozen at full speed, and how soon it stands.
+
+The simulated hotel; from places drawn by seed the robot drives straight on, the fault begins at full speed, and half
+a second later a box stands 0.75 m ahead of it, straight or 0.33 m to the side.
+
+Run: python bench/bench_sensor_faults.py [PLACES] [SEED]
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tests.chaos.driven_blind import ROBOTS, drive_into, free_ways, sensors_of  # noqa: E402
+from tests.chaos.test_sensor_faults import CONTACT, TITLES, side_of  # noqa: E402
+
+FAULTS = ("stop", "freeze")
+
+
+def main() -> None:
+    """One line for each robot, sensor and fault."""
+    places, seed = (int(one) for one in [*sys.argv[1:], *("20", "1")[len(sys.argv) - 1 :]])
+    ways = free_ways("hotel", places, seed)
+    print(
+        f"{'robot':14}{'sensor':8}{'fault':8}{'hits':>6}{'fastest, m/s':>14}{'stands after, s':>17}{'named':>8}"
+    )
+    for name, robot in ROBOTS.items():
+        for sensor in sensors_of(robot):
+            for fault in FAULTS:
+                runs = [
+                    drive_into(robot, way, fault, sensor, side_of(place), seed + place)
+                    for place, way in enumerate(ways)
+                ]
+                hits = sum(run.contact > CONTACT for run in runs)
+                named = sum(TITLES[sensor] in run.sentence for run in runs)
+                worst, late = max(run.contact for run in runs), max(run.stood_after for run in runs)
+                counted = f"{hits:>3}/{places}{worst:>14.3f}{late:>17.2f}{named:>5}/{places}"
+                print(f"{name:14}{sensor:8}{fault:8}{counted}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

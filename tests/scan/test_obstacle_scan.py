@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
@@ -137,6 +139,31 @@ def test_an_edge_of_few_pixels_is_as_high_as_what_stands_beside_it() -> None:
     assert np.isfinite(scan.obstacles[edge])
     assert scan.bottom[edge] == pytest.approx(whole.bottom[edge], abs=0.02)
     assert scan.top[edge] == pytest.approx(whole.top[edge], abs=0.02)
+
+
+def test_a_sliver_of_scattered_pixels_may_be_of_any_height() -> None:
+    eye = scanner()
+    image = np.full((240, 320), np.nan, np.float32)
+    image[150:180:10, 160] = 0.46
+    scan = eye.scan(image)
+    at = np.flatnonzero(np.isfinite(scan.obstacles))
+    assert len(at) == 1
+    assert (scan.bottom[at], scan.top[at]) == (0.0, pytest.approx(TOP))
+
+
+@given(st.integers(0, 2**31), st.floats(0.1, 0.5), st.floats(0.05, 0.1), st.floats(0.8, 3.0))
+@settings(max_examples=25, deadline=None)
+def test_a_flat_thing_stays_flat_in_a_noisy_image(seed: int, low: float, thick: float, metres: float) -> None:
+    rng = np.random.default_rng(seed)
+    exact = render([(metres, metres + 0.5, -0.6, 0.6, low, low + thick)])
+    image = exact + rng.normal(0.0, 0.002, exact.shape).astype(np.float32) * exact**2
+    image[rng.random(exact.shape) < 0.1] = np.nan
+    eye = scanner()
+    scan = eye.scan(image)
+    seen = np.isfinite(ahead(eye, scan.obstacles))
+    slack = 0.02 * metres + 0.02
+    assert (ahead(eye, scan.bottom)[seen] > low - slack).mean() > 0.9
+    assert (ahead(eye, scan.top)[seen] < low + thick + slack).mean() > 0.9
 
 
 def test_what_the_robot_passes_under_does_not_count() -> None:

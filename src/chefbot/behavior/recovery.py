@@ -23,7 +23,15 @@ class Recovery(Enum):
 
 
 ORDER = (Recovery.CLEAR, Recovery.BACK_UP, Recovery.SPIN, Recovery.WAIT)
-"""After each of them the path is planned anew; the mildest comes first."""
+"""After each of them the path is planned again; the mildest comes first."""
+LOOK_FIRST = (Recovery.SPIN, Recovery.WAIT, Recovery.CLEAR, Recovery.BACK_UP)
+"""The order for a robot that looks ahead only: what has left is seen to have left by turning towards it, and nothing
+is forgotten, or backed into, that it has not just looked at."""
+
+
+def order_for(*, look_ahead_only: bool) -> tuple[Recovery, ...]:
+    """The order in which a robot with such sensors tries them."""
+    return LOOK_FIRST if look_ahead_only else ORDER
 
 
 class RecoveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

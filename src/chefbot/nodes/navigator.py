@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
-from chefbot.behavior.recovery import CAREFUL, ORDER, Recovery, RecoveryParams
+from chefbot.behavior.recovery import CAREFUL, Recovery, RecoveryParams, order_for
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import LocalizationStatus, NavigationStatus
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
@@ -97,6 +97,7 @@ class NavigatorNode(Node):
 
     def start(self) -> None:
         """Idle."""
+        self._order = order_for(look_ahead_only=self.robot.sensors.look_ahead_only)
         self._recoveries = 0
         self._way = FollowPath_Feedback()
         self._told_ns = 0
@@ -160,7 +161,7 @@ class NavigatorNode(Node):
                     self._tell("idle", "")
                     return NavigateToPose_Result()
                 if (
-                    self._recoveries >= self.params.recovery.rounds * len(ORDER)
+                    self._recoveries >= self.params.recovery.rounds * len(self._order)
                     or outcome.error_code in HOPELESS
                 ):
                     self._tell("idle", outcome.error_msg)
@@ -227,7 +228,7 @@ class NavigatorNode(Node):
 
     async def _recover(self, reason: str) -> None:
         """The next remedy in the list."""
-        recovery = ORDER[self._recoveries % len(ORDER)]
+        recovery = self._order[self._recoveries % len(self._order)]
         self._recoveries += 1
         self._tell("recovering", reason)
         await self._do(recovery)

@@ -8,7 +8,7 @@ then tells its nearest obstacle, between which heights it was seen there, and wh
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -26,12 +26,15 @@ GAP = 0.1
 GAP_ROWS = 4.0
 """Floor counts as seen on if the next floor pixel is within 0.1 m and four rows' distance of the last one."""
 
-SAME_OBSTACLE = 0.05
-"""Metres behind a bin's nearest return within which a pixel shows the same obstacle, at another height."""
+DEPTH, SPREAD = 0.08, 0.008
+"""Metres, and metres per square metre of range, behind an obstacle's nearest return within which other returns are of
+the same obstacle: its own shape, and four standard deviations of a structured-light camera's noise."""
 NEIGHBOURS = 2
-DEEPER = 0.08
-"""Bins beside a bin, and metres between their obstacles, within which both show one obstacle: an edge gives few pixels,
-at chance heights, and the whole of it stands beside them."""
+"""Bins beside a bin that show the same obstacle where their ranges agree: an edge gives few pixels, at chance
+heights, and the whole of it stands beside them."""
+DENSE = 0.4
+"""Share of the pixels between an obstacle's lowest and highest that must show it. Of what is nearer than the camera
+measures only a sliver shows, in scattered pixels; that these are low says nothing of its height."""
 
 
 class ObstacleScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -58,7 +61,8 @@ class ObstacleScan(NamedTuple):
     is known of the floor nearer than clear_from, which the image does not show. Without floor in sight
     clear_from is inf and clear_to 0.
     bottom, top: metres above the floor between which the nearest obstacle was seen; inf and -inf for none. A table
-    top has both close together, a leg has them as far apart as the image reaches.
+    top has both close together, a leg has them as far apart as the image reaches. Where too few pixels show it
+    to tell they are 0 and the greatest height.
     """
 
     obstacles: NDArray[np.float32]
@@ -126,10 +130,12 @@ def _extend(
     nearest: NDArray[np.float32],
     bottom: NDArray[np.float32],
     top: NDArray[np.float32],
+    shown: NDArray[np.int32],
 ) -> None:
     """The lowest and the highest pixel of each bin's obstacle, once its range `nearest` is known.
 
-    Arguments as of `_classify`; bottom, top: (bins,) metres above the floor, widened in place.
+    Arguments as of `_classify`; bottom, top: (bins,) metres above the floor, widened in place. shown: (bins,) how
+    many pixels lie between them.
     """
     mount, floor, robot_top, growth = heights
     for row in range(depth.shape[0]):
@@ -140,7 +146,7 @@ def _extend(
                 continue
             r = np.float32(z * stretch[row, u])
             k = bins[row, u]
-            if not r <= nearest[k] + SAME_OBSTACLE:
+            if not r <= nearest[k] + DEPTH + SPREAD * nearest[k] * nearest[k]:
                 continue
             # neither floor nor above the robot
             height = np.float32(mount + z * slope[row])
@@ -148,6 +154,7 @@ def _extend(
             if floor + slack < height < robot_top + slack:
                 bottom[k] = min(bottom[k], height)
                 top[k] = max(top[k], height)
+                shown[k] += 1
 
 
 def _with_neighbours(
@@ -158,7 +165,7 @@ def _with_neighbours(
     for shift in range(1, NEIGHBOURS + 1):
         left, right = slice(None, -shift), slice(shift, None)
         with np.errstate(invalid="ignore"):  # inf - inf: neither shows anything
-            same = np.abs(ranges[left] - ranges[right]) <= DEEPER
+            same = np.abs(ranges[left] - ranges[right]) <= DEPTH + SPREAD * ranges[left] ** 2
         widen(wider[left], heights[right], out=wider[left], where=same)
         widen(wider[right], heights[left], out=wider[right], where=same)
     return wider
@@ -200,6 +207,7 @@ class ObstacleScanner:
         self.angle_min, self.angle_max = float(self.angles[0]), float(self.angles[-1])
         numbers = np.floor((angles - low) / self.angle_increment).astype(np.int16)
         self._bins = np.clip(numbers, 0, count - 1).astype(np.int16)
+        self._columns = np.bincount(self._bins.reshape(-1), minlength=count) / self.camera.height
 
     def scan(self, depth: Depth) -> ObstacleScan:
         """Of an image (h, w) of uint16 mm or float32 m; UserError for another size or type."""
@@ -218,11 +226,25 @@ class ObstacleScanner:
             self._bins,
         )
         _classify(*image, self._row_gap, nearest, second, clear_from, clear_to)
-        found = np.isfinite(second)
-        if found.any():
-            _extend(*image, np.where(found, second, -np.inf).astype(np.float32), bottom, top)
+        if np.isfinite(second).any():
+            self._find_heights(image, second, bottom, top)
             bottom = _with_neighbours(second, bottom, np.minimum)
             top = _with_neighbours(second, top, np.maximum)
         hidden = clear_from >= second
         clear_from[hidden], clear_to[hidden] = np.inf, 0.0
         return ObstacleScan(second, clear_from, np.minimum(clear_to, second), bottom, top)
+
+    def _find_heights(
+        self,
+        image: tuple[Any, ...],
+        ranges: NDArray[np.float32],
+        bottom: NDArray[np.float32],
+        top: NDArray[np.float32],
+    ) -> None:
+        """Fill bottom and top, (bins,); all that the robot could hit where the pixels are too few to tell."""
+        found = np.isfinite(ranges)
+        shown = np.zeros(len(ranges), np.int32)
+        _extend(*image, np.where(found, ranges, -np.inf).astype(np.float32), bottom, top, shown)
+        rows = (top[found] - bottom[found]) * self.camera.fy / ranges[found] + 1.0
+        sparse = np.flatnonzero(found)[shown[found] < DENSE * self._columns[found] * rows]
+        bottom[sparse], top[sparse] = 0.0, self._heights[2]

@@ -1,0 +1,83 @@
+"""In which order a robot whose way is closed tries what."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped
+from chefbot.msgs.nav2_msgs import (
+    BackUp,
+    BackUp_Goal,
+    BackUp_Result,
+    ComputePathToPose,
+    ComputePathToPose_Goal,
+    ComputePathToPose_Result,
+    FollowPath,
+    FollowPath_Goal,
+    FollowPath_Result,
+    Spin,
+    Spin_Goal,
+    Spin_Result,
+)
+from chefbot.msgs.std_msgs import Header
+from chefbot.robot.load import load_robot
+from chefbot.runtime.actions import serves
+from chefbot.runtime.clock import StepClock
+from chefbot.runtime.launch import Launch, NodeEntry
+from chefbot.runtime.loop import Loop, Publication
+from chefbot.runtime.node import Node, NoParams
+from chefbot.runtime.system import System
+
+NO_WAY = 208
+
+
+class Walled(Node):
+    """A planner that finds no way, and motions that are over at once."""
+
+    params: NoParams
+    compute_path_to_pose = serves(ComputePathToPose)
+    follow_path = serves(FollowPath)
+    spin = serves(Spin)
+    backup = serves(BackUp)
+
+    async def on_compute_path_to_pose(self, _: ComputePathToPose_Goal, __: Any) -> ComputePathToPose_Result:
+        """Never one."""
+        return ComputePathToPose_Result(error_code=NO_WAY, error_msg="no way")
+
+    async def on_follow_path(self, _: FollowPath_Goal, __: Any) -> FollowPath_Result:
+        """There is none to follow."""
+        return FollowPath_Result()
+
+    async def on_spin(self, _: Spin_Goal, __: Any) -> Spin_Result:
+        """Done."""
+        return Spin_Result()
+
+    async def on_backup(self, _: BackUp_Goal, __: Any) -> BackUp_Result:
+        """Done."""
+        return BackUp_Result()
+
+
+def tried(robot: str) -> list[str]:
+    """Topics of what a navigator without a way asked for, in their order, until it gave up."""
+    system = System(Loop(StepClock()), load_robot(robot), 1)
+    said: list[Publication] = []
+    system.loop.tap(said.append)
+    kinds = {"navigator": "chefbot.nodes.navigator:NavigatorNode", "walled": f"{__name__}:Walled"}
+    nodes = {name: NodeEntry(kind=kind) for name, kind in kinds.items()}
+    system.launch(Launch(name="test", about="", args={}, nodes=nodes))
+    goal = PoseStamped(Header.of(0, "map"), Pose.of(SE2(1.0, 0.0, 0.0)))
+    system.loop.publish("goal_pose", goal, "test")
+    system.loop.run(until_ns=60_000_000_000)
+    asked = {"clear_costmaps": "clear", "spin/_action/send_goal": "spin", "backup/_action/send_goal": "back"}
+    return [asked[one.topic] for one in said if one.topic in asked]
+
+
+@pytest.mark.parametrize(
+    ("robot", "order"),
+    [("chefbot_lidar", ["clear", "back", "spin"]), ("chefbot", ["spin", "clear", "back"])],
+)
+def test_who_sees_only_ahead_looks_round_before_it_forgets_or_backs_up(robot: str, order: list[str]) -> None:
+    assert tried(robot) == [*order, *order]

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-from chefbot.runtime.replay import Logged, read_log
+from tests.run_hash import messages
 
 
 def chefbot(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -22,11 +21,6 @@ def demo(cwd: Path, out: str, *arguments: str) -> dict[str, Any]:
     run = chefbot("demo", "--headless", "--out", out, *arguments, cwd=cwd)
     assert run.returncode == 0, run.stdout + run.stderr
     return json.loads((cwd / out / "summary.json").read_text())
-
-
-def log(folder: Path) -> list[Logged]:
-    """Without the launches, which name the folder."""
-    return [one for one in read_log(folder / "run.mcap").messages if one.topic != "chefbot/launch"]
 
 
 @pytest.mark.slow
@@ -46,9 +40,9 @@ def test_in_the_room_it_maps_forgets_finds_itself_delivers_and_comes_home(tmp_pa
     assert replay.returncode == 0, replay.stdout + replay.stderr
     if robot == "chefbot":
         demo(tmp_path, "again", *arguments)
-        first = log(tmp_path / "run")
+        first = messages(tmp_path / "run")
         assert len(first) > 1000
-        assert first == log(tmp_path / "again")
+        assert first == messages(tmp_path / "again")
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ _MASK = SIDE - 1
 _NONE = np.float32(2.0) * FAR * FAR
 
 
-@njit(cache=True, nogil=True, fastmath=True, inline="always")
+@njit(cache=True, nogil=True, inline="always")
 def _squared_distance(ex, ey, table, mean_x, mean_y):  # type: ignore[no-untyped-def]
     """From a beam's end to the nearest mean in the 3 x 3 cells around it; huge if there is none."""
     height, width = table.shape
@@ -37,7 +37,7 @@ def _squared_distance(ex, ey, table, mean_x, mean_y):  # type: ignore[no-untyped
     return best
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True)
 def score(points, x, y, yaw, sharpness, table, mean_x, mean_y):  # type: ignore[no-untyped-def]
     """Sum over the beams of exp(-d^2 / sigma^2), d from the beam's end to the nearest mapped surface.
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from chefbot.costmap import raytrace
-from chefbot.costmap.inflation import cost_table, inflate
+from chefbot.costmap.combined import Combined
+from chefbot.costmap.inflation import cost_table
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.unseen import beside_unseen
-from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN, Costmap
+from chefbot.costmap.window import Window
+from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
@@ -60,6 +60,7 @@ class LayeredCostmap:
         self.inscribed_radius = self._robot_radius + params.padding + self.resolution
         reach = max(params.inflation_radius, self.inscribed_radius)
         self._table = cost_table(self.resolution, self.inscribed_radius, reach, params.cost_scaling_factor)
+        self._combined: Combined | None = None  # all to be done again
 
     def set_static(self, grid: Grid) -> None:
         """Take over a map (again); what sensors have marked is kept, to the nearest cell."""
@@ -88,6 +89,7 @@ class LayeredCostmap:
         if dr or dc:
             self._static = _moved(self._static, dr, dc, (h, w))
             self._sources = {name: _moved(layer, dr, dc, (h, w)) for name, layer in self._sources.items()}
+            self._combined = None
         self.origin_x, self.origin_y = column * self.resolution, row * self.resolution
 
     def mark_and_clear(
@@ -112,6 +114,9 @@ class LayeredCostmap:
         near, far = (np.zeros(len(ranges)), np.where(valid, ranges, 0.0)) if floor is None else floor
         if floor is not None:
             far = np.nan_to_num(far, nan=0.0, posinf=0.0)
+        mark = np.where(valid & (ranges <= p.marking_range), ranges, np.nan).astype(np.float64)
+        clear = np.minimum(far, p.clearing_range).astype(np.float64)
+        self._touch(sensor, _reach(mark, near, clear))
         raytrace.mark_and_clear(
             layer,
             self.resolution,
@@ -119,11 +124,20 @@ class LayeredCostmap:
             self.origin_y,
             sensor.array(),
             np.ascontiguousarray(angles, np.float64),
-            np.where(valid & (ranges <= p.marking_range), ranges, np.nan).astype(np.float64),
+            mark,
             near.astype(np.float64),
-            np.minimum(far, p.clearing_range).astype(np.float64),
+            clear,
             self._sources.get(also or source, layer),
         )
+
+    def _touch(self, pose: SE2, radius: float) -> None:
+        """Layers may have changed within `radius` metres of the pose."""
+        if self._combined is not None:
+            column, row = (
+                (pose.x - self.origin_x) / self.resolution,
+                (pose.y - self.origin_y) / self.resolution,
+            )
+            self._combined.touch(Window.around(row, column, radius / self.resolution))
 
     def _layer(self, source: str) -> NDArray[np.uint8]:
         """The source's layer; an empty one at its first scan."""
@@ -134,6 +148,7 @@ class LayeredCostmap:
     def clear_around(self, pose: SE2, radius: float, source: str | None = None) -> None:
         """Forget what sensors, or only the one called `source`, marked within `radius` metres of the pose."""
         where = self._within(pose, radius)
+        self._touch(pose, radius)
         for name, layer in self._sources.items():
             if source in (None, name):
                 layer[where] = UNKNOWN
@@ -141,18 +156,15 @@ class LayeredCostmap:
     def clear(self) -> None:
         """Forget all that sensors marked."""
         self._sources = {}
+        self._combined = None
 
     def update(self) -> Costmap:
-        """The layers combined and inflated; the result is a copy of its own."""
-        master = self._static.copy()
-        for layer in self._sources.values():
-            _combine(master.reshape(-1), layer.reshape(-1))
-        if not self.params.track_unknown:
-            master[master == UNKNOWN] = FREE
-        costs = inflate(master, self._table)
-        if self.wary:
-            unseen = beside_unseen(master, self._robot_radius / self.resolution)
-            costs[unseen & (costs < INSCRIBED)] = INSCRIBED
+        """The layers combined and inflated, which is done again where they have changed; a copy of its own."""
+        if self._combined is None:
+            radius = self._robot_radius / self.resolution if self.wary else 0.0
+            self._combined = Combined(self._static.shape, self._table, radius)
+        self._combined.update(self._static, self._sources.values(), self.params.track_unknown)
+        costs = self._combined.costs.copy()
         return Costmap(costs, self.resolution, self.origin_x, self.origin_y)
 
     def _within(self, pose: SE2, radius: float) -> NDArray[np.bool_]:
@@ -162,12 +174,9 @@ class LayeredCostmap:
         return x[None, :] ** 2 + y[:, None] ** 2 <= radius * radius
 
 
-@njit(cache=True, nogil=True)
-def _combine(master: NDArray[np.uint8], layer: NDArray[np.uint8]) -> None:
-    """An obstacle of the layer wins; free space that it saw replaces only what is unknown."""
-    for i in range(master.shape[0]):
-        if layer[i] == LETHAL or (layer[i] == FREE and master[i] == UNKNOWN):
-            master[i] = layer[i]
+def _reach(*metres: NDArray[np.float64]) -> float:
+    """The furthest finite one from the sensor."""
+    return float(np.nan_to_num(np.abs(np.concatenate(metres)), nan=0.0, posinf=0.0).max(initial=0.0))
 
 
 def _moved(layer: NDArray[np.uint8], rows: int, columns: int, shape: tuple[int, ...]) -> NDArray[np.uint8]:

@@ -4,8 +4,9 @@ A step costs its length in cells times the mean weight of its two cells; a weigh
 blocked. A diagonal step is open only if both cells beside it are (no corner is cut). The open list is a
 ring of buckets (Dial 1969): for Dijkstra one unit wide, the least that a step costs, so that what is taken
 from a bucket is final; for A* (Hart, Nilsson & Raphael 1968) narrower, and a cell that is improved within
-its bucket is taken again. The octile distance is consistent because no weight is below 1; the search ends
-when the goal's bucket is empty, so the cost found is the least.
+its bucket is taken again. First in, first out: taken from the end, a long line of cells is followed at a cost
+that the next entry makes worthless. The octile distance is consistent because no weight is below 1; the
+search ends when the goal's bucket is empty, so the cost found is the least.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ HALF = np.float32(0.5)
 HALF_DIAGONAL = np.float32(0.5 * SQRT2)
 LEVELS = 16
 """Buckets per unit of cost for A*, in which steps towards the goal hardly raise the estimate."""
-USED, SPENT, WRITTEN, WAITING = range(4)
+DOWN, RIGHT = (0, 0, 1, -1, 1, 1, -1, -1), (1, -1, 0, 0, 1, -1, 1, -1)
+"""Rows and columns to the eight neighbours, the diagonal ones last."""
 
 
 @njit(cache=True, nogil=True)
@@ -44,77 +46,24 @@ def weigh(cells: NDArray[np.uint8], weight: NDArray[np.float32], out: NDArray[np
         out[i] = weight[cells[i]]
 
 
-@njit(cache=True, nogil=True)
-def _level(cost: np.float32, at: int, goal: int, stride: int) -> int:
-    """Bucket of a cell: its cost and, with a goal, the octile distance, the least that any way on can
-    cost."""
-    if goal < 0:
-        return int(cost)
-    row, goal_row = np.int32(at) // np.int32(stride), np.int32(goal) // np.int32(stride)
-    dr, dc = abs(row - goal_row), abs((at - row * stride) - (goal - goal_row * stride))
-    return int((cost + max(dr, dc) + (SQRT2 - 1.0) * min(dr, dc)) * LEVELS)
+@njit(cache=True, nogil=True, inline="always")
+def _estimate(cost: np.float32, row: int, column: int, goal_row: int, goal_column: int) -> float:
+    """The cost so far and the octile distance to the goal, the least that any way on can cost."""
+    dr, dc = abs(row - goal_row), abs(column - goal_column)
+    return float(cost + max(dr, dc) + (SQRT2 - 1.0) * min(dr, dc))
 
 
-@njit(cache=True, nogil=True)
-def _push(
+@njit(cache=True, nogil=True, inline="always")
+def _improves(
     n: int,
     cost: np.float32,
-    level: int,
-    head: NDArray[np.int32],
-    cell: NDArray[np.int32],
-    key: NDArray[np.float32],
-    after: NDArray[np.int32],
-    state: NDArray[np.int64],
-) -> None:
-    """Put a cell into a bucket: a list through `after`, with entries taken from the spent ones first."""
-    entry = state[SPENT]
-    if entry >= 0:
-        state[SPENT] = after[entry]
-    else:
-        entry = state[USED]
-        state[USED] += 1
-    slot = level & (head.shape[0] - 1)
-    cell[entry], key[entry], after[entry] = n, cost, head[slot]
-    head[slot] = entry
-    state[WAITING] += 1
-
-
-@njit(cache=True, nogil=True)
-def _expand(
-    at: int,
-    bucket: int,
+    half: np.float32,
+    here: np.float32,
     weight: NDArray[np.float32],
-    stride: int,
-    goal: int,
     g: NDArray[np.float32],
-    written: NDArray[np.int32],
-    head: NDArray[np.int32],
-    cell: NDArray[np.int32],
-    key: NDArray[np.float32],
-    after: NDArray[np.int32],
-    state: NDArray[np.int64],
-) -> None:
-    """Offer the eight neighbours the way through `at`. One branch each, mostly not taken: the cost is in
-    branches."""
-    right, left, up, down = weight[at + 1], weight[at - 1], weight[at + stride], weight[at - stride]
-    here, cost = weight[at], g[at]
-    for k in range(8):
-        if k < 4:
-            n = at + (1, -1, stride, -stride)[k]
-            w = open_to = (right, left, up, down)[k]
-            candidate = cost + HALF * (here + w)
-        else:
-            n = at + (stride + 1, stride - 1, 1 - stride, -1 - stride)[k - 4]
-            w = weight[n]
-            open_to = min(w, min((up, up, down, down)[k - 4], (right, left, right, left)[k - 4]))
-            candidate = cost + HALF_DIAGONAL * (here + w)
-        if (candidate < g[n]) & (open_to > 0.0):
-            if g[n] == np.inf:
-                written[state[WRITTEN]] = n
-                state[WRITTEN] += 1
-            g[n] = candidate
-            level = max(_level(candidate, n, goal, stride), bucket)
-            _push(n, candidate, level, head, cell, key, after, state)
+) -> int:
+    """1 if the open cell n is cheaper to reach by a step of 2 * half from a cell of weight `here`, else 0."""
+    return int((cost + half * (here + weight[n]) < g[n]) & (weight[n] > 0.0))
 
 
 @njit(cache=True, nogil=True)
@@ -132,31 +81,93 @@ def search(
     weight: flat grid with a blocked rim, rows of `stride` cells, none above `heaviest`. g: flat, inf
     before. written: flat, takes every cell whose g was written (for a cheap reset). Returns how many these
     are.
+
+    One function, and unsigned indices: a dozen arrays passed on for every cell, or a look at each index
+    whether it counts from the end, cost more than the work itself.
     """
     fine = LEVELS if goal >= 0 else 1
-    head = np.full(1 << math.ceil(math.log2((2 * SQRT2 * heaviest + 4.0) * fine)), -1, np.int32)
+    slots = 1 << math.ceil(math.log2((2 * SQRT2 * heaviest + 4.0) * fine))
+    first, last = np.full(slots, -1, np.int32), np.empty(slots, np.int32)
     # a cell waits at most once for each of its neighbours; memory never touched costs nothing
     cell, after = np.empty(8 * weight.shape[0], np.int32), np.empty(8 * weight.shape[0], np.int32)
     key = np.empty(cell.shape[0], np.float32)
-    state = np.array([0, -1, 1, 0])
-    g[source], written[0] = 0.0, source
-    bucket = _level(np.float32(0.0), source, goal, stride)
-    _push(source, np.float32(0.0), bucket, head, cell, key, after, state)
-    while state[WAITING] > 0:
-        slot = bucket & (head.shape[0] - 1)
-        while head[slot] >= 0:
-            entry = head[slot]
-            at = np.int64(cell[entry])
-            head[slot] = after[entry]
-            after[entry] = state[SPENT]
-            state[SPENT] = entry
-            state[WAITING] -= 1
-            if key[entry] == g[at]:  # else it was expanded since, at a lower cost
-                _expand(at, bucket, weight, stride, goal, g, written, head, cell, key, after, state)
+    down, right, better = np.array(DOWN), np.array(RIGHT), np.empty(8, np.uint64)
+    offset = (down * stride + right).astype(np.uint64)
+    one, row_on = np.uint64(1), np.uint64(stride)
+    goal_row, goal_column = np.int32(goal // stride), np.int32(goal % stride)
+    # the source waits alone, in the bucket of its estimate
+    row, column = np.int32(source // stride), np.int32(source % stride)
+    bucket = int(_estimate(np.float32(0.0), row, column, goal_row, goal_column) * fine) if goal >= 0 else 0
+    g[source], written[0], cell[0], key[0], after[0] = 0.0, source, source, 0.0, -1
+    first[bucket & (slots - 1)] = last[bucket & (slots - 1)] = 0
+    used, spent, found, waiting = 1, -1, 1, 1
+    while waiting > 0:
+        slot = bucket & (slots - 1)
+        while first[slot] >= 0:
+            # take the entry that waits longest; its place is free again
+            entry = first[slot]
+            at, cost = np.uint64(cell[entry]), key[entry]
+            first[slot], after[entry], spent = after[entry], spent, entry
+            waiting -= 1
+            if cost != g[at]:
+                continue  # it was expanded since, at a lower cost
+            # which neighbours, in the order of DOWN and RIGHT, it improves: without branches, mostly it is one
+            here, hits = weight[at], 0
+            better[hits] = 0
+            hits += _improves(at + one, cost, HALF, here, weight, g)
+            better[hits] = 1
+            hits += _improves(at - one, cost, HALF, here, weight, g)
+            better[hits] = 2
+            hits += _improves(at + row_on, cost, HALF, here, weight, g)
+            better[hits] = 3
+            hits += _improves(at - row_on, cost, HALF, here, weight, g)
+            better[hits] = 4
+            hits += _improves(at + row_on + one, cost, HALF_DIAGONAL, here, weight, g)
+            better[hits] = 5
+            hits += _improves(at + row_on - one, cost, HALF_DIAGONAL, here, weight, g)
+            better[hits] = 6
+            hits += _improves(at - row_on + one, cost, HALF_DIAGONAL, here, weight, g)
+            better[hits] = 7
+            hits += _improves(at - row_on - one, cost, HALF_DIAGONAL, here, weight, g)
+            row = np.int32(at) // np.int32(stride)
+            column = np.int32(at) - row * np.int32(stride)
+            for i in range(hits):
+                k = better[np.uint64(i)]
+                n = at + offset[k]
+                if (
+                    k > 3
+                    and min(weight[at + np.uint64(down[k] * stride)], weight[at + np.uint64(right[k])]) == 0
+                ):
+                    continue  # it would cut a corner
+                candidate = cost + (HALF if k < 4 else HALF_DIAGONAL) * (here + weight[n])
+                if g[n] == np.inf:
+                    written[found] = n
+                    found += 1
+                g[n] = candidate
+                level = int(candidate)
+                if goal >= 0:
+                    level = int(
+                        _estimate(candidate, row + down[k], column + right[k], goal_row, goal_column) * fine
+                    )
+                # it goes to the end of its bucket, in the place of a spent entry if there is one
+                entry = spent
+                if entry >= 0:
+                    spent = after[entry]
+                else:
+                    entry = used
+                    used += 1
+                into = max(level, bucket) & (slots - 1)
+                cell[entry], key[entry], after[entry] = n, candidate, -1
+                if first[into] < 0:
+                    first[into] = entry
+                else:
+                    after[last[into]] = entry
+                last[into] = entry
+                waiting += 1
         if goal >= 0 and g[goal] * fine < bucket + 1:
             break
         bucket += 1
-    return state[WRITTEN]
+    return found
 
 
 @njit(cache=True, nogil=True)

@@ -1,0 +1,61 @@
+"""A rectangle of cells: where a costmap has changed."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+
+class Window(NamedTuple):
+    """Rows top to bottom and columns left to right of a grid, the last ones excluded."""
+
+    top: int
+    left: int
+    bottom: int
+    right: int
+
+    @staticmethod
+    def around(row: float, column: float, radius: float) -> Window:
+        """All cells that a disk touches; row, column and radius in cells, with fractions. A cell more on
+        each side, for what rounding may add."""
+        low_row, low_column = math.floor(row - radius) - 1, math.floor(column - radius) - 1
+        return Window(low_row, low_column, math.floor(row + radius) + 2, math.floor(column + radius) + 2)
+
+    @property
+    def empty(self) -> bool:
+        """Whether it holds no cell."""
+        return self.top >= self.bottom or self.left >= self.right
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """To index an array with."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+    def joined(self, other: Window) -> Window:
+        """The smallest one that holds both."""
+        if self.empty or other.empty:
+            return other if self.empty else self
+        return Window(
+            min(self.top, other.top),
+            min(self.left, other.left),
+            max(self.bottom, other.bottom),
+            max(self.right, other.right),
+        )
+
+    def grown(self, cells: int, shape: tuple[int, ...]) -> Window:
+        """So many cells further on every side, within a grid of that shape."""
+        return Window(
+            max(self.top - cells, 0),
+            max(self.left - cells, 0),
+            min(self.bottom + cells, shape[0]),
+            min(self.right + cells, shape[1]),
+        )
+
+    def seen_from(self, other: Window) -> Window:
+        """The same cells, counted from the corner of `other`."""
+        return Window(
+            self.top - other.top, self.left - other.left, self.bottom - other.top, self.right - other.left
+        )
+
+
+NOTHING = Window(0, 0, 0, 0)

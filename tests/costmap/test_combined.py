@@ -1,0 +1,137 @@
+"""A costmap that is updated where it has changed is, to the byte, one that is updated everywhere."""
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from chefbot.costmap.inflation import inflate
+from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.window import NOTHING, Window
+from chefbot.maths.costs import Costmap
+from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
+
+ANGLES = np.linspace(-math.pi, math.pi, 25)
+PARAMS = CostmapParams(resolution=0.1, size=3.0, marking_range=1.2, clearing_range=1.5)
+RADIUS = 0.2
+
+metres = st.floats(-1.0, 4.0)
+poses = st.builds(SE2, metres, metres, st.floats(-3.0, 3.0))
+seeds = st.integers(0, 2**20)
+steps = st.one_of(
+    st.tuples(st.just("scan"), st.sampled_from(["laser", "camera"]), poses, seeds),
+    st.tuples(st.just("floor"), poses, seeds),
+    st.tuples(st.just("clear_around"), poses, st.floats(0.0, 1.0), st.sampled_from(["laser", None])),
+    st.tuples(st.just("clear")),
+    st.tuples(st.just("set_static"), seeds),
+    st.tuples(st.just("move_to"), metres, metres),
+    st.tuples(st.just("retune"), st.floats(0.1, 1.0)),
+)
+
+
+def ranges_of(seed: int) -> np.ndarray:
+    """Some of them inf, NaN, 0 or beyond what marks."""
+    rng = np.random.default_rng(seed)
+    ranges = rng.uniform(0.1, 2.0, ANGLES.size)
+    ranges[rng.random(ANGLES.size) < 0.2] = rng.choice([math.inf, math.nan, 0.0])
+    return ranges
+
+
+def static_of(seed: int) -> Grid:
+    """Up to 4 m, with regions that nobody has seen."""
+    rng = np.random.default_rng(seed)
+    cells = np.zeros(rng.integers(5, 40, 2), np.int8)
+    for value in (100, -1, -1):
+        r, c = rng.integers(0, cells.shape)
+        cells[r : r + rng.integers(1, 12), c : c + rng.integers(1, 12)] = value
+    return Grid(cells, 0.1, *(0.1 * rng.integers(-10, 3, 2)))
+
+
+def do(costs: LayeredCostmap, step: tuple) -> None:  # type: ignore[type-arg]
+    match step:
+        case "scan", source, pose, seed:
+            costs.mark_and_clear(source, pose, ANGLES, ranges_of(seed))
+        case "floor", pose, seed:
+            floor = ranges_of(seed + 1) * 0.3, ranges_of(seed + 2)
+            costs.mark_and_clear("camera", pose, ANGLES, ranges_of(seed), floor)
+        case "clear_around", pose, radius, source:
+            costs.clear_around(pose, radius, source)
+        case ("clear",):
+            costs.clear()
+        case "set_static", seed:
+            if not costs.rolling:
+                costs.set_static(static_of(seed))
+        case "move_to", x, y:
+            if costs.rolling:
+                costs.move_to(x, y)
+        case "retune", radius:
+            costs.retune(msgspec.structs.replace(costs.params, inflation_radius=radius))
+
+
+def anew(costs: LayeredCostmap) -> Costmap:
+    """All of it."""
+    costs._combined = None
+    return costs.update()
+
+
+@settings(max_examples=100)
+@given(
+    st.lists(st.tuples(steps, st.booleans()), min_size=1, max_size=12),
+    st.booleans(),
+    st.booleans(),
+    st.booleans(),
+)
+def test_what_changed_only_gives_the_bytes_of_all(history, rolling, wary, track) -> None:
+    params = msgspec.structs.replace(PARAMS, track_unknown=track)
+    costs, whole = (LayeredCostmap(params, RADIUS, rolling=rolling, wary=wary) for _ in range(2))
+    for one in (costs, whole):
+        do(one, ("set_static", 1))
+    for step, look in history:
+        do(costs, step)
+        do(whole, step)
+        if look:
+            np.testing.assert_array_equal(costs.update().cells, anew(whole).cells)
+    np.testing.assert_array_equal(costs.update().cells, anew(whole).cells)
+
+
+def test_a_result_stays_as_it_was() -> None:
+    costs = LayeredCostmap(PARAMS, RADIUS)
+    costs.set_static(static_of(1))
+    before = costs.update()
+    kept = before.cells.copy()
+    costs.mark_and_clear("laser", SE2(0.5, 0.5, 0.0), ANGLES, np.full(ANGLES.size, 0.5))
+    assert not np.array_equal(costs.update().cells, kept)
+    np.testing.assert_array_equal(before.cells, kept)
+
+
+def test_one_scan_inflates_only_what_is_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = []
+
+    def counted(cells: np.ndarray, table: np.ndarray) -> np.ndarray:
+        sizes.append(cells.size)
+        return inflate(cells, table)
+
+    costs = LayeredCostmap(PARAMS, RADIUS)
+    costs.set_static(Grid(np.zeros((500, 500), np.int8), 0.1, 0.0, 0.0))
+    costs.update()
+    monkeypatch.setattr("chefbot.costmap.combined.inflate", counted)
+    costs.update()
+    assert sizes == [], "nothing has changed"
+    costs.mark_and_clear("laser", SE2(25.0, 25.0, 0.0), ANGLES, np.full(ANGLES.size, 1.0))
+    costs.update()
+    assert (
+        sum(sizes) <= (2 * (10 + 2 * 6 + 3)) ** 2
+    )  # cells: reach of the scan, twice that of inflation, rounding
+
+
+def test_windows_join_and_stay_on_the_grid() -> None:
+    a, b = Window(1, 2, 3, 4), Window(10, 0, 12, 3)
+    assert a.joined(b) == b.joined(a) == Window(1, 0, 12, 4)
+    assert a.joined(NOTHING) == NOTHING.joined(a) == a
+    assert a.grown(5, (6, 6)) == Window(0, 0, 6, 6)
+    assert Window.around(50.0, 50.0, 2.0).grown(0, (9, 9)).empty

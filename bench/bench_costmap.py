@@ -10,7 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.costmap.inflation import cost_table, inflate
+from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.raytrace import mark_and_clear
+from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
 
 RESOLUTION, INSCRIBED_RADIUS = 0.05, 0.22
 NAV2_INFLATION_MS = {
@@ -21,6 +25,7 @@ NAV2_INFLATION_MS = {
     (2000, 0.55): 65.3,
 }
 NAV2_INFLATION_MS |= {(2000, 1.0): 96.1}
+NAV2_WINDOW_MS = {1000: 0.52, 2000: 0.58}
 NAV2_RAYTRACE_US = {(200, 3.0): 68.0, (200, 30.0): 77.0, (1000, 30.0): 88.0}
 
 
@@ -55,8 +60,24 @@ def milliseconds(call: Callable[[], object], least: int = 9) -> tuple[float, flo
     return float(np.median(times)) / 1e6, min(times) / 1e6
 
 
+def after_a_scan(n: int, rng: np.random.Generator) -> tuple[float, float]:
+    """(median, min) CPU milliseconds of the layered costmap's update after each of some scans."""
+    walls = np.where(office(n, rng) == 254, 100, 0).astype(np.int8)
+    costs = LayeredCostmap(CostmapParams(), INSCRIBED_RADIUS)
+    costs.set_static(Grid(walls, RESOLUTION, 0.0, 0.0))
+    costs.update()
+    angles, times = np.linspace(-np.pi, np.pi, 640, endpoint=False), []
+    for step in range(30):
+        pose = SE2(n * RESOLUTION / 2 + 0.05 * step, n * RESOLUTION / 2, 0.1 * step)
+        costs.mark_and_clear("scan", pose, angles, rng.gamma(3.0, 1.2, 640))
+        start = time.process_time_ns()
+        costs.update()
+        times.append((time.process_time_ns() - start) / 1e6)
+    return float(np.median(times)), min(times)
+
+
 def main() -> None:
-    """Print both tables."""
+    """Print the tables."""
     rng = np.random.default_rng(1)
     print(f"one core of {os.cpu_count()}; CPU time, median (min); beside Nav2's C++ on a quiet machine")
     for (n, radius), peer in NAV2_INFLATION_MS.items():
@@ -64,6 +85,9 @@ def main() -> None:
         table = cost_table(RESOLUTION, INSCRIBED_RADIUS, radius, 10.0)
         median, least = milliseconds(lambda cells=cells, table=table: inflate(cells, table))  # type: ignore[misc]
         print(f"inflation {n:4}x{n:<4} r {radius:.2f}: {median:7.3f} ({least:.3f}) ms   C++ {peer} ms")
+    for n, window in NAV2_WINDOW_MS.items():
+        median, least = after_a_scan(n, rng)
+        print(f"all layers {n}x{n}, after one scan: {median:.3f} ({least:.3f}) ms   C++ {window} ms")
     angles = np.linspace(-np.pi, np.pi, 640, endpoint=False)
     for (n, reach), peer in NAV2_RAYTRACE_US.items():
         cells = np.full((n, n), 255, np.uint8)

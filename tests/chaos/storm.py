@@ -24,6 +24,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.base import Message
 from chefbot.msgs.cdr import CdrError
 from chefbot.msgs.chefbot_msgs import NavigationStatus
+from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
     Pose,
     PoseStamped,
@@ -32,7 +33,7 @@ from chefbot.msgs.geometry_msgs import (
     covariance_36,
 )
 from chefbot.msgs.nav_msgs import Odometry
-from chefbot.msgs.std_msgs import Bool, Header
+from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.msgs.validity import InvalidMessageError, check, check_stamp
@@ -79,6 +80,8 @@ class Storm:
         self.navigation = NavigationStatus()
         self.counts: Counter[str] = Counter()
         self.refused: Counter[str] = Counter()
+        self.remarks: dict[str, int] = {}
+        """What the robot says for people, and when last."""
         self.ours: Counter[str] = Counter()
         system.loop.tap(self._watch)
 
@@ -92,6 +95,13 @@ class Storm:
             self.truth = one.message.pose.pose.se2
         elif isinstance(one.message, NavigationStatus):
             self.navigation = one.message
+            self.remarks[f"{one.message.state} {one.message.reason}"] = one.time_ns
+        elif one.topic.endswith("/remark") and isinstance(one.message, String):
+            self.remarks[one.message.data] = one.time_ns
+        elif isinstance(one.message, DiagnosticArray):
+            self.remarks.update(
+                {f"{x.name}: {x.message}": one.time_ns for x in one.message.status if x.level != OK}
+            )
 
     def _check_ours(self, one: Publication) -> None:
         """What the robot's own nodes say has to pass at the border of every other robot."""
@@ -151,9 +161,13 @@ class Storm:
     def heal(self, fixed: list[Message], saved_map: Message | None) -> None:
         """What an operator would do: fixed frames and map again, STOP released, the robot shown on the map."""
         loop = self._system.loop
+        loop.run(until_ns=loop.now_ns + STEP_NS)  # what was sent last has come
         for message in fixed:
             loop.publish("tf_static", message, "operator", from_device=True, latched=True)
-        loop.publish("stop_request", Bool(False), "operator", from_device=True)
+        self.remarks.clear()
+        for pressed in (True, False):  # which also resets a board that has stopped by itself
+            loop.publish("stop_request", Bool(pressed), "operator", from_device=True)
+            loop.run(until_ns=loop.now_ns + STEP_NS)
         if saved_map is not None:
             loop.publish("map", saved_map, "operator", from_device=True, latched=True)
         loop.run(until_ns=loop.now_ns + round(HEAL * SECOND / 2))
@@ -188,7 +202,9 @@ def main() -> None:
     faulthandler.register(signal.SIGUSR1)
     resource.setrlimit(resource.RLIMIT_CPU, (options.cpu, options.cpu))
     arguments = {"world": "room", "people": "0", "pictures": "1", "headless": str(not options.page).lower()}
-    arguments |= {"robot": options.robot, "port": "0"} | ({"map_file": str(options.map)} if options.map else {})
+    arguments |= {"robot": options.robot, "port": str(options.port)} | (
+        {"map_file": str(options.map)} if options.map else {}
+    )
     known = load_launch(options.launch).args
     launch = load_launch(options.launch, {k: v for k, v in arguments.items() if k in known})
     with session(load_robot(options.robot), options.seed, "simulation", 0.0, None) as system:
@@ -209,6 +225,7 @@ def main() -> None:
             home = SE2(0.0, 0.0, 0.0)
             goal = home if storm.truth.distance(home) > 0.5 else SE2(0.6, 0.0, 0.0)
             result["left"] = storm.reaches(goal)
+            result["remarks"] = list(storm.remarks)[-20:]
             result["state"] = f"{storm.navigation.state} {storm.navigation.reason}"
         assert system.faults is not None
         result["faults"] = dict(system.faults.counts)
@@ -232,6 +249,7 @@ def _options() -> argparse.Namespace:
         "--cpu", type=int, default=500, help="seconds of CPU after which the process is killed"
     )
     parser.add_argument("--page", action="store_true", help="with the operator's page")
+    parser.add_argument("--port", type=int, default=18790, help="of the page")
     parser.add_argument("--goal", action="store_true", help="in the end the robot has to reach a goal")
     parser.add_argument("--shown", type=int, default=0, help="so many reasons of refusals")
     return parser.parse_args()

@@ -106,3 +106,13 @@ def test_a_robot_that_is_told_to_drive_slower_does() -> None:
             top[share] = fastest[0] / robot.max_speed
     assert 0.3 < top[0.4] < 0.41
     assert 0.7 < top[1.0] <= 1.0
+
+
+@pytest.mark.parametrize("timeout", [0.6, 5.0, 1e9])
+def test_nobody_lets_the_robot_run_on_after_the_last_command(timeout: float) -> None:
+    """It would go on for as long, at full speed, when a hand or a cable lets go."""
+    system = thinking()
+    plain = with_values(system.nodes["base"].params, {"limiter.timeout": timeout})
+    with pytest.raises(UserError, match="timeout"):
+        system.set_params("base", plain, "test")
+    system.stop()

@@ -45,7 +45,7 @@ LARGEST_AREA = 500_000.0
 LONGEST_PATH = 10_000.0
 """Metres; a controller looks at every centimetre."""
 MOST_POSES = 100_000
-MOST_PIXELS = 100_000_000
+MOST_PIXELS = 20_000_000
 MOST_TICKS = 2**53
 """Beyond, neighbouring counts are the same number to a double."""
 SPAN_SLACK = 0.05

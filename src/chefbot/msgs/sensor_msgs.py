@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.errors import UserError
 from chefbot.msgs.base import (
     Bool,
     Float32,
@@ -32,6 +34,12 @@ _ZERO_9 = np.zeros(9)
 _NO_FLOATS = np.empty(0, np.float32)
 _NO_DOUBLES = np.empty(0, np.float64)
 _NO_BYTES = np.empty(0, np.uint8)
+_PIXELS: dict[str, tuple[type[np.generic], tuple[int, ...]]] = {
+    "32FC1": (np.float32, ()),
+    "16UC1": (np.uint16, ()),
+    "rgb8": (np.uint8, (3,)),
+}
+"""Encodings that can be read: type of a number, and shape of a pixel."""
 _NO_BUTTONS = np.empty(0, np.int32)
 Int32Array = Annotated[NDArray[np.int32], "int32[]"]
 
@@ -82,11 +90,19 @@ class Image(Message, frozen=True, eq=False):
 
     @property
     def pixels(self) -> NDArray[np.generic]:
-        """(height, width) of metres for 32FC1, of millimetres for 16UC1, (height, width, 3) for rgb8."""
-        if self.encoding == "rgb8":
-            return self.data.reshape(self.height, self.width, 3)
-        dtype = {"32FC1": np.float32, "16UC1": np.uint16, "mono8": np.uint8}[self.encoding]
-        return self.data.view(dtype).reshape(self.height, self.width)
+        """(height, width) of metres for 32FC1, of millimetres for 16UC1, (height, width, 3) for rgb8.
+
+        UserError for another encoding and for an image without pixels.
+        """
+        if self.encoding not in _PIXELS or not (self.height and self.width):
+            raise UserError(
+                f"an image of {self.width} x {self.height} pixels of encoding {self.encoding[:20]!r} cannot be used;"
+                f" there are {', '.join(_PIXELS)}"
+            )
+        dtype, shape = _PIXELS[self.encoding]
+        used = self.width * np.dtype(dtype).itemsize * math.prod(shape)
+        rows = np.ascontiguousarray(self.data.reshape(self.height, self.step)[:, :used])
+        return rows.view(dtype).reshape(self.height, self.width, *shape)
 
     @staticmethod
     def of(header: Header, encoding: str, pixels: NDArray[np.generic]) -> Image:

@@ -14,14 +14,14 @@ from chefbot.errors import UserError, nearest
 from chefbot.msgs.base import Message
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.msgs.validity import check_stamp
+from chefbot.msgs.validity import InvalidMessageError, check_stamp
 from chefbot.robot.spec import Robot
 from chefbot.runtime.faults import Fault, Faults
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
 from chefbot.runtime.live_params import check_live
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import LAST_WORDS, Context, Device, Node, params_type
-from chefbot.runtime.transforms import Transforms
+from chefbot.runtime.transforms import TransformError, Transforms
 
 LAUNCH_TOPIC = "chefbot/launch"
 """Every launch is told here, so that a log holds all that a replay needs."""
@@ -126,10 +126,14 @@ class System:
         return kind, node_params(kind, entry.params, where), entry.remap
 
     def _receive(self, static: bool, message: Message) -> None:
-        if isinstance(message, TFMessage):
+        """UserError for what cannot be part of the tree: the message is at fault, not the program."""
+        assert isinstance(message, TFMessage)
+        try:
             if not static:
                 check_stamp(message, self.loop.now_ns)
             self.transforms.receive(message, static)
+        except (InvalidMessageError, TransformError) as error:
+            raise UserError(str(error)) from None
 
 
 def params_message(node: str, plain: dict[str, Any]) -> String:

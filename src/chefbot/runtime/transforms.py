@@ -10,6 +10,7 @@ from itertools import islice
 
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.tf2_msgs import TFMessage
 
 KEEP_NS = 10_000_000_000
@@ -93,17 +94,34 @@ class Transforms:
         self._waiting: list[_Waiting] = []
 
     def receive(self, message: TFMessage, static: bool) -> None:
-        """Take in what /tf (or /tf_static) says."""
-        for one in message.transforms:
-            child, parent = one.child_frame_id, one.header.frame_id
-            edge = self._edges.get(child)
-            if edge is None and len(self._edges) >= MAX_FRAMES:
-                raise TransformError(f"there are {MAX_FRAMES} frames already; {child} is left out")
-            if edge is None or edge.parent != parent or edge.static != static:
-                edge = self._edges[child] = _Edge(parent, static)
-            pose = SE2(one.transform.translation.x, one.transform.translation.y, one.transform.rotation.yaw)
-            edge.add(one.header.stamp.ns, pose)
+        """Take in what /tf (or /tf_static) says. TransformError, behind all else, if some of it cannot be.
+
+        A frame stays fixed or moving as it was first said to be, and a fixed one keeps its parent: else a single
+        message would take a sensor, which is told of once, off the robot for good.
+        """
+        refused = [why for one in message.transforms if (why := self._take(one, static))]
         self._serve_waiting()
+        if refused:
+            raise TransformError(refused[0])
+
+    def _take(self, one: TransformStamped, static: bool) -> str:
+        """Add it to the tree, or say why not."""
+        child, parent = one.child_frame_id, one.header.frame_id
+        edge = self._edges.get(child)
+        if edge is None and len(self._edges) >= MAX_FRAMES:
+            return f"there are {MAX_FRAMES} frames already; {child} is left out"
+        if edge is not None and edge.static != static:
+            kinds = ("fixed", "moving") if edge.static else ("moving", "fixed")
+            return f"the frame {child} is {kinds[0]}, it cannot become {kinds[1]}"
+        if edge is not None and edge.static and edge.parent != parent:
+            return f"the frame {child} is fixed to {edge.parent}, it cannot move to {parent}"
+        if edge is None or edge.parent != parent:
+            if child in self._ancestors(parent):
+                return f"{parent} hangs below {child}, it cannot carry it"
+            edge = self._edges[child] = _Edge(parent, static)
+        pose = SE2(one.transform.translation.x, one.transform.translation.y, one.transform.rotation.yaw)
+        edge.add(one.header.stamp.ns, pose)
+        return ""
 
     def when(self, target: str, source: str, stamp_ns: int, action: Callable[[SE2], None]) -> None:
         """Call `action` with `target_T_source` at `stamp_ns`, now or as soon as it is known.

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.errors import UserError
 from chefbot.ui import wire
 from chefbot.ui.picture import jpeg
 
@@ -230,8 +231,10 @@ def _text(value: str) -> str:
 
 def _depth(value: DepthView) -> wire.DepthImage:
     """Every so many-th pixel, in whole millimetres: an eye sees no more of a cloud of points."""
-    if not isinstance(value, DepthView) or value.depth.ndim != 2 or value.depth.size == 0:
-        raise TypeError("expected DepthView with depth (h, w)")
+    if not isinstance(value, DepthView):
+        raise TypeError("expected DepthView")
+    if value.depth.ndim != 2 or value.depth.size == 0:
+        raise UserError(f"a depth image of shape {value.depth.shape} cannot be shown, one of (h, w) can")
     step = -(-value.depth.shape[1] // CLOUD_WIDTH)
     metres = value.depth[::step, ::step]
     millimetres = np.where(np.isfinite(metres), np.clip(metres, 0.0, 65.0), 0.0) * 1000.0

@@ -1,0 +1,88 @@
+"""Frames that others speak of: what is of no time or of too many names does no harm to the rest."""
+
+from __future__ import annotations
+
+import pytest
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.base import Message
+from chefbot.msgs.geometry_msgs import TransformStamped
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.msgs.validity import AHEAD_NS
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import StepClock
+from chefbot.runtime.faults import Fault
+from chefbot.runtime.loop import DEVICE, Loop
+from chefbot.runtime.system import System
+from chefbot.runtime.transforms import MAX_FRAMES, TransformError, Transforms
+
+SECOND = 1_000_000_000
+
+
+def moved(stamp_ns: int, x: float, child: str = "base_footprint") -> TFMessage:
+    return TFMessage((TransformStamped.of(stamp_ns, "odom", child, SE2(x, 0.0, 0.0)),))
+
+
+def system_that_hears(said: list[tuple[int, str, Message]]) -> tuple[System, list[Fault]]:
+    system, faults = System(Loop(StepClock()), load_robot("chefbot"), 1), list[Fault]()
+    system.isolate(faults.append)
+    for time_ns, topic, message in said:
+        system.loop.at(time_ns, DEVICE, lambda t=topic, m=message: system.loop.publish(t, m, "test"))  # type: ignore[misc]
+    system.loop.run()
+    return system, faults
+
+
+@pytest.mark.parametrize("ahead", [AHEAD_NS + 1, 3600 * SECOND])
+def test_a_transform_from_the_future_is_refused_and_the_frame_goes_on(ahead: int) -> None:
+    late = moved(SECOND + ahead, 99.0)
+    system, faults = system_that_hears(
+        [(SECOND, "tf", moved(SECOND, 1.0)), (SECOND, "tf", late), (2 * SECOND, "tf", moved(2 * SECOND, 2.0))]
+    )
+    assert system.transforms.lookup("odom", "base_footprint").x == 2.0
+    assert ["ahead of the robot's clock" in one.sentence for one in faults] == [True]
+
+
+def test_a_fixed_frame_can_be_corrected_whatever_its_stamps() -> None:
+    """A fixed transform holds at all times: its stamp says nothing."""
+    said = [(SECOND, "tf_static", moved(3600 * SECOND, 1.0)), (2 * SECOND, "tf_static", moved(SECOND, 2.0))]
+    system, faults = system_that_hears(said)
+    assert (system.transforms.lookup("odom", "base_footprint").x, faults) == (2.0, [])
+
+
+def test_names_of_frames_without_end_are_refused_and_the_known_ones_go_on() -> None:
+    tree = Transforms()
+    for number in range(MAX_FRAMES):
+        tree.receive(moved(0, float(number), f"frame_{number}"), static=False)
+    with pytest.raises(TransformError, match="1000 frames already; one_more is left out"):
+        tree.receive(moved(0, 0.0, "one_more"), static=False)
+    tree.receive(moved(1, 7.0, "frame_3"), static=False)
+    assert tree.lookup("odom", "frame_3").x == 7.0
+
+
+def test_no_message_closes_a_circle_of_frames_or_takes_a_sensor_off_the_robot() -> None:
+    tree = Transforms()
+
+    def hear(parent: str, child: str, static: bool) -> None:
+        tree.receive(TFMessage((TransformStamped.of(0, parent, child, SE2(1.0, 0.0, 0.0)),)), static)
+
+    hear("odom", "base", False)
+    hear("base", "laser", True)
+    for parent, child, static, words in (
+        ("laser", "odom", False, "laser hangs below odom"),
+        ("kitchen", "laser", True, "laser is fixed to base"),
+        ("base", "laser", False, "laser is fixed, it cannot become moving"),
+        ("odom", "base", True, "base is moving, it cannot become fixed"),
+    ):
+        with pytest.raises(TransformError, match=words):
+            hear(parent, child, static)
+    assert tree.lookup("odom", "laser").x == 2.0
+
+
+def test_the_rest_of_a_message_is_taken_when_a_part_is_refused() -> None:
+    tree = Transforms()
+    tree.receive(moved(0, 1.0), static=True)
+    good = TransformStamped.of(0, "odom", "other", SE2(3.0, 0.0, 0.0))
+    bad = TransformStamped.of(0, "odom", "base_footprint", SE2(9.0, 0.0, 0.0))
+    with pytest.raises(TransformError):
+        tree.receive(TFMessage((bad, good)), static=False)
+    assert (tree.lookup("odom", "other").x, tree.lookup("odom", "base_footprint").x) == (3.0, 1.0)

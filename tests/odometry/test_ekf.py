@@ -1,6 +1,7 @@
 """Late readings, outliers, and sensors that drop out, stick, saturate or lie."""
 
 import math
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sensed import BODY, PERIOD, ROBOT, sensed, through, weave
 
+from chefbot.errors import UserError
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.odometry.ekf import HORIZON_NS, Ekf
@@ -62,6 +64,27 @@ def test_a_clock_that_is_set_back_does_not_stop_the_robot():
     end, undisturbed = through(rest, ekf=ekf).estimate, through(READINGS).estimate
     assert end.pose.distance(undisturbed.pose) < 0.02
     assert abs(wrap(end.pose.yaw - undisturbed.pose.yaw)) < math.radians(1.0)
+
+
+NOT_KNOWN = (math.nan,) * 3
+IMPOSSIBLE = [
+    lambda stamp: ImuReading(stamp, (0.1, 0.1, 0.1), NOT_KNOWN, (0.0, 0.0, GRAVITY), NOT_KNOWN),
+    lambda stamp: PoseReading(stamp, IDENTITY, ((math.nan, 0, 0), (0, math.nan, 0), (0, 0, 1.0))),
+    lambda stamp: PoseReading(stamp, IDENTITY, ((0.01, 1.0, 0), (1.0, 0.01, 0), (0, 0, 1e-4))),
+]
+
+
+@pytest.mark.parametrize("impossible", IMPOSSIBLE)
+def test_what_would_take_the_robot_out_of_the_world_is_left_out_and_it_goes_on(impossible):
+    """One such reading made the pose not a number for good."""
+    ekf = through(READINGS[:200])
+    with suppress(UserError):
+        ekf.add(impossible(READINGS[200].stamp_ns - 1))
+    with pytest.raises(UserError, match="out of any place"):
+        through(READINGS[200:210], ekf=ekf)
+    moved = ekf.estimate.pose
+    end = through(READINGS[210:300], ekf=ekf).estimate.pose
+    assert 0.0 < end.distance(moved) < 10.0
 
 
 # -- the estimate

@@ -15,6 +15,9 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
+
+from chefbot.errors import UserError
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.odometry.belief import Belief
 from chefbot.odometry.body import Body
@@ -24,11 +27,14 @@ from chefbot.odometry.history import History
 from chefbot.odometry.motion import YAW, X, Y
 from chefbot.odometry.readings import ImuReading, PoseReading, Reading, WheelCounts, WheelTwist
 from chefbot.odometry.watch import Condition, Source
+from chefbot.odometry.wheels import Counters
 
 HORIZON_NS = 1_000_000_000
 """So late a reading may come: longer than matching a scan takes, and short enough to work it all in again."""
 LATE_NS = 50_000_000
 """Who lags behind the others by more than this is late."""
+FARTHEST_STEP = 100.0
+"""Metres that no robot drives between two readings."""
 STEPPED_BACK = 5
 """So many readings of the wheels in a row, all too late, say that the clock was set back."""
 LOST_NS = {
@@ -56,7 +62,10 @@ class Ekf:
         self._too_late = self._back = 0
 
     def add(self, reading: Reading) -> bool:
-        """Work in a reading; False if it was too late or here already."""
+        """Work in a reading; False if it was too late or here already.
+
+        UserError for a reading after which the robot would be nowhere, or far from where it was; it is left out.
+        """
         newest = self._history.newest_ns
         lag = 0 if newest is None else max(newest - reading.stamp_ns, 0)
         for source in _sources(reading):
@@ -67,7 +76,19 @@ class Ekf:
             self._back = self._back + 1 if too_late else 0
             if self._back >= STEPPED_BACK:
                 self._begin_anew(reading.stamp_ns)
-        return self._history.add(reading)
+        before = self.belief
+        added = self._history.add(reading)
+        if not _is_near(before, self.belief):
+            self._leave_out(before)
+            raise UserError(
+                f"a reading of {_sources(reading)[0].name.lower()} takes the odometry out of any place"
+            )
+        return added
+
+    def _leave_out(self, before: Belief) -> None:
+        """Go on from the belief before, without what waits to be used; the wheels are counted afresh."""
+        belief = before._replace(pending=(), counters=Counters(), gyro_ns=None, doubted=(), tilting=None)
+        self._history = History(partial(fold, self._body), belief, HORIZON_NS)
 
     def _begin_anew(self, stamp_ns: int) -> None:
         """Go on from the same belief on a clock that was set back; the counters have lost nothing."""
@@ -122,6 +143,12 @@ class Ekf:
     def slipping(self) -> bool:
         """Whether wheels and gyro contradicted each other at last."""
         return self.belief.contradicted_ns is not None
+
+
+def _is_near(before: Belief, after: Belief) -> bool:
+    """Whether the robot can have come from one to the other between two readings, and both are numbers."""
+    finite = np.isfinite(after.state).all() and np.isfinite(after.covariance).all()
+    return bool(finite and np.abs(after.state[[X, Y]] - before.state[[X, Y]]).max() < FARTHEST_STEP)
 
 
 def _sources(reading: Reading) -> tuple[Source, ...]:

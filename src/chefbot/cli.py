@@ -127,6 +127,23 @@ def deliver(
     raise typer.Exit(order_delivery(tables, page, wait))
 
 
+@app.command("round")
+def press_round(
+    press: Annotated[
+        Literal["", "loaded", "taken", "not-taken", "go-on", "kitchen", "end"],
+        typer.Argument(
+            help="the food is on the tray; the guest has it; nobody takes it; after STOP or an errand: "
+            "go on, back to the kitchen, end the round. Nothing: say what it waits for"
+        ),
+    ] = "",
+    page: Annotated[str, typer.Option(help="page of the running robot")] = "http://127.0.0.1:8080",
+) -> None:
+    """What people press during a round of deliveries: Loaded, Taken, and how it goes on after STOP."""
+    from chefbot.commands.remote import press_round
+
+    raise typer.Exit(press_round(press, page))
+
+
 @app.command("map_saver")
 def map_saver(
     file: Annotated[Path, typer.Option("-f", help="name of the map, without ending")] = Path("map"),

@@ -17,7 +17,7 @@ from chefbot.maths.se2 import IDENTITY
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order, WheelSpeeds
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
 from chefbot.msgs.nav_msgs import Odometry
-from chefbot.msgs.std_msgs import Bool, Header
+from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.robot.load import load_robot
 from chefbot.runtime.files import save_map
 from chefbot.runtime.launch import Launch, load_launch, split
@@ -64,11 +64,18 @@ class Watched:
         world = load_any_world(WORLD)
         self.places = {place: world.start.between(at) for place, at in world.places.items()}
         node.subscription("/wheel_speeds", WheelSpeeds, self._drive)
-        node.subscription("/delivery_status", DeliveryStatus, self.deliveries.append, LATCHED)
+        self._loaded = node.publisher("/loaded", Empty)
+        node.subscription("/delivery_status", DeliveryStatus, self._see, LATCHED)
         node.subscription("/localized", Bool, lambda said: self.found.append(said.data), LATCHED)
         node.subscription("/ground_truth", Odometry, self.truth.append)
         self._order = node.publisher("/order", Order)
         self._click = node.publisher("/initialpose", PoseWithCovarianceStamped)
+
+    def _see(self, said: DeliveryStatus) -> None:
+        """The cook loads as soon as the robot is there."""
+        self.deliveries.append(said)
+        if said.state == "loading":
+            self._loaded.publish(Empty())
 
     def _drive(self, said: WheelSpeeds) -> None:
         self.speeds.append((time.monotonic(), said))
@@ -93,7 +100,12 @@ class Watched:
 
     def find_itself(self) -> None:
         """Told where it stands."""
-        wait_for(lambda: all(map(self.there, self.parts)) and self._click.heard and self._order.heard)
+        wait_for(
+            lambda: (
+                all(map(self.there, self.parts))
+                and all(one.heard for one in (self._click, self._order, self._loaded))
+            )
+        )
         covariance = covariance_36(np.diag([0.01, 0.01, 0.01]))
         here = PoseWithCovariance(Pose.of(IDENTITY), covariance)
         self._click.publish(PoseWithCovarianceStamped(Header.of(0, "map"), here))

@@ -1,9 +1,11 @@
-"""`chefbot deliver` and `chefbot map_saver`: verbs for a robot that runs, by its page."""
+"""`chefbot deliver`, `chefbot round` and `chefbot map_saver`: verbs for a robot that runs, by its page."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
@@ -11,13 +13,22 @@ from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.runtime.files import save_map
 from chefbot.runtime.places import find_place, places_path, save_places
-from chefbot.ui.commands import Deliver
+from chefbot.ui.commands import Choose, Command, Deliver, Loaded, NotTaken, Taken
 from chefbot.ui.remote import RemotePage
 
 PATIENCE = 10.0
 """Seconds for a layer to come: a robot that has just started makes its first map within a few."""
 REFUSAL = 0.5
 """Seconds in which a robot says no, if it does."""
+PRESSES: dict[str, Command] = {
+    "loaded": Loaded(),
+    "taken": Taken(),
+    "not-taken": NotTaken(),
+    "go-on": Choose("go_on"),
+    "kitchen": Choose("kitchen"),
+    "end": Choose("end"),
+}
+"""What people press during a round, by the word for it in a terminal."""
 console = Console(highlight=False, soft_wrap=True)
 
 
@@ -39,6 +50,47 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
         return 0
 
 
+def press_round(press: str, page: str) -> int:
+    """Press one of PRESSES, or none to see what the round waits for. Exit code: 1 if the robot did not do it."""
+    with RemotePage(page) as robot:
+        before = _delivery(robot, page)
+        if press:
+            command = PRESSES[press]
+            if isinstance(command, Choose) and command.choice not in before["choices"]:
+                raise UserError(f"the round does not wait for that: {before['step']}")
+            robot.send(command)
+            _await_change(robot, before)
+        now = robot.latest["delivery"]
+        console.print(now["step"], markup=False)
+        _say_how(now)
+        return 1 if press and now == before else 0
+
+
+def _await_change(robot: RemotePage, before: Mapping[str, Any]) -> None:
+    """Until the deliveries have gone on, for a while."""
+    end = time.monotonic() + PATIENCE
+    while robot.latest["delivery"] == before and (rest := end - time.monotonic()) > 0:
+        robot.receive(rest)
+
+
+def _delivery(robot: RemotePage, page: str) -> Any:
+    shown = robot.wait_for("delivery", PATIENCE)
+    if shown is None:
+        raise UserError(f"the robot at {page} does not deliver; it must run `chefbot launch amcl_demo`")
+    return shown
+
+
+def _say_how(delivery: Mapping[str, Any]) -> None:
+    """How a person at a terminal presses what the round waits for."""
+    ways = {"loaded": ["loaded"], "taken": ["taken", "not-taken"], "choice": _names(delivery["choices"])}
+    for name in ways.get(delivery["waits_for"], []):
+        console.print(f"  chefbot round {name}", markup=False)
+
+
+def _names(choices: Sequence[str]) -> list[str]:
+    return [choice.replace("_", "-") for choice in choices]
+
+
 def _watch(robot: RemotePage, names: list[str]) -> int:
     """Tell every step until the robot has come home or given up."""
     busy, told = False, ""
@@ -50,9 +102,11 @@ def _watch(robot: RemotePage, names: list[str]) -> int:
             told = _say_once(f"Behind other orders: {delivery['step']}", told)
             busy = True
             continue
-        told = _say_once(delivery["step"], told)
+        if delivery["step"] != told:
+            told = _say_once(delivery["step"], told)
+            _say_how(delivery)
         missed = [name for name in names if name not in delivery["delivered"]]
-        idle = delivery["state"] == "idle"
+        idle = delivery["state"] in ("idle", "errand") and not delivery["waits_for"]
         if delivery["state"] == "failed" or (idle and (busy or not missed)):
             return _verdict(missed, delivery["state"])
         busy = busy or not idle

@@ -46,6 +46,5 @@ class Presses:
         self._withdrawn.append(key)
 
     def clear(self) -> None:
-        """STOP was released: what waited does not count any more."""
-        self._withdrawn.extend(key for key in self._waiting if key)
+        """STOP was released. A press that nobody has confirmed comes again from its page, and counts then."""
         self._waiting.clear()

@@ -1,0 +1,58 @@
+"""A network between browser and page that can be cut, slowed and repaired while bytes are on their way."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import struct
+import threading
+import time
+
+RESET = struct.pack("ii", 1, 0)
+"""SO_LINGER: closing sends a reset, as a machine does that has forgotten the connection."""
+
+
+class Proxy:
+    """TCP to a port of this machine. `mode`: pass, late (by `delay` seconds) or hole (nothing comes through)."""
+
+    def __init__(self, port: int) -> None:
+        self.mode, self.delay = "pass", 0.0
+        self._target = port
+        self._pairs: list[tuple[socket.socket, socket.socket]] = []
+        self._listener = socket.create_server(("127.0.0.1", 0), backlog=64)
+        self.port: int = self._listener.getsockname()[1]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def reset(self) -> None:
+        """All connections end at once."""
+        pairs, self._pairs = self._pairs, []
+        for end in (end for pair in pairs for end in pair):
+            with contextlib.suppress(OSError):
+                end.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RESET)
+                end.shutdown(socket.SHUT_RDWR)
+            end.close()
+
+    def close(self) -> None:
+        self._listener.close()
+        self.reset()
+
+    def _accept(self) -> None:
+        with contextlib.suppress(OSError):
+            while True:
+                browser = self._listener.accept()[0]
+                server = socket.create_connection(("127.0.0.1", self._target))
+                self._pairs.append((browser, server))
+                for one, other in ((browser, server), (server, browser)):
+                    threading.Thread(target=self._pump, args=(one, other), daemon=True).start()
+
+    def _pump(self, source: socket.socket, sink: socket.socket) -> None:
+        """A hole swallows what comes while it is there, as a network does to a connection that is then forgotten."""
+        swallowed = False
+        with contextlib.suppress(OSError):
+            while data := source.recv(65536):
+                if self.mode == "late":
+                    time.sleep(self.delay)
+                swallowed = swallowed or self.mode == "hole"
+                if not swallowed:
+                    sink.sendall(data)
+            sink.shutdown(socket.SHUT_WR)

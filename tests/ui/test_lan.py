@@ -1,0 +1,62 @@
+"""A page for phones: its address is the network's, it asks for the token, and a QR code carries both."""
+
+from __future__ import annotations
+
+import httpx
+import pytest
+import segno
+
+from chefbot.commands.lan import EVERYWHERE, served_at
+from chefbot.errors import UserError
+from chefbot.runtime.launch import load_launch
+from chefbot.ui.qr import qr_code
+from chefbot.ui.server import PageServer
+
+
+@pytest.mark.parametrize(
+    "name", ["amcl_demo", "explore", "waiter", "robot_standalone", "remote_page", "model_robot"]
+)
+def test_every_launch_with_a_page_can_serve_it_to_the_network(name: str) -> None:
+    launch = served_at(load_launch(name), EVERYWHERE)
+    hosts = [one.params.get("host") for one in launch.nodes.values() if one.kind.endswith(":PageDevice")]
+    assert hosts == [EVERYWHERE]
+    assert len(launch.nodes) == len(load_launch(name).nodes)
+
+
+def test_a_launch_without_a_page_says_so() -> None:
+    with pytest.raises(UserError, match="has no page: headless:=true leaves it out"):
+        served_at(load_launch("amcl_demo", {"headless": "true"}), EVERYWHERE)
+    with pytest.raises(UserError, match="keyboard_teleop has no page"):
+        served_at(load_launch("keyboard_teleop"), EVERYWHERE)
+
+
+def test_a_phone_gets_in_with_the_token_by_any_address_of_this_machine() -> None:
+    server = PageServer(0, EVERYWHERE, print)
+    url = server.start()
+    try:
+        port, token = httpx.URL(url).port, httpx.URL(url).params["token"]
+        assert server.asks_for_token
+        here = f"http://127.0.0.1:{port}/"
+        headers = {"host": f"192.168.7.23:{port}"}
+        assert httpx.get(here, headers=headers).status_code == 403
+        assert (
+            httpx.get(here, headers={"host": f"robot.example:{port}"}, params={"token": token}).status_code
+            == 403
+        )
+        with httpx.Client(headers=headers) as phone:
+            assert phone.get(here, params={"token": token}).status_code == 303
+            cookies = phone.get(here, params={"token": token}).headers["set-cookie"]
+            page = httpx.get(here, headers={**headers, "cookie": cookies.partition(";")[0]})
+            assert page.status_code == 200 and "STOP" in page.text
+    finally:
+        server.stop()
+
+
+def test_the_qr_code_is_that_of_the_address_and_fits_a_terminal() -> None:
+    address = "http://192.168.7.23:8080/?token=abcdefghijklmnopqrstuv"
+    lines = qr_code(address).split("\n")
+    assert len({len(line) for line in lines}) == 1 and len(lines) <= 24
+    light = [row for line in lines for row in ([c in "█▀" for c in line], [c in "█▄" for c in line])]
+    matrix = segno.make(address, error="l", micro=False, boost_error=False).matrix
+    drawn = [row[2:-2] for row in light[2 : 2 + len(matrix)]]
+    assert drawn == [[not module for module in row] for row in matrix]

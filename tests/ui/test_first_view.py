@@ -1,0 +1,122 @@
+"""The first look at the page, and its keys: the whole map each time; arrows drive on the joystick only."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
+from tests.ui.test_browser import show_a_room
+
+from chefbot.ui.commands import Drive, GoPlace
+from chefbot.ui.layers import Delivery, Status
+
+pytestmark = [pytest.mark.slow, needs_chromium]
+LOADS = 6
+WHOLE = """(() => {
+  const canvas = document.getElementById('canvas'), { width, height } = canvas;
+  const data = canvas.getContext('2d').getImageData(0, 0, width, height).data;
+  let [left, right, top, bottom] = [width, -1, height, -1];
+  for (let i = 3; i < data.length; i += 4) {
+    if (!data[i]) continue;
+    const x = (i >> 2) % width, y = Math.floor((i >> 2) / width);
+    left = Math.min(left, x); right = Math.max(right, x); top = Math.min(top, y); bottom = Math.max(bottom, y);
+  }
+  return JSON.stringify([left / width, right / width, top / height, bottom / height]);
+})()"""
+"""Where something is drawn, as shares of the canvas; the scale bar counts too."""
+
+
+@pytest.fixture
+def tab(page: Any, tmp_path: Path) -> Iterator[Tab]:
+    show_a_room(page.server)
+    with open_tab(page.url, tmp_path, NO_GPU) as one:
+        yield one
+
+
+def shows_the_whole_room(tab: Tab) -> bool:
+    """The room, 12 m by 8 m and drawn to its walls, leaves a margin and fills one of the two directions."""
+    left, right, top, bottom = json.loads(tab.ask(WHOLE))
+    inside = left > 0.001 and right < 0.999 and top > 0.001 and bottom < 0.999
+    return inside and (right - left > 0.5 or bottom - top > 0.5)
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+def test_the_whole_map_is_there_at_the_first_load(tab: Tab, width: int, height: int) -> None:
+    tab.call(
+        "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
+    )
+    for _ in range(LOADS):
+        tab.call("Page.reload")
+        tab.wait_for("document.querySelectorAll('#tables button').length === 2")
+        tab.wait_for(f"(() => {{ const [l, r, t, b] = JSON.parse({WHOLE}); return r >= 0 && r - l < 1; }})()")
+        assert shows_the_whole_room(tab)
+        assert tab.ask("document.getElementById('follow').getAttribute('aria-pressed')") == "false"
+
+
+def test_it_stays_whole_when_a_warning_takes_room(page: Any, tab: Tab) -> None:
+    tab.wait_for(f"JSON.parse({WHOLE})[1] >= 0")
+    page.server.show("status", Status(warnings=("The battery is low. " * 12,)))
+    tab.wait_for("!document.getElementById('warnings').hidden")
+    tab.wait_for(f"(() => {{ const [l, r, t, b] = JSON.parse({WHOLE}); return t > 0.001 && b < 0.999; }})()")
+    assert shows_the_whole_room(tab)
+
+
+def key(tab: Tab, name: str) -> None:
+    for kind in ("keyDown", "keyUp"):
+        tab.call("Input.dispatchKeyEvent", type=kind, key=name, code=name)
+
+
+def test_arrows_drive_on_the_joystick_and_choose_elsewhere(page: Any, tab: Tab) -> None:
+    tab.wait_for("document.querySelectorAll('#tables button').length === 2")
+    tab.ask("document.querySelector('[data-tool=look]').focus()")
+    key(tab, "ArrowRight")
+    assert tab.ask("document.activeElement.dataset.tool") == "goal"
+    assert tab.ask("document.activeElement.getAttribute('aria-checked')") == "true"
+    tab.ask("document.getElementById('limit').focus()")
+    key(tab, "ArrowRight")
+    assert tab.ask("document.getElementById('limit').value") == "60"
+    for element in ("cancel", "canvas", "follow"):
+        tab.ask(f"document.getElementById('{element}').focus()")
+        for name in ("ArrowDown", "ArrowRight", "i", "l"):
+            key(tab, name)
+    assert page.heard.empty(), "none of it drove"
+    tab.ask("document.getElementById('stick').focus()")
+    assert tab.ask("getComputedStyle(document.getElementById('stick')).outlineStyle") == "solid"
+    tab.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowUp", code="ArrowUp")
+    command = page.next_command()
+    assert isinstance(command, Drive) and command.v > 0
+    tab.ask("document.getElementById('cancel').focus()")
+    while command != Drive(0.0, 0.0):
+        command = page.next_command()
+
+
+def test_a_go_to_during_a_round_asks_and_what_the_round_waits_for_is_a_button(page: Any, tab: Tab) -> None:
+    waiting = Delivery(state="waiting", place="table_1", waits_for="taken", in_hand=True, queue=("table_2",))
+    page.server.show("delivery", waiting)
+    tab.wait_for("!document.getElementById('taken').hidden")
+    tab.ask("document.querySelector('#places button').click()")
+    assert not tab.ask("document.getElementById('when').hidden") and page.heard.empty()
+    tab.ask("document.getElementById('when_after').click()")
+    assert page.next_command() == GoPlace("<b>kitchen</b>", "after")
+    assert tab.ask("document.getElementById('when').hidden")
+    tab.ask("document.getElementById('taken').click()")
+    command = page.next_command()
+    assert (type(command).__name__, command.place) == ("Taken", "table_1")
+    page.server.show(
+        "delivery",
+        Delivery(
+            state="driving",
+            place="table_2",
+            waits_for="choice",
+            in_hand=True,
+            choices=("go_on", "kitchen", "end"),
+        ),
+    )
+    tab.wait_for("!document.getElementById('go_on').hidden")
+    assert tab.ask("document.getElementById('go_on').textContent") == "Go on to Table 2"
+    tab.ask("document.getElementById('kitchen').click()")
+    assert page.next_command().choice == "kitchen"

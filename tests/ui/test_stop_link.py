@@ -26,7 +26,6 @@ class Phone:
 
     def __init__(self, tab: Tab, network: Proxy, robot: Robot) -> None:
         self.tab, self.network, self.robot = tab, network, robot
-        self.base = robot.page("there")
 
     @property
     def stopped(self) -> bool:
@@ -34,8 +33,9 @@ class Phone:
 
     def release(self) -> None:
         """From another screen, until all know it."""
-        self.base.send(Resume())
-        wait_for(lambda: not self.stopped)
+        with self.robot.page("there") as other:
+            other.send(Resume())
+            wait_for(lambda: not self.stopped)
         self.tab.wait_for(f"{STOP} === 'STOP' && !document.body.classList.contains('offline')")
 
     def press(self, fault: str) -> None:

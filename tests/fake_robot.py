@@ -12,7 +12,7 @@ import numpy as np
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.ui.commands import Command, Deliver
+from chefbot.ui.commands import Command, Deliver, Loaded
 from chefbot.ui.layers import Delivery, Status
 from chefbot.ui.server import PageServer
 
@@ -61,6 +61,8 @@ class FakeRobot:
         if self.fate == "refused":
             raise UserError("not today")
         self.heard.put(command)
+        if isinstance(command, Loaded):
+            self._say("driving", "On the way to table_1.")
         if isinstance(command, Deliver):
             self._threads.append(threading.Thread(target=self._deliver, args=(command.tables,)))
             self._threads[-1].start()
@@ -81,6 +83,12 @@ class FakeRobot:
             self._say("failed", f"{tables[0]} was not reached.", tables[1:])
         else:
             self._say("idle", "At home, waiting for an order.", tables)
+
+    def wait_for_food(self) -> None:
+        waiting = Delivery(
+            state="loading", place="kitchen", waits_for="loaded", step="In the kitchen.", in_hand=True
+        )
+        self.server.show("delivery", waiting)
 
     def _say(
         self,

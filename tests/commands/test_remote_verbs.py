@@ -9,11 +9,11 @@ import pytest
 from tests.fake_robot import PLACES, fake_robot
 
 from chefbot.commands import remote
-from chefbot.commands.remote import order_delivery, save_running_map
+from chefbot.commands.remote import order_delivery, press_round, save_running_map
 from chefbot.errors import UserError
 from chefbot.runtime.files import load_map
 from chefbot.runtime.places import load_places
-from chefbot.ui.commands import Deliver
+from chefbot.ui.commands import Deliver, Loaded
 
 
 @pytest.fixture(autouse=True)
@@ -66,6 +66,26 @@ def test_an_unknown_table_is_answered_with_the_nearest_and_nothing_is_sent() -> 
         with pytest.raises(UserError, match=r"'kitchn'.*did you mean 'kitchen'"):
             order_delivery(["1", "kitchn"], robot.url, wait=True)
         assert robot.heard.empty()
+
+
+def test_round_says_what_is_waited_for_presses_it_and_says_what_follows(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with fake_robot() as robot:
+        robot.wait_for_food()
+        assert press_round("", robot.url) == 0
+        assert f"In the kitchen.\n  chefbot round loaded --page '{robot.url}'" in capsys.readouterr().out
+        with pytest.raises(UserError, match="does not wait for that"):
+            press_round("go-on", robot.url)
+        assert press_round("loaded", robot.url) == 0
+        assert robot.heard.get(timeout=10) == Loaded()
+    assert capsys.readouterr().out == "On the way to table_1.\n"
+
+
+def test_a_press_that_changes_nothing_is_a_failure() -> None:
+    with fake_robot() as robot:
+        robot.wait_for_food()
+        assert press_round("taken", robot.url) == 1
 
 
 def test_a_robot_that_does_not_deliver_says_which_launch_does() -> None:

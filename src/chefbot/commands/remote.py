@@ -18,6 +18,8 @@ from chefbot.ui.remote import RemotePage
 
 PATIENCE = 10.0
 """Seconds for a layer to come: a robot that has just started makes its first map within a few."""
+OWN_PAGE = "http://127.0.0.1:8080"
+"""Where the verbs look for a robot that nobody names."""
 REFUSAL = 0.5
 """Seconds in which a robot says no, if it does."""
 PRESSES: dict[str, Command] = {
@@ -62,7 +64,7 @@ def press_round(press: str, page: str) -> int:
             _await_change(robot, before)
         now = robot.latest["delivery"]
         console.print(now["step"], markup=False)
-        _say_how(now)
+        _say_how(now, page)
         return 1 if press and now == before else 0
 
 
@@ -80,11 +82,12 @@ def _delivery(robot: RemotePage, page: str) -> Any:
     return shown
 
 
-def _say_how(delivery: Mapping[str, Any]) -> None:
+def _say_how(delivery: Mapping[str, Any], page: str) -> None:
     """How a person at a terminal presses what the round waits for."""
     ways = {"loaded": ["loaded"], "taken": ["taken", "not-taken"], "choice": _names(delivery["choices"])}
+    where = "" if page == OWN_PAGE else f" --page '{page}'"
     for name in ways.get(delivery["waits_for"], []):
-        console.print(f"  chefbot round {name}", markup=False)
+        console.print(f"  chefbot round {name}{where}", markup=False)
 
 
 def _names(choices: Sequence[str]) -> list[str]:
@@ -93,18 +96,20 @@ def _names(choices: Sequence[str]) -> list[str]:
 
 def _watch(robot: RemotePage, names: list[str]) -> int:
     """Tell every step until the robot has come home or given up."""
-    busy, told = False, ""
+    begun = busy = False
+    told = ""
     while True:
         if robot.receive() != "delivery":
             continue
         delivery = robot.latest["delivery"]
-        if names in delivery["orders"]:
+        begun = begun or {*names} <= {delivery["place"], *delivery["queue"], *delivery["delivered"]}
+        if names in delivery["orders"] and not begun:
             told = _say_once(f"Behind other orders: {delivery['step']}", told)
             busy = True
             continue
         if delivery["step"] != told:
             told = _say_once(delivery["step"], told)
-            _say_how(delivery)
+            _say_how(delivery, robot.url)
         missed = [name for name in names if name not in delivery["delivered"]]
         idle = delivery["state"] in ("idle", "errand") and not delivery["waits_for"]
         if delivery["state"] == "failed" or (idle and (busy or not missed)):

@@ -32,7 +32,6 @@ from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry, Path
 from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, LaserScan
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.runtime.transforms import TransformError
 from chefbot.ui import commands as do
@@ -40,6 +39,7 @@ from chefbot.ui.asked import Asked
 from chefbot.ui.body import frame_views, make_glb, wheel_angles
 from chefbot.ui.browser import in_view
 from chefbot.ui.layers import DepthView, FrameView, Progress, RobotView, Scan, Status, StopView
+from chefbot.ui.pace import Pace
 from chefbot.ui.page_params import PageParams
 from chefbot.ui.plain import cost_image, path_points
 from chefbot.ui.qr import qr_code
@@ -108,8 +108,7 @@ class PageDevice(Device):
         self._stop_shown = StopView()
         self._failures = 0
         self._asked = Asked(self.name, self.stop_request.publish, self.order.publish)
-        self._pace = (wall_ns(), self.now_ns)
-        self._factor: float | None = None
+        self._pace = Pace(self.now_ns)
         self._health: dict[str, tuple[int, str]] = {}
         self._moving: dict[str, FrameView] = {}
         self._fixed: dict[str, FrameView] = {}
@@ -291,7 +290,7 @@ class PageDevice(Device):
         return Status(
             phase=self.phase.last.data if self.phase.last else "",
             clock=self.now_ns / 1e9,
-            real_time_factor=self._real_time_factor(),
+            real_time_factor=self._pace.factor(self.now_ns),
             battery=100.0 * battery.percentage if battery else None,
             volts=battery.voltage if battery else None,
             confidence=sure.confidence if sure else None,
@@ -313,14 +312,6 @@ class PageDevice(Device):
         """Empty where STOP is not why."""
         status = self.stop_status.last
         return self._asked.why(self.now_ns) or (status.sentence if self._stopped and status else "")
-
-    def _real_time_factor(self) -> float | None:
-        """Seconds of the loop in a second of the wall, over the last half second."""
-        wall, time = wall_ns(), self.now_ns
-        if wall - self._pace[0] > 500_000_000:
-            self._factor = (time - self._pace[1]) / (wall - self._pace[0])
-            self._pace = (wall, time)
-        return self._factor
 
     def _find(self, target: str, source: str) -> SE2 | None:
         """A transform, if it is known yet: a picture can do without."""

@@ -13,6 +13,11 @@ class UserError(Exception):
     """
 
 
+MOST_NAMES = 12
+"""A list that a person still reads; of more, the nearest few are shown."""
+NEAREST_NAMES = 5
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """`" (did you mean 'x'?)"` for the known name that begins with `name` or is closest, else a list of all."""
     names = sorted(known)
@@ -20,4 +25,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
     close = begun or difflib.get_close_matches(name, names, n=1)
     if close:
         return f" (did you mean {close[0]!r}?)"
+    if len(names) > MOST_NAMES:
+        few = difflib.get_close_matches(name, names, n=NEAREST_NAMES, cutoff=0.0)
+        return f" (of {len(names)}, the nearest: {', '.join(few)})"
     return f" (known: {', '.join(names)})" if names else ""

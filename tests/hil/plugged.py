@@ -14,6 +14,8 @@ from chefbot.devices.line.words import Flag
 from tests.firmware.benches import MegaAsSold
 
 STEP_US = 10_000
+BOOT_US = 1_000_000
+"""By then the boot loader has ended, if nobody speaks to it."""
 
 
 class PluggedMega:
@@ -25,6 +27,7 @@ class PluggedMega:
         """How often a program has opened the port."""
         self._bench = MegaAsSold()
         self._ours: int | None = None
+        self._since_reset_us = BOOT_US
         self._is_open = False
         self._ending = threading.Event()
         self._lock = threading.Lock()
@@ -41,7 +44,7 @@ class PluggedMega:
         self.path.symlink_to(os.ttyname(theirs))
         os.close(theirs)
         with self._lock:
-            self._bench.reset()
+            self._reset()
             self._ours, self._is_open = ours, False
 
     def pull(self) -> None:
@@ -86,13 +89,20 @@ class PluggedMega:
         is_open = not any(event & select.POLLHUP for _, event in poll.poll(0))
         if is_open and not self._is_open:
             self.opened += 1
-            self._bench.reset()
+            self._reset()
         self._is_open = is_open
         self._down(ours)
         self._bench.live_imu()
         said = self._bench.run(STEP_US).said
+        self._since_reset_us += STEP_US
         if is_open:
             _write(ours, said)
+
+    def _reset(self) -> None:
+        """Where the boot loader runs still, it would only begin again, and simavr be far slower from then on."""
+        if self._since_reset_us >= BOOT_US:
+            self._bench.reset()
+            self._since_reset_us = 0
 
     def _down(self, ours: int) -> None:
         try:

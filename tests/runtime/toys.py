@@ -8,6 +8,7 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result, WheelSpeeds
+from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Float64, String
 from chefbot.runtime.actions import calls, serves
 from chefbot.runtime.node import Device, In, Node, NoParams, Out, every, topic
@@ -50,6 +51,13 @@ class Wheels(Device):
 
     def on_wheel_speeds(self, message: WheelSpeeds) -> None:
         self.obeyed.publish(Float64(message.left))
+
+
+class Base(Node):
+    """Publishes what it commands."""
+
+    params: NoParams
+    cmd_vel: Out[Twist]
 
 
 class Dice(Node):

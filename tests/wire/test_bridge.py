@@ -17,6 +17,7 @@ from chefbot.errors import UserError
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED
 from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result, WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
+from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.rcl_interfaces import (
     DOUBLE,
     DescribeParameters,
@@ -56,7 +57,14 @@ from chefbot.wire.qos import CLOCK, LATCHED, ROSOUT
 from chefbot.wire.session import Wire
 from tests.waiting import PATIENCE, in_time, wait_for
 
-ALL = {"counter": "Counter", "doubler": "Doubler", "cook": "Cook", "guest": "Guest", "wheels": "Wheels"}
+ALL = {
+    "counter": "Counter",
+    "doubler": "Doubler",
+    "cook": "Cook",
+    "guest": "Guest",
+    "wheels": "Wheels",
+    "base": "Base",
+}
 
 
 def launch_of(names: tuple[str, ...]) -> Launch:
@@ -175,6 +183,23 @@ def test_what_is_for_people_is_told_though_nobody_hears_its_own_topic(port: int)
         one.system.loop.post(lambda: one.system.loop.publish("x/remark", String("mind the step"), "doubler"))
         log = logs.get(timeout=PATIENCE)
         assert (log.name, log.msg) == ("doubler", "mind the step")
+
+
+def test_who_publishes_on_cmd_vel_is_shown_the_right_topic_once(port: int) -> None:
+    with running(port, "base") as one:
+        logs = one.hear("/rosout", Log, ROSOUT)
+        remarks: list[str] = []
+        one.system.loop.tap(
+            lambda said: remarks.append(said.message.data) if said.topic == "wire/remark" else None
+        )
+        one.outsider.publisher("/cmd_vel", Twist)
+        sentence = "/outsider publishes on cmd_vel, which drives nothing: drive by cmd_vel_teleop"
+        wait_for(lambda: any(log.msg == sentence for log in list(logs.queue)))
+        one.outsider.publisher("/another", Twist)  # the crowd changes, and is looked at again
+        looked = len(one.wire.graph.topics())
+        wait_for(lambda: remarks)
+        wait_for(lambda: len(one.wire.graph.topics()) >= looked)
+        assert remarks == [f"Warning: {sentence}."]
 
 
 def test_the_wheels_obey_the_robots_own_processes_only(port: int) -> None:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from chefbot.wire.attachment import Attachment, unpack
 from chefbot.wire.errors import WireError
 from chefbot.wire.names import WireType
-from chefbot.wire.qos import QoS, Span, incompatible, parse_qos
+from chefbot.wire.qos import INFINITE, QoS, Span, incompatible, parse_qos
 from chefbot.wire.tokens import End, NodeId, Token, parse_token
 
 word = st.from_regex(r"[a-z_][a-z0-9_]{0,8}", fullmatch=True)
@@ -80,3 +80,12 @@ def test_any_bytes_are_an_attachment_or_refused(data: bytes) -> None:
     except WireError:
         return
     assert one.pack() == data
+
+
+def test_an_end_that_takes_what_there_is_fits_every_other() -> None:
+    """As rmw_zenoh writes a subscription with BEST_AVAILABLE: markers, no times."""
+    marker = "9223372036,854775806"
+    asked = parse_qos(f"4:4:1,10:{marker}:,:5,{marker}")
+    for offered in (QoS(), QoS(reliability=2), QoS(liveliness=3, lease=Span(1, 0)), QoS(deadline=Span(1, 0))):
+        assert incompatible(offered, asked) == []
+        assert incompatible(asked, offered._replace(deadline=INFINITE, lease=INFINITE, liveliness=1)) == []

@@ -95,12 +95,15 @@ def run_launch(
     folder = find_launch(name).parent.resolve()
     sys.path.append(str(folder))  # an owner's classes lie beside the launch file
     robot = load_robot(str(launch.args["robot"]))
-    warm_kernels(console)
-    with wired(launch, doors, console.print) as wire:
-        if launch.clock != "robot":
-            faults = _run_robot(launch, robot, wire, folder)
-        else:
-            faults = _run_guests(launch, robot, wire, folder) if wire is not None else 0
+    try:
+        warm_kernels(console)
+        with wired(launch, doors, console.print) as wire:
+            if launch.clock != "robot":
+                faults = _run_robot(launch, robot, wire, folder)
+            else:
+                faults = _run_guests(launch, robot, wire, folder) if wire is not None else 0
+    except KeyboardInterrupt:  # before its nodes were there; later the loop ends by itself
+        return 0
     return min(faults, 1)
 
 
@@ -201,5 +204,5 @@ def _announce(system: System, launch: Launch) -> None:
 def _run(system: System, duration: float) -> None:
     loop = system.loop
     until = loop.now_ns + round(duration * 1e9) if duration > 0 else None
-    with stop_on_signals(loop.stop):
+    with stop_on_signals(loop.stop, last=True):
         loop.run(until_ns=until)

@@ -177,9 +177,11 @@ class Graph:
 
 
 def _group(name: str, ends: list[Endpoint], giver: str) -> Named:
-    types = tuple(dict.fromkeys(one.end.type for one in ends))
+    """What is published comes before what somebody would like to hear."""
     givers = tuple(one for one in ends if one.end.kind == giver)
-    return Named(name, types, givers, tuple(one for one in ends if one.end.kind != giver))
+    takers = tuple(one for one in ends if one.end.kind != giver)
+    types = tuple(dict.fromkeys(one.end.type for one in (*givers, *takers)))
+    return Named(name, types, givers, takers)
 
 
 def _otherwise(named: Named, giver: Endpoint, taker: Endpoint) -> bool:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticArray, DiagnosticStatus, KeyValue
 from chefbot.msgs.rcl_interfaces import WARN as LOG_WARN
-from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.std_msgs import Header, String
 from chefbot.wire.errors import Tally
 from chefbot.wire.graph import Graph
 from chefbot.wire.inbox import Inbox
 from chefbot.wire.represented import Represented
 
+COMMANDED = "cmd_vel"
+"""What the base publishes there it does not take from there."""
 MOST = 50
 """Kinds of trouble that are told at once."""
 
@@ -20,15 +22,22 @@ class Health:
     PERIOD = 1.0
 
     def __init__(self, tally: Tally, graph: Graph, there: Represented, inbox: Inbox) -> None:
-        self._tally, self._graph, self._inbox = tally, graph, inbox
+        self._tally, self._graph, self._there, self._inbox = tally, graph, there, inbox
         self._rosout = there.own_rosout
         self._publisher = there.own.publisher("diagnostics", DiagnosticArray)
         self._told: tuple[dict[str, int], list[str]] = ({}, [])
         self._mismatches: list[str] = []
+        self._remarked: set[str] = set()
 
     def look(self) -> None:
         """Somebody came or went: who cannot hear whom now. It costs milliseconds."""
         self._mismatches = self._graph.mismatches()
+        for name in self._there.strangers(COMMANDED):
+            sentence = f"{name} publishes on {COMMANDED}, which drives nothing: drive by {COMMANDED}_teleop"
+            self._mismatches.append(sentence)
+            if sentence not in self._remarked:
+                self._inbox.say("wire/remark", String(f"Warning: {sentence}."))
+        self._remarked.update(self._mismatches)
 
     def tell(self, now_ns: int) -> None:
         """What is new goes into the loop as well, so that the log has it."""

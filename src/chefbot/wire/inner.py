@@ -42,6 +42,14 @@ class Insiders:
             raise WireError(f"{who} may not say this: only the robot's own launch; drive by cmd_vel_teleop")
         self._known.add(gid)
 
+    def strangers(self, topic: str) -> list[str]:
+        """Full names of nodes of others that publish on a topic, a full name."""
+        named = self._graph.topics().get(topic)
+        ours = self._processes()
+        return (
+            sorted({one.node.full_name for one in named.givers if one.node.zid not in ours}) if named else []
+        )
+
     def _processes(self) -> set[str]:
         """Their sessions."""
         return {

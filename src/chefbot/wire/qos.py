@@ -12,6 +12,8 @@ RELIABLE, BEST_EFFORT = 1, 2
 TRANSIENT_LOCAL, VOLATILE = 1, 2
 KEEP_LAST, KEEP_ALL = 1, 2
 AUTOMATIC = 1
+RELIABILITY_BEST_AVAILABLE, LIVELINESS_BEST_AVAILABLE = 4, 5
+"""Whatever the other end has (rmw/types.h): no end is too weak for it."""
 DEFAULT_DEPTH = 42
 SENSOR_TYPES: tuple[type[Message], ...] = (
     CameraInfo,
@@ -33,6 +35,13 @@ class Span(NamedTuple):
 
 
 INFINITE = Span(9223372036, 854775807)
+SPAN_BEST_AVAILABLE = Span(9223372036, 854775806)
+"""RMW_QOS_DEADLINE_BEST_AVAILABLE, and that of the lease: no length of time but a marker."""
+
+
+def is_unlimited(span: Span) -> bool:
+    """Whether it sets no limit: infinite, or whatever the other end has."""
+    return span >= SPAN_BEST_AVAILABLE
 
 
 class QoS(NamedTuple):
@@ -101,9 +110,10 @@ def incompatible(offered: QoS, asked: QoS) -> list[str]:
         reasons.append("best effort is offered, reliable is asked for")
     if offered.durability == VOLATILE and asked.durability == TRANSIENT_LOCAL:
         reasons.append("volatile is offered, transient local is asked for: nothing said earlier will come")
-    if offered.deadline > asked.deadline:
+    if offered.deadline > asked.deadline and not is_unlimited(asked.deadline):
         reasons.append("the deadline offered is longer than the one asked for")
-    if offered.liveliness < asked.liveliness or offered.lease > asked.lease:
+    weaker = offered.liveliness < asked.liveliness != LIVELINESS_BEST_AVAILABLE
+    if weaker or (offered.lease > asked.lease and not is_unlimited(asked.lease)):
         reasons.append("the liveliness offered is weaker than the one asked for")
     return reasons
 

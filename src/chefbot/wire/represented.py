@@ -114,6 +114,12 @@ class Represented:
         self.own_rosout = self._rosout[self._self] = Rosout(self.own)
         self._clock: Publisher[Clock] | None = None
 
+    def strangers(self, topic: str) -> list[str]:
+        """Who else publishes on a topic that a node of this process publishes on; full names of nodes."""
+        if all(name != topic for _, name in self.publishers):
+            return []
+        return self._insiders.strangers(resolve(topic, self._namespace))
+
     def show(self, described: Sequence[Described], latched: frozenset[str]) -> None:
         """These nodes, and the launch's own; `latched` topics are asked for what was said before."""
         for name in [name for name in self._nodes if name != self._self]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from chefbot.commands.tools.common import columns, console, find, hidden, mismatches, on_wire, type_text
 from chefbot.wire.graph import Endpoint, Graph, Named
 from chefbot.wire.offers import types_said
-from chefbot.wire.qos import BEST_EFFORT, INFINITE, KEEP_ALL, QoS, Span
+from chefbot.wire.qos import BEST_EFFORT, KEEP_ALL, RELIABILITY_BEST_AVAILABLE, QoS, Span, is_unlimited
 
 
 def run_list(verbose: bool, everything: bool) -> None:
@@ -52,12 +52,14 @@ def seen(ends: tuple[Endpoint, ...]) -> tuple[Endpoint, ...]:
 def qos_words(qos: QoS) -> str:
     """'reliable, volatile, keep last 10'"""
     words = [
-        "best effort" if qos.reliability == BEST_EFFORT else "reliable",
+        {BEST_EFFORT: "best effort", RELIABILITY_BEST_AVAILABLE: "best available"}.get(
+            qos.reliability, "reliable"
+        ),
         "transient local" if qos.latched else "volatile",
         "keep all" if qos.history == KEEP_ALL else f"keep last {qos.depth}",
     ]
     for name, span in (("deadline", qos.deadline), ("lifespan", qos.lifespan), ("lease", qos.lease)):
-        if span != INFINITE:
+        if not is_unlimited(span):
             words.append(f"{name} {_seconds(span):g} s")
     return ", ".join(words)
 

@@ -193,7 +193,7 @@ def test_who_publishes_on_cmd_vel_is_shown_the_right_topic_once(port: int) -> No
             lambda said: remarks.append(said.message.data) if said.topic == "wire/remark" else None
         )
         one.outsider.publisher("/cmd_vel", Twist)
-        sentence = "/outsider publishes on cmd_vel, which drives nothing: drive by cmd_vel_teleop"
+        sentence = "/outsider publishes on cmd_vel, which the base does not take: drive by cmd_vel_teleop"
         wait_for(lambda: any(log.msg == sentence for log in list(logs.queue)))
         one.outsider.publisher("/another", Twist)  # the crowd changes, and is looked at again
         looked = len(one.wire.graph.topics())

@@ -36,6 +36,10 @@ console = Console(highlight=False, soft_wrap=True)
 def run_emulator(robot: str, link: Path) -> int:
     """The firmware, compiled for this computer, at a pty; it ends with Ctrl-C. Its exit code."""
     made_for = load_robot(robot)
+    if not hasattr(os, "openpty"):
+        raise UserError(
+            "a board at a pty can be emulated on Linux and macOS only; `chefbot demo` has one inside"
+        )
     make_folder(link.parent)
     _check_free(link)
     _leave_the_terminal_alone()

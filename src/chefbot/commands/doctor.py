@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import getpass
-import grp
 import os
 import platform
 import shutil
+import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -16,6 +16,11 @@ from chefbot import __version__
 from chefbot.commands.kernel_stamp import all_there, stamp_path
 from chefbot.commands.tools.health import wire_lines
 from chefbot.devices.board_ports import BOARD_VENDORS, Port, ports
+
+try:
+    import grp
+except ImportError:  # Windows, where ports belong to nobody
+    grp = None  # type: ignore[assignment]
 
 RULES = Path("/etc/udev/rules.d/60-chefbot.rules")
 """Before 73-seat-late.rules, which gives what is tagged uaccess to whoever sits at the computer."""
@@ -90,7 +95,7 @@ def _may_open(path: str) -> bool:
 
 def _permission(path: str) -> str:
     user = getpass.getuser()
-    if _may_open(path):
+    if grp is None or _may_open(path):
         return f"{user} may open it"
     try:
         group = grp.getgrgid(Path(path).stat().st_gid).gr_name
@@ -105,6 +110,8 @@ def _permission(path: str) -> str:
 
 def _rule(boards: list[Port]) -> list[str]:
     """A rule for the boards that were found, or for those that are known; never a port that all may write."""
+    if sys.platform != "linux":
+        return []
     numbers = {port.description: (port.vendor, port.product) for port in boards} or BOARDS
     rules = [
         f'SUBSYSTEM=="tty", ATTRS{{idVendor}}=="{vendor:04x}", ATTRS{{idProduct}}=="{product:04x}", '

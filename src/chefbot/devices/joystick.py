@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import select
 import struct
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
 
 from chefbot.control.gamepad import PadEvent
+from chefbot.errors import UserError
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 EVENT = struct.Struct("=IhBB")
 """struct js_event: time in ms, value, type, number."""
@@ -53,7 +59,11 @@ class Joystick:
         on_gone: Callable[[str], None],
         on_missing: Callable[[str], None],
     ) -> None:
-        """`wanted`: a path, or `auto` for the first of /dev/input/js*."""
+        """`wanted`: a path, or `auto` for the first of /dev/input/js*. UserError on another system than Linux."""
+        if fcntl is None or sys.platform != "linux":
+            raise UserError(
+                "gamepads are read on Linux only; drive with a gamepad, keys or the joystick on the robot's page"
+            )
         self._wanted = wanted
         self._on_there, self._on_events, self._on_gone, self._on_missing = (
             on_there,

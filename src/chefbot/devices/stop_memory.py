@@ -13,6 +13,7 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.msgs.std_msgs import Bool, String
+from chefbot.runtime.files import sync_folder
 from chefbot.runtime.node import Device, In, Out, every, topic
 
 VARIABLE = "CHEFBOT_STATE"
@@ -50,11 +51,7 @@ class StopFile:
             return
         before.touch()
         before.replace(after)
-        handle = os.open(after.parent, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+        sync_folder(after.parent)
 
 
 class StopMemoryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

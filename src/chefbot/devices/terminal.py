@@ -6,13 +6,17 @@ import atexit
 import os
 import select
 import sys
-import termios
 import threading
-import tty
 from collections.abc import Callable
 from contextlib import suppress
 
 from chefbot.errors import UserError
+
+try:
+    import termios
+    import tty
+except ImportError:  # Windows
+    termios = None  # type: ignore[assignment]
 
 CHARACTERS = 6
 """Where `termios.tcgetattr` keeps the characters with a meaning."""
@@ -70,6 +74,10 @@ class Terminal:
 
 
 def _handle_of_stdin() -> int:
+    if termios is None:
+        raise UserError(
+            "the keyboard is read in terminals of Linux and macOS only; drive with the keys on the robot's page"
+        )
     if sys.stdin is None or sys.stdin.closed or not sys.stdin.isatty():
         raise UserError(
             "the keyboard needs a terminal, but the standard input is none; start it in a terminal window, "

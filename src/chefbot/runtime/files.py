@@ -155,13 +155,16 @@ def _rename(renames: list[tuple[Path, Path]]) -> None:
     try:
         for temporary, target in renames:
             os.replace(temporary, target)  # noqa: PTH105 - tests make the system calls fail
-            _sync_folder(target.parent)
+            sync_folder(target.parent)
     except BaseException:
         _remove(temporary for temporary, _ in renames)
         raise
 
 
-def _sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
+    """Names in it are on the disk when this returns. Windows opens no folder, and writes names by itself."""
+    if not hasattr(os, "O_DIRECTORY"):
+        return
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(handle)

@@ -33,7 +33,9 @@ class Health:
         """Somebody came or went: who cannot hear whom now. It costs milliseconds."""
         self._mismatches = self._graph.mismatches()
         for name in self._there.strangers(COMMANDED):
-            sentence = f"{name} publishes on {COMMANDED}, which the base does not take: drive by {COMMANDED}_teleop"
+            sentence = (
+                f"{name} publishes on {COMMANDED}, which the base does not take: drive by {COMMANDED}_teleop"
+            )
             self._mismatches.append(sentence)
             if sentence not in self._remarked:
                 self._inbox.say("wire/remark", String(f"Warning: {sentence}."))

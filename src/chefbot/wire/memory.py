@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import sys
 from functools import cache
 
 LARGE = 8 << 20
@@ -20,6 +21,8 @@ def keep_memory() -> None:
     freed before; then every page of the next picture is a fault, which takes longer than sending it. Other C
     libraries have no such call and are left as they are.
     """
+    if sys.platform != "linux":
+        return
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:
         mallopt(_MMAP_THRESHOLD, LARGE)

@@ -41,7 +41,8 @@ from chefbot.sim.board import Board
 from chefbot.sim.load import load_any_world
 from chefbot.sim.simulation import Simulation
 
-ROBOT, WORLD = load_robot("chefbot"), load_any_world("hotel")
+ROBOT = load_robot("chefbot")
+WORLD = load_any_world("hotel", ROBOT)
 METRES, RUNS, TICK_NS = 40.0, 12, 20_000_000
 WHEELS, TRACK, GYRO = 0.0006, 0.0006, 0.00005
 """Standard deviations that `chefbot calibrate` states for the wheels, their separation and the gyro's scale."""

@@ -57,6 +57,6 @@ def test_a_mapper_that_dies_goes_on_with_its_map(tmp_path: Path) -> None:
         struck(watched, "slam")
         known = len(maps)
         wait_for(lambda: len(maps) >= known + 3)
-        found = quality(maps[-1].grid, true_plan(load_any_world(WORLD), load_robot(ROBOT)))
+        found = quality(maps[-1].grid, true_plan(load_any_world(WORLD, load_robot(ROBOT)), load_robot(ROBOT)))
         tell(f"{100 * found.precision:.1f} % of the map's walls are there")
         assert found.precision > 0.95

@@ -32,7 +32,8 @@ WORLD, ROBOT = "room", "chefbot_lidar"
 
 def waiter(folder: Path) -> tuple[Path, Launch]:
     """The demo's second half, with a map as a perfect mapper would draw it."""
-    robot, world = load_robot(ROBOT), load_any_world(WORLD)
+    robot = load_robot(ROBOT)
+    world = load_any_world(WORLD, robot)
     saved = save_map(folder / "map", true_plan(world, robot))
     save_places(places_path(saved), {name: world.start.between(at) for name, at in world.places.items()})
     return demo_launch(folder, "waiter", map_file=str(saved))
@@ -61,7 +62,7 @@ class Watched:
         self.deliveries: list[DeliveryStatus] = []
         self.found: list[bool] = []
         self.truth: list[Odometry] = []
-        world = load_any_world(WORLD)
+        world = load_any_world(WORLD, load_robot(ROBOT))
         self.places = {place: world.start.between(at) for place, at in world.places.items()}
         node.subscription("/wheel_speeds", WheelSpeeds, self._drive)
         self._loaded = node.publisher("/loaded", Empty)

@@ -14,7 +14,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.sim.floor_plan import body_plan, floor_plan, free_area, lidar_plan, reachable
 from chefbot.sim.furniture import PERSON_RADIUS
-from chefbot.sim.map_world import greedy_rectangles, world_from_map
+from chefbot.sim.map_world import merged_rectangles, world_from_map
 from chefbot.sim.picture import plan_picture
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.shapes import box, cylinder, distance
@@ -198,10 +198,10 @@ def test_unknown_worlds_name_the_nearest() -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
-def test_greedy_rectangles_cover_each_cell_once_and_nothing_else(seed: int, share: float) -> None:
+def test_merged_rectangles_cover_each_cell_once_and_nothing_else(seed: int, share: float) -> None:
     cells = np.random.default_rng(seed).random((17, 23)) < share
     covered = np.zeros(cells.shape, dtype=int)
-    for row, column, rows, columns in greedy_rectangles(cells):
+    for row, column, rows, columns in merged_rectangles(cells):
         covered[row : row + rows, column : column + columns] += 1
     assert (covered == cells).all()
 
@@ -209,7 +209,9 @@ def test_greedy_rectangles_cover_each_cell_once_and_nothing_else(seed: int, shar
 def test_a_map_becomes_the_world_that_it_was_drawn_from() -> None:
     room = load_world("room")
     plan = floor_plan(room, 0.0, 2.0)
-    world = world_from_map("copy", plan, places={"corner": SE2(1.0, 1.0, 0.0)})
+    world = world_from_map(
+        "copy", plan, ROBOT.footprint_radius, SE2(0.0, 0.0, 0.0), places={"corner": SE2(1.0, 1.0, 0.0)}
+    )
     again = floor_plan(world, 0.5)
     rows, columns = np.indices(plan.cells.shape)
     copied = [again.at(*plan.centre(r, c)) for r, c in zip(rows.ravel(), columns.ravel(), strict=True)]
@@ -222,17 +224,6 @@ def test_a_map_becomes_the_world_that_it_was_drawn_from() -> None:
     assert len(world.static) < occupied / 5
     front = Simulation(ROBOT, world).lidar()[180]
     assert front == pytest.approx(Simulation(ROBOT, room).lidar()[180], abs=0.06)
-
-
-def test_a_map_with_its_start_in_a_wall_is_refused() -> None:
-    cells = np.zeros((40, 40), dtype=np.int8)
-    cells[20, 20] = OCCUPIED
-    grid = Grid(cells, 0.05, -1.0, -1.0)
-    with pytest.raises(UserError, match="in a wall"):
-        world_from_map("spot", grid, SE2(0.02, 0.02, 0.0))
-    with pytest.raises(UserError, match="off the map"):
-        world_from_map("spot", grid, SE2(7.0, 0.0, 0.0))
-    assert len(world_from_map("spot", grid, SE2(-0.5, -0.5, 0.0)).static) == 1
 
 
 @given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-3, 3), st.floats(0.1, 2), st.floats(0.1, 2))

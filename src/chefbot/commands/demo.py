@@ -32,7 +32,7 @@ from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import DEVICE, Publication
 from chefbot.runtime.places import places_path, save_places
 from chefbot.runtime.system import System
-from chefbot.sim.load import load_any_world
+from chefbot.sim.load import load_any_world, with_places
 from chefbot.sim.world import World
 from chefbot.ui.browser import open_browser
 from chefbot.ui.page import CLICK_STD_XY, CLICK_STD_YAW
@@ -70,7 +70,8 @@ def run_demo(options: DemoOptions) -> int:
     """Exit code: 0 if everything was delivered without a collision, else 1."""
     speed = _speed(options.speed)
     clock = LeadingClock(min(speed or SPEED, SPEED)) if options.processes else None
-    robot, world = load_robot(options.robot), load_any_world(options.world)
+    robot = load_robot(options.robot)
+    world = with_places(load_any_world(options.world, robot), robot, options.seed)
     tables = chosen_tables(world, options.seed)
     make_folder(options.out)
     warming = start_warming(console, None if options.headless or options.lan else options.port)
@@ -95,7 +96,7 @@ def chosen_tables(world: World, seed: int) -> list[str]:
     tables = sorted(name for name in world.places if name.startswith("table_"))
     if not tables or "kitchen" not in world.places:
         raise UserError(
-            f"world {world.name} has no places 'kitchen' and 'table_1'; the demo has nowhere to go"
+            f"world {world.name} has no room for a kitchen and a table; the demo has nowhere to go"
         )
     if len(tables) < TABLES:
         return tables[:1]
@@ -172,6 +173,11 @@ class Demo:
 
     def _explore(self) -> str:
         self._start("explore", {})
+        if self.world.start_note:
+            x, y, yaw = self.world.start
+            console.print(
+                f"The robot starts at [{x:.2f}, {y:.2f}, {yaw:.2f}], {self.world.start_note}", markup=False
+            )
         self._say("Exploring: mapping the world alone")
         self._finish_warming()
         if not self._until(EXPLORE_LIMIT, lambda: self.explored.done):

@@ -20,7 +20,7 @@ def run_sdf(robot: str, world: str | None, out: Path | None) -> None:
     from chefbot.sim.load import load_any_world
     from chefbot.sim.world_sdf import world_sdf
 
-    deliver(world_sdf(machine, load_any_world(world)), out)
+    deliver(world_sdf(machine, load_any_world(world, machine)), out)
 
 
 def run_mjcf(robot: str, out: Path | None) -> None:

@@ -121,7 +121,7 @@ def camera() -> None:
     robot = load_robot("chefbot")
     spec = robot.sensors.depth_camera
     assert spec is not None
-    DepthRenderer(spec, "real", 1).frame(Simulation(robot, load_any_world("room")).capture(), 0, True)
+    DepthRenderer(spec, "real", 1).frame(Simulation(robot, load_any_world("room", robot)).capture(), 0, True)
 
 
 def scan() -> None:

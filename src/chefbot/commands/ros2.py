@@ -81,7 +81,7 @@ def _worlds(robot: Robot) -> dict[str, tuple[str, SE2]]:
 
     found = {}
     for name in sorted(built_in_worlds()):
-        world = load_any_world(name)
+        world = load_any_world(name, robot)
         found[name] = _without(world_sdf(robot, world), robot.name), world.start
     return found
 

@@ -33,10 +33,14 @@ class InitialPoseDevice(Device):
 
     def start(self) -> None:
         """Speak as soon as the loop runs."""
+        self._pose = self.pose()
         self.post(self._tell)
 
+    def pose(self) -> SE2:
+        """On the map."""
+        return SE2(self.params.x, self.params.y, self.params.yaw)
+
     def _tell(self) -> None:
-        pose = SE2(self.params.x, self.params.y, self.params.yaw)
         covariance = covariance_36(np.diag([VARIANCE_XY, VARIANCE_XY, VARIANCE_YAW]))
-        message = PoseWithCovariance(Pose.of(pose), covariance)
+        message = PoseWithCovariance(Pose.of(self._pose), covariance)
         self.initialpose.publish(PoseWithCovarianceStamped(Header.of(self.now_ns, "map"), message))

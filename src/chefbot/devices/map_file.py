@@ -8,6 +8,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Place, Places
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
@@ -32,14 +33,21 @@ class MapFileDevice(Device):
 
     def start(self) -> None:
         """Read the files now, so that a fault stops the start; speak as soon as the loop runs."""
-        path = Path(self.params.map)
+        self.read()
+        self.post(self._publish)
+
+    def read(self) -> None:
+        """The files that the params name."""
+        self.read_map(Path(self.params.map))
+
+    def read_map(self, path: Path) -> None:
+        """A map and the places beside it, if there are any."""
         self._grid = load_map(path)
         named = places_path(path)
-        self._places = load_places(named) if named.exists() else {}
-        self.post(self._publish)
+        self.named: dict[str, SE2] = load_places(named) if named.exists() else {}
 
     def _publish(self) -> None:
         header = Header.of(self.now_ns, "map")
         self.map.publish(OccupancyGrid.of(header, self._grid))
-        places = (Place(name, PoseStamped(header, Pose.of(pose))) for name, pose in self._places.items())
+        places = (Place(name, PoseStamped(header, Pose.of(pose))) for name, pose in self.named.items())
         self.places.publish(Places(tuple(places)))

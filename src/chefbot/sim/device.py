@@ -11,6 +11,7 @@ from msgspec import Meta
 
 from chefbot.devices.board_node import BoardNode
 from chefbot.errors import UserError
+from chefbot.maths.se2 import IDENTITY
 from chefbot.msgs.chefbot_msgs import Collision, WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
@@ -28,7 +29,7 @@ from chefbot.runtime.node import In, Out, every, topic
 from chefbot.sim.board import Board
 from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
 from chefbot.sim.faults import FaultySensor, fault_named, faulty_camera, faulty_lidar
-from chefbot.sim.load import load_any_world
+from chefbot.sim.load import is_own_map, load_any_world
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
 
@@ -56,6 +57,18 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     world: Annotated[
         str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")
     ] = "room"
+    start: Annotated[
+        str,
+        Meta(
+            description="'[x, y, yaw]' in the world's frame, m and rad; empty: the world's, or the most room of a map"
+        ),
+    ] = ""
+    map: Annotated[
+        str | None,
+        Meta(
+            description="the map that localization uses; empty: the world's own; none: it begins where the robot does"
+        ),
+    ] = None
     profile: Annotated[
         Literal["perfect", "real", "assembled"],
         Meta(
@@ -75,7 +88,8 @@ class SimulatorDevice(BoardNode):
 
     Wheels, IMU, ultrasonic ranger and battery are on the motor board, and all of theirs goes as bytes through its
     firmware and the driver's half of the line, at the firmware's rates.
-    The frame `map` of the truth begins where the robot stands at the start, as a mapper's does.
+    The frame `map` of the truth begins where the robot stands at the start, as a mapper's does; where the world is
+    made of the very map that localization uses, it is that map's.
     """
 
     live_params = ("picture_hz",)
@@ -94,12 +108,14 @@ class SimulatorDevice(BoardNode):
 
     def start(self) -> None:
         """Build the world; physics time begins now."""
-        world = load_any_world(self.params.world)
+        world = load_any_world(self.params.world, self.robot, self.params.start)
         people = None if self.params.people < 0 else self.params.people
         seed = int(self.context.rng().integers(2**31))
         self.simulation = Simulation(self.robot, world, self.params.profile, seed, people=people)
         self._board = Board(self.robot, self.simulation, self.now_ns)
-        self._origin = self.simulation.truth().pose
+        localizes_on = self.params.map
+        own = localizes_on is not None and is_own_map(self.params.world, localizes_on)
+        self._origin = IDENTITY if own else self.simulation.truth().pose
         self._pressed = False
         self._tick = 0
         self._frames = 0
@@ -113,6 +129,9 @@ class SimulatorDevice(BoardNode):
             self.scan.withdraw()
         names = f"robot {self.robot.name} in world {world.name}, {FAULTS[self.params.profile]}"
         self.announcement = f"Simulated {names}; physics by MuJoCo, camera by rays on the CPU (needs no GL)."
+        if world.start_note:
+            x, y, yaw = world.start
+            self.announcement += f" It starts at [{x:.2f}, {y:.2f}, {yaw:.2f}], {world.start_note}."
 
     def _start_camera(self, seed: int) -> None:
         camera = self.robot.sensors.depth_camera

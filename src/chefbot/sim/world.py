@@ -10,6 +10,7 @@ from pathlib import Path
 
 from chefbot.config import parse_config, read_bytes
 from chefbot.errors import UserError, nearest
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.sim.furniture import (
     box_shape,
@@ -29,7 +30,7 @@ MAX_SHAPES = 20_000
 ROBOT_SPACE = (0.02, 0.6)
 """Heights in metres in which a place must be free."""
 
-GIVEN_NAME = re.compile(r"^(wall|chair|person|dropped)_\d+$|_chair_\d+$|^ceiling$")
+GIVEN_NAME = re.compile(r"^(wall|border|chair|person|dropped)_\d+$|_chair_\d+$|^ceiling$")
 """What solids are called that the world file gives no name."""
 
 Bounds = tuple[float, float, float, float]
@@ -50,6 +51,10 @@ class World:
     people: int
     places: dict[str, SE2]
     bounds: Bounds
+    map: Grid | None = None
+    """The map that the world was made of, in the world's frame."""
+    start_note: str = ""
+    """Why the robot starts where it does, if that is not the file's `home`."""
 
     @property
     def start(self) -> SE2:

@@ -1,0 +1,151 @@
+"""Any ROS map as a world: where the robot starts on it, and the places that are drawn on its floor."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from chefbot.errors import UserError
+from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from chefbot.maths.se2 import SE2
+from chefbot.robot.load import load_robot
+from chefbot.runtime.files import save_map
+from chefbot.runtime.places import places_path, save_places
+from chefbot.sim.free_floor import MARGIN, FreeFloor
+from chefbot.sim.load import is_own_map, load_any_world, map_of, parse_start, with_places
+from chefbot.sim.map_world import world_from_map
+from chefbot.sim.simulation import Simulation
+from chefbot.sim.world import load_world
+
+ROBOT = load_robot("chefbot_lidar")
+RADIUS = ROBOT.footprint_radius
+
+
+def halls(wall: int = 60) -> Grid:
+    """Two halls of 3 m and 6.9 m beside a wall without a door, 4 m deep; unknown beyond the top."""
+    cells = np.full((100, 200), FREE, np.int8)
+    cells[80:] = UNKNOWN
+    cells[:, wall : wall + 2] = OCCUPIED
+    return Grid(cells, 0.05, -1.0, 2.0)
+
+
+def cluttered(seed: int) -> Grid:
+    """Blocks by chance on a floor of 40 x 60 cells."""
+    rng = np.random.default_rng(seed)
+    cells = np.full((40, 60), FREE, np.int8)
+    for _ in range(int(rng.integers(0, 25))):
+        row, column = rng.integers(0, 38), rng.integers(0, 58)
+        cells[row : row + rng.integers(1, 5), column : column + rng.integers(1, 9)] = rng.choice(
+            [OCCUPIED, UNKNOWN]
+        )
+    return Grid(cells, 0.1, float(rng.normal()), float(rng.normal()))
+
+
+def test_the_start_is_where_the_most_room_is_in_the_largest_hall() -> None:
+    world = world_from_map("halls", halls(), RADIUS)
+    assert (world.start.x, world.start.y) == pytest.approx((5.55, 4.0), abs=3.6)
+    assert world.start.x > 2.1, "the larger hall is to the right of the wall"
+    assert world.start.y == pytest.approx(4.0, abs=0.06)
+    assert "most room" in world.start_note
+    assert world.start == world_from_map("halls", halls(), RADIUS).start
+    assert Simulation(ROBOT, world).truth().pose.x == pytest.approx(world.start.x)
+
+
+@given(st.integers(0, 10_000))
+@settings(max_examples=60)
+def test_what_is_drawn_is_free_apart_and_reachable(seed: int) -> None:
+    floor = FreeFloor(cluttered(seed), RADIUS)
+    try:
+        start, room = floor.roomiest()
+    except UserError as error:
+        assert "no free floor" in str(error)
+        return
+    assert room >= RADIUS + MARGIN - 1e-9
+    places = floor.draw_places(start, seed)
+    assert places == floor.draw_places(start, seed)
+    spots = [start, *places.values()]
+    areas = ndimage.label(floor.room >= RADIUS + MARGIN)[0]
+    assert len({areas[floor.grid.cell(p.x, p.y)] for p in spots} | {0}) == 2, "one area, and no place off it"
+    gaps = [math.dist(a[:2], b[:2]) for i, a in enumerate(spots) for b in spots[:i]]
+    assert min(gaps, default=1.0) >= 0.3 - 1e-9
+    assert not places or {"kitchen", "table_1"} <= set(places)
+
+
+def test_a_hall_has_a_kitchen_and_five_tables_and_another_seed_others() -> None:
+    world = world_from_map("halls", halls(), RADIUS)
+    one, other = (with_places(world, ROBOT, seed) for seed in (1, 2))
+    assert set(one.places) == {"home", "kitchen", *(f"table_{i}" for i in range(1, 6))}
+    assert one.places["home"] == world.start
+    assert one.places != other.places
+
+
+def test_a_built_in_world_without_places_gets_them_and_one_with_keeps_its_own() -> None:
+    workshop = with_places(load_world("workshop"), ROBOT, 1)
+    assert {"home", "kitchen", "table_1", "table_3"} <= set(workshop.places)
+    assert with_places(load_world("hotel"), ROBOT, 1).places == load_world("hotel").places
+
+
+@pytest.mark.parametrize(
+    ("start", "sentence"),
+    [
+        (SE2(2.05, 3.0, 0.5), r"\(2\.05, 3\.00\) lies in a wall .*start:='\[1\.\d\d, 2\.98, 0\.50\]'"),
+        (SE2(1.9, 3.0, 0.0), "too near to one"),
+        (SE2(50.0, 3.0, 0.0), r"lies off the map, which spans x -1\.00 to 9\.00 .*start:='\[8\.7"),
+    ],
+)
+def test_a_start_where_nothing_can_stand_names_the_nearest_that_is_free(start: SE2, sentence: str) -> None:
+    with pytest.raises(UserError, match=sentence) as caught:
+        world_from_map("halls", halls(), RADIUS, start)
+    told = parse_start("[" + str(caught.value).rsplit("[", 1)[1].rstrip("'"))
+    assert world_from_map("halls", halls(), RADIUS, told).start == told
+
+
+def test_a_map_without_room_is_refused() -> None:
+    for cells in (OCCUPIED, UNKNOWN):
+        with pytest.raises(UserError, match="map full: there is no free floor"):
+            world_from_map("full", Grid(np.full((30, 30), cells, np.int8), 0.05, 0.0, 0.0), RADIUS)
+
+
+def test_the_robot_cannot_leave_the_map() -> None:
+    world = world_from_map("open", Grid(np.zeros((40, 40), np.int8), 0.1, 0.0, 0.0), RADIUS)
+    assert Simulation(ROBOT, world).lidar().max() < 3.0
+
+
+@pytest.mark.parametrize(
+    "text", ["1, 2, 3", "[1, 2]", "[1, 2, .nan]", "[1, 2, a]", "[1, true, 2]", "[1, 2, 1e9]", "{"]
+)
+def test_a_start_that_is_none_is_refused(text: str) -> None:
+    with pytest.raises(UserError, match=r"start:='"):
+        parse_start(text)
+
+
+def test_a_map_file_with_places_beside_it_is_a_world(tmp_path: Path) -> None:
+    path = save_map(tmp_path / "halls", halls())
+    drawn = load_any_world(str(path), ROBOT)
+    assert drawn.start == world_from_map("halls", halls(), RADIUS).start
+    save_places(places_path(path), {"home": SE2(0.5, 3.0, 1.0), "kitchen": SE2(1.0, 4.0, 0.0)})
+    named = load_any_world(str(path), ROBOT)
+    assert (named.start.x, named.start.y, named.start.yaw) == pytest.approx((0.5, 3.0, 1.0), abs=1e-3)
+    assert with_places(named, ROBOT, 1).places["kitchen"] == SE2(1.0, 4.0, 0.0)
+    assert load_any_world(str(path), ROBOT, "[6, 4, 0.3]").start == SE2(6.0, 4.0, 0.3)
+
+
+def test_which_map_is_localized_on(tmp_path: Path) -> None:
+    path = str(save_map(tmp_path / "halls", halls()))
+    assert is_own_map(path, "") and is_own_map(path, path)
+    assert not is_own_map(path, "another.yaml") and not is_own_map("room", "")
+    assert map_of(path, "") == Path(path)
+    assert map_of("room", "") == Path("runs/demo/map.yaml")
+    assert map_of(path, "mine.yaml") == Path("mine.yaml")
+
+
+def test_a_start_in_a_built_in_world() -> None:
+    assert load_any_world("room", ROBOT, "[0.5, 0.2, 1.0]").start == SE2(0.5, 0.2, 1.0)
+    with pytest.raises(UserError, match=r"lies outside, .*nearest free pose is start:='\["):
+        load_any_world("room", ROBOT, "[50, 0, 0]")

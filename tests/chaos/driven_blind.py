@@ -61,7 +61,7 @@ def sensors_of(robot: Robot) -> list[str]:
 
 def free_ways(world: str, count: int, seed: int) -> list[SE2]:
     """Poses from which the floor is free for 3 m straight ahead, for half a metre to either side."""
-    known, rng = load_any_world(world), np.random.default_rng(seed)
+    known, rng = load_any_world(world, ROBOTS["chefbot"]), np.random.default_rng(seed)
     solids = list(known.static)
     found: list[SE2] = []
     corners = np.array([[place.x, place.y] for place in known.places.values()])

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.localization import clusters, odometry_motion, recovery, resampling, roughening, tempering
+from chefbot.localization.likelihood_field import surfaces
 from chefbot.localization.params import AmclParams
 from chefbot.localization.pose_bins import PoseBins
 from chefbot.maths.grid import Grid
@@ -149,3 +150,16 @@ def test_doubt_rises_when_the_fit_falls_and_ends_when_it_returns() -> None:
     never.see(0.8)
     never.see(0.1)
     assert never.share == 0.0
+
+
+def test_what_is_deep_within_a_solid_is_no_surface() -> None:
+    """Floors outside of which all is drawn solid, as game maps and floor plans have it."""
+    solid = np.ones((40, 50), bool)
+    solid[10:30, 10:40] = False
+    assert not surfaces(solid)[:8].any() and not surfaces(solid)[:, :8].any()
+    assert surfaces(solid)[8:10, 10:40].all()
+    walls = np.random.default_rng(1).random((40, 50)) < 0.2
+    thick = np.zeros_like(walls)
+    thick[5:9] = True
+    assert (surfaces(thick) == thick).all(), "walls of four cells count whole"
+    assert (surfaces(walls) == walls).all()

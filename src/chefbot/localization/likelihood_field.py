@@ -20,9 +20,24 @@ from chefbot.maths.grid import Grid
 
 OCCUPIED_FROM = 65
 """Percent; Nav2's map server draws the line there."""
+SKIN = 2
+"""Cells of a solid, from its face on, that count as its surface: walls of four cells and fewer count whole."""
 FREE_BELOW = 25
 PAD = 2
 """Cells of border: a beam that ends off the map is clamped into it, so the kernel needs no bounds test."""
+
+
+def surfaces(occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(h, w): the occupied cells that a beam can end on; beyond the border all counts as occupied.
+
+    Where what is outside a building is drawn solid, a pose from which the beams end deep within it would else fit as
+    well as the true one.
+    """
+    inside = np.pad(occupied, SKIN, constant_values=True)
+    width = 2 * SKIN + 1
+    for axis in (0, 1):  # the square neighbourhood, one axis after the other
+        inside = np.lib.stride_tricks.sliding_window_view(inside, width, axis=axis).all(axis=-1)
+    return np.asarray(occupied & ~inside)
 
 
 @njit(cache=True, nogil=True)
@@ -175,7 +190,7 @@ class LikelihoodField:
         if not occupied.any():
             raise UserError("the map has no occupied cell, so no scan can be matched to it; load another map")
         reach = max(1, math.ceil(params.laser_likelihood_max_dist / grid.resolution))
-        squared = _squared_distances(occupied, reach)
+        squared = _squared_distances(surfaces(occupied), reach)
         metres = np.sqrt(np.arange((reach + 1) ** 2 + 1, dtype=np.float64)) * grid.resolution
         metres = np.minimum(metres, params.laser_likelihood_max_dist)
         return LikelihoodField(

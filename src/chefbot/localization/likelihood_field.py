@@ -33,10 +33,11 @@ def surfaces(occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
     Where what is outside a building is drawn solid, a pose from which the beams end deep within it would else fit as
     well as the true one.
     """
-    inside = np.pad(occupied, SKIN, constant_values=True)
+    inside: NDArray[np.bool_] = np.pad(occupied, SKIN, constant_values=True)
     width = 2 * SKIN + 1
     for axis in (0, 1):  # the square neighbourhood, one axis after the other
-        inside = np.lib.stride_tricks.sliding_window_view(inside, width, axis=axis).all(axis=-1)
+        windows = np.lib.stride_tricks.sliding_window_view(inside, width, axis=axis)
+        inside = np.asarray(windows.all(axis=-1), np.bool_)
     return np.asarray(occupied & ~inside)
 
 

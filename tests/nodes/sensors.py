@@ -14,11 +14,15 @@ BINS = 160
 
 
 class ClearSensorsNode(Node):
-    """Speaks at the rate of the robot's lidar and camera, in base_link."""
+    """Publishes at the rate of the robot's lidar and camera, in base_link; `blind`: the camera sees nothing."""
 
     params: NoParams
     scan: Out[LaserScan]
     obstacles: Out[ObstacleScan]
+
+    def start(self) -> None:
+        """Sees all."""
+        self.blind = False
 
     @every(hz=10)
     def look(self) -> None:
@@ -26,5 +30,6 @@ class ClearSensorsNode(Node):
         header, far = Header.of(self.now_ns, "base_link"), np.full(BINS, np.inf, np.float32)
         ranges = np.full(360, WALL, np.float32)
         self.scan.publish(LaserScan(header, -np.pi, np.pi, np.pi / 180, 0.0, 0.1, 0.16, 8.0, ranges))
-        floor = np.full(BINS, 0.7, np.float32), np.full(BINS, 4.0, np.float32)
+        seen_to = 0.0 if self.blind else 4.0
+        floor = np.full(BINS, 0.7, np.float32), np.full(BINS, seen_to, np.float32)
         self.obstacles.publish(ObstacleScan(header, -0.5, 1.0 / BINS, 8.0, far, *floor))

@@ -319,9 +319,9 @@ class ControllerNode(Node):
         lost = self._motion is None and status is not None and not status.localized
         return self._sensors.fault(self.now_ns, pose) or (LOST if lost else "")
 
-    def _stand(self, why: str, turn: float = 0.0) -> None:
-        """Wait for what is missing, or turn on the spot to see it; to wait is not to be stuck, but it has an end."""
-        self.cmd_vel_nav.publish(Twist.of(0.0, turn))
+    def _stand(self, why: str) -> None:
+        """Wait for what is missing; to wait is not to be stuck, but it has an end."""
+        self.cmd_vel_nav.publish(Twist())
         self._progress.reset()
         sentence = self._standing.wait(why, 1.0 / RATE)
         if sentence and self._moved is not None:
@@ -330,39 +330,33 @@ class ControllerNode(Node):
             result = FollowPath_Result(error_code=PATIENCE_EXCEEDED, error_msg=sentence)
             self._end(self._following, result)
 
-    def _command(self, v: float, w: float) -> None:
-        """A twist, but not forward to where a blind camera does not look."""
+    def _command(self, v: float, w: float) -> str:
+        """A twist, but not forward to where a blind camera does not look: then a sentence."""
         why = self._sensors.blind_ahead if v > 0.0 else ""
-        if why:
-            self._stand(why, w)
-            return
-        self.cmd_vel_nav.publish(Twist.of(v, w))
+        self.cmd_vel_nav.publish(Twist.of(0.0 if why else v, w))
         self._standing.go_on()
+        return why
 
     def _step_motion(self, motion: Behavior, moved: Future[Progress], pose: SE2, costs: Costmap) -> None:
         step = motion.update(pose, costs, 1.0 / RATE)
-        self._command(step.v, step.w)
+        blind = self._command(step.v, step.w)
         self._report()
-        if step.progress is not Progress.RUNNING:
-            moved.set(step.progress)
+        if blind or step.progress is not Progress.RUNNING:
+            moved.set(Progress.BLOCKED if blind else step.progress)
 
     def _step_path(self, following: Future[FollowPath_Result], pose: SE2, costs: Costmap) -> None:
         path = repaired(self._path, pose, costs, self._planner)
         if path is not self._given:
             self._give(path, same_goal=True)
         v, w, status = self._controller.command(pose, self._twist(), costs)
-        self._command(v, w)
-        self._blocked = self._blocked + 1.0 / RATE if status is Status.BLOCKED else 0.0
+        blind = self._command(v, w)
+        self._blocked = self._blocked + 1.0 / RATE if blind or status is Status.BLOCKED else 0.0
         moving = self._progress.moving(pose, 1.0 / RATE)
         if status is Status.REACHED:
             self._end(following, FollowPath_Result())
         elif self._blocked >= BLOCKED_PATIENCE:
-            self._end(
-                following,
-                FollowPath_Result(
-                    error_code=NO_VALID_CONTROL, error_msg="Something is in the way on every side."
-                ),
-            )
+            sentence = blind or "Something is in the way on every side."
+            self._end(following, FollowPath_Result(error_code=NO_VALID_CONTROL, error_msg=sentence))
         elif not moving:
             self._end(
                 following, FollowPath_Result(error_code=STUCK, error_msg="I try to move but do not get on.")

@@ -1,0 +1,52 @@
+"""A camera that shows nothing, as before a wall: the robot does not drive forward, but may turn and back up."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from tests.nodes.test_motions import ordered, speeds
+from tests.nodes.test_stopped import Robot
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, Twist
+from chefbot.msgs.nav2_msgs import BackUp_Goal, DriveOnHeading_Goal, FollowPath_Goal
+from chefbot.msgs.nav_msgs import Path
+from chefbot.msgs.std_msgs import Header
+from chefbot.nodes.controller import NO_VALID_CONTROL
+from chefbot.nodes.motion_errors import DRIVE
+
+
+@pytest.fixture
+def robot() -> Robot:
+    made = Robot()
+    sensors: Any = made.system.nodes["sensors"]
+    sensors.blind = True
+    made.run(0.3)
+    return made
+
+
+def straight_on() -> FollowPath_Goal:
+    poses = tuple(PoseStamped(Header.of(0, "odom"), Pose.of(SE2(0.1 * i, 0.0, 0.0))) for i in range(21))
+    return FollowPath_Goal(Path(Header.of(0, "odom"), poses))
+
+
+def test_a_path_ends_as_blocked_and_the_camera_is_named(robot: Robot) -> None:
+    ordered(robot, "follow_path", straight_on(), 5.0)
+    (outcome,) = robot.outcomes("follow_path")
+    assert outcome.result.error_code == NO_VALID_CONTROL and "depth camera" in outcome.result.error_msg
+    assert not any(speeds(robot))
+
+
+def test_forward_is_refused_and_backward_is_not(robot: Robot) -> None:
+    ordered(robot, "drive_on_heading", DriveOnHeading_Goal(Point(0.3), 0.1))
+    assert robot.outcomes("drive_on_heading")[0].result.error_code == DRIVE.collision
+    assert not any(speeds(robot))
+    ordered(robot, "backup", BackUp_Goal(Point(0.3), 0.1))
+    assert min(speeds(robot)) < 0.0
+
+
+def test_it_may_turn(robot: Robot) -> None:
+    robot.order("spin")
+    robot.run(1.0)
+    assert any(one.message.angular.z for one in robot.said if isinstance(one.message, Twist))

@@ -150,7 +150,7 @@ class Messages:
     def _obstacles(self) -> ObstacleScan:
         n = int(self._pick(LENGTHS[1:]))
         low, step = float(self._rng.uniform(-4.0, 4.0)), float(self._rng.uniform(-6.0, 6.0)) / n
-        arrays = (self._ranges(n), self._ranges(n), self._ranges(n))
+        arrays = [self._ranges(n) for _ in range(5)]
         return ObstacleScan(self.any_of(Header), low, step, float(self._pick((4.0, 1e5))), *arrays)
 
     def _grid(self) -> OccupancyGrid:

@@ -89,6 +89,7 @@ REFUSED: list[tuple[Message, str]] = [
     (scan(range_min=13.0), "range_min is 13, above range_max"),
     (scan(range_max=math.inf), "range_max is inf"),
     (obstacles(clear_to=np.ones(8, np.float32)), "clear_to has 8 elements, ranges has 9"),
+    (obstacles(top=np.ones(8, np.float32)), "top has 8 elements, ranges has 9"),
     (obstacles(angle_increment=2.0), "span more than a turn"),
     (image(height=3), "data has 24 bytes, 3 rows of 12 have 36"),
     (image(step=4, height=6), "step is 4, 3 pixels of 32FC1 need 12"),

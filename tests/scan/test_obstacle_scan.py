@@ -208,7 +208,8 @@ def test_nothing_seen_is_nothing_claimed() -> None:
 def test_a_lone_pixel_is_no_obstacle_and_two_are() -> None:
     image = render([])
     image[100, 160] = 1.0
-    assert np.isinf(scanner().scan(image).obstacles).all()
+    alone = scanner().scan(image)
+    assert np.isinf(alone.obstacles).all() and (alone.bottom > alone.top).all()
     image[101, 160] = 1.0
     assert np.isfinite(scanner().scan(image).obstacles).sum() == 1
 

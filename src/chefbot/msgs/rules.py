@@ -262,6 +262,7 @@ RULES: dict[type[Message], tuple[Rule, ...]] = {
         within(0.0, FARTHEST, "range_max"),
         one_turn,
         as_long("ranges", "clear_from", "clear_to"),
+        as_long("ranges", "bottom", "top", may_be_empty=True),
     ),
     Range: (in_order("min_range", "max_range"),),
     Image: (image_size,),

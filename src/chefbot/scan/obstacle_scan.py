@@ -127,26 +127,27 @@ def _extend(
     slope: NDArray[np.float32],
     stretch: NDArray[np.float32],
     bins: NDArray[np.int16],
-    nearest: NDArray[np.float32],
+    deepest: NDArray[np.float32],
     bottom: NDArray[np.float32],
     top: NDArray[np.float32],
     shown: NDArray[np.int32],
 ) -> None:
-    """The lowest and the highest pixel of each bin's obstacle, once its range `nearest` is known.
+    """The lowest and the highest pixel of each bin's obstacle, once its range is known.
 
-    Arguments as of `_classify`; bottom, top: (bins,) metres above the floor, widened in place. shown: (bins,) how
-    many pixels lie between them.
+    Arguments as of `_classify`; deepest: (bins,) metres from the camera's foot up to which a pixel shows the bin's
+    obstacle, 0 where there is none. bottom, top: (bins,) metres above the floor, widened in place. shown: (bins,)
+    how many pixels lie between them.
     """
     mount, floor, robot_top, growth = heights
     for row in range(depth.shape[0]):
         for u in range(depth.shape[1]):
             z = depth[row, u] * scale
+            k = bins[row, u]
             # only what is no farther than the obstacle can belong to it
-            if not limits[0] <= z <= limits[1]:
+            if not limits[0] <= z <= min(limits[1], deepest[k]):
                 continue
             r = np.float32(z * stretch[row, u])
-            k = bins[row, u]
-            if not r <= nearest[k] + DEPTH + SPREAD * nearest[k] * nearest[k]:
+            if r > deepest[k]:
                 continue
             # neither floor nor above the robot
             height = np.float32(mount + z * slope[row])
@@ -244,7 +245,8 @@ class ObstacleScanner:
         """Fill bottom and top, (bins,); all that the robot could hit where the pixels are too few to tell."""
         found = np.isfinite(ranges)
         shown = np.zeros(len(ranges), np.int32)
-        _extend(*image, np.where(found, ranges, -np.inf).astype(np.float32), bottom, top, shown)
+        deepest = np.where(found, ranges + DEPTH + SPREAD * ranges**2, 0.0).astype(np.float32)
+        _extend(*image, deepest, bottom, top, shown)
         rows = (top[found] - bottom[found]) * self.camera.fy / ranges[found] + 1.0
         sparse = np.flatnonzero(found)[shown[found] < DENSE * self._columns[found] * rows]
         bottom[sparse], top[sparse] = 0.0, self._heights[2]

@@ -9,9 +9,12 @@ from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.sim.free_floor import OCCUPIED_FROM, FreeFloor
+from chefbot.sim.furniture import ceiling_shape
 from chefbot.sim.shapes import Shape, box, clearance
 from chefbot.sim.world import MAX_SHAPES, ROBOT_SPACE, Bounds, World
 
+STOREY = 2.6
+"""Metres from the floor to the ceiling: a depth camera that looks over low walls would see nothing."""
 WALL_COLOUR = (200, 195, 185)
 BORDER = 0.1
 """Metres of wall round the map: the robot does not leave what is simulated."""
@@ -25,10 +28,10 @@ def world_from_map(
     grid: Grid,
     radius: float,
     start: SE2 | None = None,
-    height: float = 1.0,
+    height: float = STOREY,
     places: dict[str, SE2] | None = None,
 ) -> World:
-    """Every occupied cell as a wall of `height` metres; a robot of `radius` metres starts at `start`.
+    """Every occupied cell as a wall of `height` metres up to a ceiling; a robot of `radius` metres starts at `start`.
 
     Poses are in the map's frame. Without `start` it is the place `home`, else where there is the most room.
     Unknown cells stay empty. places: named poses; `home` becomes the start. Raises UserError for a map with more
@@ -45,7 +48,15 @@ def world_from_map(
     _check_start(floor, walls, home, name)
     bounds = _bounds(grid)
     return World(
-        name, (*walls, *_border(bounds, height)), (), (), 0, {**places, "home": home}, bounds, grid, note
+        name,
+        (*walls, *_border(bounds, height), ceiling_shape(bounds, height)),
+        (),
+        (),
+        0,
+        {**places, "home": home},
+        bounds,
+        grid,
+        note,
     )
 
 

@@ -71,10 +71,7 @@ def launch(
     listen: Annotated[
         list[str] | None, typer.Option(help="tcp/ADDRESS: let anybody in there, without keys or secrecy")
     ] = None,
-    host: Annotated[
-        str,
-        typer.Option(help="run what has this `host:`; default: this machine's name in its fleet, or its own"),
-    ] = "",
+    host: Annotated[str, typer.Option(help="run what has this `host:`; default: this machine's name")] = "",
     lan: Annotated[bool, LAN] = False,
 ) -> None:
     """Run a launch file; without a name, list them."""

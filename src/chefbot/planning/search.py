@@ -12,6 +12,7 @@ search ends when the goal's bucket is empty, so the cost found is the least.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -66,6 +67,86 @@ def _improves(
     return int((cost + half * (here + weight[n]) < g[n]) & (weight[n] > 0.0))
 
 
+class _Open(NamedTuple):
+    """Ring of buckets: cells that wait, each with the cost at which it was reached, in lists that share one memory.
+
+    first, last: (slots,) entries of each bucket, first -1 for none. cell, key, after: of an entry its cell, cost and
+    successor, -1 for none.
+    """
+
+    first: NDArray[np.int32]
+    last: NDArray[np.int32]
+    cell: NDArray[np.int32]
+    key: NDArray[np.float32]
+    after: NDArray[np.int32]
+
+
+@njit(cache=True, nogil=True)
+def _open_list(cells: int, slots: int) -> _Open:
+    """An empty one; a cell waits at most once for each of its neighbours, and memory never touched costs nothing."""
+    n = 8 * cells
+    first, last = np.full(slots, -1, np.int32), np.empty(slots, np.int32)
+    return _Open(first, last, np.empty(n, np.int32), np.empty(n, np.float32), np.empty(n, np.int32))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _take(opened: _Open, slot: int, spent: int) -> tuple[np.uint64, np.float32, int]:
+    """The cell that waits longest in a bucket, its cost, and the entry that is free now, `spent` behind it."""
+    entry = opened.first[slot]
+    opened.first[slot], opened.after[entry] = opened.after[entry], spent
+    return np.uint64(opened.cell[entry]), opened.key[entry], entry
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _append(opened: _Open, slot: int, entry: int, n: np.uint64, cost: np.float32) -> None:
+    """Cell n to the end of a bucket, as `entry`."""
+    opened.cell[entry], opened.key[entry], opened.after[entry] = n, cost, -1
+    if opened.first[slot] < 0:
+        opened.first[slot] = entry
+    else:
+        opened.after[opened.last[slot]] = entry
+    opened.last[slot] = entry
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _cuts_corner(weight: NDArray[np.float32], one: np.uint64, other: np.uint64) -> bool:
+    """Whether a cell beside a diagonal step is blocked."""
+    return min(weight[one], weight[other]) == 0.0
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _improved(
+    at: np.uint64,
+    cost: np.float32,
+    row_on: np.uint64,
+    weight: NDArray[np.float32],
+    g: NDArray[np.float32],
+    better: NDArray[np.uint64],
+) -> int:
+    """Into `better`, in the order of DOWN and RIGHT, the neighbours that cell `at` improves; returns how many.
+
+    Without branches, which could not be predicted: mostly it is one.
+    """
+    one, here, hits = np.uint64(1), weight[at], 0
+    better[hits] = 0
+    hits += _improves(at + one, cost, HALF, here, weight, g)
+    better[hits] = 1
+    hits += _improves(at - one, cost, HALF, here, weight, g)
+    better[hits] = 2
+    hits += _improves(at + row_on, cost, HALF, here, weight, g)
+    better[hits] = 3
+    hits += _improves(at - row_on, cost, HALF, here, weight, g)
+    better[hits] = 4
+    hits += _improves(at + row_on + one, cost, HALF_DIAGONAL, here, weight, g)
+    better[hits] = 5
+    hits += _improves(at + row_on - one, cost, HALF_DIAGONAL, here, weight, g)
+    better[hits] = 6
+    hits += _improves(at - row_on + one, cost, HALF_DIAGONAL, here, weight, g)
+    better[hits] = 7
+    hits += _improves(at - row_on - one, cost, HALF_DIAGONAL, here, weight, g)
+    return hits
+
+
 @njit(cache=True, nogil=True)
 def search(
     weight: NDArray[np.float32],
@@ -79,93 +160,52 @@ def search(
     """Cost-to-come `g` from `source`, until `goal` is certain or, if `goal` < 0, everywhere.
 
     weight: flat grid with a blocked rim, rows of `stride` cells, none above `heaviest`. g: flat, inf
-    before. written: flat, takes every cell whose g was written (for a cheap reset). Returns how many these
-    are.
+    before. written: flat, takes every cell whose g was written (for a cheap reset). Returns how many.
 
-    One function, and unsigned indices: a dozen arrays passed on for every cell, or a look at each index
-    whether it counts from the end, cost more than the work itself.
+    One kernel, and unsigned indices: arrays passed on for every cell, or a look at each index whether it
+    counts from the end, cost more than the work itself.
     """
     fine = LEVELS if goal >= 0 else 1
     slots = 1 << math.ceil(math.log2((2 * SQRT2 * heaviest + 4.0) * fine))
-    first, last = np.full(slots, -1, np.int32), np.empty(slots, np.int32)
-    # a cell waits at most once for each of its neighbours; memory never touched costs nothing
-    cell, after = np.empty(8 * weight.shape[0], np.int32), np.empty(8 * weight.shape[0], np.int32)
-    key = np.empty(cell.shape[0], np.float32)
+    opened = _open_list(weight.shape[0], slots)
     down, right, better = np.array(DOWN), np.array(RIGHT), np.empty(8, np.uint64)
     offset = (down * stride + right).astype(np.uint64)
-    one, row_on = np.uint64(1), np.uint64(stride)
-    goal_row, goal_column = np.int32(goal // stride), np.int32(goal % stride)
+    to_row, to_column = np.int32(goal // stride), np.int32(goal % stride)
     # the source waits alone, in the bucket of its estimate
     row, column = np.int32(source // stride), np.int32(source % stride)
-    bucket = int(_estimate(np.float32(0.0), row, column, goal_row, goal_column) * fine) if goal >= 0 else 0
-    g[source], written[0], cell[0], key[0], after[0] = 0.0, source, source, 0.0, -1
-    first[bucket & (slots - 1)] = last[bucket & (slots - 1)] = 0
-    used, spent, found, waiting = 1, -1, 1, 1
-    while waiting > 0:
+    bucket = int(_estimate(np.float32(0.0), row, column, to_row, to_column) * fine) if goal >= 0 else 0
+    g[source], written[0], used, spent, found, waiting = 0.0, source, 1, -1, 1, 1
+    _append(opened, bucket & (slots - 1), 0, np.uint64(source), np.float32(0.0))
+    while waiting > 0 and (goal < 0 or g[goal] * fine >= bucket):
         slot = bucket & (slots - 1)
-        while first[slot] >= 0:
-            # take the entry that waits longest; its place is free again
-            entry = first[slot]
-            at, cost = np.uint64(cell[entry]), key[entry]
-            first[slot], after[entry], spent = after[entry], spent, entry
+        while opened.first[slot] >= 0:
+            at, cost, spent = _take(opened, slot, spent)
             waiting -= 1
             if cost != g[at]:
                 continue  # it was expanded since, at a lower cost
-            # which neighbours, in the order of DOWN and RIGHT, it improves: without branches, mostly it is one
-            here, hits = weight[at], 0
-            better[hits] = 0
-            hits += _improves(at + one, cost, HALF, here, weight, g)
-            better[hits] = 1
-            hits += _improves(at - one, cost, HALF, here, weight, g)
-            better[hits] = 2
-            hits += _improves(at + row_on, cost, HALF, here, weight, g)
-            better[hits] = 3
-            hits += _improves(at - row_on, cost, HALF, here, weight, g)
-            better[hits] = 4
-            hits += _improves(at + row_on + one, cost, HALF_DIAGONAL, here, weight, g)
-            better[hits] = 5
-            hits += _improves(at + row_on - one, cost, HALF_DIAGONAL, here, weight, g)
-            better[hits] = 6
-            hits += _improves(at - row_on + one, cost, HALF_DIAGONAL, here, weight, g)
-            better[hits] = 7
-            hits += _improves(at - row_on - one, cost, HALF_DIAGONAL, here, weight, g)
             row = np.int32(at) // np.int32(stride)
             column = np.int32(at) - row * np.int32(stride)
-            for i in range(hits):
+            for i in range(_improved(at, cost, np.uint64(stride), weight, g, better)):
                 k = better[np.uint64(i)]
                 n = at + offset[k]
-                if (
-                    k > 3
-                    and min(weight[at + np.uint64(down[k] * stride)], weight[at + np.uint64(right[k])]) == 0
-                ):
-                    continue  # it would cut a corner
-                candidate = cost + (HALF if k < 4 else HALF_DIAGONAL) * (here + weight[n])
+                if k > 3 and _cuts_corner(weight, at + np.uint64(down[k] * stride), at + np.uint64(right[k])):
+                    continue
+                # reached at a lower cost, for the first time or once more
                 if g[n] == np.inf:
                     written[found] = n
                     found += 1
-                g[n] = candidate
-                level = int(candidate)
+                g[n] = reached = cost + (HALF if k < 4 else HALF_DIAGONAL) * (weight[at] + weight[n])
+                estimate = float(reached)
                 if goal >= 0:
-                    level = int(
-                        _estimate(candidate, row + down[k], column + right[k], goal_row, goal_column) * fine
-                    )
-                # it goes to the end of its bucket, in the place of a spent entry if there is one
+                    estimate = _estimate(reached, row + down[k], column + right[k], to_row, to_column)
+                # it waits in the place of a spent entry if there is one
                 entry = spent
                 if entry >= 0:
-                    spent = after[entry]
+                    spent = opened.after[entry]
                 else:
-                    entry = used
-                    used += 1
-                into = max(level, bucket) & (slots - 1)
-                cell[entry], key[entry], after[entry] = n, candidate, -1
-                if first[into] < 0:
-                    first[into] = entry
-                else:
-                    after[last[into]] = entry
-                last[into] = entry
+                    entry, used = used, used + 1
+                _append(opened, max(int(estimate * fine), bucket) & (slots - 1), entry, n, reached)
                 waiting += 1
-        if goal >= 0 and g[goal] * fine < bucket + 1:
-            break
         bucket += 1
     return found
 

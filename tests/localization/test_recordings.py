@@ -6,6 +6,7 @@ The reference poses come from another SLAM and are good to some 6 cm; the raw od
 from __future__ import annotations
 
 import gzip
+import itertools
 import math
 import os
 from pathlib import Path
@@ -15,6 +16,7 @@ import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.stats import binom
 
 from chefbot.localization.amcl import Amcl
 from chefbot.localization.params import AmclParams
@@ -104,19 +106,23 @@ def test_the_odd_scans_are_tracked_on_the_map_of_the_even_ones(recording: Record
     assert sure[5:].mean() > 0.95
 
 
-def test_it_is_found_from_anywhere(recording: Recording) -> None:
-    """From nearly everywhere within 21 scans to stay, and never sure of a place where it is not.
+LATE = 0.1
+"""Share of starts from which a corridor looks like another for longer: csail's scan 95 with every seed tried."""
 
-    Some corridors look alike for longer: csail's from scan 95 on, with every seed tried.
+
+@pytest.mark.parametrize("rounds", [1, pytest.param(10, marks=pytest.mark.long)])
+def test_it_is_found_from_anywhere(recording: Recording, rounds: int) -> None:
+    """Within 21 scans to stay, and never sure of a place where it is not.
+
+    The late ones are at most as many as chance gives in 999 of 1000 tries if their share is LATE.
     """
     starts = np.linspace(1, len(recording.ranges) - 60, 12).astype(int) // 2 * 2 + 1
     late = []
-    for start in starts:
-        amcl = Amcl(
-            msgspec.structs.replace(POOR_ODOMETRY, seed=int(start)), recording.grid, SE2(0.0, 0.0, 0.0)
-        )
-        errors, sure = localize(amcl, recording, range(int(start), int(start) + 50, 2))
-        assert not (sure & (errors > 0.5)).any(), f"from scan {start}"
+    for seed, start in itertools.product(range(rounds), map(int, starts)):
+        params = msgspec.structs.replace(POOR_ODOMETRY, seed=1000 * seed + start)
+        amcl = Amcl(params, recording.grid, SE2(0.0, 0.0, 0.0))
+        errors, sure = localize(amcl, recording, range(start, start + 50, 2))
+        assert not (sure & (errors > 0.5)).any(), f"from scan {start}, seed {params.seed}"
         if errors[-5:].max() >= 0.4 or not sure[-1]:
-            late.append(int(start))
-    assert len(late) <= 3
+            late.append((start, params.seed))
+    assert len(late) <= binom.ppf(0.999, 12 * rounds, LATE), late

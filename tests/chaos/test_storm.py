@@ -32,7 +32,7 @@ LONG = [
 def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The room as a mapper would save it."""
     path = tmp_path_factory.mktemp("map") / "room.yaml"
-    world = load_any_world("room")
+    world = load_any_world("room", load_robot("chefbot_lidar"))
     save_map(path, lidar_plan(world, load_robot("chefbot_lidar")))
     save_places(places_path(path), world.places)
     return path

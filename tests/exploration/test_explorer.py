@@ -47,7 +47,16 @@ class Mapper:
         first = np.where(hit.any(axis=1), r[hit.argmax(axis=1)], np.inf)
         free = np.minimum(first, self.reach)
         mark_and_clear(
-            self.known, CELL, 0.0, 0.0, pose.array(), self.angles, first, np.zeros_like(free), free
+            self.known,
+            CELL,
+            0.0,
+            0.0,
+            pose.array(),
+            self.angles,
+            first,
+            np.zeros_like(free),
+            free,
+            self.known,
         )
 
     def grid(self):

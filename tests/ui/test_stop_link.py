@@ -17,7 +17,7 @@ from chefbot.ui.commands import Resume
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 FAULTS = ["none", "hole before", "hole after", "reset before", "reset after", "late", "reset while late"]
-STOP = "document.getElementById('stop').textContent"
+STOP = "document.getElementById('stop')?.textContent"
 ALARM = "!document.getElementById('alarm').hidden"
 
 

@@ -19,7 +19,7 @@ import pytest
 from chefbot.wire.keyring import Keyring
 from tests.waiting import PATIENCE
 
-MACHINE, PAGE_USER = Path(__file__).parent / "machine.py", Path(__file__).parent / "page_user.py"
+MACHINE, REPOSITORY = Path(__file__).parent / "machine.py", Path(__file__).parents[2]
 needs_namespaces = pytest.mark.skipif(
     os.geteuid() != 0 or shutil.which("ip") is None,
     reason="needs root and iproute2 for network namespaces",
@@ -34,7 +34,9 @@ class Machine:
     """A program in a namespace of its own that answers lines with lines of JSON, the first without being asked."""
 
     def __init__(self, command: list[str]) -> None:
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=REPOSITORY
+        )
         self.state = self.answer()
 
     def tell(self, line: str) -> None:
@@ -94,7 +96,7 @@ class Network:
 
     def page_user(self, name: str, port: int = 8080) -> Machine:
         """Somebody at the page that is served on a machine."""
-        return self._ask([*self._in(name), sys.executable, str(PAGE_USER), str(port)])
+        return self._ask([*self._in(name), sys.executable, "-m", "tests.wire.page_user", str(port)])
 
     def chefbot(self, name: str, *words: str, **how: Any) -> subprocess.Popen[str]:
         """`chefbot ...` on a machine with the keys in folder NAME; ended with the test."""

@@ -18,6 +18,7 @@ from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray, DiagnosticS
 from chefbot.msgs.geometry_msgs import Twist, TwistStamped
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.loop import DEVICE, Loop, Timing
+from chefbot.runtime.transforms import TransformError
 
 DRIVES: tuple[type[Message], ...] = (Twist, TwistStamped, WheelSpeeds)
 """Messages that make the wheels turn."""
@@ -29,6 +30,8 @@ STATUS = "node faults"
 """Name of the status in /diagnostics."""
 REPORT_NS = 1_000_000_000
 """/diagnostics is published at most so often."""
+OF_INPUT = (UserError, TransformError)
+"""These say that what came in is wrong, such as a frame that nobody has published, and not the program."""
 MOST_REASONS = 100
 """Kinds of faults that are told apart; all others count under their callback alone."""
 
@@ -43,7 +46,7 @@ class Fault(NamedTuple):
     @property
     def sentence(self) -> str:
         """For people."""
-        kind = "" if isinstance(self.error, UserError) else f"{type(self.error).__name__}: "
+        kind = "" if isinstance(self.error, OF_INPUT) else f"{type(self.error).__name__}: "
         return f"{self.callback}: {kind}{self.error}"[:300]
 
 
@@ -62,7 +65,7 @@ class Faults:
         self._next_report_ns = loop.now_ns
         self._report_is_due = False
         self.unexpected = 0
-        """Those that are no UserError: faults of the program, not of what it was given."""
+        """Those that are not OF_INPUT: faults of the program."""
         loop.faults = self
 
     @property
@@ -81,7 +84,7 @@ class Faults:
         """Count it, and report it if it is the first of its kind; a device's own UserError ends the run."""
         if isinstance(error, UserError) and callback.from_device:
             raise error
-        self.unexpected += not isinstance(error, UserError)
+        self.unexpected += not isinstance(error, OF_INPUT)
         self._recent.setdefault(callback.owner, deque(maxlen=REPEATED)).append(self._loop.now_ns)
         self._count(Fault(callback.name, error))
         if self._publishes and not self._report_is_due:

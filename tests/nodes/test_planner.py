@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import TransformStamped
@@ -14,6 +16,8 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.planning.grid_planner import GridPlanner
+from chefbot.planning.planner import PlanningError
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
@@ -68,6 +72,24 @@ def test_what_was_seen_from_a_wrong_place_is_forgotten(wrong: SE2) -> None:
     assert ghost in marked([wrong])
     assert marked([wrong, right]) == marked([right])
     assert thing in marked([wrong, right])
+
+
+def test_a_door_out_of_sight_may_be_open_again() -> None:
+    """Somebody stood in it as the robot left the room."""
+    cells = np.zeros((60, 200), dtype=np.int8)
+    cells[:, [0, -1, 60]] = cells[[0, -1], :] = 100
+    cells[25:37, 60] = 0
+    costs = LayeredCostmap(CostmapParams(), 0.15)
+    costs.set_static(Grid(cells, 0.05, 0.0, 0.0))
+    costs.mark_and_clear("laser", SE2(4.0, 1.55, math.pi), np.linspace(-0.3, 0.3, 61), np.full(61, 1.0))
+    planner, home = GridPlanner(), SE2(1.0, 1.5, 0.0)
+    far, near = SE2(9.0, 1.5, 0.0), SE2(5.0, 1.5, 0.0)
+    for here in (far, near):
+        with pytest.raises(PlanningError):
+            planner.plan(costs.update(), here, home)
+    assert len(planner.plan(costs.without_far_marks(far), far, home)) > 10
+    with pytest.raises(PlanningError):
+        planner.plan(costs.without_far_marks(near), near, home)  # it is in sight: the person stands there
 
 
 def test_a_small_correction_forgets_nothing() -> None:

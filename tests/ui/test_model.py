@@ -240,7 +240,9 @@ def test_a_drag_on_the_floor_sends_the_robot_there_and_does_not_turn_the_picture
 
 
 def test_names_of_frames_are_words_that_do_not_lie_on_each_other(tab: Tab) -> None:
-    tab.ask("document.getElementById('fixed-frame').value = 'base_link', modelView.prepare(), modelView.home()")
+    tab.ask(
+        "document.getElementById('fixed-frame').value = 'base_link', modelView.prepare(), modelView.home()"
+    )
     tab.click("[name=names]")
     names = "[...document.querySelectorAll('#model-names span')].map((span) => span.textContent)"
     tab.wait_for(f"{names}.includes('camera_depth_optical_frame')")

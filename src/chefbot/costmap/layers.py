@@ -161,11 +161,22 @@ class LayeredCostmap:
     def update(self) -> Costmap:
         """The layers combined and inflated, which is done again where they have changed; a copy of its own."""
         if self._combined is None:
-            radius = self._robot_radius / self.resolution if self.wary else 0.0
-            self._combined = Combined(self._static.shape, self._table, radius)
+            self._combined = self._uncombined()
         self._combined.update(self._static, self._sources.values(), self.params.track_unknown)
         costs = self._combined.costs.copy()
         return Costmap(costs, self.resolution, self.origin_x, self.origin_y)
+
+    def without_far_marks(self, pose: SE2) -> Costmap:
+        """As `update`, but of the sensors' marks only those that they could see again from the pose."""
+        near = self._within(pose, self.params.marking_range)
+        layers = [np.where(near | (layer != LETHAL), layer, UNKNOWN) for layer in self._sources.values()]
+        combined = self._uncombined()
+        combined.update(self._static, layers, self.params.track_unknown)
+        return Costmap(combined.costs, self.resolution, self.origin_x, self.origin_y)
+
+    def _uncombined(self) -> Combined:
+        radius = self._robot_radius / self.resolution if self.wary else 0.0
+        return Combined(self._static.shape, self._table, radius)
 
     def _within(self, pose: SE2, radius: float) -> NDArray[np.bool_]:
         h, w = self._static.shape

@@ -38,6 +38,8 @@ ERROR_CODES = {
 }
 """As in nav2_msgs/action/ComputePathToPose."""
 NO_TRANSFORM = 202
+MAY_HAVE_LEFT = (Failure.NO_VALID_PATH, Failure.GOAL_OCCUPIED)
+"""For want of a way that a thing out of sight may block no longer."""
 JUMP_DISTANCE, JUMP_ANGLE = 0.5, 0.26
 """Metres and radians (15 degrees) by which the robot finds itself elsewhere than it believed when it saw things."""
 
@@ -132,13 +134,25 @@ class PlannerNode(Node):
             return ComputePathToPose_Result(error_code=NO_TRANSFORM, error_msg=f"Not localized yet: {error}")
         start = goal.start.pose.se2 if goal.use_start else here
         try:
-            poses = self._planner.plan(self._costs.update(), start, goal.goal.pose.se2)
+            poses = self._find_path(here, start, goal.goal.pose.se2)
         except PlanningError as error:
             code = ERROR_CODES[error.failure]
             return ComputePathToPose_Result(error_code=code, error_msg=str(error))
         path = self._path(poses)
         self.plan.publish(path)
         return ComputePathToPose_Result(path)
+
+    def _find_path(self, here: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:
+        """Round all that was seen; if there is no way, to where somebody stood who may have left.
+
+        What stands too far away to be seen again is believed as long as there is another way. PlanningError.
+        """
+        try:
+            return self._planner.plan(self._costs.update(), start, goal)
+        except PlanningError as error:
+            if error.failure not in MAY_HAVE_LEFT:
+                raise
+            return self._planner.plan(self._costs.without_far_marks(here), start, goal)
 
     def _path(self, poses: NDArray[np.float64]) -> Path:
         header = Header.of(self.now_ns, "map")

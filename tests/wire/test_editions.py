@@ -50,6 +50,7 @@ class Turner:
     def __init__(self, node: WireNode) -> None:
         self.goals: list[Spin_Goal] = []
         self.stubborn = False
+        self.ends: list[threading.Timer] = []
         self.server = ActionServer(node, "/spin", Spin, self.accept, lambda _: not self.stubborn)
 
     def accept(self, goal_id: UUID, goal: Spin_Goal) -> bool:
@@ -57,7 +58,8 @@ class Turner:
         self.server.begin(goal_id)
         self.server.feedback(goal_id, Spin_Feedback(goal.target_yaw))
         if goal.target_yaw <= 10.0:
-            threading.Timer(0.2, partial(self.end, goal_id, STATUS_SUCCEEDED)).start()
+            self.ends.append(threading.Timer(0.2, partial(self.end, goal_id, STATUS_SUCCEEDED)))
+            self.ends[-1].start()
         return True
 
     def end(self, goal_id: UUID, status: int) -> None:
@@ -67,7 +69,10 @@ class Turner:
 @pytest.fixture
 def turner(wire: Wire) -> Iterator[Turner]:
     with WireNode(wire, "controller") as node:
-        yield Turner(node)
+        turner = Turner(node)
+        yield turner
+        for end in turner.ends:
+            end.join()
 
 
 @pytest.fixture

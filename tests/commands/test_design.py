@@ -12,6 +12,7 @@ import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.waiting import PATIENCE
 
 from chefbot.cli import app
 from chefbot.commands.design import run_design, work_out
@@ -158,7 +159,7 @@ def test_nothing_is_written_where_nothing_passes(tmp_path: Path, capsys: pytest.
 
 def test_the_verb_ends_with_2_and_one_sentence() -> None:
     command = [sys.executable, "-c", "from chefbot.cli import main; main()", "design", "--payload", "tea"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 2
     assert done.stderr.startswith("chefbot: --payload: ")
     assert done.stderr.count("\n") == 1

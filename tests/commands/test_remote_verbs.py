@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.fake_robot import PLACES, fake_robot
+from tests.waiting import PATIENCE
 
 from chefbot.commands import remote
 from chefbot.commands.remote import order_delivery, press_round, save_running_map
@@ -37,7 +38,7 @@ def test_deliver_waits_and_tells_how_it_ended(
         robot.know_places()
         robot.wait_for_orders()
         assert order_delivery(["1", "table 2"], robot.url, wait=True) == code
-        assert robot.heard.get(timeout=10) == Deliver(["table_1", "table_2"])
+        assert robot.heard.get(timeout=PATIENCE) == Deliver(["table_1", "table_2"])
     assert said in capsys.readouterr().out
 
 
@@ -46,7 +47,7 @@ def test_deliver_need_not_wait(capsys: pytest.CaptureFixture[str]) -> None:
         robot.know_places()
         robot.wait_for_orders()
         assert order_delivery(["2"], robot.url, wait=False) == 0
-        assert robot.heard.get(timeout=10) == Deliver(["table_2"])
+        assert robot.heard.get(timeout=PATIENCE) == Deliver(["table_2"])
     assert capsys.readouterr().out == "ordered: table_2\n"
 
 
@@ -78,7 +79,7 @@ def test_round_says_what_is_waited_for_presses_it_and_says_what_follows(
         with pytest.raises(UserError, match="does not wait for that"):
             press_round("go-on", robot.url)
         assert press_round("loaded", robot.url) == 0
-        assert robot.heard.get(timeout=10) == Loaded()
+        assert robot.heard.get(timeout=PATIENCE) == Loaded()
     assert capsys.readouterr().out == "On the way to table_1.\n"
 
 

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from tests.waiting import PATIENCE
 
 from chefbot.commands import ros2
 from chefbot.commands.ros2 import run_ros2
@@ -92,7 +93,7 @@ def test_a_file_or_a_closed_folder_as_out(tmp_path: Path) -> None:
 def test_an_unknown_robot_is_one_sentence(tmp_path: Path, words: list[str], said: str) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "chefbot", "ros2", *words],
-        capture_output=True, text=True, cwd=tmp_path, timeout=60, check=False,
+        capture_output=True, text=True, cwd=tmp_path, timeout=PATIENCE, check=False,
     )  # fmt: skip
     assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
     assert files(tmp_path) == set()

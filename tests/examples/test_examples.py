@@ -17,6 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
+from tests.waiting import PATIENCE
 
 from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.se2 import SE2
@@ -34,7 +35,7 @@ def run(*words: str, folder: Path, **environment: str) -> subprocess.CompletedPr
         env={**os.environ, **environment},
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=PATIENCE,
         check=False,
     )
 

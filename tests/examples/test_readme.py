@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import typer.main
+from tests.waiting import PATIENCE
 
 from chefbot.cli import app
 from chefbot.commands.launch import parse_arguments
@@ -113,7 +114,11 @@ def test_the_quick_commands_of_the_readme_run() -> None:
     quick = [["--version"], ["launch"], *([verb, "--help"] for verb in ("demo", "launch", "replay", "slam"))]
     for words in quick:
         done = subprocess.run(
-            [sys.executable, "-m", "chefbot", *words], capture_output=True, text=True, timeout=60, check=False
+            [sys.executable, "-m", "chefbot", *words],
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            check=False,
         )
         assert done.returncode == 0 and done.stdout, (words, done.stderr)
 
@@ -124,7 +129,7 @@ def test_the_one_liners_of_the_pages_run() -> None:
     assert lines
     for words in lines:
         done = subprocess.run(
-            [sys.executable, *words[1:]], capture_output=True, text=True, timeout=60, check=False
+            [sys.executable, *words[1:]], capture_output=True, text=True, timeout=PATIENCE, check=False
         )
         assert done.returncode == 0 and done.stdout, (words, done.stderr)
 

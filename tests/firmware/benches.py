@@ -12,6 +12,7 @@ import pytest
 
 from tests.firmware.host_board import FIRMWARE, make, need
 from tests.firmware.lines import framed
+from tests.waiting import PATIENCE
 
 BUILD = FIRMWARE / "build"
 SIMAVR_HEADER = Path("/usr/include/simavr/sim_avr.h")
@@ -63,7 +64,7 @@ class Bench:
     def close(self) -> None:
         assert self._process.stdin and self._process.stdout
         self._process.stdin.close()
-        assert self._process.wait(30) == 0
+        assert self._process.wait(PATIENCE) == 0
         self._process.stdout.close()
 
     def ask(self, command: str) -> str:

@@ -15,6 +15,7 @@ import pytest
 
 from tests.firmware.host_board import STOPPED, HostBoard
 from tests.firmware.lines import Message, framed, unframed
+from tests.waiting import PATIENCE
 
 DRIVING, READY = 2, 1
 
@@ -149,7 +150,7 @@ def program(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
     yield process, line
     os.close(line)
     process.terminate()
-    assert process.wait(10) == 0
+    assert process.wait(PATIENCE) == 0
     assert not link.exists()
     process.stdin.close()
     process.stdout.close()

@@ -8,6 +8,7 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+from tests.waiting import PATIENCE
 
 from chefbot.cli import main
 from chefbot.commands.launch import run_launch
@@ -137,5 +138,5 @@ def test_a_program_sees_the_simulated_robot_on_its_page() -> None:
         assert isinstance(page, PageDevice)
         with RemotePage(page.url) as remote:
             system.loop.run(until_ns=2_000_000_000)
-            assert remote.wait_for("robot", 20)["radius"] == system.robot.footprint_radius
-            assert remote.wait_for("status", 20)["simulation"] is True
+            assert remote.wait_for("robot", PATIENCE)["radius"] == system.robot.footprint_radius
+            assert remote.wait_for("status", PATIENCE)["simulation"] is True

@@ -14,6 +14,7 @@ from urllib.parse import urlsplit
 
 import httpx
 import pytest
+from tests.waiting import PATIENCE
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
@@ -64,7 +65,7 @@ def test_the_own_origin_is_served(page: Any) -> None:
 )
 def test_only_the_files_of_the_page_are_served(page: Any, path: str) -> None:
     url = urlsplit(page.url)
-    with socket.create_connection((url.hostname, url.port), timeout=10) as raw:
+    with socket.create_connection((url.hostname, url.port), timeout=PATIENCE) as raw:
         raw.sendall(f"GET /{path} HTTP/1.1\r\nHost: {url.netloc}\r\nConnection: close\r\n\r\n".encode())
         answer = b"".join(iter(lambda: raw.recv(65536), b""))
     assert answer.split()[1] == b"404"
@@ -113,7 +114,7 @@ def test_no_name_can_become_markup() -> None:
 def test_a_connection_that_says_nothing_is_ended(page: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocols, "HEADER_LIMIT", 0.2)
     url = urlsplit(page.url)
-    with socket.create_connection((url.hostname, url.port), timeout=10) as slow:
+    with socket.create_connection((url.hostname, url.port), timeout=PATIENCE) as slow:
         slow.sendall(b"GET / HTTP/1.1\r\nX-Slow: ")
         assert _ended(slow)
 
@@ -125,7 +126,7 @@ def test_a_flood_of_connections_is_cut_and_the_operator_stays(
     monkeypatch.setattr(protocols, "HEADER_LIMIT", 0.5)
     url = urlsplit(page.url)
     with page.browser() as operator:
-        flood = [socket.create_connection((url.hostname, url.port), timeout=10) for _ in range(40)]
+        flood = [socket.create_connection((url.hostname, url.port), timeout=PATIENCE) for _ in range(40)]
         operator.send('{"do":"stop"}')
         page.next_command()
         assert all(_ended(one) for one in flood)

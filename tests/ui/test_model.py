@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 from tests.ui.boxes import boxes_glb
 from tests.ui.chromium import SOFTWARE_GL, Tab, needs_chromium, open_tab
+from tests.waiting import PATIENCE
 
 from chefbot.design.links import links
 from chefbot.design.urdf import urdf
@@ -230,7 +231,7 @@ def test_a_drag_on_the_floor_sends_the_robot_there_and_does_not_turn_the_picture
     tab.mouse("mouseMoved", *end)
     tab.wait_for("modelView.live.objects.has('aim')")
     tab.mouse("mouseReleased", *end)
-    goal = HEARD.get(timeout=20)
+    goal = HEARD.get(timeout=PATIENCE)
     assert isinstance(goal, Goal)
     assert (goal.x, goal.y) == pytest.approx((x, y), abs=0.01)
     assert goal.yaw == pytest.approx(np.arctan2(0.15, -0.1), abs=0.1)

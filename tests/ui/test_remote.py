@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.fake_robot import fake_robot
+from tests.waiting import PATIENCE
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
@@ -57,15 +58,15 @@ def test_a_map_larger_than_it_says_is_refused() -> None:
 
 def test_layers_come_and_commands_go() -> None:
     with fake_robot() as robot, RemotePage(robot.url) as page:
-        assert page.wait_for("status", 20)["phase"] == "Waiting."
+        assert page.wait_for("status", PATIENCE)["phase"] == "Waiting."
         assert page.wait_for("map", 0.05) is None
         grid = robot.map_a_room()
-        shown = page.wait_for("map", 20)
+        shown = page.wait_for("map", PATIENCE)
         assert isinstance(shown, Grid)
         assert np.array_equal(shown.cells, grid.cells)
         for command in (Stop(), Goal(1.0, 2.0, 0.5), Drive(-0.5, 1.0)):
             page.send(command)
-            assert robot.heard.get(timeout=20) == command
+            assert robot.heard.get(timeout=PATIENCE) == command
 
 
 def test_a_robot_that_ends_is_told() -> None:
@@ -129,6 +130,6 @@ def test_a_page_on_the_network_wants_its_token() -> None:
             RemotePage(url.partition("?")[0])
         server.show("status", Status(phase="Here."))
         with RemotePage(url) as page:
-            assert page.wait_for("status", 20)["phase"] == "Here."
+            assert page.wait_for("status", PATIENCE)["phase"] == "Here."
     finally:
         server.stop()

@@ -13,6 +13,7 @@ import pytest
 
 from chefbot.wire.keyring import Keyring
 from chefbot.wire.session import Wire
+from tests.waiting import PATIENCE
 from tests.wire.network import Network, admit
 
 OTHER = Path(__file__).parent / "other.py"
@@ -47,7 +48,7 @@ def other(port: int) -> Iterator[Callable[..., subprocess.Popen[str]]]:
 
     yield start
     for process in running:
-        process.communicate(timeout=10)
+        process.communicate(timeout=PATIENCE)
 
 
 @pytest.fixture

@@ -25,6 +25,7 @@ from chefbot.wire.node import WireNode
 from chefbot.wire.qos import CLOCK, LATCHED
 from chefbot.wire.robot_time import RobotTime
 from chefbot.wire.session import Wire
+from tests.waiting import PATIENCE
 
 ROBOT = load_robot("chefbot_lidar")
 Start = Callable[..., ExitStack]
@@ -103,7 +104,9 @@ def test_another_kind_of_robot_and_taken_names_are_refused(wire: Wire, robot: St
         pytest.raises(UserError, match="is a chefbot, not"),
     ):
         met(wire, guest())
-    assert wire.graph.wait_for(lambda graph: not any(one.name == "chefbot" for one in graph.nodes()), 10.0)
+    assert wire.graph.wait_for(
+        lambda graph: not any(one.name == "chefbot" for one in graph.nodes()), PATIENCE
+    )
     robot("/robot1", "remote_page")
     with pytest.raises(UserError, match="/robot1/remote_page runs already"):
         met(wire, guest())
@@ -128,7 +131,7 @@ def test_a_robot_that_comes_again_is_a_new_one(wire: Wire, robot: Start) -> None
         first.close()
         assert not stopped.wait(1.5)  # gone is not anew: its link may be cut
         robot("/robot1")
-        assert stopped.wait(10.0) and anew.is_set()
+        assert stopped.wait(PATIENCE) and anew.is_set()
 
 
 def test_each_guest_has_a_node_of_its_own() -> None:

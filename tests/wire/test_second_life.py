@@ -24,6 +24,7 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.wire.node import WireNode
 from chefbot.wire.qos import LATCHED, PARAMETERS
 from tests.chaos.launched import running, wait_for
+from tests.waiting import PATIENCE
 
 LAUNCH = """
 about: A waiter and the gate before the wheels, in a process of their own.
@@ -38,7 +39,7 @@ SET = {"teleop_hold": 2.5, "limiter.timeout": 0.25}
 
 def get(node: WireNode, *names: str) -> list[float]:
     answer = node.client("/base/get_parameters", GetParameters).call(
-        GetParameters_Request(names), timeout=10.0
+        GetParameters_Request(names), timeout=PATIENCE
     )
     return [one.double_value for one in answer.values]
 
@@ -46,7 +47,7 @@ def get(node: WireNode, *names: str) -> list[float]:
 def set_all(node: WireNode) -> None:
     values = tuple(Parameter(name, ParameterValue(DOUBLE, double_value=value)) for name, value in SET.items())
     client = node.client("/base/set_parameters", SetParameters)
-    answer = client.call(SetParameters_Request(values), timeout=10.0)
+    answer = client.call(SetParameters_Request(values), timeout=PATIENCE)
     assert all(one.successful for one in answer.results)
 
 

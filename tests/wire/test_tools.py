@@ -31,6 +31,7 @@ from chefbot.msgs import rcl_interfaces as rcl
 from chefbot.msgs.base import Float64, Message, Uint8
 from chefbot.msgs.definition import Description, FieldDescription, describe, type_hash
 from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.nav2_msgs import NavigateToPose
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header, String
@@ -229,11 +230,19 @@ def test_services_and_actions_of_another_process(verb: Callable, wire: Wire, oth
 
 
 @pytest.mark.slow
-def test_ctrl_c_cancels_a_goal(verb: Callable, wire: Wire, other: Callable) -> None:
-
+def test_ctrl_c_cancels_a_goal(verb: Callable, wire: Wire, base: WireNode, other: Callable) -> None:
+    """It comes with the first feedback, so the goal runs."""
     other("peer")
     assert wire.graph.wait_for(lambda graph: "/far/navigate_to_pose" in graph.actions(), PATIENCE)
-    threading.Timer(2.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    pressed = threading.Event()
+
+    def press(_: Message) -> None:
+        if not pressed.is_set():
+            pressed.set()
+            os.kill(os.getpid(), signal.SIGINT)
+
+    topic = "/far/navigate_to_pose/_action/feedback"
+    base.subscription(topic, NavigateToPose.feedback_message, press)
     code, out, said = verb("action", "send", "/far/navigate_to_pose", "{behavior_tree: slow}", "--quiet")
     assert code == 1 and "status: cancelled" in out and "cancelling" in said
 

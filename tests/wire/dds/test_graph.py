@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.waiting import wait_for
+from tests.waiting import PATIENCE, wait_for
 from tests.wire.dds.other import LOOPBACK, Peer
 
 from chefbot.msgs.geometry_msgs import Twist
@@ -111,7 +111,7 @@ def test_cyclones_own_tool_reads_the_types(robot: WireNode, bridge: DdsBridge, d
 
     def told() -> str:
         environment = {**os.environ, "CYCLONEDDS_URI": LOOPBACK}
-        found = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment)
+        found = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, env=environment)
         return found.stdout if "LaserScan_" in found.stdout else ""
 
     told_type = wait_for(told, "the type")

@@ -91,7 +91,7 @@ class GridPlanner:
             self._g = np.full(self._padded.size, np.inf, np.float32)
             self._written = np.empty(self._padded.size, np.int32)
         else:
-            self._g[self._written[: self._count]] = np.inf
+            search.clear(self._g, self._written, self._count)
         self._count = 0
         search.pad(costmap.cells, LETHAL, self._padded)
 
@@ -133,7 +133,7 @@ class GridPlanner:
     def _search(self, source: int, goal: int) -> None:
         search.weigh(self._padded.reshape(-1), self._weight, self._weights)
         heaviest, stride = float(self._weight.max()), self._padded.shape[1]
-        self._count = search.search(self._weights, heaviest, stride, source, goal, self._g, self._written)
+        self._count, _ = search.search(self._weights, heaviest, stride, source, goal, self._g, self._written)
 
     def _no_way(self, start: SE2, goal: SE2) -> PlanningError:
         """After a search that has seen all there is to reach."""

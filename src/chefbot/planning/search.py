@@ -3,16 +3,16 @@
 A step costs its length in cells times the mean weight of its two cells; a weight is at least 1, and 0 says
 blocked. A diagonal step is open only if both cells beside it are (no corner is cut). The open list is a
 ring of buckets (Dial 1969): for Dijkstra one unit wide, the least that a step costs, so that what is taken
-from a bucket is final; for A* (Hart, Nilsson & Raphael 1968) narrower, and a cell that is improved within
-its bucket is taken again. First in, first out: taken from the end, a long line of cells is followed at a cost
-that the next entry makes worthless. The octile distance is consistent because no weight is below 1; the
-search ends when the goal's bucket is empty, so the cost found is the least.
+from a bucket is final; for A* (Hart, Nilsson & Raphael 1968) wider, so that most cells that are improved while
+they wait stay in their bucket, and a cell that is improved once it was expanded is expanded again. First in, first
+out: taken from the end, a long line of cells is followed at a cost that the next entry makes worthless. The octile
+distance is consistent because no weight is below 1; the search ends when the goal's bucket is empty, so the cost
+found is the least.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -21,8 +21,11 @@ from numpy.typing import NDArray
 SQRT2 = math.sqrt(2.0)
 HALF = np.float32(0.5)
 HALF_DIAGONAL = np.float32(0.5 * SQRT2)
-LEVELS = 16
-"""Buckets per unit of cost for A*, in which steps towards the goal hardly raise the estimate."""
+OCTILE = np.float32(SQRT2 - 1.0)
+WIDTH = 2.0
+"""Cost in a bucket of A*. Half of it and twice of it take 5 % longer, a sixteenth a quarter longer."""
+ROUNDED = np.float32(1.0 + 1e-6)
+"""Times a sum in 32 bits: no less than the exact one."""
 DOWN, RIGHT = (0, 0, 1, -1, 1, 1, -1, -1), (1, -1, 0, 0, 1, -1, 1, -1)
 """Rows and columns to the eight neighbours, the diagonal ones last."""
 
@@ -47,11 +50,18 @@ def weigh(cells: NDArray[np.uint8], weight: NDArray[np.float32], out: NDArray[np
         out[i] = weight[cells[i]]
 
 
+@njit(cache=True, nogil=True)
+def clear(g: NDArray[np.float32], written: NDArray[np.int32], count: int) -> None:
+    """Infinity for the first `count` cells of `written`."""
+    for i in range(count):
+        g[written[i]] = np.inf
+
+
 @njit(cache=True, nogil=True, inline="always")
-def _estimate(cost: np.float32, row: int, column: int, goal_row: int, goal_column: int) -> float:
-    """The cost so far and the octile distance to the goal, the least that any way on can cost."""
+def _octile(row: int, column: int, goal_row: int, goal_column: int) -> np.float32:
+    """The least that any way to the goal can cost."""
     dr, dc = abs(row - goal_row), abs(column - goal_column)
-    return float(cost + max(dr, dc) + (SQRT2 - 1.0) * min(dr, dc))
+    return np.float32(max(dr, dc)) + OCTILE * np.float32(min(dr, dc))
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -67,45 +77,14 @@ def _improves(
     return int((cost + half * (here + weight[n]) < g[n]) & (weight[n] > 0.0))
 
 
-class _Open(NamedTuple):
-    """Ring of buckets: cells that wait, each with the cost at which it was reached, in lists that share one memory.
-
-    first, last: (slots,) entries of each bucket, first -1 for none. cell, key, after: of an entry its cell, cost and
-    successor, -1 for none.
-    """
-
-    first: NDArray[np.int32]
-    last: NDArray[np.int32]
-    cell: NDArray[np.int32]
-    key: NDArray[np.float32]
-    after: NDArray[np.int32]
-
-
-@njit(cache=True, nogil=True)
-def _open_list(cells: int, slots: int) -> _Open:
-    """An empty one; a cell waits at most once for each of its neighbours, and memory never touched costs nothing."""
-    n = 8 * cells
-    first, last = np.full(slots, -1, np.int32), np.empty(slots, np.int32)
-    return _Open(first, last, np.empty(n, np.int32), np.empty(n, np.float32), np.empty(n, np.int32))
-
-
 @njit(cache=True, nogil=True, inline="always")
-def _take(opened: _Open, slot: int, spent: int) -> tuple[np.uint64, np.float32, int]:
-    """The cell that waits longest in a bucket, its cost, and the entry that is free now, `spent` behind it."""
-    entry = opened.first[slot]
-    opened.first[slot], opened.after[entry] = opened.after[entry], spent
-    return np.uint64(opened.cell[entry]), opened.key[entry], entry
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _append(opened: _Open, slot: int, entry: int, n: np.uint64, cost: np.float32) -> None:
-    """Cell n to the end of a bucket, as `entry`."""
-    opened.cell[entry], opened.key[entry], opened.after[entry] = n, cost, -1
-    if opened.first[slot] < 0:
-        opened.first[slot] = entry
-    else:
-        opened.after[opened.last[slot]] = entry
-    opened.last[slot] = entry
+def _take(
+    slot: int, spent: int, first: NDArray[np.int32], cell: NDArray[np.int32], after: NDArray[np.int32]
+) -> tuple[np.uint64, int]:
+    """The cell that waits longest in a bucket, and the entry that is free now, `spent` behind it."""
+    entry = first[slot]
+    first[slot], after[entry] = after[entry], spent
+    return np.uint64(cell[entry]), entry
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -118,6 +97,7 @@ def _cuts_corner(weight: NDArray[np.float32], one: np.uint64, other: np.uint64) 
 def _improved(
     at: np.uint64,
     cost: np.float32,
+    here: np.float32,
     row_on: np.uint64,
     weight: NDArray[np.float32],
     g: NDArray[np.float32],
@@ -127,7 +107,7 @@ def _improved(
 
     Without branches, which could not be predicted: mostly it is one.
     """
-    one, here, hits = np.uint64(1), weight[at], 0
+    one, hits = np.uint64(1), 0
     better[hits] = 0
     hits += _improves(at + one, cost, HALF, here, weight, g)
     better[hits] = 1
@@ -156,58 +136,80 @@ def search(
     goal: int,
     g: NDArray[np.float32],
     written: NDArray[np.int32],
-) -> int:
+) -> tuple[int, int]:
     """Cost-to-come `g` from `source`, until `goal` is certain or, if `goal` < 0, everywhere.
 
     weight: flat grid with a blocked rim, rows of `stride` cells, none above `heaviest`. g: flat, inf
-    before. written: flat, takes every cell whose g was written (for a cheap reset). Returns how many.
+    before. written: flat, takes every cell whose g was written (for a cheap reset). Returns how many were
+    written, and how often one was expanded.
 
-    One kernel, and unsigned indices: arrays passed on for every cell, or a look at each index whether it
-    counts from the end, cost more than the work itself.
+    One kernel, and unsigned indices: arrays passed on for every cell (the end of the open list alone, in a function
+    of its own: a quarter), or a look at each index whether it counts from the end, cost more than the work itself.
     """
-    fine = LEVELS if goal >= 0 else 1
-    slots = 1 << math.ceil(math.log2((2 * SQRT2 * heaviest + 4.0) * fine))
-    opened = _open_list(weight.shape[0], slots)
+    fine, towards = (
+        (np.float32(1.0 / WIDTH), np.float32(1.0)) if goal >= 0 else (np.float32(1.0), np.float32(0.0))
+    )
+    slots = 1 << math.ceil(math.log2((2 * SQRT2 * heaviest + 4.0) * fine + 2.0))
+    # the open list: first and last entry of each bucket (-1 for none), cell and successor of each entry; a cell
+    # waits at most twice for each of its neighbours, and memory never touched costs nothing
+    room = 16 * weight.shape[0]
+    first, last = np.full(slots, -1, np.int32), np.empty(slots, np.int32)
+    cell, after = np.empty(room, np.int32), np.empty(room, np.int32)
     down, right, better = np.array(DOWN), np.array(RIGHT), np.empty(8, np.uint64)
     offset = (down * stride + right).astype(np.uint64)
+    above, beside = (down * stride).astype(np.uint64), right.astype(np.uint64)
     to_row, to_column = np.int32(goal // stride), np.int32(goal % stride)
     # the source waits alone, in the bucket of its estimate
     row, column = np.int32(source // stride), np.int32(source % stride)
-    bucket = int(_estimate(np.float32(0.0), row, column, to_row, to_column) * fine) if goal >= 0 else 0
-    g[source], written[0], used, spent, found, waiting = 0.0, source, 1, -1, 1, 1
-    _append(opened, bucket & (slots - 1), 0, np.uint64(source), np.float32(0.0))
+    bucket = int(towards * _octile(row, column, to_row, to_column) * fine)
+    g[source], written[0], used, spent, found, expanded, waiting = 0.0, source, 1, -1, 1, 0, 1
+    first[bucket & (slots - 1)] = last[bucket & (slots - 1)] = 0
+    cell[0], after[0] = source, -1
     while waiting > 0 and (goal < 0 or g[goal] * fine >= bucket):
         slot = bucket & (slots - 1)
-        while opened.first[slot] >= 0:
-            at, cost, spent = _take(opened, slot, spent)
+        while first[slot] >= 0:
+            at, spent = _take(slot, spent, first, cell, after)
             waiting -= 1
-            if cost != g[at]:
-                continue  # it was expanded since, at a lower cost
             row = np.int32(at) // np.int32(stride)
             column = np.int32(at) - row * np.int32(stride)
-            for i in range(_improved(at, cost, np.uint64(stride), weight, g, better)):
+            cost, here = g[at], weight[at]
+            estimate = cost + towards * _octile(row, column, to_row, to_column)
+            if int(estimate * ROUNDED * fine) < bucket:
+                continue  # it was expanded since, in an earlier bucket
+            expanded += 1
+            for i in range(_improved(at, cost, here, np.uint64(stride), weight, g, better)):
                 k = better[np.uint64(i)]
                 n = at + offset[k]
-                if k > 3 and _cuts_corner(weight, at + np.uint64(down[k] * stride), at + np.uint64(right[k])):
+                if k > 3 and _cuts_corner(weight, at + above[k], at + beside[k]):
                     continue
-                # reached at a lower cost, for the first time or once more
-                if g[n] == np.inf:
+                # reached for the first time, or at a lower cost
+                before, reached = g[n], cost + (HALF if k < 4 else HALF_DIAGONAL) * (here + weight[n])
+                g[n] = reached
+                ahead = towards * _octile(
+                    np.int32(row + down[k]), np.int32(column + right[k]), to_row, to_column
+                )
+                later = max(int((reached + ahead) * fine), bucket)
+                if before == np.inf:
                     written[found] = n
                     found += 1
-                g[n] = reached = cost + (HALF if k < 4 else HALF_DIAGONAL) * (weight[at] + weight[n])
-                estimate = float(reached)
-                if goal >= 0:
-                    estimate = _estimate(reached, row + down[k], column + right[k], to_row, to_column)
+                elif later > bucket and later == int((before + ahead) * fine):
+                    continue  # it waits there already
                 # it waits in the place of a spent entry if there is one
                 entry = spent
                 if entry >= 0:
-                    spent = opened.after[entry]
+                    spent = after[entry]
                 else:
                     entry, used = used, used + 1
-                _append(opened, max(int(estimate * fine), bucket) & (slots - 1), entry, n, reached)
+                cell[entry], after[entry] = n, -1
+                line = later & (slots - 1)
+                if first[line] < 0:
+                    first[line] = entry
+                else:
+                    after[last[line]] = entry
+                last[line] = entry
                 waiting += 1
         bucket += 1
-    return found
+    return found, expanded
 
 
 @njit(cache=True, nogil=True)

@@ -87,7 +87,7 @@ def test_a_healthy_sensor_never_stops_the_robot(noise: float, quantum: float, sp
     """With and without noise, in millimetres, standing and driving."""
     bench = Bench(noise, quantum)
     bench.run(1.0)
-    assert not any(bench.run(3.0, speed=speed)) and not bench.watch.blind
+    assert not any(bench.run(3.0, speed=speed)) and not bench.watch.blind()
 
 
 def test_after_silence_it_says_so_within_three_periods_and_a_tick(bench: Bench) -> None:
@@ -160,14 +160,14 @@ def test_a_hall_without_anything_in_reach_is_legal(speed: float) -> None:
     bench = Bench()
     nothing = np.full(BEAMS, np.inf)
     bench.run(1.0, ranges=nothing)
-    assert not any(bench.run(3.0, ranges=nothing, speed=speed)) and not bench.watch.blind
+    assert not any(bench.run(3.0, ranges=nothing, speed=speed)) and not bench.watch.blind()
 
 
 def test_walls_do_not_vanish_at_once(bench: Bench) -> None:
     bench.run(1.0, ranges=np.full(BEAMS, np.inf))
-    assert bench.watch.blind
+    assert bench.watch.blind()
     bench.run(0.2)
-    assert not bench.watch.blind
+    assert not bench.watch.blind()
 
 
 @pytest.mark.parametrize("nothing", [np.nan, 0.0, -np.inf])
@@ -175,10 +175,10 @@ def test_a_quarter_without_data_is_blind_and_some_dropped_beams_are_not(bench: B
     ranges = bench.measure()
     ranges[np.random.default_rng(4).random(BEAMS) < 0.3] = nothing
     bench.send(ranges)
-    assert not bench.watch.blind
+    assert not bench.watch.blind()
     ranges[90:180] = nothing
     bench.send(ranges)
-    assert bench.watch.blind
+    assert bench.watch.blind()
 
 
 def test_data_that_find_no_place_in_the_costmap_are_none(bench: Bench) -> None:

@@ -14,7 +14,10 @@ BINS = 160
 
 
 class ClearSensorsNode(Node):
-    """Publishes at the rate of the robot's lidar and camera, in base_link; `blind`: the camera sees nothing."""
+    """Publishes at the rate of the robot's lidar and camera, in base_link.
+
+    `blind`: the camera sees nothing. `wall`: metres to one that fills its picture, inf for none.
+    """
 
     params: NoParams
     scan: Out[LaserScan]
@@ -22,14 +25,15 @@ class ClearSensorsNode(Node):
 
     def start(self) -> None:
         """Sees all."""
-        self.blind = False
+        self.blind, self.wall = False, np.inf
 
     @every(hz=10)
     def look(self) -> None:
         """A fresh message of each."""
-        header, far = Header.of(self.now_ns, "base_link"), np.full(BINS, np.inf, np.float32)
+        header = Header.of(self.now_ns, "base_link")
+        far = np.full(BINS, np.inf if self.blind else self.wall, np.float32)
         ranges = np.full(360, WALL, np.float32)
         self.scan.publish(LaserScan(header, -np.pi, np.pi, np.pi / 180, 0.0, 0.1, 0.16, 8.0, ranges))
-        seen_to = 0.0 if self.blind else 4.0
+        seen_to = 0.0 if self.blind else min(self.wall, 4.0)
         floor = np.full(BINS, 0.7, np.float32), np.full(BINS, seen_to, np.float32)
         self.obstacles.publish(ObstacleScan(header, -0.5, 1.0 / BINS, 8.0, far, *floor))

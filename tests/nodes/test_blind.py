@@ -1,4 +1,4 @@
-"""A camera that shows nothing, as before a wall: the robot does not drive forward, but may turn and back up."""
+"""A camera that shows nothing: the robot does not drive forward, but may turn and back up."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from tests.nodes.test_motions import ordered, speeds
 from tests.nodes.test_stopped import Robot
 
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, Twist
 from chefbot.msgs.nav2_msgs import BackUp_Goal, DriveOnHeading_Goal, FollowPath_Goal
 from chefbot.msgs.nav_msgs import Path
@@ -50,3 +51,17 @@ def test_it_may_turn(robot: Robot) -> None:
     robot.order("spin")
     robot.run(1.0)
     assert any(one.message.angular.z for one in robot.said if isinstance(one.message, Twist))
+
+
+@pytest.mark.parametrize(("wall", "level"), [(0.6, OK), (1.5, ERROR)])
+def test_a_wall_that_it_saw_is_known_where_it_is_too_near_to_be_seen(wall: float, level: int) -> None:
+    """The marks that it left say why the picture is empty; marks far off do not."""
+    robot = Robot()
+    sensors: Any = robot.system.nodes["sensors"]
+    sensors.wall = wall
+    robot.run(1.0)
+    sensors.blind = True
+    robot.run(2.5)
+    arrays = [one.message for one in robot.said if isinstance(one.message, DiagnosticArray)]
+    told = [status for array in arrays for status in array.status if status.name == "obstacle sensors"]
+    assert told[-1].level == level, told[-1].message

@@ -95,12 +95,14 @@ class SensorWatch:
             self._complain(fault)
         return self._fault if self._good < GOOD_AGAIN else ""
 
-    @property
-    def blind(self) -> bool:
-        """Whether the newest message shows nothing in a quarter of the field of view or more."""
+    def blind(self, known: NDArray[np.bool_] | None = None) -> bool:
+        """Whether the newest message shows nothing in a quarter of the field of view or more.
+
+        known: (n,) directions in which it is known why they show nothing; these do not count.
+        """
         if self._last is None:
             return False
-        quarters = np.array_split(self._last.mute, 4)
+        quarters = np.array_split(self._last.mute if known is None else self._last.mute & ~known, 4)
         return any(float(part.mean()) > MUTE_SHARE for part in quarters if len(part)) or self._lost_all
 
     @property

@@ -55,3 +55,11 @@ class Raster:
         """The cell that holds the point, or `outside`."""
         row, column = self.cell(x, y)
         return int(self.cells[row, column]) if self.contains(x, y) else outside
+
+    def values(self, x: NDArray[np.float64], y: NDArray[np.float64], outside: int) -> NDArray[Any]:
+        """The cells that hold the points, shaped as `x` and `y`; `outside` where they lie beside it."""
+        rows = np.floor((y - self.origin_y) / self.resolution).astype(np.int64)
+        columns = np.floor((x - self.origin_x) / self.resolution).astype(np.int64)
+        inside = (rows >= 0) & (rows < self.height) & (columns >= 0) & (columns < self.width)
+        found: NDArray[Any] = np.where(inside, self.cells[rows * inside, columns * inside], outside)
+        return found

@@ -330,16 +330,16 @@ class ControllerNode(Node):
             result = FollowPath_Result(error_code=PATIENCE_EXCEEDED, error_msg=sentence)
             self._end(self._following, result)
 
-    def _command(self, v: float, w: float) -> str:
+    def _command(self, v: float, w: float, pose: SE2, costs: Costmap) -> str:
         """A twist, but not forward to where a blind camera does not look: then a sentence."""
-        why = self._sensors.blind_ahead if v > 0.0 else ""
+        why = self._sensors.blind_ahead(pose, costs) if v > 0.0 else ""
         self.cmd_vel_nav.publish(Twist.of(0.0 if why else v, w))
         self._standing.go_on()
         return why
 
     def _step_motion(self, motion: Behavior, moved: Future[Progress], pose: SE2, costs: Costmap) -> None:
         step = motion.update(pose, costs, 1.0 / RATE)
-        blind = self._command(step.v, step.w)
+        blind = self._command(step.v, step.w, pose, costs)
         self._report()
         if blind or step.progress is not Progress.RUNNING:
             moved.set(Progress.BLOCKED if blind else step.progress)
@@ -349,7 +349,7 @@ class ControllerNode(Node):
         if path is not self._given:
             self._give(path, same_goal=True)
         v, w, status = self._controller.command(pose, self._twist(), costs)
-        blind = self._command(v, w)
+        blind = self._command(v, w, pose, costs)
         self._blocked = self._blocked + 1.0 / RATE if blind or status is Status.BLOCKED else 0.0
         moving = self._progress.moving(pose, 1.0 / RATE)
         if status is Status.REACHED:
@@ -382,7 +382,7 @@ class ControllerNode(Node):
     @every(hz=1)
     def publish_health(self) -> None:
         """Which sensor is at fault, also while nothing is to be done."""
-        status = self._sensors.health(self.now_ns, self._pose())
+        status = self._sensors.health(self.now_ns, self._pose(), self._costs.update())
         self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))
 
     @every(hz=1)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+from numpy.typing import NDArray
 
 from chefbot.control.sensor_watch import SensorWatch, View
+from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticStatus
@@ -12,8 +16,11 @@ from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.robot.spec import Robot
 
 WELL = "The obstacle sensors send good data."
+BLIND = "The depth camera is blind: a quarter of its picture or more shows nothing; I do not drive forward."
 NEAR = 0.5
 """Share of the range within which surfaces do not vanish from one message to the next."""
+BEYOND = 0.1
+"""Metres beyond the camera's least range within which a marked obstacle may be what it no longer sees."""
 
 
 def laser_view(scan: LaserScan) -> View:
@@ -40,6 +47,8 @@ class ObstacleSensors:
         lidar, camera = robot.sensors.lidar, robot.sensors.depth_camera
         self._lidar = SensorWatch("lidar", 1.0 / lidar.rate) if lidar is not None else None
         self._camera = SensorWatch("depth camera", 1.0 / camera.rate) if camera is not None else None
+        self._mounted = camera
+        self._seen: ObstacleScan | None = None
 
     def see_scan(self, scan: LaserScan, now_ns: int, pose: SE2 | None) -> None:
         """A laser scan; of a robot without a lidar it is the depth camera's, which is watched by its obstacles."""
@@ -53,6 +62,7 @@ class ObstacleSensors:
 
     def see_obstacles(self, seen: ObstacleScan, now_ns: int, pose: SE2 | None) -> None:
         """What the depth camera sees."""
+        self._seen = seen
         if self._camera is not None:
             self._camera.see(camera_view(seen), now_ns, pose)
 
@@ -65,21 +75,37 @@ class ObstacleSensors:
         """Why the robot must stand, a sentence that names the sensor; empty while all data are good."""
         watches = (watch for watch in (self._lidar, self._camera) if watch is not None)
         faults = [watch.fault(now_ns, pose) for watch in watches]
-        if self._lidar is not None and self._lidar.blind:
+        if self._lidar is not None and self._lidar.blind():
             faults.append("The lidar is blind: a quarter of its view or more shows nothing.")
         return next((fault for fault in faults if fault), "")
 
-    @property
-    def blind_ahead(self) -> str:
+    def blind_ahead(self, pose: SE2 | None, costs: Costmap) -> str:
         """Why the robot must not drive forward, a sentence; it may turn to where it sees.
 
-        A depth camera shows nothing of what is nearer than its least range, as before a wall.
+        A depth camera shows nothing of what is nearer than its least range, as before a wall; where the costmap
+        (in odom, as the pose) has that wall marked, it is known.
         """
-        if self._camera is None or not self._camera.blind:
-            return ""
-        return "The depth camera is blind: a quarter of its picture or more shows nothing; I do not drive forward."
+        camera = self._camera
+        return (
+            BLIND if camera is not None and camera.blind() and camera.blind(self._marked(pose, costs)) else ""
+        )
 
-    def health(self, now_ns: int, pose: SE2 | None) -> DiagnosticStatus:
+    def _marked(self, pose: SE2 | None, costs: Costmap) -> NDArray[np.bool_] | None:
+        """Directions of the camera in which an obstacle is marked that may be too near to be seen."""
+        camera, seen = self._mounted, self._seen
+        if pose is None or camera is None or seen is None:
+            return None
+        at = pose @ camera.mount.planar
+        yaws = at.yaw + seen.angle_min + seen.angle_increment * np.arange(len(seen.ranges))
+        reach = (camera.range_min + BEYOND) / math.cos(
+            camera.field_of_view / 2
+        )  # ranges count along its axis
+        away = np.arange(0.0, reach, costs.resolution / 2)
+        x = at.x + np.cos(yaws)[:, None] * away
+        y = at.y + np.sin(yaws)[:, None] * away
+        return np.asarray((costs.values(x, y, outside=0) == LETHAL).any(axis=1))
+
+    def health(self, now_ns: int, pose: SE2 | None, costs: Costmap) -> DiagnosticStatus:
         """For /diagnostics, whether or not the robot has anything to do."""
-        fault = self.fault(now_ns, pose) or self.blind_ahead
+        fault = self.fault(now_ns, pose) or self.blind_ahead(pose, costs)
         return DiagnosticStatus(ERROR if fault else OK, "obstacle sensors", fault or WELL, self._robot_name)

@@ -156,3 +156,35 @@ def test_every_left_frontier_has_its_reason():
 
 def test_a_known_map_is_done():
     assert decide(["####", "#..#", "####"], True) == (None, ())
+
+
+def two_rooms(blocked):
+    """5 m x 5 m each, the right one seen through the door only, in which somebody stands if `blocked`."""
+    cells = np.full((100, 200), -1, np.int8)
+    cells[:, :100] = 0
+    cells[30:70, 100:140] = 0
+    cells[[0, -1], :100] = cells[:, 0] = 100
+    cells[:, 100] = 100
+    cells[40:60, 100] = 100 if blocked else 0
+    return Grid(cells, CELL, 0.0, 0.0)
+
+
+def decide_at_the_door(explorer, blocked):
+    grid, pose = two_rooms(blocked), SE2(2.5, 2.5, 0.0)
+    costs = LayeredCostmap(CostmapParams(), RADIUS)
+    costs.set_static(grid)
+    return explorer.decide(grid, GridPlanner().potential(costs.update(), pose), pose).goal
+
+
+def test_a_blocked_door_is_looked_at_again_before_the_rest_is_given_up():
+    explorer = Explorer(RADIUS)
+    goal = decide_at_the_door(explorer, True)
+    assert goal.blocked and goal.look_around and goal.pose.x == pytest.approx(4.8, abs=0.2)
+    explorer.fruitless(goal)
+    free = decide_at_the_door(explorer, False)
+    assert free is not None and not free.blocked
+    for _ in range(20):
+        if (goal := decide_at_the_door(explorer, True)) is None:
+            return
+        explorer.fruitless(goal)
+    raise AssertionError("it never ends")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from chefbot.exploration.frontiers import Frontier, find_frontiers
 from chefbot.exploration.params import ExplorerParams
-from chefbot.exploration.views import best_view, unknown_in_view
+from chefbot.exploration.views import best_view, nearest_reachable, unknown_in_view
 from chefbot.maths.angles import wrap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -19,8 +19,9 @@ from chefbot.maths.se2 import SE2
 FULL_TURN = 2.0 * math.pi
 WORTH_A_TURN = 2.0
 """A narrow sensor looks all around at a goal where that shows so many times more than the view ahead."""
-
-
+WORTH_A_LOOK = 4.0
+"""Square metres of unknown floor behind a blocked way for which the robot looks whether it is open now."""
+UNREACHABLE = "unreachable: no path to a place that sees it"
 GAIN_POWER = 0.25
 """Below 1 it prefers what is near: small corners are swept on the way instead of by a second tour."""
 
@@ -28,7 +29,8 @@ GAIN_POWER = 0.25
 class Goal(NamedTuple):
     """Go to `pose`, which sees the frontier at (x, y), and if `look_around`, turn about there.
 
-    gain: square metres of unknown floor in view. cost: metres of free driving, with turning.
+    gain: square metres of unknown floor in view. cost: metres of free driving, with turning. blocked: no way leads
+    to where the frontier can be seen; the robot looks from as near as it can come.
     """
 
     pose: SE2
@@ -37,6 +39,7 @@ class Goal(NamedTuple):
     look_around: bool
     gain: float
     cost: float
+    blocked: bool = False
 
 
 class Left(NamedTuple):
@@ -60,7 +63,7 @@ class Explorer:
 
     field_of_view: radians of the mapping sensor, 2 pi for a lidar that sees all around; its forward
     direction is the robot's. robot_radius: metres; a frontier shorter than the robot is wide leads nowhere
-    for it.
+    for it. When nothing else is left it looks again at ways that are blocked, as by somebody who stands in a door.
     """
 
     def __init__(
@@ -71,6 +74,7 @@ class Explorer:
         self.least_gain = math.pi * robot_radius**2
         self.field_of_view = min(field_of_view, FULL_TURN)
         self._fruitless: list[tuple[float, float]] = []
+        self._looked_from: list[SE2] = []
 
     def decide(self, grid: Grid, cost_to_come: NDArray[np.float32], pose: SE2) -> Decision:
         """Where to go now. cost_to_come: (h, w) of the grid, metres from the robot, inf where it cannot
@@ -84,12 +88,16 @@ class Explorer:
                 goals.append(outcome)
             else:
                 left.append(Left(frontier.x, frontier.y, frontier.length, outcome))
+        goals = goals or [goal for one in left if (goal := self._look_again(grid, cost, one)) is not None]
         best = max(goals, key=lambda goal: goal.gain**GAIN_POWER / goal.cost, default=None)
         return Decision(best, tuple(left))
 
     def fruitless(self, goal: Goal) -> None:
         """The goal could not be reached, or was reached and its frontier is still there."""
-        self._fruitless.append((goal.x, goal.y))
+        if goal.blocked:
+            self._looked_from.append(goal.pose)
+        else:
+            self._fruitless.append((goal.x, goal.y))
 
     def still_there(self, grid: Grid, goal: Goal) -> bool:
         """Whether a frontier that the robot could pass is still near where the goal's was."""
@@ -112,7 +120,7 @@ class Explorer:
         reach = round(p.view_distance / grid.resolution)
         row, column = best_view(grid.cells, cost, p.occupied_from, *row_column, reach)
         if row < 0:
-            return "unreachable: no path to a place that sees it"
+            return UNREACHABLE
         goal = self._goal(grid, float(cost[row, column]), pose, frontier, (row, column))
         return goal if goal.gain >= self.least_gain else "too small: less unknown floor than the robot covers"
 
@@ -128,6 +136,25 @@ class Explorer:
         area = grid.resolution**2
         gain = max(around if look_around else ahead, 1) * area
         return Goal(SE2(x, y, yaw), frontier.x, frontier.y, look_around, gain, cost)
+
+    def _look_again(self, grid: Grid, cost: NDArray[np.float32], left: Left) -> Goal | None:
+        """From the reachable place nearest to a frontier whose way is blocked; None where that is not worth it."""
+        if left.reason != UNREACHABLE:
+            return None
+        row, column = grid.cell(left.x, left.y)
+        gain = self._unknown(grid, (row, column), 0.0, FULL_TURN) * grid.resolution**2
+        place = nearest_reachable(cost, row, column, round(self.params.view_range / grid.resolution))
+        if gain < WORTH_A_LOOK or place is None:
+            return None
+        x, y = grid.centre(*place)
+        pose = SE2(x, y, math.atan2(left.y - y, left.x - x))
+        if (
+            sum(pose.distance(one) <= self.params.same_place for one in self._looked_from)
+            >= self.params.attempts
+        ):
+            return None
+        way = float(cost[place]) + self.params.turn_cost * FULL_TURN + self.params.fixed_cost
+        return Goal(pose, left.x, left.y, True, gain, way, blocked=True)
 
     def _unknown(self, grid: Grid, place: tuple[int, int], yaw: float, field: float) -> int:
         reach = self.params.view_range / grid.resolution

@@ -65,3 +65,14 @@ def best_view(
             if near and cost[r, c] < least and sees(cells, occupied, r, c, row, column):
                 best_r, best_c, least = r, c, cost[r, c]
     return best_r, best_c
+
+
+def nearest_reachable(cost: NDArray[np.float32], row: int, column: int, reach: int) -> tuple[int, int] | None:
+    """The cell of finite cost-to-come nearest to (row, column), within `reach` cells; None if there is none."""
+    top, left = max(0, row - reach), max(0, column - reach)
+    rows, columns = np.nonzero(np.isfinite(cost[top : row + reach + 1, left : column + reach + 1]))
+    away = (rows + top - row) ** 2 + (columns + left - column) ** 2
+    if not len(away) or int(away.min()) > reach**2:
+        return None
+    nearest = int(away.argmin())
+    return int(rows[nearest]) + top, int(columns[nearest]) + left

@@ -3,6 +3,8 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 ARGS ?=
+# Processes that test at once: more than two cores can serve, since much of a test is waiting for other programs.
+TESTERS ?= 3
 
 .PHONY: demo test test-fast test-long lint bench fuzz fuzz-firmware fuzz-host clean
 
@@ -10,10 +12,10 @@ demo: $(VENV)/.demo
 	$(BIN)/chefbot demo $(ARGS)
 
 test: $(VENV)/.dev lint
-	$(BIN)/pytest -q -n 2 --dist worksteal $(ARGS)
+	$(BIN)/pytest -q -n $(TESTERS) --dist worksteal $(ARGS)
 
 test-fast: $(VENV)/.dev
-	$(BIN)/pytest -q -n 2 --dist worksteal -m "not slow and not long" $(ARGS)
+	$(BIN)/pytest -q -n $(TESTERS) --dist worksteal -m "not slow and not long" $(ARGS)
 
 # On a machine without other work: what needs minutes each, limits in seconds, and new examples for every property.
 # An example that it finds is kept in its test as `@example`.
@@ -21,7 +23,7 @@ ROUNDS ?= 5
 test-long: $(VENV)/.dev
 	CHEFBOT_QUIET_MACHINE=1 $(BIN)/pytest -q -s -m "long or timed" $(ARGS)
 	for round in $$(seq $(ROUNDS)); do HYPOTHESIS_PROFILE=search \
-	    $(BIN)/pytest -q -n 2 --dist worksteal -m "hypothesis and not long" $(ARGS) || exit 1; done
+	    $(BIN)/pytest -q -n $(TESTERS) --dist worksteal -m "hypothesis and not long" $(ARGS) || exit 1; done
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import os
+import signal
 import sys
 import tempfile
 from pathlib import Path
@@ -42,7 +43,21 @@ os.environ["CHEFBOT_WIRE_PORT"] = str(21000 + int(os.environ["ROS_DOMAIN_ID"]))
 
 os.environ["CHEFBOT_STATE"] = tempfile.mkdtemp(prefix="chefbot_state_")  # no test stops the owner's robot
 
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as for what a shell starts in the background
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 REPOSITORY = Path(__file__).parent.parent
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Deals the slow tests out to the workers, each of which begins with its share: at the end all are busy.
+
+    pytest-xdist gives every worker a contiguous part and lets those that are done take from the others.
+    """
+    workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    slow = [item for item in items if item.get_closest_marker("slow")]
+    fast = [item for item in items if not item.get_closest_marker("slow")]
+    items[:] = [item for i in range(workers) for part in (slow, fast) for item in part[i::workers]]
 
 
 def shared_file(name: str) -> Path:

@@ -25,7 +25,7 @@ from chefbot.wire.node import WireNode
 from chefbot.wire.parameters import _descriptor, flatten, from_value, to_value
 from chefbot.wire.session import Wire
 from tests.waiting import PATIENCE, wait_for
-from tests.wire.test_bridge import running
+from tests.wire.running import running
 from tests.wire.test_editions import peer  # noqa: F401 - a fixture
 
 OF_RCLPY = """

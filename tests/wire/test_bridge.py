@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import queue
 import re
-import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import msgspec
@@ -35,19 +31,15 @@ from chefbot.msgs.rcl_interfaces import (
 )
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.std_msgs import Float64, String
-from chefbot.msgs.type_description_interfaces import GetTypeDescription, GetTypeDescription_Request
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import PacedClock
-from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.record import Recorder
 from chefbot.runtime.replay import Replay, read_log
 from chefbot.runtime.system import System
 from chefbot.wire.action_client import ActionClient
 from chefbot.wire.action_server import ActionServer
 from chefbot.wire.attach import attached
 from chefbot.wire.attachment import Attachment
-from chefbot.wire.bridge import Bridge
 from chefbot.wire.bridged_actions import WITHOUT_REASON
 from chefbot.wire.gate import Doors
 from chefbot.wire.inbox import WIRE
@@ -56,66 +48,7 @@ from chefbot.wire.node import WireNode
 from chefbot.wire.qos import CLOCK, LATCHED, ROSOUT
 from chefbot.wire.session import Wire
 from tests.waiting import PATIENCE, in_time, wait_for
-
-ALL = {
-    "counter": "Counter",
-    "doubler": "Doubler",
-    "cook": "Cook",
-    "guest": "Guest",
-    "wheels": "Wheels",
-    "base": "Base",
-}
-
-
-def launch_of(names: tuple[str, ...]) -> Launch:
-    """With something that keeps the loop going, as a device does in every real launch."""
-    entries = {name: NodeEntry(kind=f"tests.runtime.toys:{ALL[name]}") for name in names}
-    entries["metronome"] = NodeEntry(kind="tests.runtime.toys:Counter", remap={"count": "tick"})
-    return Launch(name="test", about="", args={}, nodes=entries)
-
-
-class Running:
-    """A system that runs at the wall's pace in a thread, and an outsider on the same wire."""
-
-    def __init__(self, port: int, names: tuple[str, ...], record: Path | None) -> None:
-        self.system = System(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
-        self.recorder = Recorder(record, self.system.robot, 5) if record else None
-        if self.recorder:
-            self.system.loop.tap(self.recorder)
-        self.wire = Wire(port=port)
-        self.bridge = Bridge(self.system, self.wire, simulated=True)
-        self.outside = Wire(port=port, router=False)
-        self.outsider = WireNode(self.outside, "outsider")
-        self.system.launch(launch_of(names))
-        self.bridge.represent(self.system.nodes.values())
-        assert self.bridge.settle()
-        self.thread = threading.Thread(target=self.system.loop.run, args=(60 * 10**9,))
-        self.thread.start()
-
-    def stop(self) -> None:
-        self.system.loop.stop()
-        self.thread.join()
-        if self.recorder:
-            self.recorder.close()
-        self.system.stop()
-        self.outsider.close()
-        self.outside.close()
-        self.bridge.close()
-        self.wire.close()
-
-    def hear(self, topic: str, kind: type, *qos: object) -> queue.Queue:
-        got: queue.Queue = queue.Queue()
-        self.outsider.subscription(topic, kind, got.put, *qos)
-        return got
-
-
-@contextmanager
-def running(port: int, *names: str, record: Path | None = None) -> Iterator[Running]:
-    one = Running(port, names, record)
-    try:
-        yield one
-    finally:
-        one.stop()
+from tests.wire.running import launch_of, running
 
 
 def test_what_nodes_say_goes_out_and_what_comes_in_is_heard(port: int) -> None:
@@ -368,17 +301,6 @@ def test_params_are_set_where_a_node_can_take_them(port: int, monkeypatch: pytes
         assert answer.results[0].successful
         assert one.system.nodes["counter"].params.step == 5.0
         assert events.get(timeout=PATIENCE).changed_parameters[0].name == "step"
-
-
-def test_types_are_described_to_those_who_lack_them(port: int) -> None:
-    with running(port, "cook") as one:
-        client = one.outsider.client("/cook/get_type_description", GetTypeDescription)
-        for kind in (WireType.of(Float64), WireType.of(Deliver)):
-            answer = client.call(GetTypeDescription_Request(kind.name, kind.hash), PATIENCE)
-            assert answer.successful
-            assert answer.type_description.type_description.type_name == kind.name
-        wrong = client.call(GetTypeDescription_Request("std_msgs/msg/Float64", "RIHS01_0"), PATIENCE)
-        assert not wrong.successful and "hash" in wrong.failure_reason
 
 
 def test_a_run_with_outsiders_replays_to_the_byte(port: int, tmp_path: Path) -> None:

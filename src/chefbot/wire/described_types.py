@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from chefbot.msgs.definition import Description, describe, description_hash
+from chefbot.msgs.definition import Description, describe, description_hash, own_text
 from chefbot.msgs.registry import action_type, message_type, service_type
 from chefbot.msgs.type_description_interfaces import (
     GetTypeDescription,
     GetTypeDescription_Response,
     TypeDescription,
+    TypeSource,
 )
 from chefbot.wire.node import WireNode
 from chefbot.wire.service import Call
@@ -31,7 +32,8 @@ class TypeDescriptions:
         if asked and asked != known:
             call.answer(GetTypeDescription_Response(False, f"{name} is known here with the hash {known}"))
         else:
-            call.answer(GetTypeDescription_Response(True, "", TypeDescription.of(description)))
+            sources = _sources(description) if call.request.include_type_sources else ()
+            call.answer(GetTypeDescription_Response(True, "", TypeDescription.of(description), sources))
 
 
 def _find(name: str) -> tuple[Description, str]:
@@ -43,3 +45,20 @@ def _find(name: str) -> tuple[Description, str]:
     else:
         description = describe(message_type(name))
     return description, description_hash(description)
+
+
+def _sources(description: Description) -> tuple[TypeSource, ...]:
+    """As rosidl keeps them: of the type and of all that it uses, in the order of the description."""
+    return tuple(_source(one.name) for one in (description, *description.uses))
+
+
+def _source(name: str) -> TypeSource:
+    """What its file says without comments; a type that rosidl makes of a service or action has no file."""
+    _, folder, short = name.split("/")
+    if folder == "msg":
+        return TypeSource(name, folder, own_text(message_type(name)))
+    if "_" in short:
+        return TypeSource(name, "implicit", "")
+    kind: Any = service_type(name) if folder == "srv" else action_type(name)
+    parts = (kind.request, kind.response) if folder == "srv" else (kind.goal, kind.result, kind.feedback)
+    return TypeSource(name, folder, "---\n".join(map(own_text, parts)))

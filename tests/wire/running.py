@@ -1,0 +1,79 @@
+"""A system that runs in this process, and an outsider on the same wire."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import PacedClock
+from chefbot.runtime.launch import Launch, NodeEntry
+from chefbot.runtime.loop import Loop
+from chefbot.runtime.record import Recorder
+from chefbot.runtime.system import System
+from chefbot.wire.bridge import Bridge
+from chefbot.wire.node import WireNode
+from chefbot.wire.session import Wire
+
+ALL = {
+    "counter": "Counter",
+    "doubler": "Doubler",
+    "cook": "Cook",
+    "guest": "Guest",
+    "wheels": "Wheels",
+    "base": "Base",
+}
+
+
+def launch_of(names: tuple[str, ...]) -> Launch:
+    """With something that keeps the loop going, as a device does in every real launch."""
+    entries = {name: NodeEntry(kind=f"tests.runtime.toys:{ALL[name]}") for name in names}
+    entries["metronome"] = NodeEntry(kind="tests.runtime.toys:Counter", remap={"count": "tick"})
+    return Launch(name="test", about="", args={}, nodes=entries)
+
+
+class Running:
+    """A system that runs at the wall's pace in a thread, and an outsider on the same wire."""
+
+    def __init__(self, port: int, names: tuple[str, ...], record: Path | None) -> None:
+        self.system = System(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
+        self.recorder = Recorder(record, self.system.robot, 5) if record else None
+        if self.recorder:
+            self.system.loop.tap(self.recorder)
+        self.wire = Wire(port=port)
+        self.bridge = Bridge(self.system, self.wire, simulated=True)
+        self.outside = Wire(port=port, router=False)
+        self.outsider = WireNode(self.outside, "outsider")
+        self.system.launch(launch_of(names))
+        self.bridge.represent(self.system.nodes.values())
+        assert self.bridge.settle()
+        self.thread = threading.Thread(target=self.system.loop.run, args=(60 * 10**9,))
+        self.thread.start()
+
+    def stop(self) -> None:
+        self.system.loop.stop()
+        self.thread.join()
+        if self.recorder:
+            self.recorder.close()
+        self.system.stop()
+        self.outsider.close()
+        self.outside.close()
+        self.bridge.close()
+        self.wire.close()
+
+    def hear(self, topic: str, kind: type, *qos: object) -> queue.Queue:
+        got: queue.Queue = queue.Queue()
+        self.outsider.subscription(topic, kind, got.put, *qos)
+        return got
+
+
+@contextmanager
+def running(port: int, *names: str, record: Path | None = None) -> Iterator[Running]:
+    one = Running(port, names, record)
+    try:
+        yield one
+    finally:
+        one.stop()

@@ -129,6 +129,20 @@ def test_absurd_odometry_is_refused(odom: SE2) -> None:
         slam.update(LIDAR, ranges, odom)
 
 
+def test_odometry_that_leaps_is_said_and_the_map_goes_on(ring) -> None:
+    """There and back again, as by one message of somebody else's; and as after a new start."""
+    slam, ranges = Gmapping(GmappingParams(particles=2)), ring.ranges(SE2(1.3, 1.3, 0), LIDAR, 8.0)
+    slam.update(LIDAR, ranges, SE2(0, 0, 0))
+    slam.update(LIDAR, ranges, SE2(0.3, 0, 0.1))
+    for leap in (SE2(4e5, -1e5, 2.0), SE2(0.3, 0, 0.1), SE2(-200.0, 0, 0)):
+        with pytest.raises(UserError, match="leapt"):
+            slam.update(LIDAR, ranges, leap)
+        assert slam.pose == pytest.approx(SE2(0.3, 0, 0.1), abs=1e-6)
+    assert slam.update(LIDAR, ring.ranges(SE2(1.85, 1.3, 0.1), LIDAR, 8.0), SE2(-199.45, 0, 0))
+    assert slam.pose.distance(SE2(0.85, 0.0, 0.0)) < 0.3
+    assert slam.map().width < 500
+
+
 def test_scans_must_have_an_angle_for_each_range() -> None:
     with pytest.raises(UserError, match="angles"):
         Gmapping(GmappingParams()).update(LIDAR, np.ones(3, np.float32), SE2(0, 0, 0))

@@ -31,6 +31,8 @@ _OCCUPIED = 50
 """Percent from which a cell of a drawn map holds a surface."""
 _FURTHEST = 1e6
 """Metres; odometry beyond is broken."""
+_LEAP = 100.0
+"""Metres between two scans that no robot drives: the frame of odometry has moved."""
 
 
 class Gmapping:
@@ -80,9 +82,16 @@ class Gmapping:
 
         +inf and ranges of at least `range_max` mean nothing was in reach; NaN, -inf and ranges not above 0
         are no measurement (REP-117). Returns whether the scan was used: one is after enough motion.
-        UserError if the odometry is absurd, the arrays differ in length, or the map would grow absurdly.
+        UserError if the odometry is absurd, the arrays differ in length, or the map would grow absurdly; if
+        odometry has leapt, too, and the robot is where it was, in a frame of odometry that has moved.
         """
         self._check(angles, ranges, odom)
+        if self._odom is not None and (leap := self._odom.distance(odom)) > _LEAP:
+            self._processed_odom = odom @ self._odom.between(self._processed_odom)
+            self._odom = odom
+            raise UserError(
+                f"odometry leapt by {leap:.6g} m between two scans: taken for a new start of odometry"
+            )
         if self._odom is not None:
             self._step.add(self._odom.between(odom))
         first, self._odom = self._odom is None, odom

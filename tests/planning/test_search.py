@@ -15,7 +15,7 @@ SIDE = 200
 
 
 def searched(weight: NDArray[np.float32], source: int, goal: int) -> tuple[NDArray[np.float32], int, int]:
-    """Cost-to-come, cells written and how often one was expanded."""
+    """Cost-to-come, cells written and how often one was taken from the open list."""
     g, written = np.full(weight.size, np.inf, np.float32), np.empty(weight.size, np.int32)
     return g, *search(weight.reshape(-1), 4.0, weight.shape[1], source, goal, g, written)
 
@@ -32,11 +32,11 @@ def smooth_weights(seed: int) -> NDArray[np.float32]:
 
 @pytest.mark.parametrize("column", [10, 30, 110, 130, 150, 170])
 def test_no_cell_is_followed_far_at_a_cost_that_is_worthless(column: int) -> None:
-    """Taken from the end of a bucket, these cells of an open floor are expanded two to three times each."""
+    """Taken from the end of a bucket, these cells of an open floor are taken two to three times each."""
     weight = np.zeros((SIDE, SIDE), np.float32)
     weight[1:-1, 1:-1] = 1.0
-    _, written, expanded = searched(weight, SIDE + 1, (SIDE - 2) * SIDE + column)
-    assert expanded < 1.4 * written
+    _, written, taken = searched(weight, SIDE + 1, (SIDE - 2) * SIDE + column)
+    assert taken < 1.4 * written
 
 
 @settings(max_examples=30)
@@ -45,7 +45,7 @@ def test_the_cost_of_the_goal_is_that_of_the_whole_field(seed: int, ends: int) -
     weight = smooth_weights(seed)
     source, goal = np.random.default_rng(ends).choice(np.flatnonzero(weight), 2, replace=False)
     field, *_ = searched(weight, source, -1)
-    g, written, expanded = searched(weight, source, goal)
+    g, written, taken = searched(weight, source, goal)
     assert g[goal] == pytest.approx(field[goal], rel=1e-5)
     assert written == np.isfinite(g).sum()
-    assert expanded < 1.3 * written
+    assert taken < 1.3 * written

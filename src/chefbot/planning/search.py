@@ -4,10 +4,13 @@ A step costs its length in cells times the mean weight of its two cells; a weigh
 blocked. A diagonal step is open only if both cells beside it are (no corner is cut). The open list is a
 ring of buckets (Dial 1969): for Dijkstra one unit wide, the least that a step costs, so that what is taken
 from a bucket is final; for A* (Hart, Nilsson & Raphael 1968) wider, so that most cells that are improved while
-they wait stay in their bucket, and a cell that is improved once it was expanded is expanded again. First in, first
+they wait stay in their bucket, and a cell that is improved once it was taken is taken again. First in, first
 out: taken from the end, a long line of cells is followed at a cost that the next entry makes worthless. The octile
 distance is consistent because no weight is below 1; the search ends when the goal's bucket is empty, so the cost
 found is the least.
+
+One kernel, and unsigned indices: arrays passed on for every cell, or a look at each index whether it counts from the
+end, cost more than the work itself.
 """
 
 from __future__ import annotations
@@ -22,8 +25,8 @@ SQRT2 = math.sqrt(2.0)
 HALF = np.float32(0.5)
 HALF_DIAGONAL = np.float32(0.5 * SQRT2)
 OCTILE = np.float32(SQRT2 - 1.0)
-WIDTH = 2.0
-"""Cost in a bucket of A*. Half of it and twice of it take 5 % longer, a sixteenth a quarter longer."""
+PER_UNIT = np.float32(0.5)
+"""Buckets of A* for a unit of cost. Half or twice as many take 5 % longer, sixteen a quarter longer."""
 ROUNDED = np.float32(1.0 + 1e-6)
 """Times a sum in 32 bits: no less than the exact one."""
 DOWN, RIGHT = (0, 0, 1, -1, 1, 1, -1, -1), (1, -1, 0, 0, 1, -1, 1, -1)
@@ -77,14 +80,27 @@ def _improves(
     return int((cost + half * (here + weight[n]) < g[n]) & (weight[n] > 0.0))
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _take(
-    slot: int, spent: int, first: NDArray[np.int32], cell: NDArray[np.int32], after: NDArray[np.int32]
-) -> tuple[np.uint64, int]:
-    """The cell that waits longest in a bucket, and the entry that is free now, `spent` behind it."""
-    entry = first[slot]
-    first[slot], after[entry] = after[entry], spent
-    return np.uint64(cell[entry]), entry
+@njit(cache=True, nogil=True)
+def _open_list(
+    cells: int, slots: int, source: int, slot: int
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+    """Ring of `slots` buckets: lists of entries, of which the first `slots` are their heads; `source` is in `slot`.
+
+    Returns the cell and the successor (-1 for none) of each entry, and the last entry of each bucket. A cell waits at
+    most twice for each of its neighbours, and memory never touched costs nothing.
+    """
+    after, last = np.empty(slots + 16 * cells, np.int32), np.arange(slots).astype(np.int32)
+    cell = np.empty(len(after), np.int32)
+    after[: slots + 1] = -1
+    cell[slots], after[slot], last[slot] = source, slots, slots
+    return cell, after, last
+
+
+@njit(cache=True, nogil=True)
+def _to_neighbours(stride: int) -> tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.uint64]]:
+    """What to add to a cell's index for its neighbours, and for the two cells beside each diagonal step."""
+    down, right = np.array(DOWN) * stride, np.array(RIGHT)
+    return (down + right).astype(np.uint64), down.astype(np.uint64), right.astype(np.uint64)
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -141,42 +157,30 @@ def search(
 
     weight: flat grid with a blocked rim, rows of `stride` cells, none above `heaviest`. g: flat, inf
     before. written: flat, takes every cell whose g was written (for a cheap reset). Returns how many were
-    written, and how often one was expanded.
-
-    One kernel, and unsigned indices: arrays passed on for every cell (the end of the open list alone, in a function
-    of its own: a quarter), or a look at each index whether it counts from the end, cost more than the work itself.
+    written, and how often one was taken from the open list.
     """
-    fine, towards = (
-        (np.float32(1.0 / WIDTH), np.float32(1.0)) if goal >= 0 else (np.float32(1.0), np.float32(0.0))
-    )
+    fine, towards = (PER_UNIT, np.float32(1.0)) if goal >= 0 else (np.float32(1.0), np.float32(0.0))
     slots = 1 << math.ceil(math.log2((2 * SQRT2 * heaviest + 4.0) * fine + 2.0))
-    # the open list: first and last entry of each bucket (-1 for none), cell and successor of each entry; a cell
-    # waits at most twice for each of its neighbours, and memory never touched costs nothing
-    room = 16 * weight.shape[0]
-    first, last = np.full(slots, -1, np.int32), np.empty(slots, np.int32)
-    cell, after = np.empty(room, np.int32), np.empty(room, np.int32)
+    offset, above, beside = _to_neighbours(stride)
     down, right, better = np.array(DOWN), np.array(RIGHT), np.empty(8, np.uint64)
-    offset = (down * stride + right).astype(np.uint64)
-    above, beside = (down * stride).astype(np.uint64), right.astype(np.uint64)
     to_row, to_column = np.int32(goal // stride), np.int32(goal % stride)
     # the source waits alone, in the bucket of its estimate
-    row, column = np.int32(source // stride), np.int32(source % stride)
-    bucket = int(towards * _octile(row, column, to_row, to_column) * fine)
-    g[source], written[0], used, spent, found, expanded, waiting = 0.0, source, 1, -1, 1, 0, 1
-    first[bucket & (slots - 1)] = last[bucket & (slots - 1)] = 0
-    cell[0], after[0] = source, -1
+    bucket = int(towards * _octile(source // stride, source % stride, to_row, to_column) * fine)
+    cell, after, last = _open_list(weight.shape[0], slots, source, bucket & (slots - 1))
+    g[source], written[0], found, taken, used, spent, waiting = 0.0, source, 1, 0, slots + 1, -1, 1
     while waiting > 0 and (goal < 0 or g[goal] * fine >= bucket):
         slot = bucket & (slots - 1)
-        while first[slot] >= 0:
-            at, spent = _take(slot, spent, first, cell, after)
-            waiting -= 1
-            row = np.int32(at) // np.int32(stride)
-            column = np.int32(at) - row * np.int32(stride)
+        while after[slot] >= 0:
+            # the cell that waits longest; its entry is free now
+            entry = after[slot]
+            at, after[slot], after[entry], spent = np.uint64(cell[entry]), after[entry], spent, entry
+            if after[slot] < 0:
+                last[slot] = slot
+            waiting, taken = waiting - 1, taken + 1
+            row, column = np.int32(at) // np.int32(stride), np.int32(at) % np.int32(stride)
             cost, here = g[at], weight[at]
-            estimate = cost + towards * _octile(row, column, to_row, to_column)
-            if int(estimate * ROUNDED * fine) < bucket:
-                continue  # it was expanded since, in an earlier bucket
-            expanded += 1
+            if int((cost + towards * _octile(row, column, to_row, to_column)) * ROUNDED * fine) < bucket:
+                continue  # it was taken since, in an earlier bucket
             for i in range(_improved(at, cost, here, np.uint64(stride), weight, g, better)):
                 k = better[np.uint64(i)]
                 n = at + offset[k]
@@ -185,31 +189,21 @@ def search(
                 # reached for the first time, or at a lower cost
                 before, reached = g[n], cost + (HALF if k < 4 else HALF_DIAGONAL) * (here + weight[n])
                 g[n] = reached
-                ahead = towards * _octile(
-                    np.int32(row + down[k]), np.int32(column + right[k]), to_row, to_column
-                )
+                ahead = towards * _octile(row + down[k], column + right[k], to_row, to_column)
                 later = max(int((reached + ahead) * fine), bucket)
                 if before == np.inf:
                     written[found] = n
                     found += 1
                 elif later > bucket and later == int((before + ahead) * fine):
                     continue  # it waits there already
-                # it waits in the place of a spent entry if there is one
-                entry = spent
-                if entry >= 0:
-                    spent = after[entry]
-                else:
-                    entry, used = used, used + 1
-                cell[entry], after[entry] = n, -1
+                # it waits in a new entry, or in one that is spent
+                entry, used = (used, used + 1) if spent < 0 else (spent, used)
+                spent = after[entry] if spent >= 0 else -1
                 line = later & (slots - 1)
-                if first[line] < 0:
-                    first[line] = entry
-                else:
-                    after[last[line]] = entry
-                last[line] = entry
+                cell[entry], after[entry], after[last[line]], last[line] = n, -1, entry, entry
                 waiting += 1
         bucket += 1
-    return found, expanded
+    return found, taken
 
 
 @njit(cache=True, nogil=True)

@@ -45,7 +45,7 @@ def test_in_the_room_it_maps_forgets_finds_itself_delivers_and_comes_home(tmp_pa
         assert first == messages(tmp_path / "again")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_in_the_hotel_it_carries_food_to_three_tables(tmp_path: Path) -> None:
     summary = demo(tmp_path, "run", "--world", "hotel", "--robot", "chefbot_lidar", "--seed", "1")
     assert summary["success"]

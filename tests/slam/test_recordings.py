@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,11 @@ from chefbot.slam import Gmapping, GmappingParams, run_log
 from chefbot.slam.carmen import CarmenScan, parse
 
 pytestmark = [pytest.mark.slow, pytest.mark.data]
+
+
+def seeds(few: int, many: int) -> list[Any]:
+    """From 1 to `many`; those after `few` in `make test-long` only."""
+    return [pytest.param(seed, marks=pytest.mark.long if seed > few else ()) for seed in range(1, many + 1)]
 
 
 def read(path):
@@ -61,7 +67,7 @@ def ate(found, true):
     return float(np.sqrt(np.mean(np.abs(turned - (b[:, 0] + 1j * b[:, 1])) ** 2)))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
+@pytest.mark.parametrize("seed", seeds(2, 5))
 def test_intel_is_as_accurate_as_gmapping_was_published(shared, seed: int) -> None:
     records = read(shared("data/slam/intel_full.log.gz"))
     result = run_log(records, GmappingParams(seed=seed))
@@ -71,7 +77,7 @@ def test_intel_is_as_accurate_as_gmapping_was_published(shared, seed: int) -> No
     assert errors.mean() < 0.070
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", seeds(1, 3))
 def test_csail_agrees_with_the_reference(shared, seed: int) -> None:
     result = run_log(read(shared("data/slam/csail.log.gz")), GmappingParams(seed=seed))
     reference = np.loadtxt(shared("data/slam/csail_reference.tum"))
@@ -80,7 +86,7 @@ def test_csail_agrees_with_the_reference(shared, seed: int) -> None:
     assert ate(np.array(result.poses)[:, :2], reference[near, 1:3]) < 0.20
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", seeds(1, 3))
 def test_a_drive_with_odometry_40_m_off_closes_its_loops(shared, seed: int) -> None:
     z = np.load(shared("data/slam/simul.npz"))
     slam = Gmapping(GmappingParams(seed=seed), SE2.of(z["sensor_pose"]))

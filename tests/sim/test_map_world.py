@@ -20,8 +20,9 @@ from chefbot.runtime.places import places_path, save_places
 from chefbot.sim.free_floor import MARGIN, FreeFloor
 from chefbot.sim.load import is_own_map, load_any_world, map_of, parse_start, with_places
 from chefbot.sim.map_world import world_from_map
+from chefbot.sim.shapes import clearance
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world import load_world
+from chefbot.sim.world import ROBOT_SPACE, load_world
 
 ROBOT = load_robot("chefbot_lidar")
 RADIUS = ROBOT.footprint_radius
@@ -149,3 +150,17 @@ def test_a_start_in_a_built_in_world() -> None:
     assert load_any_world("room", ROBOT, "[0.5, 0.2, 1.0]").start == SE2(0.5, 0.2, 1.0)
     with pytest.raises(UserError, match=r"lies outside, .*nearest free pose is start:='\["):
         load_any_world("room", ROBOT, "[50, 0, 0]")
+
+
+@pytest.mark.parametrize(
+    ("corner", "side", "solid"), [((90, 20), 5, True), ((40, 20), 45, True), ((40, 20), 30, False)]
+)
+def test_the_unknown_is_solid_where_it_is_no_shadow(corner: tuple[int, int], side: int, solid: bool) -> None:
+    """At the map's edge, and where it is larger than what furniture hides; 2.25 square metres stay floor."""
+    cells = np.full((95, 120), FREE, np.int8)
+    row, column = corner
+    cells[row : row + side, column : column + side] = UNKNOWN
+    grid = Grid(cells, 0.05, 0.0, 0.0)
+    world = world_from_map("hall", grid, RADIUS, SE2(0.5, 0.5, 0.0))
+    x, y = grid.centre(row + 2, column + 2)
+    assert (clearance(world.static, x, y, *ROBOT_SPACE) <= 0.0) == solid

@@ -1,4 +1,4 @@
-"""A world from a map: occupied cells become walls, merged to boxes, and the floor ends where the map does."""
+"""A world from a map: occupied cells become walls, merged to boxes, and the floor ends where its map does."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from chefbot.sim.world import MAX_SHAPES, ROBOT_SPACE, Bounds, World
 STOREY = 2.6
 """Metres from the floor to the ceiling: a depth camera that looks over low walls would see nothing."""
 WALL_COLOUR = (200, 195, 185)
+SHADOW = 4.0
+"""Square metres: a smaller unknown region within a map is floor that nobody saw, a larger one is no floor."""
 BORDER = 0.1
 """Metres of wall round the map: the robot does not leave what is simulated."""
 
@@ -34,12 +36,14 @@ def world_from_map(
     """Every occupied cell as a wall of `height` metres up to a ceiling; a robot of `radius` metres starts at `start`.
 
     Poses are in the map's frame. Without `start` it is the place `home`, else where there is the most room.
-    Unknown cells stay empty. places: named poses; `home` becomes the start. Raises UserError for a map with more
-    than 20 000 boxes, for one on which the robot fits nowhere, and for a start off the map or in a wall.
+    Unknown regions are solid if they are large or reach the map's edge: the robot would drive out through any
+    gap in the walls. Small ones, as behind furniture, stay empty. places: named poses; `home` becomes the start.
+    Raises UserError for a map with more than 20 000 boxes, for one on which the robot fits nowhere, and for a start
+    off the map or in a wall.
     """
     if not 0.0 < height <= 20.0:
         raise UserError(f"map {name}: walls of {height} m are not between 0 and 20 m")
-    rectangles = merged_rectangles(grid.cells >= OCCUPIED_FROM)
+    rectangles = merged_rectangles((grid.cells >= OCCUPIED_FROM) | _outside(grid))
     if len(rectangles) > MAX_SHAPES:
         raise UserError(f"map {name}: {len(rectangles)} boxes are too many to simulate; clean or coarsen it")
     walls = tuple(_wall(grid, r, height, f"wall_{i}") for i, r in enumerate(rectangles))
@@ -58,6 +62,19 @@ def world_from_map(
         grid,
         note,
     )
+
+
+def _outside(grid: Grid) -> NDArray[np.bool_]:
+    """(h, w): unknown cells of regions that hang together by their sides and are no shadow of something."""
+    from scipy import ndimage  # takes half a second, and most worlds do not need it
+
+    regions: NDArray[np.int32] = ndimage.label(grid.cells < 0)[0]
+    large = np.bincount(regions.ravel()) * grid.resolution**2 >= SHADOW
+    for edge in (regions[0], regions[-1], regions[:, 0], regions[:, -1]):
+        large[edge] = True
+    large[0] = False
+    solid: NDArray[np.bool_] = large[regions]
+    return solid
 
 
 def merged_rectangles(occupied: NDArray[np.bool_]) -> list[Rectangle]:

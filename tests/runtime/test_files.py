@@ -182,6 +182,21 @@ print(json.dumps(results))
     assert all(code == 7 and old != new for code, old, new in results)
 
 
+def test_what_is_no_file_is_written_to_and_stays_what_it_was(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_atomic(pipe, b"through")
+    assert os.read(reader, 100) == b"through"
+    os.close(reader)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    with pytest.raises(UserError, match="No space left on device"):
+        write_atomic(Path("/dev/full"), b"x")
+    assert stat.S_ISCHR(Path("/dev/full").stat().st_mode)
+    with pytest.raises(UserError, match="Is a directory"):
+        write_atomic(tmp_path, b"x")
+
+
 def test_a_full_disk_leaves_the_old_map(tmp_path):
     """The system's own limit on a file's size, met in the middle of the picture."""
     old = a_map(3)

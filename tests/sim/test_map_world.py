@@ -119,7 +119,8 @@ def test_the_robot_cannot_leave_the_map() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["1, 2, 3", "[1, 2]", "[1, 2, .nan]", "[1, 2, a]", "[1, true, 2]", "[1, 2, 1e9]", "{"]
+    "text",
+    ["1, 2, 3", "[1, 2]", "[1, 2, .nan]", "[1, 2, a]", "[1, true, 2]", "[1, 2, 1e9]", "[1, 2, 90]", "{"],
 )
 def test_a_start_that_is_none_is_refused(text: str) -> None:
     with pytest.raises(UserError, match=r"start:='"):
@@ -137,13 +138,26 @@ def test_a_map_file_with_places_beside_it_is_a_world(tmp_path: Path) -> None:
     assert load_any_world(str(path), ROBOT, "[6, 4, 0.3]").start == SE2(6.0, 4.0, 0.3)
 
 
-def test_which_map_is_localized_on(tmp_path: Path) -> None:
+def test_which_map_is_localized_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = str(save_map(tmp_path / "halls", halls()))
     assert is_own_map(path, "") and is_own_map(path, path)
     assert not is_own_map(path, "another.yaml") and not is_own_map("room", "")
     assert map_of(path, "") == Path(path)
-    assert map_of("room", "") == Path("runs/demo/map.yaml")
     assert map_of(path, "mine.yaml") == Path("mine.yaml")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError, match=r"`chefbot demo` makes runs/demo/map\.yaml"):
+        map_of("room", "")
+    Path("runs/demo").mkdir(parents=True)
+    save_map(Path("runs/demo/map"), halls())
+    assert map_of("room", "") == Path("runs/demo/map.yaml")
+
+
+@pytest.mark.parametrize("text", ["resolution: 0.05\norigin: [0, 0, 0]", "free_thresh: 0.2"])
+def test_a_map_without_its_picture_is_told_as_a_map(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "map.yaml"
+    path.write_text(text)
+    with pytest.raises(UserError, match="image"):
+        load_any_world(str(path), ROBOT)
 
 
 def test_a_start_in_a_built_in_world() -> None:

@@ -11,10 +11,12 @@ from msgspec import Meta
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
 from chefbot.msgs.std_msgs import Header
-from chefbot.runtime.node import Device, Out
+from chefbot.runtime.node import Device, In, Out
 
 VARIANCE_XY, VARIANCE_YAW = 0.5**2, (np.pi / 12) ** 2
 """amcl's initial_cov_xx and initial_cov_aa (http://wiki.ros.org/amcl): half a metre, 15 degrees."""
+FAR = 1.0
+"""Metres: an estimate so far off, or with such a deviation, was made without this pose."""
 
 
 class InitialPoseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -26,15 +28,25 @@ class InitialPoseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class InitialPoseDevice(Device):
-    """Tells localization once, as a person who clicks on the page would."""
+    """Tells localization, as a person who clicks on the page would; a second time if it did not listen yet."""
 
     params: InitialPoseParams
+    amcl_pose: In[PoseWithCovarianceStamped]
     initialpose: Out[PoseWithCovarianceStamped]
 
     def start(self) -> None:
         """Speak as soon as the loop runs."""
-        self._pose = self.pose()
+        self._pose, self._answered = self.pose(), False
         self.post(self._tell)
+
+    def on_amcl_pose(self, told: PoseWithCovarianceStamped) -> None:
+        """The first estimate shows whether it heard: localization may run in a process that starts later."""
+        if self._answered:
+            return
+        self._answered = True
+        spread = float(np.sqrt(np.diag(told.pose.planar_covariance)[:2].max()))
+        if spread > FAR or told.pose.pose.se2.distance(self._pose) > FAR:
+            self._tell()
 
     def pose(self) -> SE2:
         """On the map."""

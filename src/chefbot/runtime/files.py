@@ -34,9 +34,13 @@ MAX_YAML_BYTES = 100_000
 def write_atomic(path: Path, data: bytes) -> None:
     """After this, `path` holds `data`, also after a power cut; if it fails or is killed, what it held before.
 
-    A symbolic link is followed. UserError with the reason, e.g. a full disk.
+    A symbolic link is followed. A device or a pipe is written to; a file in its place would be no device any more.
+    UserError with the reason, e.g. a full disk.
     """
     with explained(path):
+        if path.exists() and not path.is_file():
+            path.write_bytes(data)
+            return
         target = _real(path)
         _rename([(_write_beside(target, data), target)])
 

@@ -22,8 +22,12 @@ DEMO_MAP = "runs/demo/map.yaml"
 """Where `chefbot demo` leaves its map."""
 
 
+MAP_KEYS = {"image", "mode", "negate", "occupied_thresh", "free_thresh"}
+"""Of a map server's YAML file; no world has them."""
+
+
 def load_any_world(name_or_path: str, robot: Robot, start: str = "") -> World:
-    """A YAML file with the key `image` is a map, any other a world. start: as `parse_start` takes it.
+    """A YAML file with a key that only maps have is a map, any other a world. start: as `parse_start` takes it.
 
     A map's places are those of NAME.places.yaml beside it, if there is one.
     """
@@ -43,7 +47,9 @@ def is_map(name_or_path: str) -> bool:
     if path.suffix not in (".yaml", ".yml"):
         return False
     plain = parse_yaml(read_bytes(path, "world file"), f"world file {path}")
-    return isinstance(plain, dict) and "image" in plain
+    return isinstance(plain, dict) and (
+        not MAP_KEYS.isdisjoint(plain) or {"resolution", "origin"} <= plain.keys()
+    )
 
 
 def is_own_map(world: str, map_file: str) -> bool:
@@ -53,9 +59,13 @@ def is_own_map(world: str, map_file: str) -> bool:
 
 def map_of(world: str, map_file: str) -> Path:
     """The map to localize on: the one given, else that of which the world is made, else the demo's."""
-    if map_file:
-        return Path(map_file)
-    return Path(world if is_map(world) else DEMO_MAP)
+    if map_file or is_map(world):
+        return Path(map_file or world)
+    if not Path(DEMO_MAP).exists():
+        raise UserError(
+            f"there is no map yet: `chefbot demo` makes {DEMO_MAP}, or name one of your own, map_file:=MAP.yaml"
+        )
+    return Path(DEMO_MAP)
 
 
 def parse_start(text: str) -> SE2 | None:
@@ -69,6 +79,8 @@ def parse_start(text: str) -> SE2 | None:
     numbers = [value for value in plain if isinstance(value, (int, float)) and not isinstance(value, bool)]
     if len(numbers) != 3 or not all(math.isfinite(value) and abs(value) < 1e7 for value in numbers):
         raise UserError(f"{where} must be three finite numbers in metres and radians")
+    if abs(numbers[2]) > 2.0 * math.pi:
+        raise UserError(f"{where} turns by {numbers[2]:g} rad, more than once about: the yaw is in radians")
     return SE2(*map(float, numbers))
 
 

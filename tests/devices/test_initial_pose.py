@@ -1,0 +1,36 @@
+"""The start pose that a launch gives reaches localization, also one that listens later than it is told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.nodes.test_last_words import Life
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
+from chefbot.msgs.std_msgs import Header
+
+START = SE2(2.0, 2.0, 0.5)
+
+
+def estimate(pose: SE2, deviation: float) -> PoseWithCovarianceStamped:
+    covariance = covariance_36(np.diag([deviation**2, deviation**2, 0.1]))
+    return PoseWithCovarianceStamped(Header.of(0, "map"), PoseWithCovariance(Pose.of(pose), covariance))
+
+
+@pytest.mark.parametrize(
+    ("pose", "deviation", "times"),
+    [(SE2(2.1, 1.9, 0.4), 0.4, 1), (SE2(5.0, 2.0, 0.5), 0.3, 2), (SE2(2.2, 2.0, 0.0), 2.1, 2)],
+    ids=["heard", "elsewhere", "unsure"],
+)
+def test_it_is_told_again_to_who_had_not_listened(pose: SE2, deviation: float, times: int) -> None:
+    """And only for its first estimate: later the robot has moved."""
+    params = {"initial_pose": {"x": START.x, "y": START.y, "yaw": START.yaw}}
+    life = Life({"initial_pose": "chefbot.devices.initial_pose:InitialPoseDevice"}, {}, params)
+    life.run(0.1)
+    for told in (estimate(pose, deviation), estimate(SE2(9.0, 9.0, 0.0), 3.0)):
+        life.loop.publish("amcl_pose", told, "amcl")
+        life.run(0.1)
+    poses = [one.pose.pose.se2 for one in life.heard("initialpose")]
+    assert len(poses) == times
+    assert all(one == pytest.approx(START) for one in poses)

@@ -32,6 +32,11 @@ from chefbot.runtime.tasks import Cancelled, Future, Task
 
 NOBODY_DROVE = 9000
 """Error code UNKNOWN of nav2_msgs/action/NavigateToPose: here, that the navigator died or could not be reached."""
+NO_WAY = 208
+"""NO_VALID_PATH of nav2_msgs/action/ComputePathToPose: something or somebody stands in the only way."""
+WAY_PATIENCE, WAY_PAUSE = 120.0, 10.0
+"""Seconds for which a blocked way to the kitchen or home is tried again, and between two tries: a robot that cannot
+serve the next table instead has nothing better to do."""
 DRIVER_PATIENCE = 30.0
 """Seconds without a navigator after which a place counts as not reached."""
 LOOK_AGAIN = 0.5
@@ -227,17 +232,24 @@ class DeliveryNode(Node):
         self._follow()
 
     async def _navigate(self, leg: Leg) -> NavigateToPose_Result:
-        """Again, if a navigator has died on the way."""
+        """Again, if a navigator has died on the way, or if the way to the kitchen or home is blocked."""
         pose = leg.pose or self._poses().get(leg.place)
         if pose is None:
             await self.sleep(0.0)
             return NavigateToPose_Result(NOBODY_DROVE, f"there is no place called {leg.place!r} on this map")
-        until = self.now_ns + round(DRIVER_PATIENCE * SECOND)
-        result = await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
-        while result.error_code == NOBODY_DROVE and self.now_ns < until:
-            await self.sleep(LOOK_AGAIN)
+        began, result = self.now_ns, await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
+        while self.now_ns < began + round(self._patience(leg, result.error_code) * SECOND):
+            await self.sleep(WAY_PAUSE if result.error_code == NO_WAY else LOOK_AGAIN)
             result = await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
         return result
+
+    def _patience(self, leg: Leg, code: int) -> float:
+        """Seconds since the first try in which a drive that ended so is tried again."""
+        if code == NOBODY_DROVE:
+            return DRIVER_PATIENCE
+        return (
+            WAY_PATIENCE if code == NO_WAY and leg.place in (self.params.kitchen, self.params.home) else 0.0
+        )
 
     def _watch_timer(self) -> None:
         """Of an owner who wants no presses; it begins again when the robot has come back to the place."""

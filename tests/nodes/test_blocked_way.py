@@ -1,0 +1,59 @@
+"""Somebody stands in the only way: to the kitchen and home it is tried again, past a table the round goes on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from tests.nodes.test_last_words import ROOM, Life
+
+from chefbot.msgs.chefbot_msgs import Order
+from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
+from chefbot.nodes.delivery import NO_WAY, WAY_PATIENCE
+from chefbot.runtime.actions import serves
+from chefbot.runtime.node import Node, NoParams
+
+KINDS = {
+    "delivery": "chefbot.nodes.delivery:DeliveryNode",
+    "people": "tests.nodes.test_last_words:People",
+    "driver": "tests.nodes.test_blocked_way:Driver",
+}
+
+
+class Driver(Node):
+    """A navigator that takes 2 s to everywhere; it finds the way to `place` blocked for `seconds` from the start."""
+
+    params: NoParams
+    navigate_to_pose = serves(NavigateToPose)
+    place, seconds = "", 0.0
+
+    async def on_navigate_to_pose(self, goal: NavigateToPose_Goal, _: Any) -> NavigateToPose_Result:
+        await self.sleep(2.0)
+        blocked = self.now_ns < self.seconds * 1e9 and goal.pose.pose.position.x == ROOM.get(self.place)
+        return NavigateToPose_Result(NO_WAY, "no way leads there") if blocked else NavigateToPose_Result()
+
+
+@pytest.mark.parametrize(
+    ("place", "seconds", "state", "delivered", "missed"),
+    [
+        ("kitchen", 60.0, "idle", ("table_1", "table_2"), 0),
+        ("home", 60.0, "idle", ("table_1", "table_2"), 0),
+        ("table_1", 60.0, "failed", ("table_2",), 1),
+        ("home", 10_000.0, "failed", ("table_1", "table_2"), 1),
+    ],
+)
+def test_who_stands_in_the_way_is_waited_for_where_nothing_else_can_be_done(
+    monkeypatch: pytest.MonkeyPatch,
+    place: str,
+    seconds: float,
+    state: str,
+    delivered: tuple[str, ...],
+    missed: int,
+) -> None:
+    monkeypatch.setattr(Driver, "place", place)
+    monkeypatch.setattr(Driver, "seconds", seconds)
+    life = Life(KINDS, {})
+    life.loop.publish("order", Order(("table_1", "table_2"), "one"), "somebody", from_device=True)
+    life.run(WAY_PATIENCE + 60.0)
+    status = life.heard("delivery_status")[-1]
+    assert (status.state, status.delivered, len(status.missed)) == (state, delivered, missed)

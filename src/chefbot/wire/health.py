@@ -12,6 +12,8 @@ from chefbot.wire.represented import Represented
 
 COMMANDED = "cmd_vel"
 """What the base publishes there it does not take from there."""
+RECENT_NS = 10_000_000_000
+"""A loss so long ago is counted on, but warned of no more: a burst when a launch starts is no fault that lasts."""
 MOST = 50
 """Kinds of trouble that are told at once."""
 
@@ -26,6 +28,8 @@ class Health:
         self._rosout = there.own_rosout
         self._publisher = there.own.publisher("diagnostics", DiagnosticArray)
         self._told: tuple[dict[str, int], list[str]] = ({}, [])
+        self._risen_ns = -RECENT_NS
+        self._warned = False
         self._mismatches: list[str] = []
         self._remarked: set[str] = set()
 
@@ -44,11 +48,15 @@ class Health:
     def tell(self, now_ns: int) -> None:
         """What is new goes into the loop as well, so that the log has it."""
         counts, mismatches = self._tally.counts(), self._mismatches
-        array = DiagnosticArray(Header.of(now_ns, ""), (_status(counts, mismatches),))
+        if counts != self._told[0]:
+            self._risen_ns = now_ns
+        warned = bool(mismatches) or now_ns - self._risen_ns < RECENT_NS
+        array = DiagnosticArray(Header.of(now_ns, ""), (_status(WARN if warned else OK, counts, mismatches),))
         if self._publisher.heard:
             self._publisher.publish(array)
-        if (counts, mismatches) == self._told:
+        if (counts, mismatches) == self._told and warned == self._warned:
             return
+        self._warned = warned
         for reason in [*(one for one in counts if one not in self._told[0]), *mismatches]:
             if reason not in self._told[1]:
                 self._rosout.say(LOG_WARN, reason, now_ns)
@@ -56,8 +64,8 @@ class Health:
         self._inbox.say("diagnostics", array)
 
 
-def _status(counts: dict[str, int], mismatches: list[str]) -> DiagnosticStatus:
+def _status(level: int, counts: dict[str, int], mismatches: list[str]) -> DiagnosticStatus:
     values = [KeyValue(reason[:200], str(count)) for reason, count in counts.items()]
     values += [KeyValue("mismatch", sentence[:200]) for sentence in mismatches]
     text = f"{sum(counts.values())} messages refused or lost, {len(mismatches)} mismatches"
-    return DiagnosticStatus(WARN if values else OK, "wire", text, "", tuple(values[:MOST]))
+    return DiagnosticStatus(level, "wire", text, "", tuple(values[:MOST]))

@@ -39,7 +39,9 @@ from chefbot.ui.page import CLICK_STD_XY, CLICK_STD_YAW
 
 SECOND = 1_000_000_000
 EXPLORE_LIMIT, FIND_LIMIT, DELIVER_LIMIT = 3600.0, 400.0, 1800.0
-"""Seconds of the robot's time after which a phase has failed."""
+"""Seconds of the robot's time after which a phase has failed; in a large building exploration may take longer."""
+EXPLORE_RATE = 5.0
+"""Seconds of exploration for each square metre of the world's bounds, of which a third is floor."""
 FIRST_PICTURE = 2_500_000_000
 """Nanoseconds of the robot's time until there is a first map, before anything is planned on it."""
 LOG_PERIOD = 60_000_000_000
@@ -180,8 +182,10 @@ class Demo:
             )
         self._say("Exploring: mapping the world alone")
         self._finish_warming()
-        if not self._until(EXPLORE_LIMIT, lambda: self.explored.done):
-            return f"exploration was not done after {EXPLORE_LIMIT:.0f} s"
+        x0, y0, x1, y1 = self.world.bounds
+        limit = max(EXPLORE_LIMIT, EXPLORE_RATE * (x1 - x0) * (y1 - y0))
+        if not self._until(limit, lambda: self.explored.done):
+            return f"exploration was not done after {limit:.0f} s"
         if self.scorer.map is None:
             return "exploration made no map"
         self.scorer.saved_map = self.scorer.map.grid

@@ -148,10 +148,8 @@ class Explorer:
             return None
         x, y = grid.centre(*place)
         pose = SE2(x, y, math.atan2(left.y - y, left.x - x))
-        if (
-            sum(pose.distance(one) <= self.params.same_place for one in self._looked_from)
-            >= self.params.attempts
-        ):
+        looks = sum(pose.distance(one) <= self.params.same_place for one in self._looked_from)
+        if looks >= self.params.attempts:
             return None
         way = float(cost[place]) + self.params.turn_cost * FULL_TURN + self.params.fixed_cost
         return Goal(pose, left.x, left.y, True, gain, way, blocked=True)

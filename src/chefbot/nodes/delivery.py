@@ -247,9 +247,8 @@ class DeliveryNode(Node):
         """Seconds since the first try in which a drive that ended so is tried again."""
         if code == NOBODY_DROVE:
             return DRIVER_PATIENCE
-        return (
-            WAY_PATIENCE if code == NO_WAY and leg.place in (self.params.kitchen, self.params.home) else 0.0
-        )
+        must = leg.place in (self.params.kitchen, self.params.home)
+        return WAY_PATIENCE if must and code == NO_WAY else 0.0
 
     def _watch_timer(self) -> None:
         """Of an owner who wants no presses; it begins again when the robot has come back to the place."""

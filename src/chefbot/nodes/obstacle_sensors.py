@@ -86,9 +86,9 @@ class ObstacleSensors:
         (in odom, as the pose) has that wall marked, it is known.
         """
         camera = self._camera
-        return (
-            BLIND if camera is not None and camera.blind() and camera.blind(self._marked(pose, costs)) else ""
-        )
+        if camera is None or not camera.blind():
+            return ""
+        return BLIND if camera.blind(self._marked(pose, costs)) else ""
 
     def _marked(self, pose: SE2 | None, costs: Costmap) -> NDArray[np.bool_] | None:
         """Directions of the camera in which an obstacle is marked that may be too near to be seen."""
@@ -97,9 +97,8 @@ class ObstacleSensors:
             return None
         at = pose @ camera.mount.planar
         yaws = at.yaw + seen.angle_min + seen.angle_increment * np.arange(len(seen.ranges))
-        reach = (camera.range_min + BEYOND) / math.cos(
-            camera.field_of_view / 2
-        )  # ranges count along its axis
+        # its ranges count along its axis
+        reach = (camera.range_min + BEYOND) / math.cos(camera.field_of_view / 2)
         away = np.arange(0.0, reach, costs.resolution / 2)
         x = at.x + np.cos(yaws)[:, None] * away
         y = at.y + np.sin(yaws)[:, None] * away

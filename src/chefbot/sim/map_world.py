@@ -1,4 +1,4 @@
-"""A world from a map: occupied cells become walls, merged to boxes, and the floor ends where its map does."""
+"""A world from a map: occupied cells become walls, merged to boxes, and the floor ends where the map does."""
 
 from __future__ import annotations
 

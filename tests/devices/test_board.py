@@ -126,6 +126,7 @@ def test_stop_latches_until_it_is_released_and_a_stop_was_commanded(driven: Driv
     driven.press(True)
     driven.until(lambda: standing(cable, count), "standstill")
     driven.until(lambda: "emergency stop command" in driven.health, "the news")
+    assert "Resume releases them" in driven.health and "refused a line" not in driven.health
     driven.press(False)
     driven.until(
         lambda: isinstance(m := cable.newest(Motion), Motion) and not m.flags & Flag.ESTOP_COMMAND, "release"

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from chefbot.devices.line.lines import BoardLine, Status, Uptime
 from chefbot.devices.line.session import Session
-from chefbot.devices.line.words import CLEAR, LATCHED, State, faults, reason, warnings
+from chefbot.devices.line.words import (
+    CLEAR,
+    FAULT_LATCHED,
+    LATCHED,
+    RESUME,
+    Flag,
+    State,
+    faults,
+    reason,
+    warnings,
+)
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN, DiagnosticStatus, KeyValue
 
 REFUSALS_SHOWN_NS = 3_000_000_000
@@ -58,7 +68,8 @@ class Health:
             return ERROR, ["the board says nothing"]
         stopped = faults(session.flags)
         if stopped:
-            return ERROR, [*stopped, f"the motors are off; {CLEAR}", *self._complaints(session, now_ns)]
+            release = RESUME if session.flags & LATCHED == Flag.ESTOP_COMMAND else CLEAR
+            return ERROR, [*stopped, f"the motors are off; {release}", *self._complaints(session, now_ns)]
         if not session.is_open:
             return ERROR, ["the board talks but does not answer the handshake", *warnings(session.flags)]
         complaints = self._complaints(session, now_ns)
@@ -75,7 +86,8 @@ class Health:
         if self._loss > LOSS_TOLD:
             found.append(f"{100 * self._loss:.0f} % of the board's lines are lost or damaged")
         if self.status is not None and now_ns - self._refused_ns < REFUSALS_SHOWN_NS:
-            found.append(f"the board refused a line: {reason(self.status.reason)}")
+            known = self.status.reason == FAULT_LATCHED and session.flags & LATCHED
+            found += [] if known else [f"the board refused a line: {reason(self.status.reason)}"]
         return found
 
     def _values(self, session: Session) -> tuple[KeyValue, ...]:

@@ -39,6 +39,8 @@ class State(IntEnum):
 
 
 CLEAR = "press STOP, then Resume, to clear it"
+RESUME = "Resume releases them (after STOP, if the page does not offer it)"
+FAULT_LATCHED = 6
 FAULTS = {
     Flag.ESTOP_INPUT: "the emergency stop button is or was pressed",
     Flag.ESTOP_COMMAND: "it was stopped by an emergency stop command",
@@ -61,7 +63,7 @@ REASONS = {
     3: "its number was out of order, or there was no session",
     4: "its letter or its count of fields is unknown",
     5: "its protocol version is another",
-    6: "a fault is latched",
+    FAULT_LATCHED: "a fault is latched",
     7: "a stop must come first",
     8: "the cause of a fault persists",
 }

@@ -3,8 +3,8 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 ARGS ?=
-# Processes that test at once: more than two cores can serve, since much of a test is waiting for other programs.
-TESTERS ?= 3
+# Processes that test at once. With three on two cores, robots that must keep pace with the clock fall behind.
+TESTERS ?= 2
 
 .PHONY: demo test test-fast test-long lint bench fuzz fuzz-firmware fuzz-host clean
 

@@ -52,12 +52,18 @@ REPOSITORY = Path(__file__).parent.parent
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Deals the slow tests out to the workers, each of which begins with its share: at the end all are busy.
 
-    pytest-xdist gives every worker a contiguous part and lets those that are done take from the others.
+    pytest-xdist gives every worker a contiguous part and lets those that are done take from the others. Tests of one
+    folder stay together, so that launches which must keep pace do not all run at once.
     """
     workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
     slow = [item for item in items if item.get_closest_marker("slow")]
     fast = [item for item in items if not item.get_closest_marker("slow")]
-    items[:] = [item for i in range(workers) for part in (slow, fast) for item in part[i::workers]]
+    shares = [
+        part[len(part) * i // workers : len(part) * (i + 1) // workers]
+        for i in range(workers)
+        for part in (slow, fast)
+    ]
+    items[:] = [item for share in shares for item in share]
 
 
 def shared_file(name: str) -> Path:

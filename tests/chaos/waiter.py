@@ -99,6 +99,11 @@ class Watched:
             place,
         )
 
+    @property
+    def gave_up(self) -> bool:
+        """Whether a table was not reached."""
+        return bool(self.deliveries) and bool(self.deliveries[-1].missed)
+
     def find_itself(self) -> None:
         """Told where it stands."""
         wait_for(

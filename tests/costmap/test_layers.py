@@ -190,3 +190,17 @@ def test_what_is_seen_later_may_be_driven_on():
     for angle in np.linspace(-0.6, 0.6, 200):
         costs.mark_and_clear("camera", SE2(0.1, 1.0, angle), AHEAD, ray(np.inf))
     assert costs.update().at(1.1, 1.0) == FREE
+
+
+@pytest.mark.parametrize("odd", [-np.inf, np.inf, np.nan, -1e300, 1e300])
+def test_a_stretch_of_floor_without_end_is_no_fault_and_no_obstacle(odd: float) -> None:
+    """Legal on the wire: the type has no bounds."""
+    for near, far in ((odd, 1.0), (0.5, odd), (odd, odd)):
+        costs = LayeredCostmap(CostmapParams(), 0.2, rolling=True)
+        costs.move_to(0.0, 0.0)
+        costs.update()
+        angles, ranges = np.linspace(-0.5, 0.5, 8), np.full(8, np.inf)
+        costs.mark_and_clear(
+            "camera", SE2(0.0, 0.0, 0.0), angles, ranges, (np.full(8, near), np.full(8, far))
+        )
+        assert (costs.update().cells != LETHAL).all()

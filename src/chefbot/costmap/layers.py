@@ -116,7 +116,8 @@ class LayeredCostmap:
             far = np.nan_to_num(far, nan=0.0, posinf=0.0)
         mark = np.where(valid & (ranges <= p.marking_range), ranges, np.nan).astype(np.float64)
         clear = np.minimum(far, p.clearing_range).astype(np.float64)
-        self._touch(sensor, _reach(mark, near, clear))
+        # a sensor may say anything of where it sees; no cell beyond the two ranges changes
+        self._touch(sensor, min(_reach(mark, near, clear), max(p.marking_range, p.clearing_range)))
         raytrace.mark_and_clear(
             layer,
             self.resolution,

@@ -1,4 +1,4 @@
-"""The start pose that a launch gives reaches localization, also one that listens later than it is told."""
+"""The initial pose of a launch reaches localization, also where that subscribes after it was published."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ def estimate(pose: SE2, deviation: float) -> PoseWithCovarianceStamped:
 @pytest.mark.parametrize(
     ("pose", "deviation", "times"),
     [(SE2(2.1, 1.9, 0.4), 0.4, 1), (SE2(5.0, 2.0, 0.5), 0.3, 2), (SE2(2.2, 2.0, 0.0), 2.1, 2)],
-    ids=["heard", "elsewhere", "unsure"],
+    ids=["received", "elsewhere", "unsure"],
 )
-def test_it_is_told_again_to_who_had_not_listened(pose: SE2, deviation: float, times: int) -> None:
+def test_it_is_published_again_where_it_was_not_received(pose: SE2, deviation: float, times: int) -> None:
     """And only for its first estimate: later the robot has moved."""
     params = {"initial_pose": {"x": START.x, "y": START.y, "yaw": START.yaw}}
     life = Life({"initial_pose": "chefbot.devices.initial_pose:InitialPoseDevice"}, {}, params)
     life.run(0.1)
-    for told in (estimate(pose, deviation), estimate(SE2(9.0, 9.0, 0.0), 3.0)):
-        life.loop.publish("amcl_pose", told, "amcl")
+    for message in (estimate(pose, deviation), estimate(SE2(9.0, 9.0, 0.0), 3.0)):
+        life.loop.publish("amcl_pose", message, "amcl")
         life.run(0.1)
     poses = [one.pose.pose.se2 for one in life.heard("initialpose")]
     assert len(poses) == times

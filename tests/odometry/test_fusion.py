@@ -44,13 +44,13 @@ def run(seed, commands, faults, with_gyro):
 @pytest.mark.slow
 @pytest.mark.parametrize(("metres", "diameter", "slip"), [(2.0, 0.003, 0.003), (8.0, 0.0005, 0.006)])
 def test_certainty_of_wheels_is_calibrated(metres, diameter, slip):
-    """Normalised error squared is chi-squared, 3 per run in the mean: over 75 runs within 4 sigma of that.
+    """Normalised error squared is chi-squared, 3 per run in the mean: over 150 runs within 4 sigma of that.
 
     Once with wrong diameters prevailing, once with slip.
     """
     commands, faults = hotel_round(stand=0.5, metres=metres), Faults(diameter=diameter, slip=slip)
-    mean = np.mean([nees(*run(seed, commands, faults, False)[1:]) for seed in range(75)])
-    assert abs(mean - 3.0) < 4.0 * math.sqrt(6.0 / 75)
+    mean = np.mean([nees(*run(seed, commands, faults, False)[1:]) for seed in range(150)])
+    assert abs(mean - 3.0) < 4.0 * math.sqrt(6.0 / 150)
 
 
 @pytest.mark.slow
@@ -58,8 +58,8 @@ def test_certainty_with_gyro_is_calibrated():
     """The simulated bias does not walk as the filter allows for, so it may be somewhat too modest."""
     commands = hotel_round(metres=8.0)
     faults = Faults(gyro_gain=0.003)
-    mean = np.mean([nees(*run(seed, commands, faults, True)[1:]) for seed in range(40)])
-    assert 1.5 < mean < 3.0 + 4.0 * math.sqrt(6.0 / 40)
+    mean = np.mean([nees(*run(seed, commands, faults, True)[1:]) for seed in range(60)])
+    assert 1.5 < mean < 3.0 + 4.0 * math.sqrt(6.0 / 60)
 
 
 @pytest.mark.slow

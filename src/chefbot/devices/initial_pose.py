@@ -28,31 +28,31 @@ class InitialPoseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class InitialPoseDevice(Device):
-    """Tells localization, as a person who clicks on the page would; a second time if it did not listen yet."""
+    """Publishes the initial pose, as a click on the page does; a second time if nobody was subscribed yet."""
 
     params: InitialPoseParams
     amcl_pose: In[PoseWithCovarianceStamped]
     initialpose: Out[PoseWithCovarianceStamped]
 
     def start(self) -> None:
-        """Speak as soon as the loop runs."""
+        """Publish as soon as the loop runs."""
         self._pose, self._answered = self.pose(), False
-        self.post(self._tell)
+        self.post(self._publish)
 
-    def on_amcl_pose(self, told: PoseWithCovarianceStamped) -> None:
-        """The first estimate shows whether it heard: localization may run in a process that starts later."""
+    def on_amcl_pose(self, estimate: PoseWithCovarianceStamped) -> None:
+        """The first estimate shows whether it was received: localization may run in a process that starts later."""
         if self._answered:
             return
         self._answered = True
-        spread = float(np.sqrt(np.diag(told.pose.planar_covariance)[:2].max()))
-        if spread > FAR or told.pose.pose.se2.distance(self._pose) > FAR:
-            self._tell()
+        spread = float(np.sqrt(np.diag(estimate.pose.planar_covariance)[:2].max()))
+        if spread > FAR or estimate.pose.pose.se2.distance(self._pose) > FAR:
+            self._publish()
 
     def pose(self) -> SE2:
         """On the map."""
         return SE2(self.params.x, self.params.y, self.params.yaw)
 
-    def _tell(self) -> None:
+    def _publish(self) -> None:
         covariance = covariance_36(np.diag([VARIANCE_XY, VARIANCE_XY, VARIANCE_YAW]))
         message = PoseWithCovariance(Pose.of(self._pose), covariance)
         self.initialpose.publish(PoseWithCovarianceStamped(Header.of(self.now_ns, "map"), message))

@@ -41,6 +41,7 @@ class State(IntEnum):
 CLEAR = "press STOP, then Resume, to clear it"
 RESUME = "Resume releases them (after STOP, if the page does not offer it)"
 FAULT_LATCHED = 6
+"""Of REASONS."""
 FAULTS = {
     Flag.ESTOP_INPUT: "the emergency stop button is or was pressed",
     Flag.ESTOP_COMMAND: "it was stopped by an emergency stop command",

@@ -1,4 +1,4 @@
-"""Somebody stands in the only way: to the kitchen and home it is tried again, past a table the round goes on."""
+"""Drives that fail: somebody stands in the only way, or the navigator dies on a long way."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from tests.nodes.test_last_words import ROOM, Life
 
-from chefbot.msgs.chefbot_msgs import Order
+from chefbot.msgs.chefbot_msgs import Errand, Order
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
-from chefbot.nodes.delivery import NO_WAY, WAY_PATIENCE
+from chefbot.nodes.delivery import DRIVER_PATIENCE, NO_WAY, NOBODY_DROVE, WAY_PATIENCE
 from chefbot.runtime.actions import serves
 from chefbot.runtime.node import Node, NoParams
 
@@ -57,3 +57,31 @@ def test_who_stands_in_the_way_is_waited_for_where_nothing_else_can_be_done(
     life.run(WAY_PATIENCE + 60.0)
     status = life.heard("delivery_status")[-1]
     assert (status.state, status.delivered, len(status.missed)) == (state, delivered, missed)
+
+
+class MortalDriver(Node):
+    """A navigator that dies 100 s after the start, on its way, and is away for `seconds`."""
+
+    params: NoParams
+    navigate_to_pose = serves(NavigateToPose)
+    seconds = 0.0
+
+    async def on_navigate_to_pose(self, _: NavigateToPose_Goal, __: Any) -> NavigateToPose_Result:
+        if self.now_ns < 100e9:
+            await self.sleep(100.0)
+        if self.now_ns < (100.0 + self.seconds) * 1e9:
+            return NavigateToPose_Result(NOBODY_DROVE, "nobody answered")
+        await self.sleep(2.0)
+        return NavigateToPose_Result()
+
+
+@pytest.mark.parametrize(("away", "missed"), [(DRIVER_PATIENCE / 2, 0), (DRIVER_PATIENCE * 2, 1)])
+def test_a_navigator_that_dies_late_on_a_long_way_is_waited_for(
+    monkeypatch: pytest.MonkeyPatch, away: float, missed: int
+) -> None:
+    monkeypatch.setattr(MortalDriver, "seconds", away)
+    life = Life({**KINDS, "driver": "tests.nodes.test_blocked_way:MortalDriver"}, {})
+    life.loop.publish("errand", Errand("table_1"), "somebody", from_device=True)
+    life.run(100.0 + 3 * DRIVER_PATIENCE)
+    status = life.heard("delivery_status")[-1]
+    assert (status.state == "failed") == bool(missed), status

@@ -237,14 +237,19 @@ class DeliveryNode(Node):
         if pose is None:
             await self.sleep(0.0)
             return NavigateToPose_Result(NOBODY_DROVE, f"there is no place called {leg.place!r} on this map")
-        began, result = self.now_ns, await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
-        while self.now_ns < began + round(self._patience(leg, result.error_code) * SECOND):
+        failing_since = None
+        while True:
+            began, result = self.now_ns, await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
+            lasted = (self.now_ns - began) / SECOND
+            if failing_since is None or (result.error_code == NOBODY_DROVE and lasted > DRIVER_PATIENCE):
+                failing_since = self.now_ns  # it was driven until now
+            patience = self._patience(leg, result.error_code)
+            if self.now_ns >= failing_since + round(patience * SECOND):
+                return result
             await self.sleep(WAY_PAUSE if result.error_code == NO_WAY else LOOK_AGAIN)
-            result = await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
-        return result
 
     def _patience(self, leg: Leg, code: int) -> float:
-        """Seconds since the first try in which a drive that ended so is tried again."""
+        """Seconds since the first failure in which a drive that ended so is tried again."""
         if code == NOBODY_DROVE:
             return DRIVER_PATIENCE
         must = leg.place in (self.params.kitchen, self.params.home)

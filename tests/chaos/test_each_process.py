@@ -37,7 +37,7 @@ def test_it_stops_comes_back_and_delivers(tmp_path: Path, process: str) -> None:
         wait_for(lambda: watched.has("driving", "table_1"))
         struck(watched, process)
         loads = sum(said.state == "loading" for said in watched.deliveries)
-        wait_for(lambda: watched.has("waiting", "table_1"))
+        watched.await_arrival("table_1")
         assert watched.at("table_1") < ARRIVED_M
         assert sum(said.state == "loading" for said in watched.deliveries) == loads == 1  # it had the food
         said = watched.one.stop()

@@ -51,8 +51,7 @@ def test_each_process_hangs_and_the_food_arrives(tmp_path: Path) -> None:
         assert watched.one.child("navigation") == blow.pid
         for process in PROCESSES:
             hung(watched, process)
-        wait_for(lambda: watched.has("waiting", "table_1") or watched.gave_up)
-        assert watched.has("waiting", "table_1"), watched.deliveries[-1].missed
+        watched.await_arrival("table_1")
         assert watched.at("table_1") < ARRIVED_M
         said = watched.one.stop()
     assert "process navigation did not answer; the robot stood for" in said

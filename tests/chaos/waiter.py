@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -25,6 +25,7 @@ from chefbot.runtime.places import places_path, save_places
 from chefbot.sim.load import load_any_world
 from chefbot.wire.node import WireNode
 from chefbot.wire.qos import LATCHED
+from tests import waiting
 from tests.chaos.launched import Launched, free_port, running, wait_for
 
 WORLD, ROBOT = "room", "chefbot_lidar"
@@ -69,6 +70,9 @@ class Watched:
         node.subscription("/delivery_status", DeliveryStatus, self._see, LATCHED)
         node.subscription("/localized", Bool, lambda said: self.found.append(said.data), LATCHED)
         node.subscription("/ground_truth", Odometry, self.truth.append)
+        self.seen_there: list[tuple[float, frozenset[str]]] = []
+        """When which processes had all their nodes on the wire, by the order in which it came over the wire."""
+        node.wire.graph.on_change(self._look)
         self._order = node.publisher("/order", Order)
         self._click = node.publisher("/initialpose", PoseWithCovarianceStamped)
 
@@ -80,6 +84,9 @@ class Watched:
 
     def _drive(self, said: WheelSpeeds) -> None:
         self.speeds.append((time.monotonic(), said))
+
+    def _look(self) -> None:
+        self.seen_there.append((time.monotonic(), frozenset(filter(self.there, self.parts))))
 
     def drives(self) -> bool:
         """At more than a creep."""
@@ -99,10 +106,10 @@ class Watched:
             place,
         )
 
-    @property
-    def gave_up(self) -> bool:
-        """Whether a table was not reached."""
-        return bool(self.deliveries) and bool(self.deliveries[-1].missed)
+    def await_arrival(self, table: str) -> None:
+        """With the food; AssertionError with the robot's reason if it gives up."""
+        wait_for(lambda: self.has("waiting", table) or self.deliveries[-1].missed)
+        assert self.has("waiting", table), self.deliveries[-1].missed
 
     def find_itself(self) -> None:
         """Told where it stands."""
@@ -132,7 +139,7 @@ class Blow:
     def __init__(self, watched: Watched, process: str, by: signal.Signals = signal.SIGKILL) -> None:
         self._watched, self._process = watched, process
         wait_for(watched.drives)
-        self._count = len(watched.speeds)
+        self._count, self._looks = len(watched.speeds), len(watched.seen_there)
         self._last, self._wall = watched.speeds[-1][1], time.monotonic()
         self.pid = watched.one.kill(process, by)
         wait_for(lambda: self._still() is not None)
@@ -148,14 +155,26 @@ class Blow:
 
     def wait_until_back(self) -> float:
         """Seconds of the wall from the blow; while it was away the robot stood."""
-        wait_for(lambda: not self._watched.there(self._process))
-        wait_for(lambda: self._watched.there(self._process))
-        took = time.monotonic() - self._wall
-        away = [
-            one for at, one in self._watched.speeds[self._count :] if self._stood < at < self._wall + took
+        watched = self._watched
+        gone = self._first(lambda _, there: self._process not in there)
+        back = self._first(lambda at, there: at > gone and self._process in there)
+        wait_for(lambda: watched.speeds[-1][0] > back)
+        away = [(at, one) for at, one in watched.speeds[self._count :] if self._stood < at < back]
+        moved = [
+            f"{at - back:.3f} s: {one.left:.2f}, {one.right:.2f}" for at, one in away if one.left or one.right
         ]
-        assert all(one.left == one.right == 0.0 for one in away), "it moved while a process was missing"
-        return took
+        assert not moved, (
+            f"stood {back - self._stood:.3f} s, gone {back - gone:.3f} s before it was back; {moved}"
+        )
+        return back - self._wall
+
+    def _first(self, condition: Callable[[float, frozenset[str]], bool]) -> float:
+        """When the processes that are there first met the condition, from the blow on."""
+        seen = self._watched.seen_there
+        return waiting.wait_for(
+            lambda: next((at for at, there in seen[self._looks :] if condition(at, there)), 0.0),
+            self._process,
+        )
 
 
 @contextmanager

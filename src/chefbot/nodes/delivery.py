@@ -37,8 +37,9 @@ NO_WAY = 208
 WAY_PATIENCE, WAY_PAUSE = 120.0, 10.0
 """Seconds for which a blocked way to the kitchen or home is tried again, and between two tries: a robot that cannot
 serve the next table instead has nothing better to do."""
-DRIVER_PATIENCE = 30.0
-"""Seconds without a navigator after which a place counts as not reached."""
+DRIVER_PATIENCE = 120.0
+"""Seconds without a navigator after which a place counts as not reached: a crowded computer takes a minute to bring a
+process back."""
 LOOK_AGAIN = 0.5
 """Seconds between two tries to find what is not there yet."""
 

@@ -14,10 +14,10 @@ from chefbot.robot.load import load_robot
 from chefbot.sim.load import load_any_world
 from chefbot.wire.qos import LATCHED
 from tests.chaos.launched import running, tell, wait_for
-from tests.chaos.waiter import ROBOT, WORLD, Blow, Watched, demo_launch, waiting_robot
+from tests.chaos.waiter import ARRIVED_M, ROBOT, WORLD, Blow, Watched, demo_launch, waiting_robot
 from tests.waiting import in_time
 
-STOP_MS, BACK_S, ARRIVED_M, FAR_M = 200.0, 5.0, 0.35, 0.8
+STOP_MS, BACK_S, FAR_M = 200.0, 5.0, 0.8
 
 
 def struck(watched: Watched, process: str) -> None:

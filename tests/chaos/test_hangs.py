@@ -17,10 +17,10 @@ from chefbot.commands.demo_processes import PROCESSES
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Float64
 from tests.chaos.launched import running, tell, wait_for
-from tests.chaos.waiter import Blow, Watched, waiting_robot
+from tests.chaos.waiter import ARRIVED_M, Blow, Watched, waiting_robot
 from tests.waiting import in_time
 
-STOP_MS, BACK_S, ARRIVED_M = 200.0, 5.0, 0.35
+STOP_MS, BACK_S = 200.0, 5.0
 PONDERING = """
 about: A step that takes long, in a process of its own.
 clock: wall

@@ -15,7 +15,7 @@ from chefbot.commands.demo_processes import in_processes
 from chefbot.commands.summary import true_plan
 from chefbot.maths.se2 import IDENTITY
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order, WheelSpeeds
-from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
+from chefbot.msgs.geometry_msgs import PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.robot.load import load_robot
@@ -29,6 +29,10 @@ from tests import waiting
 from tests.chaos.launched import Launched, free_port, running, wait_for
 
 WORLD, ROBOT = "room", "chefbot_lidar"
+ARRIVED_M = 0.35
+"""Metres from where it should be."""
+RVIZ_VARIANCES = (0.25, 0.25, 0.0685)
+"""Of x, y and yaw, as RViz's button gives them; m^2 and rad^2."""
 
 
 def waiter(folder: Path) -> tuple[Path, Launch]:
@@ -69,7 +73,9 @@ class Watched:
         self._loaded = node.publisher("/loaded", Empty)
         node.subscription("/delivery_status", DeliveryStatus, self._see, LATCHED)
         node.subscription("/localized", Bool, lambda said: self.found.append(said.data), LATCHED)
+        self.estimates: list[PoseWithCovarianceStamped] = []
         node.subscription("/ground_truth", Odometry, self.truth.append)
+        node.subscription("/amcl_pose", PoseWithCovarianceStamped, self.estimates.append, LATCHED)
         self.seen_there: list[tuple[float, frozenset[str]]] = []
         """When which processes had all their nodes on the wire, by the order in which it came over the wire."""
         node.wire.graph.on_change(self._look)
@@ -112,18 +118,26 @@ class Watched:
         assert self.has("waiting", table), self.deliveries[-1].missed
 
     def find_itself(self) -> None:
-        """Told where it stands."""
+        """Told where it stands, which is no longer where it began: a lost robot turns to look around."""
         wait_for(
             lambda: (
                 all(map(self.there, self.parts))
                 and all(one.heard for one in (self._click, self._order, self._loaded))
+                and self.truth
             )
         )
-        covariance = covariance_36(np.diag([0.01, 0.01, 0.01]))
-        here = PoseWithCovariance(Pose.of(IDENTITY), covariance)
+        here = PoseWithCovariance(self.truth[-1].pose.pose, covariance_36(np.diag(RVIZ_VARIANCES)))
         self._click.publish(PoseWithCovarianceStamped(Header.of(0, "map"), here))
-        wait_for(lambda: self.found)
+        wait_for(lambda: self.found and self.estimates)
         assert self.found == [True]
+        assert self._error() < ARRIVED_M, f"it believes to be at {self.estimates[-1].pose.pose.se2}"
+
+    def _error(self) -> float:
+        """Metres between where it was at its newest estimate and where it believed to be."""
+        said = self.estimates[-1]
+        stamp = said.header.stamp.ns
+        true = min(self.truth, key=lambda one: abs(one.header.stamp.ns - stamp))
+        return true.pose.pose.se2.distance(said.pose.pose.se2)
 
     def order(self, *tables: str) -> None:
         self._order.publish(Order(tables))

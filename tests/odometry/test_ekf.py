@@ -13,6 +13,7 @@ from chefbot.errors import UserError
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.odometry.ekf import HORIZON_NS, Ekf
+from chefbot.odometry.history import History
 from chefbot.odometry.readings import ImuReading, PoseReading, WheelCounts
 from chefbot.odometry.watch import Condition, Source
 from chefbot.odometry.words import complaint
@@ -85,6 +86,44 @@ def test_what_would_take_the_robot_out_of_the_world_is_left_out_and_it_goes_on(i
     moved = ekf.estimate.pose
     end = through(READINGS[210:300], ekf=ekf).estimate.pose
     assert 0.0 < end.distance(moved) < 10.0
+
+
+SINGULAR = [
+    ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+    ((1e200, 1e200, 0.0), (1e200, 1e200, 0.0), (0.0, 0.0, 1.0)),
+    ((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 1.0, 1.0)),
+    ((1e-300, 1e-300, 0.0), (1e-300, 1e-300, 0.0), (0.0, 0.0, 1e-300)),
+]
+
+
+@pytest.mark.parametrize("covariance", SINGULAR)
+@pytest.mark.parametrize("seen", [0, 200])
+def test_a_match_with_a_singular_covariance_harms_nobody(covariance, seen):
+    """Publishers that fill in no covariance send zeros; a division by them left readings without their beliefs."""
+    ekf = through(READINGS[:seen])
+    ekf.add(PoseReading(READINGS[seen].stamp_ns - 1, IDENTITY, covariance))
+    for reading in READINGS[seen : seen + 10]:
+        with suppress(UserError):
+            ekf.add(reading)
+    begun = ekf.estimate.pose
+    end = through(READINGS[seen + 10 : seen + 300], ekf=ekf).estimate.pose
+    assert 0.0 < end.distance(begun) < 10.0
+
+
+def test_a_reading_that_cannot_be_worked_in_changes_nothing():
+    def fold(belief, reading):
+        if reading.stamp_ns == 2:
+            raise ZeroDivisionError
+        return (*belief, reading.stamp_ns)
+
+    history = History(fold, (), 100)
+    for stamp in (1, 3, 4):
+        history.add(WheelCounts(stamp, 0, 0))
+    with pytest.raises(ZeroDivisionError):
+        history.add(WheelCounts(2, 0, 0))
+    assert history.latest == (1, 3, 4)
+    history.add(WheelCounts(5, 0, 0))
+    assert history.latest == (1, 3, 4, 5)
 
 
 # -- the estimate

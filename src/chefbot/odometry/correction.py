@@ -16,9 +16,12 @@ GATE = 25.0
 """Squared standard deviations from what is expected that chance explains: five of them."""
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def cholesky(matrix: Array) -> Array:
-    """Lower triangle L (m, m) with L L^T = matrix, positive definite (Golub & Van Loan 2013, 4.2.3)."""
+    """Lower triangle L (m, m) with L L^T = matrix, positive definite (Golub & Van Loan 2013, 4.2.3).
+
+    Of a matrix that is not, what follows is not finite.
+    """
     m = matrix.shape[0]
     lower = np.zeros((m, m))
     for j in range(m):
@@ -30,7 +33,7 @@ def cholesky(matrix: Array) -> Array:
     return lower
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def whiten(lower: Array, values: Array) -> Array:
     """L^-1 values (m, k), by substitution."""
     out = values.copy()

@@ -47,18 +47,20 @@ class History(Generic[Belief]):
         at = bisect_left(self._keys, key)
         if at < len(self._keys) and self._keys[at] == key:
             return False
+        after = self._folded(at, [reading, *self._readings[at:]])  # may raise; until here nothing has changed
         self._keys.insert(at, key)
         self._readings.insert(at, reading)
-        self._replay(at)
+        self._beliefs[at:] = after
         self._trim()
         return True
 
-    def _replay(self, at: int) -> None:
-        belief = self._beliefs[at - 1] if at else self._base
-        del self._beliefs[at:]
-        for reading in self._readings[at:]:
+    def _folded(self, at: int, readings: list[Reading]) -> list[Belief]:
+        """The beliefs after each of the readings, from the belief before place `at` on."""
+        belief, beliefs = self._beliefs[at - 1] if at else self._base, []
+        for reading in readings:
             belief = self._fold(belief, reading)
-            self._beliefs.append(belief)
+            beliefs.append(belief)
+        return beliefs
 
     def _trim(self) -> None:
         old = bisect_left(self._keys, (self._keys[-1][0] - self._horizon_ns + 1, -1, ""))

@@ -25,6 +25,8 @@ SLOPING: Flags = np.zeros(SIZE, np.bool_)
 """What accelerometer and gyro about x and y may change. Their comparisons take wheels and stand as they are, so
 they must not turn round and correct the plane's business by them: heading, wheels, gyro about z."""
 SLOPING[[Z, ROLL, PITCH, BIAS_X, BIAS_Y, FORCE_X, FORCE_Y]] = True
+LEAST_MATCH_NOISE = 1e-3
+"""Metres and radians: no match of scans is better, and a covariance of zeros stands for one that nobody filled in."""
 STUCK_TURN, STUCK_SPEED, STUCK_TRAVEL = 0.05, 0.1, 0.1
 """rad, m/s, m: what attitude, accelerometer and scans cannot have missed, if the wheels are right."""
 
@@ -49,7 +51,8 @@ def hear_pose(leg: Leg, reading: PoseReading) -> None:
     x, y, yaw = reading.pose
     error = np.array([x - leg.state[X], y - leg.state[Y], wrap(yaw - leg.state[YAW])])
     axes = (X, Y, YAW)
-    leg.weigh(Source.SCANS, error, selecting(axes), np.array(reading.covariance), axes)
+    noise = np.array(reading.covariance) + LEAST_MATCH_NOISE**2 * np.eye(3)
+    leg.weigh(Source.SCANS, error, selecting(axes), noise, axes)
 
 
 def _tells_tilt(leg: Leg, reading: ImuReading) -> bool:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+import zenoh
 
 from chefbot.commands.demo_processes import in_processes
 from chefbot.commands.summary import true_plan
@@ -25,10 +26,12 @@ from chefbot.runtime.places import places_path, save_places
 from chefbot.sim.load import load_any_world
 from chefbot.wire.node import WireNode
 from chefbot.wire.qos import LATCHED
+from chefbot.wire.tokens import NODE, ROOT, parse_token
 from tests import waiting
 from tests.chaos.launched import Launched, free_port, running, wait_for
 
 WORLD, ROBOT = "room", "chefbot_lidar"
+DOMAIN = 0
 ARRIVED_M = 0.35
 """Metres from where it should be."""
 RVIZ_VARIANCES = (0.25, 0.25, 0.0685)
@@ -78,7 +81,11 @@ class Watched:
         node.subscription("/amcl_pose", PoseWithCovarianceStamped, self.estimates.append, LATCHED)
         self.seen_there: list[tuple[float, frozenset[str]]] = []
         """When which processes had all their nodes on the wire, by the order in which it came over the wire."""
-        node.wire.graph.on_change(self._look)
+        self._nodes: dict[str, str] = {}
+        """Name of the node by its liveliness token."""
+        self._tokens = node.wire.session.liveliness().declare_subscriber(
+            f"{ROOT}/{DOMAIN}/*/*/*/{NODE}/**", self._look, history=True
+        )
         self._order = node.publisher("/order", Order)
         self._click = node.publisher("/initialpose", PoseWithCovarianceStamped)
 
@@ -91,8 +98,16 @@ class Watched:
     def _drive(self, said: WheelSpeeds) -> None:
         self.speeds.append((time.monotonic(), said))
 
-    def _look(self) -> None:
-        self.seen_there.append((time.monotonic(), frozenset(filter(self.there, self.parts))))
+    def _look(self, sample: zenoh.Sample) -> None:
+        """A node came or went. Quick, as what the robot publishes next waits for it."""
+        text = str(sample.key_expr)
+        if sample.kind == zenoh.SampleKind.PUT:
+            self._nodes[text] = parse_token(text).node.name
+        else:
+            self._nodes.pop(text, None)
+        here = set(self._nodes.values())
+        there = frozenset(name for name, part in self.parts.items() if part.nodes.keys() <= here)
+        self.seen_there.append((time.monotonic(), there))
 
     def drives(self) -> bool:
         """At more than a creep."""

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from chefbot.commands.calibrate import CalibrateOptions, run_calibrate
+from chefbot.cli.calibrate import CalibrateOptions, run_calibrate
 from chefbot.errors import UserError
-from chefbot.odometry.body import Body
+from chefbot.odometry.drive_model import Body
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.params import OdometryParams
 from chefbot.robot.load import load_robot

@@ -25,13 +25,13 @@ from typing import Any
 import numpy as np
 import yaml
 
-from chefbot.commands.demo_processes import cpu_seconds
+from chefbot.demo.processes import cpu_seconds
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.nav2_msgs import Spin, Spin_Goal
 from chefbot.msgs.std_msgs import Float64
-from chefbot.wire.action_client import ActionClient
-from chefbot.wire.node import WireNode
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.action_client import ActionClient
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.session import Wire
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.costmap.inflation import cost_table, inflate
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.raytrace import mark_and_clear
 from chefbot.maths.grid import Grid

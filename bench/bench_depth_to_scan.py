@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from chefbot.robot.sections import Mount
+from chefbot.robot.section import Mount
 from chefbot.scan.camera import CameraModel
 from chefbot.scan.depth_to_scan import DepthToScan, DepthToScanParams
 from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams

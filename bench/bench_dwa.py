@@ -9,13 +9,13 @@ from bench_costmap import INSCRIBED_RADIUS, RESOLUTION, milliseconds, office
 
 from chefbot.control.dwa import Dwa
 from chefbot.control.dwa_params import DwaParams
-from chefbot.control.limits import Limits
 from chefbot.costmap.inflation import cost_table, inflate
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.planner import PlanningError
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import Limits
 
 PEERS = {(6, 20): 1.09, (20, 20): 3.18}
 """(v, w) samples: median ms of the C++ core, differential, 100 x 100 window, sim_time 1.7 s."""

@@ -106,9 +106,7 @@ def environment(caches: Path) -> dict[str, str]:
 
 def fill(caches: Path) -> None:
     """Let the compilation end that the cold start began."""
-    code = (
-        "from rich.console import Console as C; from chefbot.commands.warm import warm_kernels as w; w(C())"
-    )
+    code = "from rich.console import Console as C; from chefbot.kernels.precompile import warm_kernels as w; w(C())"
     subprocess.run(
         [sys.executable, "-c", code], env=environment(caches), check=True, stdout=subprocess.DEVNULL
     )

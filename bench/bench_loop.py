@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.base import Message
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header, String
@@ -24,8 +24,8 @@ from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import In, Node, NoParams, Out, topic
-from chefbot.runtime.record import Recorder
-from chefbot.runtime.system import System
+from chefbot.runtime.node_container import System
+from chefbot.runtime.recorder import Recorder
 
 MESSAGES, REPEATS = 5000, 9
 TARGET = 20.0

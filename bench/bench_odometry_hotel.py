@@ -17,29 +17,29 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.commands.summary import true_plan
 from chefbot.control.dwa import Dwa
 from chefbot.control.kinematics import wheel_speeds
-from chefbot.control.limiter import Limiter
-from chefbot.control.limits import Limits
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
+from chefbot.demo.summary import true_plan
 from chefbot.maths.angles import wrap
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
-from chefbot.odometry.body import Body
 from chefbot.odometry.dead_reckoning import DeadReckoning
+from chefbot.odometry.drive_model import Body
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.estimate import MotionEstimate
 from chefbot.odometry.params import OdometryParams
 from chefbot.odometry.readings import ImuReading, WheelCounts
 from chefbot.planning.grid_planner import GridPlanner
+from chefbot.robot.drivetrain import Calibration
 from chefbot.robot.load import load_robot
-from chefbot.robot.sections import Calibration
+from chefbot.robot.motion_limits import Limits
 from chefbot.robot.spec import Robot
+from chefbot.safety.velocity_limiter import Limiter
 from chefbot.sim.board import Board
-from chefbot.sim.load import load_any_world
 from chefbot.sim.simulation import Simulation
+from chefbot.sim.world.load import load_any_world
 
 ROBOT = load_robot("chefbot")
 WORLD = load_any_world("hotel", ROBOT)

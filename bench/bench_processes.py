@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chefbot.commands.demo_processes import PROCESSES
+from chefbot.demo.processes import PROCESSES
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))

@@ -18,7 +18,7 @@ from chefbot.robot.load import load_robot
 from chefbot.sim.board import TALK_NS, Board
 from chefbot.sim.depth_camera import DepthRenderer
 from chefbot.sim.simulation import STEP_NS, Simulation
-from chefbot.sim.world import load_world
+from chefbot.sim.world.world import load_world
 
 ROBOT = load_robot("chefbot_lidar")
 SIZES = ((160, 120), (320, 240), (640, 480))

@@ -18,9 +18,9 @@ import numpy as np
 from numba import njit
 
 from chefbot.slam import Gmapping, GmappingParams
-from chefbot.slam.beams import beams_of
 from chefbot.slam.carmen import CarmenScan, parse
 from chefbot.slam.matching import score
+from chefbot.slam.scan_beams import beams_of
 
 CPP_TOTAL_S, CPP_PER_SCAN_MS, CPP_NS_PER_BEAM = 48.0, 63.0, 114.0
 

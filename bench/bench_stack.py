@@ -16,12 +16,12 @@ from pathlib import Path
 
 from rich.console import Console
 
-from chefbot.commands.session import session, start
-from chefbot.commands.warm import warm_kernels
+from chefbot.kernels.precompile import warm_kernels
+from chefbot.launcher.session import session, start
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import Timing
-from chefbot.runtime.system import System
+from chefbot.runtime.node_container import System
 
 TARGETS = {"chefbot_lidar": 8.0, "chefbot": 3.0}
 """Times real time on two cores."""

@@ -17,14 +17,14 @@ from collections.abc import Callable
 import numpy as np
 import zenoh
 
-from chefbot.msgs.base import Message
 from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Float64, Header
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import LATCHED
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import LATCHED
+from chefbot.ros2.rmw.session import Wire
 
 KINDS: tuple[type[Message], ...] = (Twist, LaserScan, Image)
 SIDE = 4000

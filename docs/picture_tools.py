@@ -17,13 +17,13 @@ from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from chefbot.control.dwa_kernel import roll_out
-from chefbot.control.limits import Limits
 from chefbot.localization.amcl import Amcl
 from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.replay import Log, read_log
 
 GIVEN = Path(sys.argv[1]) if len(sys.argv) > 1 else None

@@ -21,18 +21,18 @@ from picture_tools import (
 )
 
 from chefbot.control.kinematics import wheel_speeds
-from chefbot.control.limiter import Limiter
-from chefbot.control.limits import Limits
 from chefbot.maths.se2 import SE2
 from chefbot.odometry.dead_reckoning import DeadReckoning
 from chefbot.odometry.gyro_ekf import GyroEkf
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import Limits
+from chefbot.safety.velocity_limiter import Limiter
 from chefbot.scan.camera import CameraModel
 from chefbot.scan.depth_to_scan import DepthToScan, DepthToScanParams
 from chefbot.sim.board import Board
 from chefbot.sim.depth_camera import DepthRenderer
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world import load_world
+from chefbot.sim.world.world import load_world
 
 
 def robot_from_its_file() -> None:

@@ -26,11 +26,10 @@ from picture_tools import (
     write,
 )
 
-from chefbot.commands.summary import true_plan
 from chefbot.control.dwa import Dwa
-from chefbot.control.limits import Limits
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
+from chefbot.demo.summary import true_plan
 from chefbot.exploration.explorer import Explorer
 from chefbot.exploration.frontiers import find_frontiers
 from chefbot.localization.amcl import Amcl
@@ -41,13 +40,14 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.odometry.dead_reckoning import DeadReckoning
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.robot.load import load_robot
-from chefbot.runtime.files import load_map
-from chefbot.runtime.places import load_places
-from chefbot.sim.world import load_world
-from chefbot.slam.beams import beams_of
-from chefbot.slam.canvas import Canvas
+from chefbot.robot.motion_limits import Limits
+from chefbot.sim.world.world import load_world
 from chefbot.slam.gmapping import Gmapping
+from chefbot.slam.occupancy_accumulator import Canvas
 from chefbot.slam.params import GmappingParams
+from chefbot.slam.scan_beams import beams_of
+from chefbot.storage.map_files import load_map
+from chefbot.storage.places import load_places
 
 
 def slam() -> None:

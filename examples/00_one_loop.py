@@ -6,22 +6,23 @@ from pathlib import Path
 from chefbot.control.controller import Status
 from chefbot.control.dwa import Dwa
 from chefbot.control.kinematics import wheel_speeds
-from chefbot.control.limiter import Limiter
-from chefbot.control.limits import Limits
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.exploration.explorer import Explorer
 from chefbot.maths.se2 import IDENTITY as HOME
 from chefbot.odometry.gyro_ekf import GyroEkf
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.robot.load import load_robot
-from chefbot.runtime.files import map_png, write_atomic
+from chefbot.robot.motion_limits import Limits
+from chefbot.safety.velocity_limiter import Limiter
 from chefbot.sim.board import Board
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world import load_world
+from chefbot.sim.world.world import load_world
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
+from chefbot.storage.atomic_files import write_atomic
+from chefbot.storage.map_files import map_png
 
 TICK, SCAN, PLAN, LOOK = 0.02, 5, 50, 350  # seconds; ticks for a scan, for a plan, for a look around
 

@@ -95,7 +95,7 @@ def neighbours(row: int, column: int, shape: tuple[int, ...]) -> list[Cell]:
 
 def main() -> None:
     """Let the robot explore the room with it, as fast as the processor allows."""
-    from chefbot.commands.session import session, start
+    from chefbot.launcher.session import session, start
     from chefbot.msgs.chefbot_msgs import Collision, ExplorationStatus
     from chefbot.msgs.nav_msgs import Path as PathMessage
     from chefbot.robot.load import load_robot

@@ -1,5 +1,5 @@
 // What the firmware must know of the robot: whole numbers, made from its YAML file by `firmware_header(robot)`
-// (src/chefbot/design/firmware_header.py), which also makes the initialiser. The order is part of the C interface of
+// (src/chefbot/design/export/firmware_header.py), which also makes the initialiser. The order is part of the C interface of
 // the host port. Wheel radius and separation are absent on purpose: the board counts ticks, the computer knows metres,
 // so a calibration needs no new firmware.
 #pragma once

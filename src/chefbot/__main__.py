@@ -1,5 +1,5 @@
 """`python -m chefbot`."""
 
-from chefbot.cli import main
+from chefbot.cli.app import main
 
 main()

@@ -13,7 +13,7 @@ import yaml
 from msgspec import inspect as types
 
 from chefbot.errors import UserError, nearest
-from chefbot.robot.units import to_si
+from chefbot.maths.units import to_si
 
 T = TypeVar("T")
 MAX_BYTES = 1_000_000

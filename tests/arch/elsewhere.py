@@ -66,6 +66,6 @@ if __name__ == "__main__":
     if sys.argv[1] == "import":
         sys.stdout.write(f"{import_all()}\n")
     else:
-        from chefbot.cli import main
+        from chefbot.cli.app import main
 
         main()

@@ -13,7 +13,10 @@ import numpy as np
 import pytest
 import yaml
 
+from chefbot.robot.geometry.layout import body_height
+from chefbot.robot.geometry.mass import unloaded_mass
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import max_acceleration
 
 ROOT = Path(__file__).parents[2]
 SOURCE, ROBOTS = ROOT / "src" / "chefbot", ROOT / "src" / "chefbot" / "robot"
@@ -82,8 +85,8 @@ def homes() -> list[Home]:
         ("motor", "ticks_per_metre"): 1.0 / robot.metres_per_tick,
         ("motor", "no_load_speed"): robot.motor.no_load_speed,
         ("motor", "stall_torque"): robot.motor.stall_torque,
-        ("plates", "height"): robot.height,
-        ("robot", "mass"): robot.mass,
+        ("plates", "height"): body_height(robot),
+        ("robot", "mass"): unloaded_mass(robot),
     }
     found += [home(path, (value,)) for path, value in derived.items()]
     return [one for one in found if one.values]
@@ -207,7 +210,7 @@ def test_the_wheel_is_written_once() -> None:
 
 
 def test_solids_follow(robots) -> None:
-    from chefbot.robot.solids import link_origin, solids
+    from chefbot.robot.geometry.solids import link_origin, solids
 
     def radius(robot):
         wheel = next(part for part in solids(robot) if part.name == "wheel_left")
@@ -219,8 +222,8 @@ def test_solids_follow(robots) -> None:
 
 def test_meshes_follow(robots) -> None:
     pytest.importorskip("manifold3d")
-    from chefbot.design.mesh_parts import part_mesh
-    from chefbot.robot.solids import solids
+    from chefbot.design.solids.triangulation import part_mesh
+    from chefbot.robot.geometry.solids import solids
 
     def height(robot):
         wheel = next(part for part in solids(robot) if part.name == "wheel_left")
@@ -232,9 +235,9 @@ def test_meshes_follow(robots) -> None:
 def test_drawings_follow(robots) -> None:
     """The height of the base plate is a dimension of the assembly; it rises with the axle."""
     pytest.importorskip("ezdxf")
-    from chefbot.design.drawing import Linear
-    from chefbot.design.sheets import draw
-    from chefbot.robot import layout
+    from chefbot.design.drawing.drawing import Linear
+    from chefbot.design.drawing.sheets import draw
+    from chefbot.robot.geometry import layout
 
     def linears(value):
         if isinstance(value, Linear):
@@ -252,7 +255,7 @@ def test_drawings_follow(robots) -> None:
 
 
 def test_urdf_follows(robots) -> None:
-    from chefbot.design.urdf import urdf
+    from chefbot.design.export.urdf import urdf
 
     def radius(robot):
         return float(
@@ -269,7 +272,7 @@ def test_urdf_follows(robots) -> None:
 
 
 def test_sdf_follows(robots) -> None:
-    from chefbot.design.sdf import sdf
+    from chefbot.design.export.sdf import sdf
 
     assert both(robots, lambda robot: float(ET.fromstring(sdf(robot)).find(".//wheel_radius").text)) == [
         BEFORE,
@@ -278,7 +281,7 @@ def test_sdf_follows(robots) -> None:
 
 
 def test_mjcf_follows(robots) -> None:
-    from chefbot.design.mjcf import mjcf
+    from chefbot.design.export.mjcf import mjcf
 
     def tyre(robot):
         geom = ET.fromstring(mjcf(robot)).find(".//geom[@name='wheel_left']")
@@ -288,7 +291,7 @@ def test_mjcf_follows(robots) -> None:
 
 
 def test_the_firmware_header_follows(robots) -> None:
-    from chefbot.design.firmware_header import firmware_header
+    from chefbot.design.export.firmware_header import firmware_header
 
     told = [re.search(r"#define CHEFBOT_MAX_FORWARD (\d+)", firmware_header(robot)) for robot in robots]
     forward = [int(one[1]) for one in told]
@@ -297,7 +300,7 @@ def test_the_firmware_header_follows(robots) -> None:
 
 def test_kinematics_follow(robots) -> None:
     from chefbot.control.kinematics import twist, wheel_speeds
-    from chefbot.odometry.body import Body, OdometryParams
+    from chefbot.odometry.drive_model import Body, OdometryParams
 
     assert both(robots, lambda robot: wheel_speeds(0.09, 0.0, robot)[0]) == [0.09 / BEFORE, 0.09 / AFTER]
     assert both(robots, lambda robot: twist(1.0, 1.0, robot)[0]) == [BEFORE, AFTER]
@@ -310,7 +313,7 @@ def test_the_simulated_drive_follows(robots) -> None:
     """Told the same speed, both go as far, the larger wheels with fewer ticks: as the demo's robot does."""
     from chefbot.sim.board import Board
     from chefbot.sim.simulation import Simulation
-    from chefbot.sim.world import load_world
+    from chefbot.sim.world.world import load_world
 
     ways, ticks = [], []
     for robot in robots:
@@ -321,5 +324,5 @@ def test_the_simulated_drive_follows(robots) -> None:
             board.run_until(step * 20_000_000)
         ways.append(sim.truth().pose.distance(start))
         ticks.append(sum(sim.wheel_ticks()) / 2)
-    assert ways == [pytest.approx(0.3 * 3.0 - 0.3**2 / (2 * robots[0].max_acceleration), rel=0.03)] * 2
+    assert ways == [pytest.approx(0.3 * 3.0 - 0.3**2 / (2 * max_acceleration(robots[0])), rel=0.03)] * 2
     assert ticks[0] / ticks[1] == pytest.approx(AFTER / BEFORE, rel=0.01)

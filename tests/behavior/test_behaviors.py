@@ -10,6 +10,7 @@ from chefbot.behavior.motions import Spin, Straight, Wait
 from chefbot.maths.costs import INSCRIBED, LETHAL, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import max_acceleration, max_turn, max_turn_acceleration
 
 ROBOT = load_robot("chefbot")
 DT = 0.05
@@ -35,7 +36,7 @@ def run(behavior, costmap, pose=SE2(0.0, 0.0, 0.3), limit=4000):  # noqa: B008
 @settings(max_examples=30)
 @given(st.floats(0.1, 12.0), st.sampled_from([-1, 1]))
 def test_spin_turns_by_its_angle(angle, sign):
-    spin = Spin(sign * angle, ROBOT.max_turn, ROBOT.max_turn_acceleration)
+    spin = Spin(sign * angle, max_turn(ROBOT), max_turn_acceleration(ROBOT))
     _, turned, progress = run(spin, floor())
     assert progress is Progress.DONE
     assert turned == pytest.approx(sign * angle, abs=0.05)
@@ -46,7 +47,7 @@ def test_spin_turns_by_its_angle(angle, sign):
 @given(st.floats(0.05, 1.5), st.sampled_from([-1, 1]), st.floats(-3.1, 3.1))
 def test_straight_goes_its_distance(distance, sign, yaw):
     start = SE2(0.0, 0.0, yaw)
-    straight = Straight(sign * distance, 0.2, ROBOT.max_acceleration)
+    straight = Straight(sign * distance, 0.2, max_acceleration(ROBOT))
     pose, _, progress = run(straight, floor(), start)
     assert progress is Progress.DONE
     assert start.between(pose).x == pytest.approx(sign * distance, abs=0.025)
@@ -59,7 +60,7 @@ def test_straight_stops_before_an_obstacle(gap, sign):
     costmap = floor()
     column = costmap.cell(sign * gap, 0.0)[1]
     costmap.cells[:, column : column + 1] = INSCRIBED
-    pose, _, progress = run(Straight(sign * 1.5, 0.3, ROBOT.max_acceleration), costmap, SE2(0.0, 0.0, 0.0))
+    pose, _, progress = run(Straight(sign * 1.5, 0.3, max_acceleration(ROBOT)), costmap, SE2(0.0, 0.0, 0.0))
     assert progress is Progress.BLOCKED
     assert costmap.at(pose.x, pose.y) == 0
 
@@ -74,7 +75,7 @@ def test_it_may_leave_the_inscribed_zone_but_not_cross_a_wall():
 
 
 def test_a_robot_that_cannot_move_times_out():
-    straight = Straight(0.5, 0.2, ROBOT.max_acceleration, timeout=1.0)
+    straight = Straight(0.5, 0.2, max_acceleration(ROBOT), timeout=1.0)
     steps = [straight.update(SE2(0.0, 0.0, 0.0), floor(), DT).progress for _ in range(30)]
     assert steps[10] is Progress.RUNNING
     assert steps[-1] is Progress.TIMED_OUT

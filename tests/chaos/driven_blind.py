@@ -14,15 +14,16 @@ from chefbot.msgs.nav2_msgs import FollowPath, FollowPath_Goal
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import max_speed
 from chefbot.robot.spec import Robot
+from chefbot.ros2.rmw.action_client import new_goal_id
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop, Publication
-from chefbot.runtime.system import System
-from chefbot.sim.load import load_any_world
-from chefbot.sim.shapes import clearance
+from chefbot.runtime.node_container import System
 from chefbot.sim.simulation import Simulation
-from chefbot.wire.action_client import new_goal_id
+from chefbot.sim.world.load import load_any_world
+from chefbot.sim.world.shapes import clearance
 
 STEP_NS = 20_000_000
 AHEAD, SIDE = 0.75, 0.33
@@ -31,10 +32,10 @@ WAY = 2.4
 """Metres of path."""
 NODES = {
     "simulator": "chefbot.sim.device:SimulatorDevice",
-    "frames": "chefbot.nodes.frames:FramesNode",
+    "frames": "chefbot.nodes.robot_state_publisher:FramesNode",
     "odometry": "chefbot.nodes.odometry:OdometryNode",
     "depth_to_scan": "chefbot.nodes.depth_to_scan:DepthToScanNode",
-    "base": "chefbot.nodes.base:BaseNode",
+    "base": "chefbot.nodes.drive_base:BaseNode",
     "controller": "chefbot.nodes.controller:ControllerNode",
 }
 
@@ -139,7 +140,7 @@ class BlindDrive:
         self.go()
         for _ in range(60):
             self.run(0.1)
-            if self.simulation.truth().v > 0.9 * self.system.robot.max_speed:
+            if self.simulation.truth().v > 0.9 * max_speed(self.system.robot):
                 return
         raise AssertionError("it does not get on")
 

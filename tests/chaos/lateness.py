@@ -13,7 +13,7 @@ from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.node import In, Node, NoParams, Out, every
-from chefbot.runtime.transforms import TransformError
+from chefbot.runtime.transform_buffer import TransformError
 
 
 class LatenessNode(Node):

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from chefbot.wire.node import WireNode
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.session import Wire
 from tests.processes import children_of, is_alive
 from tests.waiting import PATIENCE
 

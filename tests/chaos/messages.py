@@ -9,10 +9,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.msgs.base import Message
 from chefbot.msgs.chefbot_msgs import ObstacleScan
-from chefbot.msgs.fields import NUMPY_TYPES, FieldType, fields_of
 from chefbot.msgs.geometry_msgs import Quaternion
+from chefbot.msgs.idl.fields import NUMPY_TYPES, FieldType, fields_of
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Header

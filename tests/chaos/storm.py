@@ -19,10 +19,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from chefbot.commands.session import session, start
+from chefbot.bridge.inbox import WIRE
+from chefbot.bridge.local_only import INNER, NEVER_HEARD
+from chefbot.bridge.ports import ports_of
+from chefbot.launcher.session import session, start
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.base import Message
-from chefbot.msgs.cdr import CdrError
 from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
@@ -32,6 +33,8 @@ from chefbot.msgs.geometry_msgs import (
     PoseWithCovarianceStamped,
     covariance_36,
 )
+from chefbot.msgs.idl.cdr import CdrError
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
@@ -40,10 +43,7 @@ from chefbot.msgs.validity import InvalidMessageError, check, check_stamp
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import Publication
-from chefbot.runtime.system import System
-from chefbot.wire.inbox import WIRE
-from chefbot.wire.inner import INNER, NEVER_HEARD
-from chefbot.wire.ports import ports_of
+from chefbot.runtime.node_container import System
 from tests.chaos.messages import Messages
 
 SECOND = 1_000_000_000

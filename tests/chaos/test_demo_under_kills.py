@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chefbot.commands.demo_processes import PROCESSES
+from chefbot.demo.processes import PROCESSES
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, ExplorationStatus
 from chefbot.msgs.rosgraph_msgs import Clock
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import CLOCK, LATCHED
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import CLOCK, LATCHED
 from tests.chaos.launched import Launched, running, tell, wait_for
 
 SEED = 8

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.commands.demo_processes import PROCESSES
-from chefbot.commands.summary import true_plan
+from chefbot.demo.processes import PROCESSES
+from chefbot.demo.summary import true_plan
 from chefbot.mapping.compare import quality
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.robot.load import load_robot
-from chefbot.sim.load import load_any_world
-from chefbot.wire.qos import LATCHED
+from chefbot.ros2.rmw.qos import LATCHED
+from chefbot.sim.world.load import load_any_world
 from tests.chaos.launched import running, tell, wait_for
 from tests.chaos.waiter import ARRIVED_M, ROBOT, WORLD, Blow, Watched, demo_launch, waiting_robot
 from tests.waiting import in_time

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.commands.demo_processes import PROCESSES
+from chefbot.demo.processes import PROCESSES
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Float64
 from tests.chaos.launched import running, tell, wait_for
@@ -25,7 +25,7 @@ PONDERING = """
 about: A step that takes long, in a process of its own.
 clock: wall
 nodes:
-  frames: {kind: "chefbot.nodes.frames:FramesNode"}
+  frames: {kind: "chefbot.nodes.robot_state_publisher:FramesNode"}
   ponder: {kind: "tests.chaos.lateness:PonderNode", process: thought, params: {seconds: %g, compiles: %s}}
 """
 

@@ -12,7 +12,7 @@ from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Float64
-from chefbot.wire.names import WireType
+from chefbot.ros2.rmw.names import WireType
 from tests.chaos.launched import launched, tell, wait_for
 from tests.waiting import in_time
 

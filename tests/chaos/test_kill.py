@@ -11,8 +11,8 @@ from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.nav2_msgs import Spin, Spin_Goal
 from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.wire.action_client import ActionClient
-from chefbot.wire.qos import LATCHED
+from chefbot.ros2.rmw.action_client import ActionClient
+from chefbot.ros2.rmw.qos import LATCHED
 from tests.chaos.launched import launched, tell, wait_for
 from tests.processes import children_of, is_alive
 from tests.waiting import PATIENCE, in_time

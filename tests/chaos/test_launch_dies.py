@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from chefbot.msgs.geometry_msgs import Twist
+from chefbot.robot.motion_limits import max_speed
 from tests.chaos.launched import running, tell, wait_for
 from tests.chaos.waiter import waiting_robot
 from tests.hil.boards import HostPort
@@ -25,7 +26,7 @@ BUILT = """
 include: [robot_standalone]
 nodes:
   odometry: {kind: "chefbot.nodes.odometry:OdometryNode", process: senses}
-  frames: {kind: "chefbot.nodes.frames:FramesNode", process: frames}
+  frames: {kind: "chefbot.nodes.robot_state_publisher:FramesNode", process: frames}
 """
 
 
@@ -58,8 +59,8 @@ def drive(hand: Hand, desk: Desk) -> None:
     """Until it is fast."""
     hand.push(0.0)
     time.sleep(0.5)
-    hand.push(0.6 * ROBOT.max_speed)
-    wait_for(lambda: min(desk.wheels.speed) > 0.5 * ROBOT.max_speed / ROBOT.metres_per_tick)
+    hand.push(0.6 * max_speed(ROBOT))
+    wait_for(lambda: min(desk.wheels.speed) > 0.5 * max_speed(ROBOT) / ROBOT.metres_per_tick)
 
 
 @pytest.mark.slow

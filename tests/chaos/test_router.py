@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from chefbot.msgs.std_msgs import Float64
-from chefbot.wire.node import WireNode
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.session import Wire
 from tests.chaos.launched import PATIENCE, Launched, free_port, tell, wait_for
 
 COUNTING = """
@@ -27,7 +27,7 @@ nodes:
 """
 ROUTER = """
 import sys
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.session import Wire
 with Wire(port=int(sys.argv[1])) as wire:
     print(wire.is_router, flush=True)
     sys.stdin.read()

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.session import Wire
 from tests.chaos.launched import launched, tell, wait_for
 from tests.processes import children_of, is_alive
 from tests.waiting import in_time

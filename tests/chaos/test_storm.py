@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from chefbot.robot.load import load_robot
-from chefbot.runtime.files import save_map
-from chefbot.runtime.places import places_path, save_places
-from chefbot.sim.floor_plan import lidar_plan
-from chefbot.sim.load import load_any_world
+from chefbot.sim.world.floor_plan import lidar_plan
+from chefbot.sim.world.load import load_any_world
+from chefbot.storage.map_files import save_map
+from chefbot.storage.places import places_path, save_places
 
 CPU_PER_MESSAGE, CPU_AT_LEAST = 1.0, 600.0
 """Seconds of CPU that a run may take: hundreds of times what it does, but not what a walk over 1e10 cells does."""

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.base import Message
 from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
@@ -18,12 +17,13 @@ from chefbot.msgs.geometry_msgs import (
     TransformStamped,
     covariance_36,
 )
+from chefbot.msgs.idl.message import Message
+from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
-from chefbot.msgs.registry import message_type
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.wire.node import WireNode
+from chefbot.ros2.rmw.node import WireNode
 from tests.chaos.launched import launched, wait_for
 from tests.chaos.messages import Messages
 

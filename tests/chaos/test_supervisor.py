@@ -16,10 +16,10 @@ import pytest
 
 from chefbot.msgs.std_msgs import Bool
 from chefbot.runtime.launch import Launch
-from chefbot.wire import supervisor as module
-from chefbot.wire.last_words import Word
-from chefbot.wire.prepared import Order
-from chefbot.wire.supervisor import Hooks, Supervisor
+from chefbot.supervision import supervisor as module
+from chefbot.supervision.state_handover import Word
+from chefbot.supervision.supervisor import Hooks, Supervisor
+from chefbot.supervision.worker_process import Order
 from tests.chaos.launched import wait_for
 from tests.processes import is_alive
 from tests.waiting import in_time

@@ -12,21 +12,21 @@ import numpy as np
 import yaml
 import zenoh
 
-from chefbot.commands.demo_processes import in_processes
-from chefbot.commands.summary import true_plan
+from chefbot.demo.processes import in_processes
+from chefbot.demo.summary import true_plan
 from chefbot.maths.se2 import IDENTITY
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order, WheelSpeeds
 from chefbot.msgs.geometry_msgs import PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.robot.load import load_robot
-from chefbot.runtime.files import save_map
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import LATCHED
+from chefbot.ros2.rmw.tokens import NODE, ROOT, parse_token
 from chefbot.runtime.launch import Launch, load_launch, split
-from chefbot.runtime.places import places_path, save_places
-from chefbot.sim.load import load_any_world
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import LATCHED
-from chefbot.wire.tokens import NODE, ROOT, parse_token
+from chefbot.sim.world.load import load_any_world
+from chefbot.storage.map_files import save_map
+from chefbot.storage.places import places_path, save_places
 from tests import waiting
 from tests.chaos.launched import Launched, free_port, running, wait_for
 

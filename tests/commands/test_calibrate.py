@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import yaml
 
-from chefbot.commands import calibrate
-from chefbot.commands.calibrate import CalibrateOptions, run_calibrate
-from chefbot.design.mjcf import AsBuilt
+from chefbot.cli import calibrate
+from chefbot.cli.calibrate import CalibrateOptions, run_calibrate
+from chefbot.design.export.mjcf import AsBuilt
 from chefbot.errors import UserError
 from chefbot.nodes.calibrator import CalibratorNode
 from chefbot.robot.load import load_robot

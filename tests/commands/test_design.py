@@ -14,14 +14,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.waiting import PATIENCE
 
-from chefbot.cli import app
-from chefbot.commands.design import run_design, work_out
-from chefbot.commands.units import SHOWN, amount
-from chefbot.design.checks import judge
-from chefbot.design.stability import loaded
+from chefbot.cli.app import app
+from chefbot.cli.design import run_design, work_out
+from chefbot.cli.units import SHOWN, amount
+from chefbot.design.sizing.requirements import judge
+from chefbot.design.sizing.stability import loaded
 from chefbot.errors import UserError
+from chefbot.maths.units import to_si
 from chefbot.robot.load import find_robot, load_robot
-from chefbot.robot.units import to_si
+from chefbot.robot.motion_limits import max_speed
 
 NOTHING: dict[str, str | None] = {}
 
@@ -62,7 +63,7 @@ def test_a_heavier_robot_gets_a_file_that_passes_its_own_checks(tmp_path: Path) 
     assert robot.name == "big"
     assert robot.body.payload == 6.0
     assert robot.drive.max_speed == 0.6
-    assert robot.max_speed == 0.6
+    assert max_speed(robot) == 0.6
     assert all(check.passed for check in judge(robot, loaded(robot)))
     text = path.read_text()
     assert "--payload 6 --speed 0.6" in text
@@ -158,7 +159,7 @@ def test_nothing_is_written_where_nothing_passes(tmp_path: Path, capsys: pytest.
 
 
 def test_the_verb_ends_with_2_and_one_sentence() -> None:
-    command = [sys.executable, "-c", "from chefbot.cli import main; main()", "design", "--payload", "tea"]
+    command = [sys.executable, "-c", "from chefbot.cli.app import main; main()", "design", "--payload", "tea"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 2
     assert done.stderr.startswith("chefbot: --payload: ")

@@ -5,7 +5,7 @@ import itertools
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.commands.tools.layers import GAP_X, Layout, lay_out
+from chefbot.ros2.tools.graph_layout import GAP_X, Layout, lay_out
 
 names = st.sampled_from([f"n{i}" for i in range(12)])
 graphs = st.lists(st.tuples(names, names).filter(lambda edge: edge[0] != edge[1]), max_size=25, unique=True)

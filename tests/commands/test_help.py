@@ -3,9 +3,9 @@
 import pytest
 from typer.testing import CliRunner
 
-from chefbot.cli import ROBOTS, WORLDS, app
+from chefbot.cli.app import ROBOTS, WORLDS, app
 from chefbot.robot.load import built_in_robots
-from chefbot.sim.world import built_in_worlds
+from chefbot.sim.world.world import built_in_worlds
 
 
 def words(text: str) -> list[str]:

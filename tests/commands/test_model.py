@@ -15,8 +15,9 @@ import trimesh
 from PIL import Image
 from tests.waiting import in_time
 
-from chefbot.commands.model import Format, run_model
+from chefbot.cli.model import Format, run_model
 from chefbot.errors import UserError
+from chefbot.robot.geometry.mass import unloaded_mass
 from chefbot.robot.load import load_robot
 
 CHEFBOT = [sys.executable, "-m", "chefbot"]
@@ -29,7 +30,7 @@ def tell():
         kilobytes = int(re.search(r"VmHWM:\\s+(\\d+)", status.read())[1])
     sys.stderr.write(f"{time.process_time()} {kilobytes / 1024}")
 atexit.register(tell)
-from chefbot.cli import main
+from chefbot.cli.app import main
 main()
 """
 """A cold process that tells the seconds of a processor and the megabytes that it took."""
@@ -55,7 +56,7 @@ def test_every_part_and_the_assembly_as_stl_in_millimetres(tmp_path: Path) -> No
     assert plate.is_watertight
     image = np.asarray(Image.open(out / "assembly.png"))
     assert np.std(image) > 30, "something is on it"
-    assert f"{robot.mass:.4f}" in done.stdout
+    assert f"{unloaded_mass(robot):.4f}" in done.stdout
     assert str(out.name) in done.stdout
 
 
@@ -151,7 +152,7 @@ def test_step_has_arcs_and_names(tmp_path: Path) -> None:
     assert "CYLINDRICAL_SURFACE" in text
     assert "SPHERICAL_SURFACE" in text
     robot = load_robot("desk")
-    from chefbot.robot.solids import solids
+    from chefbot.robot.geometry.solids import solids
 
     read = import_step(tmp_path / "x.step")
     assert read.volume * 1e-9 == pytest.approx(sum(part.volume for part in solids(robot)), rel=1e-6)

@@ -9,11 +9,11 @@ import pytest
 from tests.fake_robot import PLACES, fake_robot
 from tests.waiting import PATIENCE
 
-from chefbot.commands import remote
-from chefbot.commands.remote import order_delivery, press_round, save_running_map
+from chefbot.cli import remote
+from chefbot.cli.remote import order_delivery, press_round, save_running_map
 from chefbot.errors import UserError
-from chefbot.runtime.files import load_map
-from chefbot.runtime.places import load_places
+from chefbot.storage.map_files import load_map
+from chefbot.storage.places import load_places
 from chefbot.ui.commands import Deliver, Loaded
 
 

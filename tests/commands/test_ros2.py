@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from tests.waiting import PATIENCE
 
-from chefbot.commands import ros2
-from chefbot.commands.ros2 import run_ros2
+from chefbot.cli import ros2
+from chefbot.cli.ros2 import run_ros2
 from chefbot.errors import UserError
 
 

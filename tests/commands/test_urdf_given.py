@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.commands.urdf_given import check_given
-from chefbot.design.urdf import urdf
-from chefbot.design.urdf_check import check_urdf, parse_xml
+from chefbot.cli.urdf_given import check_given
+from chefbot.design.export.urdf import urdf
+from chefbot.design.export.urdf_check import check_urdf, parse_xml
 from chefbot.errors import UserError
+from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.load import load_robot
 
 XACRO = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
@@ -125,7 +126,7 @@ def test_what_is_fine_gives_its_tree_and_finds_meshes_of_the_package(tmp_path: P
 def test_our_own_urdf_is_fine() -> None:
     machine = load_robot("chefbot")
     tree = check_urdf(parse_xml(urdf(machine).encode(), "ours"), "ours")
-    assert sum(branch.mass for branch in tree) == pytest.approx(machine.total_mass)
+    assert sum(branch.mass for branch in tree) == pytest.approx(total_mass(machine))
     assert tree[0].link == "base_footprint"
 
 

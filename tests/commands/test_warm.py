@@ -11,10 +11,10 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 from rich.console import Console
 
-from chefbot.commands import kernel_stamp
-from chefbot.commands.demo import DemoOptions, run_demo
-from chefbot.commands.kernels import FIRST, GROUPS, kernel_files
-from chefbot.commands.warm import Warming, remember, start_warming
+from chefbot.demo.demo import DemoOptions, run_demo
+from chefbot.kernels import cache_stamp
+from chefbot.kernels.groups import FIRST, GROUPS, kernel_files
+from chefbot.kernels.precompile import Warming, remember, start_warming
 
 
 def signatures() -> dict[str, int]:
@@ -52,8 +52,8 @@ def test_a_worker_compiles_a_group_and_names_the_files_of_its_kernels(
     told: list[tuple[int, int]] = []
     warming.wait(show=lambda progress: told.append((progress.done, progress.total)))
     assert told[-1] == (1, 1) and not warming.busy
-    assert kernel_stamp.all_there(kernel_stamp.stamp_path())
-    assert "correction.correct" in kernel_stamp.stamp_path().read_text()
+    assert cache_stamp.all_there(cache_stamp.stamp_path())
+    assert "kalman_update.correct" in cache_stamp.stamp_path().read_text()
 
 
 def test_with_a_stamp_nothing_is_compiled_and_without_its_files_it_is_void(
@@ -65,21 +65,21 @@ def test_with_a_stamp_nothing_is_compiled_and_without_its_files_it_is_void(
     remember(Console(quiet=True), {str(held)})
     assert not start_warming(Console(quiet=True)).busy
     held.unlink()
-    assert not kernel_stamp.all_there(kernel_stamp.stamp_path())
+    assert not cache_stamp.all_there(cache_stamp.stamp_path())
 
 
 def test_a_stamp_that_was_cut_off_counts_as_none(tmp_path: Path) -> None:
     stamp = tmp_path / "stamp"
     for content in ("", '["/a', "[]", "{}"):
         stamp.write_text(content)
-        assert not kernel_stamp.all_there(stamp)
+        assert not cache_stamp.all_there(stamp)
 
 
 def test_the_stamp_depends_on_what_numba_depends_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    plain = kernel_stamp.stamp_path()
-    assert kernel_stamp.stamp_path() == plain
+    plain = cache_stamp.stamp_path()
+    assert cache_stamp.stamp_path() == plain
     monkeypatch.setenv("NUMBA_OPT", "1" if os.environ.get("NUMBA_OPT") != "1" else "2")
-    assert kernel_stamp.stamp_path() != plain
+    assert cache_stamp.stamp_path() != plain
 
 
 def test_a_failing_worker_is_told_of_and_does_not_stop_the_start() -> None:
@@ -94,7 +94,7 @@ def test_a_failing_worker_is_told_of_and_does_not_stop_the_start() -> None:
 def test_an_unwritable_cache_folder_is_told_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    assert not kernel_stamp.all_there(kernel_stamp.stamp_path())
+    assert not cache_stamp.all_there(cache_stamp.stamp_path())
     console = Console(record=True, file=open(os.devnull, "w"))  # noqa: SIM115, PTH123
     remember(console, {"a"})
     assert "cannot be remembered" in console.export_text()

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.commands.urdf_given import check_given, expanded
-from chefbot.design.ros_package import ros_package
+from chefbot.cli.urdf_given import check_given, expanded
+from chefbot.design.export.ros_package import ros_package
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
 

@@ -5,17 +5,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.control.checkers import GoalChecker, ProgressChecker
 from chefbot.control.controller import Status
 from chefbot.control.dwa import Dwa
-from chefbot.control.limiter import Limiter
-from chefbot.control.limits import Limits
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.control.goal_checkers import GoalChecker, ProgressChecker
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner, path_length
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import Limits
+from chefbot.safety.velocity_limiter import Limiter
 
 ROBOT = load_robot("chefbot")
 LIMITS = Limits.of(ROBOT)

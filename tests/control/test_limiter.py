@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.control.kinematics import twist, wheel_speeds
-from chefbot.control.limiter import Limiter
-from chefbot.control.limits import Limits
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import Limits
+from chefbot.safety.velocity_limiter import Limiter
 
 ROBOT = load_robot("chefbot")
 LIMITS = Limits.of(ROBOT)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.control.sensor_watch import AHEAD_NS, GOOD_AGAIN, SensorWatch, View
 from chefbot.maths.se2 import SE2
+from chefbot.safety.sensor_freshness import AHEAD_NS, GOOD_AGAIN, SensorWatch, View
 
 BEAMS = 360
 MS = 1_000_000

@@ -2,9 +2,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.control.limits import Limits
-from chefbot.control.teleop import Teleop
+from chefbot.control.keyboard_teleop import Teleop
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import Limits
 
 LIMITS = Limits.of(load_robot("chefbot"))
 

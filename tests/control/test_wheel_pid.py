@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.control.wheel_pid import WheelPid
+from chefbot.board.wheel_pid import WheelPid
 from chefbot.robot.load import load_robot
 
 ROBOT = load_robot("chefbot")

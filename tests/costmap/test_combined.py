@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.costmap.inflation import inflate
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.window import NOTHING, Window
+from chefbot.costmap.update_window import NOTHING, Window
 from chefbot.maths.costs import Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -109,7 +109,7 @@ def test_one_scan_inflates_only_what_is_near(monkeypatch: pytest.MonkeyPatch) ->
     costs = LayeredCostmap(PARAMS, RADIUS)
     costs.set_static(Grid(np.zeros((500, 500), np.int8), 0.1, 0.0, 0.0))
     costs.update()
-    monkeypatch.setattr("chefbot.costmap.combined.inflate", counted)
+    monkeypatch.setattr("chefbot.costmap.master_costmap.inflate", counted)
     costs.update()
     assert sizes == [], "nothing has changed"
     costs.mark_and_clear("laser", SE2(25.0, 25.0, 0.0), ANGLES, np.full(ANGLES.size, 1.0))

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN
 from chefbot.maths.grid import Grid

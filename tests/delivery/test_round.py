@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from chefbot.delivery.round import ENDED_BY_PERSON, UNKNOWN_PLACE, Outcome, Round
+from chefbot.delivery.mission import ENDED_BY_PERSON, UNKNOWN_PLACE, Outcome, Round
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.msgs.geometry_msgs import PoseStamped

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from chefbot.design.links import links
+from chefbot.design.export.links import links
 from chefbot.robot.spec import Robot
 
 PRECISION = 1e-6

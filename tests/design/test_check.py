@@ -9,17 +9,18 @@ import yaml
 
 pytest.importorskip("manifold3d")
 
-from chefbot.commands.check import run_check
-from chefbot.design import check_bodies
-from chefbot.design.check import check
-from chefbot.design.check_finding import has_solids, searched, with_value
-from chefbot.design.check_ground import ground
-from chefbot.design.check_overlap import overlapping
-from chefbot.design.check_view import hidden_from, hidden_sectors
-from chefbot.robot import layout
+from chefbot.cli.check import run_check
+from chefbot.design.checks import part_bodies
+from chefbot.design.checks.finding import has_solids, searched, with_value
+from chefbot.design.checks.geometry_checks import check
+from chefbot.design.checks.ground_clearance import ground
+from chefbot.design.checks.overlaps import overlapping
+from chefbot.design.checks.sensor_occlusion import hidden_from, hidden_sectors
+from chefbot.maths.units import to_si
 from chefbot.robot.catalogue import load_catalogue
+from chefbot.robot.geometry import layout
+from chefbot.robot.geometry.layout import body_height
 from chefbot.robot.load import built_in_robots, load_robot
-from chefbot.robot.units import to_si
 
 CATALOGUE = load_catalogue()
 ROBOTS = {name: load_robot(name) for name in ("chefbot", "chefbot_lidar")}
@@ -99,13 +100,13 @@ def test_wheels_above_the_floor_and_casters_below_it_are_found(monkeypatch):
     robot = with_value(ROBOTS["chefbot"], "name", "on_stilts")
     assert list(ground(robot)) == []
     monkeypatch.setattr(layout, "CASTER_GAP", -0.002)
-    origin = check_bodies.link_origin
+    origin = part_bodies.link_origin
 
     def raised(robot, link):
         x, y, z = origin(robot, link)
         return (x, y, z + 0.003) if link == "wheel_left_link" else (x, y, z)
 
-    monkeypatch.setattr(check_bodies, "link_origin", raised)
+    monkeypatch.setattr(part_bodies, "link_origin", raised)
     found = list(ground(with_value(robot, "name", "on_other_stilts")))
     subjects = {f.subject: f.have for f in found if f.rule == "floor"}
     assert subjects == {
@@ -150,7 +151,10 @@ def test_a_camera_behind_the_edge_of_a_plate_sees_as_much_of_it_as_the_rays_say(
     """Rays through the middle of each pixel against the discs, which is another way than cutting and projecting."""
     robot = with_value(ROBOTS["chefbot"], "sensors.depth_camera.mount.x", -0.03)
     hidden = hidden_from(robot, "camera", "depth_camera")
-    camera, plate = robot.sensors.depth_camera, robot.height - 2 * robot.plates.thickness - robot.tubes.length
+    camera, plate = (
+        robot.sensors.depth_camera,
+        body_height(robot) - 2 * robot.plates.thickness - robot.tubes.length,
+    )
     columns, rows = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
     y = (columns - camera.width / 2) / camera.focal_length_px
     z = (camera.height / 2 - rows) / camera.focal_length_px

@@ -16,14 +16,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.design.bodies import assert_same, of_mujoco, of_solids, of_urdf
 
-from chefbot.design.mjcf import mjcf, robot_xml
-from chefbot.design.urdf import urdf
-from chefbot.design.urdf_frames import fixed_frames, quaternion
-from chefbot.robot.layout import CASTER_GAP
+from chefbot.design.export.mjcf import mjcf, robot_xml
+from chefbot.design.export.urdf import urdf
+from chefbot.design.export.urdf_frames import fixed_frames, quaternion
+from chefbot.robot.geometry.layout import CASTER_GAP
+from chefbot.robot.geometry.mass import total_mass
+from chefbot.robot.geometry.shapes import rotation
 from chefbot.robot.load import built_in_robots, load_robot
-from chefbot.robot.shapes import rotation
+from chefbot.robot.motion_limits import max_wheel_speed
 from chefbot.robot.spec import Robot
-from chefbot.sim.world_mjcf import world_mjcf
+from chefbot.sim.world.world_mjcf import world_mjcf
 
 ALWAYS = {
     "base_footprint", "base_link", "wheel_left_link", "wheel_right_link", "caster_front_link",
@@ -57,7 +59,7 @@ def turned(robot: Robot, pitch: float, yaw: float) -> Robot:
 
 def test_mass_centre_and_inertia_are_those_of_the_solids(robot: Robot) -> None:
     expected = of_solids(robot)
-    assert sum(body.mass for body in expected.values()) == pytest.approx(robot.total_mass, rel=1e-9)
+    assert sum(body.mass for body in expected.values()) == pytest.approx(total_mass(robot), rel=1e-9)
     assert_same(of_urdf(urdf(robot)), expected)
     assert_same(of_mujoco(mujoco.MjModel.from_xml_string(mjcf(robot))), expected)
     assert_same(of_mujoco(mujoco.MjModel.from_xml_string(urdf(robot))), expected)
@@ -91,7 +93,7 @@ def test_any_robot_is_the_same_in_every_description(
 
 
 def test_the_simulator_has_this_very_text(robot: Robot) -> None:
-    from chefbot.design.mjcf import AS_DRAWN
+    from chefbot.design.export.mjcf import AS_DRAWN
     from chefbot.maths.se2 import IDENTITY
 
     body = robot_xml(robot).body
@@ -196,7 +198,7 @@ def test_full_duty_reaches_the_speed_that_the_spec_promises(robot: Robot) -> Non
     data.ctrl[:] = 1.0
     for _ in range(2000):
         mujoco.mj_step(model, data)
-    assert data.qvel[0] == pytest.approx(robot.max_wheel_speed, rel=0.02)
+    assert data.qvel[0] == pytest.approx(max_wheel_speed(robot), rel=0.02)
     stall = model.actuator_forcerange[:, 1]
     assert (np.abs(data.actuator_force) < stall).all()
 
@@ -206,6 +208,6 @@ def test_a_small_motor_has_a_small_rotor(robot: Robot) -> None:
     model = mujoco.MjModel.from_xml_string(mjcf(robot))
     data = mujoco.MjData(model)
     data.ctrl[:] = 1.0
-    while data.qvel[0] < robot.max_wheel_speed / 2 and data.time < 1.0:
+    while data.qvel[0] < max_wheel_speed(robot) / 2 and data.time < 1.0:
         mujoco.mj_step(model, data)
     assert data.time < 0.3

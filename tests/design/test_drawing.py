@@ -26,19 +26,19 @@ from ezdxf.document import Drawing as Document
 from PIL import Image
 from typer.testing import CliRunner
 
-from chefbot.cli import app, main
-from chefbot.commands.drawing import write_drawing
-from chefbot.design.drawing import loop_box
-from chefbot.design.drawing_dxf import LAYERS, dxf_bytes, dxf_document
-from chefbot.design.drawing_paper import BINDING, MARGIN
-from chefbot.design.drawing_views import FRONT, PLAN, SIDE, TOP, cut, seen
-from chefbot.design.sheets import SHEETS, asked_for, draw, sheets_of
+from chefbot.cli.app import app, main
+from chefbot.cli.drawing import write_drawing
+from chefbot.design.drawing.drawing import loop_box
+from chefbot.design.drawing.dxf import LAYERS, dxf_bytes, dxf_document
+from chefbot.design.drawing.paper import BINDING, MARGIN
+from chefbot.design.drawing.sheets import SHEETS, asked_for, draw, sheets_of
+from chefbot.design.drawing.views import FRONT, PLAN, SIDE, TOP, cut, seen
 from chefbot.errors import UserError
 from chefbot.maths.outline import Outline, circle, loop_moments, rectangle
+from chefbot.robot.geometry.outlines import base_plate_outline
+from chefbot.robot.geometry.shapes import Prism
+from chefbot.robot.geometry.solids import solids
 from chefbot.robot.load import built_in_robots, load_robot
-from chefbot.robot.outlines import base_plate_outline
-from chefbot.robot.shapes import Prism
-from chefbot.robot.solids import solids
 from chefbot.robot.spec import Robot
 
 replace = msgspec.structs.replace
@@ -276,8 +276,8 @@ def test_no_text_lies_on_another_and_all_is_on_the_paper(name: str, sheet: str) 
 @pytest.mark.slow
 def test_the_same_robot_gives_the_same_bytes() -> None:
     program = (
-        "import hashlib; from chefbot.robot.load import load_robot; from chefbot.design.sheets import *;"
-        "from chefbot.design.drawing_dxf import *; robot = load_robot('chefbot');"
+        "import hashlib; from chefbot.robot.load import load_robot; from chefbot.design.drawing.sheets import *;"
+        "from chefbot.design.drawing.dxf import *; robot = load_robot('chefbot');"
         "print({s: hashlib.sha256(dxf_bytes(dxf_document(draw(robot, s)))).hexdigest() for s in SHEETS})"
     )
     outputs = [

@@ -11,9 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.design.firmware_header import as_int32, firmware_constants, firmware_header
+from chefbot.board.firmware_constants import as_int32, firmware_constants
+from chefbot.design.export.firmware_header import firmware_header
 from chefbot.errors import UserError
 from chefbot.robot.load import built_in_robots, load_robot
+from chefbot.robot.motion_limits import max_acceleration, max_speed, max_wheel_speed
 from chefbot.robot.spec import Robot
 
 CORE = Path(__file__).parents[2] / "firmware" / "core"
@@ -40,10 +42,10 @@ def test_numbers_follow_from_the_robot(robot: Robot) -> None:
     turn = robot.motor.ticks_per_turn
     per_metre = turn / (2 * math.pi * robot.wheel_radius)
     assert number["ticks_per_turn_milli"] == round(1000 * turn)
-    assert number["max_wheel"] / per_metre == pytest.approx(robot.max_wheel_speed, rel=1e-3)
-    assert number["max_wheel"] <= robot.max_wheel_speed * per_metre
-    assert number["max_forward"] / per_metre == pytest.approx(robot.max_speed, rel=1e-3)
-    assert number["acceleration"] / per_metre == pytest.approx(robot.max_acceleration, rel=1e-3)
+    assert number["max_wheel"] / per_metre == pytest.approx(max_wheel_speed(robot), rel=1e-3)
+    assert number["max_wheel"] <= max_wheel_speed(robot) * per_metre
+    assert number["max_forward"] / per_metre == pytest.approx(max_speed(robot), rel=1e-3)
+    assert number["acceleration"] / per_metre == pytest.approx(max_acceleration(robot), rel=1e-3)
     assert number["no_load"] == pytest.approx(robot.motor.no_load_speed * turn / (2 * math.pi), abs=1)
     assert number["battery_stop"] == round(1000 * robot.battery.empty_voltage) < number["battery_low"]
 

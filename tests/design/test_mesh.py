@@ -19,21 +19,32 @@ import trimesh
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from chefbot.design.bom import bill, bill_csv, box
-from chefbot.design.links import links
-from chefbot.design.mesh import glb, part_glb
-from chefbot.design.mesh_files import Piece, lying, obj, pieces, stl, whole
-from chefbot.design.mesh_parts import Mesh, part_mesh
-from chefbot.design.raster import rasterize
-from chefbot.design.render import Body, picture
+from chefbot.design.export.links import links
+from chefbot.design.solids.bill_of_materials import bill, bill_csv, box
+from chefbot.design.solids.glb import glb, part_glb
+from chefbot.design.solids.rasterizer import rasterize
+from chefbot.design.solids.renderer import Body, picture
+from chefbot.design.solids.stl_obj import Piece, lying, obj, pieces, stl, whole
+from chefbot.design.solids.triangulation import Mesh, part_mesh
 from chefbot.errors import UserError
 from chefbot.maths.outline import Outline, circle, rectangle
+from chefbot.robot.chassis import Equipment
+from chefbot.robot.geometry.layout import body_height
+from chefbot.robot.geometry.mass import unloaded_mass
+from chefbot.robot.geometry.shapes import (
+    Ball,
+    MassProperties,
+    Prism,
+    Solid,
+    mass_properties,
+    rotation,
+    spread,
+)
+from chefbot.robot.geometry.solids import RobotPart, payload, solids
 from chefbot.robot.load import built_in_robots, load_robot
-from chefbot.robot.possible import check_possible
-from chefbot.robot.sections import Equipment, Place, Size
-from chefbot.robot.shapes import Ball, MassProperties, Prism, Solid, mass_properties, rotation, spread
-from chefbot.robot.solids import RobotPart, payload, solids
+from chefbot.robot.section import Place, Size
 from chefbot.robot.spec import Robot
+from chefbot.robot.validation import check_possible
 
 ROBOTS = sorted(built_in_robots())
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -80,7 +91,7 @@ def test_every_part_is_closed_and_as_large_as_its_formula_says(part: RobotPart) 
 
 
 def test_holes_that_leave_nothing_are_an_end_and_not_a_search_without_one() -> None:
-    from chefbot.design.mesh_parts import _section
+    from chefbot.design.solids.triangulation import _section
 
     disc = Outline(circle(0.01), (circle(0.0101),))
     assert _section(disc, 1e-5).is_empty()
@@ -114,7 +125,7 @@ def test_the_assembly_is_one_closed_mesh_in_which_no_two_parts_overlap(name: str
     assert read.is_watertight
     assert read.volume == pytest.approx(sum(part.volume for part in solids(robot)), rel=1e-3)
     assert read.bounds[0][2] == pytest.approx(0.0, abs=1e-3), "stands on the floor"
-    assert read.bounds[1][2] >= robot.height - 1e-6
+    assert read.bounds[1][2] >= body_height(robot) - 1e-6
 
 
 factor = st.floats(0.8, 1.25)
@@ -252,7 +263,7 @@ def test_a_part_lies_flat_and_whole_on_the_printers_bed(part: RobotPart) -> None
 def test_the_bill_weighs_what_the_robot_weighs_and_leaves_the_prices_open(name: str) -> None:
     robot = load_robot(name)
     items = bill(robot)
-    assert sum(item.mass for item in items) == pytest.approx(robot.mass, rel=1e-12)
+    assert sum(item.mass for item in items) == pytest.approx(unloaded_mass(robot), rel=1e-12)
     assert sum(item.number for item in items) == len(solids(robot))
     rows = list(csv.DictReader(io.StringIO(bill_csv(items).decode())))
     assert [row["part"] for row in rows] == [item.name for item in items]
@@ -314,7 +325,8 @@ def test_a_picture_shows_what_stands_there_in_its_colour() -> None:
 
 def test_nothing_of_it_is_loaded_by_who_does_not_ask() -> None:
     script = (
-        "import sys, chefbot, chefbot.cli, chefbot.design.mesh, chefbot.design.step, chefbot.commands.model; "
+        "import sys, chefbot, chefbot.cli.app, chefbot.cli.model; "
+        "import chefbot.design.solids.glb, chefbot.design.solids.step; "
         "sys.exit(bool({'trimesh', 'manifold3d', 'shapely', 'build123d', 'OCP', 'scipy'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
@@ -326,7 +338,7 @@ cad = pytest.mark.skipif(find_spec("build123d") is None, reason="STEP needs the 
 @cad
 @pytest.mark.slow
 def test_the_cad_kernel_finds_the_same_volume_centre_and_inertia() -> None:
-    from chefbot.design.step import cad_part
+    from chefbot.design.solids.step import cad_part
 
     for part in all_parts():
         exact = mass_properties([(spread(solid), 1.0) for solid in part.solids])

@@ -7,7 +7,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.design.robot_text import Change, changed, headed, value_of
+from chefbot.design.sizing.robot_file_editor import Change, changed, headed, value_of
 
 TEXT = """# A robot.
 name: one

@@ -8,10 +8,10 @@ import xml.etree.ElementTree as ET
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from chefbot.design.ros2.interfaces import interface_package
+from chefbot.design.export.ros2.interfaces import interface_package
 from chefbot.msgs.chefbot_msgs import Deliver
-from chefbot.msgs.definition import type_hash
-from chefbot.msgs.registry import message_type
+from chefbot.msgs.idl.definition import type_hash
+from chefbot.msgs.idl.registry import message_type
 
 FILES = interface_package()
 MESSAGES = {path.removeprefix("msg/").removesuffix(".msg"): path for path in FILES if path.startswith("msg/")}

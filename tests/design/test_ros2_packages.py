@@ -28,11 +28,11 @@ from tests.design.fake_launch import (
 )
 from tests.design.sdf_checker import read_by_libsdformat
 
-from chefbot.commands.launch import parse_arguments
-from chefbot.commands.ros2 import run_ros2
-from chefbot.nodes.base import BaseNode
-from chefbot.nodes.frames import FramesNode
+from chefbot.cli.ros2 import run_ros2
+from chefbot.launcher.launch import parse_arguments
+from chefbot.nodes.drive_base import BaseNode
 from chefbot.nodes.odometry import OdometryNode
+from chefbot.nodes.robot_state_publisher import FramesNode
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch, node_class, node_params
 

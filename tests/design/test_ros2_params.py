@@ -14,19 +14,21 @@ import yaml
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from chefbot.design.ros2.because import Because, plain, written
-from chefbot.design.ros2.depth import depth_to_scan
-from chefbot.design.ros2.ekf import STATE, ekf, ekf_tree
-from chefbot.design.ros2.figures import Doubt, Figures
-from chefbot.design.ros2.names import DISTRIBUTIONS
-from chefbot.design.ros2.names_check import faults
-from chefbot.design.ros2.nav2 import nav2_params, nav2_tree
-from chefbot.design.ros2.odometry import MARGIN, alphas
-from chefbot.design.ros2.slam import slam_toolbox, slam_tree
+from chefbot.design.export.ros2.annotated_yaml import Because, plain, written
+from chefbot.design.export.ros2.depth_to_scan import depth_to_scan
+from chefbot.design.export.ros2.derived_nav_params import Doubt, Figures
+from chefbot.design.export.ros2.ekf import STATE, ekf, ekf_tree
+from chefbot.design.export.ros2.known_parameters import DISTRIBUTIONS
+from chefbot.design.export.ros2.nav2 import nav2_params, nav2_tree
+from chefbot.design.export.ros2.odometry_noise import MARGIN, alphas
+from chefbot.design.export.ros2.parameter_check import faults
+from chefbot.design.export.ros2.slam import slam_toolbox, slam_tree
 from chefbot.errors import UserError
+from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import built_in_robots, load_robot
-from chefbot.robot.possible import check_possible
+from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_turn_acceleration
 from chefbot.robot.spec import Robot
+from chefbot.robot.validation import check_possible
 
 FLOOR = Doubt(slip=0.003, diameter_error=0.003, separation_error=0.005)
 ROBOTS = sorted(built_in_robots())
@@ -65,9 +67,9 @@ def check_physics(robot: Robot) -> None:
     mppi, dwb, smoother = control["FollowPath"], control["DWB"], nodes["velocity_smoother"]
     slack = 1e-9
     for speed in (mppi["vx_max"], dwb["max_vel_x"], smoother["max_velocity"][0]):
-        assert 0.0 < speed <= robot.max_speed + slack
+        assert 0.0 < speed <= max_speed(robot) + slack
     for turn in (mppi["wz_max"], dwb["max_vel_theta"], smoother["max_velocity"][2]):
-        assert 0.0 < turn <= robot.max_turn + slack
+        assert 0.0 < turn <= max_turn(robot) + slack
     for a in (
         mppi["ax_max"],
         -mppi["ax_min"],
@@ -75,18 +77,18 @@ def check_physics(robot: Robot) -> None:
         smoother["max_accel"][0],
         -dwb["decel_lim_x"],
     ):
-        assert 0.0 < a <= robot.max_acceleration + slack
-    assert mppi["az_max"] <= robot.max_turn_acceleration + slack
+        assert 0.0 < a <= max_acceleration(robot) + slack
+    assert mppi["az_max"] <= max_turn_acceleration(robot) + slack
     period = 1.0 / control["controller_frequency"]
     assert abs(mppi["model_dt"] - period) < 1e-6  # beyond that MPPI does not shift its sequence, or refuses
     horizon = mppi["model_dt"] * mppi["time_steps"]
     reaction = 1.0 / Figures(robot, FLOOR).sight.rate + period
-    assert horizon >= reaction + robot.max_speed / robot.max_acceleration - 1e-3
-    assert nodes["behavior_server"]["max_rotational_vel"] <= robot.max_turn + slack
+    assert horizon >= reaction + max_speed(robot) / max_acceleration(robot) - 1e-3
+    assert nodes["behavior_server"]["max_rotational_vel"] <= max_turn(robot) + slack
 
     sight = Figures(robot, FLOOR).sight
     if (
-        mppi["vx_max"] < robot.max_speed - 2e-4
+        mppi["vx_max"] < max_speed(robot) - 2e-4
     ):  # slower than it could: then because of what it sees, and not much
         told = (
             stopping_distance(mppi["vx_max"], mppi["ax_max"], 1.0 / sight.rate + 0.1) + robot.footprint_radius
@@ -103,7 +105,7 @@ def check_physics(robot: Robot) -> None:
     assert mppi["prune_distance"] >= mppi["vx_max"] * horizon
     scan = costs["obstacle_layer"]["scan"]
     assert scan["obstacle_min_range"] < scan["obstacle_max_range"] <= scan["raytrace_max_range"]
-    assert scan["max_obstacle_height"] > robot.overall_height
+    assert scan["max_obstacle_height"] > overall_height(robot)
     assert nodes["global_costmap"]["inflation_layer"] == costs["inflation_layer"]
     monitor = nodes["collision_monitor"]["FootprintApproach"]
     assert monitor["time_before_collision"] >= mppi["vx_max"] / mppi["ax_max"]
@@ -148,7 +150,7 @@ def test_physics_and_names_of_robots_nobody_built(
         check_possible(robot, "a robot")
     except UserError:
         assume(False)
-    assume(robot.max_speed > 0.01)
+    assume(max_speed(robot) > 0.01)
     check_physics(robot)
     check_names(robot)
 
@@ -195,7 +197,7 @@ def test_the_short_sighted_drive_slowly() -> None:
     lidar = msgspec.structs.replace(robot.sensors.lidar, range_max=0.5)
     dim = msgspec.structs.replace(robot, sensors=msgspec.structs.replace(robot.sensors, lidar=lidar))
     seen, dimly = (nav2(one)["controller_server"]["FollowPath"]["vx_max"] for one in (robot, dim))
-    assert dimly < 0.8 * seen == pytest.approx(0.8 * robot.max_speed)
+    assert dimly < 0.8 * seen == pytest.approx(0.8 * max_speed(robot))
     check_physics(dim)
     assert "stop within the" in nav2_params(dim, FLOOR) and "stop within the" not in nav2_params(robot, FLOOR)
 

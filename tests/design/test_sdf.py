@@ -11,12 +11,14 @@ import pytest
 from tests.design.bodies import Body, assert_same, of_solids, tensor
 from tests.design.sdf_checker import read_by_libsdformat
 
-from chefbot.design.links import links
-from chefbot.design.mjcf import CASTER_FRICTION, mjcf
-from chefbot.design.sdf import sdf
-from chefbot.design.sdf_sensors import CONE_STEP, gz_sensors
-from chefbot.design.urdf import urdf
+from chefbot.design.export.links import links
+from chefbot.design.export.mjcf import CASTER_FRICTION, mjcf
+from chefbot.design.export.sdf import sdf
+from chefbot.design.export.sdf_sensors import CONE_STEP, gz_sensors
+from chefbot.design.export.urdf import urdf
+from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.load import built_in_robots, load_robot
+from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.robot.spec import Robot
 
 
@@ -66,7 +68,7 @@ def test_gazebo_makes_of_the_urdf_what_we_make_of_the_robot(robot: Robot, tmp_pa
     theirs, ours = read_by_libsdformat(file)[robot.name], told(sdf(robot), tmp_path)[robot.name]
     for model in (theirs, ours):
         masses = [values[0] for values in model["links"].values()]
-        assert sum(masses) == pytest.approx(robot.total_mass, rel=1e-8)
+        assert sum(masses) == pytest.approx(total_mass(robot), rel=1e-8)
     assert theirs["sensors"].keys() == ours["sensors"].keys()
     for name, at in ours["sensors"].items():
         assert theirs["sensors"][name] == pytest.approx(at, abs=1e-8)
@@ -82,8 +84,8 @@ def test_drive_sensors_and_grip_are_the_robots(robot: Robot) -> None:
     assert drive is not None
     assert number(drive, "wheel_separation") == pytest.approx(robot.wheels.separation)
     assert number(drive, "wheel_radius") == pytest.approx(robot.wheel_radius)
-    assert number(drive, "max_linear_velocity") == pytest.approx(robot.max_speed, rel=1e-8)
-    assert number(drive, "min_angular_velocity") == pytest.approx(-robot.max_turn, rel=1e-8)
+    assert number(drive, "max_linear_velocity") == pytest.approx(max_speed(robot), rel=1e-8)
+    assert number(drive, "min_angular_velocity") == pytest.approx(-max_turn(robot), rel=1e-8)
     joints = {joint.attrib["name"] for joint in model.iterfind("joint[@type='revolute']")}
     assert {drive.findtext("left_joint"), drive.findtext("right_joint")} == joints
     grips = {

@@ -5,16 +5,16 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from chefbot.design.checks import judge
-from chefbot.design.follow import moved_sensors, with_motor, with_radius
-from chefbot.design.remedies import remedies, stable_radius
-from chefbot.design.room import battery_room
-from chefbot.design.selection import Verdict, best_with, choose, nearest, settled, verdicts
-from chefbot.design.stability import loaded
-from chefbot.robot import layout
+from chefbot.design.checks.mounting_clearance import battery_room
+from chefbot.design.sizing.component_selection import Verdict, best_with, choose, nearest, settled, verdicts
+from chefbot.design.sizing.dependent_dimensions import moved_sensors, with_motor, with_radius
+from chefbot.design.sizing.requirements import judge
+from chefbot.design.sizing.stability import loaded
+from chefbot.design.sizing.suggested_fixes import remedies, stable_radius
 from chefbot.robot.catalogue import load_catalogue
+from chefbot.robot.geometry import layout
 from chefbot.robot.load import built_in_robots, load_robot
-from chefbot.robot.sections import Size
+from chefbot.robot.section import Size
 from chefbot.robot.spec import Robot
 
 CHEFBOT = load_robot("chefbot")

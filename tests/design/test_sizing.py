@@ -11,13 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.design import forces, motor_line, power, sizing
-from chefbot.design.chapter_method import chapter_method
-from chefbot.design.checks import SPEED_RESERVE, judge, motor_checks
-from chefbot.design.stability import Load, loaded, room, support, tipping
-from chefbot.design.worked import Result
-from chefbot.robot import layout
+from chefbot.design.sizing import dc_motor, energy_budget, forces, sizing
+from chefbot.design.sizing.calculation import Result
+from chefbot.design.sizing.chapter_method import chapter_method
+from chefbot.design.sizing.requirements import SPEED_RESERVE, judge, motor_checks
+from chefbot.design.sizing.stability import Load, loaded, room, support, tipping
 from chefbot.robot.catalogue import load_catalogue
+from chefbot.robot.geometry import layout
+from chefbot.robot.geometry.layout import body_height
+from chefbot.robot.geometry.mass import robot_mass_properties
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import DRIVE_EFFICIENCY, GRAVITY, Robot
 
@@ -139,7 +141,7 @@ def test_more_load_never_needs_less_torque_nor_less_power(robot: Robot, mass: fl
     for duty in forces.duties(robot):
         light = forces.motor_torque(robot, mass, duty).value
         assert forces.motor_torque(robot, mass + more, duty).value >= light
-    assert power.mean_power(robot, mass + more).value >= power.mean_power(robot, mass).value
+    assert energy_budget.mean_power(robot, mass + more).value >= energy_budget.mean_power(robot, mass).value
 
 
 @given(robots, masses, st.floats(0.1, 1.0))
@@ -166,37 +168,35 @@ def test_the_corrected_torque_is_the_fact_sheet_s() -> None:
 @pytest.mark.parametrize("name", MOTORS)
 def test_the_line_goes_through_the_data_sheet_s_points(name: str) -> None:
     motor = CATALOGUE.motors[name]
-    assert motor_line.speed(motor, 0.0, motor.voltage, "").value == pytest.approx(motor.no_load_speed)
-    assert motor_line.speed(motor, motor.stall_torque, motor.voltage, "").value == pytest.approx(
-        0.0, abs=1e-9
-    )
-    assert motor_line.current(motor, 0.0, "").value == pytest.approx(motor.no_load_current)
-    assert motor_line.current(motor, motor.stall_torque, "").value == pytest.approx(motor.stall_current)
+    assert dc_motor.speed(motor, 0.0, motor.voltage, "").value == pytest.approx(motor.no_load_speed)
+    assert dc_motor.speed(motor, motor.stall_torque, motor.voltage, "").value == pytest.approx(0.0, abs=1e-9)
+    assert dc_motor.current(motor, 0.0, "").value == pytest.approx(motor.no_load_current)
+    assert dc_motor.current(motor, motor.stall_torque, "").value == pytest.approx(motor.stall_current)
 
 
 @given(st.sampled_from(MOTORS), st.floats(0.0, 1.0), st.floats(0.3, 1.25))
 def test_voltage_and_speed_undo_each_other(name: str, share: float, factor: float) -> None:
     motor = CATALOGUE.motors[name]
     torque = share * motor.stall_torque
-    turning = motor_line.speed(motor, torque, factor * motor.voltage, "").value
-    assert motor_line.voltage(motor, torque, turning).value == pytest.approx(factor * motor.voltage)
+    turning = dc_motor.speed(motor, torque, factor * motor.voltage, "").value
+    assert dc_motor.voltage(motor, torque, turning).value == pytest.approx(factor * motor.voltage)
 
 
 @given(st.sampled_from(MOTORS), st.floats(0.0, 1.0))
 def test_no_motor_gives_more_than_it_takes(name: str, share: float) -> None:
     motor = CATALOGUE.motors[name]
     torque = share * motor.stall_torque
-    shaft = torque * motor_line.speed(motor, torque, motor.voltage, "").value
-    assert shaft <= motor.voltage * motor_line.current(motor, torque, "").value
+    shaft = torque * dc_motor.speed(motor, torque, motor.voltage, "").value
+    assert shaft <= motor.voltage * dc_motor.current(motor, torque, "").value
 
 
 def test_pololu_s_best_points_lie_on_the_line() -> None:
     """Data sheet rev. 1.2: 50:1 makes 180 rpm at 2.2 kg cm with 0.66 A, 102:1 87 rpm at 4.2 kg cm with 0.72 A."""
     for name, kg_cm, rpm, ampere in (("pololu_37d_50", 2.2, 180, 0.66), ("pololu_37d_102", 4.2, 87, 0.72)):
         motor, torque = CATALOGUE.motors[name], kg_cm * GRAVITY / 100.0
-        turning = motor_line.speed(motor, torque, motor.voltage, "").value
+        turning = dc_motor.speed(motor, torque, motor.voltage, "").value
         assert turning * 30.0 / math.pi == pytest.approx(rpm, rel=0.02)
-        assert motor_line.current(motor, torque, "").value == pytest.approx(ampere, rel=0.25)
+        assert dc_motor.current(motor, torque, "").value == pytest.approx(ampere, rel=0.25)
 
 
 # -- power
@@ -204,14 +204,16 @@ def test_pololu_s_best_points_lie_on_the_line() -> None:
 
 @given(robots, masses)
 def test_run_time_and_power_make_up_the_energy(robot: Robot, mass: float) -> None:
-    energy = power.run_time(robot, mass).value * power.mean_power(robot, mass).value
+    energy = energy_budget.run_time(robot, mass).value * energy_budget.mean_power(robot, mass).value
     battery = robot.battery
     assert energy == pytest.approx(battery.capacity * battery.voltage * battery.usable)
 
 
 @given(robots, masses)
 def test_the_fuse_carries_the_highest_draw(robot: Robot, mass: float) -> None:
-    assert power.fuse(robot, mass).value >= 1.25 * power.highest_draw(robot, mass).value - 1e-9
+    assert (
+        energy_budget.fuse(robot, mass).value >= 1.25 * energy_budget.highest_draw(robot, mass).value - 1e-9
+    )
 
 
 # -- speed, clearance
@@ -247,11 +249,11 @@ def test_each_bound_is_the_right_one(robot: Robot, mass: float, share: float) ->
             "driver",
             "continuous_current",
             "continuous current",
-            motor_line.current(robot.motor, torque, "").value,
+            dc_motor.current(robot.motor, torque, "").value,
             True,
         ),
         ("driver", "logic_high_min", "input level without a level shifter", 2.97, False),
-        ("battery", "continuous_current", "current", power.highest_draw(robot, mass).value, True),
+        ("battery", "continuous_current", "current", energy_budget.highest_draw(robot, mass).value, True),
         ("motor", "continuous_torque", "continuous torque", torque, True),
         ("motor", "length", "length", layout.motor_front(robot), False),
     ]
@@ -308,9 +310,9 @@ def test_a_higher_load_never_stands_better(height: float, more: float) -> None:
 
 
 def test_the_payload_s_middle_is_half_its_height_above_the_top() -> None:
-    own = CHEFBOT.mass_properties
+    own = robot_mass_properties(CHEFBOT)
     load, payload = loaded(CHEFBOT), CHEFBOT.body.payload
-    top = CHEFBOT.height + CHEFBOT.body.payload_height / 2.0
+    top = body_height(CHEFBOT) + CHEFBOT.body.payload_height / 2.0
     assert load.mass == pytest.approx(own.mass + payload)
     assert load.mass * load.z == pytest.approx(own.mass * own.centre[2] + payload * top)
     assert load.mass * load.x == pytest.approx(own.mass * own.centre[0], abs=1e-12)

@@ -12,13 +12,15 @@ import yaml
 from tests.design.bodies import assert_same, of_solids, of_urdf
 from tests.design.fake_launch import run_launch_file
 
-from chefbot.commands.urdf import run_package
-from chefbot.commands.urdf_given import check_given, expanded
-from chefbot.design.urdf import urdf
+from chefbot.cli.urdf import run_package
+from chefbot.cli.urdf_given import check_given, expanded
+from chefbot.design.export.urdf import urdf
 from chefbot.errors import UserError
+from chefbot.robot.geometry.layout import overall_height
+from chefbot.robot.geometry.mass import total_mass
+from chefbot.robot.geometry.shapes import volume
+from chefbot.robot.geometry.solids import solids
 from chefbot.robot.load import load_robot
-from chefbot.robot.shapes import volume
-from chefbot.robot.solids import solids
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 NAME = "chefbot_lidar"
@@ -125,7 +127,7 @@ def test_our_own_check_finds_all_meshes(package: Path) -> None:
     pytest.importorskip("xacro", reason="needs xacro from PyPI")
     robot = load_robot(NAME)
     tree = check_given(package / "urdf" / f"{NAME}.urdf.xacro")
-    assert sum(branch.mass for branch in tree) == pytest.approx(robot.total_mass, rel=1e-6)
+    assert sum(branch.mass for branch in tree) == pytest.approx(total_mass(robot), rel=1e-6)
     (package / "meshes" / "wheel.stl").rename(package / "meshes" / "gone.stl")
     try:
         with pytest.raises(UserError, match=r"wheel\.stl does not exist"):
@@ -144,12 +146,12 @@ def test_yourdfpy_and_mujoco_load_it_with_its_meshes(package: Path, tmp_path: Pa
     robot = load_robot(NAME)
     low, high = model.scene.bounds
     assert low[2] == pytest.approx(0.0, abs=1e-3)
-    assert high[2] == pytest.approx(robot.overall_height, abs=1e-3)
+    assert high[2] == pytest.approx(overall_height(robot), abs=1e-3)
     assert high[0] - low[0] == pytest.approx(2 * robot.body.radius, abs=2e-2)
     kept = text.replace("<compiler ", '<compiler strippath="false" ', 1)
     inside = kept.replace("package://chefbot_description", str(package))
     compiled = mujoco.MjModel.from_xml_string(inside)
-    assert compiled.body_mass.sum() == pytest.approx(robot.total_mass, rel=1e-6)
+    assert compiled.body_mass.sum() == pytest.approx(total_mass(robot), rel=1e-6)
 
 
 def test_the_launch_file_finds_the_xacro_in_a_folder_with_a_space(

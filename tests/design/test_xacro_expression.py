@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.design.xacro_expression import RefusedError, builtin_functions, evaluate, math_names
+from chefbot.design.export.xacro_expression import RefusedError, builtin_functions, evaluate, math_names
 
 ORIGIN = {"xyz": [1.0, 2.0], "name": "camera"}
 NAMES: dict[str, Any] = {

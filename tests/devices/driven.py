@@ -8,18 +8,18 @@ from collections.abc import Callable
 from tests.devices.emulated import Cable
 from tests.waiting import PATIENCE
 
+from chefbot.board.messages import Motion, Status
+from chefbot.board.status_codes import LATCHED, Flag
 from chefbot.devices.board import BoardDevice, BoardParams
-from chefbot.devices.line.lines import Motion, Status
-from chefbot.devices.line.words import LATCHED, Flag
-from chefbot.msgs.base import Message
 from chefbot.msgs.chefbot_msgs import WheelSpeeds, WheelTicks
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import Bool, Header
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import WallClock
 from chefbot.runtime.loop import DEVICE, Loop
 from chefbot.runtime.node import Context
-from chefbot.runtime.transforms import Transforms
+from chefbot.runtime.transform_buffer import Transforms
 
 PERIOD_NS = 50_000_000
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from tests.waiting import PATIENCE
 
-from chefbot.devices.line.frame import LineSplitter
-from chefbot.devices.line.lines import BoardLine, parse
+from chefbot.board.framing import LineSplitter
+from chefbot.board.messages import BoardLine, parse
 
 SERVE = """
 import sys

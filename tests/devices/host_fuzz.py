@@ -20,13 +20,13 @@ import numpy as np
 from tests.devices.chapter_board import ChapterBoard
 from tests.firmware.host_board import HostBoard
 
-from chefbot.devices.line.chapter import ChapterLink
-from chefbot.devices.line.frame import LONGEST_LINE
-from chefbot.devices.line.link import BoardLink
-from chefbot.devices.line.probe import Probe
-from chefbot.devices.line.stream import Heard
-from chefbot.msgs.base import Message
+from chefbot.board.autodetect import Probe
+from chefbot.board.chapter_board import ChapterLink
+from chefbot.board.framing import LONGEST_LINE
+from chefbot.board.link import BoardLink
+from chefbot.board.sequence_filter import Heard
 from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.sensor_msgs import Imu
 from chefbot.robot.load import load_robot
 

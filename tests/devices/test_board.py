@@ -18,9 +18,9 @@ import pytest
 from tests.devices.driven import Driven, clear_faults, drive, ready, standing
 from tests.devices.emulated import Cable, Emulator
 
-from chefbot.devices.line.frame import frame
-from chefbot.devices.line.lines import Motion
-from chefbot.devices.line.words import Flag
+from chefbot.board.framing import frame
+from chefbot.board.messages import Motion
+from chefbot.board.status_codes import Flag
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import WheelTicks
 

@@ -14,9 +14,9 @@ import pytest
 from tests.devices.emulated import Emulator
 from tests.waiting import PATIENCE
 
-from chefbot.cli import main
-from chefbot.design.firmware_header import firmware_header
-from chefbot.devices.line import parse
+from chefbot.board import parse
+from chefbot.cli.app import main
+from chefbot.design.export.firmware_header import firmware_header
 from chefbot.robot.load import load_robot
 
 
@@ -106,7 +106,7 @@ def test_the_header_is_the_robots(
 def test_the_doctor_prints_a_rule_and_no_open_door(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("chefbot.commands.doctor.ports", list)
+    monkeypatch.setattr("chefbot.cli.doctor.ports", list)
     assert run(monkeypatch, "doctor") == 0
     out = capsys.readouterr().out
     assert 'ATTRS{idVendor}=="2341"' in out and 'MODE="0660"' in out and "udevadm" in out

@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from tests.devices.chapter_board import PERIOD, ROBOT, ChapterBoard
 from tests.devices.test_board import Driven
 
-from chefbot.devices.line.chapter import FRESH_NS, NOTICE, SPEED_CAP, ChapterLink
-from chefbot.devices.line.chapter_lines import ChapterReader, parse_chapter
-from chefbot.msgs.base import Message
+from chefbot.board.chapter_board import FRESH_NS, NOTICE, SPEED_CAP, ChapterLink
+from chefbot.board.chapter_messages import ChapterReader, parse_chapter
 from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.sensor_msgs import Imu, Range
 
 STEP_NS = round(PERIOD * 1e9)

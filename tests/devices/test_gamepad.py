@@ -16,17 +16,17 @@ from hypothesis import strategies as st
 from tests.fake_robot import fake_robot
 from tests.waiting import PATIENCE
 
-from chefbot.control.gamepad import GamepadDrive, GamepadParams, PadEvent
-from chefbot.control.limits import Limits
+from chefbot.control.gamepad_teleop import GamepadDrive, GamepadParams, PadEvent
 from chefbot.devices.joystick import AXIS, BUTTON, EVENT, INIT, decode
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Bool, String
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop, Publication
-from chefbot.runtime.system import System
+from chefbot.runtime.node_container import System
 from chefbot.ui.commands import Drive, Stop
 
 ROBOT = load_robot("chefbot")

@@ -20,10 +20,11 @@ from chefbot.devices.keyboard import ARROWS, KeyboardDevice, keys_of
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import max_speed
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop, Publication
-from chefbot.runtime.system import System
+from chefbot.runtime.node_container import System
 
 SECOND = 1_000_000_000
 KEYBOARD = "chefbot.devices.keyboard:KeyboardDevice"
@@ -104,7 +105,7 @@ def test_a_key_drives_until_its_dead_man_has_stopped_the_robot(pty: Pty, driven:
     driven.run(5.0)
     times, speeds, turns = zip(*driven.said, strict=True)
     top = speeds.index(max(speeds))
-    assert 0.05 < speeds[top] <= driven.system.robot.max_speed
+    assert 0.05 < speeds[top] <= max_speed(driven.system.robot)
     assert list(speeds[: top + 1]) == sorted(speeds[: top + 1])
     assert list(speeds[top:]) == sorted(speeds[top:], reverse=True)
     assert speeds[-1] == 0.0
@@ -210,7 +211,7 @@ def test_keyboard_teleop_drives_a_running_robot_and_gives_the_terminal_back(pty:
     before = pty.modes()
     script = (
         "import fcntl, os, sys, termios\nos.setsid()\nfcntl.ioctl(0, termios.TIOCSCTTY, 0)\n"
-        "from chefbot.cli import main\nmain()"
+        "from chefbot.cli.app import main\nmain()"
     )
     with fake_robot() as robot:
         command = [sys.executable, "-c", script, "launch", "keyboard_teleop", f"page:={robot.url}"]

@@ -10,11 +10,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from tests.firmware.lines import framed
 
-from chefbot.devices.line import Heard, LineSplitter, Sensors, Session, frame, parse, unframe
-from chefbot.devices.line.clock import BoardTime
-from chefbot.devices.line.counters import Unwrapped
-from chefbot.devices.line.frame import LONGEST_LINE
-from chefbot.devices.line.lines import BoardLine, Motion
+from chefbot.board import Heard, LineSplitter, Sensors, Session, frame, parse, unframe
+from chefbot.board.clock_sync import BoardTime
+from chefbot.board.counter_unwrap import Unwrapped
+from chefbot.board.framing import LONGEST_LINE
+from chefbot.board.messages import BoardLine, Motion
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import Imu
 from chefbot.robot.load import load_robot

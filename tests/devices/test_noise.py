@@ -10,7 +10,7 @@ from typing import NamedTuple
 import pytest
 from tests.firmware.host_board import HostBoard
 
-from chefbot.devices.line import Sensors, Session
+from chefbot.board import Sensors, Session
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.robot.load import load_robot
 

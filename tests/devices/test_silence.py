@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 from tests.firmware.host_board import HostBoard
 
-from chefbot.devices.line import Session
+from chefbot.board import Session
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import max_speed
 
 ROBOT = load_robot("chefbot")
 MS = 1_000_000
@@ -52,11 +53,11 @@ def test_the_last_command_is_over_after_200_ms(phase: int, driver_lives: bool) -
     line = Line(phase)
     for ms in range(900):
         if ms % 50 == 0:
-            speed = ROBOT.max_speed if ms >= 400 else 0.0
+            speed = max_speed(ROBOT) if ms >= 400 else 0.0
             line.say(line.session.command(speed, speed, line.ms * MS))
         line.step()
     assert line.drives
-    line.say(line.session.command(ROBOT.max_speed, ROBOT.max_speed, line.ms * MS))
+    line.say(line.session.command(max_speed(ROBOT), max_speed(ROBOT), line.ms * MS))
     last = line.ms
     while line.drives and line.ms < last + 1000:
         line.step(driver_lives)

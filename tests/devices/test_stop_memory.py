@@ -22,7 +22,7 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.system import System
+from chefbot.runtime.node_container import System
 
 ROBOT = load_robot("chefbot")
 LAUNCH = """
@@ -30,7 +30,7 @@ about: What remembers a STOP, and the base.
 clock: wall
 args: {wire: "off"}
 nodes:
-  base: {kind: "chefbot.nodes.base:BaseNode"}
+  base: {kind: "chefbot.nodes.drive_base:BaseNode"}
   memory: {kind: "chefbot.devices.stop_memory:StopMemoryDevice"}
   finger: {kind: "finger:Finger"}
 """
@@ -62,7 +62,7 @@ class Life:
         self.loop.subscribe("emergency_stop", "test", lambda one: self.said.append(one.data))  # type: ignore[attr-defined]
         self.loop.subscribe("memory/remark", "test", lambda one: self.remarks.append(one.data))  # type: ignore[attr-defined]
         nodes = {
-            "base": NodeEntry(kind="chefbot.nodes.base:BaseNode"),
+            "base": NodeEntry(kind="chefbot.nodes.drive_base:BaseNode"),
             "memory": NodeEntry(
                 kind="chefbot.devices.stop_memory:StopMemoryDevice",
                 remap={"stop_memory/remark": "memory/remark"},

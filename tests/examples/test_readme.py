@@ -12,11 +12,12 @@ import pytest
 import typer.main
 from tests.waiting import PATIENCE
 
-from chefbot.cli import app
-from chefbot.commands.launch import parse_arguments
+from chefbot.cli.app import app
+from chefbot.launcher.launch import parse_arguments
+from chefbot.robot.geometry.layout import body_height
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch
-from chefbot.runtime.places import load_places
+from chefbot.storage.places import load_places
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -139,7 +140,7 @@ def test_the_excerpt_of_a_robot_is_one(tmp_path: Path) -> None:
     (tmp_path / "my_robot.yaml").write_text(excerpt)
     mine, theirs = load_robot(str(tmp_path / "my_robot.yaml")), load_robot("chefbot")
     assert mine.name == "my_robot" and mine.wheels.diameter == pytest.approx(0.12)
-    assert mine.wheels.width == theirs.wheels.width and mine.height > theirs.height
+    assert mine.wheels.width == theirs.wheels.width and body_height(mine) > body_height(theirs)
 
 
 def test_the_excerpt_of_places_is_one(tmp_path: Path) -> None:

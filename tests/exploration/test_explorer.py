@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.raytrace import mark_and_clear
 from chefbot.exploration.explorer import Explorer

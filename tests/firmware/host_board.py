@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.design.firmware_header import as_int32, firmware_constants
+from chefbot.board.firmware_constants import as_int32, firmware_constants
 from chefbot.robot.load import load_robot
 from chefbot.sim import firmware
 from tests.firmware.lines import Message, framed, messages

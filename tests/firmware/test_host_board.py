@@ -133,7 +133,7 @@ def program(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
         [
             sys.executable,
             "-c",
-            "from chefbot.cli import main; main()",
+            "from chefbot.cli.app import main; main()",
             "board",
             "emulate",
             "--link",

@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from chefbot.design.firmware_header import firmware_constants
+from chefbot.board.firmware_constants import firmware_constants
 from chefbot.robot.load import load_robot
 from tests.hil.boards import LockstepBoard
 from tests.waiting import wait_for

@@ -9,8 +9,8 @@ import time
 import tty
 from pathlib import Path
 
-from chefbot.devices.line.lines import Motion, parse
-from chefbot.devices.line.words import Flag
+from chefbot.board.messages import Motion, parse
+from chefbot.board.status_codes import Flag
 from tests.firmware.benches import MegaAsSold
 
 STEP_US = 10_000

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.devices.line.lines import Motion, parse
-from chefbot.devices.line.link import BoardLink
-from chefbot.devices.line.probe import PATIENCE_NS, Probe
-from chefbot.devices.line.words import Flag
+from chefbot.board.autodetect import PATIENCE_NS, Probe
+from chefbot.board.link import BoardLink
+from chefbot.board.messages import Motion, parse
+from chefbot.board.status_codes import Flag
 from chefbot.robot.load import load_robot
 from tests.devices.driven import Driven
 from tests.firmware.benches import MegaAsSold

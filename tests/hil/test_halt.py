@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from chefbot.robot.motion_limits import max_speed
 from tests.devices.driven import Driven, drive, push
 from tests.devices.emulated import Cable
 from tests.hil.boards import HostPort, LockstepBoard, MegaBoard
@@ -43,7 +44,7 @@ def desk(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Desk]:
 
 
 def at_full_speed(desk: Desk) -> bool:
-    return min(desk.wheels.speed) > 0.95 * ROBOT.max_speed / ROBOT.metres_per_tick
+    return min(desk.wheels.speed) > 0.95 * max_speed(ROBOT) / ROBOT.metres_per_tick
 
 
 def halted(process: subprocess.Popen[bytes]) -> None:
@@ -66,7 +67,7 @@ def test_a_host_program_that_is_gone(
     record_property: Callable[[str, object], None],
 ) -> None:
     root = Path(__file__).parents[2]
-    command = [sys.executable, "-c", HOST, str(desk.path), str(ROBOT.max_speed)]
+    command = [sys.executable, "-c", HOST, str(desk.path), str(max_speed(ROBOT))]
     process = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": str(root)}, cwd=root)
     try:
         wait_for(lambda: at_full_speed(desk), "full speed")
@@ -83,8 +84,8 @@ def test_a_cable_that_is_pulled(
     desk: Desk, tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:
     with Cable(desk.path, tmp_path / "port") as cable, Driven(str(cable.path)) as driven:
-        drive(driven, cable, ROBOT.max_speed)
-        push(driven, cable, ROBOT.max_speed, lambda: at_full_speed(desk))
+        drive(driven, cable, max_speed(ROBOT))
+        push(driven, cable, max_speed(ROBOT), lambda: at_full_speed(desk))
         stopped = desk.stops_after(cable.pull)
     record_property("stopped_ms", stopped)
     assert 0.0 < stopped <= LIMIT_MS
@@ -92,4 +93,4 @@ def test_a_cable_that_is_pulled(
 
 def test_full_speed_is_within_reach_of_these_wheels() -> None:
     """Else the tests above would wait for ever."""
-    assert ROBOT.max_speed / ROBOT.metres_per_tick < 0.95 * NO_LOAD
+    assert max_speed(ROBOT) / ROBOT.metres_per_tick < 0.95 * NO_LOAD

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.devices.line.lines import Status, Version
-from chefbot.devices.line.words import Flag, State
+from chefbot.board.messages import Status, Version
+from chefbot.board.status_codes import Flag, State
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
 from tests.devices.driven import Driven, clear_faults, drive, ready, standing

@@ -10,9 +10,9 @@ from urllib.parse import urlsplit
 import pytest
 from tests.waiting import PATIENCE
 
-from chefbot.cli import main
-from chefbot.commands.launch import run_launch
-from chefbot.commands.session import session, start
+from chefbot.cli.app import main
+from chefbot.launcher.launch import run_launch
+from chefbot.launcher.session import session, start
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import built_in_launches, load_launch
 from chefbot.ui.page import PageDevice

@@ -13,19 +13,19 @@ from typing import NamedTuple
 import pytest
 from tests.fake_robot import fake_robot
 
-from chefbot.commands.launch import run_launch
-from chefbot.commands.session import session, start
 from chefbot.errors import UserError
+from chefbot.launcher.launch import run_launch
+from chefbot.launcher.session import session, start
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.robot.load import load_robot
-from chefbot.runtime.files import save_map
 from chefbot.runtime.launch import built_in_launches, load_launch, node_class, node_params
 from chefbot.runtime.loop import Publication
-from chefbot.runtime.places import places_path, save_places
+from chefbot.runtime.node_container import System
 from chefbot.runtime.replay import Replay, read_log
-from chefbot.runtime.system import System
-from chefbot.sim.floor_plan import lidar_plan
-from chefbot.sim.load import load_any_world
+from chefbot.sim.world.floor_plan import lidar_plan
+from chefbot.sim.world.load import load_any_world
+from chefbot.storage.map_files import save_map
+from chefbot.storage.places import places_path, save_places
 
 NEEDS_A_ROBOT = {
     *("keyboard_teleop", "gamepad_teleop", "view_robot", "view_navigation"),

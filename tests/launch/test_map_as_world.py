@@ -7,17 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.commands.session import session, start
+from chefbot.launcher.session import session, start
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Places
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.robot.load import load_robot
-from chefbot.runtime.files import save_map
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import Publication
-from chefbot.sim.floor_plan import lidar_plan
-from chefbot.sim.world import load_world
+from chefbot.sim.world.floor_plan import lidar_plan
+from chefbot.sim.world.world import load_world
+from chefbot.storage.map_files import save_map
 
 ROBOT = load_robot("chefbot_lidar")
 SECOND = 1_000_000_000

@@ -11,9 +11,9 @@ import pytest
 
 from chefbot.errors import UserError
 from chefbot.localization.amcl import Amcl
-from chefbot.localization.belief import Beams, Belief, Model
 from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
+from chefbot.localization.particle_filter import Beams, Belief, Model
 from chefbot.localization.pose_bins import PoseBins
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2

@@ -15,16 +15,16 @@ from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
 import chefbot.msgs
-from chefbot.msgs.action import Action
-from chefbot.msgs.base import Message
-from chefbot.msgs.cdr import CdrError
 from chefbot.msgs.chefbot_msgs import Order
-from chefbot.msgs.definition import definition_text, type_hash
-from chefbot.msgs.fields import NUMPY_TYPES, FieldType, fields_of, ros_type
+from chefbot.msgs.idl.action import Action
+from chefbot.msgs.idl.cdr import CdrError
+from chefbot.msgs.idl.definition import definition_text, type_hash
+from chefbot.msgs.idl.fields import NUMPY_TYPES, FieldType, fields_of, ros_type
+from chefbot.msgs.idl.message import Message
+from chefbot.msgs.idl.registry import action_type, message_type, service_type
+from chefbot.msgs.idl.service import Service
 from chefbot.msgs.rcl_interfaces import IntegerRange, ParameterDescriptor
-from chefbot.msgs.registry import action_type, message_type, service_type
 from chefbot.msgs.sensor_msgs import Image, LaserScan, Range
-from chefbot.msgs.service import Service
 from chefbot.msgs.std_msgs import String
 
 STORE = get_typestore(Stores.ROS2_JAZZY)

@@ -9,15 +9,15 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.commands.tools.common import to_yaml
 from chefbot.errors import UserError
-from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.fields import fields_of, ros_type
 from chefbot.msgs.geometry_msgs import PoseStamped, Twist
-from chefbot.msgs.plain import from_plain, to_plain
+from chefbot.msgs.idl.fields import fields_of, ros_type
+from chefbot.msgs.idl.message import Message
+from chefbot.msgs.idl.yaml_conversion import from_plain, to_plain
 from chefbot.msgs.sensor_msgs import Image, Imu, LaserScan, Range
 from chefbot.msgs.std_msgs import Float32, String
+from chefbot.ros2.tools.common import to_yaml
 from tests.msgs.test_cdr import all_messages, instances_of
 
 MESSAGES = {ros_type(one): one for one in all_messages()}

@@ -11,7 +11,6 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelTicks
 from chefbot.msgs.geometry_msgs import (
@@ -25,6 +24,7 @@ from chefbot.msgs.geometry_msgs import (
     Twist,
     covariance_36,
 )
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav2_msgs import NavigateToPose_Goal
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid, Odometry, Path
 from chefbot.msgs.sensor_msgs import BatteryState, Image, Imu, JointState, LaserScan, Range

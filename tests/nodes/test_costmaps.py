@@ -10,21 +10,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.conversions import mark_laser, mark_obstacles, plane_of
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import FREE, LETHAL
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.nodes.costmaps import mark_laser, mark_obstacles, plane_of
+from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import load_robot
 from chefbot.scan.camera import CameraModel
 from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams
 from chefbot.sim.depth_camera import DepthRenderer
-from chefbot.sim.furniture import chair_shapes, person_shapes
-from chefbot.sim.shapes import Shape, shape_arrays
 from chefbot.sim.simulation import OPTICAL, Capture
-from chefbot.sim.world_spec import Chair
+from chefbot.sim.world.furniture import chair_shapes, person_shapes
+from chefbot.sim.world.shapes import Shape, shape_arrays
+from chefbot.sim.world.world_spec import Chair
 
 HERE = SE2(0.0, 0.0, 0.0)
 PLANE = 0.205
@@ -115,7 +116,7 @@ class Eye:
         self.foot = SE2(camera.mount.x, 0.0, 0.0)
         self._height = camera.mount.z
         self._renderer = DepthRenderer(camera, "real", 2)
-        top = ROBOT.overall_height + 0.05
+        top = overall_height(ROBOT) + 0.05
         self._scanner = ObstacleScanner(CameraModel.of(camera), camera.mount, top, ObstacleScanParams())
         self._frames = 0
 

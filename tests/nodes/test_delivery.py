@@ -20,13 +20,13 @@ from chefbot.msgs.nav2_msgs import (
 )
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
-from chefbot.nodes.stopped import REFUSED
 from chefbot.runtime.actions import serves
 from chefbot.runtime.node import Node, NoParams
+from chefbot.safety.emergency_stop import REFUSED
 
 RECEPTION = 9.0
 KINDS = {
-    "base": "chefbot.nodes.base:BaseNode",
+    "base": "chefbot.nodes.drive_base:BaseNode",
     "navigator": "chefbot.nodes.navigator:NavigatorNode",
     "delivery": "chefbot.nodes.delivery:DeliveryNode",
     "legs": "tests.nodes.test_delivery:Legs",

@@ -9,13 +9,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from chefbot.design.urdf import urdf
-from chefbot.design.urdf_frames import fixed_frames
+from chefbot.design.export.urdf import urdf
+from chefbot.design.export.urdf_frames import fixed_frames
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.frames import CAMERA_FRAME, transform
+from chefbot.nodes.robot_state_publisher import CAMERA_FRAME, transform
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.spec import Robot
-from chefbot.runtime.transforms import Transforms
+from chefbot.runtime.transform_buffer import Transforms
 
 PITCH, YAW = 0.35, 0.2
 

@@ -14,7 +14,7 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.system import System
+from chefbot.runtime.node_container import System
 
 
 @pytest.mark.parametrize("odom", [SE2(0.0, 0.0, 0.0), SE2(1.5, -0.7, 2.0)])

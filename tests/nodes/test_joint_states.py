@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.nodes.test_frames import matrix
 
-from chefbot.design.urdf import urdf
+from chefbot.design.export.urdf import urdf
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import JointState
 from chefbot.msgs.std_msgs import Header
@@ -23,7 +23,7 @@ from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry, load_launch
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.system import System
+from chefbot.runtime.node_container import System
 
 ROBOTS = {name: load_robot(name) for name in sorted(built_in_robots())}
 TICK_NS = 20_000_000
@@ -35,7 +35,7 @@ class Told:
     def __init__(self, robot: Robot, ticks: list[tuple[int, int]], silence: float = 0.0) -> None:
         loop = Loop(StepClock())
         system = System(loop, robot, 1)
-        kinds = {"joint_states": "joint_states:JointStatesNode", "frames": "frames:FramesNode"}
+        kinds = {"joint_states": "joint_states:JointStatesNode", "frames": "robot_state_publisher:FramesNode"}
         nodes = {name: NodeEntry(kind=f"chefbot.nodes.{kind}") for name, kind in kinds.items()}
         self.joints: list[JointState] = []
         self.frames: list[TFMessage] = []

@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import (
     Deliver,
@@ -25,18 +24,19 @@ from chefbot.msgs.chefbot_msgs import (
     StopStatus,
 )
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, Twist
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.nodes.base import NOT_KNOWN
 from chefbot.nodes.delivery import NOBODY_DROVE
+from chefbot.nodes.drive_base import NOT_KNOWN
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import serves
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop, Publication
 from chefbot.runtime.node import LAST_WORDS, In, Node, NoParams, Out
-from chefbot.runtime.system import System
+from chefbot.runtime.node_container import System
 
 ROBOT = load_robot("chefbot_lidar")
 ROOM = {"home": 0.0, "kitchen": 1.0, "table_1": 2.0, "table_2": 3.0}
@@ -289,7 +289,7 @@ def test_a_navigator_that_died_is_asked_again_for_a_while(
 @pytest.mark.parametrize(
     ("kind", "topic", "word"),
     [
-        ("chefbot.nodes.finder:FinderNode", "localized", Bool(True)),
+        ("chefbot.nodes.global_localizer:FinderNode", "localized", Bool(True)),
         ("chefbot.nodes.explorer:ExplorerNode", "exploration_status", ExplorationStatus(Header(), True)),
     ],
 )
@@ -302,7 +302,7 @@ def test_what_was_found_is_not_looked_for_again(kind: str, topic: str, word: Mes
 
 
 def test_a_robot_stands_until_all_its_processes_are_there() -> None:
-    life = Life({"base": "chefbot.nodes.base:BaseNode"}, {})
+    life = Life({"base": "chefbot.nodes.drive_base:BaseNode"}, {})
 
     def drive(topic: str) -> float:
         """m/s after a second of such commands."""
@@ -329,7 +329,7 @@ class Stops(Life):
     """A base, and what it says of STOP."""
 
     def __init__(self, **words: Message) -> None:
-        super().__init__({"base": "chefbot.nodes.base:BaseNode"}, words)
+        super().__init__({"base": "chefbot.nodes.drive_base:BaseNode"}, words)
         self.run(0.001)
 
     def ask(self, topic: str, word: bool) -> None:

@@ -8,19 +8,20 @@ import msgspec
 import pytest
 from msgspec import inspect as types
 
-from chefbot.commands.session import session, start
+from chefbot.bridge.parameters import flatten, with_values
 from chefbot.errors import UserError
+from chefbot.launcher.session import session, start
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.base import Message
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, Twist
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import max_speed
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry, built_in_launches, load_launch, node_class, node_params
 from chefbot.runtime.live_params import is_live
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.system import System
-from chefbot.wire.parameters import flatten, with_values
+from chefbot.runtime.node_container import System
 
 ENTRIES = {entry.kind: entry for name in built_in_launches() for entry in load_launch(name).nodes.values()}
 THINKING = ("amcl", "base", "controller", "delivery", "explorer", "gmapping", "navigator", "planner")
@@ -53,7 +54,9 @@ def other_value(value: Any, kind: types.Type) -> Any:
 
 
 def thinking() -> System:
-    entries = {name: NodeEntry(kind=f"chefbot.nodes.{name}:{name.capitalize()}Node") for name in THINKING}
+    modules = {"base": "drive_base"}
+    kinds = {name: f"{modules.get(name, name)}:{name.capitalize()}Node" for name in THINKING}
+    entries = {name: NodeEntry(kind=f"chefbot.nodes.{kind}") for name, kind in kinds.items()}
     system = System(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
     system.launch(Launch(name="test", about="", args={}, nodes=entries))
     return system
@@ -103,7 +106,7 @@ def test_a_robot_that_is_told_to_drive_slower_does() -> None:
             goal = PoseStamped(Header.of(system.loop.now_ns, "map"), Pose.of(SE2(x, 0.0, 0.0)))
             system.loop.post(lambda goal=goal: system.loop.publish("goal_pose", goal, "test"))
             system.loop.run(until_ns=system.loop.now_ns + 15 * SECOND)
-            top[share] = fastest[0] / robot.max_speed
+            top[share] = fastest[0] / max_speed(robot)
     assert 0.3 < top[0.4] < 0.41
     assert 0.7 < top[1.0] <= 1.0
 

@@ -27,10 +27,10 @@ from chefbot.msgs.nav2_msgs import (
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.nodes.navigator import PATIENCE_EXCEEDED, PIECES, SURE_FOR
 from chefbot.nodes.standing import LOST
+from chefbot.ros2.rmw.action_client import new_goal_id
 from chefbot.runtime.actions import serves
+from chefbot.runtime.coroutines import Future
 from chefbot.runtime.node import Node, NoParams
-from chefbot.runtime.tasks import Future
-from chefbot.wire.action_client import new_goal_id
 
 GOAL = NavigateToPose_Goal(PoseStamped(Header.of(0, "map"), Pose.of(SE2(1.0, 0.0, 0.0))))
 

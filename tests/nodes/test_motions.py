@@ -31,9 +31,9 @@ from chefbot.msgs.nav2_msgs import (
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.controller import ControllerNode
+from chefbot.ros2.rmw.action_client import new_goal_id
 from chefbot.runtime.actions import serves
 from chefbot.runtime.node import Node, NoParams
-from chefbot.wire.action_client import new_goal_id
 
 INVALID = {"backup": 713, "drive_on_heading": 724}
 TIMEOUT = {"backup": 711, "drive_on_heading": 721, "spin": 701}

@@ -11,7 +11,7 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import DEVICE, Loop
-from chefbot.runtime.system import System
+from chefbot.runtime.node_container import System
 
 PERIOD = 20_000_000
 

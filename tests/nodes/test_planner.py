@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -22,7 +22,7 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import DEVICE, Loop
-from chefbot.runtime.system import System
+from chefbot.runtime.node_container import System
 
 PERIOD = 100_000_000
 AHEAD = 1.5

@@ -29,7 +29,7 @@ from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop, Publication
 from chefbot.runtime.node import Node, NoParams
-from chefbot.runtime.system import System
+from chefbot.runtime.node_container import System
 
 NO_WAY = 208
 

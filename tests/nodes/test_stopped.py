@@ -28,7 +28,7 @@ from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.nodes.stopped import REFUSED
+from chefbot.safety.emergency_stop import REFUSED
 
 AHEAD = PoseStamped(Header.of(0, "odom"), Pose.of(SE2(1.0, 0.0, 0.0)))
 ORDERS: dict[str, tuple[Any, Any]] = {
@@ -44,8 +44,12 @@ class Robot(Life):
     """Base, controller and navigator of a robot that stands at the origin, whatever it is told."""
 
     def __init__(self) -> None:
-        kinds = {"base": "BaseNode", "controller": "ControllerNode", "navigator": "NavigatorNode"}
-        nodes = {name: f"chefbot.nodes.{name}:{kind}" for name, kind in kinds.items()}
+        kinds = {
+            "base": "drive_base:BaseNode",
+            "controller": "controller:ControllerNode",
+            "navigator": "navigator:NavigatorNode",
+        }
+        nodes = {name: f"chefbot.nodes.{kind}" for name, kind in kinds.items()}
         super().__init__({**nodes, "sensors": "tests.nodes.sensors:ClearSensorsNode"}, {})
         for parent, child in (("map", "odom"), ("odom", "base_footprint"), ("base_footprint", "base_link")):
             here = TransformStamped.of(0, parent, child, SE2(0.0, 0.0, 0.0))
@@ -110,7 +114,7 @@ def test_an_explorer_that_was_not_there_when_stop_was_pressed_does_not_go_on(
 
 
 def test_a_finder_gives_up_and_says_so() -> None:
-    life = Life({"finder": "chefbot.nodes.finder:FinderNode"}, {})
+    life = Life({"finder": "chefbot.nodes.global_localizer:FinderNode"}, {})
     life.run(1.0)
     assert life.heard("spin/_action/send_goal")
     life.loop.publish("emergency_stop", Bool(True), "base")
@@ -123,7 +127,7 @@ class Base(Life):
     """The gate alone, and a stick that is held at some rate."""
 
     def __init__(self) -> None:
-        super().__init__({"base": "chefbot.nodes.base:BaseNode"}, {})
+        super().__init__({"base": "chefbot.nodes.drive_base:BaseNode"}, {})
         self.run(0.0)
 
     def hold(self, topic: str, v: float, times: int) -> bool:

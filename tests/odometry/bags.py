@@ -16,7 +16,7 @@ import numpy as np
 import yaml
 
 from chefbot.maths.angles import wrap
-from chefbot.odometry.body import Body
+from chefbot.odometry.drive_model import Body
 from chefbot.odometry.readings import ImuReading, Reading, WheelTwist
 
 FASTEST_SPEED, FASTEST_TURN, HARDEST_TURN = 2.0, 2.0, 10.0

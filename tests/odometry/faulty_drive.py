@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.odometry.motion import arc
+from chefbot.odometry.motion_model import arc
 from chefbot.robot.spec import Robot
 
 RATE = 50.0

@@ -8,7 +8,7 @@ import numpy as np
 from faulty_drive import RATE, Faults, drive, hotel_round
 
 from chefbot.maths.se2 import SE2
-from chefbot.odometry.body import Body
+from chefbot.odometry.drive_model import Body
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.params import OdometryParams
 from chefbot.odometry.readings import ImuReading, Reading, WheelCounts

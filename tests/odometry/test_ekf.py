@@ -12,11 +12,11 @@ from sensed import BODY, PERIOD, ROBOT, sensed, through, weave
 from chefbot.errors import UserError
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.odometry.diagnostics import complaint
 from chefbot.odometry.ekf import HORIZON_NS, Ekf
-from chefbot.odometry.history import History
+from chefbot.odometry.out_of_sequence import History
 from chefbot.odometry.readings import ImuReading, PoseReading, WheelCounts
-from chefbot.odometry.watch import Condition, Source
-from chefbot.odometry.words import complaint
+from chefbot.odometry.sensor_health import Condition, Source
 from chefbot.robot.spec import GRAVITY
 
 SURE = ((1e-4, 0.0, 0.0), (0.0, 1e-4, 0.0), (0.0, 0.0, 1e-4))

@@ -5,7 +5,7 @@ import pytest
 from bags import BODY, load
 
 from chefbot.odometry.ekf import Ekf
-from chefbot.odometry.watch import Condition, Source
+from chefbot.odometry.sensor_health import Condition, Source
 
 
 @pytest.mark.slow

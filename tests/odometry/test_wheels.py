@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.odometry.body import Body
 from chefbot.odometry.dead_reckoning import DeadReckoning
-from chefbot.odometry.motion import BIAS_X, BIAS_Y, INPUTS, SIZE, YAW, arc, predict
+from chefbot.odometry.drive_model import Body
+from chefbot.odometry.motion_model import BIAS_X, BIAS_Y, INPUTS, SIZE, YAW, arc, predict
 from chefbot.odometry.params import OdometryParams
 from chefbot.odometry.readings import WheelCounts
-from chefbot.odometry.wheels import Counters, count, tick_difference
+from chefbot.odometry.wheel_travel import Counters, count, tick_difference
 from chefbot.robot.load import load_robot
 
 ROBOT = load_robot("chefbot")

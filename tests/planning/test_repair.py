@@ -7,16 +7,16 @@ from hypothesis import strategies as st
 
 from chefbot.control.controller import Status
 from chefbot.control.dwa import Dwa
-from chefbot.control.limiter import Limiter
-from chefbot.control.limits import Limits
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner, path_length
-from chefbot.planning.repair import DETOUR, REACH, TOLERANCE, near_planner, repaired
+from chefbot.planning.local_replanning import DETOUR, REACH, TOLERANCE, near_planner, repaired
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import Limits
+from chefbot.safety.velocity_limiter import Limiter
 
 ROBOT = load_robot("chefbot")
 CELL, PERIOD = 0.05, 0.1

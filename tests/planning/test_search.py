@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from chefbot.planning.search import search
+from chefbot.planning.graph_search import search
 
 SIDE = 200
 

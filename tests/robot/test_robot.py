@@ -11,9 +11,18 @@ from hypothesis import strategies as st
 from chefbot.config import build
 from chefbot.errors import UserError
 from chefbot.robot.catalogue import KINDS, load_catalogue
+from chefbot.robot.geometry.layout import body_height, ground_clearance, overall_height
+from chefbot.robot.geometry.mass import robot_mass_properties, total_mass, unloaded_mass
 from chefbot.robot.load import built_in_robots, load_robot, robot_of
-from chefbot.robot.possible import check_possible
+from chefbot.robot.motion_limits import (
+    max_acceleration,
+    max_speed,
+    max_turn,
+    max_turn_acceleration,
+    max_wheel_speed,
+)
 from chefbot.robot.spec import GRAVITY, Robot
+from chefbot.robot.validation import check_possible
 
 CHEFBOT = load_robot("chefbot")
 TEXT = built_in_robots()["chefbot"].read_text()
@@ -65,9 +74,9 @@ def test_the_lidar_robot_differs_by_its_lidar_only():
 def test_the_chefbot_is_what_its_chapter_asks_for():
     """Payload 2 kg, body 3 kg by its sums, 0.35 m/s, 3 cm above ground, 2 h, 9 cm wheels, 30 cm plates."""
     assert (CHEFBOT.body.payload, CHEFBOT.body.mass_budget) == (2.0, 3.0)
-    assert CHEFBOT.total_mass == pytest.approx(CHEFBOT.mass + 2.0)
-    assert CHEFBOT.max_speed == pytest.approx(0.35)
-    assert CHEFBOT.body.clearance == pytest.approx(0.03) and CHEFBOT.clearance >= 0.03
+    assert total_mass(CHEFBOT) == pytest.approx(unloaded_mass(CHEFBOT) + 2.0)
+    assert max_speed(CHEFBOT) == pytest.approx(0.35)
+    assert CHEFBOT.body.clearance == pytest.approx(0.03) and ground_clearance(CHEFBOT) >= 0.03
     assert CHEFBOT.power.run_time == 7200.0
     assert CHEFBOT.wheel_radius == pytest.approx(0.045)
     assert CHEFBOT.metres_per_tick * CHEFBOT.motor.ticks_per_turn == pytest.approx(math.pi * 0.09)
@@ -238,7 +247,7 @@ def robots(draw):
     )
     data["driver"], data["battery"] = spelled("driver"), spelled("battery")
     robot = build(data, Robot, "r")
-    assume(robot.max_wheel_speed > 0.0)
+    assume(max_wheel_speed(robot) > 0.0)
     return robot
 
 
@@ -247,17 +256,23 @@ def robots(draw):
 def test_no_limit_exceeds_what_owner_motors_and_floor_give(robot):
     rim = robot.motor.no_load_speed * robot.wheel_radius
     half = robot.wheels.separation / 2
-    assert 0 < robot.max_wheel_speed <= rim
-    assert 0 < robot.max_speed <= min(robot.drive.max_speed, rim)
-    assert 0 < robot.max_turn <= robot.drive.max_turn
-    assert robot.max_turn * half <= robot.max_wheel_speed * (1 + 1e-12)
+    assert 0 < max_wheel_speed(robot) <= rim
+    assert 0 < max_speed(robot) <= min(robot.drive.max_speed, rim)
+    assert 0 < max_turn(robot) <= robot.drive.max_turn
+    assert max_turn(robot) * half <= max_wheel_speed(robot) * (1 + 1e-12)
     push = 2 * robot.motor.stall_torque / robot.wheel_radius
-    assert 0 < robot.max_acceleration <= robot.drive.max_acceleration
-    assert robot.max_acceleration * robot.total_mass <= push
-    assert robot.max_acceleration <= robot.wheels.friction * GRAVITY
-    assert 0 < robot.max_turn_acceleration <= robot.drive.max_turn_acceleration
-    assert robot.max_turn_acceleration * half <= robot.max_acceleration * (1 + 1e-12)
+    assert 0 < max_acceleration(robot) <= robot.drive.max_acceleration
+    assert max_acceleration(robot) * total_mass(robot) <= push
+    assert max_acceleration(robot) <= robot.wheels.friction * GRAVITY
+    assert 0 < max_turn_acceleration(robot) <= robot.drive.max_turn_acceleration
+    assert max_turn_acceleration(robot) * half <= max_acceleration(robot) * (1 + 1e-12)
     assert robot.footprint_radius >= max(robot.body.radius, robot.wheel_radius, half)
+
+
+FIGURES = (
+    *(max_wheel_speed, max_speed, max_turn, max_acceleration, max_turn_acceleration),
+    *(body_height, overall_height, ground_clearance, unloaded_mass, total_mass),
+)
 
 
 @pytest.mark.slow
@@ -270,10 +285,13 @@ def test_a_possible_robot_has_finite_numbers_and_an_impossible_one_a_sentence(ro
         assert str(error).startswith("robot file r.yaml: ")
         return
     names = [name for name, kind in vars(Robot).items() if isinstance(kind, property)]
-    numbers = [getattr(robot, name) for name in names if name != "mass_properties"]
-    assert len(numbers) >= 12
+    numbers = [*(getattr(robot, name) for name in names), *(figure(robot) for figure in FIGURES)]
+    assert len(numbers) >= 14
     assert all(math.isfinite(number) and number > 0 for number in numbers)
-    assert all(math.isfinite(x) for x in (*robot.mass_properties.centre, *robot.mass_properties.inertia))
+    assert all(
+        math.isfinite(x)
+        for x in (*robot_mass_properties(robot).centre, *robot_mass_properties(robot).inertia)
+    )
 
 
 def test_a_robot_file_says_nothing_twice_and_leaves_nothing_out():

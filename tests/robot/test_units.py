@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.errors import UserError
-from chefbot.robot.units import to_si
+from chefbot.maths.units import to_si
 
 
 @pytest.mark.parametrize(

@@ -16,14 +16,14 @@ from chefbot.msgs.std_msgs import Float64, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import FAILED, calls, serves
+from chefbot.runtime.callback_faults import WINDOW_NS, Fault
 from chefbot.runtime.clock import StepClock
-from chefbot.runtime.faults import WINDOW_NS, Fault
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import Device, In, Node, NoParams, Out, every
-from chefbot.runtime.record import Recorder
+from chefbot.runtime.node_container import System
+from chefbot.runtime.recorder import Recorder
 from chefbot.runtime.replay import Replay, read_log
-from chefbot.runtime.system import System
 
 MS = 1_000_000
 

@@ -16,8 +16,9 @@ from PIL import Image
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.runtime import files
-from chefbot.runtime.files import load_map, map_png, save_map, write_atomic
+from chefbot.storage import atomic_files
+from chefbot.storage.atomic_files import write_atomic
+from chefbot.storage.map_files import load_map, map_png, save_map
 
 CALLS = ("open", "write", "fsync", "close", "replace", "unlink")
 
@@ -61,7 +62,7 @@ class FaultyOs:
 
 def faulty(monkeypatch, n, error):
     system = FaultyOs(n, error)
-    monkeypatch.setattr(files, "os", system)
+    monkeypatch.setattr(atomic_files, "os", system)
     monkeypatch.setattr(Path, "unlink", lambda self, missing_ok=False: unlink(system, self, missing_ok))
     return system
 
@@ -147,10 +148,10 @@ import json, os, sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 import test_files as t
-from chefbot.runtime import files
+from chefbot.storage.map_files import load_map, save_map
 folder, results = Path(sys.argv[2]), []
 for n in range(1, 60):
-    files.save_map(folder / "m", t.a_map(0))
+    save_map(folder / "m", t.a_map(0))
     child = os.fork()
     if child == 0:
         def die(real, count=[0]):
@@ -162,12 +163,12 @@ for n in range(1, 60):
             return call
         for name in ("open", "write", "fsync", "replace"):
             setattr(os, name, die(getattr(os, name), die.__defaults__[0]))
-        files.save_map(folder / "m", t.a_map(1))
+        save_map(folder / "m", t.a_map(1))
         os._exit(0)
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     if code == 0:
         break
-    loaded = files.load_map(folder / "m.yaml")
+    loaded = load_map(folder / "m.yaml")
     results.append([code, t.same(loaded, t.a_map(0)), t.same(loaded, t.a_map(1))])
 print(json.dumps(results))
 """
@@ -207,7 +208,7 @@ import numpy as np
 from pathlib import Path
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.runtime.files import save_map
+from chefbot.storage.map_files import save_map
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 try:

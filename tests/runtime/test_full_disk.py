@@ -16,14 +16,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
-from chefbot.commands.session import TELL_NS, session, start
 from chefbot.errors import UserError
+from chefbot.launcher.session import TELL_NS, session, start
 from chefbot.msgs.diagnostic_msgs import WARN, DiagnosticArray
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Publication
-from chefbot.runtime.mcap_file import McapFile
 from chefbot.runtime.replay import Replay, read_log
+from chefbot.storage.mcap_file import McapFile
 
 needs_root = pytest.mark.skipif(
     os.geteuid() != 0 or shutil.which("mount") is None, reason="needs root to mount a small disk"
@@ -114,7 +114,7 @@ def test_on_a_disk_that_is_full_the_file_is_whole_too(
 ) -> None:
     """Also where the system promises no room, as on a Mac: then it is tried with zeros."""
     if not promised:
-        monkeypatch.setattr("chefbot.runtime.room.ctypes.CDLL", lambda *_, **__: object())
+        monkeypatch.setattr("chefbot.storage.disk_reservation.ctypes.CDLL", lambda *_, **__: object())
     with disk_of(tmp_path / "disk", "1m") as disk:
         taken = fill(disk / "run.mcap", 1, largest)
         assert messages_in(disk / "run.mcap") == taken
@@ -151,7 +151,7 @@ def test_where_the_system_cannot_promise_room_it_is_written_all_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A Mac's C library has no fallocate."""
-    monkeypatch.setattr("chefbot.runtime.room.ctypes.CDLL", lambda *_, **__: object())
+    monkeypatch.setattr("chefbot.storage.disk_reservation.ctypes.CDLL", lambda *_, **__: object())
     file = McapFile(tmp_path / "some.mcap")
     channel = file.channel("chatter", "std_msgs/msg/String", "string data", {})
     file.add(channel, b"\0\1\0\0", 1, 1, 1)

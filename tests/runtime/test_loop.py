@@ -13,10 +13,10 @@ from chefbot.msgs.chefbot_msgs import Deliver_Goal
 from chefbot.msgs.std_msgs import Float64, String
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import PacedClock, StepClock
+from chefbot.runtime.coroutines import Cancelled
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import DEVICE, MESSAGE, TIMER, Loop
-from chefbot.runtime.system import System
-from chefbot.runtime.tasks import Cancelled
+from chefbot.runtime.node_container import System
 
 HERE = "tests.runtime.toys"
 

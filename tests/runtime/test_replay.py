@@ -12,9 +12,9 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.record import Recorder
+from chefbot.runtime.node_container import System
+from chefbot.runtime.recorder import Recorder
 from chefbot.runtime.replay import Replay, read_log
-from chefbot.runtime.system import System
 
 NODES = {"counter": "Counter", "doubler": "Doubler", "dice": "Dice", "cook": "Cook", "guest": "Guest"}
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import pytest
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.base import Message
 from chefbot.msgs.geometry_msgs import TransformStamped
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.validity import AHEAD_NS
 from chefbot.robot.load import load_robot
+from chefbot.runtime.callback_faults import Fault
 from chefbot.runtime.clock import StepClock
-from chefbot.runtime.faults import Fault
 from chefbot.runtime.loop import DEVICE, Loop
-from chefbot.runtime.system import System
-from chefbot.runtime.transforms import MAX_FRAMES, TransformError, Transforms
+from chefbot.runtime.node_container import System
+from chefbot.runtime.transform_buffer import MAX_FRAMES, TransformError, Transforms
 
 SECOND = 1_000_000_000
 

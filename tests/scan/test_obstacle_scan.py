@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.robot.sections import Mount
+from chefbot.robot.section import Mount
 from chefbot.scan.camera import CameraModel
 from chefbot.scan.obstacle_scan import ObstacleScan, ObstacleScanner, ObstacleScanParams
 

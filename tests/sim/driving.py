@@ -6,12 +6,12 @@ import math
 
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.base import Message
 from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.msgs.idl.message import Message
 from chefbot.robot.load import load_robot
 from chefbot.sim.board import TALK_NS, Board
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world import load_world
+from chefbot.sim.world.world import load_world
 
 ROBOT = load_robot("chefbot_lidar")
 SECOND = 1_000_000_000

@@ -9,17 +9,18 @@ import numpy as np
 import pytest
 from tests.sim.driving import ROBOT, SECOND, Walker, drive, robot_in
 
-from chefbot.devices.line.lines import Inertia, Motion
-from chefbot.devices.line.words import Flag
+from chefbot.board.messages import Inertia, Motion
+from chefbot.board.status_codes import Flag
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
+from chefbot.robot.motion_limits import max_acceleration, max_speed
 from chefbot.robot.spec import GRAVITY
 from chefbot.sim.board import TALK_NS, Board
 from chefbot.sim.firmware import BUILDER, LIBRARY, Firmware, library
 from chefbot.sim.motor_board import MotorBoard
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world import load_world
+from chefbot.sim.world.world import load_world
 
 # -- UMBmark: by the board's ticks alone
 
@@ -58,8 +59,8 @@ def test_real_robots_differ_from_the_drawing_and_from_each_other() -> None:
 @pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar", "porter"])
 def test_it_holds_the_speed_it_was_given(name: str) -> None:
     sim, board = robot_in("empty", "perfect", 0, name)
-    drive(board, sim.robot.max_speed, sim.robot.max_speed, 4.0)
-    assert sim.truth().v == pytest.approx(sim.robot.max_speed, rel=0.03)
+    drive(board, max_speed(sim.robot), max_speed(sim.robot), 4.0)
+    assert sim.truth().v == pytest.approx(max_speed(sim.robot), rel=0.03)
     assert abs(sim.truth().pose.y) < 0.002
     drive(board, -0.05, 0.05, 3.0)
     assert sim.truth().w == pytest.approx(0.1 / sim.robot.wheels.separation, rel=0.03)
@@ -67,15 +68,15 @@ def test_it_holds_the_speed_it_was_given(name: str) -> None:
 
 def test_the_ramp_is_the_boards_and_no_steeper_than_the_robot_file_says() -> None:
     sim, board = robot_in("empty")
-    wanted, before = ROBOT.max_acceleration / ROBOT.metres_per_tick / 100, 0
+    wanted, before = max_acceleration(ROBOT) / ROBOT.metres_per_tick / 100, 0
     start = sim.truth().v
     for step in range(25):
         if step % 5 == 0:
-            board.command(ROBOT.max_speed, ROBOT.max_speed)
+            board.command(max_speed(ROBOT), max_speed(ROBOT))
         board.motors.run_until(sim.time_ns + 10_000_000)
         assert board.motors.state.set[0] - before == pytest.approx(wanted, abs=1.0)
         before = board.motors.state.set[0]
-    assert (sim.truth().v - start) / 0.25 == pytest.approx(ROBOT.max_acceleration, rel=0.2)
+    assert (sim.truth().v - start) / 0.25 == pytest.approx(max_acceleration(ROBOT), rel=0.2)
 
 
 @pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar", "porter"])
@@ -83,10 +84,10 @@ def test_the_ramp_is_the_boards_and_no_steeper_than_the_robot_file_says() -> Non
 def test_a_dead_computer_stops_it(name: str, profile: str) -> None:
     """Killed at full speed: the wheels' command is zero within 200 ms, and it stands within 0.25 m."""
     sim, board = robot_in("empty", profile, 3, name)
-    drive(board, sim.robot.max_speed, sim.robot.max_speed, 3.0)
+    drive(board, max_speed(sim.robot), max_speed(sim.robot), 3.0)
     board.motors.write(board.link.speak(board.now_ns))  # its last word
     began, start = sim.time_ns, sim.truth().pose
-    assert sim.truth().v > 0.9 * sim.robot.max_speed
+    assert sim.truth().v > 0.9 * max_speed(sim.robot)
     while board.motors.state.duty[0] or board.motors.state.duty[1] or board.motors.state.set[0]:
         board.motors.run_until(sim.time_ns + 10_000_000)
     assert sim.time_ns - began <= 200_000_000
@@ -101,9 +102,9 @@ def test_a_dead_computer_stops_it(name: str, profile: str) -> None:
 def test_nodes_that_fall_silent_stop_it_though_the_driver_lives(pause_ms: int) -> None:
     """From the last command on: whatever the driver repeats, 200 ms later the wheels' command is zero."""
     sim, board = robot_in("empty", "perfect", 0, "chefbot")
-    drive(board, sim.robot.max_speed, sim.robot.max_speed, 3.0)
+    drive(board, max_speed(sim.robot), max_speed(sim.robot), 3.0)
     board.run_until(board.now_ns + pause_ms * 1_000_000)
-    board.command(sim.robot.max_speed, sim.robot.max_speed)
+    board.command(max_speed(sim.robot), max_speed(sim.robot))
     began, start = board.now_ns, sim.truth().pose
     while any(board.motors.state.duty):
         board.run_until(board.now_ns + 10_000_000)
@@ -142,7 +143,7 @@ def test_a_blocked_robot_switches_its_motors_off() -> None:
     sim, board = robot_in("empty")
     sim.drop_box(0.5, 0.0, (0.2, 2.0, 0.5))
     sim._model.geom_friction[sim._wheels, 0] = 5.0  # so that no wheel spins on the spot
-    drive(board, ROBOT.max_speed, ROBOT.max_speed, 6.0)
+    drive(board, max_speed(ROBOT), max_speed(ROBOT), 6.0)
     assert board.motors.state.flags & (Flag.STALL_LEFT | Flag.STALL_RIGHT | Flag.ENCODER_LEFT)
     assert list(board.motors.state.duty) == [0, 0]
     assert "wheel" in board.link.report("simulated", board.now_ns).message

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
 from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
-from chefbot.sim.raster import FLOOR, NOTHING
-from chefbot.sim.shapes import Shape, box, capsule, cylinder, shape_arrays
+from chefbot.sim.depth_raycast import FLOOR, NOTHING
 from chefbot.sim.simulation import OPTICAL, Capture, Simulation
-from chefbot.sim.world import load_world
-from chefbot.sim.world_mjcf import geom_xml
+from chefbot.sim.world.shapes import Shape, box, capsule, cylinder, shape_arrays
+from chefbot.sim.world.world import load_world
+from chefbot.sim.world.world_mjcf import geom_xml
 
 ROBOT = load_robot("chefbot")
 CAMERA = ROBOT.sensors.depth_camera

@@ -15,14 +15,14 @@ from chefbot.errors import UserError
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
-from chefbot.runtime.files import save_map
-from chefbot.runtime.places import places_path, save_places
-from chefbot.sim.free_floor import MARGIN, FreeFloor
-from chefbot.sim.load import is_own_map, load_any_world, map_of, parse_start, with_places
-from chefbot.sim.map_world import world_from_map
-from chefbot.sim.shapes import clearance
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world import ROBOT_SPACE, load_world
+from chefbot.sim.world.free_floor import MARGIN, FreeFloor
+from chefbot.sim.world.load import is_own_map, load_any_world, map_of, parse_start, with_places
+from chefbot.sim.world.map_world import world_from_map
+from chefbot.sim.world.shapes import clearance
+from chefbot.sim.world.world import ROBOT_SPACE, load_world
+from chefbot.storage.map_files import save_map
+from chefbot.storage.places import places_path, save_places
 
 ROBOT = load_robot("chefbot_lidar")
 RADIUS = ROBOT.footprint_radius

@@ -8,14 +8,14 @@ import pytest
 
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
-from chefbot.robot import layout
-from chefbot.robot.layout import CASTER_GAP
+from chefbot.robot.geometry import layout
+from chefbot.robot.geometry.layout import CASTER_GAP
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import GRAVITY, Robot
 from chefbot.sim.battery import Battery
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world import load_world
+from chefbot.sim.world.world import load_world
 
 ROBOT = load_robot("chefbot_lidar")
 

@@ -12,14 +12,14 @@ from chefbot.errors import UserError
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import built_in_robots, load_robot
-from chefbot.sim.floor_plan import body_plan, floor_plan, free_area, lidar_plan, reachable
-from chefbot.sim.furniture import PERSON_RADIUS
-from chefbot.sim.map_world import merged_rectangles, world_from_map
-from chefbot.sim.picture import plan_picture
 from chefbot.sim.rays import lidar_angles
-from chefbot.sim.shapes import box, cylinder, distance
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world import World, built_in_worlds, load_world, parse_world
+from chefbot.sim.world.floor_plan import body_plan, floor_plan, free_area, lidar_plan, reachable
+from chefbot.sim.world.furniture import PERSON_RADIUS
+from chefbot.sim.world.map_world import merged_rectangles, world_from_map
+from chefbot.sim.world.picture import plan_picture
+from chefbot.sim.world.shapes import box, cylinder, distance
+from chefbot.sim.world.world import World, built_in_worlds, load_world, parse_world
 
 ROBOT = load_robot("chefbot_lidar")
 

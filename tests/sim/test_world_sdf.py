@@ -8,9 +8,9 @@ import pytest
 from tests.design.sdf_checker import read_by_libsdformat
 
 from chefbot.robot.load import load_robot
-from chefbot.sim.shapes import BOX, CAPSULE
-from chefbot.sim.world import World, built_in_worlds, load_world
-from chefbot.sim.world_sdf import PREFIX, world_sdf
+from chefbot.sim.world.shapes import BOX, CAPSULE
+from chefbot.sim.world.world import World, built_in_worlds, load_world
+from chefbot.sim.world.world_sdf import PREFIX, world_sdf
 
 
 @pytest.fixture(params=sorted(built_in_worlds()))

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from chefbot.errors import UserError
 from chefbot.maths.grid import UNKNOWN
 from chefbot.maths.se2 import SE2
-from chefbot.slam.beams import Beams, beams_of
-from chefbot.slam.canvas import Canvas
+from chefbot.slam.occupancy_accumulator import Canvas
+from chefbot.slam.scan_beams import Beams, beams_of
 
 ANGLES = np.linspace(-np.pi, np.pi, 720, endpoint=False).astype(np.float32)
 HERE = np.array([0.0, 0.0, 0.0])

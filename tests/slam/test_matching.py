@@ -10,7 +10,7 @@ from tests.slam.conftest import CORRIDOR, RING, World
 
 from chefbot.maths.se2 import SE2
 from chefbot.slam.gmapping import levels_of
-from chefbot.slam.level import Belief, Climb, Level
+from chefbot.slam.map_pyramid import Belief, Climb, Level
 from chefbot.slam.matching import score
 from chefbot.slam.params import GmappingParams
 

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import SE2
-from chefbot.slam.ancestry import Ancestry
-from chefbot.slam.beams import beams_of, reach, thinned
-from chefbot.slam.motion import Step, compose
+from chefbot.slam.motion_model import Step, compose
 from chefbot.slam.params import GmappingParams
+from chefbot.slam.particle_ancestry import Ancestry
 from chefbot.slam.resampling import effective_number, normalized, systematic
+from chefbot.slam.scan_beams import beams_of, reach, thinned
 
 
 def test_beams_follow_rep_117() -> None:

@@ -12,7 +12,7 @@ from tests.slam.test_gmapping import LIDAR
 from chefbot.maths.grid import UNKNOWN, Grid
 from chefbot.maths.se2 import IDENTITY
 from chefbot.slam import Gmapping, GmappingParams
-from chefbot.slam.canvas import Canvas
+from chefbot.slam.occupancy_accumulator import Canvas
 
 SAID = st.sampled_from([UNKNOWN, 1, 3, 9, 24, 50, 76, 91, 97, 99])
 """What few scans make of a cell."""

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from chefbot.errors import UserError
 from chefbot.slam.matching import score
-from chefbot.slam.tiles import EMPTY, SHIFT, SIDE, STRIDE, TileMaps
+from chefbot.slam.shared_tiles import EMPTY, SHIFT, SIDE, STRIDE, TileMaps
 
 
 def covered(particles: int, reach: float = 60.0) -> TileMaps:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from chefbot.msgs.chefbot_msgs import Order
 from chefbot.msgs.std_msgs import Bool
-from chefbot.ui.asked import UNANSWERED, UNCONFIRMED, Asked
+from chefbot.ui.pending_requests import UNANSWERED, UNCONFIRMED, Asked
 
 TICK = 200_000_000
 STEPS = st.lists(

@@ -6,8 +6,8 @@ import httpx
 import pytest
 import segno
 
-from chefbot.commands.lan import EVERYWHERE, served_at
 from chefbot.errors import UserError
+from chefbot.launcher.lan_access import EVERYWHERE, served_at
 from chefbot.runtime.launch import load_launch
 from chefbot.ui.qr import qr_code
 from chefbot.ui.server import PageServer

@@ -17,9 +17,10 @@ from tests.ui.boxes import boxes_glb
 from tests.ui.chromium import SOFTWARE_GL, Tab, needs_chromium, open_tab
 from tests.waiting import PATIENCE
 
-from chefbot.design.links import links
-from chefbot.design.urdf import urdf
+from chefbot.design.export.links import links
+from chefbot.design.export.urdf import urdf
 from chefbot.maths.grid import Grid
+from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.load import load_robot
 from chefbot.ui.commands import Command, Goal
 from chefbot.ui.layers import DepthView, FrameView, Scan
@@ -96,7 +97,7 @@ def test_every_link_has_its_solid_at_the_place_that_the_description_gives(tab: T
     assert "wheel_left_link60 g" in names
     assert (
         tab.ask("document.getElementById('links-total').textContent")
-        == f"4 with mass, {ROBOT.total_mass:.2f} kg"
+        == f"4 with mass, {total_mass(ROBOT):.2f} kg"
     )
 
 

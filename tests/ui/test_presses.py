@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.ui.presses import Presses
+from chefbot.ui.stop_requests import Presses
 
 STEPS = st.lists(
     st.tuples(st.sampled_from(["press", "latch", "release", "withdraw"]), st.sampled_from("abc")), max_size=20

@@ -12,10 +12,11 @@ from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.system import System
+from chefbot.runtime.node_container import System
 from chefbot.ui.commands import Drive
 from chefbot.ui.remote import RemotePage
 
@@ -62,8 +63,8 @@ def heard(robot: FakeRobot) -> Drive:
 def test_twists_arrive_as_shares_of_the_limits() -> None:
     with fake_robot() as robot:
         driver = Driver(robot.url)
-        limits = driver.system.robot
-        driver.say(limits.max_speed / 2, -limits.max_turn)
+        limits = Limits.of(driver.system.robot)
+        driver.say(limits.speed / 2, -limits.turn)
         assert heard(robot) == Drive(0.5, -1.0)
         driver.say(9.0, -9.0)
         assert heard(robot) == Drive(1.0, -1.0)

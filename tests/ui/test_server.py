@@ -17,7 +17,7 @@ from websockets.exceptions import ConnectionClosed
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.ui import client, deadman
+from chefbot.ui import client, dead_man
 from chefbot.ui.commands import Command, Drive, GoPlace, Stop
 from chefbot.ui.layers import RobotView, Status, StopView
 from chefbot.ui.server import MAX_CLIENTS, ONLY_STOP, PageServer
@@ -89,7 +89,7 @@ def test_who_sends_too_much_is_shown_the_door(page: Any) -> None:
 def test_a_driver_who_leaves_lets_the_robot_stand(
     page: Any, polite: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(deadman, "SILENCE", 60.0)
+    monkeypatch.setattr(dead_man, "SILENCE", 60.0)
     with page.browser() as browser:
         browser.send('{"do":"drive","v":0.5,"w":-0.25}')
         assert page.next_command() == Drive(0.5, -0.25)
@@ -113,7 +113,7 @@ def test_a_silent_driver_lets_the_robot_stand_and_may_drive_again(page: Any) -> 
 def test_one_drives_at_a_time_but_anyone_may_stop(
     page: Any, hear: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(deadman, "SILENCE", 60.0)
+    monkeypatch.setattr(dead_man, "SILENCE", 60.0)
     with page.browser() as driver, page.browser() as other:
         driver.send('{"do":"drive","v":1,"w":0}')
         assert page.next_command() == Drive(1.0, 0.0)

@@ -19,20 +19,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.commands.launch import run_launch
-from chefbot.commands.session import session, start
 from chefbot.control.kinematics import wheel_speeds
-from chefbot.design.urdf import urdf
+from chefbot.design.export.urdf import urdf
 from chefbot.errors import UserError
+from chefbot.launcher.launch import run_launch
+from chefbot.launcher.session import session, start
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch
-from chefbot.runtime.system import System
-from chefbot.ui.body import make_glb, wheel_angles
+from chefbot.runtime.node_container import System
 from chefbot.ui.browser import in_view
 from chefbot.ui.page import PageDevice
 from chefbot.ui.remote import RemotePage
+from chefbot.ui.robot_view import make_glb, wheel_angles
 from chefbot.ui.server import PageServer
 
 ROBOT = load_robot("chefbot")
@@ -78,7 +78,9 @@ def test_an_impossible_robot_is_a_sentence_and_no_robot_is_none() -> None:
         assert httpx.get(f"{url}robot.glb").status_code == 404
 
 
-@pytest.mark.skipif(find_spec("chefbot.design.mesh") is None, reason="needs the robot's solids as meshes")
+@pytest.mark.skipif(
+    find_spec("chefbot.design.solids.glb") is None, reason="needs the robot's solids as meshes"
+)
 @pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar"])
 def test_every_link_with_mass_has_a_solid_of_its_name_and_no_other_file_is_needed(name: str) -> None:
     robot = load_robot(name)
@@ -166,7 +168,7 @@ def test_view_robot_opens_the_running_robot_in_3d(monkeypatch: pytest.MonkeyPatc
 @pytest.mark.parametrize("name", ["model_robot", pytest.param("chefbot_empty_world", marks=pytest.mark.slow)])
 def test_no_cad_library_is_loaded_before_somebody_looks(name: str) -> None:
     script = (
-        "import sys; from chefbot.commands.launch import run_launch; "
+        "import sys; from chefbot.launcher.launch import run_launch; "
         f"run_launch({name!r}, ['duration:=0.3', 'speed:=0', 'port:=18760']); "
         "sys.exit(bool({'trimesh', 'manifold3d', 'shapely'} & set(sys.modules)))"
     )

@@ -14,12 +14,12 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import PacedClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.system import System
-from chefbot.ui.asked import UNCONFIRMED
+from chefbot.runtime.node_container import System
 from chefbot.ui.commands import Resume, Stop
+from chefbot.ui.pending_requests import UNCONFIRMED
 from chefbot.ui.remote import RemotePage
 
-BASE = NodeEntry(kind="chefbot.nodes.base:BaseNode")
+BASE = NodeEntry(kind="chefbot.nodes.drive_base:BaseNode")
 
 
 class Robot:

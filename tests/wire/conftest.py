@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.wire.keyring import Keyring
-from chefbot.wire.session import Wire
+from chefbot.fleet.keyring import Keyring
+from chefbot.ros2.rmw.session import Wire
 from tests.waiting import PATIENCE
 from tests.wire.network import Network, admit
 

@@ -12,11 +12,11 @@ import sys
 from pathlib import Path
 
 from chefbot.errors import UserError
+from chefbot.fleet.keyring import Keyring
+from chefbot.fleet.secure_router import Doors, Gate
 from chefbot.msgs.std_msgs import String
-from chefbot.wire.gate import Doors, Gate
-from chefbot.wire.keyring import Keyring
-from chefbot.wire.node import WireNode
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.session import Wire
 
 
 def main(name: str, keys: str, *join: str) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from chefbot.wire.keyring import Keyring
+from chefbot.fleet.keyring import Keyring
 from tests.waiting import PATIENCE
 
 MACHINE, REPOSITORY = Path(__file__).parent / "machine.py", Path(__file__).parents[2]

@@ -7,17 +7,17 @@ import threading
 import time
 
 from chefbot.msgs.action_msgs import STATUS_CANCELED, STATUS_SUCCEEDED
-from chefbot.msgs.base import Message
 from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Feedback, NavigateToPose_Result
 from chefbot.msgs.sensor_msgs import Image
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.std_srvs import SetBool, SetBool_Response
-from chefbot.wire.action_server import ActionServer
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import LATCHED
-from chefbot.wire.service import Call
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.action_server import ActionServer
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import LATCHED
+from chefbot.ros2.rmw.service import Call
+from chefbot.ros2.rmw.session import Wire
 
 
 class Walker:

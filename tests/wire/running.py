@@ -8,15 +8,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from chefbot.bridge.bridge import Bridge
 from chefbot.robot.load import load_robot
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.session import Wire
 from chefbot.runtime.clock import PacedClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.record import Recorder
-from chefbot.runtime.system import System
-from chefbot.wire.bridge import Bridge
-from chefbot.wire.node import WireNode
-from chefbot.wire.session import Wire
+from chefbot.runtime.node_container import System
+from chefbot.runtime.recorder import Recorder
 
 ALL = {
     "counter": "Counter",

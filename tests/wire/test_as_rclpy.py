@@ -13,17 +13,17 @@ import numpy as np
 import pytest
 import zenoh
 
+from chefbot.bridge.parameters import _descriptor, flatten, from_value, to_value
 from chefbot.msgs.rcl_interfaces import ParameterValue
 from chefbot.msgs.sensor_msgs import Image
 from chefbot.nodes.amcl import AmclNode
 from chefbot.nodes.controller import ControllerNode
 from chefbot.nodes.planner import PlannerNode
+from chefbot.ros2.rmw.attachment import Attachment
+from chefbot.ros2.rmw.names import WireType, topic_key
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.session import Wire
 from chefbot.runtime.node import Node
-from chefbot.wire.attachment import Attachment
-from chefbot.wire.names import WireType, topic_key
-from chefbot.wire.node import WireNode
-from chefbot.wire.parameters import _descriptor, flatten, from_value, to_value
-from chefbot.wire.session import Wire
 from tests.waiting import PATIENCE, wait_for
 from tests.wire.running import running
 from tests.wire.test_editions import peer  # noqa: F401 - a fixture

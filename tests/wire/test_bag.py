@@ -25,15 +25,15 @@ from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import String
-from chefbot.wire.bag.player import Player
-from chefbot.wire.bag.profile import profiles_text, read_profiles
-from chefbot.wire.bag.reader import read_bag
-from chefbot.wire.bag.recorder import BagRecorder
-from chefbot.wire.bag.writer import BagWriter
-from chefbot.wire.names import WireType
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import CLOCK, DEFAULT, LATCHED, ROSOUT, SENSOR
-from chefbot.wire.session import Wire
+from chefbot.ros2.bag.player import Player
+from chefbot.ros2.bag.profile import profiles_text, read_profiles
+from chefbot.ros2.bag.reader import read_bag
+from chefbot.ros2.bag.recorder import BagRecorder
+from chefbot.ros2.bag.writer import BagWriter
+from chefbot.ros2.rmw.names import WireType
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import CLOCK, DEFAULT, LATCHED, ROSOUT, SENSOR
+from chefbot.ros2.rmw.session import Wire
 from tests.waiting import PATIENCE, wait_for
 
 TWIST, TEXT = WireType.of(Twist), WireType.of(String)
@@ -273,7 +273,7 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
         BagWriter(tmp_path)
 
 
-RECORD = "from chefbot.cli import main; main()"
+RECORD = "from chefbot.cli.app import main; main()"
 
 
 def start_recording(wire: Wire, out: Path, **more: object) -> subprocess.Popen[str]:

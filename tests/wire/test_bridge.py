@@ -9,7 +9,11 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from chefbot.bridge.attach import attached
+from chefbot.bridge.bridged_actions import WITHOUT_REASON
+from chefbot.bridge.inbox import WIRE
 from chefbot.errors import UserError
+from chefbot.fleet.secure_router import Doors
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED
 from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result, WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
@@ -32,21 +36,17 @@ from chefbot.msgs.rcl_interfaces import (
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.std_msgs import Float64, String
 from chefbot.robot.load import load_robot
+from chefbot.ros2.rmw.action_client import ActionClient
+from chefbot.ros2.rmw.action_server import ActionServer
+from chefbot.ros2.rmw.attachment import Attachment
+from chefbot.ros2.rmw.names import WireType, topic_key
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import CLOCK, LATCHED, ROSOUT
+from chefbot.ros2.rmw.session import Wire
 from chefbot.runtime.clock import PacedClock
 from chefbot.runtime.loop import Loop
+from chefbot.runtime.node_container import System
 from chefbot.runtime.replay import Replay, read_log
-from chefbot.runtime.system import System
-from chefbot.wire.action_client import ActionClient
-from chefbot.wire.action_server import ActionServer
-from chefbot.wire.attach import attached
-from chefbot.wire.attachment import Attachment
-from chefbot.wire.bridged_actions import WITHOUT_REASON
-from chefbot.wire.gate import Doors
-from chefbot.wire.inbox import WIRE
-from chefbot.wire.names import WireType, topic_key
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import CLOCK, LATCHED, ROSOUT
-from chefbot.wire.session import Wire
 from tests.waiting import PATIENCE, in_time, wait_for
 from tests.wire.running import launch_of, running
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from chefbot.msgs.chefbot_msgs import Deliver
 from chefbot.msgs.std_msgs import Float64
 from chefbot.msgs.type_description_interfaces import GetTypeDescription, GetTypeDescription_Request
-from chefbot.wire.names import WireType
+from chefbot.ros2.rmw.names import WireType
 from tests.waiting import PATIENCE
 from tests.wire.running import running
 

@@ -12,7 +12,6 @@ import pytest
 import zenoh
 from zenoh import handlers
 
-from chefbot.commands.tools.node import info_lines
 from chefbot.msgs.action_msgs import (
     CANCEL_GOAL_TERMINATED,
     CANCEL_NONE,
@@ -25,19 +24,20 @@ from chefbot.msgs.action_msgs import (
     CancelGoal_Response,
     GoalInfo,
 )
-from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.editions import convert, editions
-from chefbot.msgs.fields import fields_of, ros_type
+from chefbot.msgs.idl.editions import convert, editions
+from chefbot.msgs.idl.fields import fields_of, ros_type
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav2_msgs import FollowPath, Spin, Spin_Feedback, Spin_Goal, Spin_Result
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.wire.action_client import ActionClient, new_goal_id
-from chefbot.wire.action_server import ActionServer
-from chefbot.wire.attachment import SIZE, Attachment, unpack
-from chefbot.wire.names import WireType, topic_key
-from chefbot.wire.node import WireNode
-from chefbot.wire.session import Wire
-from chefbot.wire.tokens import CLIENT
+from chefbot.ros2.rmw.action_client import ActionClient, new_goal_id
+from chefbot.ros2.rmw.action_server import ActionServer
+from chefbot.ros2.rmw.attachment import SIZE, Attachment, unpack
+from chefbot.ros2.rmw.names import WireType, topic_key
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.tokens import CLIENT
+from chefbot.ros2.tools.node import info_lines
 from tests.waiting import PATIENCE, wait_for
 
 JAZZY, EARLY_JAZZY = editions("nav2_msgs/action/Spin")

@@ -13,11 +13,11 @@ from chefbot.msgs.sensor_msgs import CompressedImage, Image, LaserScan, PointClo
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.std_srvs import SetBool, Trigger
 from chefbot.msgs.tf2_msgs import LookupTransform, TFMessage
-from chefbot.wire.attachment import Attachment, unpack
-from chefbot.wire.errors import WireError
-from chefbot.wire.names import WireType, has_byte_array, resolve, ros_name, topic_key
-from chefbot.wire.qos import DEFAULT, LATCHED, PARAMETERS, ROSOUT, SENSOR, QoS, Span, parse_qos
-from chefbot.wire.tokens import End, NodeId, Token, gid_of, parse_token
+from chefbot.ros2.rmw.attachment import Attachment, unpack
+from chefbot.ros2.rmw.errors import WireError
+from chefbot.ros2.rmw.names import WireType, has_byte_array, resolve, ros_name, topic_key
+from chefbot.ros2.rmw.qos import DEFAULT, LATCHED, PARAMETERS, ROSOUT, SENSOR, QoS, Span, parse_qos
+from chefbot.ros2.rmw.tokens import End, NodeId, Token, gid_of, parse_token
 
 PEER = "@ros2_lv/0/0c6db189a654dce58034f6cdc40249c7/0"
 OURS = "a1b2c3d4e5f60718293a4b5c6d7e8f90"

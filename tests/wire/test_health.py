@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from chefbot.bridge.wire_health import RECENT_NS, Health
 from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticStatus
-from chefbot.wire.errors import Tally
-from chefbot.wire.health import RECENT_NS, Health
+from chefbot.ros2.rmw.errors import Tally
 
 SECOND = 1_000_000_000
 

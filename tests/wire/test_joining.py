@@ -11,20 +11,20 @@ from contextlib import ExitStack
 import msgspec
 import pytest
 
-from chefbot.commands.launch_guest import Meeting, guest_name, meet, watching
-from chefbot.design.urdf import urdf
+from chefbot.bridge.robot_time import RobotTime
+from chefbot.design.export.urdf import urdf
 from chefbot.errors import UserError
+from chefbot.launcher.join import Meeting, guest_name, meet, watching
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.load import load_robot
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import CLOCK, LATCHED
+from chefbot.ros2.rmw.session import Wire
 from chefbot.runtime.clock import FollowedClock
 from chefbot.runtime.launch import Launch, load_launch
 from chefbot.runtime.loop import Loop
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import CLOCK, LATCHED
-from chefbot.wire.robot_time import RobotTime
-from chefbot.wire.session import Wire
 from tests.waiting import PATIENCE
 
 ROBOT = load_robot("chefbot_lidar")

@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from chefbot.cli import app
+from chefbot.cli.app import app
 from chefbot.errors import UserError
-from chefbot.wire.access import access_control, own_keys
-from chefbot.wire.fleet import Card, Fleet, check_name
-from chefbot.wire.gate import Doors, endpoint, gate_config, turned_away
-from chefbot.wire.keyring import Keyring
+from chefbot.fleet.access_control import access_control, own_keys
+from chefbot.fleet.keyring import Keyring
+from chefbot.fleet.membership import Card, Fleet, check_name
+from chefbot.fleet.secure_router import Doors, endpoint, gate_config, turned_away
 
 NOW = datetime(2026, 11, 21, tzinfo=UTC)
 

@@ -6,16 +6,16 @@ import subprocess
 import sys
 
 from chefbot.msgs.std_msgs import String
-from chefbot.wire.node import WireNode
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.session import Wire
 from tests.chaos.launched import free_port
 from tests.waiting import wait_for
 
 LEAVES = """
 import sys, time
 from chefbot.msgs.std_msgs import String
-from chefbot.wire.node import WireNode
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.session import Wire
 
 heard = []
 wire = Wire(port=int(sys.argv[1]), router=False)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.wire.keyring import Keyring
+from chefbot.fleet.keyring import Keyring
 from tests.wire.network import Machine, Network, needs_namespaces
 
 pytestmark = [pytest.mark.slow, needs_namespaces]

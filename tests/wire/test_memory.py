@@ -7,7 +7,7 @@ import sys
 
 MEASURE = """
 import resource, sys
-from chefbot.wire.memory import keep_memory
+from chefbot.ros2.rmw.malloc_tuning import keep_memory
 if sys.argv[1] == "kept":
     keep_memory()
 def faults():

@@ -17,12 +17,12 @@ from chefbot.errors import UserError
 from chefbot.msgs.action_msgs import STATUS_SUCCEEDED
 from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal
 from chefbot.msgs.std_msgs import Float64, String
+from chefbot.ros2.rmw.action_client import ActionClient
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import LATCHED
+from chefbot.ros2.rmw.session import Wire
 from chefbot.runtime.launch import Launch, NodeEntry, load_launch, split
-from chefbot.wire.action_client import ActionClient
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import LATCHED
-from chefbot.wire.session import Wire
-from chefbot.wire.supervisor import PERIOD, Order, Supervisor
+from chefbot.supervision.supervisor import PERIOD, Order, Supervisor
 from tests.processes import children_of, is_alive
 from tests.waiting import PATIENCE, in_time, wait_for
 

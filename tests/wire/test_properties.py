@@ -5,11 +5,11 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.wire.attachment import Attachment, unpack
-from chefbot.wire.errors import WireError
-from chefbot.wire.names import WireType
-from chefbot.wire.qos import INFINITE, QoS, Span, incompatible, parse_qos
-from chefbot.wire.tokens import End, NodeId, Token, parse_token
+from chefbot.ros2.rmw.attachment import Attachment, unpack
+from chefbot.ros2.rmw.errors import WireError
+from chefbot.ros2.rmw.names import WireType
+from chefbot.ros2.rmw.qos import INFINITE, QoS, Span, incompatible, parse_qos
+from chefbot.ros2.rmw.tokens import End, NodeId, Token, parse_token
 
 word = st.from_regex(r"[a-z_][a-z0-9_]{0,8}", fullmatch=True)
 path = st.lists(word, min_size=1, max_size=3).map(lambda parts: "/" + "/".join(parts))

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from chefbot.runtime.clock import WallClock
 from chefbot.runtime.loop import TIMER, Loop
-from chefbot.wire.pulse import BEAT, ENDLESS, HANGS, LONG, SILENT, THINKS, TURNS, Heart, Pulse
-from chefbot.wire.supervisor import PERIOD
+from chefbot.supervision.heartbeat import BEAT, ENDLESS, HANGS, LONG, SILENT, THINKS, TURNS, Heart, Pulse
+from chefbot.supervision.supervisor import PERIOD
 from tests.waiting import wait_for
 
 looks = st.lists(

@@ -21,8 +21,8 @@ from chefbot.msgs.rcl_interfaces import (
     SetParameters_Request,
 )
 from chefbot.msgs.std_msgs import Header
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import LATCHED, PARAMETERS
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import LATCHED, PARAMETERS
 from tests.chaos.launched import running, wait_for
 from tests.waiting import PATIENCE
 
@@ -31,7 +31,7 @@ about: A waiter and the gate before the wheels, in a process of their own.
 clock: wall
 nodes:
   odometry: {kind: "chefbot.nodes.odometry:OdometryNode"}
-  base: {kind: "chefbot.nodes.base:BaseNode", process: service, params: {ultrasonic_margin: 0.1}}
+  base: {kind: "chefbot.nodes.drive_base:BaseNode", process: service, params: {ultrasonic_margin: 0.1}}
   delivery: {kind: "chefbot.nodes.delivery:DeliveryNode", process: service}
 """
 SET = {"teleop_hold": 2.5, "limiter.timeout": 0.25}

@@ -10,11 +10,11 @@ import pytest
 from chefbot.msgs.chefbot_msgs import StopStatus, WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Bool
-from chefbot.nodes.base import STILL_STOPPED
-from chefbot.wire.node import WireNode
-from chefbot.wire.publisher import Publisher
-from chefbot.wire.qos import LATCHED
-from chefbot.wire.session import Wire
+from chefbot.nodes.drive_base import STILL_STOPPED
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.publisher import Publisher
+from chefbot.ros2.rmw.qos import LATCHED
+from chefbot.ros2.rmw.session import Wire
 from tests.chaos.launched import Launched, running, wait_for
 
 LAUNCH = """
@@ -22,7 +22,7 @@ about: The gate before the wheels in a process of its own.
 clock: wall
 nodes:
   odometry: {kind: "chefbot.nodes.odometry:OdometryNode"}
-  base: {kind: "chefbot.nodes.base:BaseNode", process: gate}
+  base: {kind: "chefbot.nodes.drive_base:BaseNode", process: gate}
 """
 
 

@@ -16,13 +16,13 @@ from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.msgs.std_srvs import SetBool, SetBool_Request, Trigger, Trigger_Request
-from chefbot.wire.action_client import ActionClient, RejectedError
-from chefbot.wire.attachment import Attachment
-from chefbot.wire.names import WireType, topic_key
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import LATCHED, SENSOR
-from chefbot.wire.service import NoAnswerError
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.action_client import ActionClient, RejectedError
+from chefbot.ros2.rmw.attachment import Attachment
+from chefbot.ros2.rmw.names import WireType, topic_key
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import LATCHED, SENSOR
+from chefbot.ros2.rmw.service import NoAnswerError
+from chefbot.ros2.rmw.session import Wire
 from tests.waiting import PATIENCE, in_time
 
 

@@ -19,18 +19,12 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.cli import main
-from chefbot.commands.tools.foreign import make_class
-from chefbot.commands.tools.graph_svg import to_svg
-from chefbot.commands.tools.layers import lay_out
-from chefbot.commands.tools.meter import Meter
-from chefbot.commands.tools.param import plain_value, wire_value
-from chefbot.commands.tools.topic_listen import rate_line
+from chefbot.cli.app import main
 from chefbot.errors import UserError
 from chefbot.msgs import rcl_interfaces as rcl
-from chefbot.msgs.base import Float64, Message, Uint8
-from chefbot.msgs.definition import Description, FieldDescription, describe, type_hash
 from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.idl.definition import Description, FieldDescription, describe, type_hash
+from chefbot.msgs.idl.message import Float64, Message, Uint8
 from chefbot.msgs.nav2_msgs import NavigateToPose
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
@@ -40,10 +34,16 @@ from chefbot.msgs.type_description_interfaces import (
     GetTypeDescription_Response,
     TypeDescription,
 )
-from chefbot.wire.names import WireType
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import LATCHED, SENSOR
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.names import WireType
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import LATCHED, SENSOR
+from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.tools.graph_layout import lay_out
+from chefbot.ros2.tools.graph_svg import to_svg
+from chefbot.ros2.tools.meter import Meter
+from chefbot.ros2.tools.param import plain_value, wire_value
+from chefbot.ros2.tools.remote_types import make_class
+from chefbot.ros2.tools.topic_listen import rate_line
 from tests.msgs.test_cdr import all_messages, instances_of
 from tests.waiting import PATIENCE
 
@@ -69,8 +69,8 @@ def verb(
     """`verb("topic", "list")` is exit code, output and errors."""
     monkeypatch.setenv("CHEFBOT_WIRE_PORT", str(wire._port))
     monkeypatch.setenv("ROS_DOMAIN_ID", str(wire.domain))
-    monkeypatch.setattr("chefbot.commands.tools.common.SETTLED", 0.08)
-    monkeypatch.setattr("chefbot.commands.tools.common.NAME_WAIT", 0.1)
+    monkeypatch.setattr("chefbot.ros2.tools.common.SETTLED", 0.08)
+    monkeypatch.setattr("chefbot.ros2.tools.common.NAME_WAIT", 0.1)
 
     def run(*words: str) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["chefbot", *words])
@@ -286,7 +286,7 @@ def test_nobody_there_is_said_in_a_sentence(
     port: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("CHEFBOT_WIRE_PORT", str(port))
-    monkeypatch.setattr("chefbot.commands.tools.common.START_WAIT", 0.2)
+    monkeypatch.setattr("chefbot.ros2.tools.common.START_WAIT", 0.2)
     monkeypatch.setattr(sys, "argv", ["chefbot", "topic", "list"])
     with pytest.raises(SystemExit) as end:
         main()

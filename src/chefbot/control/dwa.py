@@ -12,14 +12,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.control.checkers import GoalChecker, GoalParams
 from chefbot.control.controller import Command, Status
 from chefbot.control.dwa_kernel import best_twist, nearest_on_path
 from chefbot.control.dwa_params import DwaParams
-from chefbot.control.limits import Limits
+from chefbot.control.goal_checkers import GoalChecker, GoalParams
 from chefbot.maths.angles import wrap
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
+from chefbot.robot.motion_limits import Limits
 
 GENTLE = 0.5
 """Share of the acceleration that planned braking uses; the rest is for surprises."""

@@ -8,11 +8,11 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from chefbot.board.autodetect import Dialect
+from chefbot.board.chapter_board import ChapterLink
+from chefbot.board.link import BoardLink, Link
 from chefbot.devices.board_line import BoardLine, missing_path
 from chefbot.devices.board_node import BoardNode
-from chefbot.devices.line.chapter import ChapterLink
-from chefbot.devices.line.link import BoardLink, Link
-from chefbot.devices.line.probe import Dialect
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import ERROR, DiagnosticArray, DiagnosticStatus, KeyValue

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import serial
 
+from chefbot.board.autodetect import Dialect
 from chefbot.devices.board_ports import Port, broken, port_at, ports, receive, same_device
 from chefbot.devices.board_search import BoardSearch, Found
-from chefbot.devices.line.probe import Dialect
 from chefbot.runtime.clock import wall_ns
 
 AUTO = "auto"

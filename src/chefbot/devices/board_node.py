@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.base import Message
 from chefbot.msgs.chefbot_msgs import WheelSpeeds, WheelTicks
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
 from chefbot.msgs.std_msgs import Bool
 from chefbot.runtime.node import Device, In, Out, topic

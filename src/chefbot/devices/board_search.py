@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import serial
 
+from chefbot.board.autodetect import Dialect, Probe
 from chefbot.devices.board_ports import Port, explain, open_port, receive
-from chefbot.devices.line.probe import Dialect, Probe
 from chefbot.runtime.clock import wall_ns
 
 SCAN_NS = 500_000_000

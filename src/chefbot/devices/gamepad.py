@@ -9,12 +9,12 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.control.gamepad import GamepadDrive, GamepadParams, PadEvent
-from chefbot.control.limits import Limits
+from chefbot.control.gamepad_teleop import GamepadDrive, GamepadParams, PadEvent
 from chefbot.devices.joystick import AUTO, Joystick
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Bool, String
+from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.node import Device, In, Out, every, topic
 
 RATE, ASK_RATE = 20.0, 5.0

@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from chefbot.control.gamepad import PadEvent
+from chefbot.control.gamepad_teleop import PadEvent
 from chefbot.errors import UserError
 
 try:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from chefbot.control.limits import Limits
-from chefbot.control.teleop import DEAD_MAN, Teleop
+from chefbot.control.keyboard_teleop import DEAD_MAN, Teleop
 from chefbot.devices.terminal import Terminal
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import String
+from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.node import Device, NoParams, Out, every, topic
 
 RATE = 10.0

@@ -13,9 +13,9 @@ from chefbot.msgs.chefbot_msgs import Place, Places
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
-from chefbot.runtime.files import load_map
 from chefbot.runtime.node import Device, Out, topic
-from chefbot.runtime.places import load_places, places_path
+from chefbot.storage.map_files import load_map
+from chefbot.storage.places import load_places, places_path
 
 
 class MapFileParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

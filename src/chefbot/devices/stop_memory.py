@@ -13,8 +13,8 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.msgs.std_msgs import Bool, String
-from chefbot.runtime.files import sync_folder
 from chefbot.runtime.node import Device, In, Out, every, topic
+from chefbot.storage.atomic_files import sync_folder
 
 VARIABLE = "CHEFBOT_STATE"
 ASK_HZ = 5.0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from chefbot.exploration.frontiers import Frontier, find_frontiers
 from chefbot.exploration.params import ExplorerParams
-from chefbot.exploration.views import best_view, nearest_reachable, unknown_in_view
+from chefbot.exploration.visibility import best_view, nearest_reachable, unknown_in_view
 from chefbot.maths.angles import wrap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.localization.belief import CONVERGED_EXPLAINED, CONVERGED_SPREAD, Beams, Belief, Model
 from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
+from chefbot.localization.particle_filter import CONVERGED_EXPLAINED, CONVERGED_SPREAD, Beams, Belief, Model
 from chefbot.localization.pose_bins import PoseBins
 from chefbot.localization.recovery import Contest, Doubt
 from chefbot.maths.grid import Grid

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from chefbot.localization.belief import Beams, Belief
+from chefbot.localization.particle_filter import Beams, Belief
 
 CARELESSNESS = 1.25
 """The fast mean must fall a fifth below the slow one before doubt sets in: one wall fits better than another

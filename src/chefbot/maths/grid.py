@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.maths.raster import Raster
+from chefbot.maths.cell_grid import Raster
 
 UNKNOWN = -1
 FREE = 0

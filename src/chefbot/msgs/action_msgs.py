@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.base import Int8, Message
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.service import define_service
+from chefbot.msgs.idl.message import Int8, Message
+from chefbot.msgs.idl.service import define_service
 from chefbot.msgs.unique_identifier_msgs import UUID
 
 STATUS_UNKNOWN, STATUS_ACCEPTED, STATUS_EXECUTING, STATUS_CANCELING = range(4)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.base import Int32, Message, Uint32
+from chefbot.msgs.idl.message import Int32, Message, Uint32
 
 SECOND = 1_000_000_000
 

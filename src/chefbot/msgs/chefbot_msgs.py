@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from chefbot.msgs.action import define_action
-from chefbot.msgs.base import (
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.geometry_msgs import PoseStamped
+from chefbot.msgs.idl.action import define_action
+from chefbot.msgs.idl.message import (
     Bool,
     Float32,
     Float32Array,
@@ -18,8 +20,6 @@ from chefbot.msgs.base import (
     Uint16,
     Uint32,
 )
-from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.std_msgs import Header
 
 _NO_FLOATS = np.empty(0, np.float32)

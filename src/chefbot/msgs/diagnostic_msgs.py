@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.base import Byte, Message, String
+from chefbot.msgs.idl.message import Byte, Message, String
 from chefbot.msgs.std_msgs import Header
 
 OK, WARN, ERROR, STALE = range(4)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.base import Float32, Float64, Message, String
+from chefbot.msgs.idl.message import Float32, Float64, Message, String
 from chefbot.msgs.std_msgs import Header
 
 Covariance = Annotated[NDArray[np.float64], "float64[36]"]

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.action import define_action
-from chefbot.msgs.base import Bool, Float32, Float64, Int16, Message, String, Uint8, Uint16
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
+from chefbot.msgs.idl.action import define_action
+from chefbot.msgs.idl.message import Bool, Float32, Float64, Int16, Message, String, Uint8, Uint16
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Empty, Header
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import numpy as np
 
 from chefbot.maths.grid import Grid
-from chefbot.msgs.base import Bool, Float32, Int8Array, Message, String, Uint8, Uint32
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.geometry_msgs import (
     Point,
@@ -16,7 +15,8 @@ from chefbot.msgs.geometry_msgs import (
     PoseWithCovarianceStamped,
     TwistWithCovariance,
 )
-from chefbot.msgs.service import define_service
+from chefbot.msgs.idl.message import Bool, Float32, Int8Array, Message, String, Uint8, Uint32
+from chefbot.msgs.idl.service import define_service
 from chefbot.msgs.std_msgs import Header
 
 _NO_CELLS = np.empty(0, np.int8)

@@ -8,7 +8,8 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.msgs.base import (
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.idl.message import (
     Bool,
     Float64,
     Float64Array,
@@ -21,8 +22,7 @@ from chefbot.msgs.base import (
     Uint32,
     Uint64,
 )
-from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.service import define_service
+from chefbot.msgs.idl.service import define_service
 
 DEBUG, INFO, WARN, ERROR, FATAL = 10, 20, 30, 40, 50
 """Levels of Log."""

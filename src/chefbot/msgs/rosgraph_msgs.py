@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.idl.message import Message
 
 
 class Clock(Message, frozen=True, eq=False):

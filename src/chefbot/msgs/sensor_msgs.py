@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.msgs.base import (
+from chefbot.msgs.geometry_msgs import Quaternion, Vector3
+from chefbot.msgs.idl.message import (
     Bool,
     Float32,
     Float32Array,
@@ -21,7 +22,6 @@ from chefbot.msgs.base import (
     Uint8Array,
     Uint32,
 )  # fmt: skip
-from chefbot.msgs.geometry_msgs import Quaternion, Vector3
 from chefbot.msgs.std_msgs import Header
 
 Covariance3 = Annotated[NDArray[np.float64], "float64[9]"]

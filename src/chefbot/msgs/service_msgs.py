@@ -7,8 +7,8 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.msgs.base import Int64, Message, Uint8
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.idl.message import Int64, Message, Uint8
 
 _NO_GID = np.zeros(16, np.uint8)
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from chefbot.msgs import base
-from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.idl import message
+from chefbot.msgs.idl.message import Message
 
 
 class Header(Message, frozen=True, eq=False):
     """When and in which frame."""
 
     stamp: Time = Time()
-    frame_id: base.String = ""
+    frame_id: message.String = ""
 
     @staticmethod
     def of(ns: int, frame_id: str) -> Header:
@@ -22,43 +22,43 @@ class Header(Message, frozen=True, eq=False):
 class Empty(Message, frozen=True, eq=False):
     """Nothing but that it happened; ROS gives an empty struct one byte."""
 
-    structure_needs_at_least_one_member: base.Uint8 = 0
+    structure_needs_at_least_one_member: message.Uint8 = 0
 
 
 class Bool(Message, frozen=True, eq=False):
     """Yes or no."""
 
-    data: base.Bool = False
+    data: message.Bool = False
 
 
 class String(Message, frozen=True, eq=False):
     """A text."""
 
-    data: base.String = ""
+    data: message.String = ""
 
 
 class Float64(Message, frozen=True, eq=False):
     """A number."""
 
-    data: base.Float64 = 0.0
+    data: message.Float64 = 0.0
 
 
 class Float32(Message, frozen=True, eq=False):
     """A number of single precision."""
 
-    data: base.Float32 = 0.0
+    data: message.Float32 = 0.0
 
 
 class Int32(Message, frozen=True, eq=False):
     """A whole number."""
 
-    data: base.Int32 = 0
+    data: message.Int32 = 0
 
 
 class ColorRGBA(Message, frozen=True, eq=False):
     """A colour, shares of one."""
 
-    r: base.Float32 = 0.0
-    g: base.Float32 = 0.0
-    b: base.Float32 = 0.0
-    a: base.Float32 = 0.0
+    r: message.Float32 = 0.0
+    g: message.Float32 = 0.0
+    b: message.Float32 = 0.0
+    a: message.Float32 = 0.0

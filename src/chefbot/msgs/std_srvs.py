@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.base import Bool, Message, String, Uint8
-from chefbot.msgs.service import define_service
+from chefbot.msgs.idl.message import Bool, Message, String, Uint8
+from chefbot.msgs.idl.service import define_service
 
 
 class Empty_Request(Message, frozen=True, eq=False):

@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.action import define_action
-from chefbot.msgs.base import Bool, Message, String, Uint8
 from chefbot.msgs.builtin_interfaces import Duration, Time
 from chefbot.msgs.geometry_msgs import TransformStamped
-from chefbot.msgs.service import define_service
+from chefbot.msgs.idl.action import define_action
+from chefbot.msgs.idl.message import Bool, Message, String, Uint8
+from chefbot.msgs.idl.service import define_service
 
 
 class TFMessage(Message, frozen=True, eq=False):

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from chefbot.msgs.base import Bool, Message, String, Uint8, Uint64
-from chefbot.msgs.definition import Description
-from chefbot.msgs.service import define_service
+from chefbot.msgs.idl.definition import Description
+from chefbot.msgs.idl.message import Bool, Message, String, Uint8, Uint64
+from chefbot.msgs.idl.service import define_service
 
 TypeName = Annotated[str, "string<=255"]
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.msgs.base import Message
+from chefbot.msgs.idl.message import Message
 
 _NIL = np.zeros(16, np.uint8)
 

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from chefbot.msgs.base import Message
 from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelTicks
-from chefbot.msgs.fields import FieldType, fields_of
+from chefbot.msgs.constraints import RULES, Rule
+from chefbot.msgs.idl.fields import FieldType, fields_of
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import Odometry
-from chefbot.msgs.rules import RULES, Rule
 from chefbot.msgs.sensor_msgs import BatteryState, Image, Imu, LaserScan, Range
 from chefbot.msgs.tf2_msgs import TFMessage
 

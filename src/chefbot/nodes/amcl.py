@@ -24,8 +24,8 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Empty, Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.sensing import trusted_range
 from chefbot.runtime.node import In, Node, Out, every, last_words, topic
+from chefbot.scan.usable_range import trusted_range
 
 SHOWN_PARTICLES = 500
 """More arrows than these only slow the page."""

@@ -24,10 +24,11 @@ from chefbot.msgs.nav2_msgs import DriveOnHeading, DriveOnHeading_Goal, Spin, Sp
 from chefbot.msgs.sensor_msgs import Imu, LaserScan
 from chefbot.msgs.std_msgs import Bool, String
 from chefbot.nodes.scan_tracker import ScanTracker
-from chefbot.nodes.sensing import trusted_range
+from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.actions import calls
+from chefbot.runtime.coroutines import Cancelled, Future
 from chefbot.runtime.node import In, Node, Out, every, topic
-from chefbot.runtime.tasks import Cancelled, Future
+from chefbot.scan.usable_range import trusted_range
 
 SPEED = 0.8
 """Of the robot's best: wheels that are not at their limit slip less."""
@@ -294,16 +295,16 @@ class CalibratorNode(Node):
         return self.tf.lookup("base_link", frame)
 
     async def _straight(self, metres: float) -> None:
-        allowed = Duration.of(10.0 + 4.0 * abs(metres) / (SPEED * self.robot.max_speed))
+        allowed = Duration.of(10.0 + 4.0 * abs(metres) / (SPEED * max_speed(self.robot)))
         self._moving = True
-        speed = math.copysign(SPEED * self.robot.max_speed, metres)
+        speed = math.copysign(SPEED * max_speed(self.robot), metres)
         result = await self.drive_on_heading.call(DriveOnHeading_Goal(Point(metres), speed, allowed))
         self._check(result.error_code, result.error_msg)
 
     async def _turn(self, angle: float) -> None:
         if abs(angle) < 0.03:
             return
-        allowed = Duration.of(10.0 + 4.0 * abs(angle) / self.robot.max_turn)
+        allowed = Duration.of(10.0 + 4.0 * abs(angle) / max_turn(self.robot))
         self._moving = True
         result = await self.spin.call(Spin_Goal(angle, allowed))
         self._check(result.error_code, result.error_msg)

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from chefbot.behavior.behavior import Behavior, Progress
 from chefbot.behavior.motions import Spin, Straight
-from chefbot.control.checkers import GoalParams, ProgressChecker
 from chefbot.control.controller import Controller, Status
 from chefbot.control.dwa import Dwa
 from chefbot.control.dwa_params import DwaParams
-from chefbot.control.limits import Limits
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.control.goal_checkers import GoalParams, ProgressChecker
+from chefbot.costmap.conversions import LASER, costmap_message, mark_laser, mark_obstacles, plane_of
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LIVE, CostmapParams
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
@@ -46,17 +46,17 @@ from chefbot.msgs.nav2_msgs import Spin as SpinAction
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Bool, Float64, Header, String
-from chefbot.nodes.costmaps import LASER, costmap_message, mark_laser, mark_obstacles, plane_of
 from chefbot.nodes.motion_errors import BACK_UP, DRIVE, SPIN, Errors, motion_error
 from chefbot.nodes.obstacle_sensors import ObstacleSensors
 from chefbot.nodes.standing import LOST, Standing, WaitedTooLong
-from chefbot.nodes.stopped import REFUSED, is_pressed
-from chefbot.planning.repair import length_left, near_planner, repaired
+from chefbot.planning.local_replanning import length_left, near_planner, repaired
+from chefbot.robot.motion_limits import Limits, max_acceleration, max_speed, max_turn, max_turn_acceleration
 from chefbot.runtime.actions import serves
+from chefbot.runtime.coroutines import Cancelled, Future
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.plugins import plugin
-from chefbot.runtime.tasks import Cancelled, Future
-from chefbot.runtime.transforms import TransformError
+from chefbot.runtime.transform_buffer import TransformError
+from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
 RATE = 10.0
 NO_TRANSFORM, STUCK, NO_VALID_CONTROL, INVALID_PATH, PATIENCE_EXCEEDED = 102, 105, 106, 103, 104
@@ -242,7 +242,7 @@ class ControllerNode(Node):
 
     async def on_spin(self, goal: Spin_Goal, feedback: Callable[[Spin_Feedback], None]) -> Spin_Result:
         """Turn on the spot."""
-        turn, acceleration = self.robot.max_turn, self.robot.max_turn_acceleration
+        turn, acceleration = max_turn(self.robot), max_turn_acceleration(self.robot)
         motion = Spin(float(goal.target_yaw), turn, acceleration, goal.time_allowance.seconds or ALLOWED)
         return Spin_Result(*await self._do(motion, SPIN, lambda: feedback(Spin_Feedback(motion.turned))))
 
@@ -267,9 +267,9 @@ class ControllerNode(Node):
     ) -> Ended:
         if goal.target.y or goal.target.z:
             return Duration(), errors.invalid, "I drive straight only: target.y and z must be 0."
-        speed = min(abs(float(goal.speed)) or self.robot.max_speed, self.robot.max_speed)
+        speed = min(abs(float(goal.speed)) or max_speed(self.robot), max_speed(self.robot))
         allowed = goal.time_allowance.seconds or ALLOWED
-        motion = Straight(metres, speed, self.robot.max_acceleration, allowed)
+        motion = Straight(metres, speed, max_acceleration(self.robot), allowed)
         return await self._do(motion, errors, lambda: told(abs(motion.driven)))
 
     async def _do(self, motion: Behavior, errors: Errors, report: Callable[[], None]) -> Ended:

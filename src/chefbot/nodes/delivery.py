@@ -8,7 +8,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.delivery.round import Leg, Outcome, Round
+from chefbot.delivery.mission import Leg, Outcome, Round
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import (
     Deliver,
@@ -24,11 +24,11 @@ from chefbot.msgs.chefbot_msgs import (
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
-from chefbot.nodes.stopped import REFUSED, is_pressed, pressed_since
 from chefbot.runtime.actions import calls, serves
+from chefbot.runtime.coroutines import Cancelled, Future, Task
 from chefbot.runtime.node import SECOND, In, Node, Out, last_words, topic
-from chefbot.runtime.places import find_place
-from chefbot.runtime.tasks import Cancelled, Future, Task
+from chefbot.safety.emergency_stop import REFUSED, is_pressed, pressed_since
+from chefbot.storage.places import find_place
 
 NOBODY_DROVE = 9000
 """Error code UNKNOWN of nav2_msgs/action/NavigateToPose: here, that the navigator died or could not be reached."""

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Header
-from chefbot.nodes.frames import CAMERA_FRAME
+from chefbot.nodes.robot_state_publisher import CAMERA_FRAME
+from chefbot.robot.geometry.layout import overall_height
 from chefbot.runtime.node import In, Node, Out, topic
 from chefbot.scan.camera import CameraModel, depth_image
 from chefbot.scan.depth_to_scan import DepthToScan, DepthToScanParams
@@ -51,7 +52,7 @@ class DepthToScanNode(Node):
         other.withdraw()
         self._model = CameraModel.of(camera)
         self._flat = DepthToScan(self._model, self.params.scan)
-        top = self.robot.overall_height + OVERHEAD
+        top = overall_height(self.robot) + OVERHEAD
         self._obstacles = ObstacleScanner(self._model, camera.mount, top, self.params.obstacles)
 
     def on_depth(self, image: Image) -> None:

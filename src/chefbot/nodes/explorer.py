@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.exploration.explorer import Decision, Explorer, Goal
 from chefbot.exploration.params import ExplorerParams
@@ -28,13 +28,13 @@ from chefbot.msgs.nav2_msgs import (
 )
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Bool, Empty, Header
-from chefbot.nodes.stopped import pressed_since
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import PlanningError
 from chefbot.runtime.actions import calls
+from chefbot.runtime.coroutines import Cancelled, Future, Task, first_of
 from chefbot.runtime.node import In, Node, Out, last_words, topic
-from chefbot.runtime.tasks import Cancelled, Future, Task, first_of
+from chefbot.safety.emergency_stop import pressed_since
 
 LOOK_PERIOD = 2.0
 """Seconds between two looks at the growing map while driving."""

@@ -10,8 +10,8 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.sensing import trusted_range
 from chefbot.runtime.node import In, Node, Out, every, last_words, topic
+from chefbot.scan.usable_range import trusted_range
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
 

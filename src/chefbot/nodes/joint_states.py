@@ -7,14 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.design.urdf_frames import joint_name
+from chefbot.design.export.urdf_frames import joint_name
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
 from chefbot.msgs.sensor_msgs import JointState
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.robot import layout
-from chefbot.robot.solids import link_origin
+from chefbot.robot.geometry import layout
+from chefbot.robot.geometry.solids import link_origin
 from chefbot.robot.spec import Robot
 from chefbot.runtime.node import In, Node, NoParams, Out, every, topic
 

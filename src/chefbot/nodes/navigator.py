@@ -31,11 +31,12 @@ from chefbot.msgs.nav2_msgs import (
     Spin_Result,
 )
 from chefbot.msgs.std_msgs import Bool, Empty, Float64, Header, String
-from chefbot.nodes.stopped import REFUSED, is_pressed
+from chefbot.robot.motion_limits import max_speed
 from chefbot.runtime.actions import calls, serves
+from chefbot.runtime.coroutines import Cancelled, Future, Task, first_of
 from chefbot.runtime.node import In, Node, Out, topic
-from chefbot.runtime.tasks import Cancelled, Future, Task, first_of
-from chefbot.runtime.transforms import TransformError
+from chefbot.runtime.transform_buffer import TransformError
+from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
 PATIENCE_EXCEEDED = 104
 """Error code of nav2_msgs/action/FollowPath: a sensor did not come back, or the robot did not find itself."""
@@ -241,7 +242,7 @@ class NavigatorNode(Node):
         elif recovery is Recovery.SPIN:
             await self.spin.call(Spin_Goal(params.spin, Duration.of(30.0)))
         elif recovery is Recovery.BACK_UP:
-            speed = CAREFUL * self.robot.max_speed
+            speed = CAREFUL * max_speed(self.robot)
             await self.backup.call(BackUp_Goal(Point(-params.back_up), speed, Duration.of(10.0)))
         else:
             await self.sleep(params.wait)

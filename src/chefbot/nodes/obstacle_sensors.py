@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.control.sensor_watch import SensorWatch, View
 from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticStatus
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.robot.spec import Robot
+from chefbot.safety.sensor_freshness import SensorWatch, View
 
 WELL = "The obstacle sensors send good data."
 BLIND = "The depth camera is blind: a quarter of its picture or more shows nothing; I do not drive forward."

@@ -23,14 +23,14 @@ from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import Imu
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.odometry.body import Body
+from chefbot.odometry.diagnostics import WELL, complaint
+from chefbot.odometry.drive_model import Body
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.estimate import MotionEstimate
 from chefbot.odometry.params import OdometryParams
 from chefbot.odometry.readings import ImuReading, PoseReading, Triple, WheelCounts
-from chefbot.odometry.watch import Condition, Source
-from chefbot.odometry.words import WELL, complaint
-from chefbot.robot.sections import Mount
+from chefbot.odometry.sensor_health import Condition, Source
+from chefbot.robot.section import Mount
 from chefbot.runtime.node import In, Node, Out, every, topic
 
 

@@ -11,7 +11,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.costmap.layers import LayeredCostmap
+from chefbot.costmap.conversions import costmap_message, mark_laser, mark_obstacles, plane_of
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LIVE, CostmapParams
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
@@ -20,14 +21,13 @@ from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, Co
 from chefbot.msgs.nav_msgs import OccupancyGrid, Path
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Float64, Header
-from chefbot.nodes.costmaps import costmap_message, mark_laser, mark_obstacles, plane_of
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import Failure, Planner, PlanningError
 from chefbot.runtime.actions import serves
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.plugins import plugin
-from chefbot.runtime.transforms import TransformError
+from chefbot.runtime.transform_buffer import TransformError
 
 ERROR_CODES = {
     Failure.START_OUTSIDE_MAP: 203,

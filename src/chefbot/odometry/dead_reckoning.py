@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.odometry.belief import Belief
-from chefbot.odometry.body import Body
+from chefbot.odometry.drive_model import Body
 from chefbot.odometry.estimate import MotionEstimate, estimate_of
+from chefbot.odometry.filter_state import Belief
 from chefbot.odometry.fusion import fold
-from chefbot.odometry.motion import YAW, X, Y
+from chefbot.odometry.motion_model import YAW, X, Y
 from chefbot.odometry.params import OdometryParams
 from chefbot.odometry.readings import Reading, WheelCounts
 from chefbot.robot.spec import Robot

@@ -19,15 +19,15 @@ import numpy as np
 
 from chefbot.errors import UserError
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.odometry.belief import Belief
-from chefbot.odometry.body import Body
+from chefbot.odometry.drive_model import Body
 from chefbot.odometry.estimate import MotionEstimate, estimate_of
+from chefbot.odometry.filter_state import Belief
 from chefbot.odometry.fusion import blind, fold
-from chefbot.odometry.history import History
-from chefbot.odometry.motion import YAW, X, Y
+from chefbot.odometry.motion_model import YAW, X, Y
+from chefbot.odometry.out_of_sequence import History
 from chefbot.odometry.readings import ImuReading, PoseReading, Reading, WheelCounts, WheelTwist
-from chefbot.odometry.watch import Condition, Source
-from chefbot.odometry.wheels import Counters
+from chefbot.odometry.sensor_health import Condition, Source
+from chefbot.odometry.wheel_travel import Counters
 
 HORIZON_NS = 1_000_000_000
 """So late a reading may come: longer than matching a scan takes, and short enough to work it all in again."""

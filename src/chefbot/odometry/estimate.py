@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
-from chefbot.odometry.belief import Belief
-from chefbot.odometry.motion import PITCH, ROLL, STEP, TURN, YAW, X, Y, Z
+from chefbot.odometry.filter_state import Belief
+from chefbot.odometry.motion_model import PITCH, ROLL, STEP, TURN, YAW, X, Y, Z
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from chefbot.odometry.belief import Belief
-from chefbot.odometry.body import Body
-from chefbot.odometry.leg import Leg
+from chefbot.odometry.drive_model import Body
+from chefbot.odometry.filter_state import Belief
+from chefbot.odometry.measurement_updates import hear_imu, hear_pose
+from chefbot.odometry.propagation import Leg
 from chefbot.odometry.readings import ImuReading, Reading, WheelCounts, WheelTwist
-from chefbot.odometry.senses import hear_imu, hear_pose
-from chefbot.odometry.watch import Source
-from chefbot.odometry.wheels import Counters, Rolled, ambiguous, count, of_twist, unknown
+from chefbot.odometry.sensor_health import Source
+from chefbot.odometry.wheel_travel import Counters, Rolled, ambiguous, count, of_twist, unknown
 
 BRIDGE_NS = 10_000_000_000
 """Counters that come back within so long tell what the wheels did meanwhile; later nobody knows who moved."""

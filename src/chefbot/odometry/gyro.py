@@ -11,11 +11,11 @@ import math
 
 import numpy as np
 
-from chefbot.odometry.correction import GATE, forget
-from chefbot.odometry.leg import GYRO_TIMEOUT_NS, Leg
-from chefbot.odometry.motion import BIAS_Z, GAIN, SIZE, SWING
+from chefbot.odometry.kalman_update import GATE, forget
+from chefbot.odometry.motion_model import BIAS_Z, GAIN, SIZE, SWING
+from chefbot.odometry.propagation import GYRO_TIMEOUT_NS, Leg
 from chefbot.odometry.readings import ImuReading
-from chefbot.odometry.watch import Condition, Source, Watch
+from chefbot.odometry.sensor_health import Condition, Source, Watch
 
 LEAST_GYRO_NOISE = 1e-5
 """rad/s; no gyro is finer, and a variance of zero has no inverse."""

@@ -6,9 +6,9 @@ import math
 
 from chefbot.odometry.dead_reckoning import DeadReckoning
 from chefbot.odometry.estimate import MotionEstimate
-from chefbot.odometry.motion import BIAS_Z, LEFT, SEPARATION, Array
+from chefbot.odometry.motion_model import BIAS_Z, LEFT, SEPARATION, Array
 from chefbot.odometry.readings import ImuReading, WheelCounts
-from chefbot.odometry.watch import Source, Watch
+from chefbot.odometry.sensor_health import Source, Watch
 
 
 class GyroEkf(DeadReckoning):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
-from chefbot.planning import search, smoothing
+from chefbot.planning import graph_search, smoothing
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import Failure, PlanningError
 
@@ -91,9 +91,9 @@ class GridPlanner:
             self._g = np.full(self._padded.size, np.inf, np.float32)
             self._written = np.empty(self._padded.size, np.int32)
         else:
-            search.clear(self._g, self._written, self._count)
+            graph_search.clear(self._g, self._written, self._count)
         self._count = 0
-        search.pad(costmap.cells, LETHAL, self._padded)
+        graph_search.pad(costmap.cells, LETHAL, self._padded)
 
     def _source(self, costmap: Costmap, start: SE2) -> int:
         """The start's cell; if it is blocked, inscribed or unknown cells near it open at the highest cost."""
@@ -131,9 +131,11 @@ class GridPlanner:
         return cells[self._weight[self._padded.reshape(-1)[cells]] > 0]
 
     def _search(self, source: int, goal: int) -> None:
-        search.weigh(self._padded.reshape(-1), self._weight, self._weights)
+        graph_search.weigh(self._padded.reshape(-1), self._weight, self._weights)
         heaviest, stride = float(self._weight.max()), self._padded.shape[1]
-        self._count, _ = search.search(self._weights, heaviest, stride, source, goal, self._g, self._written)
+        self._count, _ = graph_search.search(
+            self._weights, heaviest, stride, source, goal, self._g, self._written
+        )
 
     def _no_way(self, start: SE2, goal: SE2) -> PlanningError:
         """After a search that has seen all there is to reach."""
@@ -144,7 +146,7 @@ class GridPlanner:
 
     def _path(self, costmap: Costmap, start: SE2, goal: SE2, end: int, *, exact: bool) -> NDArray[np.float64]:
         weight, stride = self._weights, self._padded.shape[1]
-        way = search.descend(weight, stride, end, self._g)
+        way = graph_search.descend(weight, stride, end, self._g)
         if self.params.smooth:
             way = way[smoothing.pull(weight, stride, self._g, way)]
         points = np.stack([way % stride + 0.5, way // stride + 0.5], axis=1)

@@ -8,8 +8,8 @@ from typing import Any
 from chefbot.config import build, parse_yaml, read_bytes
 from chefbot.errors import UserError, nearest
 from chefbot.robot.catalogue import KINDS, component
-from chefbot.robot.possible import check_possible
 from chefbot.robot.spec import Robot
+from chefbot.robot.validation import check_possible
 
 ROBOT_FOLDER = Path(__file__).parent
 LIKE = "like"

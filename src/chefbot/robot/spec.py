@@ -7,29 +7,11 @@ from __future__ import annotations
 
 import math
 
-from chefbot.robot import layout
+from chefbot.robot.chassis import Body, Casters, Equipment, MotorClamp, Places, Plates, Poles, Tubes, Wheels
+from chefbot.robot.drivetrain import Battery, Calibration, Drive, Driver, Motor, PowerNeeds
 from chefbot.robot.quantities import Name
-from chefbot.robot.sections import (
-    Battery,
-    Body,
-    Calibration,
-    Casters,
-    Drive,
-    Driver,
-    Equipment,
-    Motor,
-    MotorClamp,
-    Part,
-    Places,
-    Plates,
-    Poles,
-    PowerNeeds,
-    Sensors,
-    Tubes,
-    Wheels,
-)
-from chefbot.robot.shapes import MassProperties
-from chefbot.robot.solids import whole_mass
+from chefbot.robot.section import Part
+from chefbot.robot.sensors import Sensors
 
 GRAVITY = 9.80665  # m/s^2, standard gravity
 ROLLING_RESISTANCE = 0.015
@@ -62,31 +44,6 @@ class Robot(Part, frozen=True, kw_only=True):
     calibration: Calibration = Calibration()
 
     @property
-    def mass_properties(self) -> MassProperties:
-        """Of the solids, without payload, in base_link."""
-        return whole_mass(self)
-
-    @property
-    def mass(self) -> float:
-        """Without payload, kg."""
-        return self.mass_properties.mass
-
-    @property
-    def total_mass(self) -> float:
-        """With payload, kg."""
-        return self.mass + self.body.payload
-
-    @property
-    def height(self) -> float:
-        """Floor to the top plate's upper side, metres."""
-        return layout.plate_top(self, self.plates.count)
-
-    @property
-    def clearance(self) -> float:
-        """Floor to the lowest point of the body, which wheels and casters are not of; metres."""
-        return min(layout.plate_undersides(self)[0], layout.motor_bottom(self))
-
-    @property
     def wheel_radius(self) -> float:
         """Metres."""
         return self.wheels.diameter / 2.0
@@ -116,37 +73,3 @@ class Robot(Part, frozen=True, kw_only=True):
         """Circle about the axle's middle that holds plates and wheels, metres."""
         wheel_corner = math.hypot(self.wheels.separation / 2 + self.wheels.width / 2, self.wheel_radius)
         return max(self.body.radius, wheel_corner)
-
-    @property
-    def overall_height(self) -> float:
-        """Floor to the top of the payload, metres."""
-        return self.height + self.body.payload_height
-
-    @property
-    def max_wheel_speed(self) -> float:
-        """Rim speed in m/s that both motors hold while the loaded robot rolls on a hard floor."""
-        rolling = ROLLING_RESISTANCE * self.total_mass * GRAVITY * self.wheel_radius / 2.0
-        spare = 1.0 - rolling / (DRIVE_EFFICIENCY * self.motor.stall_torque)
-        return self.motor.no_load_speed * self.wheel_radius * max(spare, 0.0)
-
-    @property
-    def max_speed(self) -> float:
-        """Forward speed: what the owner allows, and never more than the motors give, m/s."""
-        return min(self.drive.max_speed, self.max_wheel_speed)
-
-    @property
-    def max_turn(self) -> float:
-        """Turning on the spot, rad/s; never more than the motors give."""
-        return min(self.drive.max_turn, 2.0 * self.max_wheel_speed / self.wheels.separation)
-
-    @property
-    def max_acceleration(self) -> float:
-        """Forward, m/s^2: of owner's wish, grip and motor torque the least."""
-        grip = self.wheels.friction * GRAVITY * DRIVEN_SHARE_OF_WEIGHT
-        motors = 2.0 * DRIVE_EFFICIENCY * self.motor.stall_torque / (self.wheel_radius * self.total_mass)
-        return min(self.drive.max_acceleration, grip, motors)
-
-    @property
-    def max_turn_acceleration(self) -> float:
-        """On the spot, rad/s^2: the rims accelerate no harder than they may forward."""
-        return min(self.drive.max_turn_acceleration, 2.0 * self.max_acceleration / self.wheels.separation)

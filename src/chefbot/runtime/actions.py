@@ -19,7 +19,6 @@ from typing import Any, Generic, TypeVar, cast
 import msgspec
 import numpy as np
 
-from chefbot.msgs.action import Action
 from chefbot.msgs.action_msgs import (
     STATUS_ABORTED,
     STATUS_CANCELED,
@@ -27,11 +26,12 @@ from chefbot.msgs.action_msgs import (
     CancelGoal_Request,
     GoalInfo,
 )
-from chefbot.msgs.base import Message
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.idl.action import Action
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.unique_identifier_msgs import UUID
+from chefbot.runtime.coroutines import Cancelled, Future, Task
 from chefbot.runtime.node import Node, PortSpec
-from chefbot.runtime.tasks import Cancelled, Future, Task
 
 G = TypeVar("G", bound=Message)
 FAILED = 9002

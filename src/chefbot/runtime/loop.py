@@ -4,7 +4,7 @@ The key of an event is (time, rank, sequence): at one instant first what devices
 until none is left, then timers. With it a run, the same run again and the replay of its log are the same to
 the byte.
 
-An exception ends the run unless `faults` takes it; see `chefbot.runtime.faults`.
+An exception ends the run unless `faults` takes it; see `chefbot.runtime.callback_faults`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from functools import partial
 from threading import Condition
 from typing import Protocol, TypeVar
 
-from chefbot.msgs.base import Message
+from chefbot.msgs.idl.message import Message
 from chefbot.runtime.clock import Clock, wall_ns
 
 DEVICE, MESSAGE, TIMER = range(3)

@@ -25,12 +25,12 @@ from typing import Any, ClassVar, Generic, TypeVar
 import msgspec
 import numpy as np
 
-from chefbot.msgs.base import Message
+from chefbot.msgs.idl.message import Message
 from chefbot.robot.spec import Robot
-from chefbot.runtime.faults import DRIVES
+from chefbot.runtime.callback_faults import DRIVES
+from chefbot.runtime.coroutines import Future, Task
 from chefbot.runtime.loop import DEVICE, TIMER, Loop, Scheduled, Subscription
-from chefbot.runtime.tasks import Future, Task
-from chefbot.runtime.transforms import Transforms
+from chefbot.runtime.transform_buffer import Transforms
 
 M = TypeVar("M", bound=Message)
 T = TypeVar("T")

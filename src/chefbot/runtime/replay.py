@@ -15,16 +15,16 @@ from mcap.exceptions import McapError
 from mcap.reader import make_reader
 
 from chefbot.errors import UserError
-from chefbot.msgs.registry import message_type
+from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.spec import Robot
+from chefbot.runtime.callback_faults import Faults
 from chefbot.runtime.clock import Clock, StepClock
-from chefbot.runtime.faults import Faults
 from chefbot.runtime.launch import Launch, node_class
 from chefbot.runtime.loop import DEVICE, Loop, Publication
 from chefbot.runtime.node import Device, Node, listens_to
-from chefbot.runtime.record import IMAGES, METADATA
-from chefbot.runtime.system import LAUNCH_TOPIC, System
+from chefbot.runtime.node_container import LAUNCH_TOPIC, System
+from chefbot.runtime.recorder import IMAGES, METADATA
 
 DAMAGE = (
     McapError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError, OverflowError,

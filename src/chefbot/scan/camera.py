@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError, nearest
-from chefbot.robot.sections import DepthCamera
+from chefbot.robot.sensors import DepthCamera
 
 Depth = NDArray[np.uint16] | NDArray[np.float32]
 """(h, w) along the optical axis: uint16 millimetres with 0 for no reading, or float32 metres with NaN or inf

@@ -17,7 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.robot.sections import Mount
+from chefbot.robot.section import Mount
 from chefbot.scan.camera import CameraModel, Depth
 
 COLUMNS_PER_BIN = 2

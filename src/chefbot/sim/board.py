@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from chefbot.devices.line.link import BoardLink
-from chefbot.msgs.base import Message
+from chefbot.board.link import BoardLink
+from chefbot.msgs.idl.message import Message
 from chefbot.robot.spec import Robot
 from chefbot.sim.motor_board import MotorBoard
 from chefbot.sim.simulation import Simulation

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.design.mjcf import HULL_GROUP
-from chefbot.sim.world_mjcf import PREFIX
+from chefbot.design.export.mjcf import HULL_GROUP
+from chefbot.sim.world.world_mjcf import PREFIX
 
 EPISODE_GAP_NS = 500_000_000
 """A touch of the same thing within half a second of the last one belongs to the same episode."""

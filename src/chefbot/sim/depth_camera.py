@@ -11,8 +11,8 @@ from numba import njit
 from numpy.random import default_rng
 from numpy.typing import NDArray
 
-from chefbot.robot.sections import DepthCamera
-from chefbot.sim.raster import draw
+from chefbot.robot.sensors import DepthCamera
+from chefbot.sim.depth_raycast import draw
 from chefbot.sim.realism import Profile
 from chefbot.sim.shading import shade
 from chefbot.sim.simulation import Capture

@@ -24,14 +24,14 @@ from chefbot.msgs.geometry_msgs import (
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import CameraInfo, Image, LaserScan
 from chefbot.msgs.std_msgs import Bool, Header, String
-from chefbot.robot.sections import Lidar
+from chefbot.robot.sensors import Lidar
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.sim.board import Board
 from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
 from chefbot.sim.faults import FaultySensor, fault_named, faulty_camera, faulty_lidar
-from chefbot.sim.load import is_own_map, load_any_world
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
+from chefbot.sim.world.load import is_own_map, load_any_world
 
 BOARD_HZ = 50
 """The computer talks with the board so often; the rate of camera and lidar is rounded to a part of it."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.design.firmware_header import CONTROL_HZ, as_int32, firmware_constants
+from chefbot.board.firmware_constants import CONTROL_HZ, as_int32, firmware_constants
 from chefbot.errors import UserError
 from chefbot.robot.spec import GRAVITY, Robot
 

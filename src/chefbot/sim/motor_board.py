@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.random import default_rng
 
-from chefbot.design.firmware_header import firmware_constants
+from chefbot.board.firmware_constants import firmware_constants
 from chefbot.robot.spec import Robot
 from chefbot.sim.firmware import CONTROL_NS, DUTY_FULL, NO_ECHO, Firmware, FirmwareState, imu_scale
 from chefbot.sim.simulation import STEP_NS, Simulation

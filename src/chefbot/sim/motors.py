@@ -32,7 +32,7 @@ class Motors(NamedTuple):
         return Motors(constant * motor.no_load_current, constant)
 
     def install(self, model: Any) -> None:
-        """Into a compiled model whose actuators are the straight line (chefbot.design.mjcf)."""
+        """Into a compiled model whose actuators are the straight line (chefbot.design.export.mjcf)."""
         for motor in range(model.nu):
             limit = model.actuator_ctrlrange[motor, 1]
             model.actuator_gainprm[motor, 0] += self.friction

@@ -10,9 +10,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.design.mjcf import LOOKS_GROUP
-from chefbot.robot.sections import Lidar, Mount, Ultrasonic
-from chefbot.robot.shapes import rotation
+from chefbot.design.export.mjcf import LOOKS_GROUP
+from chefbot.robot.geometry.shapes import rotation
+from chefbot.robot.section import Mount
+from chefbot.robot.sensors import Lidar, Ultrasonic
 
 WORLD_ONLY = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
 """Geom groups that rays see: the robot's own are not among them."""

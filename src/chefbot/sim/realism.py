@@ -9,7 +9,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from chefbot.design.mjcf import AS_DRAWN, AsBuilt
+from chefbot.design.export.mjcf import AS_DRAWN, AsBuilt
 
 Profile = Literal["perfect", "real", "assembled"]
 """`real`: put together with care, and its numbers measured by hand. `assembled`: as it comes from the bench."""

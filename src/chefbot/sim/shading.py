@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.sim.raster import FLOOR, Depths, Floats, Numbers
-from chefbot.sim.shapes import BOX, CAPSULE
+from chefbot.sim.depth_raycast import FLOOR, Depths, Floats, Numbers
+from chefbot.sim.world.shapes import BOX, CAPSULE
 
 LIGHT = (0.36, 0.25, 0.90)  # towards the lamp, in the world
 AMBIENT, DIFFUSE = 0.55, 0.45

@@ -11,16 +11,14 @@ import numpy as np
 from numpy.random import Generator, SeedSequence, default_rng
 from numpy.typing import NDArray
 
-from chefbot.design.mjcf import PHYSICS_STEP
+from chefbot.design.export.mjcf import PHYSICS_STEP
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
+from chefbot.robot.geometry.layout import ground_clearance, overall_height
 from chefbot.robot.spec import Robot
 from chefbot.sim.battery import Battery
 from chefbot.sim.contacts import Collisions, ContactWatch
-from chefbot.sim.doors import MovingDoor
-from chefbot.sim.furniture import PERSON_RADIUS, person_shapes
 from chefbot.sim.motors import Motors, switch
-from chefbot.sim.people import Disc, disc, place_people
 from chefbot.sim.rays import (
     ULTRASONIC_NOISE,
     RayCaster,
@@ -31,9 +29,12 @@ from chefbot.sim.rays import (
     within,
 )
 from chefbot.sim.realism import Profile, draw_as_built, draw_grip, draw_gyro_scale
-from chefbot.sim.shapes import Shape, ShapeArrays, box, clearance, joined, shape_arrays
-from chefbot.sim.world import World
-from chefbot.sim.world_mjcf import Mover, world_mjcf
+from chefbot.sim.world.doors import MovingDoor
+from chefbot.sim.world.furniture import PERSON_RADIUS, person_shapes
+from chefbot.sim.world.people import Disc, disc, place_people
+from chefbot.sim.world.shapes import Shape, ShapeArrays, box, clearance, joined, shape_arrays
+from chefbot.sim.world.world import World
+from chefbot.sim.world.world_mjcf import Mover, world_mjcf
 
 STEP_NS = round(PHYSICS_STEP * 1e9)
 MOVERS_EVERY = 8
@@ -352,7 +353,7 @@ class Simulation:
         if not all(math.isfinite(value) for value in pose):
             raise UserError(f"{what} {tuple(pose)} is not made of finite numbers")
         solids = [*self.world.static, *self._dropped, *(door.shape for door in self._doors.values())]
-        space = (self.robot.clearance, self.robot.overall_height)
+        space = (ground_clearance(self.robot), overall_height(self.robot))
         if clearance(solids, pose.x, pose.y, *space) < self.robot.footprint_radius:
             near = min(solids, key=lambda s: clearance([s], pose.x, pose.y, *space)).name.split("/")[0]
             raise UserError(

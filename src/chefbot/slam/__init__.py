@@ -1,7 +1,7 @@
 """Simultaneous localization and mapping."""
 
-from chefbot.slam.batch import SlamResult, run_log, trajectory_tum
 from chefbot.slam.gmapping import Gmapping
+from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
 from chefbot.slam.params import GmappingParams
 
 __all__ = ["Gmapping", "GmappingParams", "SlamResult", "run_log", "trajectory_tum"]

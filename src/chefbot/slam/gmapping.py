@@ -17,13 +17,13 @@ from chefbot.errors import UserError
 from chefbot.maths.angles import wrap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.slam.ancestry import Ancestry
-from chefbot.slam.beams import Beams, beams_of, reach
-from chefbot.slam.canvas import Canvas
-from chefbot.slam.level import Belief, Climb, Level
-from chefbot.slam.motion import Step, compose
+from chefbot.slam.map_pyramid import Belief, Climb, Level
+from chefbot.slam.motion_model import Step, compose
+from chefbot.slam.occupancy_accumulator import Canvas
 from chefbot.slam.params import GmappingParams
+from chefbot.slam.particle_ancestry import Ancestry
 from chefbot.slam.resampling import effective_number, normalized, systematic
+from chefbot.slam.scan_beams import Beams, beams_of, reach
 
 _COARSE = 4.0
 """Cells of the map along a cell of the coarse level."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from chefbot.slam.tiles import EMPTY, FAR, SHIFT, SIDE, STRIDE
+from chefbot.slam.shared_tiles import EMPTY, FAR, SHIFT, SIDE, STRIDE
 
 _MASK = SIDE - 1
 _NONE = np.float32(2.0) * FAR * FAR

@@ -32,17 +32,18 @@ from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry, Path
 from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, LaserScan
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import Device, In, Out, every, topic
-from chefbot.runtime.transforms import TransformError
+from chefbot.runtime.transform_buffer import TransformError
 from chefbot.ui import commands as do
-from chefbot.ui.asked import Asked
-from chefbot.ui.body import frame_views, make_glb, wheel_angles
 from chefbot.ui.browser import in_view
 from chefbot.ui.layers import DepthView, FrameView, Progress, RobotView, Scan, Status, StopView
-from chefbot.ui.pace import Pace
 from chefbot.ui.page_params import PageParams
+from chefbot.ui.pending_requests import Asked
 from chefbot.ui.plain import cost_image, path_points
 from chefbot.ui.qr import qr_code
+from chefbot.ui.real_time_factor import Pace
+from chefbot.ui.robot_view import frame_views, make_glb, wheel_angles
 from chefbot.ui.rounds import check, delivery_view, through_the_round
 from chefbot.ui.server import PageServer
 
@@ -365,7 +366,7 @@ class PageDevice(Device):
                 self._asked.release()
                 self._show_stop()
             case do.Drive(v, w):
-                self.cmd_vel_teleop.publish(Twist.of(v * self.robot.max_speed, w * self.robot.max_turn))
+                self.cmd_vel_teleop.publish(Twist.of(v * max_speed(self.robot), w * max_turn(self.robot)))
             case _:
                 self._play(command)
 

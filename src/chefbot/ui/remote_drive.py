@@ -13,6 +13,7 @@ from msgspec import Meta
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Bool, String
+from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import Device, In, Out, topic
 from chefbot.ui.commands import Drive, Resume, Stop
 from chefbot.ui.remote import PageGoneError, RemotePage
@@ -62,7 +63,7 @@ class RemoteDriveDevice(Device):
     def on_cmd_vel_teleop(self, twist: Twist) -> None:
         """A stop is never held back."""
         command = Drive(
-            _share(twist.linear.x, self.robot.max_speed), _share(twist.angular.z, self.robot.max_turn)
+            _share(twist.linear.x, max_speed(self.robot)), _share(twist.angular.z, max_turn(self.robot))
         )
         if command.still or self.now_ns - self._sent_ns >= MIN_PERIOD_NS:
             self._sent_ns = self.now_ns

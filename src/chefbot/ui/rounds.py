@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from chefbot.delivery.words import IN_ROUND, SAY_WHEN, spoken
+from chefbot.delivery.sentences import IN_ROUND, SAY_WHEN, spoken
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.ui import commands as do

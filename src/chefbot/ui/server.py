@@ -21,7 +21,7 @@ from starlette.websockets import WebSocket
 from chefbot.errors import UserError
 from chefbot.ui.client import Client
 from chefbot.ui.commands import MAX_TEXT, Command, Drive, Ping, Stop, Withdraw, parse_command
-from chefbot.ui.deadman import DeadMan
+from chefbot.ui.dead_man import DeadMan
 from chefbot.ui.files import SAFE, content_type, headers_of, static_files
 from chefbot.ui.gate import Gate
 from chefbot.ui.hub import Hub

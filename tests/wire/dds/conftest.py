@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import pytest
 from tests.wire.dds.other import Peer
 
-from chefbot.wire.node import WireNode
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.session import Wire
 
 if TYPE_CHECKING:
-    from chefbot.wire.dds.bridge import DdsBridge
+    from chefbot.ros2.dds.bridge import DdsBridge
 
 
 @pytest.fixture
@@ -45,8 +45,8 @@ def robot(port: int) -> Iterator[WireNode]:
 @pytest.fixture
 def bridge(port: int, domain: int, robot: WireNode, monkeypatch: pytest.MonkeyPatch) -> Iterator[DdsBridge]:
     """Between that node's wire and the domain."""
-    from chefbot.wire.dds.bridge import DdsBridge
-    from chefbot.wire.dds.domain import Place
+    from chefbot.ros2.dds.bridge import DdsBridge
+    from chefbot.ros2.dds.domain import Place
 
     monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
     with Wire(port=port) as wire:

@@ -9,16 +9,16 @@ import pytest
 from tests.waiting import wait_for
 from tests.wire.dds.other import Peer
 
-from chefbot.commands.dds import run_dds
+from chefbot.cli.dds import run_dds
 from chefbot.errors import UserError
 from chefbot.msgs.std_msgs import String
-from chefbot.wire.node import WireNode
-from chefbot.wire.session import Wire
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.session import Wire
 
 pytest.importorskip("cyclonedds", reason="needs Cyclone DDS: pip install 'chefbot[dds]'")
 
-from chefbot.wire.dds.bridge import DdsBridge
-from chefbot.wire.dds.domain import Place
+from chefbot.ros2.dds.bridge import DdsBridge
+from chefbot.ros2.dds.domain import Place
 
 
 @pytest.mark.slow
@@ -71,8 +71,8 @@ def test_bad_words_on_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
     ):
         with pytest.raises(UserError, match=wanted):
             run_dds(*words)
-    monkeypatch.setitem(sys.modules, "chefbot.wire.dds.bridge", None)
-    monkeypatch.delitem(sys.modules, "chefbot.wire.dds.bridge")
+    monkeypatch.setitem(sys.modules, "chefbot.ros2.dds.bridge", None)
+    monkeypatch.delitem(sys.modules, "chefbot.ros2.dds.bridge")
     monkeypatch.setitem(sys.modules, "cyclonedds.core", None)
     with pytest.raises(UserError, match="pip install 'chefbot\\[dds\\]'"):
         run_dds(None, [], "lo")

@@ -15,13 +15,13 @@ from tests.wire.dds.other import LOOPBACK, Peer
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import String
-from chefbot.wire.names import WireType
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import SENSOR
+from chefbot.ros2.rmw.names import WireType
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import SENSOR
 
 pytest.importorskip("cyclonedds", reason="needs Cyclone DDS: pip install 'chefbot[dds]'")
 
-from chefbot.wire.dds.bridge import DdsBridge
+from chefbot.ros2.dds.bridge import DdsBridge
 
 
 def test_graph_is_told_as_ros_tells_it(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:

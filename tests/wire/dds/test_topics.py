@@ -16,15 +16,15 @@ from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Header, String
-from chefbot.wire.node import WireNode
-from chefbot.wire.qos import LATCHED, SENSOR, TRANSIENT_LOCAL, QoS
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import LATCHED, SENSOR, TRANSIENT_LOCAL, QoS
 
 pytest.importorskip("cyclonedds", reason="needs Cyclone DDS: pip install 'chefbot[dds]'")
 
 from tests.wire.dds import peer as peer_types
 
-from chefbot.wire.dds.bridge import DdsBridge
-from chefbot.wire.dds.types import idl_struct
+from chefbot.ros2.dds.bridge import DdsBridge
+from chefbot.ros2.dds.types import idl_struct
 
 
 def test_robot_is_heard(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 from chefbot.config import build, parse_yaml, read_bytes
 from chefbot.errors import UserError, nearest
-from chefbot.robot.sections import Battery, Driver, Motor, Part
+from chefbot.robot.drivetrain import Battery, Driver, Motor
+from chefbot.robot.section import Part
 
 FOLDER = Path(__file__).parent
 KINDS: dict[str, tuple[str, type[Part]]] = {

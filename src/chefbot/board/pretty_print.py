@@ -1,0 +1,97 @@
+"""The board's lines in words and SI units, for people who watch the wire."""
+
+from __future__ import annotations
+
+from chefbot.board import messages as board
+from chefbot.board.chapter_messages import (
+    ChapterAttitude,
+    ChapterBattery,
+    ChapterEcho,
+    ChapterLine,
+    ChapterTicks,
+    ChapterTime,
+)
+from chefbot.board.sensors import SPEED_OF_SOUND
+from chefbot.board.status_codes import Flag, State, faults, reason, warnings
+
+
+def describe(line: board.BoardLine) -> tuple[str, str]:
+    """Letter and name, and what it says."""
+    match line:
+        case board.Version():
+            return "v handshake", _version(line)
+        case board.OtherVersion():
+            return "v handshake", f"protocol {line.protocol}, which this program does not speak"
+        case board.Motion():
+            angle = f"angle {line.angle * 1e-8:.5f} rad of {line.samples} samples"
+            return "e motion", f"ticks {line.left} {line.right}, {angle}, {flags(line.flags)}"
+        case board.Inertia():
+            return "i inertia", _inertia(line)
+        case board.Status():
+            return "s status", _status(line)
+        case board.Echo():
+            return "u echo", _echo(line.echo)
+        case board.Battery():
+            return "b battery", f"{line.millivolts / 1000:.2f} V"
+        case board.Uptime():
+            return "t time", f"up {line.uptime} s, {line.dropped} lines dropped, {line.missed} steps missed"
+    raise TypeError(f"no words for a {type(line).__name__}")
+
+
+def describe_chapter(line: ChapterLine) -> tuple[str, str]:
+    """The same of the chapter's dialect."""
+    match line:
+        case ChapterTime():
+            return "t time", f"{line.t / 1e6:.3f} s"
+        case ChapterTicks():
+            return "e motion", f"ticks {line.left} {line.right} (one edge of four)"
+        case ChapterEcho():
+            return "u echo", f"{line.centimetres / 100:.2f} m" if line.centimetres else "nothing heard"
+        case ChapterAttitude():
+            return "i attitude", f"quaternion {line.x} {line.y} {line.z} {line.w}"
+        case ChapterBattery():
+            return "b battery", f"{line.raw}, as the converter reads it"
+    return "s status", "duties as sent"
+
+
+def flags(value: int) -> str:
+    """Hexadecimal and in words; of what only concerns a computer that drives, the names."""
+    quiet = [
+        str(flag.name).lower().replace("_", " ")
+        for flag in (Flag.NO_SESSION, Flag.NO_SPEED, Flag.NEUTRAL_FIRST)
+        if value & flag
+    ]
+    words = [*faults(value), *warnings(value), *quiet]
+    return f"flags {value:04X}" + (f" ({'; '.join(words)})" if words else "")
+
+
+def _version(line: board.Version) -> str:
+    limits = f"wheel {line.max_wheel}, forward {line.max_forward}, turn {line.max_turn} ticks/s"
+    return (
+        f"{line.name} protocol {line.protocol} on {line.port}, robot {line.hash:08X}, "
+        f"{line.ticks_per_turn_milli / 1000:g} ticks a turn, {limits}, {line.acceleration} ticks/s^2"
+    )
+
+
+def _inertia(line: board.Inertia) -> str:
+    rates = " ".join(f"{rate * 1e-6:+.4f}" for rate in (line.gx, line.gy, line.gz))
+    force = " ".join(f"{value * 1e-3:+.3f}" for value in (line.ax, line.ay, line.az))
+    rest = f"{line.temperature / 100:.1f} degC, bias z {line.bias_z * 1e-6:+.4f} rad/s"
+    return f"rates {rates} rad/s, force {force} m/s^2, {rest}"
+
+
+def _status(line: board.Status) -> str:
+    known = line.state in State.__members__.values()
+    state = State(line.state).name.lower() if known else f"state {line.state}"
+    refused = f"{line.refused} refused" + (f", the last as {reason(line.reason)}" if line.reason else "")
+    illegal = f"illegal steps {line.illegal_left} {line.illegal_right}"
+    return (
+        f"{state}, set {line.set_left} {line.set_right} ticks/s, duty {line.duty_left} {line.duty_right}, "
+        f"{refused}, {illegal}, {flags(line.flags)}"
+    )
+
+
+def _echo(echo: int) -> str:
+    if echo == board.NO_SENSOR:
+        return "no sensor answers"
+    return f"{echo * 1e-6 * SPEED_OF_SOUND / 2:.3f} m" if echo != board.NO_ECHO else "nothing heard"

@@ -1,0 +1,1 @@
+"""A running loop as nodes of ROS 2, and nodes of ROS 2 in the loop."""

@@ -1,0 +1,245 @@
+"""Parameters of a node as ROS 2's tools see them: a param struct, flattened to dotted names."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
+
+import msgspec
+import numpy as np
+from msgspec import inspect as types
+
+from chefbot.errors import UserError, nearest
+from chefbot.msgs.rcl_interfaces import (
+    BOOL,
+    BOOL_ARRAY,
+    DOUBLE,
+    DOUBLE_ARRAY,
+    INTEGER,
+    INTEGER_ARRAY,
+    STRING,
+    STRING_ARRAY,
+    DescribeParameters,
+    DescribeParameters_Response,
+    FloatingPointRange,
+    GetParameters,
+    GetParameters_Response,
+    GetParameterTypes,
+    GetParameterTypes_Response,
+    IntegerRange,
+    ListParameters,
+    ListParameters_Response,
+    ListParametersResult,
+    Parameter,
+    ParameterDescriptor,
+    ParameterValue,
+    SetParameters,
+    SetParameters_Response,
+    SetParametersAtomically,
+    SetParametersAtomically_Response,
+    SetParametersResult,
+)
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.qos import PARAMETERS
+from chefbot.ros2.rmw.service import Call
+from chefbot.runtime.live_params import is_live
+
+SIM_TIME = "use_sim_time"
+FLOAT_MAX = 1.7976931348623157e308
+INT_MAX = 2**63 - 1
+Setter = Callable[[dict[str, Any], Callable[[str], None]], None]
+"""`setter(dotted names to values, done)`: `done("")` when they hold, else with the reason; any thread."""
+
+
+class Described(NamedTuple):
+    """One parameter: its value and what is known of it."""
+
+    value: Any
+    kind: types.Type
+
+
+class ParameterServices:
+    """Answers for one node. `read()` gives its params now; `use_sim_time` stands among them, as tools expect.
+
+    `live`: patterns of those that it takes while running; the others are told to be read only.
+    """
+
+    def __init__(
+        self,
+        node: WireNode,
+        read: Callable[[], msgspec.Struct],
+        setter: Setter,
+        *,
+        live: tuple[str, ...],
+        simulated: bool,
+    ) -> None:
+        self._read, self._setter, self._live, self._simulated = read, setter, live, simulated
+        for name, service, handler in (
+            ("list_parameters", ListParameters, self._list),
+            ("get_parameters", GetParameters, self._get),
+            ("get_parameter_types", GetParameterTypes, self._get_types),
+            ("describe_parameters", DescribeParameters, self._describe),
+            ("set_parameters", SetParameters, self._set),
+            ("set_parameters_atomically", SetParametersAtomically, self._set_together),
+        ):
+            node.server(f"~/{name}", service, handler, PARAMETERS)
+
+    def _all(self) -> dict[str, Described]:
+        return {**flatten(self._read()), SIM_TIME: Described(self._simulated, types.type_info(bool))}
+
+    def _list(self, call: Call[Any, Any]) -> None:
+        prefixes, depth = call.request.prefixes, call.request.depth
+        names = [name for name in sorted(self._all()) if _is_asked(name, prefixes, depth)]
+        above = sorted({name.rpartition(".")[0] for name in names if "." in name})
+        call.answer(ListParameters_Response(ListParametersResult(tuple(names), tuple(above))))
+
+    def _get(self, call: Call[Any, Any]) -> None:
+        known = self._all()
+        values = (to_value(known[n].value) if n in known else ParameterValue() for n in call.request.names)
+        call.answer(GetParameters_Response(tuple(values)))
+
+    def _get_types(self, call: Call[Any, Any]) -> None:
+        known = self._all()
+        kinds = [to_value(known[n].value).type if n in known else 0 for n in call.request.names]
+        call.answer(GetParameterTypes_Response(np.array(kinds, np.uint8)))
+
+    def _describe(self, call: Call[Any, Any]) -> None:
+        known = self._all()
+        told = (_descriptor(n, known[n], is_live(n, self._live)) for n in call.request.names if n in known)
+        call.answer(DescribeParameters_Response(tuple(told)))
+
+    def _set(self, call: Call[Any, Any]) -> None:
+        """Each by itself, one after the other; the answer goes out when the last is through."""
+        self._set_next(call, list(call.request.parameters), [])
+
+    def _set_next(
+        self, call: Call[Any, Any], rest: list[Parameter], results: list[SetParametersResult]
+    ) -> None:
+        if not rest:
+            call.answer(SetParameters_Response(tuple(results)))
+            return
+
+        def done(reason: str) -> None:
+            self._set_next(call, rest[1:], [*results, SetParametersResult(not reason, reason)])
+
+        self._try(rest[:1], done)
+
+    def _set_together(self, call: Call[Any, Any]) -> None:
+        def done(reason: str) -> None:
+            call.answer(SetParametersAtomically_Response(SetParametersResult(not reason, reason)))
+
+        self._try(list(call.request.parameters), done)
+
+    def _try(self, parameters: Iterable[Parameter], done: Callable[[str], None]) -> None:
+        known = self._all()
+        for one in parameters:
+            if one.name not in known:
+                done(f"there is no parameter {one.name!r}{nearest(one.name, known)}")
+                return
+            if one.name == SIM_TIME:
+                done(f"{one.name} cannot be changed: it is that of the launch")
+                return
+        self._setter({one.name: from_value(one.value) for one in parameters}, done)
+
+
+def flatten(params: msgspec.Struct, prefix: str = "") -> dict[str, Described]:
+    """Dotted name to value; nested structs are opened, what ROS has no type for is told as JSON."""
+    info = types.type_info(type(params))
+    assert isinstance(info, types.StructType)
+    found: dict[str, Described] = {}
+    for field in info.fields:
+        value = getattr(params, field.name)
+        if isinstance(value, msgspec.Struct):
+            found |= flatten(value, f"{prefix}{field.name}.")
+        else:
+            found[prefix + field.name] = Described(value, field.type)
+    return found
+
+
+def with_values(params: msgspec.Struct, values: dict[str, Any]) -> dict[str, Any]:
+    """The params as plain data with some of them, named by dots, changed. UserError for an unknown name."""
+    plain: dict[str, Any] = msgspec.to_builtins(params)
+    for name, value in values.items():
+        *above, last = name.split(".")
+        place = plain
+        for key in above:
+            place = place[key]
+        if last not in place:
+            raise UserError(f"there is no parameter {name!r}{nearest(name, flatten(params))}")
+        place[last] = float(value) if isinstance(place[last], float) and type(value) is int else value
+    return plain
+
+
+def to_value(value: Any) -> ParameterValue:
+    """A value as ROS has it."""
+    if isinstance(value, bool):
+        return ParameterValue(BOOL, bool_value=value)
+    if isinstance(value, int):
+        return ParameterValue(INTEGER, integer_value=value)
+    if isinstance(value, float):
+        return ParameterValue(DOUBLE, double_value=value)
+    if isinstance(value, (list, tuple)):
+        kinds = {type(one) for one in value}
+        if kinds <= {str}:
+            return ParameterValue(STRING_ARRAY, string_array_value=tuple(value))
+        if kinds == {bool}:
+            return ParameterValue(BOOL_ARRAY, bool_array_value=np.array(value, np.bool_))
+        if kinds == {int}:
+            return ParameterValue(INTEGER_ARRAY, integer_array_value=np.array(value, np.int64))
+        if kinds <= {int, float}:
+            return ParameterValue(DOUBLE_ARRAY, double_array_value=np.array(value, np.float64))
+    text = value if isinstance(value, str) else json.dumps(msgspec.to_builtins(value))
+    return ParameterValue(STRING, string_value=text)
+
+
+def from_value(value: ParameterValue) -> Any:
+    """Back to a plain value; None for one that is not set."""
+    fields = ("bool", "integer", "double", "string", "byte_array", "bool_array", "integer_array")
+    names = ("", *fields, "double_array", "string_array")
+    if not 0 < value.type < len(names):
+        return None
+    got = getattr(value, names[value.type] + "_value")
+    return got.tolist() if isinstance(got, np.ndarray) else list(got) if isinstance(got, tuple) else got
+
+
+def _descriptor(name: str, one: Described, live: bool) -> ParameterDescriptor:
+    kind, about = one.kind, ""
+    if isinstance(kind, types.Metadata):
+        schema, extra = kind.extra_json_schema or {}, kind.extra or {}
+        about = ", ".join(text for text in (schema.get("description", ""), extra.get("unit", "")) if text)
+        kind = kind.type
+    floats: tuple[FloatingPointRange, ...] = ()
+    integers: tuple[IntegerRange, ...] = ()
+    if isinstance(kind, types.FloatType):
+        floats = tuple(FloatingPointRange(low, high) for low, high in _bounds(kind, FLOAT_MAX))
+    elif isinstance(kind, types.IntType):
+        integers = tuple(IntegerRange(int(low), int(high)) for low, high in _bounds(kind, INT_MAX))
+    return ParameterDescriptor(
+        name,
+        to_value(one.value).type,
+        about,
+        additional_constraints="" if live or name == SIM_TIME else "read when the node starts",
+        read_only=not live or name == SIM_TIME,
+        floating_point_range=floats,
+        integer_range=integers,
+    )
+
+
+def _bounds(kind: types.FloatType | types.IntType, most: float) -> list[tuple[float, float]]:
+    """One range, or none where nothing bounds the number: tools make sliders of ranges."""
+    low = kind.ge if kind.ge is not None else kind.gt
+    high = kind.le if kind.le is not None else kind.lt
+    if low is None and high is None:
+        return []
+    return [(-most if low is None else low, most if high is None else high)]
+
+
+def _is_asked(name: str, prefixes: tuple[str, ...], depth: int) -> bool:
+    if not prefixes:
+        return depth == 0 or name.count(".") < depth
+    return any(
+        name == one
+        or (name.startswith(one + ".") and (depth == 0 or name[len(one) + 1 :].count(".") < depth))
+        for one in prefixes
+    )

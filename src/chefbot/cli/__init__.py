@@ -1,0 +1,1 @@
+"""What `chefbot` does on the command line, one file a verb."""

@@ -1,0 +1,111 @@
+"""What a calibration found, as keys of a robot file."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from chefbot.calibration.calibrate import Calibrated
+from chefbot.calibration.wheels import Wheels
+from chefbot.design.sizing.robot_file_editor import COMMENT_COLUMN
+from chefbot.maths.angles import wrap
+from chefbot.maths.se2 import SE2
+from chefbot.robot.load import LIKE, built_in_robots, find_robot
+from chefbot.robot.spec import Robot
+
+LEAST = {"wheel": 5e-4, "separation": 1e-3, "gyro": 1e-3}
+"""No standard deviation is written below these: tyres wear, loads and floors differ from those of the drive."""
+KEYS = {"laser": "lidar_yaw", "camera_link": "camera_yaw", "camera_depth_frame": "camera_yaw"}
+NAMES = {"lidar_yaw": "lidar", "camera_yaw": "camera"}
+MOUNT_TOLD = 0.006
+"""m from which on a sensor sits elsewhere than the file says."""
+
+
+class Finding(NamedTuple):
+    """One key of the section `calibration`: what the file had, what was found, in SI units."""
+
+    key: str
+    before: float
+    value: float
+    deviation: float
+    unit: str = ""
+
+    def told(self, value: float, *, signed: bool = False) -> str:
+        """For people: angles in degrees, factors as they are, small shares per cent."""
+        if self.unit:
+            degrees = math.degrees(value)
+            return f"{degrees:+.3f} {self.unit}" if signed else f"{degrees:.3f} {self.unit}"
+        share = f"{100 * value:+.3f} %" if signed else f"{100 * value:.3f} %"
+        return f"{value:.5f}" if abs(value) > 0.5 else share
+
+    @property
+    def text(self) -> str:
+        """As YAML."""
+        return f"{math.degrees(self.value):.4f} {self.unit}" if self.unit else f"{self.value:.6f}"
+
+
+class Findings(NamedTuple):
+    """All of them, and where the sensor sits beside its mount, m."""
+
+    values: tuple[Finding, ...]
+    sensor: str
+    mount_off: tuple[float, float]
+    mount_told: float
+    reason: str
+
+
+def findings_of(result: Calibrated, robot: Robot, mount: SE2, frame: str) -> Findings:
+    """Against the robot file that was assumed."""
+    old, solution, gyro = robot.calibration, result.solution, result.gyro
+    left, right, separation = solution.wheels.factors(Wheels.drawn(robot))
+    sd = solution.deviations.tolist()
+    key = KEYS[frame]
+    yaw = getattr(old, key) + wrap(solution.sensor.yaw - mount.yaw)
+    values = (
+        Finding("left_wheel", old.left_wheel, left, sd[0]),
+        Finding("right_wheel", old.right_wheel, right, sd[1]),
+        Finding("separation", old.separation, separation, sd[2]),
+        Finding("gyro_scale", old.gyro_scale, gyro.scale, gyro.deviations[0]),
+        Finding("gyro_offset", old.gyro_offset, gyro.offset, gyro.deviations[1], "deg/s"),
+        Finding(key, getattr(old, key), yaw, sd[5], "deg"),
+    )
+    drives, slipped = len(solution.slipped), int(solution.slipped.sum())
+    reason = (
+        f"{drives} drives between {len(solution.poses)} stands ({slipped} slipped); systematic error of squares "
+        f"{1000 * result.before.worst:.0f} mm before, {1000 * result.after.worst:.1f} mm after"
+    )
+    off = (solution.sensor.x - mount.x, solution.sensor.y - mount.y)
+    return Findings(values, NAMES[key], off, MOUNT_TOLD, reason)
+
+
+def robot_text(found: Findings, robot: str) -> str:
+    """A robot file for any folder that is like `robot` but for its calibration."""
+    like = robot if robot in built_in_robots() else str(find_robot(robot).resolve())
+    lines = [
+        "# Measured by `chefbot calibrate`: " + found.reason + ".",
+        f"{LIKE}: {like}",
+        "",
+        "calibration:",
+    ]
+    lines += [_line(one.key, one.text, _why(one)) for one in found.values]
+    deviation = {one.key: one.deviation for one in found.values}
+    worst = max(deviation["left_wheel"], deviation["right_wheel"])
+    for key, value in (
+        ("wheel", worst),
+        ("separation", deviation["separation"]),
+        ("gyro", deviation["gyro_scale"]),
+    ):
+        why = f"measured to {100 * value:.3f} %; not below {100 * LEAST[key]:.2f} %, for wear, load and floor"
+        lines.append(_line(f"{key}_deviation", f"{max(value, LEAST[key]):.6f}", why))
+    return "\n".join(lines) + "\n"
+
+
+def _why(one: Finding) -> str:
+    if one.key == "gyro_offset":
+        return f"while standing and driving; +- {one.told(one.deviation)}"
+    return f"was {one.told(one.before)}; by the walls that it saw, +- {one.told(one.deviation)}"
+
+
+def _line(key: str, text: str, comment: str) -> str:
+    entry = f"  {key}: {text}"
+    return f"{entry:<{COMMENT_COLUMN}}  # {comment}"

@@ -1,0 +1,46 @@
+"""`chefbot drawing`: sheets of a robot's parts as DXF, PNG and PDF."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from chefbot.cli.drawing_picture import picture
+from chefbot.design.drawing.dxf import dxf_bytes, dxf_document
+from chefbot.design.drawing.paper import NAMES, Drawing
+from chefbot.design.drawing.sheets import asked_for, draw
+from chefbot.robot.load import load_robot
+from chefbot.storage.atomic_files import make_folder, write_atomic
+
+console = Console(highlight=False)
+
+
+def run_drawing(names: list[str], robot: str, out: Path) -> None:
+    """Write NAME.dxf, .png and .pdf of every sheet asked for, and print a list of them."""
+    model = load_robot(robot)
+    sheets = asked_for(model, names)
+    make_folder(out)
+    table = Table("sheet", "paper", "scale", "files")
+    for name in sheets:
+        drawing = draw(model, name)
+        files = write_drawing(drawing, out)
+        table.add_row(
+            name, NAMES[drawing.paper], drawing.scale.text, ", ".join(str(file.name) for file in files)
+        )
+    console.print(table)
+    console.print(f"in {out}")
+
+
+def write_drawing(drawing: Drawing, folder: Path) -> list[Path]:
+    """The three files of a sheet; UserError where they cannot be written."""
+    document = dxf_document(drawing)
+    files = {
+        folder / f"{drawing.name}.dxf": dxf_bytes(document),
+        folder / f"{drawing.name}.png": picture(document, drawing, "png"),
+        folder / f"{drawing.name}.pdf": picture(document, drawing, "pdf"),
+    }
+    for path, data in files.items():
+        write_atomic(path, data)
+    return list(files)

@@ -1,0 +1,33 @@
+"""`chefbot replay`: a log through its nodes again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+
+from chefbot.kernels.precompile import warm_kernels
+from chefbot.runtime.replay import Replay, read_log
+
+console = Console(highlight=False)
+
+
+def run_replay(path: Path, check: bool) -> int:
+    """Exit code: 1 if something differs and `check` is on."""
+    log = read_log(path)
+    warm_kernels(console)
+    replay = Replay(log)
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task(f"replaying {path}", total=len(log.messages))
+        replay.run(lambda done, total: progress.update(task, completed=done, total=total))
+    for sentence, count in replay.faults.counts.items():
+        console.print(f"{count} times: {sentence}", markup=False)
+    if not replay.differences:
+        console.print(f"{path}: {replay.compared} messages of nodes, all the same to the byte")
+        return 0
+    first = replay.differences[0]
+    console.print(
+        f"{path}: after {first.position} equal messages: the log has {first.logged}, the replay {first.replayed}"
+    )
+    return 1 if check else 0

@@ -1,0 +1,143 @@
+"""`chefbot ros2`: a ROS 2 workspace of the robot's description, its navigation, Gazebo's worlds and our messages."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from chefbot.cli.describe import deliver
+from chefbot.config import parse_yaml
+from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
+from chefbot.odometry.params import OdometryParams
+from chefbot.robot.load import built_in_robots, find_robot, load_robot
+from chefbot.robot.spec import Robot
+from chefbot.storage.atomic_files import write_into_folder
+
+Packages = dict[str, dict[str, bytes]]
+"""Package to path in it to content."""
+
+
+def run_ros2(robot: str, out: Path) -> None:
+    """The packages in the folder `out`, all or none. UserError for a robot or a folder that cannot be."""
+    machine = load_robot(robot)
+    known = robot if robot in built_in_robots() else str(find_robot(robot).resolve())
+    packages = ros2_packages(machine, known)
+    _write(out, packages)
+    deliver(
+        f"Written to {out}: {', '.join(packages)}; next, in the folder above: colcon build --packages-select"
+        f" {' '.join(packages)}\n",
+        None,
+    )
+
+
+def ros2_packages(robot: Robot, name_or_file: str) -> Packages:
+    """All files. Loads the CAD libraries. UserError for a robot that cannot navigate."""
+    from chefbot.design.export.ros2.bringup import PACKAGE as BRINGUP
+    from chefbot.design.export.ros2.bringup import bringup_package
+    from chefbot.design.export.ros2.derived_nav_params import Doubt
+    from chefbot.design.export.ros2.gazebo import PACKAGE as GAZEBO
+    from chefbot.design.export.ros2.gazebo import gazebo_package
+    from chefbot.design.export.ros2.interfaces import PACKAGE as MESSAGES
+    from chefbot.design.export.ros2.interfaces import interface_package
+    from chefbot.design.export.ros_package import PACKAGE as DESCRIPTION
+    from chefbot.design.export.ros_package import ros_package
+
+    floor = OdometryParams()
+    doubt = Doubt(floor.slip, floor.diameter_error, floor.separation_error)
+    bringup = bringup_package(robot, name_or_file, doubt)
+    _check_names(bringup)
+    gazebo = gazebo_package(robot, _worlds(robot))
+    return {
+        DESCRIPTION: ros_package(robot),
+        BRINGUP: {path: text.encode() for path, text in bringup.items()},
+        GAZEBO: {path: text.encode() for path, text in gazebo.items()},
+        MESSAGES: {path: text.encode() for path, text in interface_package().items()},
+    }
+
+
+def _check_names(files: dict[str, str]) -> None:
+    """ValueError if a file holds what ROS 2 would ignore or refuse: then the table or the file is wrong."""
+    from chefbot.design.export.ros2.known_parameters import DISTRIBUTIONS
+    from chefbot.design.export.ros2.parameter_check import faults
+
+    for path, text in files.items():
+        if path.startswith("config/"):
+            params = parse_yaml(text.encode(), path)
+            found = [fault for distribution in DISTRIBUTIONS for fault in faults(params, distribution)]
+            if found:
+                raise ValueError(f"{path}: {found[0]}")
+
+
+def _worlds(robot: Robot) -> dict[str, tuple[str, SE2]]:
+    """Name to SDF without the robot, which is put in at the start of the launch, and the start."""
+    from chefbot.sim.world.load import load_any_world
+    from chefbot.sim.world.world import built_in_worlds
+    from chefbot.sim.world.world_sdf import world_sdf
+
+    found = {}
+    for name in sorted(built_in_worlds()):
+        world = load_any_world(name, robot)
+        found[name] = _without(world_sdf(robot, world), robot.name), world.start
+    return found
+
+
+def _without(text: str, model: str) -> str:
+    """The world's text without one of its models."""
+    root = ET.fromstring(text)
+    world = root.find("world")
+    found = None if world is None else world.find(f"model[@name='{model}']")
+    if world is None or found is None:
+        raise ValueError(f"the world has no model {model}")
+    world.remove(found)
+    ET.indent(root)
+    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _write(out: Path, packages: Packages) -> None:
+    """Into a folder beside, then renamed; what fails takes back what it put there."""
+    with _explained(out):
+        _refuse_taken(out, packages)
+        made = _make_folder(out)
+        moved: list[Path] = []
+        try:
+            with tempfile.TemporaryDirectory(prefix=".chefbot_ros2_", dir=out) as beside:
+                for package, files in packages.items():
+                    for path, data in files.items():
+                        write_into_folder(Path(beside) / package / path, data)
+                for package in packages:
+                    os.rename(Path(beside) / package, out / package)  # noqa: PTH104 - an empty folder gives way
+                    moved.append(out / package)
+        except BaseException:
+            for place in [*moved, *made]:
+                shutil.rmtree(place, ignore_errors=True)
+            raise
+
+
+def _refuse_taken(out: Path, packages: Packages) -> None:
+    if out.exists() and not out.is_dir():
+        raise UserError(f"--out {out} is a file; give the src folder of a workspace")
+    for package in packages:
+        place = out / package
+        if place.is_symlink() or (place.exists() and (not place.is_dir() or any(place.iterdir()))):
+            raise UserError(f"{place} is there already; move it away or give another --out")
+
+
+def _make_folder(out: Path) -> list[Path]:
+    """The folder and those above it, made; the uppermost new one, if any."""
+    new = [path for path in (out, *out.parents) if not path.exists()]
+    out.mkdir(parents=True, exist_ok=True)
+    return new[-1:]
+
+
+@contextmanager
+def _explained(out: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise UserError(f"--out {out} cannot be written: {error.strerror or error}") from None

@@ -1,1 +1,0 @@
-"""What `chefbot VERB` does, one file a verb."""

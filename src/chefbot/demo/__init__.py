@@ -1,0 +1,1 @@
+"""The demo run with its score and report."""

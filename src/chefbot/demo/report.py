@@ -1,0 +1,121 @@
+"""Pictures of a demo, and one HTML page that holds them."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chefbot.demo.score import Scorer, Track
+from chefbot.demo.summary import DemoResult, true_plan
+from chefbot.maths.grid import Grid
+from chefbot.sim.world.world import World
+from chefbot.storage.atomic_files import write_atomic
+
+if TYPE_CHECKING:
+    from chefbot.robot.spec import Robot
+
+INK, PAPER, UNKNOWN_TINT = 0.12, 1.0, 0.8
+
+
+def write_report(out: Path, result: DemoResult, scorer: Scorer, world: World, robot: Robot) -> None:
+    """`report.html`, and the picture of the map beside the plan as `map_and_plan.png`."""
+    plan = true_plan(world, robot)
+    pictures = {"The true plan and the map that the robot made": _maps(plan, scorer.saved_map)}
+    for title, track in (("While mapping", scorer.mapping), ("While delivering", scorer.delivering)):
+        if track.times:
+            pictures[f"{title}: where it was and where it thought it was"] = _trajectory(plan, track)
+            pictures[f"{title}: error over time"] = _errors(track)
+    write_atomic(out / "map_and_plan.png", next(iter(pictures.values())))
+    write_atomic(out / "report.html", _page(result, pictures).encode())
+
+
+def _maps(plan: Grid, grid: Grid | None) -> bytes:
+    figure, (left, right) = _figure(1, 2, 11.0, 4.8)
+    _draw_grid(left, plan)
+    left.set_title("true plan at the sensor's height")
+    if grid is not None:
+        _draw_grid(right, grid)
+        right.set_xlim(left.get_xlim())
+        right.set_ylim(left.get_ylim())
+    right.set_title("mapped by the robot")
+    return _png(figure)
+
+
+def _trajectory(plan: Grid, track: Track) -> bytes:
+    figure, axes = _figure(1, 1, 8.0, 6.0)
+    _draw_grid(axes, plan)
+    for poses, colour, label in (
+        (track.truth, "tab:blue", "truth"),
+        (track.estimate, "tab:orange", "estimate"),
+    ):
+        points = np.array([(pose.x, pose.y) for pose in poses])
+        axes.plot(points[:, 0], points[:, 1], color=colour, linewidth=1.0, label=label)
+    axes.legend(loc="upper right")
+    return _png(figure)
+
+
+def _errors(track: Track) -> bytes:
+    figure, axes = _figure(1, 1, 8.0, 2.6)
+    axes.plot(track.times, track.errors(), color="tab:red", linewidth=0.8)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("position error [m]")
+    axes.set_ylim(bottom=0.0)
+    axes.grid(alpha=0.3)
+    return _png(figure)
+
+
+def _figure(rows: int, columns: int, width: float, height: float) -> tuple[Any, Any]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, figure.subplots(rows, columns)
+
+
+def _draw_grid(axes: Any, grid: Grid) -> None:
+    """Dark is occupied, white free, grey unknown."""
+    shade = np.where(grid.cells < 0, UNKNOWN_TINT, PAPER - (PAPER - INK) * grid.cells / 100.0)
+    right = grid.origin_x + grid.width * grid.resolution
+    top = grid.origin_y + grid.height * grid.resolution
+    extent = (grid.origin_x, right, grid.origin_y, top)
+    axes.imshow(
+        shade, cmap="gray", vmin=0.0, vmax=1.0, origin="lower", extent=extent, interpolation="nearest"
+    )
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+
+
+def _png(figure: Any) -> bytes:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    buffer = io.BytesIO()
+    FigureCanvasAgg(figure).print_png(buffer)
+    return buffer.getvalue()
+
+
+def _page(result: DemoResult, pictures: dict[str, bytes]) -> str:
+    rows = "".join(f"<tr><th>{html.escape(k)}</th><td>{html.escape(v)}</td></tr>" for k, v in result.table())
+    verdict = "Success" if result.success else f"Failed: {html.escape(result.failure)}"
+    figures = "".join(
+        f"<h2>{html.escape(title)}</h2><img alt='{html.escape(title)}' "
+        f"src='data:image/png;base64,{base64.b64encode(png).decode()}'>"
+        for title, png in pictures.items()
+    )
+    left = "".join(f"<li>{html.escape(one)}</li>" for one in result.left_unexplored)
+    title = f"{html.escape(result.robot)} in {html.escape(result.world)}, seed {result.seed}"
+    return (
+        "<!doctype html><html lang='en'><meta charset='utf-8'>"
+        f"<title>{title}</title><style>{_STYLE}</style><h1>{title}</h1><p class='verdict'>{verdict}</p>"
+        f"<table>{rows}</table>{figures}<h2>Left unexplored, and why</h2><ul>{left}</ul></html>\n"
+    )
+
+
+_STYLE = (
+    "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}"
+    "img{max-width:100%}th{text-align:left;padding-right:2rem;font-weight:600}.verdict{font-size:1.3rem}"
+)

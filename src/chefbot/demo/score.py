@@ -1,0 +1,122 @@
+"""Scoring of a simulated run: the only place where the truth is looked at."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import Collision, DeliveryStatus, LocalizationStatus, NavigationStatus
+from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry
+from chefbot.runtime.loop import Publication
+from chefbot.runtime.node_container import System
+from chefbot.runtime.transform_buffer import TransformError
+
+ARRIVED = 0.35
+"""Metres from the true place at which a guest can reach the food."""
+
+
+@dataclass
+class Track:
+    """Truth and estimate at the same instants."""
+
+    times: list[float] = field(default_factory=list)
+    truth: list[SE2] = field(default_factory=list)
+    estimate: list[SE2] = field(default_factory=list)
+
+    def errors(self) -> NDArray[np.float64]:
+        """Distance of the two at each instant, metres."""
+        return np.array([a.distance(b) for a, b in zip(self.truth, self.estimate, strict=True)])
+
+
+class Scorer:
+    """A tap on the loop: `loop.tap(scorer)`."""
+
+    def __init__(self, system: System, places: dict[str, SE2]) -> None:
+        self._system = system
+        self._places = places
+        self.mapping = Track()
+        self.delivering = Track()
+        self.localized = False
+        self.map: OccupancyGrid | None = None
+        self.saved_map: Grid | None = None
+        self.path_length = 0.0
+        self.collisions: list[str] = []
+        self.recoveries = 0
+        self.delivery = DeliveryStatus()
+        self.delivered: list[str] = []
+        """Where the robot said 'your food is here' and truly was."""
+        self.phase = "mapping"
+        self.last_truth = SE2(0.0, 0.0, 0.0)
+        self._last_recoveries = 0
+
+    def __call__(self, publication: Publication) -> None:
+        """Look at one message."""
+        message = publication.message
+        if publication.topic == "ground_truth" and isinstance(message, Odometry):
+            self._locate(message)
+        elif publication.topic == "map" and isinstance(message, OccupancyGrid):
+            self.map = message
+        elif isinstance(message, Collision):
+            self.collisions.append(message.touched)
+        elif isinstance(message, LocalizationStatus):
+            self.localized = message.localized
+        elif isinstance(message, NavigationStatus):
+            self.recoveries += max(0, message.recoveries - self._last_recoveries)
+            self._last_recoveries = message.recoveries
+        elif isinstance(message, DeliveryStatus):
+            self._follow(message)
+
+    def _locate(self, truth: Odometry) -> None:
+        """The newest estimate against the truth of the same instant."""
+        pose = truth.pose.pose.se2
+        self.path_length += self.last_truth.distance(pose)
+        self.last_truth = pose
+        if self.phase == "localizing":
+            return  # it does not claim to know yet
+        stamp = truth.header.stamp.ns
+        track = self.mapping if self.phase == "mapping" else self.delivering
+        self._system.transforms.when(
+            "odom", "base_link", stamp, lambda odom: self._note(track, stamp, truth.pose.pose.se2, odom)
+        )
+
+    def _note(self, track: Track, stamp: int, truth: SE2, odom: SE2) -> None:
+        try:
+            estimate = self._system.transforms.lookup("map", "odom") @ odom
+        except TransformError:
+            return  # no map yet
+        track.times.append(stamp / 1e9)
+        track.truth.append(truth)
+        track.estimate.append(estimate)
+
+    def _follow(self, status: DeliveryStatus) -> None:
+        self.delivery = status
+        place = self._places.get(status.place)
+        if status.state == "waiting" and place and self.last_truth.distance(place) <= ARRIVED:
+            self.delivered.append(status.place)
+
+    def at_home(self) -> bool:
+        """Whether the robot truly is at home."""
+        return self.last_truth.distance(self._places["home"]) <= ARRIVED
+
+
+def summary_of(errors: NDArray[np.float64]) -> dict[str, float | None]:
+    """Median, 95th percentile and maximum; None without any value."""
+    if len(errors) == 0:
+        return {"median": None, "p95": None, "max": None}
+    return {
+        "median": round(float(np.median(errors)), 4),
+        "p95": round(float(np.percentile(errors, 95)), 4),
+        "max": round(float(errors.max()), 4),
+    }
+
+
+def clicked(truth: SE2, rng: np.random.Generator) -> SE2:
+    """Where a person would click: half a metre and twenty degrees off, in a direction of chance."""
+    bearing = rng.uniform(-math.pi, math.pi)
+    turn = math.copysign(math.radians(20.0), rng.uniform(-1.0, 1.0))
+    return SE2(truth.x + 0.5 * math.cos(bearing), truth.y + 0.5 * math.sin(bearing), truth.yaw + turn)

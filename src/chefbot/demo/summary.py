@@ -1,0 +1,152 @@
+"""The figures of a demo."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import version
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from chefbot import __version__
+from chefbot.demo.score import summary_of
+from chefbot.mapping.compare import MapQuality, quality
+from chefbot.maths.grid import Grid
+from chefbot.sim.world.floor_plan import floor_plan
+from chefbot.sim.world.world import World
+
+if TYPE_CHECKING:
+    from chefbot.demo.demo import Demo
+    from chefbot.robot.spec import Robot
+
+
+class DemoResult(msgspec.Struct, frozen=True, kw_only=True):
+    """What goes into summary.json; metres, seconds, shares from 0 to 1. None: there was nothing to measure."""
+
+    success: bool
+    failure: str
+    world: str
+    robot: str
+    profile: str
+    seed: int
+    people: int
+    tables: list[str]
+    deliveries_done: int
+    collisions: int
+    touched: list[str]
+    explored_fraction: float | None
+    map_precision: float | None
+    map_recall: float | None
+    slam_error_m: dict[str, float | None]
+    localization_error_m: dict[str, float | None]
+    path_length_m: float
+    sim_time_s: float
+    wall_time_s: float
+    real_time_factor: float
+    recoveries: int
+    left_unexplored: list[str]
+    cpu_s: dict[str, float]
+    """Of each process, if there were several."""
+    versions: dict[str, str]
+
+    def to_json(self) -> str:
+        """Indented, for people too."""
+        return msgspec.json.format(msgspec.json.encode(self), indent=2).decode() + "\n"
+
+    def table(self) -> list[tuple[str, str]]:
+        """The lines that the demo ends with."""
+        error = self.localization_error_m
+        return [
+            ("deliveries", f"{self.deliveries_done} of {len(self.tables)} ({', '.join(self.tables)})"),
+            ("collisions", f"{self.collisions} {', '.join(self.touched)}"),
+            ("explored", _percent(self.explored_fraction)),
+            ("map precision, recall", f"{_percent(self.map_precision)}, {_percent(self.map_recall)}"),
+            ("error while mapping", _errors(self.slam_error_m)),
+            ("error on the saved map", _errors(error)),
+            ("path", f"{self.path_length_m:.1f} m, {self.recoveries} recoveries"),
+            (
+                "time",
+                f"{self.sim_time_s:.0f} s in {self.wall_time_s:.0f} s: {self.real_time_factor:.1f} x real time",
+            ),
+        ]
+
+
+def _percent(share: float | None) -> str:
+    return "-" if share is None else f"{100.0 * share:.1f} %"
+
+
+def _errors(values: dict[str, float | None]) -> str:
+    if values["median"] is None:
+        return "-"
+    return f"median {values['median']:.3f} m, p95 {values['p95']:.3f} m, max {values['max']:.3f} m"
+
+
+def true_plan(world: World, robot: Robot) -> Grid:
+    """What the robot's mapping sensor would draw of the world, were it perfect."""
+    sensor = robot.sensors.lidar or robot.sensors.depth_camera
+    assert sensor is not None
+    plan = floor_plan(world, sensor.mount.z)
+    start = world.start
+    return Grid(plan.cells, plan.resolution, plan.origin_x - start.x, plan.origin_y - start.y)
+
+
+def summarize(demo: Demo) -> DemoResult:
+    """Look at everything that happened."""
+    scorer, options = demo.scorer, demo.options
+    sim_time = demo.system.loop.now_ns / 1e9
+    map_quality = _map_quality(demo)
+    done = len(set(scorer.delivered) & set(demo.tables))
+    failure = demo.failure or _shortfall(demo, done)
+    return DemoResult(
+        success=not failure,
+        failure=failure,
+        world=demo.world.name,
+        robot=demo.robot.name,
+        profile=options.profile,
+        seed=options.seed,
+        people=options.people,
+        tables=demo.tables,
+        deliveries_done=done,
+        collisions=len(scorer.collisions),
+        touched=sorted(set(scorer.collisions)),
+        explored_fraction=None if map_quality is None else round(map_quality.explored, 4),
+        map_precision=None if map_quality is None else round(map_quality.precision, 4),
+        map_recall=None if map_quality is None else round(map_quality.recall, 4),
+        slam_error_m=summary_of(scorer.mapping.errors()),
+        localization_error_m=summary_of(scorer.delivering.errors()),
+        path_length_m=round(scorer.path_length, 2),
+        sim_time_s=round(sim_time, 2),
+        wall_time_s=round(demo.took, 2),
+        real_time_factor=round(sim_time / demo.took, 2),
+        recoveries=scorer.recoveries,
+        left_unexplored=list(demo.explored.left),
+        cpu_s={} if demo.processes is None else demo.processes.used,
+        versions=_versions(),
+    )
+
+
+def _shortfall(demo: Demo, done: int) -> str:
+    own = demo.system.faults.counts if demo.system.faults else {}
+    if demo.fault or own:
+        return f"a node failed: {demo.fault or next(iter(own))}"
+    if done < len(demo.tables):
+        return f"only {done} of {len(demo.tables)} tables were truly reached"
+    if demo.scorer.collisions:
+        return f"the robot touched {', '.join(sorted(set(demo.scorer.collisions)))}"
+    return "" if demo.scorer.at_home() else "the robot is not at home"
+
+
+def _map_quality(demo: Demo) -> MapQuality | None:
+    """Without any fitting of the frames onto each other: both begin where the robot began."""
+    if demo.scorer.saved_map is None:
+        return None
+    return quality(demo.scorer.saved_map, true_plan(demo.world, demo.robot))
+
+
+def _versions() -> dict[str, str]:
+    names = ("numpy", "numba", "mujoco-core", "scipy")
+    return {
+        "chefbot": __version__,
+        "python": platform.python_version(),
+        **{name: version(name) for name in names},
+    }

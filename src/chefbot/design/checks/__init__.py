@@ -1,0 +1,1 @@
+"""Faults of a robot's geometry and drive before anything is built."""

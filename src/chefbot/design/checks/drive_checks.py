@@ -1,0 +1,176 @@
+"""The sums of the design sheet, as findings: what motors, driver, battery and stability lack, and what would do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import msgspec
+
+from chefbot.design.checks.finding import Bound, Finding, Severity, below, mm_up
+from chefbot.design.sizing.dependent_dimensions import with_motor
+from chefbot.design.sizing.energy_budget import run_time
+from chefbot.design.sizing.forces import CARPET_RESISTANCE, force, grip, worst
+from chefbot.design.sizing.requirements import (
+    SPEED_RESERVE,
+    TIPS_LESS,
+    WHEEL,
+    Check,
+    judge,
+    turn_rate,
+    wheel_speed,
+)
+from chefbot.design.sizing.sizing import smallest_wheel
+from chefbot.design.sizing.stability import Load, loaded
+from chefbot.design.sizing.suggested_fixes import stable_radius
+from chefbot.robot.catalogue import Catalogue
+from chefbot.robot.geometry.mass import unloaded_mass
+from chefbot.robot.geometry.solids import solids
+from chefbot.robot.spec import GRAVITY, Robot
+
+SEEN_ELSEWHERE = "room round it"
+"""The sheet's estimate of what overlaps and edges tell from the solids."""
+MENDED_OUTSIDE = ("driver", "input level without a level shifter")
+"""A part that no robot file has: a level shifter does."""
+NO_OTHER = "; no single other part of the catalogue mends it: `chefbot design` tries all sets"
+HEAVIEST = 5
+
+
+def drives(robot: Robot, catalogue: Catalogue) -> Iterator[Finding]:
+    """Every sizing check that fails, and the mass against its budget."""
+    load = loaded(robot)
+    for check in judge(robot, load):
+        if not check.passed and check.name != SEEN_ELSEWHERE:
+            yield _finding(robot, check, load, catalogue)
+    yield from _budget(robot)
+
+
+def _finding(robot: Robot, check: Check, load: Load, catalogue: Catalogue) -> Finding:
+    severity: Severity = "warning" if (check.part, check.name) == MENDED_OUTSIDE else "error"
+    rule = "stability" if check.part == "robot" else "drive"
+    key, sentence = check.key, f"{check.part}: {check.name}"
+    value = REMEDIES[key](robot, load, catalogue)
+    if not value and check.name in LESS:
+        key, less = LESS[check.name]
+        value = less(robot, load)
+    if not value:
+        sentence += NO_OTHER
+    return Finding(
+        severity, rule, check.part, sentence, check.have, check.bound, check.unit, check.at_least, key, value
+    )
+
+
+def _budget(robot: Robot) -> Iterator[Finding]:
+    """The solids against what the sums on paper assumed."""
+    heaviest: dict[str, float] = {}
+    for part in solids(robot):
+        heaviest[part.kind] = heaviest.get(part.kind, 0.0) + part.mass
+    ordered = sorted(heaviest, key=lambda kind: -heaviest[kind])[:HEAVIEST]
+    named = ", ".join(f"{kind} {1000 * heaviest[kind]:.0f} g" for kind in ordered)
+    budget, mass = robot.body.mass_budget, unloaded_mass(robot)
+    value = f"{math.ceil(10.0 * mass - 1e-9) / 10.0:g} kg"
+    yield from below(
+        "mass", "robot", f"the robot weighs {mass:.3g} kg without payload; most: {named}",
+        Bound(budget, mass, "kg"), "body.mass_budget", value, "warning",
+    )  # fmt: skip
+
+
+# -- what would do
+
+
+def _fitting(robot: Robot, entries: dict[str, Any], exchange: Callable[[Any], Robot], part: str) -> str:
+    """The lightest of the catalogue with which the part's checks, and as many others as now, pass."""
+    now = sum(1 for check in judge(robot, loaded(robot)) if not check.passed and check.part != part)
+    for name in sorted(entries, key=lambda name: entries[name].mass):
+        candidate = exchange(entries[name])
+        failing = [check for check in judge(candidate, loaded(candidate)) if not check.passed]
+        own = [check for check in failing if check.part == part]
+        if not own and len(failing) <= now:
+            return name
+    return ""
+
+
+def _motor(robot: Robot, _load: Load, catalogue: Catalogue) -> str:
+    return _fitting(robot, catalogue.motors, lambda motor: with_motor(robot, motor), "motor")
+
+
+def _driver(robot: Robot, _load: Load, catalogue: Catalogue) -> str:
+    def exchange(driver: Any) -> Robot:
+        return msgspec.structs.replace(robot, driver=driver)
+
+    return _fitting(robot, catalogue.drivers, exchange, "driver")
+
+
+def _battery(robot: Robot, _load: Load, catalogue: Catalogue) -> str:
+    def exchange(battery: Any) -> Robot:
+        return msgspec.structs.replace(robot, battery=battery)
+
+    return _fitting(robot, catalogue.batteries, exchange, "battery")
+
+
+def _wheel(robot: Robot, _load: Load, _catalogue: Catalogue) -> str:
+    return mm_up(smallest_wheel(robot))
+
+
+def _separation(robot: Robot, _load: Load, _catalogue: Catalogue) -> str:
+    room = robot.motor.length + robot.motor_clamp.thickness + robot.wheels.gap + robot.wheels.width / 2.0
+    return mm_up(2.0 * room)
+
+
+def _turn(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
+    rate = math.floor(100.0 * turn_rate(robot, load.mass)) / 100.0
+    return f"{rate:g} rad/s" if rate > 0.0 else ""
+
+
+def _acceleration(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
+    """What grip leaves on the steepest ramp."""
+    slope = robot.drive.max_slope
+    held = grip(robot, load.mass, slope).value / load.mass
+    left = held - GRAVITY * (math.sin(slope) + CARPET_RESISTANCE * math.cos(slope))
+    best = math.floor(100.0 * left) / 100.0
+    return f"{best:g} m/s^2" if best > 0.0 else ""
+
+
+def _slope(robot: Robot, load: Load) -> str:
+    """The steepest whole degree at which the tyres hold."""
+    duty = worst(robot)
+    for degrees in range(math.floor(math.degrees(robot.drive.max_slope)), -1, -1):
+        slope = math.radians(degrees)
+        if grip(robot, load.mass, slope).value >= force(load.mass, duty._replace(slope=slope)).value:
+            return f"{degrees} deg"
+    return ""
+
+
+def _speed(robot: Robot, load: Load) -> str:
+    """What the motors hold with the reserve."""
+    speed = wheel_speed(robot, load.mass) * robot.wheel_radius / SPEED_RESERVE
+    return f"{math.floor(100.0 * speed) / 100.0:g} m/s" if speed >= 0.01 else ""
+
+
+def _run_time(robot: Robot, load: Load) -> str:
+    return f"{math.floor(run_time(robot, load.mass).value / 60.0):g} min"
+
+
+def _radius(robot: Robot, _load: Load, _catalogue: Catalogue) -> str:
+    radius = stable_radius(robot)
+    return "" if radius is None else mm_up(radius)
+
+
+REMEDIES: dict[str, Callable[[Robot, Load, Catalogue], str]] = {
+    "motor": _motor,
+    "driver": _driver,
+    "battery": _battery,
+    WHEEL: _wheel,
+    "wheels.separation": _separation,
+    "drive.max_turn": _turn,
+    "drive.max_acceleration": _acceleration,
+    TIPS_LESS: _radius,
+}
+"""Key to a value of it with which the check passes."""
+LESS: dict[str, tuple[str, Callable[[Robot, Load], str]]] = {
+    "speed with reserve": ("drive.max_speed", _speed),
+    "run time": ("power.run_time", _run_time),
+    "grip on the ramp": ("drive.max_slope", _slope),
+}
+"""Name of a check to what may be asked for instead, where nothing better is to be had."""

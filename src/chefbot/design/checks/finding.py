@@ -1,0 +1,142 @@
+"""One fault of a robot, with its numbers, the key of the robot file to change and a value that would do."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, Literal, NamedTuple
+
+import msgspec
+
+from chefbot.errors import UserError
+from chefbot.robot.spec import Robot
+from chefbot.robot.validation import check_possible, check_shapes
+
+Severity = Literal["error", "warning"]
+_INDEXED = re.compile(r"(\w+)\[(\d+)\]")
+AWAY = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 35, 40, 50, 60, 70, 80, 90, 100, 120, 150)
+"""Millimetres that a value is moved by in search of one that does."""
+
+
+class Finding(NamedTuple):
+    """SI units throughout; `have` should be at least, or at most, `bound`."""
+
+    severity: Severity
+    rule: str
+    subject: str
+    """The parts that are concerned."""
+    sentence: str
+    have: float
+    bound: float
+    unit: str
+    at_least: bool
+    key: str
+    value: str
+    """What would do at `key`, as a robot file writes it; empty where no single value does."""
+
+
+class Bound(NamedTuple):
+    """A figure and what it should be at least."""
+
+    have: float
+    least: float
+    unit: str
+
+    @property
+    def broken(self) -> bool:
+        """Beyond rounding."""
+        return self.have < self.least - 1e-9 * max(1.0, abs(self.least))
+
+
+def below(
+    rule: str, subject: str, sentence: str, bound: Bound, key: str, value: str, severity: Severity = "error"
+) -> Iterator[Finding]:
+    """The finding, if the bound is broken."""
+    if bound.broken:
+        yield Finding(
+            severity, rule, subject, sentence, bound.have, bound.least, bound.unit, True, key, value
+        )
+
+
+def mm_up(metres: float) -> str:
+    """The next whole millimetre: `mm_up(0.0801) == "81 mm"`."""
+    return f"{math.ceil(1000.0 * metres - 1e-6)} mm"
+
+
+def mm_down(metres: float) -> str:
+    """The whole millimetre below."""
+    return f"{math.floor(1000.0 * metres + 1e-6)} mm"
+
+
+def value_at(robot: Robot, key: str) -> Any:
+    """`value_at(robot, "equipment[0].place.x")`."""
+    value: Any = robot
+    for name, index in _steps(key):
+        value = getattr(value, name) if index is None else getattr(value, name)[index]
+    return value
+
+
+def with_value(robot: Robot, key: str, value: Any) -> Robot:
+    """The robot with another value at `key`."""
+    changed: Robot = _replaced(robot, _steps(key), value)
+    return changed
+
+
+def _steps(key: str) -> list[tuple[str, int | None]]:
+    steps: list[tuple[str, int | None]] = []
+    for word in key.split("."):
+        match = _INDEXED.fullmatch(word)
+        steps.append((match[1], int(match[2])) if match else (word, None))
+    return steps
+
+
+def _replaced(value: Any, steps: list[tuple[str, int | None]], new: Any) -> Any:
+    if not steps:
+        return new
+    (name, index), rest = steps[0], steps[1:]
+    inner = getattr(value, name)
+    if index is None:
+        return msgspec.structs.replace(value, **{name: _replaced(inner, rest, new)})
+    items = tuple(_replaced(item, rest, new) if i == index else item for i, item in enumerate(inner))
+    return msgspec.structs.replace(value, **{name: items})
+
+
+def searched(robot: Robot, keys: Iterable[str], good: Callable[[Robot], bool]) -> tuple[str, str]:
+    """The first of the keys, and the length nearest to its present one, with which the robot is good.
+
+    ("", "") where there is none within the last of AWAY.
+    """
+    for key in keys:
+        for value in _outwards(float(value_at(robot, key))):
+            candidate = with_value(robot, key, value)
+            if has_solids(candidate) and good(candidate) and is_possible(candidate):
+                return key, f"{1000.0 * value:.6g} mm"
+    return "", ""
+
+
+def _outwards(present: float) -> Iterator[float]:
+    """Whole millimetres round the present value, the near ones first."""
+    start = round(1000.0 * present)
+    for away in AWAY:
+        yield (start + away) / 1000.0
+        yield (start - away) / 1000.0
+
+
+def has_solids(robot: Robot) -> bool:
+    """Whether lengths are positive and holes leave something, so that there is something to look at."""
+    return _passes(robot, check_shapes)
+
+
+def is_possible(robot: Robot) -> bool:
+    """Whether a robot file could say this."""
+    return _passes(robot, check_possible)
+
+
+def _passes(robot: Robot, look: Callable[[Robot, str], None]) -> bool:
+    try:
+        msgspec.convert(msgspec.to_builtins(robot), Robot)
+        look(robot, "")
+    except (UserError, msgspec.ValidationError):
+        return False
+    return True

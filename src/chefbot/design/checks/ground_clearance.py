@@ -1,0 +1,105 @@
+"""Floor, clearance and the wheels' way through the base plate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from chefbot.design.checks.finding import Bound, Finding, below, mm_up
+from chefbot.design.checks.overlaps import keys_of
+from chefbot.design.checks.part_bodies import Body, bodies
+from chefbot.design.sizing.sizing import smallest_wheel
+from chefbot.robot.geometry import layout
+from chefbot.robot.spec import Robot
+
+CONTACT = 1e-4
+"""Metres within which a wheel's lowest point is on the floor."""
+WHEEL_GAP = 0.001
+"""Metres round a wheel in its notch: less, and a bent shaft or a thread scrapes."""
+STANDS = ("wheel", "caster")
+"""Kinds of parts that belong on the floor."""
+
+
+def ground(robot: Robot) -> Iterator[Finding]:
+    """All findings between plate and floor."""
+    yield from _on_the_floor(robot)
+    yield from _clearance(robot)
+    yield from _notch(robot)
+
+
+def _on_the_floor(robot: Robot) -> Iterator[Finding]:
+    """Wheels must reach the floor, casters must not lift them off it."""
+    for body in bodies(robot):
+        low = float(body.low[2])
+        if body.part.kind == "wheel" and abs(low) > CONTACT:
+            sentence = f"{body.name} ends {1000 * low:.3g} mm above the floor"
+            yield Finding(
+                "error", "floor", body.name, sentence, abs(low), CONTACT, "m", False, "wheels.diameter", ""
+            )
+        if body.part.kind == "caster":
+            sentence = f"{body.name} reaches below the floor and lifts the wheels"
+            yield from below("floor", body.name, sentence, Bound(low, 0.0, "m"), "casters.radius", "")
+
+
+def _clearance(robot: Robot) -> Iterator[Finding]:
+    """Plate, and whatever else hangs; the motor's body is one of the sizing checks."""
+    wanted = robot.body.clearance
+    others = {body.part.kind: body for body in bodies(robot) if body.part.link == "base_link"}
+    for kind, body in others.items():
+        low = float(body.low[2])
+        if kind in STANDS or kind == "motor" or low >= wanted:
+            continue
+        key, value = _higher(robot, body, wanted - low)
+        sentence = f"below {body.name} there is less than body.clearance"
+        yield from below("clearance", body.name, sentence, Bound(low, wanted, "m"), key, value)
+
+
+def _higher(robot: Robot, body: Body, lack: float) -> tuple[str, str]:
+    """What lifts the body by `lack` metres: a sensor's own mount, or the wheels under all the rest."""
+    heights = [key for key in keys_of(robot, body.part) if key.endswith("mount.z")]
+    if heights:
+        return heights[0], mm_up(body.part.at[2] + lack)
+    diameter = max(robot.wheels.diameter + 2.0 * lack, smallest_wheel(robot))
+    return "wheels.diameter", mm_up(diameter)
+
+
+def _notch(robot: Robot) -> Iterator[Finding]:
+    """The chapter's rule for the slot, and the air round the wheel where it passes the plate."""
+    half, inner = half_chord(robot), robot.wheels.separation / 2 - robot.wheels.width / 2
+    if half <= 0.0:
+        return
+    notch, wheel = robot.plates.notch, robot.wheels.diameter
+    length, rule = (notch.length if notch else 0.0), "notch"
+    if notch is None and inner >= robot.body.radius + WHEEL_GAP:
+        return
+    longest = max(wheel, 2.0 * (half + WHEEL_GAP))
+    yield from below(
+        rule, "base_plate", "the notch is shorter than the wheel",
+        Bound(length, wheel, "m"), "plates.notch.length", mm_up(longest),
+    )  # fmt: skip
+    yield from below(
+        rule, "base_plate, wheel", "the wheel's rim has too little air before and behind it",
+        Bound(length / 2 - half, WHEEL_GAP, "m"), "plates.notch.length", mm_up(longest),
+    )  # fmt: skip
+    depth = math.ceil(1000.0 * (robot.body.radius - inner + WHEEL_GAP) - 1e-6) / 1000.0
+    yield from below(
+        rule, "base_plate, wheel", "the wheel's inner side has too little air beside the plate",
+        Bound(inner - layout.notch_floor(robot), WHEEL_GAP, "m"), "plates.notch.depth", mm_up(depth),
+    )  # fmt: skip
+    yield from _room_to_pull(robot, inner)
+
+
+def _room_to_pull(robot: Robot, inner: float) -> Iterator[Finding]:
+    """Between wheel and motor clamp."""
+    free = inner - layout.clamp_front(robot)
+    yield from below(
+        "notch", "motor_clamp, wheel", "the wheel has too little air beside its motor clamp",
+        Bound(free, WHEEL_GAP, "m"), "wheels.gap", mm_up(WHEEL_GAP),
+    )  # fmt: skip
+
+
+def half_chord(robot: Robot) -> float:
+    """Half of the wheel's length, metres, where it passes the base plate; 0 where it stays below."""
+    radius, low = robot.wheel_radius, layout.plate_undersides(robot)[0]
+    height = min(max(radius, low), low + robot.plates.thickness)
+    return math.sqrt(max(radius**2 - (height - radius) ** 2, 0.0)) if height < 2.0 * radius else 0.0

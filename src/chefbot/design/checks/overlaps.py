@@ -1,0 +1,115 @@
+"""Parts that are in the same place: booleans on the solids."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import partial
+from itertools import combinations, islice
+from typing import NamedTuple
+
+import numpy as np
+
+from chefbot.design.checks.finding import Finding, searched
+from chefbot.design.checks.part_bodies import Body, bodies, named
+from chefbot.robot.geometry.solids import RobotPart
+from chefbot.robot.spec import Robot
+
+TOLERANCE = 1e-9
+"""Cubic metres (1 mm^3): parts that touch are fine, and polygons stand for round things."""
+MOST_REMEDIES = 8
+"""Overlaps for which a value is looked for; after those are mended, the next are."""
+FRAMES = {"imu": "imu", "ultrasonic": "ultrasonic", "camera": "depth_camera", "laser": "lidar"}
+"""Name of a sensor's part to its key."""
+WAYS = {
+    "caster": ("casters.offset",),
+    "pole": ("poles.reach",),
+    "tube": ("poles.reach",),
+    "wheel": ("wheels.separation",),
+    "motor_clamp": ("motor_clamp.width", "motor_clamp.length"),
+    "motor": ("wheels.separation",),
+    "payload": ("body.payload_height",),
+}
+"""Kind of a part to the keys that move it."""
+
+
+class Overlap(NamedTuple):
+    """Two bodies, what they share in m^3, and the sides of its box in metres."""
+
+    one: Body
+    other: Body
+    volume: float
+    size: tuple[float, float, float]
+
+
+def overlapping(robot: Robot) -> Iterator[Overlap]:
+    """All pairs that share more than TOLERANCE."""
+    for one, other in combinations(bodies(robot), 2):
+        found = overlap(one, other)
+        if found is not None:
+            yield found
+
+
+def overlap(one: Body, other: Body) -> Overlap | None:
+    """What two bodies share, None where that is no more than TOLERANCE."""
+    if np.any(one.high <= other.low) or np.any(other.high <= one.low):
+        return None
+    shared = one.surface ^ other.surface
+    volume = float(shared.volume())
+    if volume <= TOLERANCE:
+        return None
+    box = np.array(shared.bounding_box())
+    x, y, z = (box[3:] - box[:3]).tolist()
+    return Overlap(one, other, volume, (x, y, z))
+
+
+def overlaps(robot: Robot) -> Iterator[Finding]:
+    """A finding for each pair, with the nearest place where the movable one of both is free."""
+    found = sorted(overlapping(robot), key=lambda pair: -pair.volume)
+    for i, pair in enumerate(found):
+        lighter, heavier = sorted((pair.one.part, pair.other.part), key=lambda part: part.mass)
+        keys = keys_of(robot, lighter) + keys_of(robot, heavier)
+        if {"base_plate", "wheel"} <= {pair.one.part.kind, pair.other.part.kind}:
+            continue  # the notch's own check says it better
+        key, value = _remedy(robot, pair, keys, len(found)) if i < MOST_REMEDIES else ("", "")
+        x, y, z = (1000.0 * side for side in pair.size)
+        yield Finding(
+            "error", "overlap", f"{pair.one.name}, {pair.other.name}",
+            f"{pair.one.name} and {pair.other.name} are in the same place, over {x:.3g} x {y:.3g} x {z:.3g} mm",
+            pair.volume, 0.0, "m^3", False, key or (keys[0] if keys else pair.one.part.kind), value,
+        )  # fmt: skip
+
+
+def _remedy(robot: Robot, pair: Overlap, keys: list[str], before: int) -> tuple[str, str]:
+    """Key and value with which these two are apart, inside the body, and no other pair has come together."""
+    names = pair.one.name, pair.other.name
+
+    def good(candidate: Robot) -> bool:
+        both = named(candidate, *names)
+        if len(both) == 2 and overlap(*both) is not None:
+            return False
+        if not all(map(partial(_inside, candidate), both)):
+            return False
+        return len(list(islice(overlapping(candidate), before))) < before
+
+    return searched(robot, keys, good)
+
+
+def _inside(robot: Robot, box: Body) -> bool:
+    """Whether no corner sticks out of the round body; wheels and casters may."""
+    x, y = np.maximum(np.abs(box.low), np.abs(box.high))[:2].tolist()
+    boxes = ("equipment", "sensor")
+    return box.part.material not in boxes or math.hypot(x, y) <= robot.body.radius
+
+
+def keys_of(robot: Robot, part: RobotPart) -> list[str]:
+    """Keys that move the part, boxes and sensors before what carries them."""
+    name = part.name.removesuffix("_stand")
+    if name in FRAMES:
+        return [f"sensors.{FRAMES[name]}.mount.{axis}" for axis in "xyz"]
+    if name in ("battery", "driver"):
+        return [f"places.{name}.{axis}" for axis in "xy"]
+    for i, item in enumerate(robot.equipment):
+        if item.name == name:
+            return [f"equipment[{i}].place.{axis}" for axis in "xy"]
+    return list(WAYS.get(part.kind, ()))

@@ -1,0 +1,68 @@
+"""The parts of a robot as closed bodies in base_link that can be cut with each other."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.design.solids.triangulation import part_mesh
+from chefbot.robot.geometry.shapes import Solid, rotation
+from chefbot.robot.geometry.solids import RobotPart, link_origin, payload, solids
+from chefbot.robot.spec import Robot
+
+if TYPE_CHECKING:
+    from manifold3d import Manifold
+
+DEVIATION = 4e-6
+"""Metres between round things and the polygons that stand for them: finer than for a printer, so that a shaft in
+its wheel's bore shares no volume that counts."""
+
+
+class Body(NamedTuple):
+    """A part, its closed surface in base_link, and the corners of its box."""
+
+    part: RobotPart
+    surface: Manifold
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+    @property
+    def name(self) -> str:
+        """Of the part."""
+        return self.part.name
+
+
+def bodies(robot: Robot) -> tuple[Body, ...]:
+    """All parts and the payload."""
+    return tuple(_placed(part, link_origin(robot, part.link)) for part in (*solids(robot), payload(robot)))
+
+
+def named(robot: Robot, *names: str) -> list[Body]:
+    """The parts of these names that the robot has: a sensor that is moved may need no stand any more."""
+    parts = [part for part in (*solids(robot), payload(robot)) if part.name in names]
+    return [_placed(part, link_origin(robot, part.link)) for part in parts]
+
+
+def placement(turn: NDArray[np.float64], shift: Any) -> NDArray[np.float64]:
+    """(3, 4): first turned, then shifted."""
+    return np.column_stack([turn, np.asarray(shift, dtype=float)])
+
+
+@lru_cache(maxsize=4096)
+def _placed(part: RobotPart, origin: tuple[float, float, float]) -> Body:
+    turn = rotation(part.pitch, part.yaw)
+    surface = _surface(part.solids).transform(placement(turn, np.add(part.at, origin)))
+    box = np.array(surface.bounding_box())
+    return Body(part, surface, box[:3], box[3:])
+
+
+@lru_cache(maxsize=4096)
+def _surface(pieces: tuple[Solid, ...]) -> Manifold:
+    from manifold3d import Manifold, Mesh64, OpType
+
+    meshes = [part_mesh((piece,), DEVIATION) for piece in pieces]
+    made = [Manifold(Mesh64(mesh.vertices, mesh.triangles.astype(np.uint64))) for mesh in meshes]
+    return Manifold.batch_boolean(made, OpType.Add)

@@ -1,0 +1,255 @@
+"""What of the sensors' view the robot itself stands in.
+
+The part of a body that is inside of a field of view is cut out and projected from the sensor onto a plane in front
+of it: there, shares of area are shares of the picture, and nothing is sampled.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.design.checks.finding import Bound, Finding, Severity, below, mm_up, searched
+from chefbot.design.checks.part_bodies import Body, bodies, placement
+from chefbot.robot.geometry.layout import overall_height
+from chefbot.robot.geometry.shapes import rotation
+from chefbot.robot.section import Mount
+from chefbot.robot.sensors import DepthCamera, Lidar, Ultrasonic
+from chefbot.robot.spec import Robot
+
+if TYPE_CHECKING:
+    from manifold3d import CrossSection, Manifold
+
+NEAR = 1e-4
+"""Metres before the sensor where its view begins."""
+HIDDEN_WARNING, HIDDEN_ERROR = 0.001, 0.02
+"""Share of a picture, or of a cone's section, that the robot may hide."""
+CONE_SIDES = 64
+NOISE_RESERVE = 3.0
+"""Standard deviations by which the lidar's shortest range must be beyond the robot's own parts."""
+FAR_ROBOTS = 3.0
+"""The view is cut off so many footprints away: there the robot ends."""
+
+
+class Hidden(NamedTuple):
+    """Share of the view that the robot hides, and by part."""
+
+    share: float
+    by_part: dict[str, float]
+
+    @property
+    def names(self) -> str:
+        """The parts, the largest first."""
+        return ", ".join(sorted(self.by_part, key=lambda name: -self.by_part[name]))
+
+
+class Sectors(NamedTuple):
+    """Angle in radians of a scan that the robot hides, by part; the farthest point that a beam meets, metres."""
+
+    angle: float
+    by_part: dict[str, float]
+    farthest: float
+
+
+def views(robot: Robot) -> Iterator[Finding]:
+    """All findings of camera, ultrasonic ranger and lidar."""
+    camera, ranger, lidar = (
+        robot.sensors.depth_camera,
+        robot.sensors.ultrasonic,
+        robot.sensors.lidar,
+    )
+    if camera is not None:
+        yield from _view(robot, "camera", "depth_camera", "camera's picture")
+    if ranger is not None:
+        yield from _view(robot, "ultrasonic", "ultrasonic", "ultrasonic ranger's cone")
+    if lidar is not None:
+        yield from _scan(robot, lidar)
+
+
+def _view(robot: Robot, name: str, field: str, what: str) -> Iterator[Finding]:
+    hidden = hidden_from(robot, name, field)
+    severity: Severity = "error" if hidden.share > HIDDEN_ERROR else "warning"
+    if hidden.share <= HIDDEN_WARNING:
+        return
+    mount = f"sensors.{field}.mount"
+
+    def good(candidate: Robot) -> bool:
+        return hidden_from(candidate, name, field, enough=HIDDEN_WARNING).share <= HIDDEN_WARNING
+
+    key, value = searched(robot, [f"{mount}.x", f"{mount}.z"], good)
+    sentence = f"{100 * hidden.share:.3g} % of the {what} shows the robot: {hidden.names}"
+    yield Finding(
+        severity, "view", hidden.names, sentence, hidden.share, HIDDEN_WARNING, "", False,
+        key or f"{mount}.x", value,
+    )  # fmt: skip
+
+
+def hidden_from(robot: Robot, name: str, field: str, enough: float = 1.0) -> Hidden:
+    """What the robot hides of the view of the camera or of the ultrasonic ranger.
+
+    Once a part alone hides a share of more than `enough`, the rest is not looked at.
+    """
+    sensor: DepthCamera | Ultrasonic = getattr(robot.sensors, field)
+    window = _picture(sensor) if isinstance(sensor, DepthCamera) else _cone(sensor)
+    turn, at = _frame(sensor.mount)
+    view = _pyramid(window, FAR_ROBOTS * (robot.footprint_radius + overall_height(robot)))
+    view = view.transform(placement(turn, at))
+    whole, shadows, by_part = _polygon_area(window), [], {}
+    for body in _others(robot, name):
+        seen = body.surface ^ view
+        if not seen.is_empty():
+            shadows.append(_shadow(seen, turn, at))
+            by_part[body.name] = float(shadows[-1].area()) / whole
+            if by_part[body.name] > enough:
+                break
+    return Hidden(_union_area(shadows) / whole, by_part)
+
+
+def _others(robot: Robot, name: str) -> list[Body]:
+    """All bodies but the sensor's housing and its stand."""
+    return [body for body in bodies(robot) if body.name not in (name, f"{name}_stand")]
+
+
+def _frame(mount: Mount) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    return rotation(mount.pitch, mount.yaw), np.array((mount.x, mount.y, mount.z))
+
+
+def _picture(camera: DepthCamera) -> NDArray[np.float64]:
+    """(4, 2): corners of the picture on the plane one metre ahead, y and z."""
+    y = camera.width / 2.0 / camera.focal_length_px
+    z = camera.height / 2.0 / camera.focal_length_px
+    return np.array([(y, z), (-y, z), (-y, -z), (y, -z)])
+
+
+def _cone(ranger: Ultrasonic) -> NDArray[np.float64]:
+    """(n, 2): the cone's section one metre ahead."""
+    angles = np.arange(CONE_SIDES) * 2.0 * math.pi / CONE_SIDES
+    reach = math.tan(ranger.field_of_view / 2.0)
+    return reach * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def _pyramid(window: NDArray[np.float64], far: float) -> Manifold:
+    from manifold3d import Manifold
+
+    rays = np.column_stack([np.ones(len(window)), window])
+    return Manifold.hull_points(np.vstack([NEAR * rays, far * rays]))
+
+
+def _shadow(seen: Manifold, turn: NDArray[np.float64], at: NDArray[np.float64]) -> CrossSection:
+    """On the plane one metre ahead; the faces that look at the sensor cover what all of them cover."""
+    from manifold3d import CrossSection, FillRule
+
+    mesh = seen.to_mesh64()
+    inside = (np.asarray(mesh.vert_properties)[:, :3] - at) @ turn
+    flat = inside[:, 1:] / inside[:, :1]
+    triangles = flat[np.asarray(mesh.tri_verts).astype(np.int64)]
+    signed = _cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    return CrossSection(list(triangles[signed < 0.0][:, ::-1]), FillRule.NonZero)
+
+
+def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    product: NDArray[np.float64] = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return product
+
+
+def _union_area(shadows: Iterable[CrossSection]) -> float:
+    from manifold3d import CrossSection, OpType
+
+    return float(CrossSection.batch_boolean([CrossSection(), *shadows], OpType.Add).area())
+
+
+def _polygon_area(corners: NDArray[np.float64]) -> float:
+    return abs(float(_cross(corners, np.roll(corners, -1, axis=0)).sum())) / 2.0
+
+
+# -- lidar
+
+
+def _scan(robot: Robot, lidar: Lidar) -> Iterator[Finding]:
+    """Sectors that the robot hides, and whether it takes itself for a wall."""
+    sectors = hidden_sectors(robot, lidar)
+    if sectors.angle <= 0.0:
+        return
+    names = ", ".join(sectors.by_part)
+    sentence = f"{math.degrees(sectors.angle):.3g} degrees of the lidar's turn show the robot: {names}"
+    tubes = any(name.startswith("tube_") for name in sectors.by_part)
+    if tubes:
+        sentence += "; tubes are at every height, thinner ones hide less"
+    key, value = ("tubes.bore", "") if tubes else ("sensors.lidar.mount.z", _free_height(robot))
+    yield Finding(
+        "warning", "view", names, sentence, sectors.angle, 0.0, "rad", False, key, value,
+    )  # fmt: skip
+    least = sectors.farthest + NOISE_RESERVE * lidar.noise
+    yield from below(
+        "view", names, "the lidar measures the robot itself, with noise, and takes it for a wall",
+        Bound(lidar.range_min, least, "m"), "sensors.lidar.range_min", mm_up(least),
+    )  # fmt: skip
+
+
+def _free_height(robot: Robot) -> str:
+    """Where nothing hides it."""
+
+    def good(candidate: Robot) -> bool:
+        lidar = candidate.sensors.lidar
+        return lidar is not None and hidden_sectors(candidate, lidar).angle == 0.0
+
+    return searched(robot, ["sensors.lidar.mount.z"], good)[1]
+
+
+def hidden_sectors(robot: Robot, lidar: Lidar) -> Sectors:
+    """Of the plane that the lidar turns in; a part that another hides wholly is not named."""
+    turn, at = _frame(lidar.mount)
+    spans: dict[str, list[tuple[float, float]]] = {}
+    farthest = 0.0
+    for body in _others(robot, "laser"):
+        for loop in _section(body, turn, at):
+            spans[body.name] = spans.get(body.name, []) + _interval(loop)
+            farthest = max(farthest, _farthest_met(loop))
+    union: list[tuple[float, float]] = []
+    by_part = {}
+    for name in sorted(spans, key=lambda name: -_covered(spans[name])):
+        alone = _covered(union)
+        union += spans[name]
+        if _covered(union) > alone + 1e-9:
+            by_part[name] = _covered(spans[name])
+    return Sectors(_covered(union), by_part, farthest)
+
+
+def _section(body: Body, turn: NDArray[np.float64], at: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Outer loops (n, 2) in the lidar's plane: what is behind a wall does not count."""
+    back = body.surface.transform(placement(turn.T, -turn.T @ at))
+    loops = (np.asarray(loop) for loop in back.slice(0.0).to_polygons())
+    return [loop for loop in loops if _cross(loop, np.roll(loop, -1, axis=0)).sum() > 0.0]
+
+
+def _farthest_met(loop: NDArray[np.float64]) -> float:
+    """Of the edges that face the lidar; all of it lies inside a loop that has none."""
+    following = np.roll(loop, -1, axis=0)
+    facing = _cross(loop, following) < 0.0
+    met = np.vstack([loop[facing], following[facing]]) if facing.any() else loop
+    return float(np.hypot(*met.T).max())
+
+
+def _interval(loop: NDArray[np.float64]) -> list[tuple[float, float]]:
+    """Directions in [-pi, pi] that a closed line covers, each edge less than half a turn."""
+    start = np.arctan2(loop[:, 1], loop[:, 0])
+    turned = np.angle(np.exp(1j * (np.roll(start, -1) - start)))
+    spans = []
+    for begin, by in zip(start.tolist(), turned.tolist(), strict=True):
+        low, high = min(begin, begin + by), max(begin, begin + by)
+        spans += [(low, min(high, math.pi))] + ([(-math.pi, high - 2 * math.pi)] if high > math.pi else [])
+        spans += [(low + 2 * math.pi, math.pi)] if low < -math.pi else []
+    return [(max(low, -math.pi), high) for low, high in spans]
+
+
+def _covered(spans: list[tuple[float, float]]) -> float:
+    """Length of the union."""
+    total, reached = 0.0, -math.inf
+    for low, high in sorted(spans):
+        total += max(high - max(low, reached), 0.0)
+        reached = max(reached, high)
+    return total

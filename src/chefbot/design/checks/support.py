@@ -1,0 +1,143 @@
+"""Whether everything stands on something: on its plate, under the next one, in touch with the rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chefbot.design.checks.finding import Bound, Finding, below, mm_down, mm_up
+from chefbot.design.checks.overlaps import keys_of
+from chefbot.design.checks.part_bodies import Body, bodies
+from chefbot.robot.geometry import layout
+from chefbot.robot.spec import Robot
+
+if TYPE_CHECKING:
+    from manifold3d import CrossSection
+
+TOUCHING = 1e-4
+"""Metres between parts that touch."""
+PRESS = 1e-5
+"""Metres below a foot where its support is looked for."""
+LEAST_SEAT = 0.25
+"""Share of a box's or a stand's foot that must lie on something; the middle besides, or it topples."""
+REST = ("wheel", "payload")
+"""Kinds of parts that are held by other means than standing on something."""
+
+
+def seats(robot: Robot) -> Iterator[Finding]:
+    """All findings of equipment and sensors on their plates."""
+    found = bodies(robot)
+    floating = _floating(found)
+    for body in found:
+        if body.part.material in ("equipment", "sensor"):
+            yield from _edge(robot, body)
+        if body.part.material == "equipment":
+            yield from _bay(robot, body)
+            yield from _foot(robot, body, found)
+        elif body.part.kind == "stand":
+            yield from _foot(robot, body, found)
+        if body.name in floating:
+            yield _nothing_holds(robot, body)
+
+
+def _bay(robot: Robot, body: Body) -> Iterator[Finding]:
+    """A box is no higher than the room to the next plate."""
+    top = float(body.high[2])
+    above = [low for low in layout.plate_undersides(robot) if low > body.low[2]]
+    if above:
+        height = top - float(body.low[2])
+        yield from below(
+            "bay", body.name, f"{body.name} is {1000 * height:.4g} mm high: too high for the tubes",
+            Bound(min(above) - float(body.low[2]), height, "m"), "tubes.length", mm_up(height),
+        )  # fmt: skip
+
+
+def _edge(robot: Robot, body: Body) -> Iterator[Finding]:
+    """A box's corners do not stick out of the round body, which is all that the planner knows."""
+    x, y = (max(abs(float(body.low[i])), abs(float(body.high[i]))) for i in (0, 1))
+    key = keys_of(robot, body.part)[0 if x >= y else 1]
+    corner, radius = math.hypot(x, y), robot.body.radius
+    yield from below(
+        "edge", body.name, f"a corner of {body.name} is {1000 * corner:.4g} mm from the middle: beyond the plate",
+        Bound(radius, corner, "m"), key, _inwards(robot, body, 0 if x >= y else 1),
+    )  # fmt: skip
+
+
+def _inwards(robot: Robot, body: Body, axis: int) -> str:
+    """Coordinate at which the outer corners are just on the plate; empty where the box is too large."""
+    half = (body.high - body.low) / 2.0
+    other = 1 - axis
+    across = max(abs(float(body.low[other])), abs(float(body.high[other])))
+    if across >= robot.body.radius:
+        return ""
+    reach = math.sqrt(robot.body.radius**2 - across**2) - float(half[axis])
+    if reach < 0.0:
+        return ""
+    middle = float(body.low[axis] + body.high[axis]) / 2.0
+    return mm_down(reach) if middle >= 0.0 else f"-{mm_down(reach)}"
+
+
+def _foot(robot: Robot, body: Body, found: tuple[Body, ...]) -> Iterator[Finding]:
+    """Enough of its foot lies on something, its middle too; a stand may hang from above instead."""
+    shares = [_supported(body, found, above) for above in (False, True)]
+    share = max(shares) if body.part.kind == "stand" else shares[0]
+    keys = keys_of(robot, body.part)
+    sentence = f"{body.name} stands over a hole or the edge: {100 * share:.3g} % of its foot lie on something"
+    yield from below("seat", body.name, sentence, Bound(share, LEAST_SEAT, ""), keys[0], "")
+
+
+def _supported(body: Body, found: tuple[Body, ...], above: bool) -> float:
+    """Share of the foot (or head) that lies on others; 0 where the middle lies outside of their hull."""
+    from manifold3d import CrossSection, OpType
+
+    level = float(body.high[2] if above else body.low[2])
+    foot = body.surface.slice(level + (-PRESS if above else PRESS))
+    beyond = level + (PRESS if above else -PRESS)
+    others = [other for other in found if other.low[2] < beyond < other.high[2] and other.name != body.name]
+    supports = [foot ^ other.surface.slice(beyond) for other in others if _over(body, other)]
+    held = CrossSection.batch_boolean([CrossSection(), *supports], OpType.Add)
+    if held.is_empty() or not _inside(held.hull(), (body.low[:2] + body.high[:2]) / 2.0):
+        return 0.0
+    return float(held.area() / foot.area())
+
+
+def _over(one: Body, other: Body) -> bool:
+    return bool(np.all(one.low[:2] < other.high[:2]) and np.all(other.low[:2] < one.high[:2]))
+
+
+def _inside(section: CrossSection, point: np.ndarray) -> bool:
+    """Whether a point is in a convex section."""
+    (loop,) = section.to_polygons()
+    side = np.roll(loop, -1, axis=0) - loop
+    away = point - loop
+    return bool(np.all(side[:, 0] * away[:, 1] - side[:, 1] * away[:, 0] >= 0.0))
+
+
+def _floating(found: tuple[Body, ...]) -> set[str]:
+    """Parts that no chain of touching parts joins to the base plate."""
+    left = {body.name: body for body in found if body.part.kind not in REST}
+    reached = [left.pop("base_plate")]
+    while reached:
+        body = reached.pop()
+        near = [other.name for other in left.values() if _touch(body, other)]
+        reached.extend(left.pop(name) for name in near)
+    return set(left)
+
+
+def _touch(one: Body, other: Body) -> bool:
+    """A tilted sensor is screwed to its stand, which ends below the middle of the housing."""
+    if f"{one.name}_stand" == other.name or f"{other.name}_stand" == one.name:
+        return True
+    if np.any(one.low > other.high + TOUCHING) or np.any(other.low > one.high + TOUCHING):
+        return False
+    return one.surface.min_gap(other.surface, 2.0 * TOUCHING) <= TOUCHING
+
+
+def _nothing_holds(robot: Robot, body: Body) -> Finding:
+    keys = keys_of(robot, body.part)
+    key = next((key for key in keys if key.endswith(".z")), keys[0] if keys else body.part.kind)
+    sentence = f"{body.name} floats: it touches nothing that is joined to the base plate"
+    return Finding("error", "seat", body.name, sentence, 0.0, LEAST_SEAT, "", True, key, "")

@@ -1,0 +1,1 @@
+"""Technical drawings of a robot's parts."""

@@ -1,0 +1,68 @@
+"""Which lines of several parts a viewer sees: nearer parts cover those behind them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from chefbot.design.drawing.drawing import Item, Layer, Line, Point, loop_item
+from chefbot.design.drawing.views import Shape
+from chefbot.maths.outline import Corner, Loop, points
+
+if TYPE_CHECKING:
+    import shapely
+
+DEVIATION = 0.01
+"""Millimetres that a partly covered arc may be off; whole ones stay true."""
+GRID = 1e-4
+"""Millimetres that corners are rounded to, so that edges which touch do not cross by a rounding error."""
+SPECK = 0.2
+"""Millimetres of line, or square millimetres of face, that are not worth showing."""
+
+
+class Seen(NamedTuple):
+    """Visible lines of a shape, and a point of its visible face with that face's area, mm^2."""
+
+    items: list[Item]
+    anchor: Point
+    area: float
+
+
+def visible(shapes: Sequence[Shape]) -> list[Seen]:
+    """Of each shape, in the given order. A shape covers everything that reaches less far to the viewer:
+    exact for parts that do not run through each other in depth."""
+    import shapely
+
+    result: dict[int, Seen] = {}
+    covered: shapely.Geometry = shapely.Polygon()
+    for index in sorted(range(len(shapes)), key=lambda i: -shapes[i].near):
+        shape = shapes[index]
+        holes = shapely.union_all([shapely.Polygon(points(hole, DEVIATION)) for hole in shape.holes])
+        face = shapely.Polygon(points(shape.edge, DEVIATION)).difference(holes, grid_size=GRID)
+        result[index] = _seen(shape, face, covered)
+        covered = shapely.union(covered, face, grid_size=GRID)
+    return [result[index] for index in range(len(shapes))]
+
+
+def _seen(shape: Shape, face: shapely.Geometry, covered: shapely.Geometry) -> Seen:
+    items = _uncovered("OUTLINE", shape.edge, covered)
+    for hole in shape.holes:
+        items += _uncovered("HOLES", hole, covered)
+    left = face.difference(covered, grid_size=GRID)
+    spot = left.representative_point() if left.area > SPECK else None
+    return Seen(items, (spot.x, spot.y) if spot else (0.0, 0.0), left.area if spot else 0.0)
+
+
+def _uncovered(layer: Layer, loop: Loop, covered: shapely.Geometry) -> list[Item]:
+    import shapely
+
+    ring = shapely.LinearRing(points(loop, DEVIATION))
+    rest = ring.difference(covered)
+    if rest.length > ring.length - 1e-6:
+        return [loop_item(layer, loop)]
+    joined = shapely.line_merge(rest)
+    return [_open(layer, piece) for piece in shapely.get_parts(joined) if piece.length > SPECK]
+
+
+def _open(layer: Layer, piece: shapely.LineString) -> Line:
+    return Line(layer, tuple(Corner(x, y) for x, y in piece.coords), False)

@@ -1,0 +1,163 @@
+"""The sheet: paper and scale that hold a plan, frame and title block (ISO 216, 5455, 5457, 7200)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from chefbot.design.drawing.drawing import (
+    Box,
+    Item,
+    Plan,
+    Text,
+    Title,
+    around,
+    item_box,
+    moved,
+    rectangle,
+    segment,
+)
+from chefbot.maths.outline import Corner
+
+A4, A3 = (297.0, 210.0), (420.0, 297.0)
+BINDING, MARGIN = 20.0, 10.0
+"""Left of the frame, and on the other three sides, mm on paper."""
+BLOCK = (180.0, 32.0)
+"""Title block, mm on paper."""
+AIR = 5.0
+"""Between frame and drawing, mm on paper."""
+NAMES = {A4: "A4", A3: "A3"}
+
+
+class Scale(NamedTuple):
+    """Paper to part as written, and millimetres of part to one of paper."""
+
+    text: str
+    factor: float
+
+
+SCALES = {f"{a}:{b}": Scale(f"{a}:{b}", b / a) for a, b in ((2, 1), (1, 1), (1, 2), (1, 5), (1, 10), (1, 20))}
+CHOICES = (
+    (A4, SCALES["2:1"]),
+    (A4, SCALES["1:1"]),
+    (A3, SCALES["1:1"]),
+    (A4, SCALES["1:2"]),
+    (A3, SCALES["1:2"]),
+    (A4, SCALES["1:5"]),
+    (A3, SCALES["1:5"]),
+    (A3, SCALES["1:10"]),
+    (A3, SCALES["1:20"]),
+)
+"""Scales of ISO 5455, the largest first."""
+
+
+class Drawing(NamedTuple):
+    """A whole sheet in true millimetres; the paper's lower left corner is the origin."""
+
+    name: str
+    title: Title
+    items: tuple[Item, ...]
+    paper: tuple[float, float]
+    scale: Scale
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Of the paper, in the millimetres of the drawing."""
+        return self.paper[0] * self.scale.factor, self.paper[1] * self.scale.factor
+
+
+def compose(name: str, plan: Callable[[float], Plan]) -> Drawing:
+    """Draw at the largest scale that fits and set frame and title block; the last choice takes what is left."""
+    for paper, scale in CHOICES:
+        drawn = plan(scale.factor)
+        box = around(item_box(item, scale.factor) for item in drawn.items)
+        room = _room(paper, scale.factor)
+        if box.width <= room.width and box.height <= room.height:
+            break
+    (x, y), (bx, by) = room.middle, box.middle
+    items = tuple(moved(item, x - bx, y - by) for item in drawn.items)
+    return Drawing(name, drawn.title, items + _frame(drawn.title, paper, scale), paper, scale)
+
+
+def _room(paper: tuple[float, float], factor: float) -> Box:
+    """For the drawing: inside the frame, above the title block."""
+    left, low = BINDING + AIR, MARGIN + BLOCK[1] + AIR
+    right, high = paper[0] - MARGIN - AIR, paper[1] - MARGIN - AIR
+    return Box(left * factor, low * factor, right * factor, high * factor)
+
+
+def _frame(title: Title, paper: tuple[float, float], scale: Scale) -> tuple[Item, ...]:
+    """Drawn at paper size and grown to the sheet's."""
+    width, height = paper
+    items: list[Item] = [rectangle("TITLE", Box(BINDING, MARGIN, width - MARGIN, height - MARGIN))]
+    items += [_shifted(item, width - MARGIN - BLOCK[0], MARGIN) for item in _block(title, paper, scale)]
+    return tuple(_grown(item, scale.factor) for item in items)
+
+
+def _block(title: Title, paper: tuple[float, float], scale: Scale) -> list[Item]:
+    """Four columns in two rows, and the name of part and robot above."""
+    width, height = BLOCK
+    rows, columns = (10.0, 20.0), (45.0, 90.0, 135.0)
+    items: list[Item] = [rectangle("TITLE", Box(0.0, 0.0, width, height))]
+    items += [segment("TITLE", (0.0, y), (width, y)) for y in rows]
+    items += [segment("TITLE", (x, 0.0), (x, rows[-1])) for x in columns]
+    items.append(segment("TITLE", (columns[-1], rows[-1]), (columns[-1], height)))
+    items += _field(0.0, rows[-1] + 1.8, "Part", title.part, 5.0)
+    items += _field(columns[-1], rows[-1] + 1.8, "Robot", title.robot, 3.5)
+    fields = {
+        (0.0, rows[0]): ("Material", title.material),
+        (columns[0], rows[0]): ("Size", title.size),
+        (columns[1], rows[0]): ("Pieces", str(title.pieces)),
+        (columns[2], rows[0]): ("Mass of one", mass_text(title.mass)),
+        (0.0, 0.0): ("Scale", scale.text),
+        (columns[0], 0.0): ("Sheet", NAMES[paper]),
+        (columns[1], 0.0): ("Dimensions", "mm"),
+        (columns[2], 0.0): ("Projection", "first angle"),
+    }
+    for (x, y), (label, value) in fields.items():
+        items += _field(x, y, label, value, 3.5 if len(value) < 14 else 2.5)
+    return items + _projection_symbol(width - 8.0, 4.0)
+
+
+def mass_text(mass: float) -> str:
+    """Three figures, in grams below a kilogram."""
+    return f"{mass:.3g} kg" if mass >= 1.0 else f"{mass * 1000:.3g} g"
+
+
+def _field(x: float, y: float, label: str, value: str, height: float) -> list[Item]:
+    return [
+        Text("TITLE", x + 1.5, y + 8.2, label, 1.8),
+        Text("TITLE", x + 1.5, y + 3.5, value, height),
+    ]
+
+
+def _projection_symbol(x: float, y: float) -> list[Item]:
+    """A cone's frustum and its left view, right of it: first angle (ISO 5456-2)."""
+    from chefbot.design.drawing.drawing import Circle, Line
+
+    cone = (
+        Corner(x - 8.0, y - 1.0),
+        Corner(x - 3.0, y - 2.0),
+        Corner(x - 3.0, y + 2.0),
+        Corner(x - 8.0, y + 1.0),
+    )
+    return [Line("TITLE", cone), Circle("TITLE", x + 1.5, y, 2.0), Circle("TITLE", x + 1.5, y, 1.0)]
+
+
+def _shifted(item: Item, x: float, y: float) -> Item:
+    return moved(item, x, y)
+
+
+def _grown(item: Item, factor: float) -> Item:
+    """A paper item in the drawing's millimetres; letters keep their height on paper."""
+    from chefbot.design.drawing.drawing import Circle, Line, scaled
+
+    match item:
+        case Line():
+            return item._replace(corners=scaled(item.corners, factor))
+        case Circle():
+            return item._replace(x=item.x * factor, y=item.y * factor, radius=item.radius * factor)
+        case Text():
+            return item._replace(x=item.x * factor, y=item.y * factor)
+        case _:
+            raise TypeError(f"no frame has a {type(item).__name__}")

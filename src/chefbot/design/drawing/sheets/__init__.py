@@ -1,0 +1,53 @@
+"""The sheets of a robot: by name, each a function of robot and scale factor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from chefbot.design.drawing.drawing import Plan
+from chefbot.design.drawing.paper import Drawing, compose
+from chefbot.design.drawing.sheets.assembly import assembly
+from chefbot.design.drawing.sheets.caster import caster
+from chefbot.design.drawing.sheets.clamp import motor_clamp
+from chefbot.design.drawing.sheets.plates import base_plate, upper_plate
+from chefbot.design.drawing.sheets.turned import pole, tube
+from chefbot.errors import UserError, nearest
+from chefbot.robot.geometry.solids import solids
+
+if TYPE_CHECKING:
+    from chefbot.robot.spec import Robot
+
+SHEETS: dict[str, Callable[[Robot, float], Plan]] = {
+    "base_plate": base_plate,
+    "middle_plate": lambda robot, factor: upper_plate(robot, "middle_plate", factor),
+    "top_plate": lambda robot, factor: upper_plate(robot, "top_plate", factor),
+    "pole": pole,
+    "tube": tube,
+    "motor_clamp": motor_clamp,
+    "caster": caster,
+    "assembly": assembly,
+}
+ALL = "all"
+
+
+def sheets_of(robot: Robot) -> list[str]:
+    """Names of the sheets of the parts that this robot has."""
+    kinds = {part.kind for part in solids(robot)} | {"assembly"}
+    return [name for name in SHEETS if name in kinds]
+
+
+def asked_for(robot: Robot, names: list[str]) -> list[str]:
+    """The sheets of these names, `all` for every one; UserError for a name that is none, or not this robot's."""
+    has = sheets_of(robot)
+    for name in names:
+        if name not in SHEETS and name != ALL:
+            raise UserError(f"no sheet is called {name!r}{nearest(name, [*SHEETS, ALL])}")
+        if name not in has and name != ALL:
+            raise UserError(f"{robot.name} has no {name.replace('_', ' ')}; its sheets are {', '.join(has)}")
+    return has if ALL in names else list(dict.fromkeys(names))
+
+
+def draw(robot: Robot, name: str) -> Drawing:
+    """One sheet, at the scale and on the paper that hold it."""
+    return compose(name, lambda factor: SHEETS[name](robot, factor))

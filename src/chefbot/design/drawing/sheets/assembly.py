@@ -1,0 +1,188 @@
+"""The whole robot: from the front, from its right side, and its lowest deck from above; with a parts list."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+from chefbot.design.drawing.drawing import (
+    MM,
+    Box,
+    Item,
+    Linear,
+    Plan,
+    Radial,
+    Text,
+    Title,
+    around,
+    item_box,
+    moved,
+    number,
+    segment,
+)
+from chefbot.design.drawing.hidden_lines import Seen, visible
+from chefbot.design.drawing.sheets.common import row
+from chefbot.design.drawing.sheets.parts_list import Mark, balloons, entries, table
+from chefbot.design.drawing.views import FRONT, SIDE, TOP, View, part_seen
+from chefbot.robot.geometry import layout
+from chefbot.robot.geometry.layout import body_height, ground_clearance
+from chefbot.robot.geometry.mass import unloaded_mass
+from chefbot.robot.geometry.solids import RobotPart, link_origin, solids
+
+if TYPE_CHECKING:
+    from chefbot.robot.spec import Robot
+
+CAPTION = 3.5
+"""Height of the views' names, mm on paper."""
+NUMBERS = 14.0
+"""From a view to its numbers, mm on paper."""
+
+
+class Face(NamedTuple):
+    """A view with what is seen of each kind of part."""
+
+    items: list[Item]
+    box: Box
+    marks: dict[str, Seen]
+
+
+def assembly(robot: Robot, factor: float) -> Plan:
+    """Three views in first-angle order and the parts list right of them."""
+    front, side, top = _faces(robot)
+    chosen = _marks(robot, [front, side, top])
+    drawn = [
+        _dressed(face, marks, sizes(robot, face.box, factor), name, factor, face is top)
+        for face, marks, sizes, name in zip(
+            (front, side, top),
+            chosen,
+            (_front_sizes, _side_sizes, _top_sizes),
+            ("Front", "Right side", "Lowest deck from above"),
+            strict=True,
+        )
+    ]
+    boxes = [around(item_box(item, factor) for item in items) for items in drawn]
+    beside = boxes[0].right - boxes[1].left + 4.0 * factor
+    below = boxes[0].low - boxes[2].high - 3.0 * factor
+    items = drawn[0] + [moved(item, beside, 0.0) for item in drawn[1]]
+    items += [moved(item, 0.0, below) for item in drawn[2]]
+    items += table(robot, boxes[1].right + beside + 8.0 * factor, boxes[0].high, factor)
+    return Plan(_title(robot, front.box, side.box), tuple(items))
+
+
+@lru_cache(maxsize=8)
+def _faces(robot: Robot) -> tuple[Face, Face, Face]:
+    """Front, side and lowest deck: no scale is in them, so they serve all that are tried."""
+    parts = solids(robot)
+    return _face(robot, parts, FRONT), _face(robot, parts, SIDE), _face(robot, _lowest_deck(robot), TOP)
+
+
+def _title(robot: Robot, front: Box, side: Box) -> Title:
+    size = f"{number(side.width)} x {number(front.width)} x {number(front.high)}"
+    return Title(robot.name, "Assembly", "see parts list", size, 1, unloaded_mass(robot))
+
+
+def _lowest_deck(robot: Robot) -> list[RobotPart]:
+    """Parts that a viewer from above sees once the second plate is off."""
+    undersides = layout.plate_undersides(robot)
+    ceiling = undersides[1] if len(undersides) > 1 else float("inf")
+    return [part for part in solids(robot) if _top_of(robot, part) <= ceiling + 1e-9]
+
+
+def _top_of(robot: Robot, part: RobotPart) -> float:
+    shapes = part_seen(part, link_origin(robot, part.link), TOP)
+    return max(shape.near for shape in shapes) / MM
+
+
+def _face(robot: Robot, parts: Sequence[RobotPart], view: View) -> Face:
+    """All visible lines; of every kind the shape that shows most."""
+    shapes, kinds = [], []
+    for part in parts:
+        for shape in part_seen(part, link_origin(robot, part.link), view):
+            shapes.append(shape)
+            kinds.append(part.kind)
+    seen = visible(shapes)
+    items = [item for one in seen for item in one.items]
+    marks: dict[str, Seen] = {}
+    for kind, one in zip(kinds, seen, strict=True):
+        if one.area > 0.0 and (kind not in marks or one.area > marks[kind].area):
+            marks[kind] = one
+    return Face(items, around(item_box(item, 1.0) for item in items), marks)
+
+
+def _marks(robot: Robot, faces: list[Face]) -> list[list[Mark]]:
+    """For each view the numbers it bears: a part is numbered where it shows most."""
+    chosen: list[list[Mark]] = [[] for _ in faces]
+    for entry in entries(robot):
+        areas = [face.marks[entry.kind].area if entry.kind in face.marks else 0.0 for face in faces]
+        best = areas.index(max(areas))
+        if areas[best] > 0.0:
+            chosen[best].append(Mark(entry.number, faces[best].marks[entry.kind].anchor))
+    return chosen
+
+
+def _dressed(
+    face: Face, marks: list[Mark], sizes: list[Item], name: str, factor: float, both: bool
+) -> list[Item]:
+    """A view with dimensions, numbers (on both sides where there is room) and caption."""
+    x, y = face.box.middle
+    box = around(item_box(item, factor) for item in [*sizes, *face.items])
+    gap = NUMBERS * factor / 2
+    left = [mark for mark in marks if both and mark.anchor[0] < x]
+    numbers = balloons([mark for mark in marks if mark not in left], box.right + gap, y, factor)
+    numbers += balloons(left, box.left - gap, y, factor)
+    caption = Text("TITLE", x, face.box.high + 7.0 * factor, name, CAPTION, "middle")
+    return [*face.items, *sizes, *numbers, caption]
+
+
+def _floor(box: Box, factor: float) -> Item:
+    return segment("REFERENCE", (box.left - 6.0 * factor, 0.0), (box.right + 6.0 * factor, 0.0))
+
+
+def _front_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
+    """Heights of the plates, of all, track and width."""
+    undersides = [z * MM for z in layout.plate_undersides(robot)]
+    thickness, edge = robot.plates.thickness * MM, robot.body.radius * MM
+    track, left = robot.wheels.separation * MM / 2, -edge
+    steps = [0.0, *(z for low in undersides for z in (low, low + thickness))]
+    chain = [(a, b) for a, b in itertools.pairwise(steps) if b - a > thickness + 1e-6]
+    items, lanes = _chain(left, box.left, chain, factor)
+    items.append(Linear((left, 0.0), (left, body_height(robot) * MM), "y", box.left - row(lanes, factor)))
+    if box.high > body_height(robot) * MM + 1e-6:
+        items.append(Linear((left, 0.0), (left, box.high), "y", box.left - row(lanes + 1, factor)))
+    return [
+        *items,
+        _floor(box, factor),
+        Linear((-track, 0.0), (track, 0.0), "x", -row(0, factor)),
+        Linear((box.left, undersides[0]), (box.right, undersides[0]), "x", -row(1, factor)),
+    ]
+
+
+def _chain(x: float, edge: float, steps: list[tuple[float, float]], factor: float) -> tuple[list[Item], int]:
+    """Heights one above the other: in a row, or in two by turns where a text has no room between its ends."""
+    line = [Linear((x, a), (x, b), "y", edge - row(0, factor)) for a, b in steps]
+    if not any(step.text_shift(factor) for step in line):
+        return list(line), 1
+    return [step._replace(at=edge - row(i % 2, factor)) for i, step in enumerate(line)], 2
+
+
+def _side_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
+    """Wheel, casters, and clearance: what it is, and what was wanted."""
+    wheel, offset = robot.wheel_radius * MM, robot.casters.offset * MM
+    clear, wanted, front = ground_clearance(robot) * MM, robot.body.clearance * MM, robot.body.radius * MM
+    motor = robot.motor.diameter * MM / 2
+    return [
+        _floor(box, factor),
+        segment("REFERENCE", (box.left, wanted), (box.right, wanted)),
+        Linear((front, 0.0), (front, wanted), "y", box.right + row(1, factor), "min. <>"),
+        Linear((front, 0.0), (motor, clear), "y", box.right + row(0, factor)),
+        Radial("diameter", 0.0, wheel, wheel, 305.0, 8.0),
+        Linear((-offset, 0.0), (offset, 0.0), "x", -row(0, factor)),
+    ]
+
+
+def _top_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
+    """The plate's width with the notches."""
+    floor, low = layout.notch_floor(robot) * MM, box.low - row(0, factor)
+    return [Linear((-floor, 0.0), (floor, 0.0), "x", low)] if robot.plates.notch else []

@@ -1,0 +1,32 @@
+"""The constants of the motor board's firmware as a C header."""
+
+from __future__ import annotations
+
+from chefbot.board.firmware_constants import Constant, as_int32, firmware_constants
+from chefbot.robot.spec import Robot
+
+
+def firmware_header(robot: Robot) -> str:
+    """Text of `robot_constants.h`: whole numbers with unit and source, and an initialiser of the struct."""
+    constants = firmware_constants(robot)
+    lines = [
+        f"// Firmware constants of the robot {robot.name}, made from its robot file: do not edit.",
+        "#pragma once",
+        "",
+        f'#define CHEFBOT_ROBOT_NAME "{robot.name}"',
+        *(_define(constant) for constant in constants),
+        "",
+        "// in the order of struct RobotConstants",
+        "#define CHEFBOT_ROBOT_CONSTANTS { \\",
+        *(f"    {_macro(constant)}, \\" for constant in constants),
+        "}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _macro(constant: Constant) -> str:
+    return f"CHEFBOT_{constant.name.upper()}"
+
+
+def _define(constant: Constant) -> str:
+    return f"#define {_macro(constant)} {as_int32(constant.value)}L  // {constant.unit}; {constant.source}"

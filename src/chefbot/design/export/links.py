@@ -1,0 +1,119 @@
+"""The robot as rigid links: where its masses are, which simple solids collide, which are seen.
+
+URDF, SDF and MJCF are all written from here, so that they cannot disagree.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from chefbot.robot.geometry import layout
+from chefbot.robot.geometry.layout import body_height, ground_clearance
+from chefbot.robot.geometry.mass import link_mass
+from chefbot.robot.geometry.shapes import Ball, MassProperties, Prism, Solid, Vector, rotation
+from chefbot.robot.geometry.solids import RobotPart, link_origin, payload, solids
+from chefbot.robot.materials import Colour
+from chefbot.robot.spec import Robot
+
+Kind = Literal["cylinder", "sphere", "box", "wheel"]
+
+
+class Primitive(NamedTuple):
+    """What simulators and viewers know without a mesh, in its link's frame; metres, radians.
+
+    size: of a cylinder and a wheel (radius, length), of a sphere (radius,), of a box its sides.
+    A cylinder stands along its z, a wheel along its y; rpy as in URDF.
+    """
+
+    name: str
+    kind: Kind
+    at: Vector
+    size: tuple[float, ...]
+    rpy: Vector = (0.0, 0.0, 0.0)
+
+
+class Link(NamedTuple):
+    """A rigid part: its origin in base_link, and whether it turns about its y axis (a wheel) or is fixed."""
+
+    name: str
+    at: Vector
+    inertia: MassProperties
+    hulls: tuple[Primitive, ...]
+    parts: tuple[RobotPart, ...]
+    turns: bool = False
+
+
+def links(robot: Robot) -> list[Link]:
+    """All links that have mass, base_link first; its origin is on the floor below the axle's middle."""
+    return [_base(robot), _payload(robot), *(_wheel(robot, side) for side in layout.SIDES)]
+
+
+def looks(part: RobotPart) -> list[tuple[Primitive, Colour]]:
+    """A part as primitives: holes are left out, and a plate's notches."""
+    turn, at = rotation(part.pitch, part.yaw), np.array(part.at)
+    found = []
+    for i, solid in enumerate(part.solids):
+        x, y, z = (turn @ np.array(solid.at) + at).tolist()
+        name = part.name if i == 0 else f"{part.name}_{i}"
+        found.append((_primitive(name, solid, (x, y, z), part.pitch, part.yaw), part.colour))
+    return found
+
+
+def _primitive(name: str, solid: Solid, at: Vector, pitch: float, yaw: float) -> Primitive:
+    if isinstance(solid, Ball):
+        return Primitive(name, "sphere", at, (solid.radius,))
+    edge = np.array([(corner.x, corner.y) for corner in solid.outline.edge])
+    if any(corner.bulge for corner in solid.outline.edge):
+        radius = float(np.hypot(*edge.T).max())
+        tilt = {"x": (0.0, math.pi / 2), "y": (math.pi / 2, 0.0), "z": (0.0, 0.0)}[solid.axis]
+        return Primitive(name, "cylinder", at, (radius, solid.length), (tilt[0], pitch + tilt[1], yaw))
+    return _box(name, solid, edge, at, (0.0, pitch, yaw))
+
+
+def _box(name: str, prism: Prism, edge: np.ndarray, at: Vector, rpy: Vector) -> Primitive:
+    """The sides of a rectangle's prism; its middle may be off the outline's origin."""
+    (u, v), w = np.ptp(edge, axis=0).tolist(), prism.length
+    a, b = ((edge.max(axis=0) + edge.min(axis=0)) / 2).tolist()
+    size, off = {
+        "x": ((w, u, v), (0.0, a, b)),
+        "y": ((u, w, v), (a, 0.0, b)),
+        "z": ((u, v, w), (a, b, 0.0)),
+    }[prism.axis]
+    x, y, z = (np.array(at) + rotation(rpy[1], rpy[2]) @ np.array(off)).tolist()
+    return Primitive(name, "box", (x, y, z), size, rpy)
+
+
+def _base(robot: Robot) -> Link:
+    """Everything but wheels and payload; it collides as one cylinder and two balls."""
+    low, high = ground_clearance(robot), body_height(robot)
+    hull = Primitive("hull", "cylinder", (0.0, 0.0, (low + high) / 2), (robot.body.radius, high - low))
+    casters = [
+        Primitive(f"caster_{name}", "sphere", at, (robot.casters.radius,))
+        for name, at in layout.caster_positions(robot).items()
+    ]
+    return _link(robot, "base_link", (hull, *casters))
+
+
+def _wheel(robot: Robot, side: str) -> Link:
+    size = (robot.wheel_radius, robot.wheels.width)
+    return _link(robot, f"wheel_{side}_link", (Primitive(f"wheel_{side}", "wheel", (0, 0, 0), size),), True)
+
+
+def _link(robot: Robot, name: str, hulls: tuple[Primitive, ...], turns: bool = False) -> Link:
+    parts = tuple(part for part in solids(robot) if part.link == name)
+    return Link(name, link_origin(robot, name), link_mass(robot, name), hulls, parts, turns)
+
+
+def _payload(robot: Robot) -> Link:
+    part = payload(robot)
+    ((hull, _),) = looks(part)
+    return Link("payload_link", link_origin(robot, part.link), part.inertia, (hull,), (part,))
+
+
+def sensor_mounts(robot: Robot) -> dict[str, tuple[Vector, float, float]]:
+    """Frame name to (position in base_link, pitch, yaw) of every mounted sensor."""
+    mounts = {frame: sensor.mount for frame, sensor in robot.sensors.by_frame.items()}
+    return {name: ((m.x, m.y, m.z), m.pitch, m.yaw) for name, m in mounts.items()}

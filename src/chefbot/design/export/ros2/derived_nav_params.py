@@ -1,0 +1,280 @@
+"""What a navigation stack must know of a robot, each figure with its formula and numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+from chefbot.design.export.ros2.annotated_yaml import Because, at_most, rounded, short
+from chefbot.design.export.urdf_frames import DEPTH_FRAME
+from chefbot.errors import UserError
+from chefbot.robot.geometry.layout import overall_height
+from chefbot.robot.motion_limits import (
+    max_acceleration,
+    max_speed,
+    max_turn,
+    max_turn_acceleration,
+    max_wheel_speed,
+)
+from chefbot.robot.spec import Robot
+
+CELLS = (0.05, 0.025, 0.02, 0.01)
+"""Sides of a map's cell in use, m: the usual 5 cm, and finer for small robots."""
+CELLS_PER_RADIUS = 3.0
+"""A round footprint of fewer cells is a square."""
+SLOWEST, FASTEST = 10.0, 30.0
+"""Hz: what a controller is run at; below, the base's own guard against old commands is near."""
+EDGE = 2.0
+"""Natural logarithm by which costs have fallen at the inflation's edge: 252 becomes 34, as in our own costmap."""
+
+
+class Doubt(NamedTuple):
+    """How badly the robot's numbers fit it on its floor, as standard deviations: see our odometry's params."""
+
+    slip: float
+    """m after one metre of a wheel; it grows with the root of the distance."""
+    diameter_error: float
+    separation_error: float
+
+
+class Sight(NamedTuple):
+    """What the scan is made of. Metres, Hz, radians."""
+
+    sensor: str
+    topic: str
+    frame: str
+    rate: float
+    range_min: float
+    range_max: float
+    """Up to here a return is worth a map cell."""
+    far: float
+    """Up to here the sensor answers at all."""
+    noise: float
+    """Standard deviation of a range at `range_max`."""
+    angle: float
+    """Seen at once."""
+    height: float
+
+
+@dataclass(frozen=True)
+class Figures:
+    """The figures that several parameters share."""
+
+    robot: Robot
+    doubt: Doubt
+
+    @cached_property
+    def sight(self) -> Sight:
+        """Of the sensor that the robot maps with. UserError if it has none."""
+        lidar, camera = self.robot.sensors.lidar, self.robot.sensors.depth_camera
+        if lidar is not None:
+            return Sight(
+                "lidar", "/scan", "laser", lidar.rate, lidar.range_min, lidar.range_max, lidar.range_max,
+                lidar.noise, 2 * math.pi, lidar.mount.z,
+            )  # fmt: skip
+        if camera is None:
+            raise UserError(
+                f"robot {self.robot.name} has neither sensors.lidar nor sensors.depth_camera: navigation needs one"
+            )
+        useful = camera.range_with_noise(self.resolution.number)
+        return Sight(
+            "depth camera", "/scan", DEPTH_FRAME, camera.rate, camera.range_min, useful, camera.range_max,
+            camera.noise * useful**2, camera.field_of_view, camera.mount.z,
+        )  # fmt: skip
+
+    @cached_property
+    def radius(self) -> Figure:
+        """The circle that the robot is for a planner."""
+        robot = self.robot
+        corner = math.hypot((robot.wheels.separation + robot.wheels.width) / 2, robot.wheel_radius)
+        return Figure(
+            math.ceil(robot.footprint_radius * 1e4) / 1e4,
+            f"the larger of body.radius {short(robot.body.radius)} and the wheels' corners, {short(corner)}",
+        )
+
+    @cached_property
+    def resolution(self) -> Figure:
+        """Side of a map's cell."""
+        wanted = self.robot.footprint_radius / CELLS_PER_RADIUS
+        cell = next((cell for cell in CELLS if cell <= wanted * (1 + 1e-9)), CELLS[-1])
+        return Figure(
+            cell, f"at least three cells in the footprint's radius: {short(wanted)}; 0.05 is enough"
+        )
+
+    @cached_property
+    def speed(self) -> Figure:
+        """Forward, m/s."""
+        robot, sighted = self.robot, self.sighted
+        told = f"drive.max_speed {short(robot.drive.max_speed)}, and no more than the loaded motors hold,"
+        told += f" {short(max_wheel_speed(robot))}"
+        if sighted.number < max_speed(robot):
+            return Figure(at_most(sighted.number), f"{sighted.how}; {told}")
+        return Figure(at_most(max_speed(robot)), told)
+
+    @cached_property
+    def sighted(self) -> Figure:
+        """The speed from which it stops within what it sees, m/s: v t + v^2 / 2a = d."""
+        sight, a = self.sight, self.acceleration.number
+        room = max(sight.range_max - self.radius.number, 0.0)
+        t = 1.0 / sight.rate + 1.0 / SLOWEST
+        v = a * (math.sqrt(t * t + 2.0 * room / a) - t)
+        return Figure(
+            v,
+            f"no faster than it can stop within the {short(room)} m that its {sight.sensor} sees ahead of it, with"
+            f" {short(a)} m/s^2 after {short(t)} s: {short(v)}",
+        )
+
+    @cached_property
+    def turn(self) -> Figure:
+        """On the spot, rad/s."""
+        robot = self.robot
+        rims = 2 * max_wheel_speed(robot) / robot.wheels.separation
+        return Figure(
+            at_most(max_turn(robot)),
+            f"drive.max_turn {short(robot.drive.max_turn)}, and no more than 2 x wheel speed / separation ="
+            f" {short(rims)}",
+        )
+
+    @cached_property
+    def acceleration(self) -> Figure:
+        """Forward, m/s^2."""
+        wish = short(self.robot.drive.max_acceleration)
+        return Figure(
+            at_most(max_acceleration(self.robot)),
+            f"drive.max_acceleration {wish}, grip and torque: the least",
+        )
+
+    @cached_property
+    def turn_acceleration(self) -> Figure:
+        """On the spot, rad/s^2."""
+        robot = self.robot
+        rims = 2 * max_acceleration(robot) / robot.wheels.separation
+        return Figure(
+            at_most(max_turn_acceleration(robot)),
+            f"drive.max_turn_acceleration {short(robot.drive.max_turn_acceleration)}, and no more than"
+            f" 2 x max_acceleration / separation = {short(rims)}",
+        )
+
+    @cached_property
+    def frequency(self) -> Figure:
+        """Of the controller, Hz."""
+        cells = self.speed.number / self.resolution.number
+        hz = min(max(5.0 * math.ceil(2.0 * cells / 5.0), SLOWEST), FASTEST)
+        return Figure(
+            hz,
+            f"twice per cell at full speed: 2 x {short(self.speed.number)} / {short(self.resolution.number)} ="
+            f" {short(2 * cells)}, in steps of 5 from {SLOWEST:g} to {FASTEST:g}",
+        )
+
+    @cached_property
+    def latency(self) -> Figure:
+        """From an obstacle to a command that knows of it, s."""
+        old, late = 1.0 / self.sight.rate, 1.0 / self.frequency.number
+        return Figure(old + late, f"a scan may be {short(old)} s old and a command {short(late)} s late")
+
+    @cached_property
+    def stopping(self) -> Figure:
+        """Metres from full speed to rest."""
+        v, a, t = self.speed.number, self.acceleration.number, self.latency.number
+        return Figure(
+            v * t + v * v / (2 * a),
+            f"v t + v^2 / 2a = {short(v)} x {short(t)} + {short(v)}^2 / (2 x {short(a)})",
+        )
+
+    @cached_property
+    def horizon(self) -> Figure:
+        """Seconds that a controller must look ahead: to a stop, and to a quarter turn on the spot after it."""
+        v, a = self.speed.number, self.acceleration.number
+        w, b = self.turn.number, self.turn_acceleration.number
+        brake, quarter = v / a, math.pi / 2 / w + w / b
+        return Figure(
+            self.latency.number + brake + quarter,
+            f"latency {short(self.latency.number)} + stop v/a {short(brake)} + a quarter turn pi/2w + w/b"
+            f" {short(quarter)} s",
+        )
+
+    @cached_property
+    def ahead(self) -> Figure:
+        """Metres driven within the horizon at full speed."""
+        v, t = self.speed.number, self.horizon.number
+        return Figure(v * t, f"max speed x horizon = {short(v)} x {short(t)}")
+
+    @cached_property
+    def inflation(self) -> Figure:
+        """How far costs reach from an obstacle, m."""
+        r, s, two = self.radius.number, self.stopping.number, 2 * self.resolution.number
+        return Figure(
+            r + s + two,
+            f"radius {short(r)} + stopping distance {short(s)} + two cells {short(two)}: outside of it the robot can"
+            " drive at full speed and stop before it touches",
+        )
+
+    @cached_property
+    def cost_scaling(self) -> Figure:
+        """1/m."""
+        beyond = self.inflation.number - self.radius.number
+        return Figure(
+            EDGE / beyond,
+            f"costs fall by e^-{EDGE:g} over the {short(beyond)} m between footprint and inflation_radius",
+        )
+
+    @cached_property
+    def window(self) -> Figure:
+        """Side of the local costmap, m."""
+        half = self.ahead.number + self.inflation.number
+        return Figure(
+            2 * half,
+            f"2 x (what a trajectory reaches, {short(self.ahead.number)}, + inflation {short(self.inflation.number)})"
+            f" = {short(2 * half)}, whole metres",
+        )
+
+    @cached_property
+    def marking(self) -> Figure:
+        """Returns nearer than this are obstacles, m."""
+        corner = self.window.number / math.sqrt(2.0)
+        useful, far = self.sight.range_max, self.sight.far
+        return Figure(
+            min(useful, max(corner, 2.0)),
+            f"the local costmap's corner, {short(corner)} m, but 2 m at least; the {self.sight.sensor} is useful up"
+            f" to {short(useful)} of its {short(far)} m",
+        )
+
+    @cached_property
+    def top(self) -> Figure:
+        """What is higher passes above the robot, m."""
+        high = max(overall_height(self.robot), self.sight.height) + self.resolution.number
+        return Figure(high, f"the loaded robot's height {short(overall_height(self.robot))} and a cell")
+
+    @cached_property
+    def reach_goal(self) -> Figure:
+        """Tolerance of a goal, m."""
+        return Figure(2 * self.resolution.number, "two cells: what localization on a grid can promise")
+
+    @cached_property
+    def face_goal(self) -> Figure:
+        """Tolerance of a goal's heading, rad."""
+        wanted = self.resolution.number / self.radius.number
+        return Figure(
+            min(wanted, 0.25), f"the rim is off by one cell at most: resolution / radius = {short(wanted)}"
+        )
+
+
+class Figure(NamedTuple):
+    """A number and how it came about."""
+
+    number: float
+    how: str
+
+    def because(self, why: str = "") -> Because:
+        """As a parameter."""
+        return Because(rounded(self.number), f"{why}: {self.how}" if why else self.how)
+
+    def limit(self, why: str = "", sign: float = 1.0) -> Because:
+        """As a parameter whose magnitude must not grow by rounding."""
+        return Because(sign * self.number, f"{why}: {self.how}" if why else self.how)
+
+    def times(self, factor: float, why: str) -> Because:
+        """A share or a multiple of it."""
+        return Because(rounded(factor * self.number), why)

@@ -1,0 +1,166 @@
+"""The robot's sensors and drive as Gazebo simulates them (gz-sim 8, Harmonic), for SDF and for URDF.
+
+Systems and their parameters: https://gazebosim.org/api/sim/8/namespace_gz_1_1sim_1_1systems.html;
+sensors: http://sdformat.org/spec?ver=1.9&elem=sensor.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+
+from chefbot.design.export.sdf_text import said
+from chefbot.design.export.urdf_frames import OPTICAL_FRAME, joint_name
+from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_turn_acceleration
+from chefbot.robot.sensors import DepthCamera, Imu, Lidar, Ultrasonic
+from chefbot.robot.spec import Robot
+
+PICTURE_NEAR = 0.05
+"""Metres; the colour picture shows what is nearer than the depth can be measured."""
+CONE_STEP = math.radians(2.0)
+"""Between the rays that stand for an ultrasonic cone: finer than a chair's leg of 3.5 cm at one metre."""
+WHEELS = ("wheel_left_link", "wheel_right_link")
+
+
+def gz_sensors(robot: Robot, prefix: str = "") -> dict[str, ET.Element]:
+    """Frame to its <sensor>, with the robot's rates, ranges and noise; topics as ours are called."""
+    return {frame: _sensor(frame, sensor, prefix) for frame, sensor in robot.sensors.by_frame.items()}
+
+
+def _sensor(frame: str, sensor: Imu | Ultrasonic | DepthCamera | Lidar, prefix: str) -> ET.Element:
+    kind, topic = _kind(sensor)
+    element = ET.Element("sensor", name=f"{prefix}{frame.removesuffix('_link')}", type=kind)
+    said(element, "always_on", True)
+    said(element, "update_rate", float(sensor.rate))
+    said(element, "topic", topic)
+    # The frame that messages name; without it Gazebo makes one up of model, link and sensor.
+    said(element, "gz_frame_id", f"{prefix}{frame}")
+    if isinstance(sensor, Imu):
+        _imu(element, sensor)
+    elif isinstance(sensor, DepthCamera):
+        _camera(element, sensor, prefix)
+    elif isinstance(sensor, Lidar):
+        _lidar(element, sensor)
+    else:
+        _cone(element, sensor)
+    return element
+
+
+def _kind(sensor: Imu | Ultrasonic | DepthCamera | Lidar) -> tuple[str, str]:
+    """Gazebo's type of sensor and our topic."""
+    if isinstance(sensor, Imu):
+        return "imu", "imu/data"
+    if isinstance(sensor, DepthCamera):
+        return "rgbd_camera", "camera"
+    return "gpu_lidar", "scan" if isinstance(sensor, Lidar) else "ultrasonic"
+
+
+def _imu(element: ET.Element, sensor: Imu) -> None:
+    imu = ET.SubElement(element, "imu")
+    for quantity, deviation, offset in (
+        ("angular_velocity", sensor.gyro_noise, sensor.gyro_bias),
+        ("linear_acceleration", sensor.accelerometer_noise, 0.0),
+    ):
+        axes = ET.SubElement(imu, quantity)
+        for axis in ("x", "y", "z"):
+            noise = _noise(ET.SubElement(axes, axis), deviation)
+            noise.set("type", "gaussian")
+            said(noise, "bias_mean", 0.0)
+            said(noise, "bias_stddev", float(offset))
+
+
+def _noise(parent: ET.Element, deviation: float) -> ET.Element:
+    noise = ET.SubElement(parent, "noise")
+    said(noise, "mean", 0.0)
+    said(noise, "stddev", float(deviation))
+    return noise
+
+
+def _camera(element: ET.Element, sensor: DepthCamera, prefix: str) -> None:
+    """Depth's noise grows with its square, which SDF cannot say: Gazebo's depth is exact."""
+    camera = ET.SubElement(element, "camera")
+    said(camera, "horizontal_fov", float(sensor.field_of_view))
+    image = ET.SubElement(camera, "image")
+    said(image, "width", sensor.width)
+    said(image, "height", sensor.height)
+    said(image, "format", "R8G8B8")
+    _clip(camera, min(PICTURE_NEAR, sensor.range_min), sensor.range_max)
+    _clip(ET.SubElement(camera, "depth_camera"), sensor.range_min, sensor.range_max)
+    said(camera, "optical_frame_id", f"{prefix}{OPTICAL_FRAME}")
+
+
+def _clip(parent: ET.Element, near: float, far: float) -> None:
+    clip = ET.SubElement(parent, "clip")
+    said(clip, "near", float(near))
+    said(clip, "far", float(far))
+
+
+def _lidar(element: ET.Element, sensor: Lidar) -> None:
+    """A full turn; the last beam stands one step before the first."""
+    lidar = ET.SubElement(element, "lidar")
+    scan = ET.SubElement(lidar, "scan")
+    _fan(scan, "horizontal", sensor.beams, -math.pi, math.pi - 2.0 * math.pi / sensor.beams)
+    _range(lidar, sensor.range_min, sensor.range_max)
+    if sensor.noise > 0.0:
+        noise = ET.SubElement(lidar, "noise")
+        said(noise, "type", "gaussian")
+        said(noise, "mean", 0.0)
+        said(noise, "stddev", float(sensor.noise))
+
+
+def _cone(element: ET.Element, sensor: Ultrasonic) -> None:
+    """Gazebo has no sonar: rays over the cone, of which the nearest is what a ranger would say."""
+    lidar = ET.SubElement(element, "lidar")
+    scan = ET.SubElement(lidar, "scan")
+    half = sensor.field_of_view / 2.0
+    rays = 2 * max(1, round(half / CONE_STEP)) + 1
+    for direction in ("horizontal", "vertical"):
+        _fan(scan, direction, rays, -half, half)
+    _range(lidar, sensor.range_min, sensor.range_max)
+
+
+def _fan(scan: ET.Element, direction: str, count: int, low: float, high: float) -> None:
+    fan = ET.SubElement(scan, direction)
+    said(fan, "samples", count)
+    said(fan, "resolution", 1)
+    said(fan, "min_angle", low)
+    said(fan, "max_angle", high)
+
+
+def _range(lidar: ET.Element, low: float, high: float) -> None:
+    limits = ET.SubElement(lidar, "range")
+    said(limits, "min", float(low))
+    said(limits, "max", float(high))
+
+
+def gz_drive(robot: Robot, prefix: str = "") -> list[ET.Element]:
+    """The differential drive and the wheels' angles as systems of a model."""
+    drive = plugin("gz-sim-diff-drive-system", "gz::sim::systems::DiffDrive")
+    joints = [f"{prefix}{joint_name(wheel)}" for wheel in WHEELS]
+    for tag, joint in zip(("left_joint", "right_joint"), joints, strict=True):
+        said(drive, tag, joint)
+    said(drive, "wheel_separation", float(robot.wheels.separation))
+    said(drive, "wheel_radius", robot.wheel_radius)
+    for quantity, most in (
+        ("linear_velocity", max_speed(robot)),
+        ("angular_velocity", max_turn(robot)),
+        ("linear_acceleration", max_acceleration(robot)),
+        ("angular_acceleration", max_turn_acceleration(robot)),
+    ):
+        said(drive, f"max_{quantity}", float(most))
+        said(drive, f"min_{quantity}", -float(most))
+    said(drive, "odom_publish_frequency", float(robot.sensors.imu.rate))
+    for tag, value in (("topic", "cmd_vel"), ("odom_topic", "odom"), ("tf_topic", "tf")):
+        said(drive, tag, value)
+    said(drive, "frame_id", f"{prefix}odom")
+    said(drive, "child_frame_id", f"{prefix}base_footprint")
+    states = plugin("gz-sim-joint-state-publisher-system", "gz::sim::systems::JointStatePublisher")
+    said(states, "topic", "joint_states")
+    for joint in joints:
+        said(states, "joint_name", joint)
+    return [drive, states]
+
+
+def plugin(filename: str, name: str) -> ET.Element:
+    """A system of gz-sim."""
+    return ET.Element("plugin", filename=filename, name=name)

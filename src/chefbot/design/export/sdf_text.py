@@ -1,0 +1,75 @@
+"""The few words that all of SDF is made of (http://sdformat.org/spec)."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+from chefbot.design.export.links import Primitive
+from chefbot.design.export.mjcf import numbers
+from chefbot.robot.geometry.shapes import Vector
+from chefbot.robot.materials import Colour
+
+VERSION = "1.9"
+"""Of SDF; Gazebo Harmonic and Garden read it, and so does the libsdformat of Debian 12."""
+
+
+def said(parent: ET.Element, tag: str, value: object, **attributes: str) -> ET.Element:
+    """`<tag>value</tag>`; numbers with nine digits, truths as SDF wants them."""
+    element = ET.SubElement(parent, tag, attributes)
+    element.text = written(value)
+    return element
+
+
+def written(value: object) -> str:
+    """A value as text."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return f"{value:.9g}"
+    return numbers(value) if isinstance(value, tuple) else str(value)
+
+
+def posed(parent: ET.Element, at: Vector, rpy: Vector = (0.0, 0.0, 0.0), relative_to: str = "") -> None:
+    """A pose: metres, and radians about the standing axes x, y, z."""
+    attributes = {"relative_to": relative_to} if relative_to else {}
+    said(parent, "pose", (*at, *rpy), **attributes)
+
+
+def geometry(parent: ET.Element, solid: Primitive) -> None:
+    """Shape and size; a wheel is a cylinder, turned by its pose."""
+    shape = ET.SubElement(ET.SubElement(parent, "geometry"), shape_tag(solid))
+    if solid.kind == "box":
+        said(shape, "size", tuple(float(side) for side in solid.size))
+    else:
+        said(shape, "radius", float(solid.size[0]))
+    if shape.tag == "cylinder":
+        said(shape, "length", float(solid.size[1]))
+
+
+def shape_tag(solid: Primitive) -> str:
+    """`cylinder` for a wheel too."""
+    return "cylinder" if solid.kind == "wheel" else solid.kind
+
+
+def coloured(parent: ET.Element, colour: Colour) -> None:
+    """A material without gloss."""
+    material = ET.SubElement(parent, "material")
+    said(material, "ambient", tuple(colour))
+    said(material, "diffuse", tuple(colour))
+
+
+def rubbing(parent: ET.Element, friction: float) -> None:
+    """Coulomb friction, the same along and across."""
+    ode = ET.SubElement(ET.SubElement(ET.SubElement(parent, "surface"), "friction"), "ode")
+    said(ode, "mu", float(friction))
+    said(ode, "mu2", float(friction))
+
+
+def document(child: ET.Element, remark: str = "") -> str:
+    """The whole file round a model or a world."""
+    root = ET.Element("sdf", version=VERSION)
+    if remark:
+        root.append(ET.Comment(f" {remark} "))
+    root.append(child)
+    ET.indent(root)
+    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"

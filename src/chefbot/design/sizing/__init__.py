@@ -1,0 +1,1 @@
+"""Motors, driver, battery and stability of a robot, calculated."""

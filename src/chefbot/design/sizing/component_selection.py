@@ -1,0 +1,137 @@
+"""Motor, driver and battery of the catalogue for a robot: every set is judged, the lightest that passes is chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import product
+from typing import NamedTuple
+
+import msgspec
+
+from chefbot.design.sizing.dependent_dimensions import with_motor
+from chefbot.design.sizing.energy_budget import mean_power
+from chefbot.design.sizing.forces import DRIVEN_WHEELS
+from chefbot.design.sizing.requirements import Check, boards, judge
+from chefbot.design.sizing.stability import Load, loaded
+from chefbot.robot.catalogue import Catalogue
+from chefbot.robot.geometry import layout
+from chefbot.robot.spec import Robot
+
+NEARLY_LIGHTEST = 1.1
+CRITERION = (
+    "Of all sets that pass every check, and whose two motors, driver boards and battery weigh at most a tenth more "
+    "than those of the lightest, the one is chosen that draws the least power."
+)
+
+
+class Parts(NamedTuple):
+    """A set, by its names in the catalogue."""
+
+    motor: str
+    driver: str
+    battery: str
+
+
+class Verdict(NamedTuple):
+    """A robot with a set of parts, and how it does."""
+
+    parts: Parts
+    robot: Robot
+    load: Load
+    checks: list[Check]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check passes."""
+        return all(check.passed for check in self.checks)
+
+    @property
+    def lack(self) -> float:
+        """Sum over the checks of the shares that are missing."""
+        return sum(check.lack for check in self.checks)
+
+    @property
+    def failures(self) -> list[Check]:
+        """The checks that do not pass, the worst first."""
+        return sorted((check for check in self.checks if not check.passed), key=lambda check: -check.lack)
+
+    @property
+    def mass(self) -> float:
+        """Of both motors, the driver boards and the battery, kg."""
+        robot = self.robot
+        return DRIVEN_WHEELS * robot.motor.mass + boards(robot) * robot.driver.mass + robot.battery.mass
+
+    @property
+    def power(self) -> float:
+        """From the battery while driving, W."""
+        return mean_power(self.robot, self.load.mass).value
+
+
+def verdicts(robot: Robot, catalogue: Catalogue) -> list[Verdict]:
+    """Every set of the catalogue in this robot. Mass and centre follow the parts.
+
+    The solids are weighed once for each motor; driver and battery are boxes that are exchanged by the sums. `settled`
+    weighs the solids of the choice.
+    """
+    sets = []
+    for motor in catalogue.motors:
+        driven = with_motor(robot, catalogue.motors[motor])
+        load = loaded(driven)
+        for driver, battery in product(catalogue.drivers, catalogue.batteries):
+            candidate = msgspec.structs.replace(
+                driven, driver=catalogue.drivers[driver], battery=catalogue.batteries[battery]
+            )
+            exchanged = _exchanged(load, driven, candidate)
+            checks = judge(candidate, exchanged)
+            sets.append(Verdict(Parts(motor, driver, battery), candidate, exchanged, checks))
+    return sets
+
+
+def _exchanged(load: Load, before: Robot, after: Robot) -> Load:
+    """The load with the boxes of driver and battery of `after` instead of those of `before`."""
+    terms = [(load.mass, (load.x, load.y, load.z))]
+    for robot, sign in ((before, -1.0), (after, 1.0)):
+        for box, place in ((robot.driver, robot.places.driver), (robot.battery, robot.places.battery)):
+            height = layout.plate_top(robot, place.plate) + box.size.z / 2.0
+            terms.append((sign * box.mass, (place.x, place.y, height)))
+    mass = sum(weight for weight, _ in terms)
+    return Load(mass, *(sum(weight * at[axis] for weight, at in terms) / mass for axis in range(3)))
+
+
+def settled(candidates: Iterable[Verdict]) -> Verdict | None:
+    """The choice, judged again with its solids weighed; the next one where it does not pass then."""
+    left = list(candidates)
+    while (choice := choose(left)) is not None:
+        load = loaded(choice.robot)
+        exact = choice._replace(load=load, checks=judge(choice.robot, load))
+        if exact.passed:
+            return exact
+        left = [verdict for verdict in left if verdict is not choice]
+    return None
+
+
+def choose(candidates: Iterable[Verdict]) -> Verdict | None:
+    """By CRITERION; None where no set passes."""
+    passing = [verdict for verdict in candidates if verdict.passed]
+    limit = NEARLY_LIGHTEST * min((verdict.mass for verdict in passing), default=0.0)
+    light = [verdict for verdict in passing if verdict.mass <= limit]
+    return min(light, key=lambda verdict: (verdict.power, verdict.mass), default=None)
+
+
+def nearest(candidates: Iterable[Verdict]) -> Verdict:
+    """The set that lacks the least."""
+    return min(candidates, key=lambda verdict: (verdict.lack, verdict.mass))
+
+
+def best_with(candidates: Iterable[Verdict], part: str, name: str) -> Verdict:
+    """The best set that holds the component `name` as its `part` ('motor', 'driver' or 'battery').
+
+    Where none passes: the set in whose company the others lack the least, so that what fails is the component.
+    """
+    holding = [verdict for verdict in candidates if getattr(verdict.parts, part) == name]
+    return choose(holding) or min(holding, key=lambda verdict: _others_first(verdict, part))
+
+
+def _others_first(verdict: Verdict, part: str) -> tuple[float, float]:
+    own = sum(check.lack for check in verdict.checks if check.part == part)
+    return verdict.lack - own, own

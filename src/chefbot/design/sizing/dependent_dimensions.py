@@ -1,0 +1,90 @@
+"""What must follow in a robot's geometry when it gets other wheels, other plates or other motors."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+
+from chefbot.design.sizing.robot_file_editor import Change
+from chefbot.robot.drivetrain import Motor
+from chefbot.robot.geometry import layout
+from chefbot.robot.spec import Robot
+
+NOTCH_LONGER = 0.01
+"""Metres: the chapter's slot of 10 cm for a wheel of 9 cm."""
+LEAST_MOVE = 5e-5
+"""Metres; files are written to a tenth of a millimetre."""
+Values = dict[tuple[str, str], float]
+"""Section and field to a length in metres."""
+
+
+def following(robot: Robot, diameter: float, radius: float) -> list[Change]:
+    """Changes that keep the robot in proportion when it gets wheels of `diameter` and plates of `radius`, metres."""
+    edge = _edge(robot, radius - robot.body.radius)
+    moved = [Change(path, mm(value), "moves with body.radius") for path, value in edge.items()]
+    higher = raised(robot, (diameter - robot.wheels.diameter) / 2.0)
+    return [*_notch(robot, diameter), *moved, *moved_sensors(robot, higher)]
+
+
+def with_motor(robot: Robot, motor: Motor) -> Robot:
+    """The robot with another motor; the plates lie higher on a thicker one, and the sensors rise with them."""
+    driven = msgspec.structs.replace(robot, motor=motor)
+    return raised(driven, layout.plate_undersides(driven)[0] - layout.plate_undersides(robot)[0])
+
+
+def with_radius(robot: Robot, radius: float) -> Robot:
+    """The robot with larger or smaller plates, and what stands at their edge moved with it."""
+    values = {("body", "radius"): radius, **_edge(robot, radius - robot.body.radius)}
+    for (section, field), value in values.items():
+        part = msgspec.structs.replace(getattr(robot, section), **{field: value})
+        robot = msgspec.structs.replace(robot, **{section: part})
+    return robot
+
+
+def raised(robot: Robot, rise: float) -> Robot:
+    """The robot with every sensor `rise` metres higher."""
+    if abs(rise) < LEAST_MOVE:
+        return robot
+    higher = {}
+    for field in robot.sensors.__struct_fields__:
+        sensor = getattr(robot.sensors, field)
+        if sensor is not None:
+            mount = msgspec.structs.replace(sensor.mount, z=round(sensor.mount.z + rise, 4))
+            higher[field] = msgspec.structs.replace(sensor, mount=mount)
+    return msgspec.structs.replace(robot, sensors=msgspec.structs.replace(robot.sensors, **higher))
+
+
+def moved_sensors(before: Robot, after: Robot) -> list[Change]:
+    """Changes that lift the sensors of `before` to where those of `after` are."""
+    changes = []
+    for field in before.sensors.__struct_fields__:
+        old, new = getattr(before.sensors, field), getattr(after.sensors, field)
+        if old is not None and abs(new.mount.z - old.mount.z) >= LEAST_MOVE:
+            path = ("sensors", field, "mount", "z")
+            changes.append(Change(path, mm(new.mount.z), "moves with the plates"))
+    return changes
+
+
+def mm(metres: float) -> str:
+    """`mm(0.09) == "90 mm"`."""
+    return f"{round(metres * 1000.0, 1):g} mm"
+
+
+def _notch(robot: Robot, diameter: float) -> list[Change]:
+    """The slot is longer than the wheel (the chapter's rule)."""
+    notch, wanted = robot.plates.notch, diameter + NOTCH_LONGER
+    if notch is None or notch.length >= wanted - 1e-9:
+        return []
+    return [Change(("plates", "notch", "length"), mm(wanted), "wheels.diameter + 10 mm")]
+
+
+def _edge(robot: Robot, further: float) -> Values:
+    """What stands at the plates' edge, `further` out."""
+    if abs(further) < 1e-9:
+        return {}
+    return {
+        ("wheels", "separation"): robot.wheels.separation + 2.0 * further,
+        ("casters", "offset"): robot.casters.offset + further,
+        ("poles", "reach"): robot.poles.reach + further * math.sqrt(0.5),
+    }

@@ -1,0 +1,28 @@
+"""All that `chefbot design` finds out about a robot."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from chefbot.design.sizing.calculation import Result
+from chefbot.design.sizing.component_selection import Verdict
+from chefbot.design.sizing.requirements import Check
+from chefbot.design.sizing.robot_file_editor import Change
+from chefbot.robot.spec import Robot
+
+
+class Sheet(NamedTuple):
+    """The robot as asked for, both methods, every set of parts, and the chosen one."""
+
+    name: str
+    given: dict[str, str]
+    """Option to what was asked for."""
+    robot: Robot
+    follows: list[Change]
+    """What the geometry had to follow with."""
+    own: list[Check]
+    """How the file's own motor, driver and battery do."""
+    chapter: list[Result]
+    candidates: list[Verdict]
+    chosen: Verdict
+    """The choice, or where nothing passes the nearest."""

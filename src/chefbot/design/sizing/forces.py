@@ -1,0 +1,92 @@
+"""What pushing a wheeled robot takes: rolling, climbing, speeding up; and what its tyres can give.
+
+F = m * (a + g * sin(slope) + c * g * cos(slope)), divided by the driven wheels, then by the drive's efficiency,
+once (RobotShop, Drive Motor Sizing Tutorial). Stall torques of data sheets are at the gear's shaft already.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from chefbot.design.sizing.calculation import Result, worked
+from chefbot.robot.spec import DRIVE_EFFICIENCY, DRIVEN_SHARE_OF_WEIGHT, GRAVITY, ROLLING_RESISTANCE, Robot
+
+CARPET_RESISTANCE = 0.05
+"""Rolling resistance of small rubber wheels on carpet (handbook value, not measured)."""
+DRIVEN_WHEELS = 2
+SOURCE = "free body of the robot; RobotShop, Drive Motor Sizing Tutorial"
+GRIP_SOURCE = "Coulomb friction of the driven tyres"
+
+
+class Duty(NamedTuple):
+    """A way of driving: rolling resistance, slope in radians, acceleration in m/s^2."""
+
+    name: str
+    rolling: float
+    slope: float
+    acceleration: float
+
+
+CRUISE_ON_FLOOR = Duty("flat hard floor, cruising", ROLLING_RESISTANCE, 0.0, 0.0)
+CRUISE_ON_CARPET = Duty("flat carpet, cruising", CARPET_RESISTANCE, 0.0, 0.0)
+"""What the robot may do for hours."""
+
+
+def climb(robot: Robot) -> Duty:
+    """Constant speed up the steepest ramp, on carpet: what the robot may do for minutes."""
+    return Duty("ramp with carpet, cruising", CARPET_RESISTANCE, robot.drive.max_slope, 0.0)
+
+
+def worst(robot: Robot) -> Duty:
+    """Speeding up on the steepest ramp, on carpet: what the robot may do for a second."""
+    drive = robot.drive
+    return Duty("ramp with carpet, speeding up", CARPET_RESISTANCE, drive.max_slope, drive.max_acceleration)
+
+
+def duties(robot: Robot) -> list[Duty]:
+    """From the lightest to the heaviest."""
+    start = Duty("flat hard floor, speeding up", ROLLING_RESISTANCE, 0.0, robot.drive.max_acceleration)
+    return [CRUISE_ON_FLOOR, CRUISE_ON_CARPET, start, climb(robot), worst(robot)]
+
+
+def force(mass: float, duty: Duty) -> Result:
+    """What the driven wheels push together, N, for `mass` in kg."""
+    value = mass * (
+        duty.acceleration
+        + GRAVITY * math.sin(duty.slope)
+        + duty.rolling * GRAVITY * math.cos(duty.slope)
+    )  # fmt: skip
+    return worked(
+        f"force: {duty.name}", value, "N", "m * (a + g * sin(s) + c * g * cos(s))", SOURCE,
+        m=mass, a=duty.acceleration, g=GRAVITY, s=duty.slope, c=duty.rolling,
+    )  # fmt: skip
+
+
+def motor_torque(robot: Robot, mass: float, duty: Duty) -> Result:
+    """What each motor gives at the gear's shaft, N m."""
+    push = force(mass, duty).value
+    value = push * robot.wheel_radius / (DRIVEN_WHEELS * DRIVE_EFFICIENCY)
+    return worked(
+        f"torque of each motor: {duty.name}", value, "N m", "F * r / (n * eta)", SOURCE,
+        F=push, r=robot.wheel_radius, n=DRIVEN_WHEELS, eta=DRIVE_EFFICIENCY,
+    )  # fmt: skip
+
+
+def grip(robot: Robot, mass: float, slope: float) -> Result:
+    """The most that the driven tyres can push together before they slip, N."""
+    friction = robot.wheels.friction
+    value = friction * DRIVEN_SHARE_OF_WEIGHT * mass * GRAVITY * math.cos(slope)
+    return worked(
+        "grip of both driven tyres", value, "N", "mu * k * m * g * cos(s)", GRIP_SOURCE,
+        mu=friction, k=DRIVEN_SHARE_OF_WEIGHT, m=mass, g=GRAVITY, s=slope,
+    )  # fmt: skip
+
+
+def slip_torque(robot: Robot, mass: float) -> Result:
+    """At each wheel on a level floor: a motor cannot use more, N m."""
+    push = grip(robot, mass, 0.0).value
+    return worked(
+        "torque at which a tyre slips", push * robot.wheel_radius / DRIVEN_WHEELS, "N m", "F * r / n",
+        GRIP_SOURCE, F=push, r=robot.wheel_radius, n=DRIVEN_WHEELS,
+    )  # fmt: skip

@@ -1,0 +1,173 @@
+"""What a robot's motors, driver and battery must fulfil, each as a figure against a bound."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, NamedTuple
+
+from chefbot.design.checks.mounting_clearance import battery_room, driver_room
+from chefbot.design.sizing import dc_motor, energy_budget
+from chefbot.design.sizing.forces import (
+    CRUISE_ON_CARPET,
+    DRIVEN_WHEELS,
+    climb,
+    force,
+    grip,
+    motor_torque,
+    worst,
+)
+from chefbot.design.sizing.stability import SAFETY, Load, tipping
+from chefbot.robot.geometry import layout
+from chefbot.robot.spec import Robot
+
+SPEED_RESERVE = 1.2
+"""Of the no-load line under load at the empty battery: a closed loop needs 20 to 30 % to correct with."""
+WORST_SHARE_OF_STALL = 0.5
+"""Beyond half the stall torque a motor gives less power and more heat (maximum-power point of the line)."""
+OVERVOLTAGE = 1.25
+"""Full battery over the motor's rated voltage; makers warn of a shorter life above it."""
+TIPS_LESS = "body.radius"
+"""The key that moves wheels and casters apart."""
+WHEEL = "wheels.diameter"
+BOARD_LOGIC = 3.3
+"""Volts of a motor board's outputs; all boards that the firmware knows run at it."""
+LOGIC_SHARE = 0.9
+"""Of BOARD_LOGIC that is left under load and noise."""
+Part = Literal["motor", "driver", "battery", "robot"]
+
+
+class Check(NamedTuple):
+    """One figure, SI, against a bound; `key` is what to change in the robot file."""
+
+    part: Part
+    name: str
+    have: float
+    bound: float
+    unit: str
+    at_least: bool
+    key: str
+
+    @property
+    def lack(self) -> float:
+        """What is missing or too much, as a share of the larger of the two; 0 where the check passes."""
+        gap = self.bound - self.have if self.at_least else self.have - self.bound
+        return 0.0 if gap <= 1e-9 * abs(self.bound) else gap / max(abs(self.bound), abs(self.have))
+
+    @property
+    def passed(self) -> bool:
+        """Whether the bound is kept."""
+        return self.lack == 0.0
+
+
+def at_least(part: Part, name: str, have: float, bound: float, unit: str, key: str = "") -> Check:
+    """`have` must reach `bound`; the key to change is the part's own, if none is given."""
+    return Check(part, name, have, bound, unit, True, key or part)
+
+
+def at_most(part: Part, name: str, have: float, bound: float, unit: str, key: str = "") -> Check:
+    """`have` must not exceed `bound`."""
+    return Check(part, name, have, bound, unit, False, key or part)
+
+
+def judge(robot: Robot, load: Load) -> list[Check]:
+    """All checks of a robot; `load` is its mass and centre with the payload."""
+    return [
+        *motor_checks(robot, load.mass),
+        *driver_checks(robot, load.mass),
+        *battery_checks(robot, load.mass),
+        *robot_checks(robot, load),
+    ]
+
+
+def motor_checks(robot: Robot, mass: float) -> list[Check]:
+    """Torque, heat, speed, voltage and room."""
+    motor, empty = robot.motor, robot.battery.empty_voltage
+    hardest = motor_torque(robot, mass, worst(robot)).value
+    lasting = motor_torque(robot, mass, climb(robot)).value
+    strong = WORST_SHARE_OF_STALL * dc_motor.stall_torque(motor, empty).value
+    high = OVERVOLTAGE * motor.voltage
+    return [
+        at_most(
+            "motor",
+            "rated voltage against the full battery",
+            robot.battery.full_voltage,
+            high,
+            "V",
+            "battery",
+        ),
+        at_least("motor", "torque on the ramp", strong, hardest, "N m"),
+        at_least("motor", "continuous torque", motor.continuous_torque, lasting, "N m"),
+        at_least("motor", "speed with reserve", wheel_speed(robot, mass), wanted_speed(robot), "rad/s"),
+        at_least(
+            "motor", "turn rate", turn_rate(robot, mass), robot.drive.max_turn, "rad/s", "drive.max_turn"
+        ),
+        at_least(
+            "motor",
+            "clearance below it",
+            layout.motor_bottom(robot),
+            robot.body.clearance,
+            "m",
+            "wheels.diameter",
+        ),
+        at_most("motor", "length", motor.length, layout.motor_front(robot), "m", "wheels.separation"),
+    ]
+
+
+def driver_checks(robot: Robot, mass: float) -> list[Check]:
+    """The voltages of battery and board, the currents of the motor, room."""
+    driver, battery, level = robot.driver, robot.battery, LOGIC_SHARE * BOARD_LOGIC
+    lasting = dc_motor.current(robot.motor, motor_torque(robot, mass, climb(robot)).value, "").value
+    stalled = dc_motor.stall_current(robot.motor, battery.full_voltage).value
+    return [
+        at_least("driver", "highest voltage", driver.voltage_max, battery.full_voltage, "V"),
+        at_most("driver", "lowest voltage", driver.voltage_min, battery.empty_voltage, "V"),
+        at_least("driver", "continuous current", driver.continuous_current, lasting, "A"),
+        at_most("driver", "input level without a level shifter", driver.logic_high_min, level, "V"),
+        at_least("driver", "current of a stalled motor", driver.peak_current, stalled, "A"),
+        at_least("driver", "room round it", driver_room(robot), 0.0, "m", "places.driver"),
+    ]
+
+
+def battery_checks(robot: Robot, mass: float) -> list[Check]:
+    """Energy, current and room."""
+    run_time, draw = energy_budget.run_time(robot, mass).value, energy_budget.highest_draw(robot, mass).value
+    given = robot.battery.continuous_current
+    return [
+        at_least("battery", "run time", run_time, robot.power.run_time, "s"),
+        at_least("battery", "current", given, draw, "A"),
+        at_least("battery", "room round it", battery_room(robot), 0.0, "m", "places.battery"),
+    ]
+
+
+def robot_checks(robot: Robot, load: Load) -> list[Check]:
+    """Grip and tipping: no motor helps there."""
+    push, held = force(load.mass, worst(robot)).value, grip(robot, load.mass, robot.drive.max_slope).value
+    slips = at_least("robot", "grip on the ramp", held, push, "N", "drive.max_acceleration")
+    tips = [
+        at_least(
+            "robot", f"tipping, {case.name}", case.bears.value, SAFETY * case.meets.value, "g", TIPS_LESS
+        )
+        for case in tipping(robot, load)
+    ]
+    return [slips, *tips]
+
+
+def wheel_speed(robot: Robot, mass: float) -> float:
+    """That the motors hold on level carpet with the battery empty, rad/s; 0 where they cannot move the robot."""
+    torque = motor_torque(robot, mass, CRUISE_ON_CARPET).value
+    return max(dc_motor.speed(robot.motor, torque, robot.battery.empty_voltage, "").value, 0.0)
+
+
+def wanted_speed(robot: Robot) -> float:
+    """Of the wheels with the reserve, rad/s."""
+    return SPEED_RESERVE * robot.drive.max_speed / robot.wheel_radius
+
+
+def turn_rate(robot: Robot, mass: float) -> float:
+    """On the spot, rad/s."""
+    return 2.0 * wheel_speed(robot, mass) * robot.wheel_radius / robot.wheels.separation
+
+
+def boards(robot: Robot) -> int:
+    """Driver boards for both motors."""
+    return math.ceil(DRIVEN_WHEELS / robot.driver.channels)

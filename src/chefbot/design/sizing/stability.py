@@ -1,0 +1,128 @@
+"""Whether the robot tips: braking, on a ramp, in a turn; with the payload on top.
+
+The force of weight and inertia through the centre of mass must meet the floor inside the polygon of wheels and
+casters (zero-moment point: Vukobratovic and Borovac, 2004). Per metre of height the meeting point moves by the
+demanded horizontal acceleration over the vertical one; from the centre's foot to the polygon's edge there is so
+much room. Suspension and sloshing are neglected.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from chefbot.design.sizing.calculation import Result, worked
+from chefbot.robot.geometry.layout import body_height, overall_height
+from chefbot.robot.geometry.mass import robot_mass_properties
+from chefbot.robot.spec import DRIVEN_SHARE_OF_WEIGHT, GRAVITY, Robot
+
+SAFETY = 1.25
+"""Tyres cannot brake harder than they grip, so the worst case is a bound already. This is for a payload beside its
+place: where it is a third of the mass, it may stand off by 0.6 of the way from the foot to the edge."""
+SOURCE = "zero-moment point (Vukobratovic and Borovac, 2004)"
+Point = tuple[float, float]
+
+
+class Load(NamedTuple):
+    """The robot with its payload: mass in kg, centre in base_link in metres."""
+
+    mass: float
+    x: float
+    y: float
+    z: float
+
+
+def loaded(robot: Robot) -> Load:
+    """From the solids, with the payload's middle half its height above the top."""
+    own, payload = robot_mass_properties(robot), robot.body.payload
+    mass = own.mass + payload
+    height = (body_height(robot) + overall_height(robot)) / 2.0
+    x, y, z = own.centre
+    return Load(mass, own.mass * x / mass, own.mass * y / mass, (own.mass * z + payload * height) / mass)
+
+
+def support(robot: Robot) -> list[Point]:
+    """Where the robot touches the floor, counter-clockwise from the front, metres in base_link."""
+    reach, half = robot.casters.offset, robot.wheels.separation / 2.0
+    return [(reach, 0.0), (0.0, half), (-reach, 0.0), (0.0, -half)]
+
+
+def room(polygon: list[Point], point: Point, direction: Point) -> float:
+    """Metres from `point` along the unit vector `direction` to the edge of the convex counter-clockwise polygon.
+
+    Negative where the point is outside.
+    """
+    distances = []
+    for start, end in zip(polygon, polygon[1:] + polygon[:1], strict=True):
+        normal = (end[1] - start[1], start[0] - end[0])
+        inside = normal[0] * (start[0] - point[0]) + normal[1] * (start[1] - point[1])
+        towards = normal[0] * direction[0] + normal[1] * direction[1]
+        if inside < 0.0:
+            return inside / math.hypot(*normal)
+        if towards > 0.0:
+            distances.append(inside / towards)
+    return min(distances)
+
+
+def nearest_edge(polygon: list[Point], point: Point) -> float:
+    """Metres to the nearest edge, whatever the direction; negative outside."""
+    edges = zip(polygon, polygon[1:] + polygon[:1], strict=True)
+    distances = []
+    for start, end in edges:
+        length = math.hypot(end[0] - start[0], end[1] - start[1])
+        normal = ((end[1] - start[1]) / length, (start[0] - end[0]) / length)
+        distances.append(normal[0] * (start[0] - point[0]) + normal[1] * (start[1] - point[1]))
+    return min(distances)
+
+
+class Tipping(NamedTuple):
+    """What the robot can bear before it tips, and what it may meet: horizontal over vertical acceleration."""
+
+    name: str
+    bears: Result
+    meets: Result
+
+
+def tipping(robot: Robot, load: Load) -> list[Tipping]:
+    """Every case: braking on the flat and downhill, standing across a ramp, turning."""
+    forward, sideways, any_way = _rooms(robot, load)
+    return [
+        Tipping("braking as hard as the tyres grip", _bears(forward, load), _hard_braking(robot)),
+        Tipping("braking down the ramp", _bears(forward, load), _braking_downhill(robot)),
+        Tipping("standing on the ramp, any way round", _bears(any_way, load), _standing(robot)),
+        Tipping("turning at full speed", _bears(sideways, load), _turning(robot)),
+    ]
+
+
+def _rooms(robot: Robot, load: Load) -> tuple[float, float, float]:
+    """Along the drive, across it, and to the nearest edge, metres."""
+    polygon, foot = support(robot), (load.x, load.y)
+    forward = min(room(polygon, foot, (1.0, 0.0)), room(polygon, foot, (-1.0, 0.0)))
+    sideways = min(room(polygon, foot, (0.0, 1.0)), room(polygon, foot, (0.0, -1.0)))
+    return forward, sideways, nearest_edge(polygon, foot)
+
+
+def _bears(distance: float, load: Load) -> Result:
+    return worked("bears", distance / load.z, "g", "d / h", SOURCE, d=distance, h=load.z)
+
+
+def _hard_braking(robot: Robot) -> Result:
+    friction = robot.wheels.friction
+    value = friction * DRIVEN_SHARE_OF_WEIGHT
+    return worked("meets", value, "g", "mu * k", SOURCE, mu=friction, k=DRIVEN_SHARE_OF_WEIGHT)
+
+
+def _braking_downhill(robot: Robot) -> Result:
+    slope, braking = robot.drive.max_slope, robot.drive.max_acceleration
+    value = math.tan(slope) + braking / (GRAVITY * math.cos(slope))
+    return worked("meets", value, "g", "tan(s) + a / (g * cos(s))", SOURCE, s=slope, a=braking, g=GRAVITY)
+
+
+def _standing(robot: Robot) -> Result:
+    slope = robot.drive.max_slope
+    return worked("meets", math.tan(slope), "g", "tan(s)", SOURCE, s=slope)
+
+
+def _turning(robot: Robot) -> Result:
+    speed, turn = robot.drive.max_speed, robot.drive.max_turn
+    return worked("meets", speed * turn / GRAVITY, "g", "v * w / g", SOURCE, v=speed, w=turn, g=GRAVITY)

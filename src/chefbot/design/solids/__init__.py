@@ -1,0 +1,1 @@
+"""A robot's solids as meshes, CAD files and pictures."""

@@ -1,0 +1,123 @@
+"""The bill of materials: every sort of part, how often, of what, how heavy, how large; the prices are left open."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.errors import UserError
+from chefbot.maths.outline import Corner, arc_between, edges
+from chefbot.robot.geometry.shapes import AXES, Ball, Solid
+from chefbot.robot.geometry.solids import RobotPart, solids
+from chefbot.robot.spec import Robot
+
+SAME = 7
+"""Figures in which equal pieces agree; left and right ones are turned against each other."""
+ALL, ASSEMBLY = "all", "assembly"
+"""What is no part, but may be asked for like one."""
+HEAD = (
+    "part",
+    "count",
+    "what",
+    "material",
+    "mass_each_kg",
+    "mass_kg",
+    "x_mm",
+    "y_mm",
+    "z_mm",
+    "price_each",
+    "price",
+)
+
+
+class Item(NamedTuple):
+    """Equal pieces: one of them, how many, what one asks for in a shop (else empty), and its box's sides, metres."""
+
+    name: str
+    part: RobotPart
+    number: int
+    title: str
+    size: tuple[float, float, float]
+
+    @property
+    def mass(self) -> float:
+        """Of all, kg."""
+        return self.number * self.part.mass
+
+
+def bill(robot: Robot) -> list[Item]:
+    """All parts of the robot, the payload not; in the order in which one meets them from the base plate up.
+
+    An item is called after its kind; where pieces of a kind differ, as stands do in length, after the first of
+    its pieces.
+    """
+    groups: dict[tuple[object, ...], list[RobotPart]] = {}
+    for part in solids(robot):
+        groups.setdefault(_sort(part), []).append(part)
+    bought = {"motor": robot.motor.title, "driver": robot.driver.title, "battery": robot.battery.title}
+    kinds = [pieces[0].kind for pieces in groups.values()]
+    items = []
+    for first, *others in groups.values():
+        name = first.kind if kinds.count(first.kind) == 1 else first.name
+        items.append(Item(name, first, 1 + len(others), bought.get(first.kind, ""), box(first.solids)))
+    _check_names([item.name for item in items])
+    return items
+
+
+def _check_names(names: list[str]) -> None:
+    """Files and nodes are called by them."""
+    for name in names:
+        if names.count(name) > 1 or name in (ALL, ASSEMBLY):
+            raise UserError(f"equipment of the robot file is called {name!r}, which is taken; rename it")
+
+
+def bill_csv(items: list[Item]) -> bytes:
+    """With a line of names first, millimetres and kilograms, and two empty fields for the prices."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(HEAD)
+    for item in items:
+        size = [f"{side / 1e-3:.1f}" for side in item.size]
+        masses = [f"{item.part.mass:.6f}", f"{item.mass:.6f}"]
+        table.writerow([item.name, item.number, item.title, item.part.material, *masses, *size, "", ""])
+    return text.getvalue().encode()
+
+
+def box(pieces: tuple[Solid, ...]) -> tuple[float, float, float]:
+    """Sides of the smallest box along the axes of the solids' frame, metres; exact."""
+    corners = np.vstack([_ends(piece) for piece in pieces])
+    x, y, z = np.ptp(corners, axis=0).tolist()
+    return x, y, z
+
+
+def _sort(part: RobotPart) -> tuple[object, ...]:
+    """The same for equal pieces."""
+    size = tuple(f"{side:.{SAME}g}" for side in sorted(box(part.solids)))
+    return part.kind, part.material, f"{part.mass:.{SAME}g}", f"{part.volume:.{SAME}g}", size
+
+
+def _ends(solid: Solid) -> NDArray[np.float64]:
+    """Two opposite corners (2, 3) of a solid's box."""
+    if isinstance(solid, Ball):
+        return np.array(solid.at) + solid.radius * np.array([[-1.0], [1.0]])
+    outline = np.array([point for a, b in edges(solid.outline.edge) for point in _farthest(a, b)])
+    flat = np.array([outline.min(axis=0), outline.max(axis=0)])
+    ends = np.column_stack([flat, [-solid.length / 2, solid.length / 2]])
+    return ends @ AXES[solid.axis].T + np.array(solid.at)
+
+
+def _farthest(a: Corner, b: Corner) -> list[tuple[float, float]]:
+    """The start of an edge, and where its arc goes farthest along x or y."""
+    if a.bulge == 0.0:
+        return [(a.x, a.y)]
+    arc = arc_between(a, b)
+    way = math.copysign(1.0, arc.turn)
+    ends = [
+        i * math.pi / 2 for i in range(4) if way * (i * math.pi / 2 - arc.start) % math.tau <= abs(arc.turn)
+    ]
+    return [(a.x, a.y), *((arc.x + arc.radius * math.cos(t), arc.y + arc.radius * math.sin(t)) for t in ends)]

@@ -1,0 +1,158 @@
+"""A part's solids as triangles: closed, fine enough that the volume is right, and united where they touch."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.outline import Loop, Outline, points
+from chefbot.robot.geometry.shapes import AXES, Ball, Prism, Solid, volume
+
+if TYPE_CHECKING:
+    from manifold3d import CrossSection, Manifold
+
+DEVIATION = 2e-5
+"""Metres between a true arc and its chords at most: less than a printer or a laser resolves."""
+VOLUME_SHARE = 8e-4
+"""Of a solid's volume that its chords may cut off or add at most."""
+THINNEST = 0.01
+"""Share of an outline that its holes leave; where they leave less or nothing, the volume is bound no closer."""
+FINER = 0.7
+"""From one try to the next, as long as the volume is too far off."""
+SAME = 1e-6
+"""Millimetres: coordinates that differ by less are rounding errors of the same one."""
+MILLI = 1e-3
+SHARP = 45.0
+"""Degrees between two triangles that make an edge; chords of an arc meet at 15 at most."""
+BALL_TURN = (12.0, 23.0, 37.0)
+"""Degrees about x, y, z: no edge of a ball then falls on an edge of the cup that it runs in."""
+
+
+class Mesh(NamedTuple):
+    """Vertices (n, 3) in metres, triangles (m, 3) counter-clockwise seen from outside; normals (n, 3) or None.
+
+    With normals, a vertex on an edge stands there once for each face that meets in it.
+    """
+
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    normals: NDArray[np.float64] | None = None
+
+    @property
+    def volume(self) -> float:
+        """Cubic metres (divergence theorem)."""
+        a, b, c = self.vertices[self.triangles.T]
+        return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
+
+
+@lru_cache(maxsize=256)
+def part_mesh(solids: tuple[Solid, ...], deviation: float = DEVIATION, shaded: bool = False) -> Mesh:
+    """Solids of one part in the part's frame, arcs kept within `deviation` metres and the volume within
+    VOLUME_SHARE; with normals if `shaded`.
+
+    Prisms are united to one shell. A ball stays a shell of its own: it touches its cup along a line only, and
+    has to turn in it.
+    """
+    prisms = [_mesh(_prism(solid, deviation)) for solid in solids if isinstance(solid, Prism)]
+    balls = [_mesh(_ball(solid, deviation), shaded) for solid in solids if isinstance(solid, Ball)]
+    return joined([*([united(prisms, shaded)] if prisms else []), *balls])
+
+
+def joined(meshes: list[Mesh]) -> Mesh:
+    """Several as one, beside each other."""
+    offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    triangles = [mesh.triangles + offset for mesh, offset in zip(meshes, offsets, strict=True)]
+    normals = [mesh.normals for mesh in meshes if mesh.normals is not None]
+    return Mesh(
+        np.vstack([mesh.vertices for mesh in meshes]),
+        np.vstack(triangles),
+        np.vstack(normals) if len(normals) == len(meshes) else None,
+    )
+
+
+def united(meshes: list[Mesh], shaded: bool = False) -> Mesh:
+    """The union of closed meshes without normals: bodies that touch or overlap become one."""
+    from manifold3d import Manifold, Mesh64, OpType
+
+    ends = np.cumsum([len(mesh.vertices) for mesh in meshes])
+    corners = _together(np.vstack([mesh.vertices for mesh in meshes]) / MILLI)
+    bodies = [
+        Manifold(Mesh64(np.ascontiguousarray(own), mesh.triangles.astype(np.uint64)))
+        for own, mesh in zip(np.split(corners, ends[:-1]), meshes, strict=True)
+    ]
+    return _mesh(Manifold.batch_boolean(bodies, OpType.Add), shaded)
+
+
+def _together(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Coordinates (n, 3) that are nearly the same made the same: faces that lie on each other then really do."""
+    result = np.empty_like(corners)
+    for axis, values in enumerate(corners.T):
+        order = np.argsort(values)
+        rising = values[order]
+        fresh = np.append(True, np.diff(rising) > SAME)
+        result[order, axis] = rising[fresh][np.cumsum(fresh) - 1]
+    return result
+
+
+def placed(mesh: Mesh, turn: NDArray[np.float64], at: NDArray[np.float64]) -> Mesh:
+    """Turned by the matrix (3, 3), then moved by `at` metres."""
+    normals = None if mesh.normals is None else mesh.normals @ turn.T
+    return Mesh(mesh.vertices @ turn.T + at, mesh.triangles, normals)
+
+
+def _prism(prism: Prism, deviation: float) -> Manifold:
+    from manifold3d import Manifold
+
+    length = prism.length / MILLI
+    body = Manifold.extrude(_section(prism.outline, deviation), length).translate((0.0, 0.0, -length / 2))
+    return body.transform(_matrix(AXES[prism.axis], prism.at))
+
+
+def _section(outline: Outline, deviation: float) -> CrossSection:
+    """In millimetres, as finely cut as its area asks for. Holes of a robot in question may run into each other."""
+    from manifold3d import CrossSection, FillRule
+
+    exact = outline.moments().area
+    bound = VOLUME_SHARE * max(exact, THINNEST * Outline(outline.edge).moments().area)
+    while True:
+        edge, *holes = (_millimetres(loop, deviation) for loop in (outline.edge, *outline.holes))
+        area = _area(edge) - sum(map(_area, holes))
+        if abs(area * MILLI**2 - exact) <= bound:
+            return CrossSection([edge], FillRule.NonZero) - CrossSection(holes, FillRule.NonZero)
+        deviation *= FINER
+
+
+def _area(polygon: NDArray[np.float64]) -> float:
+    """Of corners (n, 2), whichever way round (shoelace formula)."""
+    x, y = polygon.T
+    return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2.0
+
+
+def _millimetres(loop: Loop, deviation: float) -> NDArray[np.float64]:
+    return np.array(points(loop, deviation)) / MILLI
+
+
+def _ball(ball: Ball, deviation: float) -> Manifold:
+    from manifold3d import Manifold
+
+    exact = volume(ball)
+    while True:
+        segments = int(np.ceil(np.pi / np.arccos(1.0 - min(deviation / ball.radius, 0.01))))
+        body = Manifold.sphere(ball.radius / MILLI, segments)
+        if abs(body.volume() * MILLI**3 - exact) <= VOLUME_SHARE * exact:
+            return body.rotate(BALL_TURN).transform(_matrix(np.eye(3), ball.at))
+        deviation *= FINER
+
+
+def _matrix(turn: NDArray[np.float64], at: tuple[float, float, float]) -> NDArray[np.float64]:
+    return np.column_stack([turn, np.array(at) / MILLI])
+
+
+def _mesh(body: Manifold, shaded: bool = False) -> Mesh:
+    found: Any = (body.calculate_normals(0, SHARP) if shaded else body).to_mesh64()
+    corners = np.asarray(found.vert_properties)
+    normals = corners[:, 3:6].copy() if shaded else None
+    return Mesh(corners[:, :3] * MILLI, np.asarray(found.tri_verts).astype(np.int64), normals)

@@ -1,0 +1,1 @@
+"""Keys, certificates and the secured router of several robots."""

@@ -1,0 +1,1 @@
+"""Numba kernels compiled ahead of the first run."""

@@ -1,0 +1,1 @@
+"""What `chefbot launch` does."""

@@ -1,0 +1,209 @@
+"""`chefbot launch`: nodes from a launch file, until stopped."""
+
+from __future__ import annotations
+
+import math
+import socket
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from chefbot.bridge.attach import bridged, identity, in_fleet, others, wants_wire, wired
+from chefbot.bridge.robot_time import RobotTime
+from chefbot.errors import UserError
+from chefbot.fleet.secure_router import Doors, endpoint
+from chefbot.kernels.precompile import warm_kernels
+from chefbot.launcher.join import guest_name, meet, watching
+from chefbot.launcher.lan_access import EVERYWHERE, HOST_ARGUMENT, served_at
+from chefbot.launcher.session import announce, keep_going, session, show_remarks, start
+from chefbot.robot.load import load_robot
+from chefbot.robot.spec import Robot
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.session import Wire
+from chefbot.runtime.hosts import check_host, hosts_of, part_on
+from chefbot.runtime.launch import (
+    STANDARD_ARGS,
+    ArgValue,
+    Launch,
+    built_in_launches,
+    find_launch,
+    load_launch,
+    split,
+)
+from chefbot.runtime.node_container import System
+from chefbot.signals import stop_on_signals
+
+MAX_SPEED = 1000.0
+console = Console(highlight=False)
+
+
+def list_launches() -> None:
+    """Name, purpose and arguments of each."""
+    table = Table("launch", "what it does", "its arguments", box=None)
+    for name in built_in_launches():
+        one = load_launch(name)
+        if one.about:
+            own = {key: value for key, value in one.args.items() if key not in STANDARD_ARGS}
+            table.add_row(name, one.about, _written(own))
+    console.print(table)
+    console.print(f"\nAll understand {_written(STANDARD_ARGS)}")
+
+
+def _written(arguments: Mapping[str, ArgValue]) -> str:
+    """As a person writes them on the command line."""
+    texts = {
+        key: str(value).lower() if isinstance(value, bool) else value for key, value in arguments.items()
+    }
+    return " ".join(f"{key}:={value}" for key, value in texts.items())
+
+
+def parse_arguments(texts: Sequence[str]) -> dict[str, str]:
+    """`key:=value` texts. UserError for anything else."""
+    given: dict[str, str] = {}
+    for text in texts:
+        key, separator, value = text.partition(":=")
+        if not separator or not key:
+            raise UserError(f"{text!r} is not an argument of a launch; write key:=value")
+        given[key] = value
+    return given
+
+
+def run_launch(
+    name: str,
+    texts: Sequence[str],
+    join: Sequence[str] = (),
+    listen: Sequence[str] = (),
+    host: str = "",
+    lan: bool = False,
+) -> int:
+    """Until Ctrl-C, or for `duration:=` seconds of its clock. Exit code: 1 if a node raised what it should not.
+
+    `join`, `listen`: ways to other machines. `host`: which machine this is, for files that have parts for several.
+    `lan`: serve the page to the network.
+    """
+    doors = Doors(tuple(map(endpoint, join)), tuple(map(endpoint, listen)) or None)
+    arguments = parse_arguments(texts)
+    address = arguments.pop(HOST_ARGUMENT, EVERYWHERE if lan else "")
+    launch = load_launch(name, arguments)
+    if address:
+        launch = served_at(launch, address)
+    launch = in_fleet(_part(launch, host))
+    _check(launch)
+    folder = find_launch(name).parent.resolve()
+    sys.path.append(str(folder))  # an owner's classes lie beside the launch file
+    robot = load_robot(str(launch.args["robot"]))
+    try:
+        warm_kernels(console)
+        with wired(launch, doors, console.print) as wire:
+            if launch.clock != "robot":
+                faults = _run_robot(launch, robot, wire, folder)
+            else:
+                faults = _run_guests(launch, robot, wire, folder) if wire is not None else 0
+    except KeyboardInterrupt:  # before its nodes were there; later the loop ends by itself
+        return 0
+    return min(faults, 1)
+
+
+def _part(launch: Launch, host: str) -> Launch:
+    """What of it this machine runs; all of it where there is no wire. UserError for a wrong host."""
+    me = identity()
+    machine = host or (me.name if me else socket.gethostname())
+    check_host(launch, host, machine, may_be_robot=me is None or me.role == "robot")
+    if not host and not wants_wire(launch):
+        return launch
+    part = part_on(launch, machine)
+    for other, nodes in hosts_of(launch).items():
+        if other != machine:
+            console.print(f"On host {other}: {', '.join(nodes)}.")
+    return part
+
+
+def _run_robot(launch: Launch, robot: Robot, wire: Wire | None, folder: Path) -> int:
+    """A launch that joins nobody. How many faults its program had."""
+    if wire is None and any(entry.process or entry.host for entry in launch.nodes.values()):
+        console.print(
+            "All nodes run in this one process: there is no wire to others (off at speed:=0 unless wire:=on)."
+        )
+    with _session(launch, robot) as system:
+        _run_nodes(system, launch, wire, folder)
+    return _faults_of(system)
+
+
+def _faults_of(system: System) -> int:
+    return system.faults.unexpected if system.faults else 0
+
+
+def _run_guests(launch: Launch, robot: Robot, wire: Wire, folder: Path) -> int:
+    """A launch that joins a robot; anew whenever the robot is started anew. How many faults its program had."""
+    name, faults = guest_name(launch), 0
+    while (meeting := meet(wire, launch, robot, console.print)) is not None:
+        space = str(meeting.launch.args["namespace"]) or "/"
+        with WireNode(wire, f"_{name}_clock", space) as node:
+            time = RobotTime(node) if meeting.launch.clock == "simulation" else None
+            with (
+                _session(meeting.launch, robot, time) as system,
+                watching(wire, meeting, system.loop.stop) as anew,
+            ):
+                _run_nodes(system, meeting.launch, wire, folder, name)
+        faults += _faults_of(system)
+        if not anew.is_set():
+            break
+        console.print("The robot was started anew, and so are the nodes here.")
+    return faults
+
+
+@contextmanager
+def _session(launch: Launch, robot: Robot, time: RobotTime | None = None) -> Iterator[System]:
+    seed, speed = int(launch.args["seed"]), float(launch.args["speed"])
+    record = Path(str(launch.args["record"])) if launch.args["record"] else None
+    clock, start_ns = (time.clock, time.start_ns) if time else (None, None)
+    with session(robot, seed, launch.clock, speed, record, clock, start_ns) as system:
+        if time is not None:
+            time.drive(system.loop)
+        yield system
+    if record:
+        console.print(f"recorded {record}")
+
+
+def _run_nodes(system: System, launch: Launch, wire: Wire | None, folder: Path, joins: str = "") -> None:
+    """Its nodes and its processes, on the wire if there is one, until the end. `joins`: as for `bridged`."""
+    with ExitStack() as stack:
+        system.loop.tap(show_remarks)
+        if wire is None:
+            start(system, launch)
+        else:
+            bridge = stack.enter_context(bridged(system, launch, wire, joins))
+            start(system, split(launch)[0])
+            stack.enter_context(others(bridge, system, launch, folder))
+            keep_going(system.loop)
+        _announce(system, launch)
+        _run(system, float(launch.args["duration"]))
+
+
+def _check(launch: Launch) -> None:
+    """The bounds of what every launch understands."""
+    seed, speed, duration = (launch.args[key] for key in ("seed", "speed", "duration"))
+    if int(seed) < 0:
+        raise UserError(f"launch {launch.name}: seed:={seed} must not be below 0")
+    if not 0.0 <= float(speed) <= MAX_SPEED:
+        raise UserError(
+            f"launch {launch.name}: speed:={speed} must lie between 0 (as fast as may be) and {MAX_SPEED:.0f}"
+        )
+    if not 0.0 <= float(duration) < math.inf:
+        raise UserError(f"launch {launch.name}: duration:={duration} must be seconds, or 0 for no end")
+
+
+def _announce(system: System, launch: Launch) -> None:
+    console.print(f"[bold]{launch.name}[/]: {launch.about}")
+    announce(console, system.nodes.values())
+
+
+def _run(system: System, duration: float) -> None:
+    loop = system.loop
+    until = loop.now_ns + round(duration * 1e9) if duration > 0 else None
+    with stop_on_signals(loop.stop, last=True):
+        loop.run(until_ns=until)

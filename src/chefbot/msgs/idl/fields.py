@@ -1,0 +1,81 @@
+"""The definition of a message type, read from its annotations."""
+
+from __future__ import annotations
+
+import typing
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, cast
+
+import msgspec
+
+if TYPE_CHECKING:
+    from chefbot.msgs.idl.message import Message
+
+NUMPY_TYPES = {
+    "bool": "?",
+    "byte": "u1",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "<i2",
+    "uint16": "<u2",
+    "int32": "<i4",
+    "uint32": "<u4",
+    "int64": "<i8",
+    "uint64": "<u8",
+    "float32": "<f4",
+    "float64": "<f8",
+}
+"""Primitive ROS type to the numpy type of its little-endian form."""
+
+
+class FieldType(NamedTuple):
+    """One field of a definition."""
+
+    name: str
+    element: str
+    """Primitive name, 'string', or '' for a message."""
+    message: type[Message] | None
+    is_array: bool
+    fixed_size: int
+    """0 unless the array has a fixed length."""
+    bound: int = 0
+    """Most elements that a sequence may have, 0 for any number."""
+    string_bound: int = 0
+    """Most bytes that a string may have, 0 for any number."""
+
+
+@cache
+def ros_type(kind: type[Message]) -> str:
+    """'sensor_msgs/msg/LaserScan' and the like, from module and class name."""
+    package = kind.ROS_PACKAGE or kind.__module__.rpartition(".")[2]
+    first = kind.__name__.partition("_")[2]
+    if not first:
+        folder = "msg"
+    elif first in ("Request", "Response", "Event"):
+        folder = "srv"
+    else:
+        folder = "action"
+    return f"{package}/{folder}/{kind.__name__}"
+
+
+@cache
+def fields_of(kind: type[Message]) -> tuple[FieldType, ...]:
+    """The definition of a message type, in order."""
+    hints = typing.get_type_hints(kind, include_extras=True)
+    return tuple(
+        _field(name, hint) for name, hint in hints.items() if typing.get_origin(hint) is not ClassVar
+    )
+
+
+def _field(name: str, hint: Any) -> FieldType:
+    if isinstance(hint, type) and issubclass(hint, msgspec.Struct):
+        return FieldType(name, "", cast("type[Message]", hint), False, 0)
+    text = "" if typing.get_origin(hint) is tuple else hint.__metadata__[0]
+    inner = hint.__origin__ if typing.get_origin(hint) is Annotated else hint
+    if typing.get_origin(inner) is tuple and typing.get_args(inner)[0] is not str:
+        return FieldType(name, "", typing.get_args(inner)[0], True, 0, int(text.removeprefix("<=") or 0))
+    element, bracket, size = text.partition("[")
+    element, _, string_bound = element.partition("<=")
+    size = size.removesuffix("]")
+    fixed, bound = (0, int(size[2:])) if size.startswith("<=") else (int(size or 0), 0)
+    return FieldType(name, element, None, bool(bracket), fixed, bound, int(string_bound or 0))

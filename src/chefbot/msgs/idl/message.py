@@ -1,0 +1,55 @@
+"""What every message is: a frozen struct whose annotations are its ROS 2 definition."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Self
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.msgs.idl.cdr import decode, encode
+from chefbot.msgs.idl.precision import rounding
+
+Bool = Annotated[bool, "bool"]
+Byte = Annotated[int, "byte"]
+Int8 = Annotated[int, "int8"]
+Uint8 = Annotated[int, "uint8"]
+Int16 = Annotated[int, "int16"]
+Uint16 = Annotated[int, "uint16"]
+Int32 = Annotated[int, "int32"]
+Uint32 = Annotated[int, "uint32"]
+Int64 = Annotated[int, "int64"]
+Uint64 = Annotated[int, "uint64"]
+Float32 = Annotated[float, "float32"]
+Float64 = Annotated[float, "float64"]
+String = Annotated[str, "string"]
+Int8Array = Annotated[NDArray[np.int8], "int8[]"]
+Uint8Array = Annotated[NDArray[np.uint8], "uint8[]"]
+Float32Array = Annotated[NDArray[np.float32], "float32[]"]
+Float64Array = Annotated[NDArray[np.float64], "float64[]"]
+StringArray = Annotated[tuple[str, ...], "string[]"]
+
+
+class Message(msgspec.Struct, frozen=True, kw_only=False, eq=False):
+    """A ROS 2 message. Its package is the module's name, its fields are the struct's, in order.
+
+    Arrays of numbers are numpy arrays of the annotated type; arrays of messages and strings are tuples.
+    """
+
+    ROS_PACKAGE: ClassVar[str] = ""
+
+    def __init_subclass__(cls) -> None:
+        """A type whose fields could hold more than the wire carries rounds them when a message is made."""
+        rounds = rounding(cls)
+        if rounds is not None:
+            cls.__post_init__ = rounds  # type: ignore[attr-defined]
+
+    def to_cdr(self) -> bytes:
+        """Little-endian XCDR1 with its four header bytes, as Fast-CDR writes it."""
+        return encode(self)
+
+    @classmethod
+    def from_cdr(cls, data: bytes) -> Self:
+        """The message in the bytes; arrays are read-only views of them. CdrError when they do not fit."""
+        return decode(cls, data)

@@ -1,0 +1,33 @@
+"""Where everything fixed sits: /tf_static and /robot_description, as robot_state_publisher gives them."""
+
+from __future__ import annotations
+
+from chefbot.design.export.urdf import urdf
+from chefbot.design.export.urdf_frames import DEPTH_FRAME, Frame, fixed_frames, quaternion
+from chefbot.msgs.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
+from chefbot.msgs.std_msgs import Header, String
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.runtime.node import Node, NoParams, Out, topic
+
+CAMERA_FRAME = DEPTH_FRAME
+
+
+class FramesNode(Node):
+    """Tells once, for all who come later too, the robot's model and its fixed transforms."""
+
+    params: NoParams
+    tf_static: Out[TFMessage] = topic(latched=True)
+    robot_description: Out[String] = topic(latched=True)
+
+    def start(self) -> None:
+        """Publish both."""
+        fixed = tuple(transform(self.now_ns, frame) for frame in fixed_frames(self.robot))
+        self.tf_static.publish(TFMessage(fixed))
+        self.robot_description.publish(String(urdf(self.robot)))
+
+
+def transform(ns: int, frame: Frame) -> TransformStamped:
+    """`parent_T_frame` with its whole attitude: a camera that looks down does so in the message too."""
+    w, x, y, z = quaternion(frame.rpy)
+    pose = Transform(Vector3(*frame.at), Quaternion(x, y, z, w))
+    return TransformStamped(Header.of(ns, frame.parent), frame.name, pose)

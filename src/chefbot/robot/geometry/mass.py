@@ -1,0 +1,37 @@
+"""Mass, centre and inertia of a robot, from its solids."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from chefbot.robot.geometry.shapes import MassProperties, mass_properties, moved
+from chefbot.robot.geometry.solids import link_origin, solids
+from chefbot.robot.spec import Robot
+
+
+@lru_cache(maxsize=64)
+def link_mass(robot: Robot, link: str) -> MassProperties:
+    """Of all parts of a link, in its frame."""
+    parts = [part for part in solids(robot) if part.link == link]
+    return mass_properties((part.spread, part.mass / part.volume) for part in parts)
+
+
+@lru_cache(maxsize=64)
+def robot_mass_properties(robot: Robot) -> MassProperties:
+    """Of the robot without payload, in base_link."""
+    return mass_properties(
+        (moved(part.spread, np.eye(3), np.array(link_origin(robot, part.link))), part.mass / part.volume)
+        for part in solids(robot)
+    )
+
+
+def unloaded_mass(robot: Robot) -> float:
+    """Without payload, kg."""
+    return robot_mass_properties(robot).mass
+
+
+def total_mass(robot: Robot) -> float:
+    """With payload, kg."""
+    return unloaded_mass(robot) + robot.body.payload

@@ -1,0 +1,283 @@
+"""The parts of a Robot as solids: what is drawn, printed, weighed, simulated and checked is made from these."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from chefbot.maths.outline import Loop, Outline, circle, rectangle
+from chefbot.robot.geometry import layout
+from chefbot.robot.geometry.outlines import (
+    base_plate_outline,
+    clamp_face_outline,
+    flange_outline,
+    middle_plate_outline,
+    top_plate_outline,
+)
+from chefbot.robot.geometry.shapes import (
+    ORIGIN,
+    Ball,
+    MassProperties,
+    Prism,
+    Solid,
+    Spread,
+    Vector,
+    mass_properties,
+    moved,
+    rotation,
+    spread,
+    volume,
+)
+from chefbot.robot.materials import MATERIALS, Colour
+from chefbot.robot.section import Housing, Place, Size
+from chefbot.robot.spec import Robot
+
+SENSOR = "sensor"
+"""Material of a sensor's housing."""
+STAND_RADIUS = 0.003
+"""Metres; sensors stand on a rod of this size and of nylon."""
+PAYLOAD_SHARE = 0.8
+"""Radius of the payload to that of the plates: trays and boxes do not overhang."""
+PLASTIC: Colour = (0.18, 0.19, 0.21, 1.0)
+BOARD: Colour = (0.10, 0.40, 0.25, 1.0)
+RUBBER: Colour = (0.13, 0.13, 0.14, 1.0)
+STEEL: Colour = MATERIALS["steel"].colour
+
+
+class RobotPart(NamedTuple):
+    """One piece: `kind` is shared by equal pieces; the frame of its solids lies at `at`, turned by pitch and
+    yaw, in its link's frame. mass in kg."""
+
+    name: str
+    kind: str
+    link: str
+    solids: tuple[Solid, ...]
+    mass: float
+    colour: Colour
+    material: str
+    at: Vector = ORIGIN
+    pitch: float = 0.0
+    yaw: float = 0.0
+
+    @property
+    def volume(self) -> float:
+        """Cubic metres, by closed formulas."""
+        return sum(volume(solid) for solid in self.solids)
+
+    @property
+    def spread(self) -> Spread:
+        """In the link's frame."""
+        own = [spread(solid) for solid in self.solids]
+        total = Spread(*(sum(terms[1:], terms[0]) for terms in zip(*own, strict=True)))
+        return moved(total, rotation(self.pitch, self.yaw), np.array(self.at))
+
+    @property
+    def inertia(self) -> MassProperties:
+        """Of this part alone, in its link's frame."""
+        return mass_properties([(self.spread, self.mass / self.volume)])
+
+
+@lru_cache(maxsize=64)
+def solids(robot: Robot) -> tuple[RobotPart, ...]:
+    """All parts, wheels and sensors too, the payload not."""
+    return tuple(_parts(robot))
+
+
+def link_origin(robot: Robot, link: str) -> Vector:
+    """In base_link, metres; links are not turned against it."""
+    side = link.removeprefix("wheel_").removesuffix("_link")
+    if side in layout.SIDES:
+        return 0.0, layout.SIDES[side] * robot.wheels.separation / 2, robot.wheel_radius
+    return (0.0, 0.0, layout.body_height(robot)) if link == "payload_link" else ORIGIN
+
+
+def payload(robot: Robot) -> RobotPart:
+    """What the robot carries, as a cylinder on the top plate."""
+    height = robot.body.payload_height
+    outline = Outline(circle(PAYLOAD_SHARE * robot.body.radius))
+    solid = Prism(outline, height, at=(0.0, 0.0, height / 2))
+    look: Colour = (0.85, 0.55, 0.25, 0.8)
+    return RobotPart("payload", "payload", "payload_link", (solid,), robot.body.payload, look, "payload")
+
+
+def _parts(robot: Robot) -> Iterator[RobotPart]:
+    yield from _plates(robot)
+    yield from _poles_and_tubes(robot)
+    for side, sign in layout.SIDES.items():
+        yield _clamp(robot, side, sign)
+        yield _motor(robot, side, sign)
+        yield _wheel(robot, side)
+    yield from _casters(robot)
+    yield from _boxes(robot)
+    yield from _sensors(robot)
+
+
+def _made(kind: str, name: str, material: str, pieces: tuple[Solid, ...], at: Vector) -> RobotPart:
+    """A part of the base that is cut or printed: its mass is volume times density."""
+    stuff = MATERIALS[material]
+    mass = stuff.density * sum(volume(piece) for piece in pieces)
+    return RobotPart(name, kind, "base_link", pieces, mass, stuff.colour, material, at)
+
+
+def _plates(robot: Robot) -> Iterator[RobotPart]:
+    plates, undersides = robot.plates, layout.plate_undersides(robot)
+    for i, low in enumerate(undersides):
+        kind = "base_plate" if i == 0 else "top_plate" if i == len(undersides) - 1 else "middle_plate"
+        name = f"middle_plate_{i}" if kind == "middle_plate" and len(undersides) > 3 else kind
+        prism = Prism(PLATE_OUTLINES[kind](robot), plates.thickness)
+        yield _made(kind, name, plates.material, (prism,), (0.0, 0.0, low + plates.thickness / 2))
+
+
+PLATE_OUTLINES = {
+    "base_plate": base_plate_outline,
+    "middle_plate": middle_plate_outline,
+    "top_plate": top_plate_outline,
+}
+
+
+def _poles_and_tubes(robot: Robot) -> Iterator[RobotPart]:
+    poles, tubes, undersides = robot.poles, robot.tubes, layout.plate_undersides(robot)
+    rod = Prism(Outline(circle(poles.radius), (circle(robot.plates.screw_hole / 2),)), poles.height)
+    bore = tubes.bore / 2
+    tube = Prism(Outline(circle(bore + tubes.wall), (circle(bore),)), tubes.length)
+    for level, low in enumerate(undersides[:-1], start=1):
+        floor = low + robot.plates.thickness
+        ceiling = floor + tubes.length
+        for corner, (x, y) in enumerate(layout.pole_positions(robot), start=1):
+            mark = f"{level}_{corner}"
+            foot, head = floor + poles.height / 2, ceiling - poles.height / 2
+            yield _made("pole", f"pole_{mark}_foot", poles.material, (rod,), (x, y, foot))
+            yield _made("pole", f"pole_{mark}_head", poles.material, (rod,), (x, y, head))
+            yield _made("tube", f"tube_{mark}", tubes.material, (tube,), (x, y, (floor + ceiling) / 2))
+
+
+def _clamp(robot: Robot, side: str, sign: float) -> RobotPart:
+    """Drawn for the left side; its frame lies below the flange's middle, on the flange's lower side."""
+    clamp = robot.motor_clamp
+    floor = layout.plate_undersides(robot)[0] - clamp.thickness
+    flange = Prism(flange_outline(robot), clamp.thickness, at=(0.0, 0.0, clamp.thickness / 2))
+    reach = sign * (clamp.length - clamp.thickness) / 2
+    face = Prism(clamp_face_outline(robot, floor), clamp.thickness, "y", (0.0, reach, 0.0))
+    at = (0.0, sign * layout.clamp_middle(robot), floor)
+    return _made("motor_clamp", f"motor_clamp_{side}", clamp.material, (flange, face), at)
+
+
+def _motor(robot: Robot, side: str, sign: float) -> RobotPart:
+    """Body and shaft; its frame lies where the shaft leaves the body."""
+    motor = robot.motor
+    front = layout.motor_front(robot)
+    reach = robot.wheels.separation / 2 + robot.wheels.width / 2 - front
+    body_at = (0.0, -sign * motor.length / 2, motor.shaft_offset)
+    body = Prism(Outline(circle(motor.diameter / 2)), motor.length, "y", body_at)
+    shaft = Prism(Outline(circle(motor.shaft_diameter / 2)), reach, "y", (0.0, sign * reach / 2, 0.0))
+    at = (0.0, sign * front, robot.wheel_radius)
+    return RobotPart(f"motor_{side}", "motor", "base_link", (body, shaft), motor.mass, STEEL, "motor", at)
+
+
+def _wheel(robot: Robot, side: str) -> RobotPart:
+    wheels = robot.wheels
+    outline = Outline(circle(robot.wheel_radius), (circle(robot.motor.shaft_diameter / 2),))
+    prism = Prism(outline, wheels.width, "y")
+    return RobotPart(
+        f"wheel_{side}", "wheel", f"wheel_{side}_link", (prism,), wheels.mass, RUBBER, "tyre and hub"
+    )
+
+
+def _casters(robot: Robot) -> Iterator[RobotPart]:
+    """A ball whose upper half runs in a cup, which a spacer holds below the base plate."""
+    casters, low = robot.casters, layout.plate_undersides(robot)[0]
+    for name, (x, y, z) in layout.caster_positions(robot).items():
+        outer = casters.radius + casters.wall
+        cup = Prism(
+            Outline(circle(outer), (circle(casters.radius),)),
+            casters.radius,
+            at=(0.0, 0.0, casters.radius / 2),
+        )
+        rest = low - z - casters.radius
+        spacer = Prism(Outline(circle(outer)), rest, at=(0.0, 0.0, casters.radius + rest / 2))
+        pieces = (Ball(casters.radius), cup, spacer)
+        yield _made("caster", f"caster_{name}", casters.material, pieces, (x, y, z))
+
+
+def _boxes(robot: Robot) -> Iterator[RobotPart]:
+    yield _box(robot, "battery", robot.places.battery, robot.battery.size, robot.battery.mass, PLASTIC)
+    yield _box(robot, "driver", robot.places.driver, robot.driver.size, robot.driver.mass, BOARD)
+    for item in robot.equipment:
+        yield _box(robot, item.name, item.place, item.size, item.mass, BOARD)
+
+
+def _box(robot: Robot, name: str, place: Place, size: Size, mass: float, colour: Colour) -> RobotPart:
+    prism = Prism(Outline(rectangle(size.x, size.y)), size.z, at=(0.0, 0.0, size.z / 2))
+    at = (place.x, place.y, layout.plate_top(robot, place.plate))
+    return RobotPart(name, name, "base_link", (prism,), mass, colour, "equipment", at)
+
+
+def _sensors(robot: Robot) -> Iterator[RobotPart]:
+    for frame, sensor in robot.sensors.by_frame.items():
+        mount, name = sensor.mount, frame.removesuffix("_link")
+        box = _housing(sensor.housing)
+        at = (mount.x, mount.y, mount.z)
+        part = RobotPart(
+            name,
+            name,
+            "base_link",
+            (box,),
+            sensor.housing.mass,
+            PLASTIC,
+            SENSOR,
+            at,
+            mount.pitch,
+            mount.yaw,
+        )
+        yield part
+        yield from _stand(robot, part)
+
+
+def _housing(housing: Housing) -> Prism:
+    size, c = housing.size, housing.centre
+    return Prism(Outline(rectangle(size.x, size.y)), size.z, at=(c.x, c.y, c.z))
+
+
+def _stand(robot: Robot, sensor: RobotPart) -> Iterator[RobotPart]:
+    """A rod from what lies below the housing up to it, or up to the base plate where the housing hangs."""
+    x, y, bottom, top = _extent(sensor)
+    below = [z for z in _supports(robot, x, y) if z <= bottom]
+    low, high = (max(below), bottom) if below else (top, layout.plate_undersides(robot)[0])
+    if high - low > 1e-6:
+        rod = Prism(_disc(STAND_RADIUS), high - low)
+        yield _made("stand", f"{sensor.name}_stand", "nylon", (rod,), (x, y, (low + high) / 2))
+
+
+def _disc(radius: float) -> Outline:
+    edge: Loop = circle(radius)
+    return Outline(edge)
+
+
+def _extent(sensor: RobotPart) -> tuple[float, float, float, float]:
+    """x and y of a housing's middle in base_link, and its lowest and highest z."""
+    box = sensor.solids[0]
+    assert isinstance(box, Prism)
+    turn, size = rotation(sensor.pitch, sensor.yaw), _sides(box)
+    middle = turn @ np.array(box.at) + np.array(sensor.at)
+    half = float(np.abs(turn[2]) @ size) / 2
+    return float(middle[0]), float(middle[1]), float(middle[2]) - half, float(middle[2]) + half
+
+
+def _sides(box: Prism) -> np.ndarray:
+    corners = np.array([(c.x, c.y) for c in box.outline.edge])
+    return np.array([*np.ptp(corners, axis=0), box.length])
+
+
+def _supports(robot: Robot, x: float, y: float) -> Iterator[float]:
+    """Heights of everything that a stand at (x, y) could be set on."""
+    for number in range(1, robot.plates.count + 1):
+        yield layout.plate_top(robot, number)
+    for box in _boxes(robot):
+        prism = box.solids[0]
+        assert isinstance(prism, Prism)
+        a, b, c = _sides(prism)
+        if abs(x - box.at[0]) <= a / 2 and abs(y - box.at[1]) <= b / 2:
+            yield box.at[2] + c

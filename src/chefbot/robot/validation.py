@@ -1,0 +1,219 @@
+"""Robots that could not be built or could not move, each with a sentence that names the key to change."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+
+from chefbot.errors import UserError, nearest
+from chefbot.robot.geometry import layout
+from chefbot.robot.geometry.layout import body_height
+from chefbot.robot.geometry.mass import total_mass
+from chefbot.robot.geometry.solids import payload, solids
+from chefbot.robot.materials import MATERIALS
+from chefbot.robot.motion_limits import max_wheel_speed
+from chefbot.robot.section import Place
+from chefbot.robot.spec import Robot
+
+Contradiction = tuple[bool, str, str]
+"""Does it hold; key; sentence."""
+
+
+def check_possible(robot: Robot, where: str) -> None:
+    """UserError for the first thing of a robot that cannot be together."""
+    check_shapes(robot, where)
+    _refuse(_drive(robot), where)
+
+
+def check_shapes(robot: Robot, where: str) -> None:
+    """The same, of what needs no mass: a robot that passes has solids."""
+    for contradictions in (_materials, _wheels, _plates, _stack, _motors, _clamps, _sensors, _names):
+        _refuse(contradictions(robot), where)
+
+
+def _refuse(contradictions: Iterator[Contradiction], where: str) -> None:
+    for impossible, key, reason in contradictions:
+        if impossible:
+            raise UserError(f"{where}: {key}: {reason}")
+
+
+def mm(metres: float) -> str:
+    """As drawings write lengths."""
+    return f"{1000 * metres:.4g} mm"
+
+
+def _materials(robot: Robot) -> Iterator[Contradiction]:
+    for section in ("plates", "poles", "tubes", "motor_clamp", "casters"):
+        name = getattr(robot, section).material
+        if name not in MATERIALS:
+            yield True, f"{section}.material", f"unknown {name!r}{nearest(name, MATERIALS)}"
+
+
+def _plates(robot: Robot) -> Iterator[Contradiction]:
+    plates, radius, notch = robot.plates, robot.body.radius, robot.plates.notch
+    floor = layout.notch_floor(robot)
+    if notch is not None:
+        too_deep = f"is deeper than the plate of {mm(radius)} radius; make it shallower"
+        yield notch.depth >= radius, "plates.notch.depth", too_deep
+        outside = math.hypot(notch.length / 2, floor) >= radius
+        yield (
+            outside,
+            "plates.notch",
+            f"lies outside the plate of {mm(radius)} radius; make it deeper or shorter",
+        )
+    yield (
+        plates.centre_hole / 2 >= floor,
+        "plates.centre_hole",
+        f"{mm(plates.centre_hole)} leaves nothing of the plate",
+    )
+    yield (
+        math.hypot(robot.poles.reach, robot.poles.reach) + robot.poles.radius > radius,
+        "poles.reach",
+        "the poles stand outside the plates",
+    )
+    yield (
+        plates.screw_hole >= 2 * robot.poles.radius,
+        "plates.screw_hole",
+        "is as wide as the poles that are screwed there",
+    )
+    yield (
+        robot.casters.offset + robot.casters.radius > radius,
+        "casters.offset",
+        "the casters stand outside the body",
+    )
+    top = robot.plates.count
+    for key, place in _places(robot):
+        yield place.plate > top, f"{key}.plate", f"there is no plate {place.plate}, the highest is {top}"
+
+
+def _places(robot: Robot) -> Iterator[tuple[str, Place]]:
+    yield "places.battery", robot.places.battery
+    yield "places.driver", robot.places.driver
+    for i, item in enumerate(robot.equipment):
+        yield f"equipment[{i}].place", item.place
+
+
+def _stack(robot: Robot) -> Iterator[Contradiction]:
+    tubes, poles = robot.tubes, robot.poles
+    yield 2 * poles.radius > tubes.bore, "tubes.bore", f"poles of {mm(2 * poles.radius)} do not go in"
+    yield (
+        robot.plates.count > 1 and 2 * poles.height > tubes.length,
+        "poles.height",
+        "two poles are longer than the tube that they hold",
+    )
+    yield (
+        2 * robot.casters.radius + layout.CASTER_GAP >= layout.plate_undersides(robot)[0],
+        "casters.radius",
+        "the balls are higher than the base plate",
+    )
+
+
+def _motors(robot: Robot) -> Iterator[Contradiction]:
+    motor, room = robot.motor, layout.motor_front(robot)
+    yield (
+        motor.diameter >= 2 * robot.body.radius,
+        "motor.diameter",
+        f"{mm(motor.diameter)} is wider than the plate of {mm(2 * robot.body.radius)}",
+    )
+    yield (
+        motor.length >= room,
+        "motor.length",
+        f"{mm(motor.length)} does not fit: between the wheels there are {mm(max(room, 0.0))} for each motor",
+    )
+    yield motor.shaft_diameter >= robot.wheels.diameter, "motor.shaft_diameter", "is as thick as the wheel"
+    yield (
+        layout.motor_bottom(robot) <= 0.0,
+        "wheels.diameter",
+        f"the motor of {mm(motor.diameter)} would touch the floor",
+    )
+    yield (
+        motor.no_load_current >= motor.stall_current,
+        "motor.no_load_current",
+        "is not below motor.stall_current",
+    )
+
+
+def _clamps(robot: Robot) -> Iterator[Contradiction]:
+    clamp, motor, screw = robot.motor_clamp, robot.motor, robot.plates.screw_hole
+    hole = layout.SHAFT_CLEARANCE * motor.shaft_diameter
+    yield hole >= clamp.width, "motor_clamp.width", "is narrower than the hole for the shaft"
+    below = motor.diameter / 2 - motor.shaft_offset
+    yield (
+        hole / 2 >= below,
+        "motor.shaft_diameter",
+        f"a hole of {mm(hole)} round the shaft breaks out of the clamp, which ends {mm(below)} below the shaft",
+    )
+    across, along = layout.clamp_screws(robot)[0]
+    yield 2.0 * across <= screw, "motor_clamp.width", f"screws need more than {mm(5.0 * screw)}"
+    yield (
+        clamp.length / 2 - along <= screw / 2,
+        "motor_clamp.length",
+        f"{mm(clamp.length)} leaves no material round screws of {mm(screw)}",
+    )
+    yield clamp.thickness >= clamp.length, "motor_clamp.thickness", "is not below motor_clamp.length"
+
+
+def _names(robot: Robot) -> Iterator[Contradiction]:
+    """Every part has a name of its own: drawings, models and this check speak of them by it; so have the robot,
+    the root of its models, and their frames."""
+    parts = (*solids(robot), payload(robot))
+    names = Counter(part.name for part in parts)
+    frames = {"base_footprint", *robot.sensors.by_frame, *(part.link for part in parts)}
+    for i, item in enumerate(robot.equipment):
+        taken = names[item.name] > 1 or item.name in frames
+        yield taken, f"equipment[{i}].name", f"another part is called {item.name!r} too"
+    yield robot.name in {*names, *frames}, "name", f"a part of the robot is called {robot.name!r} too"
+
+
+def _wheels(robot: Robot) -> Iterator[Contradiction]:
+    wheels, body = robot.wheels, robot.body
+    yield (
+        body.clearance >= wheels.diameter,
+        "body.clearance",
+        f"{mm(body.clearance)} is above the wheels' top",
+    )
+    yield wheels.separation <= wheels.width, "wheels.separation", "the wheels overlap each other"
+    yield (
+        wheels.separation / 2 - wheels.width / 2 > body.radius + wheels.width,
+        "wheels.separation",
+        f"the wheels stand clear of the plate of {mm(body.radius)} radius; make it smaller or body.radius larger",
+    )
+    yield (
+        robot.wheel_radius > body_height(robot),
+        "wheels.diameter",
+        "the wheels are taller than twice the body",
+    )
+
+
+def _drive(robot: Robot) -> Iterator[Contradiction]:
+    yield (
+        max_wheel_speed(robot) <= 0.0,
+        "motor.stall_torque",
+        f"{robot.motor.stall_torque:.3g} N m per wheel cannot roll {total_mass(robot):.3g} kg at all",
+    )
+    battery = robot.battery
+    yield battery.empty_voltage >= battery.voltage, "battery.empty_voltage", "is not below battery.voltage"
+    yield battery.voltage > battery.full_voltage, "battery.voltage", "is above battery.full_voltage"
+    driver = robot.driver
+    yield driver.voltage_min >= driver.voltage_max, "driver.voltage_min", "is not below driver.voltage_max"
+
+
+def _sensors(robot: Robot) -> Iterator[Contradiction]:
+    sensors = robot.sensors
+    for name in ("depth_camera", "lidar", "ultrasonic"):
+        sensor, key = getattr(sensors, name), f"sensors.{name}"
+        if sensor is None:
+            continue
+        yield sensor.range_min >= sensor.range_max, f"{key}.range_min", "is not below range_max"
+        away = math.hypot(sensor.mount.x, sensor.mount.y)
+        yield away > robot.footprint_radius, f"{key}.mount", "sits outside the body"
+        low = not 0 < sensor.mount.z <= body_height(robot)
+        yield low, f"{key}.mount.z", "is not between floor and top"
+    camera = sensors.depth_camera
+    if camera is not None:
+        key = "sensors.depth_camera"
+        yield camera.field_of_view > 2.6, f"{key}.field_of_view", "above 149 degrees is no camera"
+        yield camera.width * camera.height > 4_000_000, f"{key}.width", "above 4 megapixels"
+    blind = camera is None and sensors.lidar is None
+    yield blind, "sensors", "neither depth_camera nor lidar: the robot could not see"

@@ -1,0 +1,143 @@
+"""A bag being written: rosbag2's folder of an MCAP file and metadata.yaml, or an MCAP file alone."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from chefbot.errors import UserError
+from chefbot.msgs.idl.definition import definition_text
+from chefbot.msgs.idl.registry import message_type
+from chefbot.ros2.bag.profile import profiles_text, to_profile
+from chefbot.ros2.rmw.names import WireType
+from chefbot.ros2.rmw.qos import QoS
+from chefbot.storage.atomic_files import write_atomic
+from chefbot.storage.mcap_file import McapFile
+
+VERSION = 9
+"""Of metadata.yaml, as rosbag2 of Jazzy and Kilted writes it."""
+DISTRO = "jazzy"
+"""Whose message definitions ours are, unless the environment names another."""
+NEVER_NS = 2**63 - 1
+"""When a bag without messages begins (rosbag2)."""
+METADATA_FILE, METADATA_RECORD = "metadata.yaml", "rosbag2"
+ROOM = 2000
+"""Bytes that the metadata take at most; for each topic the same and its QoS profiles."""
+
+
+class _Topic:
+    """One topic of one type and what was counted of it."""
+
+    def __init__(self, name: str, kind: WireType, channel: int, offers: list[QoS]) -> None:
+        self.name, self.kind, self.channel, self.offers = name, kind, channel, offers
+        self.count = 0
+
+
+class BagWriter:
+    """Takes CDR bytes. `out` is a folder that does not exist yet, or a file NAME.mcap.
+
+    UserError when it exists already or cannot be written.
+    """
+
+    def __init__(self, out: Path) -> None:
+        self.out = out
+        self._folder = None if out.suffix == ".mcap" else out
+        self.path = out if self._folder is None else out / f"{out.name}_0.mcap"
+        if out.exists():
+            raise UserError(f"{out} exists already; choose another -o, bags are never overwritten")
+        self._file = McapFile(self.path, self._last_record)
+        self._file.reserve(ROOM)
+        self._topics: dict[tuple[str, WireType], _Topic] = {}
+        self._first_ns, self._last_ns = NEVER_NS, 0
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Messages of each topic."""
+        counts: dict[str, int] = {}
+        for topic in self._topics.values():
+            counts[topic.name] = counts.get(topic.name, 0) + topic.count
+        return counts
+
+    def add_topic(self, name: str, kind: WireType, offers: list[QoS]) -> None:
+        """Before its first message; `offers` of its publishers, for those who play the bag."""
+        if (name, kind) in self._topics:
+            return
+        about = {"offered_qos_profiles": profiles_text(offers), "topic_type_hash": kind.hash}
+        self._file.reserve(ROOM + 2 * len(about["offered_qos_profiles"]) + len(name) + len(kind.name))
+        channel = self._file.channel(name, kind.name, _definition(kind), about)
+        self._topics[name, kind] = _Topic(name, kind, channel, offers)
+
+    def add(self, name: str, kind: WireType, data: bytes, heard_ns: int, said_ns: int) -> None:
+        """One message: when it came here and when its publisher said it, ns since the epoch."""
+        topic = self._topics[name, kind]
+        self._file.add(topic.channel, data, heard_ns, said_ns, topic.count + 1)
+        topic.count += 1
+        self._first_ns, self._last_ns = min(self._first_ns, heard_ns), max(self._last_ns, heard_ns)
+
+    def flush(self) -> None:
+        """What was added so far survives from now on, even if this process is killed."""
+        self._file.flush()
+
+    def close(self) -> None:
+        """Make it whole; also after `add` has found the disk full."""
+        self._file.close()
+        if self._folder is not None:
+            text = _yaml({"rosbag2_bagfile_information": self._metadata()})
+            write_atomic(self._folder / METADATA_FILE, text.encode())
+
+    def _last_record(self) -> tuple[str, dict[str, str]]:
+        return METADATA_RECORD, {"serialized_metadata": _yaml(self._metadata())}
+
+    def _metadata(self) -> dict[str, Any]:
+        duration = {"nanoseconds": max(0, self._last_ns - self._first_ns)}
+        start = {"nanoseconds_since_epoch": self._first_ns}
+        count = sum(topic.count for topic in self._topics.values())
+        name = self.path.name
+        return {
+            "version": VERSION,
+            "storage_identifier": "mcap",
+            "duration": duration,
+            "starting_time": start,
+            "message_count": count,
+            "topics_with_message_count": [_about(topic) for topic in self._topics.values()],
+            "compression_format": "",
+            "compression_mode": "",
+            "relative_file_paths": [name],
+            "files": [
+                {
+                    "path": name,
+                    "starting_time": dict(start),
+                    "duration": dict(duration),
+                    "message_count": count,
+                }
+            ],
+            "custom_data": None,
+            "ros_distro": os.environ.get("ROS_DISTRO", DISTRO),
+        }
+
+
+def _about(topic: _Topic) -> dict[str, Any]:
+    metadata = {
+        "name": topic.name,
+        "type": topic.kind.name,
+        "serialization_format": "cdr",
+        "offered_qos_profiles": [to_profile(one) for one in topic.offers],
+        "type_description_hash": topic.kind.hash,
+    }
+    return {"topic_metadata": metadata, "message_count": topic.count}
+
+
+def _definition(kind: WireType) -> str:
+    """Empty for a type that we do not have, or have in another version."""
+    try:
+        known = message_type(kind.name)
+    except KeyError:
+        return ""
+    return definition_text(known) if WireType.of(known) == kind else ""
+
+
+def _yaml(plain: dict[str, Any]) -> str:
+    return yaml.safe_dump(plain, sort_keys=False)

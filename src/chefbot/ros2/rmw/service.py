@@ -1,0 +1,159 @@
+"""Servers and clients of services as rmw_zenoh has them: a queryable and a querier."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any, Generic, TypeVar
+
+import zenoh
+from zenoh import handlers
+
+from chefbot.msgs.idl.cdr import CdrError
+from chefbot.msgs.idl.message import Message
+from chefbot.msgs.idl.service import Service
+from chefbot.ros2.rmw.attachment import Attachment, unpack
+from chefbot.ros2.rmw.errors import Tally, WireError
+from chefbot.ros2.rmw.session import Wire
+
+Q = TypeVar("Q", bound=Message)
+S = TypeVar("S", bound=Message)
+TIMEOUT = 600.0
+"""Seconds that a client waits at most (rmw_zenoh's `queries_default_timeout`)."""
+FOREVER = 10 * 365 * 86400.0
+"""For results of actions: as long as the robot drives."""
+
+
+class NoAnswerError(Exception):
+    """Nobody serves, or the server has gone or refused; says which service."""
+
+
+class Call(Generic[Q, S]):
+    """One request; `answer` it once, now or later, from any thread. Dropped unanswered, the client learns it."""
+
+    def __init__(self, query: zenoh.Query, key: str, request: Q, attachment: Attachment) -> None:
+        self.request = request
+        self._key = key
+        self._query: zenoh.Query | None = query
+        self._attachment = attachment
+
+    def answer(self, response: S) -> None:
+        """The reply carries the request's number and gid. CdrError when a value does not fit."""
+        query, self._query = self._query, None
+        if query is None:
+            return
+        attachment = self._attachment._replace(stamp_ns=time.time_ns())
+        query.reply(self._key, response.to_cdr(), attachment=attachment.pack())
+        query.drop()
+
+
+class Server(Generic[Q, S]):
+    """Serves; made by `WireNode.server`. `handler(call)` runs in Zenoh's thread and must return at once."""
+
+    def __init__(
+        self,
+        wire: Wire,
+        key: str,
+        service: Service[Q, S],
+        handler: Callable[[Call[Q, S]], None],
+        *,
+        name: str,
+        remote_only: bool = False,
+    ) -> None:
+        self._key = key
+        self._service = service
+        self._handler = handler
+        self._name = name
+        self._refused: Tally = wire.refused
+        origin = zenoh.Locality.REMOTE if remote_only else zenoh.Locality.ANY
+        take = handlers.Callback(self._take, indirect=False)  # else it costs a thread
+        self._zenoh = wire.session.declare_queryable(key, take, complete=True, allowed_origin=origin)
+
+    def close(self) -> None:
+        """Serve no more."""
+        self._zenoh.undeclare()
+
+    def _take(self, query: zenoh.Query) -> None:
+        try:
+            attachment = unpack(None if query.attachment is None else query.attachment.to_bytes())
+            payload = b"" if query.payload is None else query.payload.to_bytes()
+            call = Call[Q, S](query, self._key, self._service.request.from_cdr(payload), attachment)
+        except (WireError, CdrError) as error:
+            self._refused.add(f"{self._name}: {error}")
+            query.reply_err(str(error).encode())
+            return
+        self._handler(call)
+
+
+class Client(Generic[Q, S]):
+    """Calls; made by `WireNode.client`. Any thread."""
+
+    def __init__(
+        self, wire: Wire, key: str, service: Service[Q, S], gid: bytes, *, name: str, timeout: float = TIMEOUT
+    ) -> None:
+        self.gid = gid
+        self._service = service
+        self._name = name
+        self._refused: Tally = wire.refused
+        self._sequence = 0
+        self._lock = threading.Lock()
+        self._zenoh = wire.session.declare_querier(
+            key,
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=timeout,
+        )
+
+    @property
+    def served(self) -> bool:
+        """Whether somebody serves it."""
+        return bool(getattr(self._zenoh.matching_status, "matching", False))
+
+    def call(self, request: Q, timeout: float = 5.0) -> S:
+        """The response. NoAnswerError if there is none, TimeoutError after `timeout` seconds."""
+        return self.start(request).result(timeout)
+
+    def start(self, request: Q) -> Future[S]:
+        """The response to come; its callbacks run in Zenoh's thread. It may fail with NoAnswerError."""
+        future: Future[S] = Future()
+        with self._lock:
+            self._sequence += 1
+            attachment = Attachment(self._sequence, time.time_ns(), self.gid)
+
+        def take(reply: zenoh.Reply) -> None:
+            self._take(reply, future)
+
+        def end() -> None:
+            if not future.done():
+                _fail(future, NoAnswerError(f"service {self._name}: nobody answered"))
+
+        self._zenoh.get(handlers.Callback(take, end), payload=request.to_cdr(), attachment=attachment.pack())
+        return future
+
+    def close(self) -> None:
+        """Call no more."""
+        self._zenoh.undeclare()
+
+    def _take(self, reply: zenoh.Reply, future: Future[S]) -> None:
+        if future.done():
+            return  # two servers of one name: the first answer counts
+        if reply.ok is None:
+            said = "" if reply.err is None else reply.err.payload.to_bytes()[:200].decode(errors="replace")
+            _fail(future, NoAnswerError(f"service {self._name}: the server refused: {said}"))
+            return
+        try:
+            unpack(None if reply.ok.attachment is None else reply.ok.attachment.to_bytes())
+            response = self._service.response.from_cdr(reply.ok.payload.to_bytes())
+        except (WireError, CdrError) as error:
+            self._refused.add(f"{self._name}: {error}")
+            _fail(future, NoAnswerError(f"service {self._name}: the answer was refused: {error}"))
+        else:
+            if future.set_running_or_notify_cancel():
+                future.set_result(response)
+
+
+def _fail(future: Future[Any], error: Exception) -> None:
+    if future.set_running_or_notify_cancel():
+        future.set_exception(error)

@@ -1,0 +1,116 @@
+"""`chefbot action list` and `send`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from concurrent.futures import CancelledError
+from concurrent.futures import TimeoutError as NoTimeLeftError
+from threading import Event
+from typing import Any
+
+from chefbot.errors import UserError
+from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.idl.action import Action
+from chefbot.msgs.idl.editions import editions
+from chefbot.msgs.idl.message import Message
+from chefbot.msgs.idl.registry import action_type
+from chefbot.msgs.idl.yaml_conversion import from_plain, to_plain
+from chefbot.ros2.rmw.action_client import ActionClient, GoalHandle, RejectedError
+from chefbot.ros2.rmw.graph import Named
+from chefbot.ros2.rmw.service import NoAnswerError
+from chefbot.ros2.tools.common import (
+    SHOWN,
+    console,
+    definition,
+    errors,
+    find,
+    on_wire,
+    only_type,
+    print_served,
+    stopping,
+    to_yaml,
+    type_and_values,
+    type_name,
+)
+
+SERVED_WAIT, CANCEL_WAIT = 2.0, 5.0
+"""Seconds that a way to the server may take to be found, and that a cancelled goal has to end."""
+SEND_GOAL = "_SendGoal"
+"""Ends the name of the service that takes goals."""
+ENDINGS = {STATUS_SUCCEEDED: "succeeded", STATUS_CANCELED: "cancelled", STATUS_ABORTED: "aborted"}
+
+
+def run_list(verbose: bool) -> None:
+    """A name a line; with types and servers if `verbose`."""
+    with on_wire("action") as node:
+        print_served(node.wire.graph.actions().values(), verbose)
+
+
+def run_send(name: str, words: Sequence[str], quiet: bool) -> int:
+    """Feedback and result as YAML; Ctrl-C cancels. Exit code: 1 unless it succeeded."""
+    given, plain = type_and_values(words)
+    with on_wire("action") as node, stopping() as stop:
+        named = find(node.wire.graph.actions, name, "action")
+        action = _action(named)
+        if given and type_name(given, "action") != action.ros_name:
+            raise UserError(f"action {named.name} is a {action.ros_name}, not a {given}")
+        goal = from_plain(action.goal, plain, f"values for {named.name}", Time.of(time.time_ns()))
+        client = ActionClient(node, named.name, action)
+        until = time.monotonic() + SERVED_WAIT
+        while not client.served and time.monotonic() < until:
+            time.sleep(0.01)
+        if not client.served:
+            raise UserError(
+                f"action {named.name} is not within reach, or its results are of an unknown version"
+            )
+        handle = client.send(goal, None if quiet else _show_feedback)
+        return _await(handle, named.name, stop)
+
+
+def _action(named: Named) -> Action[Any, Any, Any]:
+    """Our types for what is served, in whichever edition we know. UserError when it is unknown."""
+    kinds = [one.end.type for one in named.givers]
+    kind = kinds[0] if len({one.name for one in kinds}) == 1 else only_type(named, "action")
+    own = kind.name.removesuffix(SEND_GOAL)
+    known = {one.send_goal_service.type_hash for one in editions(own)}
+    if not any(one.hash in known for one in kinds):
+        definition(kind, _send_goal, f"action {named.name}")
+    return action_type(own)
+
+
+def _send_goal(name: str) -> Any:
+    """Its hash is what tells on the wire which version of the action is served."""
+    return action_type(name.removesuffix(SEND_GOAL)).send_goal_service
+
+
+def _show_feedback(feedback: Message) -> None:
+    console.print(f"feedback:\n{_indented(feedback)}")
+
+
+def _indented(message: Message) -> str:
+    return "\n".join(f"  {line}" for line in to_yaml(to_plain(message, SHOWN)).splitlines())
+
+
+def _await(handle: GoalHandle, name: str, stop: Event) -> int:
+    """The end of the goal; when `stop` is set it is cancelled first."""
+    give_up: float | None = None
+    while True:
+        if stop.is_set() and give_up is None:
+            errors.print(f"chefbot: cancelling {name}")
+            handle.cancel()
+            give_up = time.monotonic() + CANCEL_WAIT
+        if give_up is not None and time.monotonic() > give_up:
+            raise UserError(f"{name} did not end in {CANCEL_WAIT:g} s after it was cancelled; it may go on")
+        try:
+            status, result = handle.outcome.result(timeout=0.05)
+        except NoTimeLeftError:
+            continue
+        except RejectedError:
+            console.print(f"status: refused; {name} does not accept this goal, /diagnostics may tell why")
+            return 1
+        except (NoAnswerError, CancelledError) as error:
+            raise UserError(f"{name}: {error}") from None
+        console.print(f"result:\n{_indented(result)}\nstatus: {ENDINGS.get(status, str(status))}")
+        return 0 if status == STATUS_SUCCEEDED else 1

@@ -1,0 +1,234 @@
+"""The verbs of the wire as the command line has them; what they do is imported when one is called."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+topic_app = typer.Typer(no_args_is_help=True, help="Topics: list, look into, listen, measure, speak.")
+node_app = typer.Typer(no_args_is_help=True, help="Nodes on the wire, chefbot's and ROS 2's.")
+service_app = typer.Typer(no_args_is_help=True, help="Services: list, call.")
+action_app = typer.Typer(no_args_is_help=True, help="Actions: list, send a goal.")
+param_app = typer.Typer(no_args_is_help=True, help="Parameters of running nodes.")
+bag_app = typer.Typer(no_args_is_help=True, help="Bags as rosbag2 keeps them: record, play, look into.")
+_TOPIC = typer.Argument(help="a topic's name, such as /scan")
+_NODE = typer.Argument(help="a node's name, such as /base")
+_PARAMETER = typer.Argument(help="its name")
+_WORDS = typer.Argument(help="[TYPE] VALUES: YAML or JSON in quotes; fields left out have their defaults")
+_VERBOSE = typer.Option("-v", "--verbose", help="with types and who is at the ends")
+_ALL = typer.Option("--all", help="hidden ones too: the inside of actions, and tools")
+_SECONDS = typer.Option(min=0, help="how long, s; 0: until Ctrl-C")
+
+
+@topic_app.command("list")
+def topic_list(verbose: Annotated[bool, _VERBOSE] = False, everything: Annotated[bool, _ALL] = False) -> None:
+    """Topics that somebody publishes or hears."""
+    from chefbot.ros2.tools.topic_info import run_list
+
+    run_list(verbose, everything)
+
+
+@topic_app.command("info")
+def topic_info(topic: Annotated[str, _TOPIC]) -> None:
+    """Who publishes and who hears it, with which QoS, and who of them cannot hear whom."""
+    from chefbot.ros2.tools.topic_info import run_info
+
+    run_info(topic)
+
+
+@topic_app.command("echo")
+def topic_echo(
+    topic: Annotated[str, _TOPIC],
+    once: Annotated[bool, typer.Option("--once", help="one message, then stop")] = False,
+    field: Annotated[str, typer.Option(help="only a part, such as pose.pose.position or ranges[0]")] = "",
+    whole: Annotated[bool, typer.Option("--whole", help="long arrays to their end")] = False,
+    duration: Annotated[float, _SECONDS] = 0.0,
+) -> None:
+    """Messages as YAML, as they come."""
+    from chefbot.ros2.tools.topic_listen import run_echo
+
+    raise typer.Exit(run_echo(topic, once, field, whole, duration))
+
+
+@topic_app.command("hz")
+def topic_hz(topic: Annotated[str, _TOPIC], duration: Annotated[float, _SECONDS] = 5.0) -> None:
+    """How often messages come, how regularly, how many bytes a second."""
+    from chefbot.ros2.tools.topic_listen import run_hz
+
+    raise typer.Exit(run_hz(topic, duration))
+
+
+@topic_app.command("pub")
+def topic_pub(
+    topic: Annotated[str, _TOPIC],
+    values: Annotated[list[str], _WORDS],
+    rate: Annotated[float, typer.Option(min=0.01, max=1000, help="messages a second")] = 1.0,
+    once: Annotated[bool, typer.Option("--once", help="one message, then stop")] = False,
+) -> None:
+    """Say something, until Ctrl-C; times may be written as now, headers as auto."""
+    from chefbot.ros2.tools.topic_pub import run_pub
+
+    run_pub(topic, values, rate, once)
+
+
+@node_app.command("list")
+def node_list(everything: Annotated[bool, _ALL] = False) -> None:
+    """Names of the nodes."""
+    from chefbot.ros2.tools.node import run_list
+
+    run_list(everything)
+
+
+@node_app.command("info")
+def node_info(node: Annotated[str, _NODE]) -> None:
+    """What a node publishes, hears, serves and calls."""
+    from chefbot.ros2.tools.node import run_info
+
+    run_info(node)
+
+
+@service_app.command("list")
+def service_list(
+    verbose: Annotated[bool, _VERBOSE] = False, everything: Annotated[bool, _ALL] = False
+) -> None:
+    """Services that somebody serves."""
+    from chefbot.ros2.tools.service import run_list
+
+    run_list(verbose, everything)
+
+
+@service_app.command("call")
+def service_call(
+    name: Annotated[str, typer.Argument(help="the service's name")],
+    values: Annotated[list[str] | None, _WORDS] = None,
+    timeout: Annotated[float, typer.Option(min=0.1, max=3600, help="for the answer, s")] = 5.0,
+) -> None:
+    """Call one and print the response."""
+    from chefbot.ros2.tools.service import run_call
+
+    run_call(name, values or [], timeout)
+
+
+@action_app.command("list")
+def action_list(verbose: Annotated[bool, _VERBOSE] = False) -> None:
+    """Actions that somebody serves."""
+    from chefbot.ros2.tools.action import run_list
+
+    run_list(verbose)
+
+
+@action_app.command("send")
+def action_send(
+    name: Annotated[str, typer.Argument(help="the action's name")],
+    values: Annotated[list[str] | None, _WORDS] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="without feedback")] = False,
+) -> None:
+    """Give a goal and wait for its end; Ctrl-C cancels it. Exit code 1 unless it succeeded."""
+    from chefbot.ros2.tools.action import run_send
+
+    raise typer.Exit(run_send(name, values or [], quiet))
+
+
+@param_app.command("list")
+def param_list(node: Annotated[str, typer.Argument(help="a node; without one, all")] = "") -> None:
+    """Parameters and their values."""
+    from chefbot.ros2.tools.param import run_list
+
+    run_list(node)
+
+
+@param_app.command("get")
+def param_get(node: Annotated[str, _NODE], parameter: Annotated[str, _PARAMETER]) -> None:
+    """The value of one."""
+    from chefbot.ros2.tools.param import run_get
+
+    run_get(node, parameter)
+
+
+@param_app.command("set")
+def param_set(
+    node: Annotated[str, _NODE],
+    parameter: Annotated[str, _PARAMETER],
+    value: Annotated[str, typer.Argument(help="as YAML: 0.3, true, text, [1, 2]")],
+) -> None:
+    """Another value; exit code 1 if the node refuses it."""
+    from chefbot.ros2.tools.param import run_set
+
+    raise typer.Exit(run_set(node, parameter, value))
+
+
+@param_app.command("describe")
+def param_describe(node: Annotated[str, _NODE], parameter: Annotated[str, _PARAMETER]) -> None:
+    """What it means, its type and its bounds."""
+    from chefbot.ros2.tools.param import run_describe
+
+    run_describe(node, parameter)
+
+
+def graph(
+    out: Annotated[Path, typer.Option(help="SVG file")] = Path("runs/graph.svg"),
+    as_json: Annotated[bool, typer.Option("--json", help="print it as JSON, without a picture")] = False,
+    duration: Annotated[float, typer.Option(min=0, help="how long rates are measured, s")] = 3.0,
+) -> None:
+    """Draw who says what to whom, with measured rates."""
+    from chefbot.ros2.tools.graph import run_graph
+
+    run_graph(out, as_json, duration)
+
+
+@bag_app.command("record")
+def bag_record(
+    topics: Annotated[list[str] | None, typer.Argument(help="which; without names, all")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", help="a new folder, or a file NAME.mcap; default: by the time"),
+    ] = None,
+    everything: Annotated[bool, _ALL] = False,
+    duration: Annotated[float, _SECONDS] = 0.0,
+) -> None:
+    """Keep what is said, of any type."""
+    from chefbot.ros2.tools.bag import run_record
+
+    run_record(out, topics or [], everything, duration)
+
+
+@bag_app.command("play")
+def bag_play(
+    bag: Annotated[Path, typer.Argument(help="a bag's folder, or an MCAP file")],
+    rate: Annotated[float, typer.Option(min=0.01, max=1000, help="times as fast as it was")] = 1.0,
+    loop: Annotated[bool, typer.Option("--loop", help="over and over, until Ctrl-C")] = False,
+    topics: Annotated[
+        list[str] | None, typer.Option(help="only this one; may be given more than once")
+    ] = None,
+    clock: Annotated[
+        bool, typer.Option("--clock", help="tell the recorded time on /clock meanwhile")
+    ] = False,
+) -> None:
+    """Say on the wire what a bag has kept."""
+    from chefbot.ros2.tools.bag import run_play
+
+    run_play(bag, rate, loop, topics or [], clock)
+
+
+@bag_app.command("info")
+def bag_info(bag: Annotated[Path, typer.Argument(help="a bag's folder, or an MCAP file")]) -> None:
+    """What is in a bag; exit code 1 if it is cut off."""
+    from chefbot.ros2.tools.bag import run_info
+
+    raise typer.Exit(run_info(bag))
+
+
+def add_tools(app: typer.Typer) -> None:
+    """Give the command line these verbs."""
+    for name, verbs in (
+        ("topic", topic_app),
+        ("node", node_app),
+        ("service", service_app),
+        ("action", action_app),
+        ("param", param_app),
+        ("bag", bag_app),
+    ):
+        app.add_typer(verbs, name=name)
+    app.command("graph")(graph)

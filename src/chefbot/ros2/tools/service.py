@@ -1,0 +1,65 @@
+"""`chefbot service list` and `call`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from concurrent.futures import TimeoutError as NoTimeLeftError
+from typing import Any
+
+from chefbot.errors import UserError
+from chefbot.msgs.idl.message import Message
+from chefbot.msgs.idl.registry import service_type
+from chefbot.msgs.idl.service import Service
+from chefbot.msgs.idl.yaml_conversion import from_plain, to_plain
+from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.service import NoAnswerError
+from chefbot.ros2.tools.common import (
+    console,
+    definition,
+    find,
+    hidden,
+    on_wire,
+    only_type,
+    print_served,
+    to_yaml,
+    type_and_values,
+    type_name,
+)
+
+SERVED_WAIT = 2.0
+"""Seconds that the way to a server may take to be found."""
+
+
+def run_list(verbose: bool, everything: bool) -> None:
+    """A name a line; with types and servers if `verbose`."""
+    with on_wire("service") as node:
+        found = node.wire.graph.services().values()
+        print_served([one for one in found if everything or not hidden(one.name)], verbose)
+
+
+def run_call(name: str, words: Sequence[str], timeout: float) -> None:
+    """The response as YAML."""
+    given, plain = type_and_values(words)
+    with on_wire("service") as node:
+        named = find(node.wire.graph.services, name, "service")
+        kind = only_type(named, "service")
+        if given and type_name(given, "srv") != kind.name:
+            raise UserError(f"service {named.name} is a {kind.name}, not a {given}")
+        service = definition(kind, service_type, f"service {named.name}")
+        request = from_plain(service.request, plain, f"values for {named.name}")
+        console.print(to_yaml(to_plain(call(node, named.name, service, request, timeout))))
+
+
+def call(node: WireNode, name: str, service: Service[Any, Any], request: Message, timeout: float) -> Any:
+    """The response. UserError when nobody answers in time, or the server refuses."""
+    client = node.client(name, service)
+    until = time.monotonic() + min(SERVED_WAIT, timeout)
+    while not client.served and time.monotonic() < until:
+        time.sleep(0.01)
+    try:
+        return client.call(request, timeout)
+    except NoAnswerError as error:
+        raise UserError(str(error)) from None
+    except NoTimeLeftError:
+        raise UserError(f"service {name} gave no answer in {timeout:g} s") from None

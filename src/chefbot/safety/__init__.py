@@ -1,0 +1,1 @@
+"""What may limit or stop the wheels: pure, tested without a loop."""

@@ -1,0 +1,125 @@
+"""The world as a perfect map: what a mapper should find, and where a robot can go."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.errors import UserError
+from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from chefbot.maths.se2 import SE2
+from chefbot.robot.geometry.layout import ground_clearance, overall_height
+from chefbot.robot.spec import Robot
+from chefbot.sim.world.shapes import Shape, distance
+from chefbot.sim.world.world import World
+
+RESOLUTION = 0.05  # m
+MARGIN = 0.5  # m of grid round the world
+MAX_CELLS = 50_000_000
+
+
+def floor_plan(world: World, low: float, high: float | None = None, resolution: float = RESOLUTION) -> Grid:
+    """What a sensor that sees the heights low..high finds, doors as open as the file says.
+
+    low alone is the slice of a lidar; metres. Cells whose inner circle a solid touches are OCCUPIED; FREE is
+    what is joined to the start without crossing them; all else, as the room outside, is UNKNOWN.
+    """
+    return _plan(world, low, low if high is None else high, resolution)
+
+
+def lidar_plan(world: World, robot: Robot) -> Grid:
+    """The map that the robot's lidar should make. UserError for a robot without one."""
+    if robot.sensors.lidar is None:
+        raise UserError(f"robot {robot.name} has no lidar")
+    return floor_plan(world, robot.sensors.lidar.mount.z)
+
+
+def body_plan(world: World, robot: Robot) -> Grid:
+    """Everything that the robot could touch, from its base plate to the top of its payload."""
+    return floor_plan(world, ground_clearance(robot), overall_height(robot))
+
+
+def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float = RESOLUTION) -> Grid:
+    """FREE where the robot's middle can get to from the start as a disc of its footprint plus `margin`."""
+    from scipy import ndimage  # takes half a second, and the first picture does not need it
+
+    plan = _raster(world, ground_clearance(robot), overall_height(robot), resolution)
+    radius = robot.footprint_radius + margin
+    far = ndimage.distance_transform_edt(plan.cells != OCCUPIED) * resolution
+    open_cells = (far - resolution / 2 >= radius) & _inside(plan, world)
+    cells = np.where(_joined(open_cells, plan, world.start), FREE, OCCUPIED).astype(np.int8)
+    return Grid(cells, plan.resolution, plan.origin_x, plan.origin_y)
+
+
+def free_area(grid: Grid) -> float:
+    """Square metres of FREE cells."""
+    return float(np.count_nonzero(grid.cells == FREE)) * grid.resolution**2
+
+
+def _plan(world: World, low: float, high: float, resolution: float) -> Grid:
+    plan = _raster(world, low, high, resolution)
+    open_cells = (plan.cells == FREE) & _inside(plan, world)
+    hidden = (plan.cells == FREE) & ~_joined(open_cells, plan, world.start)
+    cells = np.where(hidden, np.int8(UNKNOWN), plan.cells)
+    return Grid(cells, plan.resolution, plan.origin_x, plan.origin_y)
+
+
+def _raster(world: World, low: float, high: float, resolution: float) -> Grid:
+    """OCCUPIED and FREE, nothing else."""
+    x0, y0, x1, y1 = world.bounds
+    left, bottom = _snap(x0 - MARGIN, resolution), _snap(y0 - MARGIN, resolution)
+    width = math.ceil((x1 + MARGIN - left) / resolution)
+    height = math.ceil((y1 + MARGIN - bottom) / resolution)
+    if width * height > MAX_CELLS:
+        raise UserError(
+            f"world {world.name} needs {width} x {height} cells of {resolution} m; choose larger cells"
+        )
+    grid = Grid(np.zeros((height, width), dtype=np.int8), resolution, left, bottom)
+    for shape in world.shapes_at_rest():
+        if shape.bottom <= high and shape.top >= low:
+            _fill(grid, shape)
+    return grid
+
+
+def _snap(value: float, resolution: float) -> float:
+    return math.floor(value / resolution) * resolution
+
+
+def _fill(grid: Grid, shape: Shape) -> None:
+    """Mark the cells whose inner circle the shape touches: a chair's leg is not lost between centres."""
+    ex, ey = shape.extent
+    r0, c0 = grid.cell(shape.x - ex, shape.y - ey)
+    r1, c1 = grid.cell(shape.x + ex, shape.y + ey)
+    r0, c0 = max(r0 - 1, 0), max(c0 - 1, 0)
+    r1, c1 = min(r1 + 2, grid.height), min(c1 + 2, grid.width)
+    x = grid.origin_x + (np.arange(c0, c1) + 0.5) * grid.resolution
+    y = grid.origin_y + (np.arange(r0, r1) + 0.5) * grid.resolution
+    near = distance(shape, *np.meshgrid(x, y)) <= grid.resolution / 2
+    grid.cells[r0:r1, c0:c1][near] = OCCUPIED
+
+
+def _inside(grid: Grid, world: World) -> NDArray[np.bool_]:
+    """Cells within the world's bounds: nobody explores the street."""
+    x0, y0, x1, y1 = world.bounds
+    x = grid.origin_x + (np.arange(grid.width) + 0.5) * grid.resolution
+    y = grid.origin_y + (np.arange(grid.height) + 0.5) * grid.resolution
+    return ((y >= y0) & (y <= y1))[:, None] & ((x >= x0) & (x <= x1))[None, :]
+
+
+def _joined(open_cells: NDArray[np.bool_], grid: Grid, start: SE2) -> NDArray[np.bool_]:
+    """The open cells that hang together with the start's over their sides."""
+    from scipy import ndimage  # takes half a second, and the first picture does not need it
+
+    labels, _ = ndimage.label(open_cells)
+    label = labels[grid.cell(start.x, start.y)]
+    if label == 0:
+        raise UserError(f"the start ({start.x:.2f}, {start.y:.2f}) is not free in this world")
+    return np.asarray(labels == label)
+
+
+def reaches(grid: Grid, places: Sequence[SE2]) -> list[bool]:
+    """Whether each place lies in a FREE cell of the grid."""
+    return [grid.at(place.x, place.y) == FREE for place in places]

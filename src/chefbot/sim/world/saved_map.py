@@ -1,0 +1,67 @@
+"""A simulated robot on a saved map: the map, its places, and where on it the robot starts."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from chefbot.devices.initial_pose import InitialPoseDevice, InitialPoseParams
+from chefbot.devices.map_file import MapFileDevice, MapFileParams
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.sim.world.load import is_own_map, load_any_world, map_of, with_places
+
+World = Annotated[str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")]
+Start = Annotated[str, Meta(description="where the robot starts, as the simulator has it")]
+
+
+class SavedMapParams(MapFileParams, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Which map, and the world that it is a map of."""
+
+    map: Annotated[
+        str, Meta(description="path of a ROS map file; empty: the world's own, else what the demo has left")
+    ] = ""
+    world: World
+    start: Start = ""
+    seed: Annotated[
+        int, Meta(ge=0, description="of the places that are drawn where the world names none")
+    ] = 1
+
+
+class SavedMapDevice(MapFileDevice):
+    """As MapFileDevice; where the world is made of the map itself, with that world's places."""
+
+    params: SavedMapParams
+
+    def read(self) -> None:
+        """The files, and the places of the world if it is made of this map."""
+        p = self.params
+        self.read_map(map_of(p.world, p.map))
+        if is_own_map(p.world, p.map):
+            world = load_any_world(p.world, self.robot, p.start)
+            self.named = with_places(world, self.robot, p.seed).places
+
+
+class StartPoseParams(InitialPoseParams, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A pose on the map; three zeros: where the robot starts."""
+
+    map: Annotated[str, Meta(description="the map that localization uses; empty: the world's own")] = ""
+    world: World
+    start: Start = ""
+
+
+class StartPoseDevice(InitialPoseDevice):
+    """As InitialPoseDevice; without a pose, on a world that is made of the map itself, the robot's true start.
+
+    Elsewhere the map begins where mapping began, which is where the simulated robot starts again.
+    """
+
+    params: StartPoseParams
+
+    def pose(self) -> SE2:
+        """On the map."""
+        p = self.params
+        given = super().pose()
+        if given != IDENTITY or not is_own_map(p.world, p.map):
+            return given
+        return load_any_world(p.world, self.robot, p.start).start

@@ -1,0 +1,114 @@
+"""A world with a robot in it for Gazebo Harmonic: the same solids that our simulator has, as static models."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable
+
+from chefbot.design.export.mjcf import BODY_FRICTION
+from chefbot.design.export.sdf import sdf_model
+from chefbot.design.export.sdf_sensors import plugin
+from chefbot.design.export.sdf_text import coloured, document, posed, rubbing, said
+from chefbot.robot.spec import GRAVITY, Robot
+from chefbot.sim.world.shapes import BOX, CAPSULE, Shape
+from chefbot.sim.world.world import World
+
+STEP = 0.001
+"""Seconds; Gazebo's own default, with which its contacts are stable."""
+SYSTEMS = ("Physics", "UserCommands", "SceneBroadcaster", "Contact", "Imu")
+"""What a world needs besides the sensors that are rendered."""
+PREFIX = "world_"
+"""Before every object's name: a box may be called as the robot is, and Gazebo gives `ground` and the like itself."""
+REMARK = "People are left out, and doors stand still as open as the world's file says."
+FLOOR_COLOUR = (0.75, 0.7, 0.6, 1.0)
+
+
+def world_sdf(robot: Robot, world: World) -> str:
+    """The whole file: physics, systems, sun, floor, furniture and walls, and the robot at its start."""
+    element = ET.Element("world", name=world.name)
+    _physics(element)
+    _systems(element)
+    _sun(element)
+    _floor(element)
+    for name, shapes in _objects(world.shapes_at_rest()).items():
+        _static(element, name, shapes)
+    element.append(sdf_model(robot, world.start))
+    return document(element, REMARK)
+
+
+def _physics(world: ET.Element) -> None:
+    physics = ET.SubElement(world, "physics", name="default", type="ignored")
+    said(physics, "max_step_size", STEP)
+    said(physics, "real_time_factor", 1.0)
+    said(world, "gravity", (0.0, 0.0, -GRAVITY))
+
+
+def _systems(world: ET.Element) -> None:
+    for system in SYSTEMS:
+        words = "".join(f"-{letter.lower()}" if letter.isupper() else letter for letter in system)
+        world.append(plugin(f"gz-sim{words}-system", f"gz::sim::systems::{system}"))
+    sensors = plugin("gz-sim-sensors-system", "gz::sim::systems::Sensors")
+    said(sensors, "render_engine", "ogre2")
+    world.append(sensors)
+
+
+def _sun(world: ET.Element) -> None:
+    sun = ET.SubElement(world, "light", name="sun", type="directional")
+    posed(sun, (0.0, 0.0, 10.0))
+    said(sun, "cast_shadows", False)  # below a ceiling all would be dark
+    said(sun, "diffuse", (0.8, 0.8, 0.8, 1.0))
+    said(sun, "specular", (0.2, 0.2, 0.2, 1.0))
+    said(sun, "direction", (-0.4, 0.2, -0.9))
+
+
+def _floor(world: ET.Element) -> None:
+    link = _link(world, "floor")
+    for tag in ("collision", "visual"):
+        solid = ET.SubElement(link, tag, name="floor")
+        plane = ET.SubElement(ET.SubElement(solid, "geometry"), "plane")
+        said(plane, "normal", "0 0 1")
+        said(plane, "size", "400 400")
+        if tag == "visual":
+            coloured(solid, FLOOR_COLOUR)
+        else:
+            rubbing(solid, 1.0)
+
+
+def _link(world: ET.Element, name: str) -> ET.Element:
+    model = ET.SubElement(world, "model", name=PREFIX + name)
+    said(model, "static", True)
+    return ET.SubElement(model, "link", name="link")
+
+
+def _objects(shapes: Iterable[Shape]) -> dict[str, list[Shape]]:
+    """Object to its parts: shapes are called "object/part"."""
+    found: dict[str, list[Shape]] = {}
+    for shape in shapes:
+        found.setdefault(shape.name.split("/")[0], []).append(shape)
+    return found
+
+
+def _static(world: ET.Element, name: str, shapes: list[Shape]) -> None:
+    link = _link(world, name)
+    for shape in shapes:
+        part = shape.name.partition("/")[2] or "all"
+        for tag in ("collision", "visual"):
+            solid = ET.SubElement(link, tag, name=part)
+            posed(solid, (shape.x, shape.y, shape.z), (0.0, 0.0, shape.yaw))
+            _geometry(solid, shape)
+            if tag == "collision":
+                rubbing(solid, BODY_FRICTION)
+            else:
+                red, green, blue = shape.colour
+                coloured(solid, (red / 255, green / 255, blue / 255, 1.0))
+
+
+def _geometry(parent: ET.Element, shape: Shape) -> None:
+    tag = "box" if shape.kind == BOX else "capsule" if shape.kind == CAPSULE else "cylinder"
+    solid = ET.SubElement(ET.SubElement(parent, "geometry"), tag)
+    if shape.kind == BOX:
+        x, y, z = shape.half
+        said(solid, "size", (2 * x, 2 * y, 2 * z))
+    else:
+        said(solid, "radius", shape.half[0])
+        said(solid, "length", 2 * shape.half[2])

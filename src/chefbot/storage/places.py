@@ -1,0 +1,70 @@
+"""Named places in a YAML file beside the map: `hotel.places.yaml` beside `hotel.yaml`.
+
+places:
+  table_3: {x: 4.2 m, y: 1.5 m, yaw: 90 deg}
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import yaml
+from msgspec import Meta
+
+from chefbot.config import read_config
+from chefbot.errors import UserError, nearest
+from chefbot.maths.se2 import SE2
+from chefbot.robot.quantities import Name
+from chefbot.storage.atomic_files import write_atomic
+
+Coordinate = Annotated[float, Meta(ge=-10_000, le=10_000, extra={"unit": "m"})]
+Heading = Annotated[float, Meta(ge=-7, le=7, extra={"unit": "rad"})]
+
+
+class PlaceEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A pose in the map frame."""
+
+    x: Coordinate
+    y: Coordinate
+    yaw: Heading = 0.0
+
+
+class PlacesFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The whole file."""
+
+    places: dict[Name, PlaceEntry]
+
+
+def places_path(map_path: Path) -> Path:
+    """Where the places of a map are kept."""
+    return map_path.with_suffix(".places.yaml")
+
+
+def load_places(path: Path) -> dict[str, SE2]:
+    """Name to pose. UserError with file and key otherwise."""
+    file = read_config(path, PlacesFile, "places file")
+    return {name: SE2(place.x, place.y, place.yaw) for name, place in file.places.items()}
+
+
+def save_places(path: Path, places: Mapping[str, SE2]) -> None:
+    """Write the file whole or not at all."""
+    entries = {
+        name: {"x": f"{pose.x:.3f} m", "y": f"{pose.y:.3f} m", "yaw": f"{math.degrees(pose.yaw):.1f} deg"}
+        for name, pose in places.items()
+    }
+    about = "# Named places on the map beside this file; edit freely.\n"
+    write_atomic(path, (about + yaml.safe_dump({"places": entries}, sort_keys=False)).encode())
+
+
+def find_place(wish: str, places: Collection[str]) -> str:
+    """The place that a person means by 'kitchen', 'table_3' or just '3'. UserError with the nearest name."""
+    if wish in places:
+        return wish
+    name = f"table_{wish}" if wish.isdigit() else wish.lower().replace(" ", "_")
+    if name not in places:
+        raise UserError(f"there is no place called {wish!r}{nearest(name, places)}")
+    return name

@@ -1,0 +1,1 @@
+"""Processes of a launch: started, watched by heartbeat, restarted with their state."""

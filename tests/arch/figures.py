@@ -1,0 +1,184 @@
+"""Count what the house rules limit: run `python -m tests.arch.figures` for a table."""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import statistics
+import tokenize
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+from tests.arch.dialect import WORDS
+
+REPOSITORY = Path(__file__).parents[2]
+SOURCE = REPOSITORY / "src" / "chefbot"
+FILES = sorted(SOURCE.rglob("*.py"))
+KERNEL_FOLDERS = ("odometry", "slam", "localization", "control", "planning", "costmap")
+"""Folders whose kernels and filters read like the paper's box: with a comment a step."""
+MAX_NODE_LINES, MAX_FLAT_FILES, FEWEST_WORDS = 150, 25, 5
+
+
+def parse(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(), str(path))
+
+
+def parts_of(identifier: str) -> list[str]:
+    """'_TellHealth' -> ['tell', 'health']."""
+    return [part.lower() for part in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", identifier)]
+
+
+def defined_names(tree: ast.Module) -> Iterator[str]:
+    """Identifiers where they are defined or assigned."""
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
+            yield node.name
+        elif isinstance(node, ast.arg):
+            yield node.arg
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+            yield node.attr
+
+
+def prose_of(tree: ast.Module) -> Iterator[str]:
+    """All text in quotes: docstrings, help texts, sentences for people."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
+            yield node.value
+
+
+def dialect_in(path: Path) -> Counter[str]:
+    """How often each word or phrase of the list stands in a file's identifiers and prose."""
+    tree = parse(path)
+    names = Counter(part for name in defined_names(tree) for part in parts_of(name))
+    prose = " ".join(prose_of(tree)).lower()
+    found = Counter({word: names[word] for word in WORDS.identifiers if names[word]})
+    for phrase in WORDS.prose:
+        if count := len(re.findall(rf"\b{re.escape(phrase)}\b", prose)):
+            found[phrase] += count
+    return found
+
+
+def class_names() -> dict[str, list[str]]:
+    """Each name of a top-level class, and the files that define one of it."""
+    found: dict[str, list[str]] = {}
+    for path in FILES:
+        for node in parse(path).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found.setdefault(node.name, []).append(str(path.relative_to(SOURCE)))
+    return found
+
+
+def public_docstrings() -> Iterator[tuple[str, str]]:
+    """Place and docstring of each public class, function and method."""
+    for path in FILES:
+        tree = parse(path)
+        bodies = [tree.body, *(node.body for node in tree.body if isinstance(node, ast.ClassDef))]
+        for node in (node for body in bodies for node in body):
+            public = isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef))
+            if public and not node.name.startswith("_") and (text := ast.get_docstring(node)):
+                yield f"{path.relative_to(SOURCE)}:{node.lineno} {node.name}", text
+
+
+def fragments() -> list[str]:
+    """Places of public docstrings whose first sentence has fewer than FEWEST_WORDS words."""
+    return [place for place, text in public_docstrings() if len(text.split("\n\n")[0].split()) < FEWEST_WORDS]
+
+
+def comments_per_100_lines(paths: list[Path]) -> float:
+    """Comments a hundred lines of code, docstrings and blank lines left out."""
+    comments = code = 0
+    for path in paths:
+        text = path.read_text()
+        documented = {
+            line
+            for node in ast.walk(ast.parse(text))
+            if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+            for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)
+        }
+        lines: set[int] = set()
+        for token in tokenize.generate_tokens(io.StringIO(text).readline):
+            if token.type == tokenize.COMMENT and not re.match(r"#\s*(noqa|type:|fmt:)", token.string):
+                comments += 1
+            elif token.type not in (tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT):
+                lines.add(token.start[0])
+        code += len(lines - documented)
+    return 100.0 * comments / code
+
+
+def kernel_files() -> list[Path]:
+    """Files with compiled kernels of the algorithms, and the filters."""
+    inside = [path for path in FILES if path.relative_to(SOURCE).parts[0] in KERNEL_FOLDERS]
+    return [path for path in inside if "@njit" in path.read_text()]
+
+
+def function_lengths() -> list[int]:
+    return [
+        node.end_lineno - node.lineno + 1
+        for path in FILES
+        for node in ast.walk(parse(path))
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and node.end_lineno
+    ]
+
+
+def flat_folders() -> dict[str, int]:
+    """Folders with more than MAX_FLAT_FILES modules."""
+    count = Counter(str(path.parent.relative_to(SOURCE)) for path in FILES if path.name != "__init__.py")
+    return {folder: number for folder, number in count.items() if number > MAX_FLAT_FILES}
+
+
+def long_nodes() -> dict[str, int]:
+    lines = {path.name: len(path.read_text().splitlines()) for path in (SOURCE / "nodes").glob("*.py")}
+    return {name: count for name, count in sorted(lines.items()) if count > MAX_NODE_LINES}
+
+
+def modules_without_test() -> list[str]:
+    """Modules with logic that no file under tests imports by name."""
+    imported = set(
+        re.findall(r"chefbot(?:\.\w+)+", "\n".join(p.read_text() for p in REPOSITORY.glob("tests/**/*.py")))
+    )
+    from_packages = re.compile(r"from (chefbot(?:\.\w+)*) import \(?([^)\n]*)")
+    for path in REPOSITORY.glob("tests/**/*.py"):
+        for package, names in from_packages.findall(path.read_text()):
+            imported |= {f"{package}.{name.strip().split()[0]}" for name in names.split(",") if name.strip()}
+    modules = [".".join(path.relative_to(SOURCE.parent).with_suffix("").parts) for path in FILES]
+    return [name for name in modules if not name.endswith("__init__") and name not in imported]
+
+
+def table() -> list[tuple[str, str]]:
+    dialect = sum(sum(dialect_in(path).values()) for path in FILES)
+    lengths = sorted(function_lengths())
+    lines = sum(len(path.read_text().splitlines()) for path in FILES)
+    thought = (
+        "odometry",
+        "scan",
+        "slam",
+        "localization",
+        "mapping",
+        "costmap",
+        "planning",
+        "control",
+        "behavior",
+    )
+    thought += ("exploration", "calibration", "safety", "delivery", "board", "maths")
+    pure = sum(len(p.read_text().splitlines()) for p in FILES if p.relative_to(SOURCE).parts[0] in thought)
+    median, p95 = statistics.median(lengths), lengths[int(0.95 * len(lengths))]
+    return [
+        ("words of the list in identifiers and strings", str(dialect)),
+        ("class names used twice", str(sum(len(places) > 1 for places in class_names().values()))),
+        ("public docstrings of fewer than five words", str(len(fragments()))),
+        ("comments per 100 code lines in kernels", f"{comments_per_100_lines(kernel_files()):.1f}"),
+        (f"node files over {MAX_NODE_LINES} lines", str(len(long_nodes()))),
+        (f"flat folders over {MAX_FLAT_FILES} files", str(flat_folders())),
+        ("Python lines in src; pure algorithms", f"{lines}; {100 * pure / lines:.0f} %"),
+        ("modules imported by no test", str(len(modules_without_test()))),
+        ("function median, p95, max", f"{median:g}, {p95}, {lengths[-1]}"),
+    ]
+
+
+if __name__ == "__main__":
+    for name, value in table():
+        print(f"{name:50}{value}")  # noqa: T201

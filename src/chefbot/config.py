@@ -1,4 +1,4 @@
-"""YAML files people write, read strictly into typed structs; a fault is one sentence with file and key."""
+"""Strict parsing of YAML files into typed structs; an error is one sentence with file and key."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ BOUNDS = (
     ("lt", operator.lt, "below"),
     ("le", operator.le, "at most"),
 )
-"""Name of a bound in msgspec, what keeps it, and how it is said."""
+"""Bounds: attribute in msgspec, comparison that must hold, and text for error messages."""
 
 
 class _StrictLoader(yaml.SafeLoader):
-    """Plain data only: no anchors (they can blow up) and no key twice (one of them would be lost)."""
+    """A YAML loader without anchors, which can expand exponentially, and without duplicate keys."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         if self.check_event(yaml.AliasEvent):
@@ -36,23 +36,23 @@ class _StrictLoader(yaml.SafeLoader):
         return super().compose_node(parent, index)
 
     def construct_mapping(self, node: Any, deep: bool = False) -> Any:
-        seen: set[Any] = set()
+        keys: set[Any] = set()
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
             if not isinstance(key, (str, int, bool, float)):
                 raise yaml.constructor.ConstructorError(
                     None, None, "a key is not a name", key_node.start_mark
                 )
-            if key in seen:
+            if key in keys:
                 raise yaml.constructor.ConstructorError(
                     None, None, f"{key!r} stands twice", key_node.start_mark
                 )
-            seen.add(key)
+            keys.add(key)
         return super().construct_mapping(node, deep)
 
 
 def read_bytes(path: Path, kind: str, limit: int = MAX_BYTES) -> bytes:
-    """The file's content; UserError when it is missing, unreadable or longer than `limit` bytes."""
+    """Read a file; UserError if it is missing, unreadable or longer than `limit` bytes."""
     try:
         with path.open("rb") as file:
             data = file.read(limit + 1)
@@ -67,17 +67,17 @@ def read_bytes(path: Path, kind: str, limit: int = MAX_BYTES) -> bytes:
 
 
 def read_config(path: Path, kind: type[T], what: str) -> T:
-    """A YAML file as a value of the struct type `kind`; `what` names it in errors, as in 'robot file'."""
+    """Read a YAML file into the struct type `kind`; `what` names it in errors, as in 'robot file'."""
     return parse_config(read_bytes(path, what), kind, f"{what} {path}")
 
 
 def parse_config(data: bytes, kind: type[T], where: str) -> T:
-    """YAML text as a value of the struct type `kind`. `where` begins every error sentence."""
+    """Parse YAML text into the struct type `kind`; `where` begins every error message."""
     return build(parse_yaml(data, where), kind, where)
 
 
 def parse_yaml(data: bytes, where: str) -> Any:
-    """Plain dicts, lists, numbers and texts."""
+    """Parse YAML text into dicts, lists, numbers and strings."""
     try:
         return yaml.load(data.decode(), Loader=_StrictLoader)
     except UnicodeDecodeError:
@@ -92,8 +92,8 @@ def parse_yaml(data: bytes, where: str) -> Any:
 
 
 def build(value: Any, kind: type[T], where: str) -> T:
-    """Plain data as a value of the struct type `kind`, with units, bounds and unknown keys checked."""
-    plain = _to_plain(value, types.type_info(kind), where, "")
+    """Convert plain data to the struct type `kind`, checking units, bounds and unknown keys."""
+    plain = _to_si(value, types.type_info(kind), where, "")
     try:
         return msgspec.convert(plain, kind, strict=True)
     except msgspec.ValidationError as error:
@@ -102,19 +102,19 @@ def build(value: Any, kind: type[T], where: str) -> T:
         raise UserError(f"{where}: {key + ': ' if key else ''}{message}") from None
 
 
-def _to_plain(value: Any, kind: types.Type, where: str, key: str) -> Any:
-    """`value` with every quantity turned to SI, checked for what msgspec cannot say well."""
+def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
+    """Return `value` with all quantities in SI units; check here what msgspec reports unclearly."""
     if isinstance(kind, types.UnionType):
         if value is None and kind.includes_none:
             return None
         members = [member for member in kind.types if not isinstance(member, types.NoneType)]
-        return _to_plain(value, members[0], where, key) if len(members) == 1 else value
+        return _to_si(value, members[0], where, key) if len(members) == 1 else value
     if isinstance(kind, types.StructType):
-        return _struct_to_plain(value, kind, where, key)
+        return _struct_to_si(value, kind, where, key)
     if isinstance(kind, (types.ListType, types.VarTupleType)) and isinstance(value, list):
-        return [_to_plain(item, kind.item_type, where, f"{key}[{i}]") for i, item in enumerate(value)]
+        return [_to_si(item, kind.item_type, where, f"{key}[{i}]") for i, item in enumerate(value)]
     if isinstance(kind, types.DictType) and isinstance(value, dict):
-        return {k: _to_plain(v, kind.value_type, where, _join(key, k)) for k, v in value.items()}
+        return {k: _to_si(v, kind.value_type, where, _join(key, k)) for k, v in value.items()}
     unit = kind.extra.get("unit") if isinstance(kind, types.Metadata) and kind.extra else None
     written = value
     if unit is not None:
@@ -127,7 +127,7 @@ def _to_plain(value: Any, kind: types.Type, where: str, key: str) -> Any:
 
 
 def _check_form(value: Any, kind: types.Type, where: str) -> None:
-    """A text's pattern in the words that the type gives for it."""
+    """Check a string's pattern; the error describes it with the type's own `form` text."""
     if isinstance(kind, types.Metadata) and isinstance(kind.type, types.StrType) and isinstance(value, str):
         form, pattern = (kind.extra or {}).get("form"), kind.type.pattern
         if form and pattern and not re.search(pattern, value):
@@ -135,21 +135,24 @@ def _check_form(value: Any, kind: types.Type, where: str) -> None:
 
 
 def _check_bounds(value: Any, written: Any, kind: types.Type, unit: str, where: str) -> None:
-    """msgspec would speak of types and of SI figures; this speaks of what was `written`, and of units."""
+    """Check the bounds of a number.
+
+    The error quotes the value as `written`, with its unit, unlike msgspec's.
+    """
     inner = kind.type if isinstance(kind, types.Metadata) else kind
     if not isinstance(inner, (types.FloatType, types.IntType)) or not _is_number(value):
         return
-    for name, keeps, words in BOUNDS:
+    for name, holds, description in BOUNDS:
         bound = getattr(inner, name)
-        if bound is not None and not keeps(value, bound):
-            raise UserError(f"{where}: {written} must be {words} {bound:g} {unit}".rstrip())
+        if bound is not None and not holds(value, bound):
+            raise UserError(f"{where}: {written} must be {description} {bound:g} {unit}".rstrip())
 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-def _struct_to_plain(value: Any, kind: types.StructType, where: str, key: str) -> Any:
+def _struct_to_si(value: Any, kind: types.StructType, where: str, key: str) -> Any:
     if not isinstance(value, dict):
         raise UserError(f"{where}: {key or 'the file'} must be a section with keys, not {_describe(value)}")
     fields = {field.encode_name: field for field in kind.fields}
@@ -159,7 +162,7 @@ def _struct_to_plain(value: Any, kind: types.StructType, where: str, key: str) -
     missing = [f.encode_name for f in kind.fields if f.required and f.encode_name not in value]
     if missing:
         raise UserError(f"{where}: {_join(key, missing[0])!r} is missing")
-    return {name: _to_plain(item, fields[name].type, where, _join(key, name)) for name, item in value.items()}
+    return {name: _to_si(item, fields[name].type, where, _join(key, name)) for name, item in value.items()}
 
 
 def _quantity(value: Any, unit: str, where: str, key: str) -> float:

@@ -1,4 +1,4 @@
-"""The one exception that a user is meant to read."""
+"""The exception for errors that the user can correct, and name suggestions for its messages."""
 
 from __future__ import annotations
 
@@ -7,25 +7,29 @@ from collections.abc import Iterable
 
 
 class UserError(Exception):
-    """Bad input, said in one sentence: what is wrong, where, and what to do.
+    """Invalid input, described in one sentence: what is wrong, where, and what to do.
 
     The command line prints it without a traceback and exits with code 2.
     """
 
 
-MOST_NAMES = 12
-"""A list that a person still reads; of more, the nearest few are shown."""
-NEAREST_NAMES = 5
+MAX_LISTED_NAMES = 12
+"""Maximum number of names that are listed in full; of a longer list only the closest are shown."""
+SUGGESTED_NAMES = 5
+"""Number of closest names shown of a longer list."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """`" (did you mean 'x'?)"` for the known name that begins with `name` or is closest, else a list of all."""
+    """Return a hint for an unknown name: `" (did you mean 'x'?)"`, or else the list of known names.
+
+    The suggestion is a known name that begins with `name`, or the closest one.
+    """
     names = sorted(known)
-    begun = [one for one in names if len(name) > 1 and one.startswith(name)]
-    close = begun or difflib.get_close_matches(name, names, n=1)
-    if close:
-        return f" (did you mean {close[0]!r}?)"
-    if len(names) > MOST_NAMES:
-        few = difflib.get_close_matches(name, names, n=NEAREST_NAMES, cutoff=0.0)
-        return f" (of {len(names)}, the nearest: {', '.join(few)})"
+    completions = [candidate for candidate in names if len(name) > 1 and candidate.startswith(name)]
+    suggestions = completions or difflib.get_close_matches(name, names, n=1)
+    if suggestions:
+        return f" (did you mean {suggestions[0]!r}?)"
+    if len(names) > MAX_LISTED_NAMES:
+        closest = difflib.get_close_matches(name, names, n=SUGGESTED_NAMES, cutoff=0.0)
+        return f" (of {len(names)}, the nearest: {', '.join(closest)})"
     return f" (known: {', '.join(names)})" if names else ""

@@ -1,4 +1,4 @@
-"""Ctrl-C and `kill` as the orderly end of a run."""
+"""Orderly shutdown on SIGINT (Ctrl-C) and SIGTERM (`kill`)."""
 
 from __future__ import annotations
 
@@ -10,19 +10,20 @@ from contextlib import contextmanager
 
 @contextmanager
 def stop_on_signals(stop: Callable[[], None], *, last: bool = False) -> Iterator[None]:
-    """Ctrl-C and `kill` end a run in order: motors still, files whole.
+    """Call `stop` on SIGINT and SIGTERM, so that motors stop and files are completed.
 
-    `last`: the program ends with this run. A second signal, as `ros2 launch` sends one, must not break off the end.
+    `last`: the program ends with this run, so later signals are ignored during the shutdown; `ros2 launch`
+    sends a second one.
     """
-    asked = threading.Event()
+    received = threading.Event()
 
-    def obey(*_: object) -> None:
-        asked.set()
+    def handle(*_: object) -> None:
+        received.set()
         stop()
 
-    old = {name: signal.signal(name, obey) for name in (signal.SIGINT, signal.SIGTERM)}
+    previous = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:
-        for name, handler in old.items():
-            signal.signal(name, signal.SIG_IGN if last and asked.is_set() else handler)
+        for number, handler in previous.items():
+            signal.signal(number, signal.SIG_IGN if last and received.is_set() else handler)

@@ -1,1 +1,1 @@
-"""What to do when the way is blocked."""
+"""Recovery behaviors: motions and their sequence when the robot is blocked."""

@@ -1,4 +1,4 @@
-"""What a recovery behaviour takes and gives."""
+"""Interface of a recovery behavior, and its collision check."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from chefbot.maths.se2 import SE2
 
 
 class Progress(Enum):
-    """How a behaviour fares."""
+    """State of a behavior after an update."""
 
     RUNNING = "running"
     DONE = "done"
@@ -20,7 +20,7 @@ class Progress(Enum):
 
 
 class Step(NamedTuple):
-    """Twist (m/s, rad/s) and how things stand."""
+    """Commanded twist (m/s, rad/s) and the progress of the behavior."""
 
     v: float
     w: float
@@ -28,14 +28,14 @@ class Step(NamedTuple):
 
 
 class Behavior(Protocol):
-    """A behaviour; a new one is made for every run."""
+    """Interface of a behavior; a new instance is created for every run."""
 
     def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:
-        """The twist for the next `dt` seconds, from the pose now."""
+        """Return the twist for the next `dt` seconds, from the current pose."""
 
 
 def cost_at(costmap: Costmap, x: float, y: float) -> int:
-    """Cost at the point; outside and unknown count as UNKNOWN."""
+    """Return the cost at a point (m); UNKNOWN outside the costmap."""
     row = math.floor((y - costmap.origin_y) / costmap.resolution)
     column = math.floor((x - costmap.origin_x) / costmap.resolution)
     h, w = costmap.cells.shape
@@ -43,17 +43,17 @@ def cost_at(costmap: Costmap, x: float, y: float) -> int:
 
 
 def free_ahead(costmap: Costmap, pose: SE2, distance: float) -> bool:
-    """Whether the disk can go straight by `distance` metres (negative: backwards) without touching anything.
+    """Return whether the robot can drive straight by `distance` metres (negative: backwards) without a collision.
 
-    Out of the inscribed zone it may go as long as it meets nothing lethal and the cost does not rise.
-    Unknown is not free.
+    From within the inscribed zone it may drive as long as it meets no lethal cell and does not enter that zone again.
+    Unknown cells are not free.
     """
     steps = max(1, math.ceil(abs(distance) / (costmap.resolution / 2)))
-    last = cost_at(costmap, pose.x, pose.y)
+    previous = cost_at(costmap, pose.x, pose.y)
     for i in range(1, steps + 1):
         d = distance * i / steps
         cost = cost_at(costmap, pose.x + d * math.cos(pose.yaw), pose.y + d * math.sin(pose.yaw))
-        if cost >= LETHAL or (cost >= INSCRIBED and last < INSCRIBED):
+        if cost >= LETHAL or (cost >= INSCRIBED and previous < INSCRIBED):
             return False
-        last = cost
+        previous = cost
     return True

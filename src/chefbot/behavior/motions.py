@@ -1,4 +1,4 @@
-"""The four motions: spin, straight (forwards or backwards), wait."""
+"""Behaviors: spin, drive straight (forwards or backwards) and wait."""
 
 from __future__ import annotations
 
@@ -9,82 +9,92 @@ from chefbot.maths.angles import wrap
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 
-GENTLE = 0.5
-"""Share of the acceleration used for braking at the end."""
-CREEP_SPEED, CREEP_TURN = 0.02, 0.1
-"""Slowest twist at the end of a motion, m/s and rad/s; slower the wheels would stick."""
-CLOSE_ENOUGH, TURNED_ENOUGH = 0.01, 0.03
-"""Metres and radians short of the target that count as done."""
+PLANNED_BRAKING_FRACTION = 0.5
+"""Fraction of the maximum acceleration that planned braking uses."""
+MIN_SPEED, MIN_TURN_RATE = 0.02, 0.1
+"""Minimum speed and turn rate at the end of a motion, m/s and rad/s; below that static friction stops the wheels."""
+DISTANCE_TOLERANCE, ANGLE_TOLERANCE = 0.01, 0.03
+"""Goal tolerances, m and rad."""
 MARGIN = 0.05
-"""Metres kept free beyond the braking distance."""
+"""Free distance required beyond the braking distance, m."""
 
 
 class Spin:
-    """Turn on the spot by `angle` radians (positive: left; more than a turn is fine).
+    """Rotates in place by `angle` radians (positive: left; more than one turn is possible).
 
-    A disk that turns about its centre touches nothing it does not touch already, so the costmap is not asked.
+    A circular robot that rotates about its centre cannot collide, so the costmap is not checked.
     """
 
     def __init__(self, angle: float, turn: float, turn_acceleration: float, timeout: float = 30.0) -> None:
         self.angle, self.turn, self.turn_acceleration, self.timeout = angle, turn, turn_acceleration, timeout
         self.turned = self._elapsed = 0.0
-        """Radians so far, positive: left."""
-        self._last: float | None = None
+        """Angle rotated so far, rad, positive: left."""
+        self._last_yaw: float | None = None
 
     def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:  # noqa: ARG002
-        """See `Behavior`."""
-        self.turned += wrap(pose.yaw - self._last) if self._last is not None else 0.0
-        self._last = pose.yaw
+        """Return the next turn rate; DONE within the angle tolerance, TIMED_OUT after the timeout."""
+        self.turned += wrap(pose.yaw - self._last_yaw) if self._last_yaw is not None else 0.0
+        self._last_yaw = pose.yaw
         self._elapsed += dt
-        left = self.angle - self.turned
-        if abs(left) <= TURNED_ENOUGH or left * self.angle <= 0.0:
+        remaining = self.angle - self.turned
+        if abs(remaining) <= ANGLE_TOLERANCE or remaining * self.angle <= 0.0:
             return Step(0.0, 0.0, Progress.DONE)
         if self._elapsed > self.timeout:
             return Step(0.0, 0.0, Progress.TIMED_OUT)
-        rate = min(self.turn, math.sqrt(2.0 * GENTLE * self.turn_acceleration * abs(left)))
-        return Step(0.0, math.copysign(max(rate, CREEP_TURN), left), Progress.RUNNING)
+        # the turn rate from which planned braking stops at the target
+        rate = min(
+            self.turn, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * self.turn_acceleration * abs(remaining))
+        )
+        return Step(0.0, math.copysign(max(rate, MIN_TURN_RATE), remaining), Progress.RUNNING)
 
 
 class Straight:
-    """Drive `distance` metres along the heading it has at the start (negative: backwards), holding that
-    heading."""
+    """Drives `distance` metres (negative: backwards) straight, holding the initial heading."""
 
     HOLD = 1.5
-    """rad/s of turn per radian off the heading."""
+    """Gain of the heading controller, rad/s per rad."""
 
     def __init__(self, distance: float, speed: float, acceleration: float, timeout: float = 30.0) -> None:
         self.distance, self.speed, self.acceleration, self.timeout = distance, speed, acceleration, timeout
         self.driven = 0.0
-        """Metres so far, negative: backwards."""
+        """Distance driven so far, m, negative: backwards."""
         self._start: SE2 | None = None
         self._elapsed = 0.0
 
     def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:
-        """See `Behavior`."""
+        """Return the next speed with a heading correction; BLOCKED if the braking distance is not free."""
         self._start = start = self._start or pose
         self._elapsed += dt
         sign = math.copysign(1.0, self.distance)
         self.driven = start.between(pose).x
-        left = abs(self.distance) - sign * self.driven
-        if left <= CLOSE_ENOUGH:
+        remaining = abs(self.distance) - sign * self.driven
+        if remaining <= DISTANCE_TOLERANCE:
             return Step(0.0, 0.0, Progress.DONE)
         if self._elapsed > self.timeout:
             return Step(0.0, 0.0, Progress.TIMED_OUT)
-        speed = max(min(self.speed, math.sqrt(2.0 * GENTLE * self.acceleration * left)), CREEP_SPEED)
-        reach = min(left, speed * speed / (2.0 * GENTLE * self.acceleration) + speed * dt + MARGIN)
-        if not free_ahead(costmap, pose, sign * reach):
+        # the speed from which planned braking stops at the target: v^2 = 2 a d
+        speed = max(
+            min(self.speed, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * self.acceleration * remaining)),
+            MIN_SPEED,
+        )
+        # stop if braking distance plus margin is not free
+        check_distance = min(
+            remaining,
+            speed * speed / (2.0 * PLANNED_BRAKING_FRACTION * self.acceleration) + speed * dt + MARGIN,
+        )
+        if not free_ahead(costmap, pose, sign * check_distance):
             return Step(0.0, 0.0, Progress.BLOCKED)
         return Step(sign * speed, self.HOLD * wrap(start.yaw - pose.yaw), Progress.RUNNING)
 
 
 class Wait:
-    """Stand still for `duration` seconds."""
+    """Stands still for `duration` seconds."""
 
     def __init__(self, duration: float) -> None:
         self.duration = duration
         self._elapsed = 0.0
 
     def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:  # noqa: ARG002
-        """See `Behavior`."""
+        """Return a zero twist until the duration is over."""
         self._elapsed += dt
         return Step(0.0, 0.0, Progress.DONE if self._elapsed >= self.duration else Progress.RUNNING)

@@ -1,4 +1,4 @@
-"""In which order to get out of trouble, as data."""
+"""Sequence of the recovery behaviors, as data."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-CAREFUL = 0.4
-"""Share of the robot's speed for recoveries: its sensors look forward, not back."""
+BACK_UP_SPEED_FRACTION = 0.4
+"""Fraction of the maximum speed for backing up: the sensors look forward, not back."""
 
 
 class Recovery(Enum):
-    """What can be tried."""
+    """Recovery behaviors that can be run."""
 
     CLEAR = "forget obstacles seen around"
     BACK_UP = "back up"
@@ -22,20 +22,22 @@ class Recovery(Enum):
     WAIT = "wait for people to pass"
 
 
-ORDER = (Recovery.CLEAR, Recovery.BACK_UP, Recovery.SPIN, Recovery.WAIT)
-"""After each of them the path is planned again; the mildest comes first."""
-LOOK_FIRST = (Recovery.SPIN, Recovery.WAIT, Recovery.CLEAR, Recovery.BACK_UP)
-"""The order for a robot that looks ahead only: what has left is seen to have left by turning towards it, and nothing
-is forgotten, or backed into, that it has not just looked at."""
+DEFAULT_SEQUENCE = (Recovery.CLEAR, Recovery.BACK_UP, Recovery.SPIN, Recovery.WAIT)
+"""Default sequence, least intrusive first; the path is planned again after each behavior."""
+LOOK_AHEAD_SEQUENCE = (Recovery.SPIN, Recovery.WAIT, Recovery.CLEAR, Recovery.BACK_UP)
+"""Sequence for a robot whose sensors look ahead only.
+
+Turning clears obstacles that have left, and the robot does not clear, or back into, an area that it has not just
+scanned."""
 
 
-def order_for(*, look_ahead_only: bool) -> tuple[Recovery, ...]:
-    """The order in which a robot with such sensors tries them."""
-    return LOOK_FIRST if look_ahead_only else ORDER
+def recovery_sequence(*, look_ahead_only: bool) -> tuple[Recovery, ...]:
+    """Return the recovery sequence for a robot with such sensors."""
+    return LOOK_AHEAD_SEQUENCE if look_ahead_only else DEFAULT_SEQUENCE
 
 
 class RecoveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far and how long each remedy goes."""
+    """Parameters of the recovery behaviors and their number of rounds."""
 
     back_up: Annotated[float, Meta(ge=0.02, le=1.0, description="how far to back up, m")] = 0.2
     spin: Annotated[float, Meta(ge=0.1, le=12.6, description="how far to turn about, rad")] = 2.0 * math.pi

@@ -1,4 +1,4 @@
-"""Which dialect speaks at a port, if any: listened for first, then asked with handshakes."""
+"""Detect which protocol a device at a serial port uses: it is only read first, then sent handshakes."""
 
 from __future__ import annotations
 
@@ -9,56 +9,63 @@ from chefbot.board.framing import LineSplitter, frame, unframe
 from chefbot.board.messages import PROTOCOL, OtherVersion, Version, parse
 
 Dialect = Literal["board", "chapter"]
-ASK_NS = 200_000_000
-"""Pause between two handshakes."""
-CHAPTER_NS = 1_500_000_000
-"""A port that has sent the chapter's lines for so long, and none of ours, is the chapter's board."""
-CHAPTER_LINES = 20
+HANDSHAKE_PERIOD_NS = 200_000_000
+"""Pause between two handshakes, ns."""
+CHAPTER_DETECTION_NS = 1_500_000_000
+"""A port that has sent lines of the chapter's protocol for this long, ns, and none of ours, is the chapter's
+board."""
+MIN_CHAPTER_LINES = 20
+"""Minimum number of lines of the chapter's protocol before it is detected."""
 PATIENCE_NS = 12_000_000_000
-"""Opening its port resets an Arduino Mega. A byte within the next second, from a program that looks for a modem for
-example, keeps its boot loader waiting for a new program until 5 s after the last byte."""
+"""Timeout of the detection, ns. Opening its port resets an Arduino Mega. A byte within the next second, for
+example from a program that looks for a modem, keeps its boot loader waiting for a new program until 5 s after
+the last byte."""
 
 
 class Probe:
-    """Send `ask`, feed `hear`, until there is a verdict or `over`.
+    """Detects the protocol at one port: send what `ask` returns and pass received bytes to `hear` until there
+    is a verdict or `over`.
 
-    Nothing is sent before a line with a valid CRC has come. Every board of ours sends 50 lines a second unasked,
-    whereas a byte to a boot loader holds its board up, and other devices have no use for our handshake.
+    Nothing is sent before a line with a valid CRC has been received. Our boards send 50 lines a second
+    without a request, whereas a byte to a boot loader delays the start of its board, and other devices cannot
+    use our handshake.
     """
 
     def __init__(self, token: int, now_ns: int) -> None:
-        self._token, self._began_ns, self._asked_ns = token, now_ns, now_ns - ASK_NS
+        self._token, self._start_ns, self._handshake_ns = token, now_ns, now_ns - HANDSHAKE_PERIOD_NS
         self._splitter, self._chapter = LineSplitter(), ChapterReader()
         self._chapter_lines = self._board_lines = 0
         self.dialect: Dialect | None = None
 
     def ask(self, now_ns: int) -> bytes:
-        """What to send now; call it often."""
-        if not self._board_lines or now_ns - self._asked_ns < ASK_NS:
+        """Return the bytes to send now, empty between two handshakes; call it often."""
+        if not self._board_lines or now_ns - self._handshake_ns < HANDSHAKE_PERIOD_NS:
             return b""
-        self._asked_ns = now_ns
+        self._handshake_ns = now_ns
         return b"\n" + frame(f"v {self._token} {PROTOCOL}")
 
     def hear(self, data: bytes, now_ns: int) -> Dialect | None:
-        """The verdict after more bytes."""
+        """Process received bytes and return the detected protocol, None as long as it is unknown."""
         for raw in self._splitter.push(data):
             line = parse(raw)
+            # Our protocol: a valid checksum is evidence, an answer with our token is proof.
             self._board_lines += unframe(raw) is not None
             if isinstance(line, Version | OtherVersion) and line.token == self._token:
                 self.dialect = "board"
         self._chapter_lines += len(self._chapter.read(data))
-        waited = now_ns - self._began_ns >= CHAPTER_NS
-        if waited and self._board_lines == 0 and self._chapter_lines >= CHAPTER_LINES:
+        # The chapter's protocol has no checksum: require many well-formed lines and none of ours.
+        detection_over = now_ns - self._start_ns >= CHAPTER_DETECTION_NS
+        if detection_over and self._board_lines == 0 and self._chapter_lines >= MIN_CHAPTER_LINES:
             self.dialect = "chapter"
         return self.dialect
 
     def over(self, now_ns: int) -> bool:
-        """No board has spoken or answered for `PATIENCE_NS`."""
-        return now_ns - self._began_ns >= PATIENCE_NS
+        """Return whether the timeout `PATIENCE_NS` has passed without a verdict."""
+        return now_ns - self._start_ns >= PATIENCE_NS
 
     @property
-    def impression(self) -> str:
-        """What was there instead of an answer."""
+    def failure_reason(self) -> str:
+        """Describe what was received instead of an answer, as a sentence for the operator."""
         if self._board_lines:
             return "a board talks there but does not answer: is its receiving wire connected?"
         return "nothing there speaks as a board: has it got its firmware (`chefbot flash`)?"

@@ -1,6 +1,7 @@
-"""The chapter's own board: duties instead of speeds, no CRC, and nothing that stops it when we fall silent.
+"""Driver for the book chapter's original board: it takes duty cycles, has no CRC and no command watchdog.
 
-So wheel speeds are controlled here, slowly: should this program die, the motors keep the last duty.
+The wheel speed control therefore runs here, at a low maximum speed: if this program crashes, the motors keep
+the last duty cycle.
 """
 
 from __future__ import annotations
@@ -34,15 +35,16 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.robot.spec import Robot
 
 SPEED_CAP = 0.15
-"""m/s of either rim: what the chapter's board may do, as nothing but a hand on the switch stops it."""
+"""Maximum speed of either wheel at the ground, m/s: only the hardware switch stops this board."""
 FRESH_NS = 100_000_000
-"""An older command is a stop."""
+"""Maximum age of a command, ns; an older one counts as a stop."""
 SILENCE_NS = 300_000_000
-"""Without ticks for so long nobody knows what the wheels do: stop."""
-ATTITUDE_DEVIATION = 0.01
-"""rad; a component of the quaternion is off by 0.005 at most, the angle by twice that."""
-BELIEVED = 1.5
-"""Ticks of so many times the motor's speed without load are damage, not motion."""
+"""Without encoder ticks for this long, ns, the wheel motion is unknown and the wheels are stopped."""
+ATTITUDE_STD = 0.01
+"""Standard deviation of the attitude, rad; a component of the quaternion is rounded by up to 0.005, the angle
+by twice that."""
+MAX_SPEED_FACTOR = 1.5
+"""Ticks beyond this multiple of the motor's no-load speed are a damaged line, not motion."""
 NOTICE = (
     "this is the chapter's own firmware: no checksum, no watchdog, no volts; its wheels are limited to "
     f"{SPEED_CAP} m/s and would go on turning if this computer failed: flash ours, with `chefbot flash`"
@@ -50,7 +52,8 @@ NOTICE = (
 
 
 class ChapterLink:
-    """See Link. Ticks are told in those of the robot file: four to each of the board's."""
+    """The `Link` of the chapter's board. Ticks are published in ticks of the robot file: four per tick of the
+    board."""
 
     refused: str | None = None
     notice: str | None = NOTICE
@@ -59,54 +62,58 @@ class ChapterLink:
         self._robot = robot
         self._reader = ChapterReader()
         self._pids = (WheelPid(robot), WheelPid(robot))
-        self._fastest = BELIEVED * robot.motor.no_load_speed * robot.motor.ticks_per_turn / (2.0 * math.pi)
+        self._max_tick_rate = (
+            MAX_SPEED_FACTOR * robot.motor.no_load_speed * robot.motor.ticks_per_turn / (2.0 * math.pi)
+        )
         self._battery: int | None = None
         self._stopped = False
         self.lost_line()
 
     def lost_line(self) -> None:
-        """What was commanded is gone, and so is what was known of the board's counters; a stop remains."""
+        """Reset commands and counters after the serial connection was lost; an emergency stop stays latched."""
         self._reader.clear()
         self._target: tuple[float, float] = (0.0, 0.0)
         self._commanded_ns = self._ticks_ns = -(1 << 62)
         self._duty = (0, 0)
         self._neutral_first = True
-        self._forget_board()
+        self._reset_board_state()
 
-    def _forget_board(self) -> None:
+    def _reset_board_state(self) -> None:
         self._time: BoardTime | None = None
         self._board_us = self._stamp_ns = 0
         self._ticks: tuple[int, int] | None = None
         self._ticks_us = 0
-        self._doubted = False
+        self._ticks_rejected = False
         for pid in self._pids:
             pid.reset()
 
     # -- from the board
 
     def hear(self, data: bytes, now_ns: int) -> list[Message]:
-        """Messages of well-formed lines; those before the first `t` line have no time and are left out."""
+        """Return the messages of well-formed lines; lines before the first `t` line have no time stamp and
+        are dropped."""
         messages: list[Message] = []
         for line in self._reader.read(data):
             if isinstance(line, ChapterTime):
-                self._hear_time(line.t, now_ns)
+                self._update_clock(line.t, now_ns)
             elif self._time is not None:
-                messages += self._hear_line(line, now_ns)
+                messages += self._process_line(line, now_ns)
         return messages
 
-    def _hear_time(self, t_us: int, now_ns: int) -> None:
+    def _update_clock(self, t_us: int, now_ns: int) -> None:
         if self._time is not None:
             full_us = self._time.unwrap(t_us, now_ns)
+            # A board time that jumps back or is far off the clock model: the board has restarted.
             if full_us < self._board_us or abs(self._time.late_ns(full_us, now_ns)) > SILENCE_NS * 10:
-                self._forget_board()  # it has restarted
+                self._reset_board_state()
         if self._time is None:
             self._time, self._board_us = BoardTime(t_us, now_ns), t_us
         self._board_us = self._time.unwrap(t_us, now_ns)
         self._stamp_ns = self._time.stamp(self._board_us, now_ns)
 
-    def _hear_line(self, line: ChapterLine, now_ns: int) -> list[Message]:
+    def _process_line(self, line: ChapterLine, now_ns: int) -> list[Message]:
         if isinstance(line, ChapterTicks):
-            return self._hear_ticks(EDGES * line.left, EDGES * line.right, now_ns)
+            return self._process_ticks(EDGES * line.left, EDGES * line.right, now_ns)
         if isinstance(line, ChapterEcho) and self._robot.sensors.ultrasonic is not None:
             distance = line.centimetres / 100.0 if line.centimetres else math.inf
             return [range_message(self._stamp_ns, distance, self._robot)]
@@ -116,18 +123,20 @@ class ChapterLink:
             self._battery = line.raw
         return []
 
-    def _hear_ticks(self, left: int, right: int, now_ns: int) -> list[Message]:
-        before, dt = self._ticks, (self._board_us - self._ticks_us) / 1e6
-        if before is not None and dt <= 0.0:
+    def _process_ticks(self, left: int, right: int, now_ns: int) -> list[Message]:
+        previous, dt = self._ticks, (self._board_us - self._ticks_us) / 1e6
+        if previous is not None and dt <= 0.0:
             return []
-        if before is not None:
+        if previous is not None:
+            # Tick differences across the wraparound of the scaled 32-bit counters.
             bits = 32 + EDGES.bit_length() - 1
-            moved = (signed(left - before[0], bits), signed(right - before[1], bits))
-            if max(map(abs, moved)) > self._fastest * dt + EDGES:
-                return self._doubt()
-            left, right = before[0] + moved[0], before[1] + moved[1]
-            self._control(moved, dt, now_ns)
-        self._ticks, self._ticks_us, self._ticks_ns, self._doubted = (
+            deltas = (signed(left - previous[0], bits), signed(right - previous[1], bits))
+            # Plausibility gate: reject jumps that the motor cannot make in dt.
+            if max(map(abs, deltas)) > self._max_tick_rate * dt + EDGES:
+                return self._reject_ticks()
+            left, right = previous[0] + deltas[0], previous[1] + deltas[1]
+            self._control(deltas, dt, now_ns)
+        self._ticks, self._ticks_us, self._ticks_ns, self._ticks_rejected = (
             (left, right),
             self._board_us,
             now_ns,
@@ -135,33 +144,35 @@ class ChapterLink:
         )
         return [WheelTicks(Header.of(self._stamp_ns, "base_link"), left, right)]
 
-    def _doubt(self) -> list[Message]:
-        """Once is damage, twice in a row is a board that has restarted."""
-        if self._doubted:
-            self._forget_board()
+    def _reject_ticks(self) -> list[Message]:
+        """Drop an implausible jump; two in a row mean that the board has restarted."""
+        if self._ticks_rejected:
+            self._reset_board_state()
         else:
-            self._doubted = True
+            self._ticks_rejected = True
         return []
 
-    def _control(self, moved: tuple[int, int], dt: float, now_ns: int) -> None:
+    def _control(self, deltas: tuple[int, int], dt: float, now_ns: int) -> None:
         target = self._target if self._may_drive(now_ns) else (0.0, 0.0)
+        # One PI controller with feed-forward per wheel gives the duty cycle.
         duties = (
             pid.update(speed / self._robot.wheel_radius, ticks, dt)
-            for pid, speed, ticks in zip(self._pids, target, moved, strict=True)
+            for pid, speed, ticks in zip(self._pids, target, deltas, strict=True)
         )
         left, right = (round(DUTY_FULL * duty) for duty in duties)
         self._duty = (left, right)
 
     def _attitude(self, line: ChapterAttitude) -> list[Message]:
         values = np.array([line.x, line.y, line.z, line.w])
-        size = float(np.linalg.norm(values))
-        if abs(size - 1.0) > 0.05:
+        norm = float(np.linalg.norm(values))
+        # A quaternion far from unit norm is a damaged line.
+        if abs(norm - 1.0) > 0.05:
             return []
         return [
             Imu(
                 header=Header.of(self._stamp_ns, "imu_link"),
-                orientation=Quaternion(*(values / size).tolist()),
-                orientation_covariance=(ATTITUDE_DEVIATION**2 * np.eye(3)).reshape(9),
+                orientation=Quaternion(*(values / norm).tolist()),
+                orientation_covariance=(ATTITUDE_STD**2 * np.eye(3)).reshape(9),
                 angular_velocity_covariance=UNKNOWN_COVARIANCE,
                 linear_acceleration_covariance=UNKNOWN_COVARIANCE,
             )
@@ -170,25 +181,30 @@ class ChapterLink:
     # -- to the board
 
     def command(self, left: float, right: float, now_ns: int) -> bytes:
-        """Rim speeds in m/s, both scaled down alike to SPEED_CAP; the duty follows with the next ticks."""
+        """Set wheel speeds at the ground, m/s, both scaled down by one factor to SPEED_CAP.
+
+        The duty cycle follows with the next ticks, so there is nothing to send at once. Values that are not
+        finite are ignored.
+        """
         if not (math.isfinite(left) and math.isfinite(right)):
             return b""
+        # One common factor for both wheels preserves the curvature.
         scale = min(1.0, SPEED_CAP / max(abs(left), abs(right), SPEED_CAP))
         self._neutral_first = self._neutral_first and (left, right) != (0.0, 0.0)
         self._target, self._commanded_ns = (left * scale, right * scale), now_ns
         return b""
 
     def stop(self, now_ns: int) -> bytes:
-        """Duty 0, which brakes."""
+        """Latch the emergency stop and return the line with duty 0, which brakes."""
         self._stopped = True
         return self.speak(now_ns)
 
     def clear(self, now_ns: int) -> None:  # noqa: ARG002
-        """It may drive again after a stop was commanded."""
+        """Release the emergency stop; the robot drives after a stop was commanded once."""
         self._stopped, self._neutral_first = False, True
 
     def speak(self, now_ns: int) -> bytes:
-        """The duty; always, for the board holds the last one for ever."""
+        """Return the duty line; it is sent always, as the board holds the last duty without a timeout."""
         return duty_line(*(self._duty if self._may_drive(now_ns) else (0, 0)))
 
     def _may_drive(self, now_ns: int) -> bool:
@@ -196,7 +212,7 @@ class ChapterLink:
         return fresh and not self._stopped and not self._neutral_first
 
     def report(self, port: str, now_ns: int) -> DiagnosticStatus:
-        """Never better than a warning."""
+        """Return the diagnostics of the board, at best a warning."""
         silent = now_ns - self._ticks_ns > SILENCE_NS
         sentences = ["The board says nothing."] if silent else []
         sentences.append(f"{NOTICE[0].upper()}{NOTICE[1:]}.")
@@ -210,5 +226,5 @@ class ChapterLink:
             "duties": f"{self._duty[0]} {self._duty[1]}",
             "strange lines": self._reader.strange,
         }
-        told = tuple(KeyValue(key, str(value)) for key, value in values.items())
-        return DiagnosticStatus(ERROR if silent else WARN, "board", " ".join(sentences), port, told)
+        pairs = tuple(KeyValue(key, str(value)) for key, value in values.items())
+        return DiagnosticStatus(ERROR if silent else WARN, "board", " ".join(sentences), port, pairs)

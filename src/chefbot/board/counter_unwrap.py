@@ -1,24 +1,25 @@
-"""Counters of so many bits, put together again to numbers that go on."""
+"""Wraparound of counters with a fixed number of bits."""
 
 from __future__ import annotations
 
 
 def signed(value: int, bits: int = 32) -> int:
-    """`value` modulo 2^bits in [-2^(bits-1), 2^(bits-1))."""
+    """Return `value` modulo 2^bits as a signed number in [-2^(bits-1), 2^(bits-1))."""
     half = 1 << (bits - 1)
     return (value + half) % (2 * half) - half
 
 
 class Unwrapped:
-    """A counter that never wraps, from readings that are less than 2^(bits-1) apart."""
+    """Extends a wrapping counter to one without wraparound; readings must be less than 2^(bits-1) apart."""
 
     def __init__(self, bits: int = 32) -> None:
         self._bits = bits
         self.value: int | None = None
-        """As first read, and on from there; None before."""
+        """The extended count, which starts at the first reading; None before it."""
 
     def update(self, reading: int) -> int:
-        """The value after a reading."""
-        before = signed(reading, self._bits) if self.value is None else self.value
-        self.value = before + signed(reading - before, self._bits)
+        """Process a reading and return the extended count."""
+        previous = signed(reading, self._bits) if self.value is None else self.value
+        # The signed difference modulo 2^bits is the motion since the last reading.
+        self.value = previous + signed(reading - previous, self._bits)
         return self.value

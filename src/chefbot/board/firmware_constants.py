@@ -1,7 +1,7 @@
-"""What the motor board's firmware must know of the robot, as whole numbers.
+"""The constants of the robot that are compiled into the motor board's firmware, as integers.
 
-The board counts encoder ticks and knows no metres; the radius of a wheel only enters where the robot file gives a
-limit in metres.
+The board counts encoder ticks and has no metric units; the wheel radius only enters where the robot file
+gives a limit in metres.
 """
 
 from __future__ import annotations
@@ -16,34 +16,36 @@ from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, m
 from chefbot.robot.spec import DRIVE_EFFICIENCY, Robot
 
 CONTROL_HZ = 100
-"""Control steps per second of the firmware."""
-MOST_TICKS = 32767
-"""Ticks/s of the motor without load that the firmware's 32-bit arithmetic holds (core/robot.h)."""
-LEAST_ACCELERATION, MOST_ACCELERATION = 128, 102_000
-"""Ticks/s^2: below, a step of the ramp is under one tick/s; above, its product leaves 32 bits."""
-MOST_LAG = 2000
-"""Milliseconds."""
+"""Control rate of the firmware, Hz."""
+MAX_NO_LOAD_TICKS = 32767
+"""Maximum no-load speed of the motor, ticks/s, that the firmware's 32-bit arithmetic holds (core/robot.h)."""
+MIN_ACCELERATION, MAX_ACCELERATION = 128, 102_000
+"""Limits of the acceleration, ticks/s^2: below, a step of the ramp is under one tick/s; above, its product
+overflows 32 bits."""
+MAX_LAG_MS = 2000
+"""Maximum time constant of the motor, ms."""
 LOW_BATTERY_MARGIN = 0.05
-"""The warning comes this share above the voltage that stops the robot."""
-SHORTEST_PING_PERIOD = 6
-"""Control steps: 60 ms, the HC-SR04 data sheet's shortest cycle."""
+"""The warning is given at this share above the voltage that stops the robot."""
+MIN_PING_PERIOD = 6
+"""Minimum period of the ultrasonic sensor, control steps: 60 ms, the shortest cycle in the HC-SR04 data
+sheet."""
 
 
 class Constant(NamedTuple):
-    """One number of the firmware."""
+    """One integer constant of the firmware."""
 
     name: str
-    """As in core/robot.h."""
+    """Name as in core/robot.h."""
     value: int
     unit: str
     source: str
-    """Keys of the robot file that it comes from."""
+    """Keys of the robot file that it is calculated from."""
 
 
 def firmware_constants(robot: Robot) -> tuple[Constant, ...]:
-    """All constants in the order of the firmware's struct, the hash first.
+    """Return all constants in the order of the firmware's struct, the hash first.
 
-    Raises UserError where the board cannot count so fine or so coarse an encoder.
+    Raises UserError where the encoder resolution is too high or too low for the board.
     """
     constants = _checked(robot, (*_motion(robot), *_power_and_sensors(robot)))
     text = "".join(f"{c.name}={c.value}\n" for c in constants)
@@ -51,59 +53,76 @@ def firmware_constants(robot: Robot) -> tuple[Constant, ...]:
 
 
 def as_int32(value: int) -> int:
-    """The 32 bits of `value` read as a signed number, as the firmware's struct holds them."""
+    """Interpret the low 32 bits of `value` as a signed number, as the firmware's struct holds them."""
     return (value + 2**31) % 2**32 - 2**31
 
 
 def _motion(robot: Robot) -> tuple[Constant, ...]:
-    per_turn = robot.motor.ticks_per_turn
-    per_metre = per_turn / (2.0 * math.pi * robot.wheel_radius)
-    no_load = robot.motor.no_load_speed * per_turn / (2.0 * math.pi)
-    turn = max_turn(robot) * robot.wheels.separation
+    ticks_per_turn = robot.motor.ticks_per_turn
+    ticks_per_metre = ticks_per_turn / (2.0 * math.pi * robot.wheel_radius)
+    no_load = robot.motor.no_load_speed * ticks_per_turn / (2.0 * math.pi)
+    turn_wheel_speed = max_turn(robot) * robot.wheels.separation
     return (
-        Constant("ticks_per_turn_milli", round(1000 * per_turn), "1/1000 tick", "motor"),
-        Constant("max_wheel", int(max_wheel_speed(robot) * per_metre), "ticks/s", "motor, body, wheels"),
-        Constant("max_forward", round(max_speed(robot) * per_metre), "ticks/s", "drive.max_speed, motor"),
-        Constant("max_turn", round(turn * per_metre), "ticks/s", "drive.max_turn, wheels.separation"),
+        Constant("ticks_per_turn_milli", round(1000 * ticks_per_turn), "1/1000 tick", "motor"),
         Constant(
-            "acceleration", round(max_acceleration(robot) * per_metre), "ticks/s^2", "drive.max_acceleration"
+            "max_wheel", int(max_wheel_speed(robot) * ticks_per_metre), "ticks/s", "motor, body, wheels"
+        ),
+        Constant(
+            "max_forward", round(max_speed(robot) * ticks_per_metre), "ticks/s", "drive.max_speed, motor"
+        ),
+        Constant(
+            "max_turn",
+            round(turn_wheel_speed * ticks_per_metre),
+            "ticks/s",
+            "drive.max_turn, wheels.separation",
+        ),
+        Constant(
+            "acceleration",
+            round(max_acceleration(robot) * ticks_per_metre),
+            "ticks/s^2",
+            "drive.max_acceleration",
         ),
         Constant("no_load", round(no_load), "ticks/s", "motor.no_load_speed"),
         Constant(
-            "lag", min(round(1000 * _lag(robot)), MOST_LAG), "ms", "motor, mass with body.payload, wheels"
+            "lag", min(round(1000 * _lag(robot)), MAX_LAG_MS), "ms", "motor, mass with body.payload, wheels"
         ),
     )
 
 
 def _lag(robot: Robot) -> float:
-    """Seconds: time constant of half the loaded robot and a rotor on the line of one motor."""
+    """Return the time constant, s, of one motor: half the loaded robot and the rotor against the motor's
+    torque-speed line."""
+    # Reflected inertia of half the mass at the wheel radius, plus the rotor.
     inertia = total_mass(robot) * robot.wheel_radius**2 / 2.0 + robot.motor.rotor_inertia
+    # Linear torque-speed line: tau = J * omega_no_load / (eta * T_stall).
     return inertia * robot.motor.no_load_speed / (DRIVE_EFFICIENCY * robot.motor.stall_torque)
 
 
 def _power_and_sensors(robot: Robot) -> tuple[Constant, ...]:
-    stop = round(1000 * robot.battery.empty_voltage)
-    imu = max(1, round(CONTROL_HZ / robot.sensors.imu.rate))
+    stop_millivolts = round(1000 * robot.battery.empty_voltage)
+    imu_period = max(1, round(CONTROL_HZ / robot.sensors.imu.rate))
     sonar = robot.sensors.ultrasonic
-    ping = max(SHORTEST_PING_PERIOD, round(CONTROL_HZ / sonar.rate)) if sonar else 0
+    ping_period = max(MIN_PING_PERIOD, round(CONTROL_HZ / sonar.rate)) if sonar else 0
     return (
-        Constant("battery_stop", stop, "mV", "battery.empty_voltage"),
-        Constant("battery_low", round(stop * (1.0 + LOW_BATTERY_MARGIN)), "mV", "battery.empty_voltage"),
-        Constant("imu_period", imu, "control steps", "sensors.imu.rate"),
-        Constant("sonar_period", ping, "control steps", "sensors.ultrasonic.rate"),
+        Constant("battery_stop", stop_millivolts, "mV", "battery.empty_voltage"),
+        Constant(
+            "battery_low", round(stop_millivolts * (1.0 + LOW_BATTERY_MARGIN)), "mV", "battery.empty_voltage"
+        ),
+        Constant("imu_period", imu_period, "control steps", "sensors.imu.rate"),
+        Constant("sonar_period", ping_period, "control steps", "sensors.ultrasonic.rate"),
     )
 
 
 def _checked(robot: Robot, constants: tuple[Constant, ...]) -> tuple[Constant, ...]:
     value = {c.name: c.value for c in constants}
-    if value["no_load"] > MOST_TICKS:
+    if value["no_load"] > MAX_NO_LOAD_TICKS:
         raise UserError(
             f"{robot.name}: the encoder gives {value['no_load']} ticks/s at full speed, the motor board counts "
-            f"at most {MOST_TICKS}; use an encoder with fewer counts, or count fewer edges."
+            f"at most {MAX_NO_LOAD_TICKS}; use an encoder with fewer counts, or count fewer edges."
         )
-    if not LEAST_ACCELERATION <= value["acceleration"] <= MOST_ACCELERATION:
+    if not MIN_ACCELERATION <= value["acceleration"] <= MAX_ACCELERATION:
         raise UserError(
             f"{robot.name}: drive.max_acceleration is {value['acceleration']} ticks/s^2, the motor board takes "
-            f"{LEAST_ACCELERATION} to {MOST_ACCELERATION}; change motor.encoder_counts or drive.max_acceleration."
+            f"{MIN_ACCELERATION} to {MAX_ACCELERATION}; change motor.encoder_counts or drive.max_acceleration."
         )
     return constants

@@ -1,26 +1,27 @@
-"""Bytes to lines and back: what frames a line of docs/protocol.md, and its CRC."""
+"""Line framing of docs/protocol.md: bytes to lines with a checksum and back."""
 
 from __future__ import annotations
 
 import binascii
 
 LONGEST_LINE = 160
-"""Bytes; the board's own buffer holds 120. What is longer is no line."""
+"""Maximum length of a line, bytes; the board's own buffer holds 120. Longer lines are discarded."""
 
 
 def crc16(data: bytes) -> int:
-    """CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF, nothing reflected."""
+    """Return the CRC-16/CCITT-FALSE: polynomial 0x1021, initial value 0xFFFF, not reflected."""
     return binascii.crc_hqx(data, 0xFFFF)
 
 
 def frame(text: str) -> bytes:
-    """`text` with its CRC and line end, as it goes over the wire."""
+    """Append the checksum and line end to `text`, as it is sent over the serial link."""
     data = text.encode("ascii")
     return data + b"*%04X\n" % crc16(data)
 
 
 def unframe(line: bytes) -> str | None:
-    """The text of a line without its LF, or None unless all of it is printable and the CRC holds."""
+    """Return the text of a line without its LF; None unless all of it is printable and the checksum is valid."""
+    # The checksum covers all bytes before the last "*".
     text, star, crc = line.rpartition(b"*")
     if not star or crc != b"%04X" % crc16(text) or not text.isascii():
         return None
@@ -29,38 +30,39 @@ def unframe(line: bytes) -> str | None:
 
 
 class LineSplitter:
-    """A stream of bytes cut at LF; holds at most one line, whatever comes.
+    """Splits a byte stream at LF; buffers at most one line, whatever is received.
 
-    A line that grows too long is thrown away up to its LF, and counted.
+    A line that grows too long is discarded up to its LF, and counted.
     """
 
     def __init__(self, longest: int = LONGEST_LINE) -> None:
-        self._longest = longest
+        self._max_length = longest
         self._part = b""
         self._overlong = False
-        self.too_long = 0
+        self.overlong_lines = 0
 
     def push(self, data: bytes) -> list[bytes]:
-        """The lines that `data` ends, without LF and without empty ones."""
-        *ended, rest = data.split(b"\n")
-        lines = [line for piece in ended if (line := self._end(piece))]
-        self._grow(rest)
+        """Return the lines that are completed by `data`, without LF and without empty ones."""
+        *complete, remaining = data.split(b"\n")
+        lines = [line for piece in complete if (line := self._complete(piece))]
+        self._append(remaining)
         return lines
 
     def clear(self) -> None:
-        """Forget half a line: what comes next has another beginning."""
+        """Discard a partly received line, as the next bytes do not continue it."""
         self._part, self._overlong = b"", False
 
-    def _end(self, piece: bytes) -> bytes:
-        self._grow(piece)
+    def _complete(self, piece: bytes) -> bytes:
+        self._append(piece)
         line = self._part
         self.clear()
         return line
 
-    def _grow(self, piece: bytes) -> None:
+    def _append(self, piece: bytes) -> None:
+        # Skip the rest of an overlong line.
         if self._overlong:
             return
         self._part += piece
-        if len(self._part) > self._longest:
+        if len(self._part) > self._max_length:
             self._part, self._overlong = b"", True
-            self.too_long += 1
+            self.overlong_lines += 1

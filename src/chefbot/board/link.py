@@ -1,4 +1,5 @@
-"""Session, sensors and health of a board as one: bytes and commands in, messages, bytes and diagnostics out."""
+"""Session, sensor conversion and health of a board in one object: bytes and commands in, messages, bytes and
+diagnostics out."""
 
 from __future__ import annotations
 
@@ -13,40 +14,42 @@ from chefbot.robot.spec import Robot
 
 
 class Link(Protocol):
-    """What a driver does with a board of any dialect. Times are integer nanoseconds of one clock."""
+    """The interface between a driver and a board of either protocol. Times are integer nanoseconds of one
+    clock."""
 
     @property
     def refused(self) -> str | None:
-        """Why the board may not drive this robot."""
+        """Why the board may not drive this robot, None if it may."""
 
     @property
     def notice(self) -> str | None:
-        """What the person who started the driver should know of the board."""
+        """A warning about the board for the operator, None if there is none."""
 
     def hear(self, data: bytes, now_ns: int) -> list[Message]:
-        """Sensor messages in bytes from the board."""
+        """Process bytes from the board and return the sensor messages in them."""
 
     def speak(self, now_ns: int) -> bytes:
-        """What is to be sent now; call it every 20 ms."""
+        """Return the bytes that are due now; call it every 20 ms."""
 
     def command(self, left: float, right: float, now_ns: int) -> bytes:
-        """Rim speeds in m/s that upstream wants now; what to send at once."""
+        """Set the requested wheel speeds at the ground, m/s; return the bytes to send at once."""
 
     def stop(self, now_ns: int) -> bytes:
-        """Emergency stop; what to send at once."""
+        """Latch the emergency stop; return the bytes to send at once."""
 
     def clear(self, now_ns: int) -> None:
-        """Lift the emergency stop and other faults; nothing drives before a stop was commanded once."""
+        """Clear the emergency stop and other latched faults; the robot drives after a stop was commanded
+        once."""
 
     def lost_line(self) -> None:
-        """The cable was pulled."""
+        """Reset the link after the serial connection was lost."""
 
     def report(self, port: str, now_ns: int) -> DiagnosticStatus:
-        """How board and line are; call it about once a second."""
+        """Return the diagnostics of board and link; call it about once a second."""
 
 
 class BoardLink:
-    """A board with our firmware."""
+    """The `Link` of a board with our firmware."""
 
     def __init__(self, robot: Robot, token: int = 0) -> None:
         self.session = Session(robot, token)
@@ -55,42 +58,42 @@ class BoardLink:
 
     @property
     def refused(self) -> str | None:
-        """Another version or other ticks per turn."""
+        """Why the board may not drive: another protocol version or another number of ticks per turn."""
         return self.session.refused
 
     @property
     def notice(self) -> str | None:
-        """Made from another robot file."""
+        """A warning that the firmware was built from another robot file, None if it was not."""
         return self.session.warning
 
     def hear(self, data: bytes, now_ns: int) -> list[Message]:
-        """Messages of the lines that count."""
+        """Process bytes from the board and return the messages of the accepted lines."""
         messages: list[Message] = []
-        for heard in self.session.hear(data, now_ns):
-            self._health.take(heard.line, now_ns)
-            messages += self._sensors.messages(heard)
+        for received in self.session.hear(data, now_ns):
+            self._health.take(received.line, now_ns)
+            messages += self._sensors.messages(received)
         return messages
 
     def speak(self, now_ns: int) -> bytes:
-        """Handshake, repeated speeds, heartbeat."""
+        """Return the bytes that are due now: handshake, repeated speeds or heartbeat."""
         return self.session.speak(now_ns)
 
     def command(self, left: float, right: float, now_ns: int) -> bytes:
-        """See Session."""
+        """Set the wheel speeds at the ground, m/s; return the bytes to send at once."""
         return self.session.command(left, right, now_ns)
 
     def stop(self, now_ns: int) -> bytes:
-        """See Session."""
+        """Latch the emergency stop until `clear`; return the bytes to send at once."""
         return self.session.stop(now_ns)
 
     def clear(self, now_ns: int) -> None:
-        """See Session."""
+        """Clear latched faults whose cause is gone, with the next `speak`."""
         self.session.clear(now_ns)
 
     def lost_line(self) -> None:
-        """See Session."""
+        """Close the session after the serial connection was lost."""
         self.session.lost_line()
 
     def report(self, port: str, now_ns: int) -> DiagnosticStatus:
-        """See Health."""
+        """Return the diagnostics of board and link; call it about once a second."""
         return self._health.report(self.session, port, now_ns)

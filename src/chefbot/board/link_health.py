@@ -1,4 +1,4 @@
-"""The link's and the board's state as diagnostics."""
+"""Diagnostics of the serial link and the motor board."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from chefbot.board.status_codes import (
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN, DiagnosticStatus, KeyValue
 
 REFUSALS_SHOWN_NS = 3_000_000_000
-"""A refused line is told for so long."""
-LOSS_TOLD = 0.02
-"""Share of lost or damaged lines in the last second above which it is told."""
+"""Time for which a refused line stays in the diagnostics, ns."""
+MAX_LOSS = 0.02
+"""Share of lost or damaged lines in the last second above which a warning is reported."""
 
-HELD_BACK = "the robot waits for a stop to be commanded before it drives: let go of the controls once"
+NEUTRAL_REQUIRED = "the robot waits for a stop to be commanded before it drives: let go of the controls once"
 
-BLIND = "the board's ticks do not come through: the robot is told to stand until they do"
+TICKS_STALE = "the board's ticks do not come through: the robot is told to stand until they do"
 
 
 class Health:
-    """Collects what lines say of the board; `report` puts it in words, with levels of diagnostic_msgs."""
+    """Collects the state of the board from its lines and reports it with the levels of diagnostic_msgs."""
 
     def __init__(self) -> None:
         self.status: Status | None = None
@@ -39,7 +39,7 @@ class Health:
         self._loss = 0.0
 
     def take(self, line: BoardLine, now_ns: int) -> None:
-        """One line that counts."""
+        """Update the state from one accepted line."""
         self._lines += 1
         if isinstance(line, Status):
             if self.status is not None and line.refused != self.status.refused:
@@ -49,46 +49,55 @@ class Health:
             self.uptime = line
 
     def report(self, session: Session, port: str, now_ns: int) -> DiagnosticStatus:
-        """Call it at about 1 Hz: the share of lost lines is that since the last call."""
+        """Return the diagnostics; call it at about 1 Hz, as the share of lost lines is taken since the last
+        call."""
         self._measure_loss(session)
-        level, sentences = self._judge(session, now_ns)
+        level, sentences = self._assess(session, now_ns)
         message = " ".join(f"{s[0].upper()}{s[1:]}." for s in sentences) or "The board is well."
         return DiagnosticStatus(level, "board", message, port, self._values(session))
 
     def _measure_loss(self, session: Session) -> None:
+        # Loss rate since the last report.
         counts = (session.stream.lost, self._lines)
-        lost, heard = (now - before for now, before in zip(counts, self._counts, strict=True))
-        self._loss = lost / max(1, lost + heard)
+        lost, received = (now - previous for now, previous in zip(counts, self._counts, strict=True))
+        self._loss = lost / max(1, lost + received)
         self._counts = counts
 
-    def _judge(self, session: Session, now_ns: int) -> tuple[int, list[str]]:
+    def _assess(self, session: Session, now_ns: int) -> tuple[int, list[str]]:
         if session.refused is not None:
             return ERROR, [session.refused]
         if session.silent(now_ns):
             return ERROR, ["the board says nothing"]
-        stopped = faults(session.flags)
-        if stopped:
+        # Latched faults: the motors are off until they are cleared.
+        latched_faults = faults(session.flags)
+        if latched_faults:
             release = RESUME if session.flags & LATCHED == Flag.ESTOP_COMMAND else CLEAR
-            return ERROR, [*stopped, f"the motors are off; {release}", *self._complaints(session, now_ns)]
+            return ERROR, [
+                *latched_faults,
+                f"the motors are off; {release}",
+                *self._warnings(session, now_ns),
+            ]
         if not session.is_open:
             return ERROR, ["the board talks but does not answer the handshake", *warnings(session.flags)]
-        complaints = self._complaints(session, now_ns)
-        return (WARN if complaints else OK), complaints
+        sentences = self._warnings(session, now_ns)
+        return (WARN if sentences else OK), sentences
 
-    def _complaints(self, session: Session, now_ns: int) -> list[str]:
-        found = warnings(session.flags)
-        if session.held_back(now_ns):
-            found.append(HELD_BACK)
+    def _warnings(self, session: Session, now_ns: int) -> list[str]:
+        sentences = warnings(session.flags)
+        if session.waiting_for_stop(now_ns):
+            sentences.append(NEUTRAL_REQUIRED)
         if session.blind(now_ns):
-            found.append(BLIND)
+            sentences.append(TICKS_STALE)
         if session.warning is not None:
-            found.append(session.warning)
-        if self._loss > LOSS_TOLD:
-            found.append(f"{100 * self._loss:.0f} % of the board's lines are lost or damaged")
+            sentences.append(session.warning)
+        if self._loss > MAX_LOSS:
+            sentences.append(f"{100 * self._loss:.0f} % of the board's lines are lost or damaged")
         if self.status is not None and now_ns - self._refused_ns < REFUSALS_SHOWN_NS:
-            known = self.status.reason == FAULT_LATCHED and session.flags & LATCHED
-            found += [] if known else [f"the board refused a line: {reason(self.status.reason)}"]
-        return found
+            already_reported = self.status.reason == FAULT_LATCHED and session.flags & LATCHED
+            sentences += (
+                [] if already_reported else [f"the board refused a line: {reason(self.status.reason)}"]
+            )
+        return sentences
 
     def _values(self, session: Session) -> tuple[KeyValue, ...]:
         values: dict[str, object] = {
@@ -100,25 +109,25 @@ class Health:
             "left out": session.stream.left_out,
             "restarts": session.stream.restarts,
             "handshakes": session.handshakes,
-            **self._told(),
+            **self._board_values(),
         }
         if session.version is not None:
             values["firmware"] = f"{session.version.port} {session.version.hash:08X}"
         return tuple(KeyValue(key, str(value)) for key, value in values.items())
 
-    def _told(self) -> dict[str, object]:
-        """Of the last `s` and `t` lines."""
-        told: dict[str, object] = {}
+    def _board_values(self) -> dict[str, object]:
+        """Return the figures of the last `s` and `t` lines."""
+        values: dict[str, object] = {}
         if (status := self.status) is not None:
-            known = status.state in State.__members__.values()
-            told["state"] = State(status.state).name.lower() if known else status.state
-            told["speeds"] = f"{status.set_left} {status.set_right} ticks/s"
-            told["duties"] = f"{status.duty_left} {status.duty_right}"
-            told["refused"] = status.refused
-            told["last refusal"] = reason(status.reason) if status.reason else "none"
-            told["illegal encoder steps"] = f"{status.illegal_left} {status.illegal_right}"
+            known_state = status.state in State.__members__.values()
+            values["state"] = State(status.state).name.lower() if known_state else status.state
+            values["speeds"] = f"{status.set_left} {status.set_right} ticks/s"
+            values["duties"] = f"{status.duty_left} {status.duty_right}"
+            values["refused"] = status.refused
+            values["last refusal"] = reason(status.reason) if status.reason else "none"
+            values["illegal encoder steps"] = f"{status.illegal_left} {status.illegal_right}"
         if (uptime := self.uptime) is not None:
-            told["uptime"] = f"{uptime.uptime} s"
-            told["lines without room"] = uptime.dropped
-            told["control steps missed"] = uptime.missed
-        return told
+            values["uptime"] = f"{uptime.uptime} s"
+            values["lines without room"] = uptime.dropped
+            values["control steps missed"] = uptime.missed
+        return values

@@ -1,4 +1,5 @@
-"""The board's lines as values: units of the wire, numbers not yet unwrapped (docs/protocol.md)."""
+"""The board's lines as values, in the units of the serial protocol, with wrapping counters
+(docs/protocol.md)."""
 
 from __future__ import annotations
 
@@ -11,27 +12,27 @@ import msgspec
 from chefbot.board.framing import unframe
 
 PROTOCOL = 1
-"""The version that this program speaks."""
+"""Protocol version of this program."""
 NO_ECHO, NO_SENSOR = 0, -1
-"""`Echo.echo` where nothing was heard, and where no sensor answers."""
+"""Values of `Echo.echo` when no echo was received and when no sensor answers."""
 
 
 class BoardLine(msgspec.Struct, frozen=True):
-    """What every line begins with."""
+    """Base of all lines from the board."""
 
     sequence: int
-    """Of the board's lines, modulo 2^16."""
+    """Sequence number of the board's lines, modulo 2^16."""
 
 
 class Measured(BoardLine, frozen=True):
-    """A line of one control step."""
+    """A line with data of one control step."""
 
     t: int
-    """Board's time in us, modulo 2^32."""
+    """The board's time, us, modulo 2^32."""
 
 
 class Version(BoardLine, frozen=True):
-    """`v`, of a board that speaks our version."""
+    """Line `v`: handshake answer of a board with our protocol version."""
 
     token: int
     name: str
@@ -50,14 +51,15 @@ class Version(BoardLine, frozen=True):
 
 
 class OtherVersion(BoardLine, frozen=True):
-    """`v`, of a board that speaks another version: what follows its number means who knows what."""
+    """Line `v` of a board with another protocol version: the meaning of its other fields is unknown."""
 
     token: int
     protocol: int
 
 
 class Motion(Measured, frozen=True):
-    """`e`: ticks modulo 2^32, angle in 1e-8 rad modulo 2^32, gyro samples in it modulo 2^16."""
+    """Line `e`: ticks modulo 2^32, integrated angle in 1e-8 rad modulo 2^32, number of gyro samples in it
+    modulo 2^16."""
 
     left: int
     right: int
@@ -67,7 +69,8 @@ class Motion(Measured, frozen=True):
 
 
 class Inertia(Measured, frozen=True):
-    """`i`: 1e-6 rad/s, mm/s^2, 0.01 degC, in the axes of the chip."""
+    """Line `i`: angular rates in 1e-6 rad/s, accelerations in mm/s^2, temperature in 0.01 degC, in the axes
+    of the chip."""
 
     gx: int
     gy: int
@@ -80,7 +83,8 @@ class Inertia(Measured, frozen=True):
 
 
 class Status(Measured, frozen=True):
-    """`s`: speeds in force in ticks/s, duty of `duty_full`, what was refused and why."""
+    """Line `s`: speeds in force in ticks/s, duty cycles in units of 1/`duty_full`, number of refused lines
+    and the last reason."""
 
     state: int
     flags: int
@@ -96,19 +100,19 @@ class Status(Measured, frozen=True):
 
 
 class Echo(Measured, frozen=True):
-    """`u`: us of the round trip, NO_ECHO or NO_SENSOR."""
+    """Line `u`: round-trip time of the ultrasonic echo, us, or NO_ECHO or NO_SENSOR."""
 
     echo: int
 
 
 class Battery(Measured, frozen=True):
-    """`b`: mV."""
+    """Line `b`: voltage of the battery, mV."""
 
     millivolts: int
 
 
 class Uptime(Measured, frozen=True):
-    """`t`: s since power-on, lines without room, control steps missed."""
+    """Line `t`: seconds since power-on, lines dropped for lack of buffer space, missed control steps."""
 
     uptime: int
     dropped: int
@@ -138,45 +142,48 @@ _LAYOUTS: dict[str, tuple[type[BoardLine], tuple[Field, ...]]] = {
     "v": (Version, (SIGNED, WORD, UNSIGNED, WORD, HEX, *(UNSIGNED,) * 8, HEX)),
 }
 _BITS = {"sequence": 16, "t": 32, "samples": 16, "refused": 16, "left": 32, "right": 32, "angle": 32}
-"""Of counters: what is larger was not sent by a board."""
+"""Width of the counters in bits: a larger value was not sent by a board."""
 _OTHER_VERSION = re.compile(r"v (\d{1,5}) (-?\d{1,10}) chefbot (\d{1,5})(?: .*)?", re.ASCII)
 
 
-class _Form:
-    """How the lines of one letter are read."""
+class _LineParser:
+    """Parser for the lines of one letter."""
 
     def __init__(self, letter: str, kind: type[BoardLine], fields: tuple[Field, ...]) -> None:
         self._kind = kind
         fields = (SEQUENCE, *fields)
-        self._pattern = re.compile(" ".join([letter, *(f"({form})" for form, _ in fields)]), re.ASCII)
+        self._pattern = re.compile(" ".join([letter, *(f"({pattern})" for pattern, _ in fields)]), re.ASCII)
         self._readers = [read for _, read in fields]
         counters = [(kind.__struct_fields__.index(n), b) for n, b in _BITS.items() if hasattr(kind, n)]
-        self._bounds = [(place, 1 << bits) for place, bits in counters]
+        self._bounds = [(index, 1 << bits) for index, bits in counters]
 
     def read(self, text: str) -> BoardLine | None:
-        """None where the form is another, or a counter too large.
+        """Return the parsed line; None if the format differs or a counter is out of range.
 
         Signed counters lie in [-2^(n-1), 2^(n-1)), the others in [0, 2^n); all of them in [-2^n, 2^n).
         """
-        found = self._pattern.fullmatch(text)
-        if found is None:
+        match = self._pattern.fullmatch(text)
+        if match is None:
             return None
-        values = [read(word) for read, word in zip(self._readers, found.groups(), strict=True)]
-        if any(abs(values[place]) >= bound for place, bound in self._bounds):
+        values = [read(text_field) for read, text_field in zip(self._readers, match.groups(), strict=True)]
+        # Reject values that do not fit into the board's counters.
+        if any(abs(values[index]) >= bound for index, bound in self._bounds):
             return None
         return self._kind(*values)
 
 
-_FORMS = {letter: _Form(letter, *layout) for letter, layout in _LAYOUTS.items()}
+_PARSERS = {letter: _LineParser(letter, *layout) for letter, layout in _LAYOUTS.items()}
 
 
 def parse(line: bytes) -> BoardLine | None:
-    """A line without its LF; None unless the CRC holds and the form is that of its letter."""
+    """Parse a line without its LF; return None unless the checksum is valid and the format is that of its
+    letter."""
     text = unframe(line)
     if text is None:
         return None
+    # The fields of another version's handshake are not parsed beyond its number.
     other = _OTHER_VERSION.fullmatch(text) if text.startswith("v") else None
     if other and int(other[3]) != PROTOCOL:
         return OtherVersion(int(other[1]), int(other[2]), int(other[3]))
-    form = _FORMS.get(text[:1])
-    return None if form is None else form.read(text)
+    parser = _PARSERS.get(text[:1])
+    return None if parser is None else parser.read(text)

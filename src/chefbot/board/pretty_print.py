@@ -1,4 +1,4 @@
-"""The board's lines in words and SI units, for people who watch the wire."""
+"""The board's lines as readable text in SI units, for debugging the serial link."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from chefbot.board.status_codes import Flag, State, faults, reason, warnings
 
 
 def describe(line: board.BoardLine) -> tuple[str, str]:
-    """Letter and name, and what it says."""
+    """Return the title of a line (letter and name) and its content as text."""
     match line:
         case board.Version():
             return "v handshake", _version(line)
@@ -39,7 +39,7 @@ def describe(line: board.BoardLine) -> tuple[str, str]:
 
 
 def describe_chapter(line: ChapterLine) -> tuple[str, str]:
-    """The same of the chapter's dialect."""
+    """Return title and content of a line of the chapter's protocol as text."""
     match line:
         case ChapterTime():
             return "t time", f"{line.t / 1e6:.3f} s"
@@ -55,14 +55,14 @@ def describe_chapter(line: ChapterLine) -> tuple[str, str]:
 
 
 def flags(value: int) -> str:
-    """Hexadecimal and in words; of what only concerns a computer that drives, the names."""
-    quiet = [
+    """Return the flags in hexadecimal and as text; flags of an idle session only by name."""
+    session_flags = [
         str(flag.name).lower().replace("_", " ")
         for flag in (Flag.NO_SESSION, Flag.NO_SPEED, Flag.NEUTRAL_FIRST)
         if value & flag
     ]
-    words = [*faults(value), *warnings(value), *quiet]
-    return f"flags {value:04X}" + (f" ({'; '.join(words)})" if words else "")
+    descriptions = [*faults(value), *warnings(value), *session_flags]
+    return f"flags {value:04X}" + (f" ({'; '.join(descriptions)})" if descriptions else "")
 
 
 def _version(line: board.Version) -> str:
@@ -75,14 +75,14 @@ def _version(line: board.Version) -> str:
 
 def _inertia(line: board.Inertia) -> str:
     rates = " ".join(f"{rate * 1e-6:+.4f}" for rate in (line.gx, line.gy, line.gz))
-    force = " ".join(f"{value * 1e-3:+.3f}" for value in (line.ax, line.ay, line.az))
-    rest = f"{line.temperature / 100:.1f} degC, bias z {line.bias_z * 1e-6:+.4f} rad/s"
-    return f"rates {rates} rad/s, force {force} m/s^2, {rest}"
+    accelerations = " ".join(f"{value * 1e-3:+.3f}" for value in (line.ax, line.ay, line.az))
+    other = f"{line.temperature / 100:.1f} degC, bias z {line.bias_z * 1e-6:+.4f} rad/s"
+    return f"rates {rates} rad/s, force {accelerations} m/s^2, {other}"
 
 
 def _status(line: board.Status) -> str:
-    known = line.state in State.__members__.values()
-    state = State(line.state).name.lower() if known else f"state {line.state}"
+    known_state = line.state in State.__members__.values()
+    state = State(line.state).name.lower() if known_state else f"state {line.state}"
     refused = f"{line.refused} refused" + (f", the last as {reason(line.reason)}" if line.reason else "")
     illegal = f"illegal steps {line.illegal_left} {line.illegal_right}"
     return (

@@ -1,4 +1,4 @@
-"""The board's lines as ROS messages, in SI units, with covariances."""
+"""Conversion of the board's lines to ROS messages, in SI units, with covariances."""
 
 from __future__ import annotations
 
@@ -19,103 +19,119 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.robot.spec import Robot
 
 SPEED_OF_SOUND = 343.2
-"""m/s in air of 20 degC."""
-ECHO_DEVIATION = 0.01
-"""Metres; the HC-SR04's timer and edge of the echo (its data sheet promises 3 mm at best)."""
+"""Speed of sound in air of 20 degC, m/s."""
+RANGE_STD = 0.01
+"""Standard deviation of the ultrasonic range, m: the HC-SR04's timer and edge of the echo (its data sheet
+promises 3 mm at best)."""
 SAMPLE_US = 10_000
-"""Between two gyro samples of the board."""
-LONGEST_GAP_US = 2_000_000
-"""Over a longer one the angle may have wrapped: 2^31 * 1e-8 rad at 500 deg/s take 2.46 s."""
+"""Period of the board's gyro samples, us."""
+MAX_GAP_US = 2_000_000
+"""Maximum time between two angles, us; after a longer one the angle may have wrapped: 2^31 * 1e-8 rad at 500
+deg/s take 2.46 s."""
 INERTIA_AGE_NS = 200_000_000
-"""Older rates about x and y say nothing of now."""
-UNTOLD_RATE = 1.0
-"""(rad/s)^2 of an axis that was not heard of."""
+"""Maximum age of the rates about x and y, ns."""
+UNMEASURED_VARIANCE = 1.0
+"""Variance of a rate that was not measured, (rad/s)^2."""
 DISCHARGING = 2
-"""sensor_msgs/BatteryState."""
+"""POWER_SUPPLY_STATUS_DISCHARGING of sensor_msgs/BatteryState."""
 
 
-class _Turn(NamedTuple):
+class _Angle(NamedTuple):
     angle: int
     samples: int
-    board_us: int
+    board_time_us: int
 
 
 class Sensors:
-    """Turns lines into `WheelTicks`, `Imu`, `Range` and `BatteryState`.
+    """Converts lines to `WheelTicks`, `Imu`, `Range` and `BatteryState`.
 
-    The rate about z is the mean since the last `e` line, from the angle that the board adds up: lost lines
-    lose nothing. Rates about x and y and the accelerations are of the last `i` line, each told once.
+    The rate about z is the mean since the last `e` line, from the angle that the board integrates: lost lines
+    lose no rotation. Rates about x and y and the accelerations are those of the last `i` line; each
+    acceleration is published once.
     """
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         imu = robot.sensors.imu
-        self._gyro = imu.gyro_noise**2
-        self._force = imu.accelerometer_noise**2 * np.eye(3).reshape(9)
+        self._gyro_var = imu.gyro_noise**2
+        self._acceleration_covariance = imu.accelerometer_noise**2 * np.eye(3).reshape(9)
         self._period_us = 1e6 / imu.rate
         self._restart()
 
     def _restart(self) -> None:
         self._left, self._right = Unwrapped(), Unwrapped()
-        self._turn: _Turn | None = None
+        self._angle: _Angle | None = None
         self._inertia: Heard | None = None
-        self._told: Heard | None = None
+        self._published: Heard | None = None
 
-    def messages(self, heard: Heard) -> list[Message]:
-        """What a line says; after a restart of the board the ticks begin anew."""
-        if heard.restarted:
+    def messages(self, received: Heard) -> list[Message]:
+        """Return the messages of a line; after a restart of the board the tick counts start again."""
+        if received.restarted:
             self._restart()
-        line = heard.line
+        line = received.line
         if isinstance(line, Inertia):
-            self._inertia = heard
+            self._inertia = received
         elif isinstance(line, Motion):
             ticks = WheelTicks(
-                Header.of(heard.stamp_ns, "base_link"),
+                Header.of(received.stamp_ns, "base_link"),
                 self._left.update(line.left),
                 self._right.update(line.right),
             )
-            return [*self._imu(heard, line), ticks]
+            return [*self._imu(received, line), ticks]
         elif isinstance(line, Echo) and line.echo != NO_SENSOR:
-            return self._range(heard.stamp_ns, line.echo)
+            return self._range(received.stamp_ns, line.echo)
         elif isinstance(line, Battery):
-            return [battery_state(heard.stamp_ns, line.millivolts / 1000.0, self._robot)]
+            return [battery_state(received.stamp_ns, line.millivolts / 1000.0, self._robot)]
         return []
 
-    def _imu(self, heard: Heard, line: Motion) -> list[Message]:
-        """None where the gyro missed a sample since the last line."""
-        before, self._turn = self._turn, _Turn(line.angle, line.samples, heard.board_us)
-        if before is None or not self._whole(before, self._turn):
+    def _imu(self, received: Heard, line: Motion) -> list[Message]:
+        """Return the Imu message, none where gyro samples are missing since the last line."""
+        previous, self._angle = self._angle, _Angle(line.angle, line.samples, received.board_time_us)
+        if previous is None or not self._complete(previous, self._angle):
             return []
-        gap_us = self._turn.board_us - before.board_us
-        rate = signed(line.angle - before.angle) * 1e-8 / (gap_us * 1e-6)
-        variance = self._gyro * min(1.0, self._period_us / gap_us)
+        gap_us = self._angle.board_time_us - previous.board_time_us
+        # Mean rate about z: difference of the integrated angle over the elapsed time.
+        rate = signed(line.angle - previous.angle) * 1e-8 / (gap_us * 1e-6)
+        # White noise: the variance of a mean decreases with the number of samples.
+        variance = self._gyro_var * min(1.0, self._period_us / gap_us)
         recent = self._inertia
-        if recent is None or heard.stamp_ns - recent.stamp_ns > INERTIA_AGE_NS:
-            return [_imu(heard.stamp_ns, (0.0, 0.0, rate), (UNTOLD_RATE, UNTOLD_RATE, variance))]
+        # Rates about x and y are unknown without a recent inertia line.
+        if recent is None or received.stamp_ns - recent.stamp_ns > INERTIA_AGE_NS:
+            return [
+                _imu(
+                    received.stamp_ns,
+                    (0.0, 0.0, rate),
+                    (UNMEASURED_VARIANCE, UNMEASURED_VARIANCE, variance),
+                )
+            ]
         assert isinstance(recent.line, Inertia)
         rates = (recent.line.gx * 1e-6, recent.line.gy * 1e-6, rate)
-        return [self._with_force(heard.stamp_ns, rates, (self._gyro, self._gyro, variance), recent)]
+        return [
+            self._with_accel(received.stamp_ns, rates, (self._gyro_var, self._gyro_var, variance), recent)
+        ]
 
-    def _with_force(
+    def _with_accel(
         self, stamp_ns: int, rates: tuple[float, ...], variances: tuple[float, ...], recent: Heard
     ) -> Imu:
-        """The accelerations unless they were told before."""
-        if recent is self._told:
+        """Add the accelerations unless they were already published."""
+        if recent is self._published:
             return _imu(stamp_ns, rates, variances)
-        self._told = recent
+        self._published = recent
         line = recent.line
         assert isinstance(line, Inertia)
-        force = Vector3(line.ax * 1e-3, line.ay * 1e-3, line.az * 1e-3)
-        return _imu(stamp_ns, rates, variances, force, self._force)
+        acceleration = Vector3(line.ax * 1e-3, line.ay * 1e-3, line.az * 1e-3)
+        return _imu(stamp_ns, rates, variances, acceleration, self._acceleration_covariance)
 
     @staticmethod
-    def _whole(before: _Turn, now: _Turn) -> bool:
-        gap_us = now.board_us - before.board_us
-        samples = (now.samples - before.samples) % 65536
-        return 0 < gap_us <= LONGEST_GAP_US and samples * SAMPLE_US == gap_us
+    def _complete(previous: _Angle, now: _Angle) -> bool:
+        gap_us = now.board_time_us - previous.board_time_us
+        samples = (now.samples - previous.samples) % 65536
+        # No sample may be missing in the angle: their number must match the elapsed time.
+        return 0 < gap_us <= MAX_GAP_US and samples * SAMPLE_US == gap_us
 
     def _range(self, stamp_ns: int, echo_us: int) -> list[Message]:
-        """REP-117: inf heard nothing in reach, -inf is closer than the ranger can tell."""
+        """Return the range as REP-117 has it: inf without an echo in range, -inf closer than the minimum
+        range."""
         sonar = self._robot.sensors.ultrasonic
         if sonar is None:
             return []
@@ -124,17 +140,22 @@ class Sensors:
 
 
 def range_message(stamp_ns: int, distance: float, robot: Robot) -> Range:
-    """A distance in m of the robot's ranger, which it must have; out of reach as REP-117 has it."""
+    """Convert a distance in m to the Range message of the robot's ultrasonic sensor, which it must have.
+
+    Distances out of range become inf or -inf (REP-117).
+    """
     sonar = robot.sensors.ultrasonic
     assert sonar is not None
-    reach = (sonar.range_min, sonar.range_max)
-    told = math.inf if distance > sonar.range_max else -math.inf if distance < sonar.range_min else distance
+    limits = (sonar.range_min, sonar.range_max)
+    measured = (
+        math.inf if distance > sonar.range_max else -math.inf if distance < sonar.range_min else distance
+    )
     header = Header.of(stamp_ns, "ultrasonic_link")
-    return Range(header, Range.ULTRASOUND, sonar.field_of_view, *reach, told, ECHO_DEVIATION**2)
+    return Range(header, Range.ULTRASOUND, sonar.field_of_view, *limits, measured, RANGE_STD**2)
 
 
 def battery_state(stamp_ns: int, voltage: float, robot: Robot) -> BatteryState:
-    """What a voltage tells: the share of charge in a straight line from empty to full, no current."""
+    """Estimate the charge from the voltage, linear from empty to full; the current is not measured."""
     battery = robot.battery
     share = (voltage - battery.empty_voltage) / (battery.full_voltage - battery.empty_voltage)
     capacity = battery.capacity / 3600.0
@@ -152,15 +173,15 @@ def _imu(
     stamp_ns: int,
     rates: tuple[float, ...],
     variances: tuple[float, ...],
-    force: Vector3 | None = None,
-    force_covariance: NDArray[np.float64] = UNKNOWN_COVARIANCE,
+    acceleration: Vector3 | None = None,
+    acceleration_covariance: NDArray[np.float64] = UNKNOWN_COVARIANCE,
 ) -> Imu:
-    """Without attitude; without accelerations where none are given."""
+    """Return an Imu message without orientation, and without accelerations where none are given."""
     return Imu(
         header=Header.of(stamp_ns, "imu_link"),
         orientation_covariance=UNKNOWN_COVARIANCE,
         angular_velocity=Vector3(*rates),
         angular_velocity_covariance=np.diag(variances).reshape(9),
-        linear_acceleration=force or Vector3(),
-        linear_acceleration_covariance=force_covariance,
+        linear_acceleration=acceleration or Vector3(),
+        linear_acceleration_covariance=acceleration_covariance,
     )

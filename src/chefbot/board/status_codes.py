@@ -1,4 +1,4 @@
-"""The board's flags and reasons in words (docs/protocol.md)."""
+"""The board's flags and refusal reasons as text (docs/protocol.md)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntEnum, IntFlag
 
 
 class Flag(IntFlag):
-    """Bits of the field `flags`."""
+    """Bits of the field `flags` of the board's lines."""
 
     ESTOP_INPUT = 0x0001
     ESTOP_COMMAND = 0x0002
@@ -26,11 +26,11 @@ class Flag(IntFlag):
 
 
 LATCHED = Flag(0x007F)
-"""Until a clear."""
+"""Flags that stay set until a clear."""
 
 
 class State(IntEnum):
-    """The field `state`."""
+    """Values of the field `state` of the board's lines."""
 
     WAITING = 0
     READY = 1
@@ -41,7 +41,7 @@ class State(IntEnum):
 CLEAR = "press STOP, then Resume, to clear it"
 RESUME = "Resume releases them (after STOP, if the page does not offer it)"
 FAULT_LATCHED = 6
-"""Of REASONS."""
+"""Key of REASONS for a latched fault."""
 FAULTS = {
     Flag.ESTOP_INPUT: "the emergency stop button is or was pressed",
     Flag.ESTOP_COMMAND: "it was stopped by an emergency stop command",
@@ -71,15 +71,15 @@ REASONS = {
 
 
 def faults(flags: int) -> list[str]:
-    """Why the board has stopped the motors and keeps them so."""
-    return [words for flag, words in FAULTS.items() if flags & flag]
+    """Describe the latched faults for which the motors are off."""
+    return [description for flag, description in FAULTS.items() if flags & flag]
 
 
 def warnings(flags: int) -> list[str]:
-    """What is not as it should be, while the board drives on."""
-    return [words for flag, words in WARNINGS.items() if flags & flag]
+    """Describe the conditions under which the board continues to drive."""
+    return [description for flag, description in WARNINGS.items() if flags & flag]
 
 
 def reason(number: int) -> str:
-    """Why the board refused a line; of an unknown number, that."""
+    """Describe why the board refused a line, also for an unknown number."""
     return REASONS.get(number, f"reason {number}, which this program does not know")

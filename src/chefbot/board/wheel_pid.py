@@ -1,4 +1,4 @@
-"""The speed of one wheel: feed-forward from the motor's data, PI on what the encoder says."""
+"""Speed control of one wheel: feed-forward from the motor's data and PI control on the encoder's speed."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from collections import deque
 from chefbot.robot.spec import Robot
 
 WINDOW = 5
-"""Encoder readings that a speed is taken over; at 100 Hz a slow wheel gives few ticks in one."""
+"""Encoder readings that a speed is averaged over; at 100 Hz a slow wheel gives few ticks in one."""
 RESET_TIME = 0.15
-"""Seconds in which the integral repeats the proportional part (Astrom & Hagglund 1995, 3.2), about the
-motor's lag."""
+"""Reset time of the integral, s, in which it repeats the proportional part (Astrom & Hagglund 1995, 3.2);
+about the motor's time constant."""
 
 
 class WheelPid:
-    """Duty in [-1, 1] for a wanted wheel speed; call at a steady rate, about 100 Hz.
+    """Calculates a duty cycle in [-1, 1] for a requested wheel speed; call it at a constant rate, about 100
+    Hz.
 
-    The feed-forward is the linear motor without load; the integral finds what load and friction add. It
-    stands still while the output saturates (anti-windup) and is forgotten at rest, so that a stopped wheel
-    gets no current.
+    The feed-forward is the linear motor model without load; the integral compensates for load and friction.
+    It is held while the output saturates (anti-windup) and reset at rest, so that a stopped wheel gets no
+    current.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -30,23 +31,27 @@ class WheelPid:
         self.speed = 0.0
 
     def update(self, target: float, ticks: int, dt: float) -> float:
-        """Duty for a wheel speed `target` (rad/s), after `ticks` encoder ticks in the last `dt` seconds (>
-        0)."""
+        """Return the duty cycle for a wheel speed `target` (rad/s), after `ticks` encoder ticks in the last
+        `dt` seconds (> 0)."""
+        # Wheel speed: ticks over time in a sliding window.
         self._readings.append((ticks, dt))
         self.speed = (
             self._radians_per_tick * sum(n for n, _ in self._readings) / sum(t for _, t in self._readings)
         )
+        # At rest: no current and no integral.
         if target == 0.0 and not any(n for n, _ in self._readings):
             self._integral = 0.0
             return 0.0
+        # Feed-forward plus PI: u = k * (r + e) + I, with k = 1 / no-load speed.
         error = target - self.speed
-        wanted = self._gain * (target + error) + self._integral
+        output = self._gain * (target + error) + self._integral
+        # Anti-windup: integrate only if not saturated or if it leaves the saturation.
         step = self._gain * error * dt / RESET_TIME
-        if abs(wanted) < 1.0 or wanted * step < 0.0:
+        if abs(output) < 1.0 or output * step < 0.0:
             self._integral = max(-1.0, min(1.0, self._integral + step))
-        return max(-1.0, min(1.0, wanted))
+        return max(-1.0, min(1.0, output))
 
     def reset(self) -> None:
-        """After a pause: nothing known of the wheel."""
+        """Reset the speed estimate and the integral after a pause."""
         self._readings.clear()
         self._integral = self.speed = 0.0

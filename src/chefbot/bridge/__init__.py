@@ -1,1 +1,1 @@
-"""A running loop as nodes of ROS 2, and nodes of ROS 2 in the loop."""
+"""Bridge between the event loop's nodes and the ROS 2 graph, in both directions."""

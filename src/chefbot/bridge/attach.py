@@ -1,4 +1,4 @@
-"""A launch on the wire: whether it wants to be, and whether it can."""
+"""Connection of a launch to the wire: whether it is requested, and whether it is possible."""
 
 from __future__ import annotations
 
@@ -27,28 +27,32 @@ from chefbot.supervision.state_handover import LastWords
 from chefbot.supervision.supervisor import Hooks, Supervisor
 from chefbot.supervision.worker_process import Order
 
-CHOICES = ("auto", "on", "off")
-SETTLING = 1.0
-"""Seconds in which those who are on the wire already find who comes."""
+WIRE_CHOICES = ("auto", "on", "off")
+DISCOVERY_TIME = 1.0
+"""Time in which participants that are already on the wire discover a new one, s."""
 
 
 def wants_wire(launch: Launch) -> bool:
-    """By its argument `wire`; `auto` is on unless time runs as fast as may be. UserError for another word."""
-    wish = str(launch.args["wire"])
-    if wish not in CHOICES:
-        raise UserError(f"launch {launch.name}: wire:={wish} must be one of {', '.join(CHOICES)}")
+    """Return whether the launch's argument `wire` requests a connection.
+
+    `auto` is on unless simulated time runs as fast as possible. Raises UserError for an unknown value.
+    """
+    choice = str(launch.args["wire"])
+    if choice not in WIRE_CHOICES:
+        raise UserError(f"launch {launch.name}: wire:={choice} must be one of {', '.join(WIRE_CHOICES)}")
     live = launch.clock != "simulation" or float(launch.args["speed"]) > 0
-    return wish == "on" or (wish == "auto" and live)
+    return choice == "on" or (choice == "auto" and live)
 
 
 @contextmanager
-def wired(launch: Launch, doors: Doors, tell: Callable[[str], None]) -> Iterator[Wire | None]:
-    """The wire for a launch with the ways to other machines open, or None where it stays off.
+def wired(launch: Launch, doors: Doors, log: Callable[[str], None]) -> Iterator[Wire | None]:
+    """Open the wire and the connections to other machines for a launch; yield None where it stays off.
 
-    `launch` is as `in_fleet` gives it. `doors`: to other machines.
+    `launch` is as returned by `in_fleet`; `doors` are the endpoints to other machines.
 
-    Two launches with nodes of the same names would hear each other's sensors: the second stays off the wire and
-    says so with `tell`; with `wire:=on` it is a UserError. Who joins a robot may first have to wait for it.
+    Two launches with nodes of the same names would receive each other's sensor data: the second one stays off
+    the wire and logs this with `log`; with `wire:=on` a UserError is raised. A launch that joins a robot may
+    first have to wait for it.
     """
     if not wants_wire(launch):
         if doors != Doors() or launch.clock == "robot":
@@ -56,27 +60,30 @@ def wired(launch: Launch, doors: Doors, tell: Callable[[str], None]) -> Iterator
         yield None
         return
     with Wire(domain_of_environment(), port=port_of_environment()) as wire:
-        joins = launch.clock == "robot"  # whom it joins may be far still
-        rival = "" if joins else _taken(wire, launch)
-        if rival and launch.args["wire"] == "on":
-            raise UserError(f"launch {launch.name}: {rival}")
-        if rival:
-            tell(f"Not on the wire: {rival}")
+        joins_robot = launch.clock == "robot"  # the robot that it joins may not be reachable yet
+        conflict = "" if joins_robot else _name_conflict(wire, launch)
+        if conflict and launch.args["wire"] == "on":
+            raise UserError(f"launch {launch.name}: {conflict}")
+        if conflict:
+            log(f"Not on the wire: {conflict}")
             yield None
             return
-        with _gate(wire, doors, tell):
+        with _secure_router(wire, doors, log):
             yield wire
 
 
 @contextmanager
-def bridged(system: System, launch: Launch, wire: Wire, joins: str = "") -> Iterator[Bridge]:
-    """The system on the wire: call `represent` on it once the nodes are there.
+def bridged(system: System, launch: Launch, wire: Wire, joined_name: str = "") -> Iterator[Bridge]:
+    """Bridge the system to the wire; call `represent` on the bridge once the nodes exist.
 
-    `joins`: it is a part of a robot that runs elsewhere; then its own node is called so, and it tells no /clock.
+    `joined_name`: this process's node name if it is a part of a robot that runs elsewhere; it does not
+    publish /clock then.
     """
-    space = str(launch.args["namespace"]) or "/"
+    namespace = str(launch.args["namespace"]) or "/"
     simulated = launch.clock == "simulation"
-    bridge = Bridge(system, wire, space, simulated=simulated, leads=not joins, own=joins or LEADER)
+    bridge = Bridge(
+        system, wire, namespace, simulated=simulated, leads=not joined_name, own=joined_name or LEADER
+    )
     try:
         yield bridge
     finally:
@@ -85,10 +92,10 @@ def bridged(system: System, launch: Launch, wire: Wire, joins: str = "") -> Iter
 
 @contextmanager
 def attached(
-    system: System, launch: Launch, doors: Doors, tell: Callable[[str], None]
+    system: System, launch: Launch, doors: Doors, log: Callable[[str], None]
 ) -> Iterator[Bridge | None]:
-    """`wired` and `bridged` in one, for a launch that joins nobody; None where it stays off the wire."""
-    with wired(launch, doors, tell) as wire:
+    """Combine `wired` and `bridged` for a launch that joins no robot; yield None without a wire."""
+    with wired(launch, doors, log) as wire:
         if wire is None:
             yield None
             return
@@ -97,44 +104,51 @@ def attached(
 
 
 def in_fleet(launch: Launch) -> Launch:
-    """With its namespace written out: as its argument says, else a robot's name in its fleet. UserError if wrong."""
-    me = identity()
-    space = str(launch.args["namespace"]).strip("/")
-    if not space and me is not None and me.role == "robot":
-        space = me.name
+    """Return the launch with its namespace resolved.
+
+    It is the launch's argument, or else the robot's name in its fleet. Raises UserError if it is invalid.
+    """
+    own_identity = identity()
+    namespace = str(launch.args["namespace"]).strip("/")
+    if not namespace and own_identity is not None and own_identity.role == "robot":
+        namespace = own_identity.name
     try:
-        full = check_namespace(f"/{space}") if space else ""
+        full_namespace = check_namespace(f"/{namespace}") if namespace else ""
     except WireError as error:
-        raise UserError(f"launch {launch.name}: namespace:={space}: {error}") from None
-    return msgspec.structs.replace(launch, args={**launch.args, "namespace": full})
+        raise UserError(f"launch {launch.name}: namespace:={namespace}: {error}") from None
+    return msgspec.structs.replace(launch, args={**launch.args, "namespace": full_namespace})
 
 
 def identity() -> Identity | None:
-    """Who this machine is in its fleet."""
+    """Return this machine's identity in its fleet, if it belongs to one."""
     ring = Keyring(keys_folder())
     return ring.identity() if ring.is_member else None
 
 
 @contextmanager
-def _gate(wire: Wire, doors: Doors, tell: Callable[[str], None]) -> Iterator[None]:
-    """Open where this machine belongs to a fleet or is told to; whom it turns away is counted with the wire's."""
-    me = identity()
-    if me is None and doors == Doors():
+def _secure_router(wire: Wire, doors: Doors, log: Callable[[str], None]) -> Iterator[None]:
+    """Run the secure router where this machine is in a fleet or has endpoints to open.
+
+    Rejected messages are counted with those of the wire.
+    """
+    own_identity = identity()
+    if own_identity is None and doors == Doors():
         yield
         return
-    with Gate(me, doors, port_of_environment(), wire.refused) as gate:
+    with Gate(own_identity, doors, port_of_environment(), wire.refused) as gate:
         if gate.listens:
-            tell(f"Other machines may join: {', '.join(gate.listens)}")
+            log(f"Other machines may join: {', '.join(gate.listens)}")
         if doors.join:
-            tell(f"Joined with {', '.join(doors.join)}.")
+            log(f"Joined with {', '.join(doors.join)}.")
         yield
 
 
 @contextmanager
 def others(bridge: Bridge, system: System, launch: Launch, folder: Path) -> Iterator[Supervisor]:
-    """The launch's nodes seen on the wire, and its other processes running, until this is left.
+    """Represent the launch's nodes on the wire and run its other processes until the context is left.
 
-    UserError when something in the others does not fit: said here, where people look.
+    Raises UserError when the parameters of any node are wrong, also of nodes in other processes: reported
+    here, where the user sees it.
     """
     for name, entry in launch.nodes.items():
         where = f"launch {launch.name}: node {name}"
@@ -144,8 +158,8 @@ def others(bridge: Bridge, system: System, launch: Launch, folder: Path) -> Iter
     names = split(launch)[1]
     orders = [Order(launch, name, str(folder.resolve()), domain, port) for name in names]
     with WireNode(bridge.wire, f"_{bridge.own}_memory", str(launch.args["namespace"]) or "/") as node:
-        memory = LastWords(node, launch, system)
-        hooks = Hooks(lost=bridge.lose, ready=bridge.sees, back=bridge.regain, last_words=memory.of)
+        handover = LastWords(node, launch, system)
+        hooks = Hooks(lost=bridge.lose, ready=bridge.sees, back=bridge.regain, last_words=handover.of)
         supervisor = Supervisor(orders, partial(bridge.remark, "processes"), hooks=hooks)
         try:
             yield supervisor
@@ -154,21 +168,23 @@ def others(bridge: Bridge, system: System, launch: Launch, folder: Path) -> Iter
 
 
 def same_names(graph: Graph, launch: Launch) -> list[str]:
-    """Nodes of the launch whose names others on the wire have already."""
-    space = str(launch.args["namespace"]) or "/"
-    return sorted({one.name for one in graph.nodes() if one.namespace == space} & launch.nodes.keys())
+    """Return the names of the launch's nodes that other nodes on the wire have already."""
+    namespace = str(launch.args["namespace"]) or "/"
+    return sorted({node.name for node in graph.nodes() if node.namespace == namespace} & launch.nodes.keys())
 
 
-def _taken(wire: Wire, launch: Launch) -> str:
-    """Why this launch cannot be on the wire; empty if it can."""
+def _name_conflict(wire: Wire, launch: Launch) -> str:
+    """Return why this launch cannot be on the wire, or an empty string if it can."""
 
-    def both(graph: Graph) -> list[str]:
+    def conflicts(graph: Graph) -> list[str]:
         return same_names(graph, launch)
 
-    space = str(launch.args["namespace"]).rstrip("/")
+    prefix = str(launch.args["namespace"]).rstrip("/")
     wire.graph.refresh()
-    if not wire.is_router:  # somebody was here before, and may tell of its nodes only when it has found us
-        wire.graph.wait_for(both, SETTLING)
-    if not (rivals := both(wire.graph)):
+    if (
+        not wire.is_router
+    ):  # an earlier process has the router, and may announce its nodes only after discovery
+        wire.graph.wait_for(conflicts, DISCOVERY_TIME)
+    if not (names := conflicts(wire.graph)):
         return ""
-    return f"{space}/{rivals[0]} runs on this machine already; stop that launch, set ROS_DOMAIN_ID, or say wire:=off"
+    return f"{prefix}/{names[0]} runs on this machine already; stop that launch, set ROS_DOMAIN_ID, or say wire:=off"

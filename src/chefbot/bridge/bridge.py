@@ -1,8 +1,8 @@
-"""A system's nodes on the wire: what they say goes out, what others say comes into their loop.
+"""Bridge between a system's nodes and ROS 2: their messages are sent, received messages enter their loop.
 
-The loop's thread only puts messages into queues. One thread of the bridge's own encodes and sends them; what
-comes in is checked in Zenoh's threads and handed to the loop as a device's message. So a slow or hostile wire
-cannot stop control, and a log holds what came in.
+The loop's thread only queues messages. A thread of the bridge serializes and sends them; received messages
+are checked in Zenoh's threads and posted to the loop as device messages. So a slow or hostile network cannot
+block control, and the recording contains what was received.
 """
 
 from __future__ import annotations
@@ -33,17 +33,19 @@ from chefbot.runtime.node import Node
 from chefbot.runtime.node_container import System
 
 DEPTH, ACTION_DEPTH, IMAGE_DEPTH = 10, 1000, 2
-CLOCK_NS = 10_000_000
-"""/clock is told at most so often, in its own time."""
-TURN = 0.2
+CLOCK_PERIOD_NS = 10_000_000
+"""Minimum period of /clock messages, ns of simulated time."""
+POLL_TIMEOUT = 0.2
+"""Maximum time that the sender thread waits for a job, s."""
 Job = Callable[[], None]
 
 
 class Bridge:
-    """Puts `system` on `wire`; then `represent` its nodes, and in the end `close`.
+    """Bridges `system` to `wire`; call `represent` with its nodes, and `close` at the end.
 
-    `namespace`: of all its names, '/' or '/robot1'. `simulated`: its time is not the calendar's. `leads`: it is
-    this process that tells /clock then. `own`: the node that speaks for the process itself.
+    `namespace`: of all its names, '/' or '/robot1'. `simulated`: whether its time is simulated. `leads`:
+    whether this process publishes /clock then. `own`: the name of the node that represents the process
+    itself.
     """
 
     def __init__(
@@ -59,84 +61,89 @@ class Bridge:
         self.own = own
         self.tally: Tally = wire.refused
         self._system, self._wire, self._namespace = system, wire, namespace
-        self._tells_clock = simulated and leads
-        self._clock_ns = -CLOCK_NS
+        self._publishes_clock = simulated and leads
+        self._last_clock_ns = -CLOCK_PERIOD_NS
         self._jobs: Queues[Job] = Queues(self.tally, "more is said than can be sent, the oldest is lost")
         self._inbox = Inbox(system.loop, self.tally)
         self._there = Represented(wire, (namespace, own), self._inbox, system, simulated)
-        if self._tells_clock:
+        if self._publishes_clock:
             self._there.offer_clock()
         self._health = Health(self.tally, wire.graph, self._there, self._inbox)
-        self._wanted: tuple[list[Described], frozenset[str]] | None = None
-        self._again: list[Publication] = []
-        self._crowd_changed = threading.Event()
-        wire.graph.on_change(self._crowd_changed.set)
-        self._represented = threading.Event()
+        self._pending_nodes: tuple[list[Described], frozenset[str]] | None = None
+        self._republish: list[Publication] = []
+        self._graph_changed = threading.Event()
+        wire.graph.on_change(self._graph_changed.set)
+        self._has_nodes = threading.Event()
         self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._work, name="wire sender", daemon=True)
-        system.loop.tap(self._hear)
+        self._thread = threading.Thread(target=self._run, name="wire sender", daemon=True)
+        system.loop.tap(self._on_publication)
         self._thread.start()
 
     def represent(self, nodes: Iterable[Node], latched: frozenset[str] | None = None) -> None:
-        """These nodes are there now, and no others. `latched`: topics that are so in the whole launch."""
+        """Represent these nodes on the wire, and no others.
+
+        `latched`: topics that are transient local anywhere in the launch.
+        """
         described = [(node, ports_of(node)) for node in nodes]
         if latched is None:
-            latched = frozenset(one.name for _, ports in described for one in ports.outs if one.latched)
-        if self._represented.is_set():  # else it waits in the queue still
-            for said in self._system.loop.latched():
-                if said.publisher != WIRE:
-                    self._again.append(said)
-        self._wanted = (described, latched)
-        self._represented.set()
-        self._jobs.put("nodes", lambda: None, 1)  # wakes the thread, which looks for `_wanted` first
+            latched = frozenset(port.name for _, ports in described for port in ports.outs if port.latched)
+        if self._has_nodes.is_set():  # otherwise it is still in the queue
+            for publication in self._system.loop.latched():
+                if publication.publisher != WIRE:
+                    self._republish.append(publication)
+        self._pending_nodes = (described, latched)
+        self._has_nodes.set()
+        self._jobs.put("nodes", lambda: None, 1)  # wakes the thread, which handles `_pending_nodes` first
 
     def lose(self, process: str) -> None:
-        """A process of the launch has died or does not answer: its commands must not go on; any thread."""
+        """Report that a process of the launch has died or does not respond; thread-safe."""
         self._inbox.say("process_lost", String(process))
 
     def regain(self, process: str) -> None:
-        """It is there, all its nodes on the wire, and answers; any thread."""
+        """Report that a process responds and has all its nodes on the wire; thread-safe."""
         self._inbox.say("process_back", String(process))
 
     def remark(self, topic: str, text: str) -> None:
-        """A sentence for people, on `<topic>/remark` of the loop and on /rosout; any thread."""
+        """Publish a message for the operator on `<topic>/remark` of the loop and on /rosout; thread-safe."""
         self._inbox.say(f"{topic}/remark", String(text))
         job = partial(self._there.own_rosout.say, INFO, text, self._system.loop.now_ns)
         self._jobs.put(f"{topic}/remark", job, DEPTH)
 
     @property
     def wire(self) -> Wire:
-        """What it puts the system on."""
+        """The wire session that the system is bridged to."""
         return self._wire
 
     def sees(self, process: str) -> bool:
-        """Whether all nodes of another process of this launch are on the wire, their ports too."""
-        listened = full_topic("tf_static", self._namespace)
-        ends = self._wire.graph.ends_of(full_topic(ears_of(process_node(process)), self._namespace))
-        return any(one.end.kind == SUBSCRIPTION and one.end.topic == listened for one in ends)
+        """Return whether all nodes of another process of the launch are on the wire."""
+        last_topic = full_topic("tf_static", self._namespace)
+        endpoints = self._wire.graph.ends_of(full_topic(ears_of(process_node(process)), self._namespace))
+        return any(
+            endpoint.end.kind == SUBSCRIPTION and endpoint.end.topic == last_topic for endpoint in endpoints
+        )
 
     def settle(self, timeout: float = 5.0) -> bool:
-        """Wait until everything so far has been done; False if it takes longer."""
+        """Wait until all jobs queued so far are done; return False if that exceeds `timeout`, s."""
         done = threading.Event()
         self._jobs.put("settle", done.set, DEPTH)
         return done.wait(timeout)
 
     def close(self) -> None:
-        """Take the nodes off the wire; the wire itself stays open."""
+        """Take the nodes off the wire; the session stays open."""
         self._closing.set()
-        self._represented.set()
+        self._has_nodes.set()
         self._thread.join()
         self._there.close()
 
     # -- in the loop's thread
 
-    def _hear(self, publication: Publication) -> None:
+    def _on_publication(self, publication: Publication) -> None:
         topic = publication.topic
         action, _, part = topic.partition("/_action/")
         if publication.publisher == WIRE and part != "send_goal":
-            return  # it came from there
-        if self._tells_clock:
-            self._tell_clock(publication.time_ns)
+            return  # received from the wire: do not send it back
+        if self._publishes_clock:
+            self._publish_clock(publication.time_ns)
         if part:
             job = partial(self._send_action, action, part, publication)
             self._jobs.put(f"/{topic}", job, ACTION_DEPTH)
@@ -145,42 +152,44 @@ class Bridge:
         if publisher is None or publisher.heard or is_for_people(publication):
             self._jobs.put(f"/{topic}", partial(self._send, publication), _depth(publication))
 
-    def _tell_clock(self, now_ns: int) -> None:
-        if now_ns - self._clock_ns >= CLOCK_NS:
-            self._clock_ns = now_ns
+    def _publish_clock(self, now_ns: int) -> None:
+        if now_ns - self._last_clock_ns >= CLOCK_PERIOD_NS:
+            self._last_clock_ns = now_ns
             clock = Clock(Time.of(now_ns))
             self._jobs.put("/clock", partial(self._there.tell_clock, clock), 1, newest=True)
 
     # -- in the bridge's thread
 
-    def _work(self) -> None:
-        """Nothing goes out before the first nodes are there: then it goes out in their names."""
-        self._represented.wait()
-        look_at = time.monotonic()
+    def _run(self) -> None:
+        """Send queued jobs, but nothing before the first nodes are there, in whose names it goes out."""
+        self._has_nodes.wait()
+        next_health_check = time.monotonic()
         while not self._closing.is_set():
-            wanted, self._wanted = self._wanted, None
-            if wanted is not None:
-                again, self._again = self._again, []
-                self._do(partial(self._there.show, *wanted))
-                for said in again:  # the publishers that said it are gone, with all that they kept
-                    self._do(partial(self._send, said))
-            job = self._jobs.take(TURN)
+            pending, self._pending_nodes = self._pending_nodes, None
+            if pending is not None:
+                republish, self._republish = self._republish, []
+                self._run_job(partial(self._there.show, *pending))
+                for (
+                    publication
+                ) in republish:  # the old publishers are gone with their transient-local history
+                    self._run_job(partial(self._send, publication))
+            job = self._jobs.take(POLL_TIMEOUT)
             if job is not None:
-                self._do(job)
-            if time.monotonic() >= look_at:
-                look_at = time.monotonic() + Health.PERIOD
-                if self._crowd_changed.is_set():
-                    self._crowd_changed.clear()
-                    self._do(self._health.look)
-                    self._do(self._there.listen_again)
-                self._do(partial(self._health.tell, self._system.loop.now_ns))
+                self._run_job(job)
+            if time.monotonic() >= next_health_check:
+                next_health_check = time.monotonic() + Health.PERIOD
+                if self._graph_changed.is_set():
+                    self._graph_changed.clear()
+                    self._run_job(self._health.look)
+                    self._run_job(self._there.listen_again)
+                self._run_job(partial(self._health.tell, self._system.loop.now_ns))
 
-    def _do(self, job: Job) -> None:
-        """Whatever goes wrong here is told in diagnostics and must not end the sending."""
+    def _run_job(self, job: Job) -> None:
+        """Run a job; an error is counted in diagnostics and must not end the thread."""
         try:
             job()
-        except Exception as fault:
-            self.tally.add(f"sending: {type(fault).__name__}: {fault}")
+        except Exception as error:
+            self.tally.add(f"sending: {type(error).__name__}: {error}")
 
     def _send(self, publication: Publication) -> None:
         self._there.publisher(publication).publish(publication.message)

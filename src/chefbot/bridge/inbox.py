@@ -1,4 +1,4 @@
-"""From the wire's threads into the loop: bounded, paced, and in the loop's one order."""
+"""Inbox from the wire's threads to the loop: bounded, rate-limited, and in the loop's total order."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ from chefbot.ros2.rmw.errors import Tally
 from chefbot.runtime.loop import DEVICE, Loop
 
 WIRE = "wire"
-"""Who publishes in the loop what came from outside; a log's replay speaks for it, as for devices."""
+"""Publisher name in the loop of received messages; a replay publishes them, like those of devices."""
 DEPTH = 10
+"""Default queue depth of a topic, messages."""
 PAUSE_NS = 10_000_000
-"""Between two deliveries on one topic: a flood costs the loop at most DEPTH messages in this time."""
+"""Time between two deliveries on one topic, ns: a flood costs the loop at most DEPTH messages in this
+time."""
 
 
 class Inbox:
-    """`say` from any thread; the loop publishes it as a device's message at an instant of its own."""
+    """A thread-safe inbox; the loop publishes each message as a device's message at an instant of its own."""
 
     def __init__(self, loop: Loop, dropped: Tally) -> None:
         self._loop = loop
@@ -27,10 +29,10 @@ class Inbox:
         self._lock = threading.Lock()
 
     def say(self, topic: str, message: Message, *, latched: bool = False, depth: int = DEPTH) -> None:
-        """Publish it in the loop soon; where `depth` messages wait already, the oldest of them is lost."""
+        """Publish the message in the loop soon; a queue of `depth` messages drops its oldest."""
         with self._lock:
             queue = self._waiting.get(topic)
-            if queue is not None:  # the loop knows already that something is here
+            if queue is not None:  # a delivery is scheduled already
                 if len(queue) >= depth:
                     queue.popleft()
                     self._dropped.add(f"/{topic}: more comes in than can be heard, the oldest is lost")
@@ -40,7 +42,7 @@ class Inbox:
         self._loop.post(partial(self._deliver, topic))
 
     def _deliver(self, topic: str) -> None:
-        """In the loop: all that waits on one topic, and again after the pause, until nothing is there."""
+        """Publish all that is queued on a topic, and repeat after the pause until the queue is empty."""
         with self._lock:
             waiting = list(self._waiting[topic])
             self._waiting[topic].clear()

@@ -1,4 +1,4 @@
-"""Orders that go past STOP and the speed limits: heard from the robot's own processes only."""
+"""Commands that bypass the emergency stop and the speed limits: only from the robot's own processes."""
 
 from __future__ import annotations
 
@@ -8,52 +8,73 @@ from chefbot.ros2.rmw.errors import WireError
 from chefbot.ros2.rmw.graph import Graph
 
 INNER: tuple[type[Message], ...] = (WheelSpeeds,)
-"""What a motor board obeys at once. All else may come from anybody on the wire: orders such as /cmd_vel_teleop and
-goals go through the base, which keeps STOP and the limits; measurements may come from somebody else's drivers."""
+"""Message types that the motor board obeys at once. All others may come from anyone on the wire: commands
+such as /cmd_vel_teleop and goals go through the drive base, which enforces the emergency stop and the limits;
+measurements may come from external drivers."""
 NEVER_HEARD = frozenset({"process_lost", "process_back"})
-"""What the launch tells its own base about its processes: not on the wire at all."""
+"""Topics by which the launch reports the state of its processes to its own drive base: never bridged."""
 LEADER = "chefbot"
-"""The node that speaks for a launch's own process, if it joins no other; who joins knows the robot by it."""
+"""Name of the node that represents a launch's main process if it joins no robot; a launch that joins
+identifies the robot by it."""
 
 
 def process_node(process: str) -> str:
-    """What the node is called that speaks for another process of a launch, or for one that joins it."""
+    """Return the name of the node that represents another process of a launch, or a launch that joins it."""
     return f"{LEADER}_{process}"
 
 
 class Insiders:
-    """Knows who of those on the wire is a process of the robot in `namespace`: each has a node of its own for itself.
+    """Identifies the participants on the wire that are processes of the robot in `namespace`.
 
-    It keeps a tool or a foreign node from driving the wheels by mistake; against malice there are the gate's rules.
+    Each process has a node of its own. The check keeps a tool or a foreign node from driving the wheels by
+    mistake; against malice there is the secure router's access control.
     """
 
     def __init__(self, graph: Graph, namespace: str) -> None:
         self._graph, self._namespace = graph, namespace
-        self._known: set[bytes] = set()
+        self._accepted_gids: set[bytes] = set()
 
     def check(self, topic: str, gid: bytes) -> None:
-        """WireError unless the publisher `gid` of the topic, a full name, is in such a process."""
-        if gid in self._known:
+        """Raise WireError unless publisher `gid` of the topic is in a process of the robot.
+
+        `topic` is fully qualified.
+        """
+        if gid in self._accepted_gids:
             return
-        named = self._graph.topics().get(topic)
-        sender = next((one.node for one in named.givers if one.gid == gid), None) if named else None
-        if sender is None or sender.zid not in self._processes():
-            who = "somebody unknown" if sender is None else sender.full_name
-            raise WireError(f"{who} may not say this: only the robot's own launch; drive by cmd_vel_teleop")
-        self._known.add(gid)
+        endpoints = self._graph.topics().get(topic)
+        sender = (
+            next((publisher.node for publisher in endpoints.givers if publisher.gid == gid), None)
+            if endpoints
+            else None
+        )
+        if sender is None or sender.zid not in self._own_sessions():
+            sender_name = "somebody unknown" if sender is None else sender.full_name
+            raise WireError(
+                f"{sender_name} may not say this: only the robot's own launch; drive by cmd_vel_teleop"
+            )
+        self._accepted_gids.add(gid)
 
     def strangers(self, topic: str) -> list[str]:
-        """Full names of nodes of others that publish on a topic, a full name."""
-        named = self._graph.topics().get(topic)
-        ours = self._processes()
+        """Return the full names of foreign nodes that publish on a topic (fully qualified)."""
+        endpoints = self._graph.topics().get(topic)
+        own_sessions = self._own_sessions()
         return (
-            sorted({one.node.full_name for one in named.givers if one.node.zid not in ours}) if named else []
+            sorted(
+                {
+                    publisher.node.full_name
+                    for publisher in endpoints.givers
+                    if publisher.node.zid not in own_sessions
+                }
+            )
+            if endpoints
+            else []
         )
 
-    def _processes(self) -> set[str]:
-        """Their sessions."""
+    def _own_sessions(self) -> set[str]:
+        """Return the Zenoh session ids of the robot's processes."""
         return {
-            one.zid
-            for one in self._graph.nodes()
-            if one.namespace == self._namespace and (one.name == LEADER or one.name.startswith(f"{LEADER}_"))
+            node.zid
+            for node in self._graph.nodes()
+            if node.namespace == self._namespace
+            and (node.name == LEADER or node.name.startswith(f"{LEADER}_"))
         }

@@ -1,4 +1,4 @@
-"""The nodes of a loop as nodes of ROS 2's graph: their publishers, subscriptions, actions, parameters, logs."""
+"""Proxies of a loop's nodes in the ROS 2 graph: publishers, subscriptions, actions, parameters, logs."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import Node
 from chefbot.runtime.node_container import System
 
-LATCHED_BY_CUSTOM = frozenset({"map", "tf_static", "robot_description"})
+LATCHED_BY_CONVENTION = frozenset({"map", "tf_static", "robot_description"})
 Described = tuple[Node, Ports]
 
 
-class _Ear(NamedTuple):
-    """What hears a topic for all nodes of the process."""
+class _SharedSubscription(NamedTuple):
+    """The one subscription to a topic for all nodes of the process."""
 
     node: WireNode
     topic: Topic
@@ -59,23 +59,26 @@ class _Ear(NamedTuple):
     latched: bool
 
 
-def _asked(topic: Topic, latched: bool) -> QoS:
+def _subscription_qos(topic: Topic, latched: bool) -> QoS:
     if topic.kind is TFMessage:
         return FIXED_FRAMES if latched else FRAMES
     return LATCHED if latched else SENSOR if topic.kind in SENSOR_TYPES else DEFAULT
 
 
-def _offered(kind: type[Message], latched: bool) -> QoS:
+def _publisher_qos(kind: type[Message], latched: bool) -> QoS:
     return LATCHED if latched else FRAMES if kind is TFMessage else DEFAULT
 
 
-def _is_latched(named: Named, own: str) -> bool:
-    """Whether some other session than `own` keeps there what it said."""
-    return any(one.end.qos.latched for one in named.givers if one.node.zid != own)
+def _is_latched(endpoints: Named, own: str) -> bool:
+    """Return whether a session other than `own` has a transient-local publisher there."""
+    return any(publisher.end.qos.latched for publisher in endpoints.givers if publisher.node.zid != own)
 
 
-def _announce_calls(node: WireNode, name: str, action: Action[Any, Any, Any]) -> None:
-    """What a client of ROS 2 has; by the feedback that it hears `ros2 node info` knows it (rcl_action/graph.c)."""
+def _announce_action_client(node: WireNode, name: str, action: Action[Any, Any, Any]) -> None:
+    """Announce the endpoints of a ROS 2 action client (rcl_action/graph.c).
+
+    `ros2 node info` recognizes one by its subscription to the feedback topic.
+    """
     for part, kind, end, qos in (
         ("send_goal", WireType.of(action.send_goal_service), CLIENT, DEFAULT),
         ("get_result", WireType.of(action.get_result_service), CLIENT, DEFAULT),
@@ -87,103 +90,116 @@ def _announce_calls(node: WireNode, name: str, action: Action[Any, Any, Any]) ->
 
 
 def ears_of(own: str) -> str:
-    """The node that hears transforms for all of a process; it comes last of its nodes."""
+    """Return the name of the node that subscribes to transforms for a process.
+
+    It is created after all other nodes of the process.
+    """
     return f"{own}_tf"
 
 
 class Represented:
-    """Belongs to the bridge's thread, but for `publishers`, which the loop's thread looks into.
+    """Proxies of the loop's nodes in the ROS 2 graph.
 
-    `names`: the namespace of all, and the name of the node that speaks for the process itself.
+    Only the bridge's thread may use it, except `publishers`, which the loop's thread reads.
+
+    `names`: the namespace of all, and the name of the node that represents the process itself.
     """
 
     def __init__(
         self, wire: Wire, names: tuple[str, str], inbox: Inbox, system: System, simulated: bool
     ) -> None:
-        self._wire, (self._namespace, self._self), self._inbox = wire, names, inbox
+        self._wire, (self._namespace, self._own_name), self._inbox = wire, names, inbox
         self._system, self._simulated = system, simulated
         self.publishers: dict[tuple[str, str], Publisher[Any]] = {}
-        """By the loop's names of node and topic."""
+        """Publishers by the loop's names of node and topic."""
         self._nodes: dict[str, WireNode] = {}
         self._rosout: dict[str, Rosout] = {}
         self._actions: dict[str, ServedAction | CalledAction] = {}
-        self._heard: dict[str, _Ear] = {}
-        self._latched = LATCHED_BY_CUSTOM
-        self._insiders = Insiders(wire.graph, self._namespace)
-        self.own = self._add(self._self)
-        self.own_rosout = self._rosout[self._self] = Rosout(self.own)
+        self._heard: dict[str, _SharedSubscription] = {}
+        self._latched = LATCHED_BY_CONVENTION
+        self._process_filter = Insiders(wire.graph, self._namespace)
+        self.own = self._add(self._own_name)
+        self.own_rosout = self._rosout[self._own_name] = Rosout(self.own)
         self._clock: Publisher[Clock] | None = None
 
     def strangers(self, topic: str) -> list[str]:
-        """Who else publishes on a topic that a node of this process publishes on; full names of nodes."""
+        """Return the full names of foreign nodes that publish on a topic.
+
+        The list is empty if no node of this process publishes on it.
+        """
         if all(name != topic for _, name in self.publishers):
             return []
-        return self._insiders.strangers(resolve(topic, self._namespace))
+        return self._process_filter.strangers(resolve(topic, self._namespace))
 
     def show(self, described: Sequence[Described], latched: frozenset[str]) -> None:
-        """These nodes, and the launch's own; `latched` topics are asked for what was said before."""
-        for name in [name for name in self._nodes if name != self._self]:
+        """Represent these nodes and the process itself; subscribe transient local to the `latched` topics."""
+        for name in [name for name in self._nodes if name != self._own_name]:
             self._remove(name)
         self._actions.clear()
         self._heard.clear()
-        self._latched = latched | LATCHED_BY_CUSTOM
+        self._latched = latched | LATCHED_BY_CONVENTION
         served = {name for _, ports in described for name, _ in ports.serves}
         for node, ports in described:
-            self._show_node(node, ports, served)
-        ears = self._add(ears_of(self._self))  # anew with the others, else each launch would add two more
+            self._add_proxy(node, ports, served)
+        tf_listener = self._add(
+            ears_of(self._own_name)
+        )  # created again with the others, else each launch would add two subscriptions
         for topic in ("tf", "tf_static"):
-            self._listen(ears, Topic(topic, TFMessage))
+            self._subscribe(tf_listener, Topic(topic, TFMessage))
         self.listen_again()
 
     def close(self) -> None:
-        """All go."""
+        """Remove all nodes from the graph."""
         for name in list(self._nodes):
             self._remove(name)
 
     def publisher(self, publication: Publication) -> Publisher[Any]:
-        """The end through which this goes out; made now if the node never told of it."""
+        """Return the publisher for a message; it is created now if the node did not declare it."""
         key = (publication.publisher, publication.topic)
         if key not in self.publishers:
             node = self._nodes.get(publication.publisher, self.own)
             kind = type(publication.message)
-            qos = _offered(kind, publication.latched)
+            qos = _publisher_qos(kind, publication.latched)
             self.publishers[key] = node.publisher(publication.topic, kind, qos)
         return self.publishers[key]
 
     def action(self, name: str, publication: Publication) -> ServedAction | CalledAction | None:
-        """Who carries an action's message out; nobody if it is a call that came from outside."""
+        """Return the bridged action that handles a message.
+
+        None for a call that was received from the wire.
+        """
         bridged = self._actions.get(name)
         from_outside = publication.publisher == WIRE
         return None if from_outside and isinstance(bridged, CalledAction) else bridged
 
     def offer_clock(self) -> None:
-        """From the start: whoever joins sees by it that this robot is simulated.
+        """Advertise /clock from the start, so that those who join see that this robot is simulated.
 
-        Below the namespace, as each of several simulated robots has a time of its own.
+        The topic is in the robot's namespace, as each of several simulated robots has a time of its own.
         """
         self._clock = self.own.publisher("clock", Clock, CLOCK)
 
     def tell_clock(self, clock: Clock) -> None:
-        """The simulation's."""
+        """Publish the simulation's time on the clock topic."""
         assert self._clock is not None, "it was offered"
         self._clock.publish(clock)
 
     def log(self, publication: Publication) -> None:
-        """/rosout, if it is something to be told there."""
-        rosout = self._rosout.get(publication.publisher, self._rosout[self._self])
+        """Publish the message on /rosout if it is to be logged there."""
+        rosout = self._rosout.get(publication.publisher, self._rosout[self._own_name])
         rosout.hear(publication)
 
-    def _show_node(self, node: Node, ports: Ports, served: set[str]) -> None:
+    def _add_proxy(self, node: Node, ports: Ports, served: set[str]) -> None:
         wire_node = self._add(node.name)
         for topic in ports.outs:
-            qos = _offered(topic.kind, topic.latched)
+            qos = _publisher_qos(topic.kind, topic.latched)
             self.publishers[node.name, topic.name] = wire_node.publisher(topic.name, topic.kind, qos)
         for topic in ports.ins:
-            self._listen(wire_node, topic)
+            self._subscribe(wire_node, topic)
         for name, action in ports.serves:
-            self._actions[name] = ServedAction(wire_node, name, action, self._say_action)
+            self._actions[name] = ServedAction(wire_node, name, action, self._post_action)
         for name, action in ports.calls:
-            self._call(wire_node, name, action, name in served)
+            self._add_action_client(wire_node, name, action, name in served)
         self._rosout[node.name] = Rosout(wire_node)
         events = wire_node.publisher("/parameter_events", ParameterEvent, PARAMETERS)
         setter = partial(self._set_params, node, events)
@@ -193,64 +209,72 @@ class Represented:
         TypeDescriptions(wire_node)
 
     def listen_again(self) -> None:
-        """Where others speak to those who come late, too, ask for what was said before.
+        """Subscribe transient local, and so receive stored messages, where others publish so.
 
-        Who they are is not known at the start: another machine's launch, a ROS 2 node, a robot that comes later.
+        The other publishers are not known at the start: another machine's launch, a ROS 2 node, a robot that
+        comes later.
         """
         topics = self._wire.graph.topics()
-        for name, ear in self._heard.items():
-            said = topics.get(resolve(name, self._namespace))
-            if not ear.latched and said is not None and _is_latched(said, self._wire.zid):
-                ear.node.drop(ear.subscription)
-                self._heard[name] = self._open_ear(ear.node, ear.topic, latched=True)
+        for name, shared in self._heard.items():
+            endpoints = topics.get(resolve(name, self._namespace))
+            if not shared.latched and endpoints is not None and _is_latched(endpoints, self._wire.zid):
+                shared.node.drop(shared.subscription)
+                self._heard[name] = self._subscribe_once(shared.node, shared.topic, latched=True)
 
-    def _listen(self, node: WireNode, topic: Topic) -> None:
-        """Samples come once for all nodes that listen: the loop gives them to each."""
+    def _subscribe(self, node: WireNode, topic: Topic) -> None:
+        """Subscribe once for all nodes of the process: the loop passes each message to every node."""
         if topic.name in NEVER_HEARD:
             return
         latched = topic.name in self._latched
         if topic.name in self._heard:
-            node.announce(SUBSCRIPTION, topic.name, WireType.of(topic.kind), _asked(topic, latched))
+            node.announce(
+                SUBSCRIPTION, topic.name, WireType.of(topic.kind), _subscription_qos(topic, latched)
+            )
         else:
-            self._heard[topic.name] = self._open_ear(node, topic, latched)
+            self._heard[topic.name] = self._subscribe_once(node, topic, latched)
 
-    def _open_ear(self, node: WireNode, topic: Topic, latched: bool) -> _Ear:
-        take, qos = partial(self._take, topic.name, latched), _asked(topic, latched)
+    def _subscribe_once(self, node: WireNode, topic: Topic, latched: bool) -> _SharedSubscription:
+        callback, qos = partial(self._on_message, topic.name, latched), _subscription_qos(topic, latched)
         if topic.kind in INNER:
-            judged = partial(self._take_inner, topic, take)
-            subscription = node.raw_subscription(topic.name, WireType.of(topic.kind), judged, qos)
+            filtered = partial(self._on_inner_message, topic, callback)
+            subscription = node.raw_subscription(topic.name, WireType.of(topic.kind), filtered, qos)
         else:
-            subscription = node.subscription(topic.name, topic.kind, take, qos)
-        return _Ear(node, topic, subscription, latched)
+            subscription = node.subscription(topic.name, topic.kind, callback, qos)
+        return _SharedSubscription(node, topic, subscription, latched)
 
-    def _take(self, name: str, latched: bool, message: Message) -> None:
-        """From outside, in Zenoh's thread; what is invalid is counted by the subscription."""
+    def _on_message(self, name: str, latched: bool, message: Message) -> None:
+        """Post a received message to the loop; runs in Zenoh's thread.
+
+        An invalid message raises, and is counted by the subscription.
+        """
         check(message)
         if name != "tf_static":
             check_stamp(message, self._system.loop.now_ns)
         self._inbox.say(name, message, latched=latched)
 
-    def _take_inner(
-        self, topic: Topic, take: Callable[[Message], None], data: bytes, attachment: Attachment
+    def _on_inner_message(
+        self, topic: Topic, callback: Callable[[Message], None], data: bytes, attachment: Attachment
     ) -> None:
-        """The same from a process of this robot, and from nobody else."""
-        self._insiders.check(resolve(topic.name, self._namespace), attachment.gid)
-        take(topic.kind.from_cdr(data))
+        """Post a received message to the loop if it comes from a process of this robot."""
+        self._process_filter.check(resolve(topic.name, self._namespace), attachment.gid)
+        callback(topic.kind.from_cdr(data))
 
-    def _call(self, node: WireNode, name: str, action: Action[Any, Any, Any], served_here: bool) -> None:
+    def _add_action_client(
+        self, node: WireNode, name: str, action: Action[Any, Any, Any], served_here: bool
+    ) -> None:
         if served_here or name in self._actions:
-            _announce_calls(node, name, action)
+            _announce_action_client(node, name, action)
             return
         now = lambda: self._system.loop.now_ns  # noqa: E731
-        self._actions[name] = CalledAction(node, name, action, self._say_action, now)
+        self._actions[name] = CalledAction(node, name, action, self._post_action, now)
 
-    def _say_action(self, topic: str, message: Message) -> None:
+    def _post_action(self, topic: str, message: Message) -> None:
         self._inbox.say(topic, message, depth=1000)
 
     def _set_params(
         self, node: Node, events: Publisher[ParameterEvent], values: dict[str, Any], done: Any
     ) -> None:
-        """Any thread: the change itself is made by the loop."""
+        """Set parameters of a node from any thread: the change itself is made in the loop."""
 
         def change() -> None:
             try:
@@ -277,5 +301,5 @@ class Represented:
 
     def _remove(self, name: str) -> None:
         self._rosout.pop(name, None)
-        self.publishers = {key: one for key, one in self.publishers.items() if key[0] != name}
+        self.publishers = {key: publisher for key, publisher in self.publishers.items() if key[0] != name}
         self._nodes.pop(name).close()

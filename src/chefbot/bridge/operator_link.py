@@ -1,4 +1,4 @@
-"""Whether the robot is still heard by those who joined it from another machine."""
+"""Link monitor of a machine that joined a robot: whether it still receives the robot's messages."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from chefbot.msgs.std_msgs import String
 from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.node import Device, In, NoParams, Out, every, topic
 
-SILENCE = 1.0
-"""Seconds without a word of the base, which tells 20 times a second what it commands: the link counts as cut."""
+LINK_TIMEOUT = 1.0
+"""Time without a message of the drive base after which the link counts as lost, s; the base publishes its
+command at 20 Hz."""
 
 
 class LinkDevice(Device):
-    """Says on `link` what is wrong, "" when nothing is; on `link/remark` when that changes.
+    """Publishes on `link` what is wrong, or "" if nothing is; on `link/remark` when that changes.
 
-    It counts the wall's seconds: where the robot's time is followed, that time stands while the link is cut.
+    It measures wall time: where the robot's simulated time is followed, that time stands still while the link
+    is lost.
     """
 
     params: NoParams
@@ -23,20 +25,20 @@ class LinkDevice(Device):
     remark: Out[String] = topic("link/remark")
 
     def start(self) -> None:
-        """Nothing heard yet, and nothing missed."""
-        self._heard_ns = wall_ns()
+        """Start with the link assumed to be up."""
+        self._received_ns = wall_ns()
         self._lost = False
 
     def on_cmd_vel(self, _: Twist) -> None:
-        """It is there."""
-        self._heard_ns = wall_ns()
+        """Remember when the last message was received."""
+        self._received_ns = wall_ns()
 
     @every(hz=2)
     def look(self) -> None:
-        """Tell how long nothing was heard."""
-        silent = (wall_ns() - self._heard_ns) / 1e9
-        lost = silent > SILENCE
-        self.link.publish(String(f"Nothing heard from the robot for {silent:.0f} s." if lost else ""))
+        """Publish the state of the link."""
+        silence = (wall_ns() - self._received_ns) / 1e9
+        lost = silence > LINK_TIMEOUT
+        self.link.publish(String(f"Nothing heard from the robot for {silence:.0f} s." if lost else ""))
         if lost != self._lost:
             self.remark.publish(
                 String("Nothing is heard from the robot." if lost else "The robot is heard again.")

@@ -49,20 +49,22 @@ SIM_TIME = "use_sim_time"
 FLOAT_MAX = 1.7976931348623157e308
 INT_MAX = 2**63 - 1
 Setter = Callable[[dict[str, Any], Callable[[str], None]], None]
-"""`setter(dotted names to values, done)`: `done("")` when they hold, else with the reason; any thread."""
+"""`setter(values by dotted name, done)`: calls `done("")` once they are set, or `done(reason)`; from any
+thread."""
 
 
 class Described(NamedTuple):
-    """One parameter: its value and what is known of it."""
+    """A parameter's value and its type with constraints."""
 
     value: Any
     kind: types.Type
 
 
 class ParameterServices:
-    """Answers for one node. `read()` gives its params now; `use_sim_time` stands among them, as tools expect.
+    """The parameter services of one node; `read()` returns its current params.
 
-    `live`: patterns of those that it takes while running; the others are told to be read only.
+    `use_sim_time` is one of them, as ROS 2's tools expect. `live`: patterns of those that can be set at run
+    time; the others are reported as read-only.
     """
 
     def __init__(
@@ -81,7 +83,7 @@ class ParameterServices:
             ("get_parameter_types", GetParameterTypes, self._get_types),
             ("describe_parameters", DescribeParameters, self._describe),
             ("set_parameters", SetParameters, self._set),
-            ("set_parameters_atomically", SetParametersAtomically, self._set_together),
+            ("set_parameters_atomically", SetParametersAtomically, self._set_atomically),
         ):
             node.server(f"~/{name}", service, handler, PARAMETERS)
 
@@ -90,89 +92,98 @@ class ParameterServices:
 
     def _list(self, call: Call[Any, Any]) -> None:
         prefixes, depth = call.request.prefixes, call.request.depth
-        names = [name for name in sorted(self._all()) if _is_asked(name, prefixes, depth)]
-        above = sorted({name.rpartition(".")[0] for name in names if "." in name})
-        call.answer(ListParameters_Response(ListParametersResult(tuple(names), tuple(above))))
+        names = [name for name in sorted(self._all()) if _matches(name, prefixes, depth)]
+        prefix_names = sorted({name.rpartition(".")[0] for name in names if "." in name})
+        call.answer(ListParameters_Response(ListParametersResult(tuple(names), tuple(prefix_names))))
 
     def _get(self, call: Call[Any, Any]) -> None:
-        known = self._all()
-        values = (to_value(known[n].value) if n in known else ParameterValue() for n in call.request.names)
+        parameters = self._all()
+        values = (
+            to_value(parameters[n].value) if n in parameters else ParameterValue() for n in call.request.names
+        )
         call.answer(GetParameters_Response(tuple(values)))
 
     def _get_types(self, call: Call[Any, Any]) -> None:
-        known = self._all()
-        kinds = [to_value(known[n].value).type if n in known else 0 for n in call.request.names]
+        parameters = self._all()
+        kinds = [to_value(parameters[n].value).type if n in parameters else 0 for n in call.request.names]
         call.answer(GetParameterTypes_Response(np.array(kinds, np.uint8)))
 
     def _describe(self, call: Call[Any, Any]) -> None:
-        known = self._all()
-        told = (_descriptor(n, known[n], is_live(n, self._live)) for n in call.request.names if n in known)
-        call.answer(DescribeParameters_Response(tuple(told)))
+        parameters = self._all()
+        descriptors = (
+            _descriptor(n, parameters[n], is_live(n, self._live))
+            for n in call.request.names
+            if n in parameters
+        )
+        call.answer(DescribeParameters_Response(tuple(descriptors)))
 
     def _set(self, call: Call[Any, Any]) -> None:
-        """Each by itself, one after the other; the answer goes out when the last is through."""
+        """Set the parameters one after the other; respond when the last is done."""
         self._set_next(call, list(call.request.parameters), [])
 
     def _set_next(
-        self, call: Call[Any, Any], rest: list[Parameter], results: list[SetParametersResult]
+        self, call: Call[Any, Any], remaining: list[Parameter], results: list[SetParametersResult]
     ) -> None:
-        if not rest:
+        if not remaining:
             call.answer(SetParameters_Response(tuple(results)))
             return
 
         def done(reason: str) -> None:
-            self._set_next(call, rest[1:], [*results, SetParametersResult(not reason, reason)])
+            self._set_next(call, remaining[1:], [*results, SetParametersResult(not reason, reason)])
 
-        self._try(rest[:1], done)
+        self._check_and_set(remaining[:1], done)
 
-    def _set_together(self, call: Call[Any, Any]) -> None:
+    def _set_atomically(self, call: Call[Any, Any]) -> None:
         def done(reason: str) -> None:
             call.answer(SetParametersAtomically_Response(SetParametersResult(not reason, reason)))
 
-        self._try(list(call.request.parameters), done)
+        self._check_and_set(list(call.request.parameters), done)
 
-    def _try(self, parameters: Iterable[Parameter], done: Callable[[str], None]) -> None:
-        known = self._all()
-        for one in parameters:
-            if one.name not in known:
-                done(f"there is no parameter {one.name!r}{nearest(one.name, known)}")
+    def _check_and_set(self, parameters: Iterable[Parameter], done: Callable[[str], None]) -> None:
+        existing = self._all()
+        for parameter in parameters:
+            if parameter.name not in existing:
+                done(f"there is no parameter {parameter.name!r}{nearest(parameter.name, existing)}")
                 return
-            if one.name == SIM_TIME:
-                done(f"{one.name} cannot be changed: it is that of the launch")
+            if parameter.name == SIM_TIME:
+                done(f"{parameter.name} cannot be changed: it is that of the launch")
                 return
-        self._setter({one.name: from_value(one.value) for one in parameters}, done)
+        self._setter({parameter.name: from_value(parameter.value) for parameter in parameters}, done)
 
 
 def flatten(params: msgspec.Struct, prefix: str = "") -> dict[str, Described]:
-    """Dotted name to value; nested structs are opened, what ROS has no type for is told as JSON."""
+    """Flatten nested params to dotted names; values that ROS has no type for become JSON in `to_value`."""
     info = types.type_info(type(params))
     assert isinstance(info, types.StructType)
-    found: dict[str, Described] = {}
+    flat: dict[str, Described] = {}
     for field in info.fields:
         value = getattr(params, field.name)
         if isinstance(value, msgspec.Struct):
-            found |= flatten(value, f"{prefix}{field.name}.")
+            flat |= flatten(value, f"{prefix}{field.name}.")
         else:
-            found[prefix + field.name] = Described(value, field.type)
-    return found
+            flat[prefix + field.name] = Described(value, field.type)
+    return flat
 
 
 def with_values(params: msgspec.Struct, values: dict[str, Any]) -> dict[str, Any]:
-    """The params as plain data with some of them, named by dots, changed. UserError for an unknown name."""
+    """Return the params as plain data with `values`, by dotted name, changed.
+
+    Raises UserError for an unknown name.
+    """
     plain: dict[str, Any] = msgspec.to_builtins(params)
     for name, value in values.items():
-        *above, last = name.split(".")
-        place = plain
-        for key in above:
-            place = place[key]
-        if last not in place:
+        *path, last = name.split(".")
+        parent = plain
+        for key in path:
+            parent = parent[key]
+        if last not in parent:
             raise UserError(f"there is no parameter {name!r}{nearest(name, flatten(params))}")
-        place[last] = float(value) if isinstance(place[last], float) and type(value) is int else value
+        parent[last] = float(value) if isinstance(parent[last], float) and type(value) is int else value
     return plain
 
 
 def to_value(value: Any) -> ParameterValue:
-    """A value as ROS has it."""
+    """Convert a plain value to a ROS parameter value."""
     if isinstance(value, bool):
         return ParameterValue(BOOL, bool_value=value)
     if isinstance(value, int):
@@ -180,7 +191,7 @@ def to_value(value: Any) -> ParameterValue:
     if isinstance(value, float):
         return ParameterValue(DOUBLE, double_value=value)
     if isinstance(value, (list, tuple)):
-        kinds = {type(one) for one in value}
+        kinds = {type(item) for item in value}
         if kinds <= {str}:
             return ParameterValue(STRING_ARRAY, string_array_value=tuple(value))
         if kinds == {bool}:
@@ -194,20 +205,28 @@ def to_value(value: Any) -> ParameterValue:
 
 
 def from_value(value: ParameterValue) -> Any:
-    """Back to a plain value; None for one that is not set."""
+    """Convert a ROS parameter value to a plain value; None if it is not set."""
     fields = ("bool", "integer", "double", "string", "byte_array", "bool_array", "integer_array")
     names = ("", *fields, "double_array", "string_array")
     if not 0 < value.type < len(names):
         return None
-    got = getattr(value, names[value.type] + "_value")
-    return got.tolist() if isinstance(got, np.ndarray) else list(got) if isinstance(got, tuple) else got
+    plain = getattr(value, names[value.type] + "_value")
+    return (
+        plain.tolist()
+        if isinstance(plain, np.ndarray)
+        else list(plain)
+        if isinstance(plain, tuple)
+        else plain
+    )
 
 
-def _descriptor(name: str, one: Described, live: bool) -> ParameterDescriptor:
-    kind, about = one.kind, ""
+def _descriptor(name: str, parameter: Described, live: bool) -> ParameterDescriptor:
+    kind, description = parameter.kind, ""
     if isinstance(kind, types.Metadata):
         schema, extra = kind.extra_json_schema or {}, kind.extra or {}
-        about = ", ".join(text for text in (schema.get("description", ""), extra.get("unit", "")) if text)
+        description = ", ".join(
+            text for text in (schema.get("description", ""), extra.get("unit", "")) if text
+        )
         kind = kind.type
     floats: tuple[FloatingPointRange, ...] = ()
     integers: tuple[IntegerRange, ...] = ()
@@ -217,8 +236,8 @@ def _descriptor(name: str, one: Described, live: bool) -> ParameterDescriptor:
         integers = tuple(IntegerRange(int(low), int(high)) for low, high in _bounds(kind, INT_MAX))
     return ParameterDescriptor(
         name,
-        to_value(one.value).type,
-        about,
+        to_value(parameter.value).type,
+        description,
         additional_constraints="" if live or name == SIM_TIME else "read when the node starts",
         read_only=not live or name == SIM_TIME,
         floating_point_range=floats,
@@ -226,20 +245,20 @@ def _descriptor(name: str, one: Described, live: bool) -> ParameterDescriptor:
     )
 
 
-def _bounds(kind: types.FloatType | types.IntType, most: float) -> list[tuple[float, float]]:
-    """One range, or none where nothing bounds the number: tools make sliders of ranges."""
+def _bounds(kind: types.FloatType | types.IntType, limit: float) -> list[tuple[float, float]]:
+    """Return one range, or none if the number is unbounded: tools make sliders of ranges."""
     low = kind.ge if kind.ge is not None else kind.gt
     high = kind.le if kind.le is not None else kind.lt
     if low is None and high is None:
         return []
-    return [(-most if low is None else low, most if high is None else high)]
+    return [(-limit if low is None else low, limit if high is None else high)]
 
 
-def _is_asked(name: str, prefixes: tuple[str, ...], depth: int) -> bool:
+def _matches(name: str, prefixes: tuple[str, ...], depth: int) -> bool:
     if not prefixes:
         return depth == 0 or name.count(".") < depth
     return any(
-        name == one
-        or (name.startswith(one + ".") and (depth == 0 or name[len(one) + 1 :].count(".") < depth))
-        for one in prefixes
+        name == prefix
+        or (name.startswith(prefix + ".") and (depth == 0 or name[len(prefix) + 1 :].count(".") < depth))
+        for prefix in prefixes
     )

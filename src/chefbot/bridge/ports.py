@@ -1,4 +1,4 @@
-"""What a node of the runtime has: the topics and actions that its ports stand for."""
+"""Ports of a runtime node: its topics and actions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ class Topic(NamedTuple):
 
 
 class Ports(NamedTuple):
-    """All ports of a node; action names are the loop's too. Last words are nobody else's business and left out."""
+    """All ports of a node, with names as in the loop.
+
+    Topics that only restore state after a restart are internal and left out.
+    """
 
     ins: tuple[Topic, ...]
     outs: tuple[Topic, ...]
@@ -30,20 +33,20 @@ class Ports(NamedTuple):
 
 
 def latched_topics(launch: Launch) -> frozenset[str]:
-    """Topics on which some node of the launch, wherever it runs, speaks to those who come later too."""
-    found: set[str] = set()
+    """Return the topics that any node of the launch publishes as latched (transient local)."""
+    topics: set[str] = set()
     for name, entry in launch.nodes.items():
-        kind = node_class(entry.kind, f"launch {launch.name}: node {name}")
-        for port in typing.get_type_hints(kind):
-            spec = getattr(kind, port, None)
+        node_type = node_class(entry.kind, f"launch {launch.name}: node {name}")
+        for port in typing.get_type_hints(node_type):
+            spec = getattr(node_type, port, None)
             if isinstance(spec, TopicSpec) and spec.latched:
                 topic = spec.name or port
-                found.add(entry.remap.get(topic, topic))
-    return frozenset(found)
+                topics.add(entry.remap.get(topic, topic))
+    return frozenset(topics)
 
 
 def ports_of(node: Node) -> Ports:
-    """Of a node that is made, remapping done."""
+    """Return the ports of a constructed node, after remapping."""
     hints = typing.get_type_hints(type(node))
     ins = tuple(
         Topic(getattr(node, name).topic, typing.get_args(hint)[0])
@@ -51,12 +54,14 @@ def ports_of(node: Node) -> Ports:
         if typing.get_origin(hint) is In and not getattr(node, name).topic.startswith(LAST_WORDS)
     )
     ports = {id(value): value for value in vars(node).values() if isinstance(value, (Out, Serves, Calls))}
-    values = list(ports.values())  # a node may have a second name for one of its ports
+    values = list(ports.values())  # a node may hold the same port under two names
     return Ports(
         ins,
         tuple(
-            Topic(one.topic, one.kind, one.latched) for one in values if isinstance(one, Out) and one.offered
+            Topic(port.topic, port.kind, port.latched)
+            for port in values
+            if isinstance(port, Out) and port.offered
         ),
-        tuple((one.name, one.action) for one in values if isinstance(one, Serves)),
-        tuple((one.name, one.action) for one in values if isinstance(one, Calls)),
+        tuple((port.name, port.action) for port in values if isinstance(port, Serves)),
+        tuple((port.name, port.action) for port in values if isinstance(port, Calls)),
     )

@@ -1,4 +1,4 @@
-"""The time of a robot that is simulated in another process, as it tells it on /clock."""
+"""Simulated time of a robot that runs in another process, received on /clock."""
 
 from __future__ import annotations
 
@@ -13,32 +13,38 @@ from chefbot.ros2.rmw.qos import CLOCK
 from chefbot.runtime.clock import FollowedClock
 from chefbot.runtime.loop import Loop
 
-PATIENCE = 20.0
-"""Seconds to wait for the first word."""
+CLOCK_TIMEOUT = 20.0
+"""Maximum time to wait for the first /clock message, s."""
 
 
 class RobotTime:
-    """`clock` for a loop that begins at `start_ns`, and which `drive` then wakes."""
+    """A `clock` that follows /clock.
+
+    The loop begins at `start_ns` and is attached with `drive`.
+    """
 
     def __init__(self, node: WireNode, reached: Callable[[int], None] = lambda _: None) -> None:
-        """Waits for the first word; `reached` as for FollowedClock. UserError if none comes."""
+        """Wait for the first /clock message; `reached` is as for FollowedClock.
+
+        Raises UserError if none is received.
+        """
         self._first: queue.SimpleQueue[int] = queue.SimpleQueue()
         self._loop: Loop | None = None
         self._clock: FollowedClock | None = None
-        node.subscription("clock", ClockMessage, self._hear, CLOCK)
+        node.subscription("clock", ClockMessage, self._on_clock, CLOCK)
         try:
-            self.start_ns = self._first.get(timeout=PATIENCE)
+            self.start_ns = self._first.get(timeout=CLOCK_TIMEOUT)
         except queue.Empty:
             topic = resolve("clock", node.id.namespace)
-            raise UserError(f"{topic} is silent for {PATIENCE:.0f} s; does time go on there?") from None
+            raise UserError(f"{topic} is silent for {CLOCK_TIMEOUT:.0f} s; does time go on there?") from None
         self.clock = self._clock = FollowedClock(self.start_ns, reached)
 
     def drive(self, loop: Loop) -> None:
-        """It runs by `clock`."""
+        """Attach the loop that runs by this clock, to be woken at each /clock message."""
         self._loop = loop
 
-    def _hear(self, message: ClockMessage) -> None:
-        """In Zenoh's thread."""
+    def _on_clock(self, message: ClockMessage) -> None:
+        """Advance the clock; runs in Zenoh's thread."""
         if self._clock is None:
             self._first.put(message.clock.ns)
             return

@@ -1,4 +1,4 @@
-"""/rosout: what a node has to say to people."""
+"""Logging of a node's remarks and diagnostics on /rosout."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from chefbot.runtime.loop import Publication
 
 
 def is_for_people(publication: Publication) -> bool:
-    """Whether it may have to be told on /rosout, also when nobody hears its own topic."""
+    """Return whether a message may have to be logged on /rosout, even if its topic has no subscriber."""
     return publication.topic.endswith("/remark") or isinstance(publication.message, DiagnosticArray)
 
 
 class Rosout:
-    """One node's. Remarks are told as they are; of diagnostics what has become worse or better."""
+    """The /rosout publisher of one node: logs its remarks, and diagnostics whenever they change."""
 
     def __init__(self, node: WireNode) -> None:
         self._name = node.full_name.lstrip("/").replace("/", ".")
@@ -26,19 +26,19 @@ class Rosout:
         self._levels: dict[str, tuple[int, str]] = {}
 
     def hear(self, publication: Publication) -> None:
-        """Tell it if it is for people."""
+        """Log the publication if it is a remark or a changed diagnostic."""
         message, now_ns = publication.message, publication.time_ns
         if publication.topic.endswith("/remark") and isinstance(message, String):
             self.say(INFO, message.data, now_ns)
         elif isinstance(message, DiagnosticArray):
-            for one in message.status:
-                self._hear_status(one.name, one.level, one.message, now_ns)
+            for status in message.status:
+                self._log_status(status.name, status.level, status.message, now_ns)
 
     def say(self, level: int, text: str, now_ns: int) -> None:
-        """One line."""
+        """Publish one log message on /rosout."""
         self._publisher.publish(Log(Time.of(now_ns), level, self._name, text))
 
-    def _hear_status(self, name: str, level: int, text: str, now_ns: int) -> None:
-        before, self._levels[name] = self._levels.get(name, (OK, "")), (level, text)
-        if before != (level, text) and (level != OK or before[0] != OK):
+    def _log_status(self, name: str, level: int, text: str, now_ns: int) -> None:
+        previous, self._levels[name] = self._levels.get(name, (OK, "")), (level, text)
+        if previous != (level, text) and (level != OK or previous[0] != OK):
             self.say({OK: INFO, WARN: LOG_WARN}.get(level, ERROR), f"{name}: {text}", now_ns)

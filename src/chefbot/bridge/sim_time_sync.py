@@ -1,4 +1,4 @@
-"""How far the processes of a launch have come in simulated time, told to the one that leads it."""
+"""Progress of a launch's processes in simulated time, published to the process that leads it."""
 
 from __future__ import annotations
 
@@ -9,38 +9,41 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.ros2.rmw.node import WireNode
 
 REACHED = "chefbot/reached"
-"""`frame_id` is the process, `stamp` the time up to which it has done everything."""
-PERIOD_NS = 40_000_000
-"""It is told at most so often, in simulated time."""
+"""Topic; `frame_id` is the process, `stamp` the time up to which it has handled all events."""
+MIN_PERIOD_NS = 40_000_000
+"""Minimum period of progress messages, ns of simulated time."""
 
 
 class Follower:
-    """A process that follows says how far it is.
+    """Publishes how far a following process has come in simulated time.
 
-    In a thread of its own: who calls `tell` holds the loop's lock, for which Zenoh's threads wait while they hold
-    what sending needs.
+    A thread of its own publishes: the caller of `tell` holds the loop's lock, for which Zenoh's threads wait
+    while they hold a lock that publishing needs.
     """
 
     def __init__(self, node: WireNode, process: str) -> None:
-        self._node = node  # it lives as long as this
+        self._node = node  # keep the node alive
         self._publisher = node.publisher(REACHED, Header)
         self._process = process
-        self._reached_ns = self._told_ns = -PERIOD_NS
-        self._new = threading.Event()
-        threading.Thread(target=self._work, name="follower", daemon=True).start()
+        self._reached_ns = self._published_ns = -MIN_PERIOD_NS
+        self._wake = threading.Event()
+        threading.Thread(target=self._run, name="follower", daemon=True).start()
 
     def tell(self, reached_ns: int) -> None:
-        """If it is worth telling; returns at once."""
-        if reached_ns - self._told_ns >= PERIOD_NS:
-            self._reached_ns = self._told_ns = reached_ns
-            self._new.set()
+        """Publish the progress if the minimum period has passed; does not block."""
+        if reached_ns - self._published_ns >= MIN_PERIOD_NS:
+            self._reached_ns = self._published_ns = reached_ns
+            self._wake.set()
 
-    def _work(self) -> None:
-        while self._new.wait():
-            self._new.clear()
+    def _run(self) -> None:
+        while self._wake.wait():
+            self._wake.clear()
             self._publisher.publish(Header.of(self._reached_ns, self._process))
 
 
-def hear_followers(node: WireNode, tell: Callable[[str, int], None]) -> None:
-    """Calls `tell(process, reached_ns)` in Zenoh's threads until the node is closed."""
-    node.subscription(REACHED, Header, lambda header: tell(header.frame_id, header.stamp.ns))
+def hear_followers(node: WireNode, callback: Callable[[str, int], None]) -> None:
+    """Call `callback(process, reached_ns)` for each progress message until the node is closed.
+
+    The calls come from Zenoh's threads.
+    """
+    node.subscription(REACHED, Header, lambda header: callback(header.frame_id, header.stamp.ns))

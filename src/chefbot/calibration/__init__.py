@@ -1,1 +1,1 @@
-"""What one built robot's wheels, gyro and sensor mounts really are, from drives between places that it saw."""
+"""Calibration of wheels, gyro and sensor mounts of a built robot, from drives between scanned stations."""

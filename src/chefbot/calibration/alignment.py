@@ -1,9 +1,9 @@
-"""Which stands saw the same walls, and how they lie to each other by that.
+"""Pairwise scan matching between the stations of a calibration drive.
 
-Pairs of scans are matched point to line (Chen & Medioni 1991; Censi, An ICP variant using a point-to-line metric,
-ICRA 2008) and become links of a graph that is solved as a whole, as Lu & Milios (Globally consistent range scan
-alignment for environment mapping, Autonomous Robots 4, 1997) did. A map that grows scan by scan would keep what the
-odometry believed when its first scans were added: the very error that is sought.
+Pairs of scans are matched point to line (Chen & Medioni 1991; Censi, An ICP variant using a point-to-line
+metric, ICRA 2008) and become constraints of a pose graph that is solved as a whole (Lu & Milios, Globally
+consistent range scan alignment for environment mapping, Autonomous Robots 4, 1997). An incremental map would
+keep the odometry error of its first scans, which is the error to be calibrated.
 """
 
 from __future__ import annotations
@@ -18,35 +18,38 @@ from chefbot.calibration.surface import END, Array, Surface
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 
-REACHES = (0.3, 0.15, 0.08, 0.05)
-"""m within which a point looks for its wall, from the first guess to the last step."""
+MATCH_DISTANCES = (0.3, 0.15, 0.08, 0.05)
+"""Maximum distances of a correspondence, m, from the first guess to the last iterations."""
 STEPS, CLOSE = 3, 2e-4
-"""Of each reach; fewer where one of them is below so many m and rad."""
-ALIKE = math.cos(math.radians(40.0))
-"""Of the angle between two normals of one wall at most."""
+"""Maximum iterations at each distance, and the step, m and rad, below which they stop early."""
+MIN_NORMAL_COSINE = math.cos(math.radians(40.0))
+"""Minimum cosine of the angle between the normals of a correspondence."""
 FEWEST = 25
-"""Points that two scans must share."""
-OVERLAP = 0.35
-"""Share of one's points that the other saw as well."""
-PARTNERS = 8
-"""Links of one stand to earlier ones, spread over the drive."""
-MOST_MOVED = (0.15, 0.15)
-"""m and rad that a match may lie from its first guess."""
+"""Minimum number of points that two scans must share."""
+MIN_OVERLAP = 0.35
+"""Minimum fraction of a scan's points that the other scan contains."""
+MAX_LINKS = 8
+"""Maximum number of links of a station to earlier ones, spread over the drive."""
+MAX_CORRECTION = (0.15, 0.15)
+"""Maximum distance of a match from its first guess, m and rad."""
 DAMPING = np.diag([1.0 / 0.03**2, 1.0 / 0.03**2, 1.0 / 0.03**2])
-"""Where the walls do not hold the match it stays near where it began; this is no information."""
-WAVER = 3.0
-"""Times the information that noise in the lines' directions seems to give is taken off: once is the mean of it."""
-ODD = 8.0
-"""Points, of those that hold a direction, that may lie on another wall than they are matched with."""
-SHAPE = np.diag([0.003**2, 0.003**2, 0.001**2])
-"""m^2 and rad^2: what scans from two places differ by, as edges and corners show other sides."""
-THINNED = 4
+"""Regularisation that keeps unobservable directions near the first guess; it is not counted as
+information."""
+DIRECTION_NOISE_FACTOR = 3.0
+"""Factor on the apparent information from noise of the line directions, which is subtracted; 1 is its
+mean."""
+OUTLIER_POINTS = 8.0
+"""Number of points constraining a direction that may be matched with a wrong wall."""
+VIEWPOINT_COVARIANCE = np.diag([0.003**2, 0.003**2, 0.001**2])
+"""Covariance, m^2 and rad^2, of the difference of scans from two places, where edges show other sides."""
+SUBSAMPLING = 4
 
 
 class Link(NamedTuple):
-    """Two stands: `first_T_second` by their scans, and its inverse covariance (3, 3) of x, y m and yaw rad.
+    """A constraint between two stations: `first_T_second` from their scans, and its information matrix.
 
-    Along a wall that alone was seen, nothing is known: there the inverse covariance is zero.
+    information: inverse covariance (3, 3) of x, y m and yaw rad. Along a single wall the pose is
+    unobservable, and the information is zero.
     """
 
     first: int
@@ -56,10 +59,12 @@ class Link(NamedTuple):
 
 
 def links(poses: Sequence[SE2], surfaces: Sequence[Surface], begin: int = 1) -> list[Link]:
-    """Of all stands from `begin` on with earlier ones, where they share enough; `poses` as a first guess."""
+    """Match all stations from `begin` on with earlier ones that overlap; `poses` are the first guess."""
     found = []
     for second in range(max(begin, 1), len(surfaces)):
-        for first in _partners(surfaces[second], poses[second], poses[:second], surfaces[:second]):
+        for first in _overlapping_stations(
+            surfaces[second], poses[second], poses[:second], surfaces[:second]
+        ):
             link = match(first, second, poses[first].between(poses[second]), surfaces)
             if link is not None:
                 found.append(link)
@@ -67,105 +72,139 @@ def links(poses: Sequence[SE2], surfaces: Sequence[Surface], begin: int = 1) -> 
 
 
 def placed(surface: Surface, guess: SE2, poses: Sequence[SE2], surfaces: Sequence[Surface]) -> SE2:
-    """Where a new stand is by all earlier ones at once; as guessed in a direction in which no wall holds it."""
-    all_of = [*surfaces, surface]
-    information, pull = DAMPING.copy(), np.zeros(3)
-    for first in _partners(surface, guess, poses, surfaces):
-        link = match(first, len(surfaces), poses[first].between(guess), all_of)
+    """Return the pose of a new station matched against all earlier ones; unobservable directions stay as
+    guessed."""
+    all_surfaces = [*surfaces, surface]
+    information, weighted = DAMPING.copy(), np.zeros(3)
+    # Sum the information of all matches in the frame of the poses
+    for first in _overlapping_stations(surface, guess, poses, surfaces):
+        link = match(first, len(surfaces), poses[first].between(guess), all_surfaces)
         if link is None:
             continue
-        there = poses[first] @ link.pose
-        off = np.array([there.x - guess.x, there.y - guess.y, wrap(there.yaw - guess.yaw)])
-        held = _turned(link.information, poses[first].yaw)
-        information, pull = information + held, pull + held @ off
-    return SE2.of(guess.array() + np.linalg.solve(information, pull))
+        matched = poses[first] @ link.pose
+        offset = np.array([matched.x - guess.x, matched.y - guess.y, wrap(matched.yaw - guess.yaw)])
+        link_information = _rotate_information(link.information, poses[first].yaw)
+        information, weighted = information + link_information, weighted + link_information @ offset
+    # Information-weighted mean: (sum of information + damping) dx = sum of information * offset
+    return SE2.of(guess.array() + np.linalg.solve(information, weighted))
 
 
-def _turned(information: Array, yaw: float) -> Array:
-    """In a frame in which the old one looks along `yaw`."""
+def _rotate_information(information: Array, yaw: float) -> Array:
+    """Return an information matrix rotated by `yaw` into the parent frame: R I R^T."""
     c, s = math.cos(yaw), math.sin(yaw)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     return np.asarray(R @ information @ R.T)
 
 
-def _partners(surface: Surface, pose: SE2, poses: Sequence[SE2], surfaces: Sequence[Surface]) -> list[int]:
-    """Stands that saw the same, spread evenly."""
-    seen = pose.apply(surface.walls[::THINNED])
-    if len(seen) * THINNED < FEWEST:
+def _overlapping_stations(
+    surface: Surface, pose: SE2, poses: Sequence[SE2], surfaces: Sequence[Surface]
+) -> list[int]:
+    """Return indices of stations whose scans overlap, spread evenly over the drive."""
+    points = pose.apply(surface.walls[::SUBSAMPLING])
+    if len(points) * SUBSAMPLING < FEWEST:
         return []
-    able = []
-    for number, (other, there) in enumerate(zip(surfaces, poses, strict=True)):
+    overlapping = []
+    for index, (other, other_pose) in enumerate(zip(surfaces, poses, strict=True)):
         if len(other.walls) < FEWEST:
             continue
-        apart, _ = other.tree.query(there.inverse().apply(seen), distance_upper_bound=REACHES[0])
-        if np.isfinite(apart).mean() > OVERLAP:
-            able.append(number)
-    if len(able) <= PARTNERS:
-        return able
-    return [able[k] for k in np.linspace(0, len(able) - 1, PARTNERS).round().astype(int)]
+        distances, _ = other.tree.query(
+            other_pose.inverse().apply(points), distance_upper_bound=MATCH_DISTANCES[0]
+        )
+        if np.isfinite(distances).mean() > MIN_OVERLAP:
+            overlapping.append(index)
+    if len(overlapping) <= MAX_LINKS:
+        return overlapping
+    return [overlapping[k] for k in np.linspace(0, len(overlapping) - 1, MAX_LINKS).round().astype(int)]
 
 
 def match(first: int, second: int, guess: SE2, surfaces: Sequence[Surface]) -> Link | None:
-    """The link of two stands, None where too little is shared."""
-    target, source, at = surfaces[first], surfaces[second], guess
-    for reach in REACHES:
+    """Match two stations by point-to-line ICP; return None if they overlap too little or the match is
+    implausible."""
+    target, source, estimate = surfaces[first], surfaces[second], guess
+    # ICP with shrinking correspondence distance
+    for max_distance in MATCH_DISTANCES:
         for _ in range(STEPS):
-            shared = _shared(at, source, target, reach)
-            if shared is None:
+            pairs = _correspond(estimate, source, target, max_distance)
+            if pairs is None:
                 return None
-            error, J, _ = shared
+            error, J, _ = pairs
+            # Gauss-Newton: (J^T J / sigma^2 + damping) dx = J^T r / sigma^2
             step = np.linalg.solve(J.T @ J / END**2 + DAMPING, J.T @ error / END**2)
-            at = SE2.of(at.array() - step)
+            estimate = SE2.of(estimate.array() - step)
             if np.abs(step).max() < CLOSE:
                 break
-    moved = guess.between(at)
-    if math.hypot(moved.x, moved.y) > MOST_MOVED[0] or abs(moved.yaw) > MOST_MOVED[1]:
+    moved = guess.between(estimate)
+    if math.hypot(moved.x, moved.y) > MAX_CORRECTION[0] or abs(moved.yaw) > MAX_CORRECTION[1]:
         return None  # it slid along a wall to another one that looks alike
-    shared = _shared(at, source, target, REACHES[-1])
-    return None if shared is None else Link(first, second, at, _information(shared))
+    pairs = _correspond(estimate, source, target, MATCH_DISTANCES[-1])
+    return None if pairs is None else Link(first, second, estimate, _match_information(pairs))
 
 
-class _Shared(NamedTuple):
-    """Distances of points from their lines (n,), how they change with x, y, yaw (n, 3), and by how much that is
-    uncertain (n, 3)."""
+class _Correspondences(NamedTuple):
+    """The correspondences of a match.
+
+    error: distances of points from their lines (n,), m. jacobian: their Jacobian by x, y, yaw (n, 3).
+    jacobian_noise: standard deviation of the Jacobian from the uncertain line directions (n, 3).
+    """
 
     error: Array
-    moves: Array
-    waver: Array
+    jacobian: Array
+    jacobian_noise: Array
 
 
-def _shared(at: SE2, source: Surface, target: Surface, reach: float) -> _Shared | None:
-    """Of the source's points that have a wall of their own direction within `reach`; None if they are too few.
+def _correspond(
+    estimate: SE2, source: Surface, target: Surface, max_distance: float
+) -> _Correspondences | None:
+    """Return the correspondences of the source's points with walls of similar normal within `max_distance`,
+    or None if few.
 
-    Beside a corner the nearest wall is often the one round it, and would push the match along its own; of the ways to
-    leave out wrong pairs this is Pulli's (Rusinkiewicz & Levoy, Efficient variants of the ICP algorithm, 3DIM 2001).
+    Near a corner the closest wall is often the one around it, and would push the match along its own wall;
+    rejecting pairs by their normals is Pulli's criterion (Rusinkiewicz & Levoy, Efficient variants of the ICP
+    algorithm, 3DIM 2001).
     """
-    there = at.apply(source.points)
-    apart, nearest = target.tree.query(there, distance_upper_bound=reach)
-    kept = np.isfinite(apart) & source.flat
-    kept[kept] = target.flat[nearest[kept]]
-    there, nearest, own = there[kept], nearest[kept], source.normals[kept]
+    # Nearest neighbours on straight walls
+    points = estimate.apply(source.points)
+    distances, nearest = target.tree.query(points, distance_upper_bound=max_distance)
+    valid = np.isfinite(distances) & source.flat
+    valid[valid] = target.flat[nearest[valid]]
+    points, nearest, source_normals = points[valid], nearest[valid], source.normals[valid]
     normals = target.normals[nearest]
-    c, s = math.cos(at.yaw), math.sin(at.yaw)
-    alike = np.abs((normals * (own @ np.array([[c, s], [-s, c]]))).sum(axis=1)) > ALIKE
-    if alike.sum() < FEWEST:
+    # Reject pairs whose normals differ
+    c, s = math.cos(estimate.yaw), math.sin(estimate.yaw)
+    similar = (
+        np.abs((normals * (source_normals @ np.array([[c, s], [-s, c]]))).sum(axis=1)) > MIN_NORMAL_COSINE
+    )
+    if similar.sum() < FEWEST:
         return None
-    there, nearest, normals = there[alike], nearest[alike], normals[alike]
-    arm = there - (at.x, at.y)
-    error = ((there - target.middles[nearest]) * normals).sum(axis=1)
+    points, nearest, normals = points[similar], nearest[similar], normals[similar]
+    # Point-to-line residual and its Jacobian
+    lever = points - (estimate.x, estimate.y)
+    error = ((points - target.middles[nearest]) * normals).sum(axis=1)
     along = np.column_stack([normals[:, 1], -normals[:, 0]])
-    return _Shared(error, _moves(normals, arm), np.sqrt(target.tilts[nearest])[:, None] * _moves(along, arm))
+    return _Correspondences(
+        error,
+        _point_jacobian(normals, lever),
+        np.sqrt(target.tilts[nearest])[:, None] * _point_jacobian(along, lever),
+    )
 
 
-def _moves(axes: Array, arm: Array) -> Array:
-    """How far points at `arm` go along `axes` for each unit of x, y, yaw: (n, 3)."""
-    return np.column_stack([axes, axes[:, 1] * arm[:, 0] - axes[:, 0] * arm[:, 1]])
+def _point_jacobian(axes: Array, lever: Array) -> Array:
+    """Return the Jacobian (n, 3) by x, y, yaw of the motion of points at `lever` (n, 2) along `axes` (n,
+    2)."""
+    return np.column_stack([axes, axes[:, 1] * lever[:, 0] - axes[:, 0] * lever[:, 1]])
 
 
-def _information(shared: _Shared) -> Array:
-    """(3, 3), zero in directions of which less than nothing is known."""
-    J, waver = shared.moves, shared.waver
-    values, axes = np.linalg.eigh((J.T @ J - WAVER * waver.T @ waver - ODD * np.eye(3)) / END**2)
-    held = (axes * np.maximum(values, 0.0)) @ axes.T
-    # (held^-1 + SHAPE)^-1, which is there where `held` has no inverse as well
-    return np.asarray(held - held @ np.linalg.solve(held + np.linalg.inv(SHAPE), held))
+def _match_information(pairs: _Correspondences) -> Array:
+    """Return the information matrix (3, 3) of a match, with negative eigenvalues set to zero."""
+    # J^T J / sigma^2 less the share of noisy directions and of wrong pairs
+    J, jacobian_noise = pairs.jacobian, pairs.jacobian_noise
+    values, axes = np.linalg.eigh(
+        (J.T @ J - DIRECTION_NOISE_FACTOR * jacobian_noise.T @ jacobian_noise - OUTLIER_POINTS * np.eye(3))
+        / END**2
+    )
+    information = (axes * np.maximum(values, 0.0)) @ axes.T
+    # (information^-1 + VIEWPOINT_COVARIANCE)^-1, which exists even if `information` is singular
+    return np.asarray(
+        information
+        - information @ np.linalg.solve(information + np.linalg.inv(VIEWPOINT_COVARIANCE), information)
+    )

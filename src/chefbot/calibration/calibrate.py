@@ -1,4 +1,4 @@
-"""From what a drive measured to the robot's numbers, and how well they were proved."""
+"""Calibration of a robot from a measured drive, with a validation on separate squares."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 
 ROUNDS = 4
-"""Matching and solving in turn: a better guess of where the stands are finds more walls that two of them share."""
-SETTLED = 2e-5
-"""Change of the wheels' numbers from round to round that is none."""
-LEAST_SHARE_LINKED = 0.8
-"""Of the stands, that scans must hold together."""
+"""Maximum rounds of matching and solving; better station poses give more matches between their scans."""
+CONVERGED = 2e-5
+"""Change of the wheel factors between rounds below which the solution has converged."""
+MIN_LINKED_FRACTION = 0.8
+"""Minimum fraction of the stations that must be linked by scan matches."""
 
 
 class Drive(NamedTuple):
-    """All that was measured: the legs and squares to calibrate by, and the squares to check it with."""
+    """A measured calibration drive: legs and squares for the calibration, and squares for its validation."""
 
     stands: Sequence[Stand]
     legs: Sequence[Leg]
@@ -35,11 +35,14 @@ class Drive(NamedTuple):
 
 
 class Calibrated(NamedTuple):
-    """solution: wheels and sensor by least squares. again: the same of the check alone, which found where it stood.
-    umbmark: E_d, E_b, and by_umbmark_wheels the wheels corrected by them.
+    """The result of a calibration, with its validation.
 
-    before: return errors of the squares to calibrate by, with the assumed wheels; after: of those driven to check,
-    with the new ones; unchanged: of the same with the assumed ones; by_umbmark: of the same by UMBmark's.
+    solution: wheels and sensor by least squares. again: the same from the validation drives alone, which
+    gives their station poses. umbmark: E_d, E_b, and by_umbmark_wheels the wheels corrected by them.
+
+    before: return errors of the calibration squares with the assumed wheels; after: of the validation squares
+    with the calibrated wheels; unchanged: of the validation squares with the assumed wheels; by_umbmark: of
+    the validation squares with the wheels of UMBmark. links: number of scan matches.
     """
 
     solution: Solution
@@ -55,22 +58,29 @@ class Calibrated(NamedTuple):
 
 
 def calibrate(drive: Drive, assumed: Wheels, sensor: SE2) -> Calibrated:
-    """UserError where the drive does not tell: too short, no walls shared, slipping wheels, a dead gyro.
+    """Calibrate wheels, sensor mount and gyro from a drive, and validate the result.
 
-    assumed: wheels, and `sensor` the place of what scans, by the robot file. Nothing of the check is used to find the
-    wheels. Where it stood is found by the walls and by wheels of its own: a stand that sees one wall is held along it
-    by its ticks only, and the numbers that are to be proved may not hold it.
+    assumed: wheels, and `sensor` the pose of the scanning sensor on the robot, both from the robot file. No
+    data of the validation is used to calibrate. Its station poses come from scan matches and wheels of its
+    own: at a station that sees a single wall only the ticks constrain the pose along it, and the wheels under
+    test must not do that. Raise UserError if the drive is insufficient: too short, no overlapping scans,
+    slipping wheels, a dead gyro.
     """
     if not (drive.squares and drive.checks):
         raise UserError("no square was driven to its end; let the calibration go on to its last one")
-    surfaces = [Surface(stand.walls) for stand in drive.stands]
-    poses = [stand.pose for stand in drive.stands]
+    surfaces = [Surface(station.walls) for station in drive.stands]
+    poses = [station.pose for station in drive.stands]
     known = drive.squares[-1].legs[-1].stands[1] + 1
+    # Calibration: stations up to the end of the last calibration square
     legs = [leg for leg in drive.legs if leg.stands[1] < known]
-    solution, found = _solved(legs, surfaces[:known], poses[:known], assumed, sensor)
-    onward = [solution.poses[-1] @ poses[known - 1].between(pose) for pose in poses[known:]]
-    rest = [leg for leg in drive.legs if leg.stands[1] >= known]
-    again, more = _solved(rest, surfaces, [*solution.poses, *onward], assumed, solution.sensor, known)
+    solution, found_links = _match_and_solve(legs, surfaces[:known], poses[:known], assumed, sensor)
+    # Validation: later stations, from the last calibrated pose on
+    later_poses = [solution.poses[-1] @ poses[known - 1].between(pose) for pose in poses[known:]]
+    later_legs = [leg for leg in drive.legs if leg.stands[1] >= known]
+    again, later_links = _match_and_solve(
+        later_legs, surfaces, [*solution.poses, *later_poses], assumed, solution.sensor, known
+    )
+    # Gyro, and UMBmark for comparison
     gyro = solve_gyro([leg.between(solution.poses) for leg in legs])
     squares = [square.between(solution.poses) for square in drive.squares]
     checks = [square.between(again.poses) for square in drive.checks]
@@ -85,11 +95,11 @@ def calibrate(drive: Drive, assumed: Wheels, sensor: SE2) -> Calibrated:
         return_errors(checks, solution.wheels, solution.sensor),
         return_errors(checks, assumed, solution.sensor),
         return_errors(checks, corrected, solution.sensor),
-        len(found) + len(more),
+        len(found_links) + len(later_links),
     )
 
 
-def _solved(
+def _match_and_solve(
     legs: Sequence[Leg],
     surfaces: Sequence[Surface],
     poses: Sequence[SE2],
@@ -97,24 +107,24 @@ def _solved(
     sensor: SE2,
     known: int = 0,
 ) -> tuple[Solution, list[Link]]:
-    """Matched and solved in turn; the first `known` stands stay."""
-    before = np.ones(3)
+    """Alternate scan matching and least squares; the poses of the first `known` stations are fixed."""
+    previous = np.ones(3)
     for _ in range(ROUNDS):
-        found = links(poses, surfaces, known)
-        _check_links(found, known, len(surfaces))
-        solution = solve(legs, found, poses, assumed, sensor, known)
-        poses, now = solution.poses, np.array(solution.wheels.factors(assumed))
-        if np.abs(now - before).max() < SETTLED:
+        found_links = links(poses, surfaces, known)
+        _check_links(found_links, known, len(surfaces))
+        solution = solve(legs, found_links, poses, assumed, sensor, known)
+        poses, factors = solution.poses, np.array(solution.wheels.factors(assumed))
+        if np.abs(factors - previous).max() < CONVERGED:
             break
-        before = now
-    return solution, found
+        previous = factors
+    return solution, found_links
 
 
-def _check_links(found: Sequence[Link], known: int, stands: int) -> None:
-    linked = {link.first for link in found} | {link.second for link in found}
-    held, wanted = len([stand for stand in linked if stand >= known]), stands - known
-    if held < LEAST_SHARE_LINKED * wanted:
+def _check_links(found_links: Sequence[Link], known: int, station_count: int) -> None:
+    linked = {link.first for link in found_links} | {link.second for link in found_links}
+    count, total = len([station for station in linked if station >= known]), station_count - known
+    if count < MIN_LINKED_FRACTION * total:
         raise UserError(
-            f"at {wanted - held} of {wanted} stands the sensor saw too little that it saw from elsewhere too "
+            f"at {total - count} of {total} stands the sensor saw too little that it saw from elsewhere too "
             f"(fewer than {FEWEST} points of walls); calibrate in a room with walls within its reach"
         )

@@ -1,4 +1,4 @@
-"""What is measured: drives from one stand to the next, at both of which the sensor looked at the walls."""
+"""Measurements of a calibration drive: legs between stations at which the sensor scanned the walls."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from chefbot.maths.se2 import SE2
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """One drive from a stand to the next.
+    """A drive from one station to the next.
 
-    ticks: (n, 2) counts of left and right encoder, one after the other from stand to stand.
-    gyro: the sum of its readings times their periods, rad, and over how many seconds that is.
-    begin, end: the sensor's pose at both stands, in a frame that its own scans made. stands: their numbers.
+    ticks: (n, 2) counts of left and right encoder in order of time.
+    gyro: integral of its rate, rad. seconds: duration of that integral, s.
+    begin, end: the sensor's pose at both stations, in the frame of its scans. stands: indices of the
+    stations.
     """
 
     ticks: NDArray[np.float64]
@@ -29,20 +30,20 @@ class Leg:
     stands: tuple[int, int] = (0, 0)
 
     def between(self, poses: Sequence[SE2]) -> Leg:
-        """The same leg with better poses of all stands."""
+        """Return the leg with updated poses of all stations."""
         first, last = self.stands
         return replace(self, begin=poses[first], end=poses[last])
 
     @property
     def seen(self) -> SE2:
-        """The sensor's motion by the scans."""
+        """Motion of the sensor from the first scan to the second."""
         return self.begin.between(self.end)
 
 
 class Square(NamedTuple):
-    """A run about a square: four sides and four corners, back to where it began and looking as it did.
+    """A run around a square: four sides and four corners, back to the start pose.
 
-    turn: +1 if it went round to the left (counter-clockwise), -1 to the right. side: metres.
+    turn: +1 counter-clockwise, -1 clockwise. side: length of a side, m.
     """
 
     turn: int
@@ -50,24 +51,24 @@ class Square(NamedTuple):
     legs: tuple[Leg, ...]
 
     def between(self, poses: Sequence[SE2]) -> Square:
-        """The same run with better poses of all stands."""
+        """Return the square with updated poses of all stations."""
         return self._replace(legs=tuple(leg.between(poses) for leg in self.legs))
 
     @property
     def ticks(self) -> NDArray[np.float64]:
-        """Of the whole run, (n, 2)."""
+        """Encoder counts (n, 2) of the complete square."""
         return np.concatenate([leg.ticks for leg in self.legs])
 
     @property
     def seen(self) -> SE2:
-        """The sensor's motion from the first stand to the last."""
+        """Motion of the sensor from the first station to the last."""
         return self.legs[0].begin.between(self.legs[-1].end)
 
 
 class Stand(NamedTuple):
-    """Where the robot stood and looked.
+    """A station at which the robot stood still and scanned.
 
-    pose: of the sensor, as it was thought on the way. walls: (n, 2) m, what it saw, in the sensor's frame.
+    pose: of the sensor, as estimated during the drive. walls: (n, 2) m, scanned points in the sensor frame.
     """
 
     pose: SE2

@@ -1,4 +1,4 @@
-"""Scale and offset of the gyro from turns whose angle the scans saw."""
+"""Calibration of the gyro's scale and bias against rotations measured by scan matching."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from chefbot.calibration.drive import Leg
 from chefbot.errors import UserError
 from chefbot.maths.angles import wrap
 
-LEAST_TURNED = 4.0 * math.pi
-"""rad, left and right, without which the scale says nothing."""
-FURTHEST_SCALE = 0.25
+MIN_ROTATION = 4.0 * math.pi
+"""Minimum rotation, left and right added, for the scale to be observable, rad."""
+MAX_SCALE_ERROR = 0.25
 OUTLIER = 4.5
-LEAST_NOISE = 1e-4  # rad
+MIN_NOISE = 1e-4  # rad
 
 
 class GyroSolution(NamedTuple):
-    """scale: what the gyro tells of a turn of 1. offset: rad/s. deviations: standard deviations of both."""
+    """The calibrated gyro: scale (measured by true angle), offset (bias, rad/s), and standard deviations of
+    both."""
 
     scale: float
     offset: float
@@ -29,34 +30,37 @@ class GyroSolution(NamedTuple):
 
 
 def solve_gyro(legs: Sequence[Leg]) -> GyroSolution:
-    """gyro = scale * turn + offset * seconds, by least squares; drives that fit badly are left out.
+    """Fit gyro = scale * rotation + offset * seconds by least squares, with outliers removed.
 
-    UserError if the robot hardly turned, or if the gyro does not tell its turns.
+    Raise UserError if the robot turned too little, or if the gyro does not measure its rotations.
     """
-    told = np.array([leg.gyro for leg in legs])
-    # scans do not count whole turns; the gyro does, long before it is calibrated
-    turned = np.array([leg.gyro + wrap(leg.seen.yaw - leg.gyro) for leg in legs])
-    if np.abs(turned).sum() < LEAST_TURNED:
+    measured = np.array([leg.gyro for leg in legs])
+    # Scan matching gives the angle modulo 2 pi; the uncalibrated gyro resolves the full turns
+    rotations = np.array([leg.gyro + wrap(leg.seen.yaw - leg.gyro) for leg in legs])
+    if np.abs(rotations).sum() < MIN_ROTATION:
         raise UserError(
-            f"the robot turned {math.degrees(np.abs(turned).sum()):.0f} degrees by the gyro, too little to "
+            f"the robot turned {math.degrees(np.abs(rotations).sum()):.0f} degrees by the gyro, too little to "
             "calibrate it; is it alive and upright?"
         )
-    A = np.column_stack([turned, [leg.seconds for leg in legs]])
-    kept = np.ones(len(legs), np.bool_)
+    # Design matrix of the linear model
+    A = np.column_stack([rotations, [leg.seconds for leg in legs]])
+    inliers = np.ones(len(legs), np.bool_)
+    # Iterated least squares without outliers
     for _ in range(5):
-        found, noise = _fit(A[kept], told[kept])
-        kept = np.abs(told - A @ found) <= OUTLIER * noise
-    if abs(found[0] - 1.0) > FURTHEST_SCALE:
+        solution, noise = _fit(A[inliers], measured[inliers])
+        inliers = np.abs(measured - A @ solution) <= OUTLIER * noise
+    if abs(solution[0] - 1.0) > MAX_SCALE_ERROR:
         raise UserError(
-            f"the gyro tells {found[0]:.2f} of a turn of 1; it is dead, tilted, or not the firmware's chip"
+            f"the gyro tells {solution[0]:.2f} of a turn of 1; it is dead, tilted, or not the firmware's chip"
         )
-    deviations = noise * np.sqrt(np.linalg.inv(A[kept].T @ A[kept]).diagonal())
-    return GyroSolution(float(found[0]), float(found[1]), (float(deviations[0]), float(deviations[1])))
+    # Covariance sigma^2 (A^T A)^-1
+    deviations = noise * np.sqrt(np.linalg.inv(A[inliers].T @ A[inliers]).diagonal())
+    return GyroSolution(float(solution[0]), float(solution[1]), (float(deviations[0]), float(deviations[1])))
 
 
-def _fit(A: NDArray[np.float64], told: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    found, *_ = np.linalg.lstsq(A, told, rcond=None)
-    residuals = told - A @ found
-    return np.asarray(found, np.float64), max(
-        float(np.sqrt(residuals @ residuals / max(len(told) - 2, 1))), LEAST_NOISE
+def _fit(A: NDArray[np.float64], measured: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    solution, *_ = np.linalg.lstsq(A, measured, rcond=None)
+    residuals = measured - A @ solution
+    return np.asarray(solution, np.float64), max(
+        float(np.sqrt(residuals @ residuals / max(len(measured) - 2, 1))), MIN_NOISE
     )

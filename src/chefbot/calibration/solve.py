@@ -1,9 +1,10 @@
-"""Wheels, the sensor's place and the places of all stands by least squares: what the ticks say of each drive
-against what the scans saw at its ends.
+"""Simultaneous least-squares estimation of wheel parameters, sensor pose and all station poses.
 
-The idea is that of Censi, Franchi, Marchionni, Oriolo: Simultaneous calibration of odometry and sensor parameters for
-mobile robots, IEEE Transactions on Robotics 29 (2), 2013. Here the stands are unknown too: a narrow view fixes a pose
-in some directions only; in the others the wheels decide, with the numbers that are sought, not the assumed ones.
+The residuals are the motion by the ticks of each drive against the scan matches between stations. The method
+follows Censi, Franchi, Marchionni, Oriolo: Simultaneous calibration of odometry and sensor parameters for
+mobile robots, IEEE Transactions on Robotics 29 (2), 2013. Here the station poses are unknown too: a narrow
+field of view constrains a pose in some directions only; in the others the wheels constrain it, with the
+estimated parameters, not the assumed ones.
 """
 
 from __future__ import annotations
@@ -23,39 +24,42 @@ from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 
 Array = NDArray[np.float64]
-UNKNOWNS = 6
-"""Shares by which left wheel, right wheel and separation differ, then x, y, yaw of the sensor."""
+ROBOT_UNKNOWNS = 6
+"""Number of robot parameters: relative errors of left wheel, right wheel and separation; x, y, yaw of the
+sensor."""
 MOUNT_DEVIATION = 0.005
-"""m: how well the place of a sensor is known, seen from above; its yaw is not taken as known."""
-FIRST_NOISE = (0.01, 0.005)
-"""m and rad: what a drive's residual may be before the drives themselves have told."""
-LEAST_NOISE = (2e-3, 1.5e-3)
-"""No wheels on no floor roll better."""
+"""Prior standard deviation of the sensor's x and y on the robot, m; its yaw has no prior."""
+INITIAL_NOISE = (0.01, 0.005)
+"""Initial standard deviation of a drive's residual, m and rad, before it is estimated."""
+MIN_NOISE = (2e-3, 1.5e-3)
+"""Minimum standard deviation of a drive's residual, m and rad."""
 OUTLIER = 6.0
-"""Standard deviations; a drive further off is one on which a wheel slipped."""
-MOST_OUTLIERS = 0.25
-"""With a larger share of slips the rest cannot be trusted either."""
-MOST_NOISE = (0.04, 0.03)
-"""m and rad of a drive of no length."""
-LEAST_LEGS = 8
+"""Number of standard deviations beyond which a drive is an outlier with a slipping wheel."""
+MAX_OUTLIERS = 0.25
+"""Maximum fraction of outliers; beyond it the remaining drives are unreliable as well."""
+MAX_NOISE = (0.04, 0.03)
+"""Maximum standard deviation of the residual of a drive of zero length, m and rad."""
+MIN_LEGS = 8
 MEDIAN_TO_SIGMA = 1.4826
 ROUNDS = 5
-"""Of telling slips from noise; fewer where nothing changes any more."""
+"""Maximum rounds of outlier rejection; fewer on convergence."""
 STEPS, CLOSE = 10, 1e-5
-NUDGE = 1e-6
-KNOWN = 1e8
-"""Inverse variance of what is not asked for: the first stand, where the frame begins, or all that are known."""
-ANYWHERE = 1.0 / 0.3**2
-"""The same of all stands, m and rad: where they were thought to be on the way."""
+DIFFERENCE_STEP = 1e-6
+FIXED_INFORMATION = 1e8
+"""Inverse variance of fixed poses: the first station, which defines the frame, or all that are known."""
+POSE_INFORMATION = 1.0 / 0.3**2
+"""Prior inverse variance of all other station poses about those estimated during the drive."""
 LINK_OUTLIER = 5.0
-"""Standard deviations from which on a link has not half of its force left."""
+"""Scale of the robust kernel of a link, in standard deviations."""
 
 
 class Solution(NamedTuple):
-    """wheels: m per tick and m. sensor: its pose on the robot. poses: of the sensor at all stands.
+    """The estimated parameters and station poses.
 
-    covariance: (6, 6) of shares of left, right, separation, then x, y m and yaw rad of the sensor.
-    noise: standard deviations of a drive of no length, m and rad. slipped: (n,) which drives were left out.
+    wheels: m per tick and m. sensor: its pose in base_link. poses: of the sensor at all stations.
+    covariance: (6, 6) of relative errors of left, right, separation, then x, y m and yaw rad of the sensor.
+    noise: standard deviations of a drive of zero length, m and rad. slipped: (n,) mask of the rejected
+    drives.
     """
 
     wheels: Wheels
@@ -67,7 +71,7 @@ class Solution(NamedTuple):
 
     @property
     def deviations(self) -> Array:
-        """Standard deviations (6,) of what `covariance` is of."""
+        """Standard deviations (6,) of the parameters of `covariance`."""
         return np.sqrt(self.covariance.diagonal())
 
 
@@ -79,65 +83,67 @@ def solve(
     sensor: SE2,
     known: int = 0,
 ) -> Solution:
-    """From `wheels` and the `sensor`'s place as the robot file has them, and first guesses of all `poses`.
+    """Estimate wheels, sensor pose and station poses from drives and scan matches.
 
-    known: so many of the first poses, and with them the sensor's place, are known already and stay.
-    UserError where there are too few drives, or where too many do not fit any wheels.
+    wheels, sensor: first guess from the robot file. poses: first guess of all station poses. known: number of
+    first poses that are fixed, and with them the sensor's pose. Raise UserError if there are too few
+    drives, or if too many are outliers.
     """
-    if len(legs) < LEAST_LEGS:
+    if len(legs) < MIN_LEGS:
         raise UserError(
-            f"{len(legs)} drives are too few to calibrate by; {LEAST_LEGS} at least, straight and turning, are needed"
+            f"{len(legs)} drives are too few to calibrate by; {MIN_LEGS} at least, straight and turning, are needed"
         )
     problem = _Problem(legs, links, poses, wheels, sensor, known)
-    noise, slipped = FIRST_NOISE, np.zeros(len(legs), np.bool_)
-    at = problem.start()
+    noise, slipped = INITIAL_NOISE, np.zeros(len(legs), np.bool_)
+    x = problem.start()
+    # Alternate: Gauss-Newton fit, noise from the residuals, outlier rejection
     for _ in range(ROUNDS):
-        at = problem.fit(at, noise, slipped)
-        errors, before = problem.errors(at), (noise, slipped)
-        noise = _noise(errors, slipped)
-        slipped = _far(errors, noise)
+        x = problem.fit(x, noise, slipped)
+        errors, before = problem.errors(x), (noise, slipped)
+        noise = _residual_noise(errors, slipped)
+        slipped = _outliers(errors, noise)
         if noise == before[0] and (slipped == before[1]).all():
             break
-    _check(noise, slipped)  # not sooner: what slips pulls at its neighbours until it is known to
-    return problem.solution(at, noise, slipped)
+    _check(noise, slipped)  # only now: an outlier biases its neighbours until it is rejected
+    return problem.solution(x, noise, slipped)
 
 
 def _check(noise: tuple[float, float], slipped: NDArray[np.bool_]) -> None:
     slips, advice = int(slipped.sum()), "clean tyres and floor, drive where nobody walks, and calibrate again"
-    if slipped.mean() > MOST_OUTLIERS:
+    if slipped.mean() > MAX_OUTLIERS:
         raise UserError(
             f"{slips} of {len(slipped)} drives fit no wheels: they slip, or the walls move; {advice}"
         )
-    if noise[0] > MOST_NOISE[0] or noise[1] > MOST_NOISE[1]:
+    if noise[0] > MAX_NOISE[0] or noise[1] > MAX_NOISE[1]:
         raise UserError(
             f"the drives fit no wheels, by {1000 * noise[0]:.0f} mm and {math.degrees(noise[1]):.1f} deg as a rule: "
             f"they slip, or the walls move; {advice}"
         )
 
 
-def _noise(errors: Array, slipped: NDArray[np.bool_]) -> tuple[float, float]:
-    """By the medians, which slips do not move."""
-    kept = np.abs(errors[~slipped])
-    shift, turn = MEDIAN_TO_SIGMA * np.median(kept[:, :2]), MEDIAN_TO_SIGMA * np.median(kept[:, 2])
-    return max(float(shift), LEAST_NOISE[0]), max(float(turn), LEAST_NOISE[1])
+def _residual_noise(errors: Array, slipped: NDArray[np.bool_]) -> tuple[float, float]:
+    """Return robust standard deviations (m, rad) from the median absolute residuals."""
+    inliers = np.abs(errors[~slipped])
+    shift, turn = MEDIAN_TO_SIGMA * np.median(inliers[:, :2]), MEDIAN_TO_SIGMA * np.median(inliers[:, 2])
+    return max(float(shift), MIN_NOISE[0]), max(float(turn), MIN_NOISE[1])
 
 
-def _far(errors: Array, noise: tuple[float, float]) -> NDArray[np.bool_]:
+def _outliers(errors: Array, noise: tuple[float, float]) -> NDArray[np.bool_]:
     scaled = np.abs(errors) / np.array([noise[0], noise[0], noise[1]])
     return np.asarray((scaled > OUTLIER).any(axis=1))
 
 
-def _of(stand: int) -> slice:
-    """Its unknowns."""
-    return slice(UNKNOWNS + 3 * stand, UNKNOWNS + 3 * stand + 3)
+def _station_slice(station: int) -> slice:
+    """Return the indices of a station's unknowns x, y, yaw."""
+    return slice(ROBOT_UNKNOWNS + 3 * station, ROBOT_UNKNOWNS + 3 * station + 3)
 
 
-def _difference(seen: SE2, told: SE2) -> Array:
-    return np.array([seen.x - told.x, seen.y - told.y, wrap(seen.yaw - told.yaw)])
+def _residual(seen: SE2, predicted: SE2) -> Array:
+    return np.array([seen.x - predicted.x, seen.y - predicted.y, wrap(seen.yaw - predicted.yaw)])
 
 
-def _moved(begin: SE2, seen: SE2) -> Array:
-    """How `seen`, the second of two poses from the first one, changes with x, y, yaw of both: (3, 6)."""
+def _relative_pose_jacobian(begin: SE2, seen: SE2) -> Array:
+    """Return the Jacobian (3, 6) of a relative pose by x, y, yaw of both poses."""
     c, s = math.cos(begin.yaw), math.sin(begin.yaw)
     return np.array(
         [
@@ -149,9 +155,10 @@ def _moved(begin: SE2, seen: SE2) -> Array:
 
 
 class _Problem:
-    """Unknowns (6 + 3 n,): those of the robot, then x, y, yaw of the n stands.
+    """The nonlinear least-squares problem over the unknowns (6 + 3 n,).
 
-    A drive on which wheels slip pulls with a bounded force (Huber 1964) until it is left out.
+    These are the robot parameters, then x, y, yaw of the n stations. A drive with slipping wheels has a
+    bounded influence (Huber 1964) until it is rejected.
     """
 
     def __init__(
@@ -165,98 +172,118 @@ class _Problem:
     ) -> None:
         self._legs, self._links, self._poses = legs, links, poses
         self._wheels, self._sensor, self._known = wheels, sensor, known
-        # a longer drive may be off further, with the root of its length: a random walk (Chong & Kleeman 1997)
-        self._stretch = np.array([math.sqrt(1.0 + length_of(leg.ticks, wheels)) for leg in legs])
+        # The error grows with the root of the length: a random walk (Chong & Kleeman 1997)
+        self._length_scale = np.array([math.sqrt(1.0 + length_of(leg.ticks, wheels)) for leg in legs])
 
     def start(self) -> Array:
-        """Nothing differs, and every stand is where it was thought to be."""
-        return np.concatenate([np.zeros(UNKNOWNS), np.array(self._poses).ravel()])
+        """Return the first guess: no parameter errors, station poses as estimated during the drive."""
+        return np.concatenate([np.zeros(ROBOT_UNKNOWNS), np.array(self._poses).ravel()])
 
-    def wheels(self, at: Array) -> Wheels:
-        left, right, separation = (1.0 + at[:3]).tolist()
+    def wheels(self, x: Array) -> Wheels:
+        """Return the wheel parameters of the unknowns."""
+        left, right, separation = (1.0 + x[:3]).tolist()
         return Wheels(
             self._wheels.left * left, self._wheels.right * right, self._wheels.separation * separation
         )
 
-    def sensor(self, at: Array) -> SE2:
-        return SE2.of(self._sensor.array() + at[3:UNKNOWNS])
+    def sensor(self, x: Array) -> SE2:
+        """Return the sensor pose in base_link of the unknowns."""
+        return SE2.of(self._sensor.array() + x[3:ROBOT_UNKNOWNS])
 
-    def pose(self, at: Array, stand: int) -> SE2:
-        return SE2.of(at[_of(stand)])
+    def pose(self, x: Array, station: int) -> SE2:
+        """Return the pose of a station of the unknowns."""
+        return SE2.of(x[_station_slice(station)])
 
-    def errors(self, at: Array) -> Array:
-        """(n, 3): m, m, rad by which the motion of the sensor between stands differs from that by the wheels."""
-        return np.array([self._error(at, leg) for leg in self._legs]) / self._stretch[:, None]
+    def errors(self, x: Array) -> Array:
+        """Return scan match minus odometry of the sensor's motion between stations, (n, 3): m, m, rad."""
+        return np.array([self._error(x, leg) for leg in self._legs]) / self._length_scale[:, None]
 
-    def _error(self, at: Array, leg: Leg, rolled: SE2 | None = None) -> Array:
-        """`rolled`: the robot's motion by the wheels, where that is known already."""
-        begin, end = (self.pose(at, stand) for stand in leg.stands)
-        sensor, motion = self.sensor(at), rolled or travelled(leg.ticks, self.wheels(at))
-        return _difference(begin.between(end), sensor.inverse() @ motion @ sensor)
+    def _error(self, x: Array, leg: Leg, rolled: SE2 | None = None) -> Array:
+        """Return the residual (3,) of a drive; `rolled` is the robot's motion by the wheels if it is computed
+        already."""
+        # h = sensor^-1 * motion * sensor, compared with begin^-1 * end
+        begin, end = (self.pose(x, station) for station in leg.stands)
+        sensor, motion = self.sensor(x), rolled or travelled(leg.ticks, self.wheels(x))
+        return _residual(begin.between(end), sensor.inverse() @ motion @ sensor)
 
-    def fit(self, at: Array, noise: tuple[float, float], slipped: NDArray[np.bool_]) -> Array:
-        """Gauss-Newton."""
+    def fit(self, x: Array, noise: tuple[float, float], slipped: NDArray[np.bool_]) -> Array:
+        """Minimise by Gauss-Newton iterations from the unknowns `x`."""
         for _ in range(STEPS):
-            H, g = self._normal(at, noise, slipped)
+            H, g = self._normal(x, noise, slipped)
+            # (J^T W J) dx = J^T W r
             step = np.linalg.solve(H, g)
-            at = at - step
+            x = x - step
             if np.abs(step).max() < CLOSE:
                 break
-        return at
+        return x
 
     def _normal(
-        self, at: Array, noise: tuple[float, float], slipped: NDArray[np.bool_]
+        self, x: Array, noise: tuple[float, float], slipped: NDArray[np.bool_]
     ) -> tuple[Array, Array]:
-        """J^T W J and J^T W r."""
-        H, g = np.zeros((len(at), len(at))), np.zeros(len(at))
-        mount = [KNOWN] * 3 if self._known else [1.0 / MOUNT_DEVIATION**2] * 2 + [0.0]
-        H[3:UNKNOWNS, 3:UNKNOWNS], g[3:UNKNOWNS] = np.diag(mount), mount * at[3:UNKNOWNS]
-        for stand, pose in enumerate(self._poses):
-            firm = KNOWN if stand < max(self._known, 1) else ANYWHERE
-            H[_of(stand), _of(stand)] += firm * np.eye(3)
-            g[_of(stand)] += firm * _difference(self.pose(at, stand), pose)
+        """Return the normal equations J^T W J and J^T W r."""
+        # Prior of the sensor pose
+        H, g = np.zeros((len(x), len(x))), np.zeros(len(x))
+        mount = [FIXED_INFORMATION] * 3 if self._known else [1.0 / MOUNT_DEVIATION**2] * 2 + [0.0]
+        H[3:ROBOT_UNKNOWNS, 3:ROBOT_UNKNOWNS], g[3:ROBOT_UNKNOWNS] = (
+            np.diag(mount),
+            mount * x[3:ROBOT_UNKNOWNS],
+        )
+        # Priors of the station poses
+        for station, pose in enumerate(self._poses):
+            prior_information = FIXED_INFORMATION if station < max(self._known, 1) else POSE_INFORMATION
+            H[_station_slice(station), _station_slice(station)] += prior_information * np.eye(3)
+            g[_station_slice(station)] += prior_information * _residual(self.pose(x, station), pose)
+        # Scan matches and drives
         for link in self._links:
-            self._hold(H, g, at, link)
-        for leg, stretch, out in zip(self._legs, self._stretch, slipped, strict=True):
-            if not out:
-                self._add(H, g, at, leg, stretch * np.array([noise[0], noise[0], noise[1]]))
+            self._add_link(H, g, x, link)
+        for leg, length_scale, rejected in zip(self._legs, self._length_scale, slipped, strict=True):
+            if not rejected:
+                self._add_drive(H, g, x, leg, length_scale * np.array([noise[0], noise[0], noise[1]]))
         return H, g
 
-    def _hold(self, H: Array, g: Array, at: Array, link: Link) -> None:
-        """A link of two stands; one that contradicts the others pulls the less (Geman & McClure 1985)."""
-        begin, end = self.pose(at, link.first), self.pose(at, link.second)
+    def _add_link(self, H: Array, g: Array, x: Array, link: Link) -> None:
+        """Add a scan match to the normal equations, with the robust kernel of Geman & McClure (1985)."""
+        begin, end = self.pose(x, link.first), self.pose(x, link.second)
         seen = begin.between(end)
-        error = _difference(seen, link.pose)
-        J = _moved(begin, seen)
-        force = link.information @ error
-        information = link.information / (1.0 + float(error @ force) / LINK_OUTLIER**2) ** 2
-        columns = [_of(stand).start + k for stand in (link.first, link.second) for k in range(3)]
+        error = _residual(seen, link.pose)
+        J = _relative_pose_jacobian(begin, seen)
+        weighted_error = link.information @ error
+        # Weight 1 / (1 + e^2 / s^2)^2
+        information = link.information / (1.0 + float(error @ weighted_error) / LINK_OUTLIER**2) ** 2
+        columns = [
+            _station_slice(station).start + k for station in (link.first, link.second) for k in range(3)
+        ]
         H[np.ix_(columns, columns)] += J.T @ information @ J
         g[columns] += J.T @ information @ error
 
-    def _add(self, H: Array, g: Array, at: Array, leg: Leg, deviation: Array) -> None:
-        rolled = travelled(leg.ticks, self.wheels(at))
-        error = self._error(at, leg, rolled) / deviation
+    def _add_drive(self, H: Array, g: Array, x: Array, leg: Leg, deviation: Array) -> None:
+        """Add a drive to the normal equations, with the Huber kernel."""
+        rolled = travelled(leg.ticks, self.wheels(x))
+        error = self._error(x, leg, rolled) / deviation
         weight = min(1.0, OUTLIER / max(float(np.abs(error).max()), 1e-9))
-        columns = [*range(UNKNOWNS), *(_of(stand).start + k for stand in leg.stands for k in range(3))]
+        columns = [
+            *range(ROBOT_UNKNOWNS),
+            *(_station_slice(station).start + k for station in leg.stands for k in range(3)),
+        ]
+        # Jacobian: numeric by the robot parameters, analytic by the station poses
         J = np.empty((3, len(columns)))
-        for column in range(UNKNOWNS):
-            nudged = at.copy()
-            nudged[column] += NUDGE
-            same = rolled if column >= 3 else None
-            J[:, column] = (self._error(nudged, leg, same) / deviation - error) / NUDGE
-        begin, end = (self.pose(at, stand) for stand in leg.stands)
-        J[:, UNKNOWNS:] = _moved(begin, begin.between(end)) / deviation[:, None]
+        for column in range(ROBOT_UNKNOWNS):
+            perturbed = x.copy()
+            perturbed[column] += DIFFERENCE_STEP
+            cached_motion = rolled if column >= 3 else None
+            J[:, column] = (self._error(perturbed, leg, cached_motion) / deviation - error) / DIFFERENCE_STEP
+        begin, end = (self.pose(x, station) for station in leg.stands)
+        J[:, ROBOT_UNKNOWNS:] = _relative_pose_jacobian(begin, begin.between(end)) / deviation[:, None]
         H[np.ix_(columns, columns)] += weight * J.T @ J
         g[columns] += weight * J.T @ error
 
-    def solution(self, at: Array, noise: tuple[float, float], slipped: NDArray[np.bool_]) -> Solution:
-        """With the covariance of the linearised problem."""
-        H, _ = self._normal(at, noise, slipped)
-        covariance: Array = np.asarray(np.linalg.inv(H)[:UNKNOWNS, :UNKNOWNS], np.float64)
-        poses = [self.pose(at, stand) for stand in range(len(self._poses))]
+    def solution(self, x: Array, noise: tuple[float, float], slipped: NDArray[np.bool_]) -> Solution:
+        """Return the solution with the covariance (J^T W J)^-1 of the linearised problem."""
+        H, _ = self._normal(x, noise, slipped)
+        covariance: Array = np.asarray(np.linalg.inv(H)[:ROBOT_UNKNOWNS, :ROBOT_UNKNOWNS], np.float64)
+        poses = [self.pose(x, station) for station in range(len(self._poses))]
         poses = [SE2(pose.x, pose.y, wrap(pose.yaw)) for pose in poses]
-        sensor = self.sensor(at)
+        sensor = self.sensor(x)
         return Solution(
-            self.wheels(at), SE2(sensor.x, sensor.y, wrap(sensor.yaw)), poses, covariance, noise, slipped
+            self.wheels(x), SE2(sensor.x, sensor.y, wrap(sensor.yaw)), poses, covariance, noise, slipped
         )

@@ -1,4 +1,4 @@
-"""The motion of a robot by the ticks of its two wheels, with numbers that may be wrong."""
+"""Dead reckoning from encoder counts with given wheel parameters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from chefbot.robot.spec import Robot
 
 
 class Wheels(NamedTuple):
-    """What a tick is of each wheel, m, and the separation that the robot turns by, m."""
+    """The wheel parameters: metres per tick of each wheel and effective wheel separation, m."""
 
     left: float
     right: float
@@ -22,39 +22,42 @@ class Wheels(NamedTuple):
 
     @staticmethod
     def of(robot: Robot) -> Wheels:
-        """As the robot file has them, its calibration included."""
+        """Return the wheels of a robot file, including its calibration."""
         per_tick = 2.0 * math.pi / robot.motor.ticks_per_turn
         return Wheels(robot.left_radius * per_tick, robot.right_radius * per_tick, robot.turning_separation)
 
     @staticmethod
     def drawn(robot: Robot) -> Wheels:
-        """As they are on paper."""
+        """Return the nominal wheels, without calibration."""
         return Wheels(robot.metres_per_tick, robot.metres_per_tick, robot.wheels.separation)
 
     def factors(self, drawn: Wheels) -> tuple[float, float, float]:
-        """Of left wheel, right wheel and separation by those on paper."""
+        """Return the ratios of left wheel, right wheel and separation to the nominal ones."""
         return self.left / drawn.left, self.right / drawn.right, self.separation / drawn.separation
 
 
 def travelled(ticks: NDArray[np.float64], wheels: Wheels) -> SE2:
-    """Where counts (n, 2), left and right, read one after the other, lead to from the origin.
+    """Return the motion from the origin by encoder counts (n, 2) of left and right wheel.
 
-    Each step is an arc; its chord has the direction of the middle (Siegwart & Nourbakhsh 2004, 5.2.4).
+    Each step is an arc; its chord has the heading at the middle of the arc (Siegwart & Nourbakhsh 2004,
+    5.2.4).
     """
-    rims = np.diff(ticks, axis=0) * (wheels.left, wheels.right)
-    turns = (rims[:, 1] - rims[:, 0]) / wheels.separation
-    chords = rims.mean(axis=1) * np.sinc(turns / (2.0 * math.pi))
+    # Wheel travel, yaw increment and chord of each step
+    travel = np.diff(ticks, axis=0) * (wheels.left, wheels.right)
+    turns = (travel[:, 1] - travel[:, 0]) / wheels.separation
+    chords = travel.mean(axis=1) * np.sinc(turns / (2.0 * math.pi))
+    # Sum of the chords at the mid-arc headings
     headings = np.cumsum(turns) - 0.5 * turns
     x, y = float(chords @ np.cos(headings)), float(chords @ np.sin(headings))
     return SE2(x, y, wrap(float(turns.sum())))
 
 
 def turn_of(ticks: NDArray[np.float64], wheels: Wheels) -> float:
-    """Radians turned to the left, whole turns included."""
+    """Return the rotation to the left, rad, including full turns."""
     left, right = (ticks[-1] - ticks[0]) * (wheels.left, wheels.right)
     return float(right - left) / wheels.separation
 
 
 def length_of(ticks: NDArray[np.float64], wheels: Wheels) -> float:
-    """Metres that the wheels rolled, forth and back, mean of both."""
+    """Return the distance rolled back and forth, m, as the mean of both wheels."""
     return float((np.abs(np.diff(ticks, axis=0)) * (wheels.left, wheels.right)).sum()) / 2.0

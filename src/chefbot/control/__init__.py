@@ -1,1 +1,1 @@
-"""From a path to wheel speeds."""
+"""Local control: from a path to velocity commands and wheel speeds."""

@@ -1,4 +1,4 @@
-"""What a local controller takes and gives."""
+"""Interface of a local controller."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from chefbot.maths.se2 import SE2
 
 
 class Status(Enum):
-    """How the controller fares."""
+    """State of the controller after a command was computed."""
 
     RUNNING = "following the path"
     REACHED = "the goal is reached"
@@ -22,7 +22,7 @@ class Status(Enum):
 
 
 class Command(NamedTuple):
-    """Twist (m/s, rad/s) and how things stand."""
+    """Commanded twist (m/s, rad/s) and the state of the controller."""
 
     v: float
     w: float
@@ -30,13 +30,13 @@ class Command(NamedTuple):
 
 
 class Controller(Protocol):
-    """A local controller; name one of your own as `pkg.module:Class` in the launch file."""
+    """Interface of a local controller; a custom one is named as `pkg.module:Class` in the launch file."""
 
     def set_path(self, path: NDArray[np.float64], *, same_goal: bool = False) -> None:
-        """Follow these poses (n, 3), in the frame of the poses and costmaps given to `command`.
+        """Set the path to follow, poses (n, 3) in the frame of the poses and costmaps given to `command`.
 
-        same_goal: planned anew, not ordered anew; the frame may have shifted a little under the goal.
+        same_goal: a replanned path to the same goal, not a new goal; the frame may have shifted a little since.
         """
 
     def command(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> Command:
-        """The twist for the next period, from the pose and the twist (v, w) measured now."""
+        """Compute the twist for the next period from the current pose and the measured twist (v, w)."""

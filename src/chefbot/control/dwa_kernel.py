@@ -1,4 +1,4 @@
-"""Scores of the trajectories in the dynamic window (Fox, Burgard & Thrun 1997)."""
+"""Rollout and scoring of the trajectories of the dynamic window (Fox, Burgard & Thrun 1997)."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from numpy.typing import NDArray
 
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
 
-DEAREST = 252.0
-TOO_FAST = 10.0
-"""Price of 1 m/s more than the surroundings suggest; above what the way so won is worth."""
-STEP = 0.075
-"""Seconds between two looks along a trajectory: less than a cell of 5 cm at indoor speeds."""
-IN_PLACE = 1e-3
-"""m/s below which a trajectory turns on the spot; a disk touches nothing by that."""
+MAX_COST = 252.0
+"""Highest cost of a cell outside the inscribed radius of an obstacle."""
+OVERSPEED_WEIGHT = 10.0
+"""Penalty per m/s above the safe speed near obstacles; outweighs the progress gained by it."""
+TIME_STEP = 0.075
+"""Time between two collision checks along a trajectory, s: less than a 5 cm cell at indoor speeds."""
+MIN_FORWARD_SPEED = 1e-3
+"""Forward speed below which a trajectory rotates in place, m/s; a circular robot cannot collide by that."""
 
 
 @njit(cache=True, nogil=True)
 def cost_at(cells: NDArray[np.uint8], column: float, row: float) -> int:
-    """Cost at a place in cells; unknown and outside count as free."""
+    """Return the cost at a position in cells; unknown cells and those outside the costmap count as free."""
     r, c = math.floor(row), math.floor(column)
     if r < 0 or c < 0 or r >= cells.shape[0] or c >= cells.shape[1]:
         return 0
@@ -35,60 +36,67 @@ def roll_out(
     x: float,
     y: float,
     yaw: float,
-    now: tuple[float, float],
+    twist: tuple[float, float],
     target: tuple[float, float],
     ramp: float,
     end: float,
     remaining: float,
     limit: int,
 ) -> tuple[float, float, float, float, float, float, int, bool]:
-    """Where the base gets in `end` seconds when it ramps from twist `now` to `target` in `ramp` seconds.
+    """Simulate the base for `end` seconds while it ramps from `twist` to `target` in `ramp` seconds.
 
-    x, y, speeds and `remaining` in cells. Ends early after `remaining` cells of way, or before a cell of cost
-    `limit` or more. Returns x, y, yaw, way, time, mean cost, greatest cost, and whether it was blocked.
+    x, y, speeds and `remaining` are in cells. Ends early after a distance of `remaining` cells, or before a cell of
+    cost `limit` or more. Returns x, y, yaw, distance, time, mean cost, maximum cost, and whether it was blocked.
     """
-    steps = math.ceil(end / STEP)
+    steps = math.ceil(end / TIME_STEP)
     dt = end / steps
-    way, time, total, greatest = 0.0, 0.0, 0.0, 0
+    distance, time, total, max_cost = 0.0, 0.0, 0.0, 0
     for i in range(steps):
+        # twist on the ramp at the midpoint of the step
         f = min(1.0, (time + dt / 2) / ramp) if ramp > 0.0 else 1.0
-        ds, turn = (now[0] + f * (target[0] - now[0])) * dt, (now[1] + f * (target[1] - now[1])) * dt
-        chord = ds if abs(turn) < 1e-9 else ds * math.sin(turn / 2) / (turn / 2)
-        nx, ny = x + chord * math.cos(yaw + turn / 2), y + chord * math.sin(yaw + turn / 2)
-        cost = cost_at(cells, nx, ny)
-        greatest = max(greatest, cost)
+        ds, dyaw = (twist[0] + f * (target[0] - twist[0])) * dt, (twist[1] + f * (target[1] - twist[1])) * dt
+        # exact arc: chord 2 r sin(dyaw / 2) in the mean direction
+        chord = ds if abs(dyaw) < 1e-9 else ds * math.sin(dyaw / 2) / (dyaw / 2)
+        next_x, next_y = x + chord * math.cos(yaw + dyaw / 2), y + chord * math.sin(yaw + dyaw / 2)
+        # collision check of the new pose
+        cost = cost_at(cells, next_x, next_y)
+        max_cost = max(max_cost, cost)
         if cost >= limit and ds > 0.0:
-            return x, y, yaw, way, time, DEAREST, greatest, True
-        x, y, yaw, way, time, total = nx, ny, yaw + turn, way + ds, time + dt, total + cost
-        if way >= remaining:
-            return x, y, yaw, way, time, total / (i + 1), greatest, False
-    return x, y, yaw, way, time, total / steps, greatest, False
+            return x, y, yaw, distance, time, MAX_COST, max_cost, True
+        x, y, yaw, distance, time, total = next_x, next_y, yaw + dyaw, distance + ds, time + dt, total + cost
+        # the goal is reached before the simulated time is over
+        if distance >= remaining:
+            return x, y, yaw, distance, time, total / (i + 1), max_cost, False
+    return x, y, yaw, distance, time, total / steps, max_cost, False
 
 
 @njit(cache=True, nogil=True)
 def nearest_on_path(path: NDArray[np.float64], x: float, y: float) -> tuple[int, float]:
-    """(index, squared distance) of the pose of the path (n, 3) nearest to the point."""
-    best, least = 0, math.inf
+    """Return (index, squared distance) of the pose of the path (n, 3) nearest to the point."""
+    best, min_squared = 0, math.inf
     for i in range(path.shape[0]):
         dx, dy = path[i, 0] - x, path[i, 1] - y
         d = dx * dx + dy * dy
-        if d < least:
-            best, least = i, d
-    return best, least
+        if d < min_squared:
+            best, min_squared = i, d
+    return best, min_squared
 
 
 @njit(cache=True, nogil=True)
 def _deviation(path: NDArray[np.float64], x: float, y: float, yaw: float) -> tuple[float, float, float]:
-    """(metres along the path, metres off it, radians off its direction) of a pose."""
+    """Return the along-track distance (m), cross-track error (m) and absolute heading error (rad) of a pose."""
     i, squared = nearest_on_path(path, x, y)
     dx, dy = x - path[i, 0], y - path[i, 1]
+    # offset in the frame of the nearest path pose: along and across its direction
     c, s = math.cos(path[i, 2]), math.sin(path[i, 2])
-    along, across = c * dx + s * dy, abs(c * dy - s * dx)
+    along_track, cross_track = c * dx + s * dy, abs(c * dy - s * dx)
+    # before the first and behind the last pose the distance to that pose counts
     if i == path.shape[0] - 1 or i == 0:
-        across = math.sqrt(squared) if along * (1 if i else -1) > 0 else across
-    off = (yaw - path[i, 2] + math.pi) % (2 * math.pi) - math.pi
+        cross_track = math.sqrt(squared) if along_track * (1 if i else -1) > 0 else cross_track
+    # heading error, wrapped to (-pi, pi]
+    heading_error = (yaw - path[i, 2] + math.pi) % (2 * math.pi) - math.pi
     spacing = math.hypot(path[1, 0] - path[0, 0], path[1, 1] - path[0, 1])
-    return i * spacing + along, across, abs(off)
+    return i * spacing + along_track, cross_track, abs(heading_error)
 
 
 @njit(cache=True, nogil=True)
@@ -97,7 +105,7 @@ def best_twist(
     resolution: float,
     pose: NDArray[np.float64],
     twists: NDArray[np.float64],
-    now: NDArray[np.float64],
+    twist: NDArray[np.float64],
     path: NDArray[np.float64],
     remaining: float,
     sim_time: float,
@@ -107,36 +115,52 @@ def best_twist(
     slowing: float,
     weights: NDArray[np.float64],
 ) -> int:
-    """Index of the best admissible (v, w) of `twists` (n, 2), -1 if none is.
+    """Return the index of the best admissible (v, w) of `twists` (n, 2), or -1 if none is admissible.
 
-    pose, path, remaining: metres, relative to the corner of the costmap. now: (v, w). accelerations: forward and
-    turning. weights: path, goal, heading, obstacle, change. Admissible is what can stop, after one more period,
-    before it touches anything; from within the inscribed zone, what leaves it without touching a lethal cell.
+    pose, path, remaining: metres, relative to the origin of the costmap. twist: the present (v, w). accelerations:
+    linear and angular. weights: path, goal, heading, obstacle, change. A twist is admissible if the robot can stop,
+    after one more period, before a collision; if it stands within the inscribed radius of an obstacle, if the
+    trajectory leaves that zone without touching a lethal cell.
     """
     x, y = pose[0] / resolution, pose[1] / resolution
-    inside = cost_at(cells, x, y) >= INSCRIBED
-    limit = LETHAL if inside else INSCRIBED
-    best, least = -1, math.inf
+    in_inscribed = cost_at(cells, x, y) >= INSCRIBED
+    limit = LETHAL if in_inscribed else INSCRIBED
+    best, min_score = -1, math.inf
     for i in range(twists.shape[0]):
         v, w = twists[i]
-        ramp = max(abs(v - now[0]) / accelerations[0], abs(w - now[1]) / accelerations[1])
-        soon = now[0] + (v - now[0]) * min(1.0, period / max(ramp, 1e-9))
-        fastest = max(soon, now[0], 0.0)
-        needed = (fastest * period + fastest * fastest / (2.0 * accelerations[0])) / resolution + 1.0
-        ex, ey, eyaw, way, time, mean, greatest, blocked = roll_out(
-            cells, x, y, pose[2], (now[0] / resolution, now[1]), (v / resolution, w), ramp, sim_time,
+        # duration of the ramp from the present twist to the sampled one
+        ramp = max(abs(v - twist[0]) / accelerations[0], abs(w - twist[1]) / accelerations[1])
+        # braking distance after one more period: v T + v^2 / (2 a), plus one cell
+        next_v = twist[0] + (v - twist[0]) * min(1.0, period / max(ramp, 1e-9))
+        max_v = max(next_v, twist[0], 0.0)
+        braking_distance = (max_v * period + max_v * max_v / (2.0 * accelerations[0])) / resolution + 1.0
+        # forward simulation up to the end of the window, the goal or a collision
+        end_x, end_y, end_yaw, distance, time, mean_cost, max_cost, blocked = roll_out(
+            cells, x, y, pose[2], (twist[0] / resolution, twist[1]), (v / resolution, w), ramp, sim_time,
             remaining / resolution, limit,
         )  # fmt: skip
-        if blocked and (way < needed or v < IN_PLACE):
+        # admissible velocities: those that stop before the obstacle
+        if blocked and (distance < braking_distance or v < MIN_FORWARD_SPEED):
             continue
-        if inside and v > IN_PLACE and not blocked and cost_at(cells, ex, ey) >= INSCRIBED:
+        # from within the inscribed zone: those that leave it
+        if (
+            in_inscribed
+            and v > MIN_FORWARD_SPEED
+            and not blocked
+            and cost_at(cells, end_x, end_y) >= INSCRIBED
+        ):
             continue
-        along, across, off = _deviation(path, ex * resolution, ey * resolution, eyaw)
-        along += v * (sim_time - time) * (0.0 if blocked else 1.0)
-        score = weights[0] * across - weights[1] * along + weights[2] * off
-        score += weights[3] * mean / DEAREST + weights[4] * abs(w - now[1])
-        calm = max_speed * (1.0 - slowing * min(greatest, DEAREST) / DEAREST)
-        score += TOO_FAST * max(0.0, v - calm)
-        if score < least:
-            best, least = i, score
+        # pose error at the end, with the progress of the time that remains after reaching the goal
+        along_track, cross_track, heading_error = _deviation(
+            path, end_x * resolution, end_y * resolution, end_yaw
+        )
+        along_track += v * (sim_time - time) * (0.0 if blocked else 1.0)
+        # objective function: path, progress, heading, obstacles and change of turn rate
+        score = weights[0] * cross_track - weights[1] * along_track + weights[2] * heading_error
+        score += weights[3] * mean_cost / MAX_COST + weights[4] * abs(w - twist[1])
+        # speed limit near obstacles, linear in the maximum cost
+        safe_speed = max_speed * (1.0 - slowing * min(max_cost, MAX_COST) / MAX_COST)
+        score += OVERSPEED_WEIGHT * max(0.0, v - safe_speed)
+        if score < min_score:
+            best, min_score = i, score
     return best

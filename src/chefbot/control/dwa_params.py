@@ -1,4 +1,4 @@
-"""What a user may set of the Dynamic Window Approach."""
+"""Parameters of the Dynamic Window Approach."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from msgspec import Meta
 
 
 class DwaParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Settings of `Dwa`; speeds and accelerations come from the Robot."""
+    """Parameters of `Dwa`; velocity and acceleration limits come from the Robot."""
 
     period: Annotated[float, Meta(ge=0.01, le=1.0, description="time between two commands, s")] = 0.1
     sim_time: Annotated[

@@ -1,4 +1,4 @@
-"""Driving with a gamepad: a dead-man button and a stick to twists, as pure logic."""
+"""Gamepad teleoperation with a dead-man button, as pure logic."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from msgspec import Meta
 
 from chefbot.robot.motion_limits import Limits
 
-START, LEAST = 0.5, 0.1
-"""Share of the robot's limits that a session begins with, and the smallest."""
+INITIAL_SHARE, MIN_SHARE = 0.5, 0.1
+"""Initial and minimum fraction of the robot's speed limits."""
 STEP = 1.1
-"""Factor of a press on the cross."""
+"""Speed factor per press of the directional pad."""
 
 
 class GamepadParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Which stick and buttons, as `jstest` numbers them; the defaults fit pads of the Xbox and PlayStation kind."""
+    """Axis and button numbers, as `jstest` shows them; the defaults fit Xbox and PlayStation gamepads."""
 
     forward_axis: Annotated[int, Meta(ge=0, le=63, description="axis to drive; up is negative")] = 1
     turn_axis: Annotated[int, Meta(ge=0, le=63, description="axis to turn; left is negative")] = 0
@@ -33,7 +33,7 @@ class GamepadParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class PadEvent(NamedTuple):
-    """A button (0, 1) or an axis (-1 to 1) that has changed; `initial`: how it stood when the pad was found."""
+    """A change of a button (0, 1) or an axis (-1 to 1); `initial` marks its state when the gamepad was opened."""
 
     kind: Literal["axis", "button"]
     number: int
@@ -42,60 +42,61 @@ class PadEvent(NamedTuple):
 
 
 class GamepadDrive:
-    """Nothing drives unless the dead-man button was seen up and is then pressed and held.
+    """Converts gamepad events to twists while the dead-man button is held.
 
-    `share` is what the stick's end asks for of the robot's limits.
+    The button must have been seen released before a press counts. `share` is the fraction of the robot's speed
+    limits at full deflection of the stick.
     """
 
     def __init__(self, limits: Limits, params: GamepadParams) -> None:
         self._limits, self._params = limits, params
-        self.share = START
+        self.share = INITIAL_SHARE
         self.forget()
 
     def forget(self) -> None:
-        """The pad is gone: whatever was held is held no more."""
-        self._ready = self._held = False
-        self._silent = 0.0
+        """Reset all buttons and axes when the gamepad is disconnected."""
+        self._seen_released = self._pressed = False
+        self._time_since_event = 0.0
         self._axes: dict[int, float] = {}
 
     def hear(self, event: PadEvent) -> bool:
-        """Take it in; True if it asks for STOP."""
-        self._silent = 0.0
+        """Process an event and return whether it requests an emergency stop."""
+        self._time_since_event = 0.0
         params = self._params
         if event.kind == "axis":
-            self._hear_axis(event)
+            self._update_axis(event)
         elif event.number == params.dead_man_button:
-            self._held = self._ready and bool(event.value) and not event.initial
-            self._ready = not event.value
+            self._pressed = self._seen_released and bool(event.value) and not event.initial
+            self._seen_released = not event.value
         return event.kind == "button" and event.number == params.stop_button and bool(event.value)
 
     @property
     def held(self) -> bool:
-        """Whether a person holds the robot."""
-        return self._held
+        """Whether the dead-man button is held."""
+        return self._pressed
 
     def twist(self, dt: float) -> tuple[float, float] | None:
-        """m/s and rad/s, `dt` seconds after the last call; None where nobody drives."""
-        self._silent += dt
-        if self._silent > self._params.patience:
-            self._held = False
-        if not self._held:
+        """Return (v, w) in m/s and rad/s, `dt` seconds after the last call, or None if not enabled."""
+        self._time_since_event += dt
+        if self._time_since_event > self._params.patience:
+            self._pressed = False
+        if not self._pressed:
             return None
         v = -self._stick(self._params.forward_axis) * self.share * self._limits.speed
         w = -self._stick(self._params.turn_axis) * self.share * self._limits.turn
-        part = self._limits.scale(v, w)
-        return v * part, w * part
+        scale = self._limits.scale(v, w)
+        return v * scale, w * scale
 
-    def _hear_axis(self, event: PadEvent) -> None:
-        before = self._axes.get(event.number, 0.0)
+    def _update_axis(self, event: PadEvent) -> None:
+        previous = self._axes.get(event.number, 0.0)
         self._axes[event.number] = event.value
         pressed = event.number == self._params.speed_axis and not event.initial and abs(event.value) > 0.5
-        if pressed and abs(before) <= 0.5:
-            wanted = self.share * (STEP if event.value < 0.0 else 1.0 / STEP)
-            self.share = min(1.0, max(LEAST, wanted))
+        if pressed and abs(previous) <= 0.5:
+            share = self.share * (STEP if event.value < 0.0 else 1.0 / STEP)
+            self.share = min(1.0, max(MIN_SHARE, share))
 
     def _stick(self, axis: int) -> float:
-        """From the edge of the dead zone on, so that it does not jump there."""
+        """Return the deflection of an axis, rescaled to start at zero at the edge of the dead zone."""
         value, dead = self._axes.get(axis, 0.0), self._params.dead_zone
-        way = max(0.0, abs(value) - dead) / (1.0 - dead)
-        return min(1.0, way) if value > 0.0 else -min(1.0, way)
+        magnitude = max(0.0, abs(value) - dead) / (1.0 - dead)
+        return min(1.0, magnitude) if value > 0.0 else -min(1.0, magnitude)

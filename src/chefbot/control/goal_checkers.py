@@ -1,4 +1,4 @@
-"""Is it there yet; does it still move."""
+"""Goal checker and progress checker of the path follower."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from chefbot.maths.se2 import SE2
 
 
 class GoalParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Settings of `GoalChecker`."""
+    """Goal tolerances, the parameters of `GoalChecker`."""
 
     xy_tolerance: Annotated[float, Meta(ge=0.01, le=1.0, description="this near is there, m")] = 0.08
     yaw_tolerance: Annotated[float, Meta(ge=0.01, le=3.15, description="this well turned is there, rad")] = (
@@ -21,45 +21,45 @@ class GoalParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class GoalChecker:
-    """Latches the place: once near enough the robot only turns, however far the estimate of its pose then
-    slides."""
+    """A stateful goal checker: once the position is within tolerance the robot only turns to the goal's heading,
+    even if the pose estimate drifts out of tolerance afterwards."""
 
     def __init__(self, params: GoalParams | None = None) -> None:
         self.params = params or GoalParams()
         self.there = False
 
     def reset(self) -> None:
-        """A new goal."""
+        """Clear the latch for a new goal."""
         self.there = False
 
     def near(self, pose: SE2, goal: SE2) -> bool:
-        """Whether the place was reached, now or before."""
+        """Return whether the position is within tolerance of the goal, now or since the last reset."""
         self.there = self.there or pose.distance(goal) <= self.params.xy_tolerance
         return self.there
 
     def turned(self, pose: SE2, goal: SE2) -> bool:
-        """Whether the robot looks where the goal says."""
+        """Return whether the heading is within tolerance of the goal's heading."""
         return abs(wrap(goal.yaw - pose.yaw)) <= self.params.yaw_tolerance
 
 
 class ProgressChecker:
-    """Stuck is: neither moved by `distance` (m) nor turned by `angle` (rad) for `patience` seconds."""
+    """Detects a stuck robot: neither moved by `distance` (m) nor turned by `angle` (rad) for `patience` seconds."""
 
     def __init__(self, distance: float = 0.1, angle: float = 0.5, patience: float = 8.0) -> None:
         self.distance, self.angle, self.patience = distance, angle, patience
         self.reset()
 
     def reset(self) -> None:
-        """A new goal, or a recovery has ended."""
-        self._from: SE2 | None = None
-        self._still = 0.0
+        """Restart the check, for a new goal or after a recovery behavior."""
+        self._baseline_pose: SE2 | None = None
+        self._time_without_progress = 0.0
 
     def moving(self, pose: SE2, dt: float) -> bool:
-        """Call every `dt` seconds while it should move; False once it is stuck."""
-        last = self._from
+        """Return False once the robot is stuck; call every `dt` seconds while it should move."""
+        last = self._baseline_pose
         turned = last is not None and abs(wrap(pose.yaw - last.yaw)) >= self.angle
         if last is None or turned or pose.distance(last) >= self.distance:
-            self._from, self._still = pose, 0.0
+            self._baseline_pose, self._time_without_progress = pose, 0.0
         else:
-            self._still += dt
-        return self._still < self.patience
+            self._time_without_progress += dt
+        return self._time_without_progress < self.patience

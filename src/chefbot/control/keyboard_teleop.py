@@ -1,4 +1,4 @@
-"""Keyboard driving: the chapter's table of keys, as pure logic."""
+"""Keyboard teleoperation with the key table of the chapter, as pure logic."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ MOVES = {
     "i": (1, 0), "o": (1, -1), "u": (1, 1), "j": (0, 1), "l": (0, -1), ",": (-1, 0), ".": (-1, 1), "m": (-1,
     -1),
 }  # fmt: skip
-"""Key -> signs of (v, w); w counter-clockwise."""
+"""Signs of (v, w) by key; w counter-clockwise."""
 SCALES = {
     "q": (1.1, 1.1),
     "z": (0.9, 0.9),
@@ -19,15 +19,15 @@ SCALES = {
 }
 STOPS = (" ", "k")
 DEAD_MAN = 0.5
-"""Seconds without a key until the robot slows to a stop."""
+"""Time without a key after which the robot slows to a stop, s."""
 RAMP_SPEED, RAMP_TURN = 0.2, 1.0
-"""The chapter's 0.02 m/s and 0.1 rad/s in every tenth of a second."""
+"""Acceleration limits, m/s^2 and rad/s^2: the chapter's 0.02 m/s and 0.1 rad/s every 0.1 s."""
 START = 0.5
-"""Share of the robot's limits that a session begins with."""
+"""Initial fraction of the robot's speed limits."""
 
 
 class Teleop:
-    """Keys to twists. `speed` and `turn` are what a move key asks for, never above the robot's limits."""
+    """Converts keys to twists; a move key requests `speed` and `turn`, which never exceed the robot's limits."""
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
@@ -37,22 +37,23 @@ class Teleop:
         self._silent = 0.0
 
     def update(self, key: str | None, dt: float) -> tuple[float, float]:
-        """The twist after `dt` seconds in which `key` was pressed, or none."""
+        """Return the ramped twist (v, w) after `dt` seconds in which `key`, or no key, was pressed."""
         self._silent = 0.0 if key is not None else self._silent + dt
         if key is not None:
             self._press(key)
         elif self._silent > DEAD_MAN:
             self._target = (0.0, 0.0)
-        self._v = _towards(self._v, self._target[0], RAMP_SPEED * dt)
-        self._w = _towards(self._w, self._target[1], RAMP_TURN * dt)
-        part = self.limits.scale(self._v, self._w)
-        return self._v * part, self._w * part
+        # ramp towards the target, then scale v and w together into the wheel speed limit
+        self._v = _ramp(self._v, self._target[0], RAMP_SPEED * dt)
+        self._w = _ramp(self._w, self._target[1], RAMP_TURN * dt)
+        scale = self.limits.scale(self._v, self._w)
+        return self._v * scale, self._w * scale
 
     def _press(self, key: str) -> None:
         if key in SCALES:
-            more, tighter = SCALES[key]
-            self.speed = min(self.speed * more, self.limits.speed)
-            self.turn = min(self.turn * tighter, self.limits.turn)
+            linear_scale, angular_scale = SCALES[key]
+            self.speed = min(self.speed * linear_scale, self.limits.speed)
+            self.turn = min(self.turn * angular_scale, self.limits.turn)
         elif key in STOPS:
             self._v = self._w = 0.0
             self._target = (0.0, 0.0)
@@ -61,5 +62,5 @@ class Teleop:
             self._target = (forward * self.speed, left * self.turn)
 
 
-def _towards(now: float, target: float, step: float) -> float:
-    return min(target, now + step) if target > now else max(target, now - step)
+def _ramp(value: float, target: float, step: float) -> float:
+    return min(target, value + step) if target > value else max(target, value - step)

@@ -1,1 +1,1 @@
-"""Where the robot may go, and at what price."""
+"""Layered costmaps: static map, obstacle layers and inflation."""

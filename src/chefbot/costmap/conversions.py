@@ -1,4 +1,4 @@
-"""Between messages and costmaps."""
+"""Conversions between messages and costmaps."""
 
 from __future__ import annotations
 
@@ -18,55 +18,56 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.robot.spec import Robot
 
 LASER, CAMERA, UPRIGHT = "laser", "camera", "upright"
-"""Names of the layers: what the flat scan sees; what the depth camera sees and the flat scan may miss; what the
-camera sees standing in the flat scan's plane, so that the flat scan looks through its place when it has left."""
+"""Names of the obstacle layers: obstacles in the planar scan; obstacles in the depth camera that the planar scan may
+miss; obstacles in the camera that intersect the scan plane, so that the planar scan clears them once they left."""
 PLANE_MARGIN, PLANE_TILT = 0.03, 0.0175
-"""Metres, and radians of nodding, by which an obstacle must reach above and below the plane to stand in it."""
-_AS_PERCENT = np.concatenate([np.arange(255) * 100 // LETHAL, [-1]]).astype(np.int8)
-"""Cost to the percent that nav_msgs/OccupancyGrid holds; UNKNOWN to -1."""
-assert _AS_PERCENT[UNKNOWN] == -1
+"""Margins, m and rad of pitch, by which an obstacle must extend above and below the scan plane."""
+_COST_TO_OCCUPANCY = np.concatenate([np.arange(255) * 100 // LETHAL, [-1]]).astype(np.int8)
+"""Occupancy in percent, as in nav_msgs/OccupancyGrid, by cost; -1 for UNKNOWN."""
+assert _COST_TO_OCCUPANCY[UNKNOWN] == -1
 
 
 def plane_of(robot: Robot) -> float:
-    """Metres above the floor of the plane in which the robot's flat scan looks: the lidar's, else the camera's.
+    """Return the height (m) above the floor of the robot's scan plane: the lidar's, else the depth camera's.
 
-    NaN, in which nothing stands, where there is none: a sensor that is mounted tilted looks in no level plane.
+    NaN, which no obstacle intersects, if there is none: the scan of a tilted sensor is not in a level plane.
     """
-    flat = robot.sensors.lidar or robot.sensors.depth_camera
-    return flat.mount.z if flat is not None and abs(flat.mount.pitch) <= PLANE_TILT else math.nan
+    sensor = robot.sensors.lidar or robot.sensors.depth_camera
+    return sensor.mount.z if sensor is not None and abs(sensor.mount.pitch) <= PLANE_TILT else math.nan
 
 
 def mark_laser(costs: LayeredCostmap, sensor: SE2, scan: LaserScan) -> None:
-    """A flat scan from `sensor` in the costmap's frame; what stood upright in its way has left."""
+    """Mark and clear with a planar scan from `sensor` in the costmap's frame; it clears the upright layer, too."""
     ranges = scan.ranges.astype(np.float64)
     ranges[ranges >= scan.range_max] = np.inf
     costs.mark_and_clear(LASER, sensor, scan.angles.astype(np.float64), ranges, also=UPRIGHT)
 
 
-def mark_obstacles(costs: LayeredCostmap, sensor: SE2, seen: ObstacleScan, plane: float) -> None:
-    """What a depth camera saw, from above its foot `sensor` in the costmap's frame.
+def mark_obstacles(costs: LayeredCostmap, sensor: SE2, scan: ObstacleScan, plane: float) -> None:
+    """Mark and clear with an obstacle scan of a depth camera whose planar pose in the costmap's frame is `sensor`.
 
-    plane: metres above the floor at which the robot's flat scan looks, as of `plane_of`.
+    plane: height (m) of the robot's scan plane above the floor, from `plane_of`.
     """
-    steps = np.arange(len(seen.ranges), dtype=np.float64)
-    angles: NDArray[np.float64] = np.asarray(seen.angle_min + steps * seen.angle_increment, np.float64)
-    floor = (seen.clear_from.astype(np.float64), seen.clear_to.astype(np.float64))
-    ranges = seen.ranges.astype(np.float64)
-    upright = _in_plane(seen, ranges, plane)
-    for layer, one in ((CAMERA, ~upright), (UPRIGHT, upright)):
-        costs.mark_and_clear(layer, sensor, angles, np.where(one, ranges, np.inf), floor)
+    steps = np.arange(len(scan.ranges), dtype=np.float64)
+    angles: NDArray[np.float64] = np.asarray(scan.angle_min + steps * scan.angle_increment, np.float64)
+    floor = (scan.clear_from.astype(np.float64), scan.clear_to.astype(np.float64))
+    ranges = scan.ranges.astype(np.float64)
+    upright = _in_plane(scan, ranges, plane)
+    for layer, selected in ((CAMERA, ~upright), (UPRIGHT, upright)):
+        costs.mark_and_clear(layer, sensor, angles, np.where(selected, ranges, np.inf), floor)
 
 
-def _in_plane(seen: ObstacleScan, ranges: NDArray[np.float64], plane: float) -> NDArray[np.bool_]:
-    """Which obstacles (n,) the flat scan sees too, also while the robot nods."""
-    if len(seen.bottom) != len(ranges) or len(seen.top) != len(ranges):
-        return np.zeros(len(ranges), np.bool_)  # nobody measured: nothing is known to stand in the plane
+def _in_plane(scan: ObstacleScan, ranges: NDArray[np.float64], plane: float) -> NDArray[np.bool_]:
+    """Return which obstacles (n,) intersect the scan plane, also while the robot pitches."""
+    if len(scan.bottom) != len(ranges) or len(scan.top) != len(ranges):
+        # heights not measured: no obstacle is known to be in the plane
+        return np.zeros(len(ranges), np.bool_)
     margin = PLANE_MARGIN + PLANE_TILT * np.where(np.isfinite(ranges), ranges, 0.0)
-    result: NDArray[np.bool_] = (seen.bottom < plane - margin) & (seen.top > plane + margin)
-    return result
+    in_plane: NDArray[np.bool_] = (scan.bottom < plane - margin) & (scan.top > plane + margin)
+    return in_plane
 
 
 def costmap_message(header: Header, costs: Costmap) -> OccupancyGrid:
-    """As Nav2 publishes costmaps."""
-    grid = Grid(_AS_PERCENT[costs.cells], costs.resolution, costs.origin_x, costs.origin_y)
+    """Convert a costmap to an OccupancyGrid message as Nav2 publishes it."""
+    grid = Grid(_COST_TO_OCCUPANCY[costs.cells], costs.resolution, costs.origin_x, costs.origin_y)
     return OccupancyGrid.of(header, grid)

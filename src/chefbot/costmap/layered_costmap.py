@@ -1,4 +1,4 @@
-"""A costmap made of layers: the map, what each sensor has seen, and the inflation of both."""
+"""A layered costmap: static map, obstacle layer per sensor, and inflation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from chefbot.costmap import raytrace
 from chefbot.costmap.inflation import cost_table
-from chefbot.costmap.master_costmap import Combined
+from chefbot.costmap.master_costmap import MasterCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.update_window import Window
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
@@ -16,20 +16,19 @@ from chefbot.maths.se2 import SE2
 
 
 class LayeredCostmap:
-    """Static map and one obstacle layer per sensor, combined and inflated on demand.
+    """A static map and one obstacle layer per sensor, combined and inflated on demand.
 
-    The rule of the layers: a cell is an obstacle when the map or any layer says so. A source clears its own
-    layer, and one other if it says so: `also`, of marks that it would have met had they still been there. So the
-    lidar, which looks under the table, never erases the edge that the camera saw, but does erase the leg of
-    somebody who has left. Nothing decays with time: a mark stays until it is looked through, or a recovery
-    clears it.
+    A cell is lethal if it is lethal in the map or any layer. A source clears its own layer and, if given, one other
+    (`also`), whose marks it would detect if they were still there. So the lidar, whose plane passes under the table,
+    never clears the table edge that the camera marked, but does clear the leg of a person who has left. Marks do not
+    decay with time: a mark stays until a beam clears it, or a recovery behavior does.
 
-    `wary`: the middle of the robot keeps its radius from what nothing has seen, as it does from obstacles. A sensor
-    that looks ahead only does not see the corner beside it that the robot turns about.
+    `wary`: the robot's centre keeps its radius from unknown space, as it does from obstacles. A sensor that looks
+    ahead only does not see the corner beside it that the robot turns about.
 
-    With `rolling=True` it is a square window (params.size) that follows `move_to`, else it has the size of
-    the map given to `set_static`, which may be replaced by a larger one at any time; obstacles seen stay
-    where they are.
+    With `rolling=True` the costmap is a square window (params.size) that follows `move_to`, else it has the size of
+    the map given to `set_static`, which may be replaced by a larger one at any time; the obstacle layers keep their
+    content.
     """
 
     def __init__(
@@ -40,55 +39,55 @@ class LayeredCostmap:
         self.wary = wary
         self._robot_radius = robot_radius
         n = max(1, round(params.size / params.resolution)) if rolling else 1
-        self._frame(params.resolution, 0.0, 0.0, n, n)
+        self._reset_layers(params.resolution, 0.0, 0.0, n, n)
         if rolling:
             self.move_to(0.0, 0.0)
 
-    def _frame(self, resolution: float, origin_x: float, origin_y: float, height: int, width: int) -> None:
-        """Empty layers. An obstacle fills its cell and the robot may stand anywhere in its own.
-
-        So the inscribed radius grows by two halves of a cell.
-        """
+    def _reset_layers(
+        self, resolution: float, origin_x: float, origin_y: float, height: int, width: int
+    ) -> None:
+        """Set the geometry of the grid and reset all layers."""
         self.resolution, self.origin_x, self.origin_y = resolution, origin_x, origin_y
         self.retune(self.params)
         self._static = np.full((height, width), UNKNOWN, np.uint8)
         self._sources: dict[str, NDArray[np.uint8]] = {}
 
     def retune(self, params: CostmapParams) -> None:
-        """Other costs about the same obstacles; of params only those in `params.LIVE` may differ."""
+        """Change the inflation and ranges and keep the obstacles; only parameters in `params.LIVE` may differ."""
         self.params = params
+        # an obstacle fills its cell and the robot may be anywhere in its own: two half cells more
         self.inscribed_radius = self._robot_radius + params.padding + self.resolution
         reach = max(params.inflation_radius, self.inscribed_radius)
         self._table = cost_table(self.resolution, self.inscribed_radius, reach, params.cost_scaling_factor)
-        self._combined: Combined | None = None  # all to be done again
+        self._combined: MasterCostmap | None = None  # recalculate everything
 
     def set_static(self, grid: Grid) -> None:
-        """Take over a map (again); what sensors have marked is kept, to the nearest cell."""
+        """Set or replace the static map; the sensors' marks are kept, to the nearest cell."""
         cells = np.where(grid.cells < 0, UNKNOWN, FREE).astype(np.uint8)
         cells[grid.cells >= self.params.occupied_threshold] = LETHAL
-        old, old_x, old_y, same = (
+        old, old_x, old_y, same_resolution = (
             self._sources,
             self.origin_x,
             self.origin_y,
             self.resolution == grid.resolution,
         )
-        self._frame(grid.resolution, grid.origin_x, grid.origin_y, grid.height, grid.width)
+        self._reset_layers(grid.resolution, grid.origin_x, grid.origin_y, grid.height, grid.width)
         self._static = cells
-        if same:
+        if same_resolution:
             columns = round((old_x - grid.origin_x) / grid.resolution)
             rows = round((old_y - grid.origin_y) / grid.resolution)
-            self._sources = {name: _moved(layer, rows, columns, cells.shape) for name, layer in old.items()}
+            self._sources = {name: _shifted(layer, rows, columns, cells.shape) for name, layer in old.items()}
 
     def move_to(self, x: float, y: float) -> None:
-        """Centre the rolling window on the point by whole cells; content keeps its place in the frame."""
+        """Centre the rolling window on the point (m) by whole cells; its content keeps its position in the frame."""
         h, w = self._static.shape
         column = int(np.floor(x / self.resolution)) - w // 2
         row = int(np.floor(y / self.resolution)) - h // 2
         dc = round(self.origin_x / self.resolution) - column
         dr = round(self.origin_y / self.resolution) - row
         if dr or dc:
-            self._static = _moved(self._static, dr, dc, (h, w))
-            self._sources = {name: _moved(layer, dr, dc, (h, w)) for name, layer in self._sources.items()}
+            self._static = _shifted(self._static, dr, dc, (h, w))
+            self._sources = {name: _shifted(layer, dr, dc, (h, w)) for name, layer in self._sources.items()}
             self._combined = None
         self.origin_x, self.origin_y = column * self.resolution, row * self.resolution
 
@@ -101,12 +100,12 @@ class LayeredCostmap:
         floor: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
         also: str | None = None,
     ) -> None:
-        """One scan of the sensor `source`, seen from the pose `sensor` in the costmap's frame.
+        """Mark and clear the layer `source` with a scan from the pose `sensor` in the costmap's frame.
 
-        angles, ranges: (n,) radians, metres. A laser's range of inf clears up to the clearing range; NaN and
-        ranges not above 0 say nothing. With `floor` (from, to), each (n,), as of an obstacle scan from
-        depth images, a beam clears that stretch only (not finite or not above 0: nothing) and marks where
-        the range is finite. `also`: another layer, if it exists, that the beams clear but do not mark.
+        angles, ranges: (n,) rad, m. A range of inf clears up to the clearing range; NaN and ranges <= 0 are invalid.
+        With `floor` (from, to), each (n,), of an obstacle scan from depth images, a beam clears that interval only
+        (nothing if not finite or <= 0) and marks where the range is finite. `also`: another layer, if it exists,
+        that the beams clear but do not mark.
         """
         layer = self._layer(source)
         p = self.params
@@ -116,8 +115,8 @@ class LayeredCostmap:
             far = np.nan_to_num(far, nan=0.0, posinf=0.0)
         mark = np.where(valid & (ranges <= p.marking_range), ranges, np.nan).astype(np.float64)
         clear = np.minimum(far, p.clearing_range).astype(np.float64)
-        # a sensor may say anything of where it sees; no cell beyond the two ranges changes
-        self._touch(sensor, min(_reach(mark, near, clear), max(p.marking_range, p.clearing_range)))
+        # a sensor may report any range; no cell beyond the two maximum ranges changes
+        self._mark_changed(sensor, min(_max_range(mark, near, clear), max(p.marking_range, p.clearing_range)))
         raytrace.mark_and_clear(
             layer,
             self.resolution,
@@ -131,8 +130,8 @@ class LayeredCostmap:
             self._sources.get(also or source, layer),
         )
 
-    def _touch(self, pose: SE2, radius: float) -> None:
-        """Layers may have changed within `radius` metres of the pose."""
+    def _mark_changed(self, pose: SE2, radius: float) -> None:
+        """Note that layers may have changed within `radius` metres of the pose."""
         if self._combined is not None:
             column, row = (
                 (pose.x - self.origin_x) / self.resolution,
@@ -141,58 +140,58 @@ class LayeredCostmap:
             self._combined.touch(Window.around(row, column, radius / self.resolution))
 
     def _layer(self, source: str) -> NDArray[np.uint8]:
-        """The source's layer; an empty one at its first scan."""
+        """Return the layer of the source, created empty at its first scan."""
         if source not in self._sources:
             self._sources[source] = np.full(self._static.shape, UNKNOWN, np.uint8)
         return self._sources[source]
 
     def clear_around(self, pose: SE2, radius: float, source: str | None = None) -> None:
-        """Forget what sensors, or only the one called `source`, marked within `radius` metres of the pose."""
-        where = self._within(pose, radius)
-        self._touch(pose, radius)
+        """Clear the marks of all sensors, or only of `source`, within `radius` metres of the pose."""
+        mask = self._disk_mask(pose, radius)
+        self._mark_changed(pose, radius)
         for name, layer in self._sources.items():
             if source in (None, name):
-                layer[where] = UNKNOWN
+                layer[mask] = UNKNOWN
 
     def clear(self) -> None:
-        """Forget all that sensors marked."""
+        """Clear all obstacle layers and keep the static map."""
         self._sources = {}
         self._combined = None
 
     def update(self) -> Costmap:
-        """The layers combined and inflated, which is done again where they have changed; a copy of its own."""
+        """Combine and inflate the layers where they have changed, and return a copy of the costs."""
         if self._combined is None:
-            self._combined = self._uncombined()
+            self._combined = self._new_master()
         self._combined.update(self._static, self._sources.values(), self.params.track_unknown)
         costs = self._combined.costs.copy()
         return Costmap(costs, self.resolution, self.origin_x, self.origin_y)
 
     def without_far_marks(self, pose: SE2) -> Costmap:
-        """As `update`, but of the sensors' marks only those that they could see again from the pose."""
-        near = self._within(pose, self.params.marking_range)
+        """Return the costs as `update` does, but without marks beyond the marking range of the pose."""
+        near = self._disk_mask(pose, self.params.marking_range)
         layers = [np.where(near | (layer != LETHAL), layer, UNKNOWN) for layer in self._sources.values()]
-        combined = self._uncombined()
+        combined = self._new_master()
         combined.update(self._static, layers, self.params.track_unknown)
         return Costmap(combined.costs, self.resolution, self.origin_x, self.origin_y)
 
-    def _uncombined(self) -> Combined:
+    def _new_master(self) -> MasterCostmap:
         radius = self._robot_radius / self.resolution if self.wary else 0.0
-        return Combined(self._static.shape, self._table, radius)
+        return MasterCostmap(self._static.shape, self._table, radius)
 
-    def _within(self, pose: SE2, radius: float) -> NDArray[np.bool_]:
+    def _disk_mask(self, pose: SE2, radius: float) -> NDArray[np.bool_]:
         h, w = self._static.shape
         x = self.origin_x + (np.arange(w) + 0.5) * self.resolution - pose.x
         y = self.origin_y + (np.arange(h) + 0.5) * self.resolution - pose.y
         return x[None, :] ** 2 + y[:, None] ** 2 <= radius * radius
 
 
-def _reach(*metres: NDArray[np.float64]) -> float:
-    """The furthest finite one from the sensor."""
+def _max_range(*metres: NDArray[np.float64]) -> float:
+    """Return the largest finite range, m."""
     return float(np.nan_to_num(np.abs(np.concatenate(metres)), nan=0.0, posinf=0.0).max(initial=0.0))
 
 
-def _moved(layer: NDArray[np.uint8], rows: int, columns: int, shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    """The layer on a new frame in which its cell [0, 0] is [rows, columns]; what is new is UNKNOWN."""
+def _shifted(layer: NDArray[np.uint8], rows: int, columns: int, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """Return the layer in a grid of `shape` with its cell [0, 0] at [rows, columns]; new cells are UNKNOWN."""
     out = np.full(shape, UNKNOWN, np.uint8)
     h, w = layer.shape
     top, left = max(rows, 0), max(columns, 0)

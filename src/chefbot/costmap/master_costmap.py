@@ -1,4 +1,4 @@
-"""The layers of a costmap put together and inflated again where they have changed."""
+"""The master costmap: layers merged and inflated, incrementally where they have changed."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from chefbot.costmap.inflation import inflate
-from chefbot.costmap.unknown_space import beside_unseen
+from chefbot.costmap.unknown_space import cells_near_unknown
 from chefbot.costmap.update_window import NOTHING, Window
 from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN
 
 
-class Combined:
-    """Costs (h, w) of the layers of one frame, with the same bytes as if all were done again every time.
+class MasterCostmap:
+    """Merged and inflated costs (h, w) of the layers, bit-identical to a full recalculation at every update.
 
-    table: cost by squared distance to the next obstacle, see `inflation.cost_table`. unseen_radius: cells
-    that the robot's middle keeps from what nothing has seen; 0 for none.
+    table: cost by squared distance to the nearest obstacle, see `inflation.cost_table`. unseen_radius: distance in
+    cells that the robot's centre keeps from unknown space; 0 for none.
     """
 
     def __init__(self, shape: tuple[int, ...], table: NDArray[np.uint8], unseen_radius: float) -> None:
@@ -27,63 +27,69 @@ class Combined:
         self._unseen_radius = unseen_radius
         self._master = np.full(shape, FREE, np.uint8)
         self._inflated = np.full(shape, FREE, np.uint8)
-        self._beside_unseen = np.zeros(shape, np.bool_)
+        self._near_unknown = np.zeros(shape, np.bool_)
         self.costs = np.full(shape, FREE, np.uint8) if unseen_radius else self._inflated
         self._changed = Window(0, 0, *shape)
 
     def touch(self, window: Window) -> None:
-        """What the layers say in there may have changed; cells off the grid do not matter."""
+        """Add a window in which layers may have changed; cells outside the grid are ignored."""
         self._changed = self._changed.joined(window.grown(0, self._master.shape))
 
     def update(
         self, static: NDArray[np.uint8], layers: Iterable[NDArray[np.uint8]], track_unknown: bool
     ) -> None:
-        """Bring `costs` up to date with the layers."""
+        """Update `costs` from the layers in the changed window."""
         window, self._changed = self._changed, NOTHING
         if window.empty:
             return
         old = self._master[window.slices]
-        new = _combined(static, layers, window, track_unknown)
+        new = _merge_layers(static, layers, window, track_unknown)
         same_unknown = np.array_equal(old == UNKNOWN, new == UNKNOWN)
         self._master[window.slices] = new
-        around = self._inflate(window)
+        affected = self._inflate(window)
         if self._unseen_radius:
-            self._keep_from_unseen(around, same_unknown)
+            self._add_unknown_margin(affected, same_unknown)
 
     def _inflate(self, window: Window) -> Window:
-        """Costs change as far about the window as inflation reaches, and come from as far again; the former."""
-        reach = math.isqrt(len(self._table) - 1)
-        around = window.grown(reach, self._master.shape)
-        source = around.grown(reach, self._master.shape)
-        inflated = inflate(np.ascontiguousarray(self._master[source.slices]), self._table)
-        self._inflated[around.slices] = inflated[around.seen_from(source).slices]
-        return around
+        """Inflate around the window and return the affected window: changes spread by one inflation radius.
 
-    def _keep_from_unseen(self, window: Window, same_unknown: bool) -> None:
-        """How large an unseen region is depends on all of it: all costs, where a cell was seen first or lost."""
+        The costs in there depend on cells another inflation radius away.
+        """
+        radius = math.isqrt(len(self._table) - 1)
+        affected = window.grown(radius, self._master.shape)
+        source = affected.grown(radius, self._master.shape)
+        inflated = inflate(np.ascontiguousarray(self._master[source.slices]), self._table)
+        self._inflated[affected.slices] = inflated[affected.seen_from(source).slices]
+        return affected
+
+    def _add_unknown_margin(self, window: Window, same_unknown: bool) -> None:
+        """Raise the costs near unknown space; recalculated for the whole grid if any cell changed from or to unknown.
+
+        The size of an unknown region depends on all of its cells.
+        """
         if not same_unknown:
-            self._beside_unseen = beside_unseen(self._master, self._unseen_radius)
+            self._near_unknown = cells_near_unknown(self._master, self._unseen_radius)
             window = Window(0, 0, *self._master.shape)
         costs = self._inflated[window.slices].copy()
-        costs[self._beside_unseen[window.slices] & (costs < INSCRIBED)] = INSCRIBED
+        costs[self._near_unknown[window.slices] & (costs < INSCRIBED)] = INSCRIBED
         self.costs[window.slices] = costs
 
 
-def _combined(
+def _merge_layers(
     static: NDArray[np.uint8], layers: Iterable[NDArray[np.uint8]], window: Window, track_unknown: bool
 ) -> NDArray[np.uint8]:
-    """The layers over the map, without inflation, in the window."""
+    """Merge the layers over the static map in the window, without inflation."""
     master = static[window.slices].copy()
     for layer in layers:
-        _combine(master.reshape(-1), np.ascontiguousarray(layer[window.slices]).reshape(-1))
+        _merge_layer(master.reshape(-1), np.ascontiguousarray(layer[window.slices]).reshape(-1))
     if not track_unknown:
         master[master == UNKNOWN] = FREE
     return master
 
 
 @njit(cache=True, nogil=True)
-def _combine(master: NDArray[np.uint8], layer: NDArray[np.uint8]) -> None:
-    """An obstacle of the layer wins; free space that it saw replaces only what is unknown."""
+def _merge_layer(master: NDArray[np.uint8], layer: NDArray[np.uint8]) -> None:
+    """Merge a layer into the master: its obstacles overwrite, its free space replaces only unknown cells."""
     for i in range(master.shape[0]):
         if layer[i] == LETHAL or (layer[i] == FREE and master[i] == UNKNOWN):
             master[i] = layer[i]

@@ -1,4 +1,4 @@
-"""What a user may set of a costmap; the robot's size comes from the Robot."""
+"""Parameters of a costmap; the robot's radius comes from the Robot."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import msgspec
 from msgspec import Meta
 
 LIVE = ("padding", "inflation_radius", "cost_scaling_factor", "marking_range", "clearing_range")
-"""What `LayeredCostmap.retune` can change without forgetting what was seen."""
+"""Parameters that `LayeredCostmap.retune` can change while the obstacle layers are kept."""
 
 
 class CostmapParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Settings of `LayeredCostmap`."""
+    """Parameters of a layered costmap `LayeredCostmap`."""
 
     resolution: Annotated[
         float, Meta(ge=0.01, le=0.5, description="side of a cell of a rolling window, m")

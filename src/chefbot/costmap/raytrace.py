@@ -1,5 +1,4 @@
-"""Marking and clearing along beams (Moravec & Elfes 1985, reduced to seen free, seen occupied, never
-seen)."""
+"""Marking and clearing along beams (Moravec & Elfes 1985, reduced to free, occupied and unknown)."""
 
 from __future__ import annotations
 
@@ -12,13 +11,14 @@ from numpy.typing import NDArray
 from chefbot.maths.costs import FREE, LETHAL
 
 FRACTION_BITS = 20
-FARTHEST = 1e9
-"""Cells from the corner of the map; their product with any step stays within 64 bits."""
+"""Fractional bits of the fixed-point cell coordinates."""
+MAX_COORDINATE = 1e9
+"""Maximum coordinate in cells; its product with any number of steps fits into 64 bits."""
 
 
 @njit(cache=True, nogil=True)
-def _steps_inside(p: int, d: int, top: int, first: int, last: int) -> tuple[int, int]:
-    """Of the steps k from `first` to before `last` those with 0 <= p + k d < top."""
+def _clip_steps(p: int, d: int, top: int, first: int, last: int) -> tuple[int, int]:
+    """Return the range of steps k within [first, last) for which 0 <= p + k d < top."""
     if d == 0:
         return (first, last) if 0 <= p < top else (first, first)
     if d > 0:
@@ -32,24 +32,25 @@ def _clear_line(
 ) -> None:
     """Write FREE into both layers from (x0, y0) up to but not into the cell of (x1, y1); coordinates in cells.
 
-    A digital differential analyser in fixed point: one step along the longer axis per cell, and no step outside
-    the map: a beam from far away costs no more than one within.
+    A digital differential analyser (DDA) in fixed point: one step along the longer axis per cell, clipped to the
+    map, so that a beam from far outside takes no longer than one within.
     """
     h, w = cells.shape
-    # what is not finite, or so far away that fixed point cannot hold it, is no beam
-    if not (max(abs(x0), abs(y0)) < FARTHEST and max(abs(x1), abs(y1)) < FARTHEST):
+    # ignore beams that are not finite or exceed the range of fixed point
+    if not (max(abs(x0), abs(y0)) < MAX_COORDINATE and max(abs(x1), abs(y1)) < MAX_COORDINATE):
         return
     steps = int(max(abs(math.floor(x1) - math.floor(x0)), abs(math.floor(y1) - math.floor(y0))))
     if steps == 0:
         return
-    # the start and the step of both axes
-    one = 1 << FRACTION_BITS
-    x, y = int(x0 * one), int(y0 * one)
-    dx, dy = int((x1 - x0) / steps * one), int((y1 - y0) / steps * one)
-    # the steps that lie within the map
-    first, last = _steps_inside(x, dx, w * one, 0, steps)
-    first, last = _steps_inside(y, dy, h * one, first, last)
+    # start and increment per step of both axes, in fixed point
+    fixed_one = 1 << FRACTION_BITS
+    x, y = int(x0 * fixed_one), int(y0 * fixed_one)
+    dx, dy = int((x1 - x0) / steps * fixed_one), int((y1 - y0) / steps * fixed_one)
+    # clip to the steps within the map
+    first, last = _clip_steps(x, dx, w * fixed_one, 0, steps)
+    first, last = _clip_steps(y, dy, h * fixed_one, first, last)
     end_c, end_r = math.floor(x1), math.floor(y1)
+    # walk along the line, sparing the cell of the end point
     x += first * dx
     y += first * dy
     for _ in range(first, last):
@@ -74,19 +75,21 @@ def mark_and_clear(
     clear: NDArray[np.float64],
     also: NDArray[np.uint8],
 ) -> None:
-    """Clear along every beam, then mark every return, so that no beam erases what its neighbour just saw.
+    """Clear along every beam, then mark every return, so that no beam erases a return of its neighbour.
 
-    sensor: x, y, yaw in the map's frame. angles: (n,) radians in the sensor's frame. mark: (n,) metres to the
-    obstacle, not finite for none. clear_from, clear: (n,) the metres between which it is known to be free,
-    clear not above 0 for none. also: another layer, cleared along the beams but not marked; `cells` for none.
+    sensor: x, y, yaw in the map's frame. angles: (n,) rad in the sensor's frame. mark: (n,) range of the obstacle, m,
+    not finite for none. clear_from, clear: (n,) range interval known to be free, m, clear <= 0 for none. also:
+    another layer, cleared along the beams but not marked; `cells` for none.
     """
     h, w = cells.shape
     x0, y0 = (sensor[0] - origin_x) / resolution, (sensor[1] - origin_y) / resolution
+    # clear the free interval of every beam
     for i in range(angles.shape[0]):
         if clear[i] > 0.0 and clear_from[i] < clear[i]:
             c, s = math.cos(sensor[2] + angles[i]) / resolution, math.sin(sensor[2] + angles[i]) / resolution
             near, far = clear_from[i], clear[i]
             _clear_line(cells, also, x0 + near * c, y0 + near * s, x0 + far * c, y0 + far * s)
+    # mark the end point of every return
     for i in range(angles.shape[0]):
         a, reach = sensor[2] + angles[i], mark[i] / resolution
         if math.isfinite(a) and math.isfinite(reach) and reach > 0.0:

@@ -1,4 +1,4 @@
-"""Where the robot's body would reach into what nothing has seen."""
+"""Cells in which the robot's footprint would overlap unknown space."""
 
 from __future__ import annotations
 
@@ -11,17 +11,19 @@ from chefbot.costmap.inflation import inflate
 from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN
 
 
-def beside_unseen(cells: NDArray[np.uint8], radius: float) -> NDArray[np.bool_]:
-    """Known cells (h, w) within `radius` cells of an unseen region.
+def cells_near_unknown(cells: NDArray[np.uint8], radius: float) -> NDArray[np.bool_]:
+    """Return the known cells (h, w) within `radius` cells of a large unknown region.
 
-    A region smaller than the disk of that radius is a gap between the beams: no furniture hides in it.
+    A region smaller than the disk of that radius is ignored as a gap between beams: no furniture fits into it.
     """
-    from scipy import ndimage  # takes half a second, and the first picture does not need it
+    from scipy import ndimage  # the import takes half a second and is not needed at startup
 
+    # connected components of unknown space that are larger than the disk
     regions, _ = ndimage.label(cells == UNKNOWN, structure=np.ones((3, 3)))
-    large = np.bincount(regions.reshape(-1)) >= math.pi * radius**2
-    large[0] = False  # all that is known
+    is_large = np.bincount(regions.reshape(-1)) >= math.pi * radius**2
+    is_large[0] = False  # label 0 is the known space
+    # dilate them by the radius
     table = np.full(math.floor(radius**2 + 1e-9) + 1, INSCRIBED, np.uint8)
-    near = inflate(np.where(large[regions], LETHAL, FREE).astype(np.uint8), table)
-    result: NDArray[np.bool_] = (near >= INSCRIBED) & (cells != UNKNOWN)
-    return result
+    inflated = inflate(np.where(is_large[regions], LETHAL, FREE).astype(np.uint8), table)
+    near_unknown: NDArray[np.bool_] = (inflated >= INSCRIBED) & (cells != UNKNOWN)
+    return near_unknown

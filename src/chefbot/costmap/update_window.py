@@ -1,4 +1,4 @@
-"""A rectangle of cells: where a costmap has changed."""
+"""A rectangular window of cells in which a costmap has changed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class Window(NamedTuple):
-    """Rows top to bottom and columns left to right of a grid, the last ones excluded."""
+    """A window of grid cells: rows top to bottom and columns left to right, the last ones excluded."""
 
     top: int
     left: int
@@ -16,23 +16,25 @@ class Window(NamedTuple):
 
     @staticmethod
     def around(row: float, column: float, radius: float) -> Window:
-        """All cells that a disk touches; row, column and radius in cells, with fractions. A cell more on
-        each side, for what rounding may add."""
+        """Return the window of all cells that a disk touches; row, column and radius in fractional cells.
+
+        One more cell on each side allows for rounding.
+        """
         low_row, low_column = math.floor(row - radius) - 1, math.floor(column - radius) - 1
         return Window(low_row, low_column, math.floor(row + radius) + 2, math.floor(column + radius) + 2)
 
     @property
     def empty(self) -> bool:
-        """Whether it holds no cell."""
+        """Whether the window contains no cell."""
         return self.top >= self.bottom or self.left >= self.right
 
     @property
     def slices(self) -> tuple[slice, slice]:
-        """To index an array with."""
+        """Row and column slices that index an array."""
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
     def joined(self, other: Window) -> Window:
-        """The smallest one that holds both."""
+        """Return the smallest window that contains both."""
         if self.empty or other.empty:
             return other if self.empty else self
         return Window(
@@ -43,7 +45,7 @@ class Window(NamedTuple):
         )
 
     def grown(self, cells: int, shape: tuple[int, ...]) -> Window:
-        """So many cells further on every side, within a grid of that shape."""
+        """Return the window expanded by `cells` on every side and clipped to a grid of that shape."""
         return Window(
             max(self.top - cells, 0),
             max(self.left - cells, 0),
@@ -52,7 +54,7 @@ class Window(NamedTuple):
         )
 
     def seen_from(self, other: Window) -> Window:
-        """The same cells, counted from the corner of `other`."""
+        """Return the same cells relative to the corner of `other`."""
         return Window(
             self.top - other.top, self.left - other.left, self.bottom - other.top, self.right - other.left
         )

@@ -1,1 +1,1 @@
-"""What a waiter does with orders."""
+"""State machine of food delivery orders."""

@@ -1,7 +1,8 @@
-"""A round of deliveries: kitchen, tables, home. People move it on; STOP and errands hold it. No clock, no loop.
+"""State machine of a delivery round: kitchen, tables, home. Pure logic without a clock or an event loop.
 
-`DeliveryStatus` is the whole state, so that a restarted process continues from what was published last. Food counts
-as delivered when a person presses "Taken" (or when the owner has set a timer that does it), never by driving on.
+Events from people move the round on; the emergency stop and errands hold it. `DeliveryStatus` is the complete state,
+so that a restarted process continues from the last message. Food counts as delivered when a person presses "Taken"
+(or a timer set by the owner does), never by driving on.
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ from chefbot.msgs.geometry_msgs import PoseStamped
 
 UNKNOWN_PLACE, NOT_REACHED, ENDED_BY_PERSON = 1, 2, 3
 """Error codes of an outcome."""
-REMEMBERED = 16
-"""How many accepted orders are known by their id, so that a repeated request is not served again."""
+MAX_ACCEPTED_IDS = 16
+"""Number of accepted order ids kept, so that a repeated request is not served again."""
 Resolve = Callable[[tuple[str, ...]], tuple[str, ...]]
 
 
 class Leg(NamedTuple):
-    """Where the robot shall drive now: a place by name, or a pose. A new number is a new drive."""
+    """A drive to a place by name, or to a pose; each drive has a new number."""
 
     number: int
     place: str
@@ -33,7 +34,7 @@ class Leg(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """How an order ended; code 0 if everything was taken."""
+    """The outcome of an order; code 0 if everything was taken."""
 
     order_id: str
     delivered: tuple[str, ...]
@@ -42,9 +43,9 @@ class Outcome(NamedTuple):
 
 
 class Round:
-    """All deliveries. Every method is an event; `status` and `leg` are what follows from it.
+    """The delivery state machine: every method is an event, `status` and `leg` are the outputs.
 
-    `resolve` turns the places of an order into names on the map; it raises UserError for an unknown one.
+    `resolve` converts the places of an order to names on the map and raises UserError for an unknown one.
     """
 
     def __init__(self, kitchen: str, home: str, resolve: Resolve, on_end: Callable[[Outcome], None]) -> None:
@@ -53,304 +54,311 @@ class Round:
         self.stopped = False
         self._resolve, self._on_end = resolve, on_end
         self.number = 0
-        """Of drives so far."""
+        """Number of drives so far."""
 
     @property
     def leg(self) -> Leg | None:
-        """Where to drive; None: stand."""
-        now = self.status
-        if now.held == "errand" or (now.state == "errand" and not now.held):
-            return Leg(self.number, now.errands[0].name, now.errands[0].pose)
-        driving = not now.held and now.state in ("driving", "returning")
-        return Leg(self.number, now.place, None) if driving else None
+        """The current drive, or None to stand still."""
+        status = self.status
+        if status.held == "errand" or (status.state == "errand" and not status.held):
+            return Leg(self.number, status.errands[0].name, status.errands[0].pose)
+        driving = not status.held and status.state in ("driving", "returning")
+        return Leg(self.number, status.place, None) if driving else None
 
     @property
     def in_hand(self) -> bool:
-        """Whether there is a round that has not ended."""
+        """Whether a round is in progress."""
         return self.status.state in IN_ROUND
 
     # -- orders
 
     def order(self, order: Order) -> None:
-        """Accept it once; it begins when nothing else is in hand."""
+        """Accept an order once per id; it starts when no other round is in progress."""
         if order.id and order.id in self.status.accepted:
             return
-        accepted = (*self.status.accepted, order.id)[-REMEMBERED:] if order.id else self.status.accepted
-        self._set(orders=(*self.status.orders, order), accepted=accepted)
+        accepted = (*self.status.accepted, order.id)[-MAX_ACCEPTED_IDS:] if order.id else self.status.accepted
+        self._update_status(orders=(*self.status.orders, order), accepted=accepted)
         if self.stopped and not self.in_hand:
-            self._set(held="stop", sentence=sentences.ORDER_KEPT)
-        self._begin_next()
+            self._update_status(held="stop", sentence=sentences.ORDER_KEPT)
+        self._start_next_order()
 
-    def resume(self, told: DeliveryStatus) -> None:
-        """Continue from the state of a process that died: what was under way is driven again."""
-        self.status = told
-        if not told.held:
-            self._set_out_again()
+    def resume(self, restored: DeliveryStatus) -> None:
+        """Continue from the state restored after a restart; an interrupted drive starts again."""
+        self.status = restored
+        if not restored.held:
+            self._resume_drive()
 
     def cancel(self) -> None:
-        """Give up the round, the orders behind it, and errands."""
-        before = self.status
-        if not (self.in_hand or before.orders or before.errands):
+        """Cancel the round, the waiting orders and the errands."""
+        previous = self.status
+        if not (self.in_hand or previous.orders or previous.errands):
             return
-        many = len(before.orders)
-        self._set(orders=(), errands=(), held="")
-        self._stand("idle", sentences.CANCELLED_TOO.format(many) if many else sentences.CANCELLED)
-        if before.state in IN_ROUND:
-            self._on_end(Outcome(before.order_id, before.delivered, ENDED_BY_PERSON, sentences.CANCELLED))
-        for order in before.orders:
+        waiting_orders = len(previous.orders)
+        self._update_status(orders=(), errands=(), held="")
+        self._set_standing(
+            "idle", sentences.CANCELLED_TOO.format(waiting_orders) if waiting_orders else sentences.CANCELLED
+        )
+        if previous.state in IN_ROUND:
+            self._on_end(Outcome(previous.order_id, previous.delivered, ENDED_BY_PERSON, sentences.CANCELLED))
+        for order in previous.orders:
             self._on_end(Outcome(order.id, (), ENDED_BY_PERSON, sentences.CANCELLED))
 
     def withdraw(self, order_id: str) -> None:
-        """Give up the order of this id, in hand or waiting."""
+        """Cancel the order with this id, in progress or waiting."""
         if self.in_hand and self.status.order_id == order_id:
             self._end_round(sentences.CANCELLED)
         else:
-            self._set(orders=tuple(one for one in self.status.orders if one.id != order_id))
+            self._update_status(
+                orders=tuple(waiting for waiting in self.status.orders if waiting.id != order_id)
+            )
 
-    # -- what people at the robot say
+    # -- buttons at the robot
 
     def loaded(self) -> None:
-        """The food is on the tray."""
+        """Start the deliveries: the food is on the tray."""
         if self.status.state == "loading":
-            self._set(loaded=True)
-            self._next()
+            self._update_status(loaded=True)
+            self._go_to_next_place()
 
     def taken(self) -> None:
-        """The guest has the food."""
+        """Count the table as served: the guest has taken the food."""
         if self.status.state == "waiting":
-            self._set(delivered=(*self.status.delivered, self.status.place))
-            self._next()
+            self._update_status(delivered=(*self.status.delivered, self.status.place))
+            self._go_to_next_place()
 
     def skip(self) -> None:
-        """Nobody takes the food: on to the next place."""
+        """Skip the table, where nobody takes the food, and go on to the next place."""
         if self.status.state == "waiting":
-            self._miss(sentences.not_taken(self.status.place))
-            self._next()
+            self._add_missed(sentences.not_taken(self.status.place))
+            self._go_to_next_place()
 
-    # -- STOP and errands, and what people choose after them
+    # -- emergency stop, errands, and the operator's choice after them
 
     def stop(self, pressed: bool) -> None:
-        """STOP keeps the round; released, the round waits for a person's choice."""
+        """Hold the round on an emergency stop; after the release it waits for the operator's choice."""
         self.stopped = pressed
         if pressed:
-            self._forget_drive()
+            self._drop_current_errand()
             if self.in_hand or self.status.orders:
-                self._set(held="stop", sentence=self._kept())
+                self._update_status(held="stop", sentence=self._held_sentence())
         elif self.status.held == "stop":
-            self._ask("STOP is released.")
+            self._wait_for_choice("STOP is released.")
 
     def diverted(self) -> None:
-        """Somebody else sent the robot elsewhere: it is no longer where it was, or on its way."""
-        asks = self.status.held in ("", "errand")
-        self._forget_drive()
-        self._leave()
-        if asks and (self.in_hand or self.status.orders):
-            self._ask(sentences.DIVERTED)
+        """Note that another client sent the robot elsewhere, so that it is not at its place or on its way."""
+        wait_for_choice = self.status.held in ("", "errand")
+        self._drop_current_errand()
+        self._leave_place()
+        if wait_for_choice and (self.in_hand or self.status.orders):
+            self._wait_for_choice(sentences.DIVERTED)
 
     def go(self, errand: Errand) -> None:
-        """Drive somewhere else: now (the round waits), after the round, or instead of it.
+        """Start an errand: now (the round waits), after the round, or instead of it.
 
-        UserError while STOP is pressed, and when there is a round and `when` does not say how they go together.
+        Raises UserError during an emergency stop, and if a round is in progress and `when` is none of these.
         """
         if self.stopped and not (self.in_hand and errand.when == "after"):
             raise UserError(sentences.NOT_WHILE_STOPPED)
         if self.in_hand and errand.when not in ("now", "after", "instead"):
             raise UserError(sentences.SAY_WHEN)
         if self.in_hand and errand.when == "after":
-            self._set(errands=(*self.status.errands, errand))
+            self._update_status(errands=(*self.status.errands, errand))
         elif self.status.held or (self.in_hand and errand.when == "now"):
             self._go_now(errand)
         else:
             self._go_instead(errand)
 
     def choose(self, choice: str) -> None:
-        """What a round that waits shall do: go_on, kitchen or end. UserError while STOP is pressed."""
+        """Apply the operator's choice for a waiting round: go_on, kitchen or end.
+
+        Raises UserError during an emergency stop.
+        """
         if self.stopped:
             raise UserError(sentences.NOT_WHILE_STOPPED)
         if choice == "go_on" and self.status.held:
-            self._forget_drive()
-            self._set(held="")
-            self._set_out_again()
-            self._begin_next()
+            self._drop_current_errand()
+            self._update_status(held="")
+            self._resume_drive()
+            self._start_next_order()
         elif choice == "kitchen" and self.status.state in ("loading", "driving", "waiting"):
             self._back_to_kitchen()
         elif choice == "end" and self.in_hand:
-            self._end_round(sentences.ended(self._left()))
+            self._end_round(sentences.ended(self._unserved_tables()))
         elif choice == "end" and self.status.held:
             self._drop_next_order()
 
     def arrived(self, fault: str = "") -> None:
-        """The drive of `leg` has ended; `fault` says why the place was not reached."""
+        """Process the end of the drive of `leg`; `fault` is the reason if the place was not reached."""
         leg = self.leg
         if leg is None:
             return
         missed = sentences.not_reached(leg.place, fault) if fault else ""
         if self.status.held == "errand":
-            self._forget_drive()
-            self._ask(missed or sentences.at(leg.place))
+            self._drop_current_errand()
+            self._wait_for_choice(missed or sentences.at(leg.place))
         elif self.status.state == "errand":
-            self._set(errands=self.status.errands[1:])
-            self._after_round(missed or sentences.at(leg.place), failed=bool(missed))
+            self._update_status(errands=self.status.errands[1:])
+            self._start_waiting_work(missed or sentences.at(leg.place), failed=bool(missed))
         else:
             if missed:
-                self._miss(missed)
-            self._arrive(reached=not missed)
+                self._add_missed(missed)
+            self._handle_arrival(reached=not missed)
 
-    # -- the parts
+    # -- transitions
 
-    def _arrive(self, *, reached: bool) -> None:
+    def _handle_arrival(self, *, reached: bool) -> None:
         place = self.status.place
         if self.status.state == "returning":
-            self._finish()
+            self._complete_round()
         elif not reached:
-            self._set(queue=self.status.queue if self.status.loaded else ())
-            self._next()
+            self._update_status(queue=self.status.queue if self.status.loaded else ())
+            self._go_to_next_place()
         elif not self.status.loaded:
-            self._set(state="loading", sentence=sentences.load(self.status.queue))
+            self._update_status(state="loading", sentence=sentences.load(self.status.queue))
         else:
-            self._set(state="waiting", sentence=sentences.take(place))
+            self._update_status(state="waiting", sentence=sentences.take(place))
 
-    def _next(self) -> None:
-        """To the next table, or home; where an errand follows, the round ends here."""
+    def _go_to_next_place(self) -> None:
+        """Drive to the next table, or home; if an errand is waiting the round ends here."""
         if self.status.queue:
             place, *rest = self.status.queue
-            self._set(queue=tuple(rest))
+            self._update_status(queue=tuple(rest))
             self._drive("driving", place)
         elif self.status.errands and not self.status.held:
-            self._finish()
+            self._complete_round()
         else:
             self._drive("returning", self.home)
 
     def _drive(self, state: str, place: str) -> None:
         self.number += 1
         held = self.status.held
-        self._set(
+        self._update_status(
             state=state, place=place, sentence=self.status.sentence if held else sentences.on_the_way(place)
         )
         if held:
-            self._say_again()
+            self._update_held_sentence()
 
-    def _set_out_again(self) -> None:
-        """After whatever held it: to where it was going, or where it stood."""
+    def _resume_drive(self) -> None:
+        """Start the drive to the current place again, after the round was held."""
         self.number += 1
         if self.status.state in ("loading", "waiting"):
-            self._set(state="driving")
+            self._update_status(state="driving")
         if self.in_hand:
-            self._set(sentence=sentences.on_the_way(self.status.place))
+            self._update_status(sentence=sentences.on_the_way(self.status.place))
 
-    def _leave(self) -> None:
-        """It is no longer at the place where it stood: nobody can load or take there."""
+    def _leave_place(self) -> None:
+        """Note that the robot left its place: food cannot be loaded or taken there."""
         if self.status.state in ("loading", "waiting"):
-            self._set(state="driving")
+            self._update_status(state="driving")
 
     def _go_now(self, errand: Errand) -> None:
-        self._forget_drive()
-        self._leave()
+        self._drop_current_errand()
+        self._leave_place()
         self.number += 1
         sentence = sentences.on_the_way(errand.name) + sentences.MEANWHILE
-        self._set(errands=(errand, *self.status.errands), held="errand", sentence=sentence)
+        self._update_status(errands=(errand, *self.status.errands), held="errand", sentence=sentence)
 
     def _go_instead(self, errand: Errand) -> None:
         if self.in_hand:
-            self._drop_round(sentences.ended(self._left()))
-        self._set(errands=(errand,))
+            self._drop_round(sentences.ended(self._unserved_tables()))
+        self._update_status(errands=(errand,))
         self._drive_errand()
 
     def _drive_errand(self) -> None:
         self._drive("errand", self.status.errands[0].name)
 
     def _back_to_kitchen(self) -> None:
-        """The food goes back, and out again when it is loaded."""
+        """Return the food to the kitchen, and deliver it again once it is loaded."""
         if self.status.loaded:
-            self._set(queue=(self.status.place, *self.status.queue))
-        self._forget_drive()
-        self._set(held="", loaded=False)
+            self._update_status(queue=(self.status.place, *self.status.queue))
+        self._drop_current_errand()
+        self._update_status(held="", loaded=False)
         self._drive("driving", self.kitchen)
 
-    def _forget_drive(self) -> None:
-        """The errand in hand ends where the robot is."""
+    def _drop_current_errand(self) -> None:
+        """End the current errand where the robot is."""
         if self.status.held == "errand":
-            self._set(errands=self.status.errands[1:], held="choice")
+            self._update_status(errands=self.status.errands[1:], held="choice")
         elif self.status.state == "errand":
-            self._set(errands=())
-            self._stand("idle", sentences.ERRAND_ENDED)
+            self._update_status(errands=())
+            self._set_standing("idle", sentences.ERRAND_ENDED)
 
-    def _ask(self, reason: str) -> None:
-        self._set(held="choice", sentence=sentences.choose(self.status, reason))
+    def _wait_for_choice(self, reason: str) -> None:
+        self._update_status(held="choice", sentence=sentences.choose(self.status, reason))
 
-    def _say_again(self) -> None:
-        """A round that is held goes on in thought only: the sentence follows."""
+    def _update_held_sentence(self) -> None:
+        """Update the sentence of a held round after its state has advanced."""
         if self.status.held == "stop":
-            self._set(sentence=self._kept())
+            self._update_status(sentence=self._held_sentence())
         elif self.status.held == "choice":
-            self._ask("")
+            self._wait_for_choice("")
 
-    def _kept(self) -> str:
+    def _held_sentence(self) -> str:
         return sentences.stopped(self.status) if self.in_hand else sentences.ORDER_KEPT
 
-    def _miss(self, sentence: str) -> None:
-        self._set(missed=(*self.status.missed, sentence))
+    def _add_missed(self, sentence: str) -> None:
+        self._update_status(missed=(*self.status.missed, sentence))
 
-    def _left(self) -> tuple[str, ...]:
-        """Tables that have not got their food."""
-        at_table = self.status.state in ("driving", "waiting") and self.status.loaded
-        return (self.status.place, *self.status.queue) if at_table else self.status.queue
+    def _unserved_tables(self) -> tuple[str, ...]:
+        """Return the tables that have not received their food."""
+        serving = self.status.state in ("driving", "waiting") and self.status.loaded
+        return (self.status.place, *self.status.queue) if serving else self.status.queue
 
-    def _finish(self) -> None:
-        """All is done that could be done."""
+    def _complete_round(self) -> None:
+        """End the round and report its outcome."""
         missed = self.status.missed
-        self._close("; ".join(missed), NOT_REACHED if missed else 0)
-        self._after_round(missed[0] if missed else sentences.AT_HOME, failed=bool(missed))
+        self._report_round_end("; ".join(missed), NOT_REACHED if missed else 0)
+        self._start_waiting_work(missed[0] if missed else sentences.AT_HOME, failed=bool(missed))
 
     def _end_round(self, sentence: str) -> None:
-        """By a person: the robot stands; further orders wait for a choice if the round was held."""
+        """End the round on request; the robot stands, and waiting orders need a choice if the round was held."""
         self._drop_round(sentence)
-        self._after_round(sentence, failed=False)
+        self._start_waiting_work(sentence, failed=False)
 
     def _drop_round(self, sentence: str) -> None:
-        for table in self._left():
-            self._miss(sentences.not_served(table))
-        self._close(sentence, ENDED_BY_PERSON)
+        for table in self._unserved_tables():
+            self._add_missed(sentences.not_served(table))
+        self._report_round_end(sentence, ENDED_BY_PERSON)
 
-    def _close(self, sentence: str, code: int) -> None:
+    def _report_round_end(self, sentence: str, code: int) -> None:
         status = self.status
-        self._stand("failed" if code == NOT_REACHED else "idle", sentence or sentences.AT_HOME)
+        self._set_standing("failed" if code == NOT_REACHED else "idle", sentence or sentences.AT_HOME)
         self._on_end(Outcome(status.order_id, status.delivered, code, sentence))
 
-    def _stand(self, state: str, sentence: str) -> None:
-        self._set(state=state, place="", queue=(), order_id="", loaded=False, sentence=sentence)
+    def _set_standing(self, state: str, sentence: str) -> None:
+        self._update_status(state=state, place="", queue=(), order_id="", loaded=False, sentence=sentence)
 
-    def _after_round(self, sentence: str, *, failed: bool) -> None:
-        """What waits: an errand, an order, or nothing."""
-        self._stand("failed" if failed else "idle", sentence)
+    def _start_waiting_work(self, sentence: str, *, failed: bool) -> None:
+        """Start what is waiting: an errand, an order, or nothing."""
+        self._set_standing("failed" if failed else "idle", sentence)
         if self.status.held:
             if self.status.orders:
-                self._ask(sentence)
+                self._wait_for_choice(sentence)
             else:
-                self._set(held="", errands=())
+                self._update_status(held="", errands=())
         elif self.status.errands:
             self._drive_errand()
         else:
-            self._begin_next()
+            self._start_next_order()
 
     def _drop_next_order(self) -> None:
         first, *rest = self.status.orders
-        self._set(orders=tuple(rest))
+        self._update_status(orders=tuple(rest))
         self._on_end(Outcome(first.id, (), ENDED_BY_PERSON, sentences.ended(first.places)))
-        self._after_round(sentences.ended(first.places), failed=False)
+        self._start_waiting_work(sentences.ended(first.places), failed=False)
 
-    def _begin_next(self) -> None:
-        """The orders in turn, as far as they can be served at all."""
+    def _start_next_order(self) -> None:
+        """Start the next order; orders with unknown places fail at once."""
         while self.status.orders and not self.status.held and self.status.state in ("idle", "failed"):
             first, *rest = self.status.orders
-            self._set(orders=tuple(rest), order_id=first.id, delivered=(), missed=())
+            self._update_status(orders=tuple(rest), order_id=first.id, delivered=(), missed=())
             try:
                 tables = self._tables(first)
             except UserError as error:
-                self._stand("failed", str(error))
+                self._set_standing("failed", str(error))
                 self._on_end(Outcome(first.id, (), UNKNOWN_PLACE, str(error)))
             else:
-                self._set(queue=tables)
+                self._update_status(queue=tables)
                 self._drive("driving", self.kitchen)
 
     def _tables(self, order: Order) -> tuple[str, ...]:
@@ -361,5 +369,5 @@ class Round:
         except UserError as error:
             raise UserError(f"On this map {error}.") from None
 
-    def _set(self, **changes: Any) -> None:
+    def _update_status(self, **changes: Any) -> None:
         self.status = msgspec.structs.replace(self.status, **changes)

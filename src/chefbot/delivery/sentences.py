@@ -1,4 +1,4 @@
-"""The sentences of a round, as a person reads them."""
+"""Messages of the delivery status, as shown to people."""
 
 from __future__ import annotations
 
@@ -18,62 +18,62 @@ NO_PLACE = "The order names no place."
 MEANWHILE = " The round waits."
 SAY_WHEN = "a round is under way; say when to drive there: now, after it, or instead of it"
 IN_ROUND = ("loading", "driving", "waiting", "returning")
-"""States of a round; in `errand` the robot drives for a person, with no food."""
+"""States of a round; in the state `errand` the robot drives without food on an operator's request."""
 
 
 def spoken(place: str) -> str:
-    """The name of a place without its underscores."""
+    """Return the display name of a place, with spaces for underscores."""
     return place.replace("_", " ")
 
 
 def listed(places: Sequence[str]) -> str:
-    """Several places in a sentence."""
-    *most, last = map(spoken, places)
-    return f"{', '.join(most)} and {last}" if most else last
+    """Return the display names of several places as a list in a sentence."""
+    *first, last = map(spoken, places)
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def on_the_way(place: str) -> str:
-    """While driving."""
+    """Return the message while driving to a place."""
     return f"On the way to {spoken(place) or 'the place on the map'}."
 
 
 def at(place: str) -> str:
-    """After an errand."""
+    """Return the message after an errand has reached its place."""
     return f"At {spoken(place) or 'the place on the map'}."
 
 
 def load(tables: Sequence[str]) -> str:
-    """In the kitchen, with what is to be loaded."""
+    """Return the message in the kitchen, with the tables to load for."""
     return f"In the kitchen. Load the food for {listed(tables)}, then press 'Loaded'."
 
 
 def take(table: str) -> str:
-    """At a table."""
+    """Return the message at a table, where the food is to be taken."""
     return f"Your food is here, {spoken(table)}. Please take it and press 'Taken'."
 
 
 def not_reached(place: str, why: str) -> str:
-    """A place that navigation gave up."""
+    """Return the message for a place that navigation did not reach."""
     return f"{spoken(place)} was not reached: {why}"
 
 
 def not_taken(table: str) -> str:
-    """A table where nobody took the food."""
+    """Return the message for a table where nobody took the food."""
     return f"{spoken(table)}: nobody took the food"
 
 
 def not_served(table: str) -> str:
-    """A table of a round that a person ended."""
+    """Return the message for an unserved table of a round ended on request."""
     return f"{spoken(table)}: the round was ended before it was served"
 
 
 def stopped(status: DeliveryStatus) -> str:
-    """While STOP is pressed."""
+    """Return the message of a round during an emergency stop."""
     return f"STOP is pressed. The round is kept: {spoken(status.place)} is next."
 
 
 def choose(status: DeliveryStatus, reason: str) -> str:
-    """While the round waits for a person."""
+    """Return the message while the round waits for the operator's choice."""
     if status.state not in IN_ROUND:
         options = "begin with the next order, or drop it"
     elif status.state == "returning":
@@ -84,5 +84,5 @@ def choose(status: DeliveryStatus, reason: str) -> str:
 
 
 def ended(left: Sequence[str]) -> str:
-    """After a person ended the round; what was left."""
+    """Return the message after a round was ended on request, with the unserved tables."""
     return f"The round was ended; not served: {listed(left)}." if left else "The round was ended."

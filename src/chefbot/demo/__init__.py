@@ -1,1 +1,1 @@
-"""The demo run with its score and report."""
+"""The demo: a scored run of mapping, localization and delivery."""

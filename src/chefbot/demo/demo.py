@@ -1,4 +1,4 @@
-"""`chefbot demo`: map alone, save, forget everything, localize, deliver, come home; and a report of it."""
+"""Implementation of `chefbot demo`: map, save, restart, localize, deliver, return home, report."""
 
 from __future__ import annotations
 
@@ -40,22 +40,26 @@ from chefbot.ui.browser import open_browser
 from chefbot.ui.page import CLICK_STD_XY, CLICK_STD_YAW
 
 SECOND = 1_000_000_000
-EXPLORE_LIMIT, FIND_LIMIT, DELIVER_LIMIT = 3600.0, 400.0, 1800.0
-"""Seconds of the robot's time after which a phase has failed; in a large building exploration may take longer."""
-EXPLORE_RATE = 5.0
-"""Seconds of exploration for each square metre of the world's bounds, of which a third is floor."""
-FIRST_PICTURE = 2_500_000_000
-"""Nanoseconds of the robot's time until there is a first map, before anything is planned on it."""
+"""One second in nanoseconds."""
+EXPLORATION_TIMEOUT, LOCALIZATION_TIMEOUT, DELIVERY_TIMEOUT = 3600.0, 400.0, 1800.0
+"""Time after which a phase has failed, s of the robot's time; a large building extends that of
+exploration."""
+EXPLORATION_TIME_PER_AREA = 5.0
+"""Exploration time for each square metre of the world's bounds, of which a third is floor, s/m^2."""
+FIRST_MAP_NS = 2_500_000_000
+"""Time until there is a first map, before anything is planned on it, ns of the robot's time."""
 LOG_PERIOD = 60_000_000_000
-"""Nanoseconds of the robot's time between lines of progress where the output is no terminal."""
+"""Period of progress lines where the output is no terminal, ns of the robot's time."""
 PRESSES = {"loading": ("loaded", 3 * SECOND), "waiting": ("taken", 5 * SECOND)}
-"""What the operator presses in which state, and how long after the robot's arrival (ns of its time)."""
+"""Button that the operator presses in a state, and its delay after the robot's arrival, ns of the robot's
+time."""
 TABLES = 3
+"""Number of tables that order."""
 console = Console(highlight=False)
 
 
 class DemoOptions(NamedTuple):
-    """As on the command line."""
+    """The options of the demo, as on the command line."""
 
     world: str
     robot: str
@@ -71,7 +75,7 @@ class DemoOptions(NamedTuple):
 
 
 def run_demo(options: DemoOptions) -> int:
-    """Exit code: 0 if everything was delivered without a collision, else 1."""
+    """Run the demo; return the exit code: 0 if all was delivered without a collision, else 1."""
     speed = _speed(options.speed)
     clock = LeadingClock(min(speed or SPEED, SPEED)) if options.processes else None
     robot = load_robot(options.robot)
@@ -96,7 +100,7 @@ def run_demo(options: DemoOptions) -> int:
 
 
 def chosen_tables(world: World, seed: int) -> list[str]:
-    """Which tables have ordered: three by chance, or as many as there are."""
+    """Return the tables that order: three at random, or the first one where the world has fewer."""
     tables = sorted(name for name in world.places if name.startswith("table_"))
     if not tables or "kitchen" not in world.places:
         raise UserError(
@@ -119,7 +123,10 @@ def _speed(text: str) -> float:
 
 
 class Demo:
-    """The person who runs the show: starts launches, clicks, orders; sees the truth to score and to click."""
+    """The operator of the demo: launches, clicks and orders.
+
+    It uses the ground truth, to score the run and to place a click.
+    """
 
     def __init__(
         self,
@@ -132,45 +139,45 @@ class Demo:
     ) -> None:
         self.system, self.robot, self.world, self.options, self.tables = system, robot, world, options, tables
         self.places = {name: world.start.between(pose) for name, pose in world.places.items()}
-        self._warming = warming
+        self._compilation = warming
         self.scorer = Scorer(system, self.places)
         self.map_path = options.out / "map.yaml"
         self.explored = ExplorationStatus()
         self.found: bool | None = None
         self.failure = ""
         self.fault = ""
-        """What the nodes raised, of this process or of another."""
+        """Last exception raised by a node, of this process or of another."""
         self.processes: Processes | None = None
-        """None: all in one."""
-        self._given_up = False
-        self._began = wall_ns()
+        """The worker processes; None if all nodes run in this process."""
+        self._aborted = False
+        self._began_ns = wall_ns()
         self._phase = ""
         self.took = 0.0
         self._rng = np.random.default_rng([options.seed, 0xC11C])
         system.loop.tap(self.scorer)
-        system.loop.tap(self._watch)
+        system.loop.tap(self._on_publication)
 
     def run(self) -> None:
-        """All phases; `failure` says where it ended."""
-        for phase in (self._explore, self._forget_and_find, self._deliver):
+        """Run all phases; `failure` is the reason why one failed."""
+        for phase in (self._explore, self._localize, self._deliver):
             self.failure = phase()
-            if self.failure and self._given_up:
+            if self.failure and self._aborted:
                 self.failure = "told to end before it was done"
             if self.failure:
                 break
-        self.took = (wall_ns() - self._began) / 1e9
+        self.took = (wall_ns() - self._began_ns) / 1e9
 
     def goes_on(self) -> bool:
-        """Until somebody gives up."""
-        return not self._given_up
+        """Return whether the demo was not aborted."""
+        return not self._aborted
 
     def give_up(self) -> None:
-        """From a signal: end after the event in hand."""
-        self._given_up = True
+        """Abort the demo after the current event; a signal handler."""
+        self._aborted = True
         self.system.loop.stop()
 
     def result(self) -> DemoResult:
-        """All figures."""
+        """Return all figures of the demo."""
         return summarize(self)
 
     # -- phases
@@ -182,11 +189,11 @@ class Demo:
             console.print(
                 f"The robot starts at [{x:.2f}, {y:.2f}, {yaw:.2f}], {self.world.start_note}", markup=False
             )
-        self._say("Exploring: mapping the world alone")
-        self._finish_warming()
+        self._announce_phase("Exploring: mapping the world alone")
+        self._wait_for_kernels()
         x0, y0, x1, y1 = self.world.bounds
-        limit = max(EXPLORE_LIMIT, EXPLORE_RATE * (x1 - x0) * (y1 - y0))
-        if not self._until(limit, lambda: self.explored.done):
+        limit = max(EXPLORATION_TIMEOUT, EXPLORATION_TIME_PER_AREA * (x1 - x0) * (y1 - y0))
+        if not self._run_until(limit, lambda: self.explored.done):
             return f"exploration was not done after {limit:.0f} s"
         if self.scorer.map is None:
             return "exploration made no map"
@@ -195,112 +202,112 @@ class Demo:
         save_places(places_path(self.map_path), self.places)
         return ""
 
-    def _forget_and_find(self) -> str:
-        """A restart: every node is made anew, only the saved files are left."""
+    def _localize(self) -> str:
+        """Restart: all nodes are constructed again, only the saved files are kept."""
         self.scorer.phase = "localizing"
         self._start("waiter", {"map_file": str(self.map_path)})
-        self._say("Everything forgotten; finding the robot on the saved map")
-        self._tell_where_it_is()
-        if not self._until(FIND_LIMIT, lambda: self.found is not None) or not self.found:
+        self._announce_phase("Everything forgotten; finding the robot on the saved map")
+        self._set_initial_pose()
+        if not self._run_until(LOCALIZATION_TIMEOUT, lambda: self.found is not None) or not self.found:
             return "the robot did not find itself on the saved map"
         self.scorer.phase = "delivering"
         return ""
 
-    def _tell_where_it_is(self) -> None:
-        """With a lidar it finds out by itself; for a camera a person clicks about where it stands."""
+    def _set_initial_pose(self) -> None:
+        """Start global localization with a lidar; for a camera publish the operator's approximate click."""
         if self.robot.sensors.lidar is not None:
-            self._post("reinitialize_global_localization", Empty())
+            self._publish_external("reinitialize_global_localization", Empty())
             return
         pose = clicked(self.scorer.last_truth, self._rng)
         covariance = covariance_36(np.diag([CLICK_STD_XY**2, CLICK_STD_XY**2, CLICK_STD_YAW**2]))
         header = Header.of(self.system.loop.now_ns, "map")
         click = PoseWithCovarianceStamped(header, PoseWithCovariance(Pose.of(pose), covariance))
-        self._post("initialpose", click)
+        self._publish_external("initialpose", click)
 
     def _deliver(self) -> str:
-        self._say(f"Delivering to {', '.join(self.tables)}")
-        self._post("order", Order(tuple(self.tables)))
-        began = self.system.loop.now_ns
+        self._announce_phase(f"Delivering to {', '.join(self.tables)}")
+        self._publish_external("order", Order(tuple(self.tables)))
+        began_ns = self.system.loop.now_ns
 
         def ended() -> bool:
             status = self.scorer.delivery
-            return status.state in ("idle", "failed") and status.header.stamp.ns > began + SECOND
+            return status.state in ("idle", "failed") and status.header.stamp.ns > began_ns + SECOND
 
-        if not self._until(DELIVER_LIMIT, ended):
-            return f"the deliveries were not done after {DELIVER_LIMIT:.0f} s"
+        if not self._run_until(DELIVERY_TIMEOUT, ended):
+            return f"the deliveries were not done after {DELIVERY_TIMEOUT:.0f} s"
         return self.scorer.delivery.sentence if self.scorer.delivery.state == "failed" else ""
 
     # -- helpers
 
     def _start(self, name: str, arguments: dict[str, str]) -> None:
-        o = self.options
-        given = {
-            "world": o.world,
-            "profile": o.profile,
-            "people": str(o.people),
-            "port": str(o.port),
-            "headless": str(o.headless).lower(),
-            "pictures": "0" if o.headless else "2",
-            "seed": str(o.seed),
-            "robot": o.robot,
+        options = self.options
+        values = {
+            "world": options.world,
+            "profile": options.profile,
+            "people": str(options.people),
+            "port": str(options.port),
+            "headless": str(options.headless).lower(),
+            "pictures": "0" if options.headless else "2",
+            "seed": str(options.seed),
+            "robot": options.robot,
         }
-        known = load_launch(name).args
-        given = {key: value for key, value in {**given, **arguments}.items() if key in known}
-        launch = load_launch(name, given)
-        if o.lan:
+        accepted = load_launch(name).args
+        values = {key: value for key, value in {**values, **arguments}.items() if key in accepted}
+        launch = load_launch(name, values)
+        if options.lan:
             launch = served_at(launch, EVERYWHERE)
         if self.processes is None:
             start(self.system, launch)
         else:
             self.processes.start(launch)
         if name == "explore" and "page" in self.system.nodes:
-            self._open_page()
+            self._open_web_ui()
 
-    def _open_page(self) -> None:
+    def _open_web_ui(self) -> None:
         page: Any = self.system.nodes["page"]
-        if not self._warming.page_opened:
+        if not self._compilation.page_opened:
             announce(console, [page])
             open_browser(page.url)
 
-    def _finish_warming(self) -> None:
-        """With a first picture on the page, wait for the kernels that thought needs."""
-        if self._warming.busy:
-            self.system.loop.run(until_ns=self.system.loop.now_ns + FIRST_PICTURE)
+    def _wait_for_kernels(self) -> None:
+        """Wait for the kernels that the algorithms need, with a first map in the web UI."""
+        if self._compilation.busy:
+            self.system.loop.run(until_ns=self.system.loop.now_ns + FIRST_MAP_NS)
             page: Any = self.system.nodes.get("page")
-            self._warming.wait(show=page.show_progress if page else lambda _: None)
-            self._began = wall_ns()
+            self._compilation.wait(show=page.show_progress if page else lambda _: None)
+            self._began_ns = wall_ns()
 
-    def _until(self, limit: float, done: Callable[[], bool]) -> bool:
-        """Run until `done`, for `limit` seconds of the robot's time at most; shows how far it is."""
+    def _run_until(self, limit: float, done: Callable[[], bool]) -> bool:
+        """Run until `done`, at most `limit` seconds of the robot's time; show the progress."""
         loop = self.system.loop
-        end = loop.now_ns + round(limit * SECOND)
-        told_ns = loop.now_ns
+        end_ns = loop.now_ns + round(limit * SECOND)
+        logged_ns = loop.now_ns
         with console.status("") as status:
-            while not done() and loop.now_ns < end and not self._given_up:
-                loop.run(until_ns=min(end, loop.now_ns + SECOND), until=done)
+            while not done() and loop.now_ns < end_ns and not self._aborted:
+                loop.run(until_ns=min(end_ns, loop.now_ns + SECOND), until=done)
                 status.update(self._progress())
-                if not console.is_terminal and loop.now_ns - told_ns >= LOG_PERIOD:
+                if not console.is_terminal and loop.now_ns - logged_ns >= LOG_PERIOD:
                     console.print(self._progress())
-                    told_ns = loop.now_ns
+                    logged_ns = loop.now_ns
         return done()
 
     def _progress(self) -> str:
-        seconds, spent = self.system.loop.now_ns / 1e9, (wall_ns() - self._began) / 1e9
+        seconds, elapsed = self.system.loop.now_ns / 1e9, (wall_ns() - self._began_ns) / 1e9
         pose = self.scorer.last_truth
-        pace = f"{seconds:.0f} s, {seconds / spent:.1f} x real time"
-        return f"{self._phase}: {pace}, at ({pose.x:.1f}, {pose.y:.1f}) m"
+        rate = f"{seconds:.0f} s, {seconds / elapsed:.1f} x real time"
+        return f"{self._phase}: {rate}, at ({pose.x:.1f}, {pose.y:.1f}) m"
 
-    def _say(self, sentence: str) -> None:
+    def _announce_phase(self, sentence: str) -> None:
         self._phase = sentence
         console.print(f"[{self.system.loop.now_ns / 1e9:7.1f} s] {sentence}")
-        self._post("phase", String(sentence + "."))
+        self._publish_external("phase", String(sentence + "."))
 
-    def _post(self, topic: str, message: Any) -> None:
-        """As the page would: from outside, so that a replay finds it in the log."""
+    def _publish_external(self, topic: str, message: Any) -> None:
+        """Publish as the web UI does, as a device, so that a replay finds the message in the recording."""
         loop = self.system.loop
         loop.post(lambda: loop.publish(topic, message, "person", from_device=True))
 
-    def _watch(self, publication: Publication) -> None:
+    def _on_publication(self, publication: Publication) -> None:
         message = publication.message
         if isinstance(message, ExplorationStatus):
             self.explored = message
@@ -314,7 +321,7 @@ class Demo:
             loop.at(loop.now_ns + after, DEVICE, lambda: self._press(topic, message.place))
 
     def _press(self, button: str, place: str) -> None:
-        """The operator loads the food, the guest takes it: if the robot still waits for that."""
+        """Press the operator's or the guest's button, if the robot still waits for it."""
         status = self.scorer.delivery
         if status.place == place and PRESSES.get(status.state, ("", 0))[0] == button:
             self.system.loop.publish(button, Empty(), "person", from_device=True)

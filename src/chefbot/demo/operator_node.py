@@ -1,4 +1,4 @@
-"""The person of the demo as a node: what it says and hears has to cross from process to process."""
+"""The demo's operator as a node, so that its messages are bridged between processes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from chefbot.runtime.node import Device, In, NoParams, Out
 
 
 class PersonDevice(Device):
-    """Does nothing itself: the demo speaks in its name, and looks at what reaches the loop."""
+    """Declares the operator's topics only: the demo publishes in its name and observes the loop."""
 
     params: NoParams
     map: In[OccupancyGrid]

@@ -1,4 +1,4 @@
-"""The demo as several processes over the wire: who runs where, and what each cost."""
+"""The demo as several processes over the wire: which node runs where, and the CPU time of each process."""
 
 from __future__ import annotations
 
@@ -25,24 +25,27 @@ from chefbot.runtime.node_container import System
 from chefbot.supervision.supervisor import Supervisor
 
 SPEED = 4.0
-"""Times real time at most: so that what the wire takes stays small beside what control waits anyway."""
+"""Maximum real-time factor, so that the latency of the wire stays small beside the control period."""
 PROCESSES = {
     "slam": ("gmapping", "amcl"),
     "navigation": ("planner", "controller", "navigator", "explorer", "finder"),
     "service": ("places", "map_file", "delivery", "page"),
 }
-"""All others run with the simulator in the demo's own process: drivers, odometry, the gate before the wheels."""
+"""Nodes of each worker process; all others run with the simulator in the demo's own process: drivers,
+odometry, the drive base."""
 OWN = "simulator and base"
-PATIENCE = 60.0
-"""Wall seconds until all processes must be there."""
-LOOK_NS = 50_000_000
+"""Name of the demo's own process in the table."""
+START_TIMEOUT = 60.0
+"""Maximum wall time until all processes are on the wire, s."""
+POLL_PERIOD_NS = 50_000_000
+"""Period of the checks whether all processes are on the wire, ns."""
 
 
 def in_processes(launch: Launch) -> Launch:
-    """Its nodes divided among PROCESSES, and the person beside them."""
-    homes = {node: process for process, nodes in PROCESSES.items() for node in nodes}
+    """Return the launch with its nodes divided among PROCESSES, and the operator's node added."""
+    process_of = {node: process for process, nodes in PROCESSES.items() for node in nodes}
     nodes = {
-        name: msgspec.structs.replace(entry, process=homes.get(name, ""))
+        name: msgspec.structs.replace(entry, process=process_of.get(name, ""))
         for name, entry in launch.nodes.items()
     }
     nodes["person"] = NodeEntry(kind="chefbot.demo.operator_node:PersonDevice")
@@ -50,7 +53,7 @@ def in_processes(launch: Launch) -> Launch:
 
 
 def cpu_seconds(pid: int) -> float | None:
-    """CPU time of a running process so far; None where the system has no /proc."""
+    """Return the CPU time of a running process, s; None where the system has no /proc."""
     try:
         fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     except OSError:
@@ -59,14 +62,17 @@ def cpu_seconds(pid: int) -> float | None:
 
 
 class Processes:
-    """`start(launch)` replaces the nodes of all processes; `used` is what they cost, CPU seconds by name."""
+    """The worker processes of the demo; `used` is the CPU time of each process by name, s."""
 
     def __init__(
-        self, system: System, clock: LeadingClock, console: Console, going: Callable[[], bool]
+        self, system: System, clock: LeadingClock, console: Console, keeps_running: Callable[[], bool]
     ) -> None:
-        """UserError if the wire cannot be had. `going`: False as soon as somebody gives up."""
+        """Open the wire. Raises UserError if that fails.
+
+        `keeps_running` returns False once the demo is aborted.
+        """
         self.used: dict[str, float] = {}
-        self._system, self._clock, self._going = system, clock, going
+        self._system, self._clock, self._keeps_running = system, clock, keeps_running
         self._stack = ExitStack()
         self._running = ExitStack()
         self._supervisor: Supervisor | None = None
@@ -76,24 +82,26 @@ class Processes:
         self._bridge: Bridge = bridge
         system.loop.tap(show_remarks)
         self._missing: set[str] = set()
-        self._usual_speed = clock.speed
-        system.loop.tap(self._notice)
-        space = str(plan.args["namespace"]) or "/"
-        hear_followers(self._stack.enter_context(WireNode(bridge.wire, "chefbot_pace", space)), self._hear)
+        self._normal_speed = clock.speed
+        system.loop.tap(self._on_process_state)
+        namespace = str(plan.args["namespace"]) or "/"
+        hear_followers(
+            self._stack.enter_context(WireNode(bridge.wire, "chefbot_pace", namespace)), self._on_progress
+        )
 
     def start(self, launch: Launch) -> None:
-        """The former processes end before the new begin; returns when all nodes are on the wire."""
+        """Replace the nodes of all processes; return when all nodes are on the wire."""
         plan = in_processes(launch)
-        own, rest = split(plan)
+        own_part, worker_parts = split(plan)
         self._end_children()
-        self._clock.follow(rest)
-        start(self._system, own)
+        self._clock.follow(worker_parts)
+        start(self._system, own_part)
         folder = Path.cwd()
         self._supervisor = self._running.enter_context(others(self._bridge, self._system, plan, folder))
-        self._await(list(rest))
+        self._wait_for(list(worker_parts))
 
     def close(self) -> None:
-        """End all but this one."""
+        """End all worker processes and leave the wire."""
         self._end_children()
         own = cpu_seconds(os.getpid())
         if own is not None:
@@ -101,7 +109,7 @@ class Processes:
         self._stack.close()
 
     def table(self) -> list[tuple[str, str]]:
-        """A line for each process: what runs in it, its CPU."""
+        """Return a line for each process: its nodes and its CPU time."""
         lines = [
             (f"process {name}", f"{seconds:.1f} s of CPU; {', '.join(PROCESSES.get(name, ()))}".rstrip("; "))
             for name, seconds in self.used.items()
@@ -109,29 +117,29 @@ class Processes:
         waited = f"at {SPEED:g} x real time at most; {self._clock.waited_ns / 1e9:.1f} s waited for followers"
         return [*lines, ("pace", waited)]
 
-    def _notice(self, publication: Publication) -> None:
-        """While a process is missing time does not hurry: starting it again takes what it takes of the wall's."""
+    def _on_process_state(self, publication: Publication) -> None:
+        """Limit the real-time factor to 1 while a process is missing, as its restart takes wall time."""
         if not isinstance(publication.message, String):
             return
         if publication.topic == "process_lost":
             self._missing.add(publication.message.data)
         elif publication.topic == "process_back":
             self._missing.discard(publication.message.data)
-        pace = min(1.0, self._usual_speed) if self._missing else self._usual_speed
-        self._clock.change_pace(pace, self._system.loop.now_ns)
+        speed = min(1.0, self._normal_speed) if self._missing else self._normal_speed
+        self._clock.change_pace(speed, self._system.loop.now_ns)
 
-    def _hear(self, process: str, reached_ns: int) -> None:
+    def _on_progress(self, process: str, reached_ns: int) -> None:
         self._clock.tell(process, reached_ns)
         self._system.loop.wake()
 
-    def _await(self, processes: list[str]) -> None:
-        """Time goes on meanwhile: they follow it."""
-        loop, until = self._system.loop, wall_ns() + round(PATIENCE * 1e9)
-        while self._going() and not all(map(self._bridge.sees, processes)):
-            loop.run(until_ns=loop.now_ns + LOOK_NS)
-            if wall_ns() > until:
+    def _wait_for(self, processes: list[str]) -> None:
+        """Run the loop until all processes are on the wire, as they follow its time."""
+        loop, deadline_ns = self._system.loop, wall_ns() + round(START_TIMEOUT * 1e9)
+        while self._keeps_running() and not all(map(self._bridge.sees, processes)):
+            loop.run(until_ns=loop.now_ns + POLL_PERIOD_NS)
+            if wall_ns() > deadline_ns:
                 missing = [name for name in processes if not self._bridge.sees(name)]
-                raise UserError(f"process {missing[0]} is not on the wire after {PATIENCE:.0f} s")
+                raise UserError(f"process {missing[0]} is not on the wire after {START_TIMEOUT:.0f} s")
 
     def _end_children(self) -> None:
         for name, pid in (self._supervisor.pids() if self._supervisor else {}).items():

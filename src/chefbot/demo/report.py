@@ -1,4 +1,4 @@
-"""Pictures of a demo, and one HTML page that holds them."""
+"""HTML report of a demo with its plots."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ if TYPE_CHECKING:
     from chefbot.robot.spec import Robot
 
 INK, PAPER, UNKNOWN_TINT = 0.12, 1.0, 0.8
+"""Grey levels of occupied, free and unknown cells, from 0 (black) to 1 (white)."""
 
 
 def write_report(out: Path, result: DemoResult, scorer: Scorer, world: World, robot: Robot) -> None:
-    """`report.html`, and the picture of the map beside the plan as `map_and_plan.png`."""
+    """Write `report.html`, and the map beside the ground-truth plan as `map_and_plan.png`."""
     plan = true_plan(world, robot)
     pictures = {"The true plan and the map that the robot made": _maps(plan, scorer.saved_map)}
     for title, track in (("While mapping", scorer.mapping), ("While delivering", scorer.delivering)):
@@ -77,7 +78,7 @@ def _figure(rows: int, columns: int, width: float, height: float) -> tuple[Any, 
 
 
 def _draw_grid(axes: Any, grid: Grid) -> None:
-    """Dark is occupied, white free, grey unknown."""
+    """Draw a grid: dark is occupied, white free, grey unknown."""
     shade = np.where(grid.cells < 0, UNKNOWN_TINT, PAPER - (PAPER - INK) * grid.cells / 100.0)
     right = grid.origin_x + grid.width * grid.resolution
     top = grid.origin_y + grid.height * grid.resolution
@@ -106,12 +107,12 @@ def _page(result: DemoResult, pictures: dict[str, bytes]) -> str:
         f"src='data:image/png;base64,{base64.b64encode(png).decode()}'>"
         for title, png in pictures.items()
     )
-    left = "".join(f"<li>{html.escape(one)}</li>" for one in result.left_unexplored)
+    unexplored = "".join(f"<li>{html.escape(region)}</li>" for region in result.left_unexplored)
     title = f"{html.escape(result.robot)} in {html.escape(result.world)}, seed {result.seed}"
     return (
         "<!doctype html><html lang='en'><meta charset='utf-8'>"
         f"<title>{title}</title><style>{_STYLE}</style><h1>{title}</h1><p class='verdict'>{verdict}</p>"
-        f"<table>{rows}</table>{figures}<h2>Left unexplored, and why</h2><ul>{left}</ul></html>\n"
+        f"<table>{rows}</table>{figures}<h2>Left unexplored, and why</h2><ul>{unexplored}</ul></html>\n"
     )
 
 

@@ -1,4 +1,4 @@
-"""Scoring of a simulated run: the only place where the truth is looked at."""
+"""Scoring of a simulated run; the only module that uses the ground truth."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from chefbot.runtime.node_container import System
 from chefbot.runtime.transform_buffer import TransformError
 
 ARRIVED = 0.35
-"""Metres from the true place at which a guest can reach the food."""
+"""Maximum distance from the true place at which a guest can reach the food, m."""
 
 
 @dataclass
 class Track:
-    """Truth and estimate at the same instants."""
+    """Ground-truth and estimated poses at the same instants."""
 
     times: list[float] = field(default_factory=list)
     truth: list[SE2] = field(default_factory=list)
     estimate: list[SE2] = field(default_factory=list)
 
     def errors(self) -> NDArray[np.float64]:
-        """Distance of the two at each instant, metres."""
+        """Return the position error at each instant, m; shape (n,)."""
         return np.array([a.distance(b) for a, b in zip(self.truth, self.estimate, strict=True)])
 
 
 class Scorer:
-    """A tap on the loop: `loop.tap(scorer)`."""
+    """Observes all messages of a loop and scores the run: `loop.tap(scorer)`."""
 
     def __init__(self, system: System, places: dict[str, SE2]) -> None:
         self._system = system
@@ -49,16 +49,16 @@ class Scorer:
         self.recoveries = 0
         self.delivery = DeliveryStatus()
         self.delivered: list[str] = []
-        """Where the robot said 'your food is here' and truly was."""
+        """Places where the robot reported an arrival with food and truly was."""
         self.phase = "mapping"
         self.last_truth = SE2(0.0, 0.0, 0.0)
         self._last_recoveries = 0
 
     def __call__(self, publication: Publication) -> None:
-        """Look at one message."""
+        """Update the score with one published message."""
         message = publication.message
         if publication.topic == "ground_truth" and isinstance(message, Odometry):
-            self._locate(message)
+            self._on_ground_truth(message)
         elif publication.topic == "map" and isinstance(message, OccupancyGrid):
             self.map = message
         elif isinstance(message, Collision):
@@ -69,22 +69,22 @@ class Scorer:
             self.recoveries += max(0, message.recoveries - self._last_recoveries)
             self._last_recoveries = message.recoveries
         elif isinstance(message, DeliveryStatus):
-            self._follow(message)
+            self._on_delivery_status(message)
 
-    def _locate(self, truth: Odometry) -> None:
-        """The newest estimate against the truth of the same instant."""
+    def _on_ground_truth(self, truth: Odometry) -> None:
+        """Compare the latest estimate with the ground truth of the same instant."""
         pose = truth.pose.pose.se2
         self.path_length += self.last_truth.distance(pose)
         self.last_truth = pose
         if self.phase == "localizing":
-            return  # it does not claim to know yet
+            return  # it does not report to be localized yet
         stamp = truth.header.stamp.ns
         track = self.mapping if self.phase == "mapping" else self.delivering
         self._system.transforms.when(
-            "odom", "base_link", stamp, lambda odom: self._note(track, stamp, truth.pose.pose.se2, odom)
+            "odom", "base_link", stamp, lambda odom: self._add_sample(track, stamp, truth.pose.pose.se2, odom)
         )
 
-    def _note(self, track: Track, stamp: int, truth: SE2, odom: SE2) -> None:
+    def _add_sample(self, track: Track, stamp: int, truth: SE2, odom: SE2) -> None:
         try:
             estimate = self._system.transforms.lookup("map", "odom") @ odom
         except TransformError:
@@ -93,19 +93,19 @@ class Scorer:
         track.truth.append(truth)
         track.estimate.append(estimate)
 
-    def _follow(self, status: DeliveryStatus) -> None:
+    def _on_delivery_status(self, status: DeliveryStatus) -> None:
         self.delivery = status
         place = self._places.get(status.place)
         if status.state == "waiting" and place and self.last_truth.distance(place) <= ARRIVED:
             self.delivered.append(status.place)
 
     def at_home(self) -> bool:
-        """Whether the robot truly is at home."""
+        """Return whether the robot truly is at home."""
         return self.last_truth.distance(self._places["home"]) <= ARRIVED
 
 
 def summary_of(errors: NDArray[np.float64]) -> dict[str, float | None]:
-    """Median, 95th percentile and maximum; None without any value."""
+    """Return the median, 95th percentile and maximum of the errors; None without any value."""
     if len(errors) == 0:
         return {"median": None, "p95": None, "max": None}
     return {
@@ -116,7 +116,7 @@ def summary_of(errors: NDArray[np.float64]) -> dict[str, float | None]:
 
 
 def clicked(truth: SE2, rng: np.random.Generator) -> SE2:
-    """Where a person would click: half a metre and twenty degrees off, in a direction of chance."""
+    """Return a pose as an operator would click it: 0.5 m and 20 degrees off, in a random direction."""
     bearing = rng.uniform(-math.pi, math.pi)
     turn = math.copysign(math.radians(20.0), rng.uniform(-1.0, 1.0))
     return SE2(truth.x + 0.5 * math.cos(bearing), truth.y + 0.5 * math.sin(bearing), truth.yaw + turn)

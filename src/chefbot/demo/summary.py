@@ -1,4 +1,4 @@
-"""The figures of a demo."""
+"""Summary of a demo's results."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class DemoResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What goes into summary.json; metres, seconds, shares from 0 to 1. None: there was nothing to measure."""
+    """Content of summary.json; metres, seconds, fractions from 0 to 1. None: there was nothing to measure."""
 
     success: bool
     failure: str
@@ -46,15 +46,15 @@ class DemoResult(msgspec.Struct, frozen=True, kw_only=True):
     recoveries: int
     left_unexplored: list[str]
     cpu_s: dict[str, float]
-    """Of each process, if there were several."""
+    """CPU time of each process if there were several, s."""
     versions: dict[str, str]
 
     def to_json(self) -> str:
-        """Indented, for people too."""
+        """Return the result as indented JSON."""
         return msgspec.json.format(msgspec.json.encode(self), indent=2).decode() + "\n"
 
     def table(self) -> list[tuple[str, str]]:
-        """The lines that the demo ends with."""
+        """Return the lines of the table that the demo prints at its end."""
         error = self.localization_error_m
         return [
             ("deliveries", f"{self.deliveries_done} of {len(self.tables)} ({', '.join(self.tables)})"),
@@ -82,7 +82,7 @@ def _errors(values: dict[str, float | None]) -> str:
 
 
 def true_plan(world: World, robot: Robot) -> Grid:
-    """What the robot's mapping sensor would draw of the world, were it perfect."""
+    """Return the map that the robot's mapping sensor would make of the world without any error."""
     sensor = robot.sensors.lidar or robot.sensors.depth_camera
     assert sensor is not None
     plan = floor_plan(world, sensor.mount.z)
@@ -91,12 +91,12 @@ def true_plan(world: World, robot: Robot) -> Grid:
 
 
 def summarize(demo: Demo) -> DemoResult:
-    """Look at everything that happened."""
+    """Compute the result of a demo that has ended."""
     scorer, options = demo.scorer, demo.options
     sim_time = demo.system.loop.now_ns / 1e9
     map_quality = _map_quality(demo)
-    done = len(set(scorer.delivered) & set(demo.tables))
-    failure = demo.failure or _shortfall(demo, done)
+    deliveries = len(set(scorer.delivered) & set(demo.tables))
+    failure = demo.failure or _failure_of(demo, deliveries)
     return DemoResult(
         success=not failure,
         failure=failure,
@@ -106,7 +106,7 @@ def summarize(demo: Demo) -> DemoResult:
         seed=options.seed,
         people=options.people,
         tables=demo.tables,
-        deliveries_done=done,
+        deliveries_done=deliveries,
         collisions=len(scorer.collisions),
         touched=sorted(set(scorer.collisions)),
         explored_fraction=None if map_quality is None else round(map_quality.explored, 4),
@@ -125,19 +125,19 @@ def summarize(demo: Demo) -> DemoResult:
     )
 
 
-def _shortfall(demo: Demo, done: int) -> str:
-    own = demo.system.faults.counts if demo.system.faults else {}
-    if demo.fault or own:
-        return f"a node failed: {demo.fault or next(iter(own))}"
-    if done < len(demo.tables):
-        return f"only {done} of {len(demo.tables)} tables were truly reached"
+def _failure_of(demo: Demo, deliveries: int) -> str:
+    faults = demo.system.faults.counts if demo.system.faults else {}
+    if demo.fault or faults:
+        return f"a node failed: {demo.fault or next(iter(faults))}"
+    if deliveries < len(demo.tables):
+        return f"only {deliveries} of {len(demo.tables)} tables were truly reached"
     if demo.scorer.collisions:
         return f"the robot touched {', '.join(sorted(set(demo.scorer.collisions)))}"
     return "" if demo.scorer.at_home() else "the robot is not at home"
 
 
 def _map_quality(demo: Demo) -> MapQuality | None:
-    """Without any fitting of the frames onto each other: both begin where the robot began."""
+    """Compare the maps without aligning their frames: both begin at the robot's start."""
     if demo.scorer.saved_map is None:
         return None
     return quality(demo.scorer.saved_map, true_plan(demo.world, demo.robot))

@@ -1,1 +1,1 @@
-"""What touches the world."""
+"""Devices: drivers that connect a node graph to hardware, files and the terminal."""

@@ -1,4 +1,5 @@
-"""The motor board of a built robot: what the chapter's launchpad_node, gateway and wheel controllers did."""
+"""Driver of the real robot's motor board, for the book chapter's launchpad_node, gateway and wheel
+controllers."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from msgspec import Meta
 from chefbot.board.autodetect import Dialect
 from chefbot.board.chapter_board import ChapterLink
 from chefbot.board.link import BoardLink, Link
-from chefbot.devices.board_line import BoardLine, missing_path
+from chefbot.devices.board_line import BoardLine, is_missing_path
 from chefbot.devices.board_node import BoardNode
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
@@ -20,15 +21,16 @@ from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.node import Out, every, topic
 
-SPEAK_HZ = 50
-STALE_NS = 200_000_000
-"""A command that was stamped so long ago is nobody's will any more."""
-FIRST_PATIENCE_NS = 6_000_000_000
-"""At the start the board must be found within so long; later it may come and go."""
+LINK_HZ = 50
+"""Rate at which the serial link is served, Hz."""
+MAX_COMMAND_AGE_NS = 200_000_000
+"""Maximum age of a wheel speed command by its stamp, ns; an older one is dropped."""
+SEARCH_TIMEOUT_NS = 6_000_000_000
+"""Timeout after the start to find the board, ns; later it may be disconnected for any time."""
 
 
 class BoardParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where it is plugged in."""
+    """Parameters of the motor board's driver."""
 
     port: Annotated[
         str, Meta(min_length=1, description="a serial port's path, or auto: where a board answers")
@@ -36,41 +38,43 @@ class BoardParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class BoardDevice(BoardNode):
-    """Wheel speeds down, ticks, IMU, ultrasonic and battery up, over a cable that may break.
+    """Driver of the motor board: sends wheel speeds and publishes ticks, IMU, ultrasonic and battery over a
+    serial link that may be disconnected.
 
-    Speeds are passed on while fresh ones arrive; when they stop nothing is sent, and the board's own watchdog
-    stops the wheels. STOP goes to the board at once; releasing it lifts latched faults whose cause is gone.
-    Sent from the loop, never from the thread that reads: a loop that hangs must not go on driving.
+    Speeds are sent while fresh commands arrive; otherwise nothing is sent, and the board's own watchdog stops
+    the wheels. An emergency stop is sent to the board at once; its release clears latched faults whose cause
+    is gone. Bytes are sent from the event loop, never from the reading thread: a hanging loop must not
+    continue to drive.
     """
 
     params: BoardParams
     remark: Out[String] = topic("board/remark")
 
     def start(self) -> None:
-        """Look for the board; UserError if a port was named that is not there."""
-        if missing_path(self.params.port):
+        """Start to search for the board; UserError if the given port does not exist."""
+        if is_missing_path(self.params.port):
             raise UserError(
                 f"the board's port {self.params.port} does not exist; plug it in, look at `chefbot doctor` for "
                 "the ports there are, or say board_port:=auto"
             )
         self._link: Link | None = None
-        self._connected = self._pressed = False
-        self._where, self._missing = self.params.port, "the board has not been found yet"
-        self._told: str | None = None
-        self._refused_commands = self._unsent = 0
-        self._began_ns = self.now_ns
+        self._connected = self._stop_pressed = False
+        self._port, self._missing_reason = self.params.port, "the board has not been found yet"
+        self._notice: str | None = None
+        self._stale_commands = self._failed_writes = 0
+        self._start_ns = self.now_ns
         self.announcement = f"Motor board: looking for it, port {self.params.port}."
         self._line = BoardLine(
             self.params.port,
-            lambda path, dialect: self.post(lambda: self._opened(path, dialect)),
-            lambda data, at: self.post(lambda: self._heard(data, at)),
-            lambda why: self.post(lambda: self._lost(why)),
-            lambda why: self.post(lambda: self._not_found(why)),
+            lambda path, dialect: self.post(lambda: self._on_open(path, dialect)),
+            lambda data, at: self.post(lambda: self._on_data(data, at)),
+            lambda reason: self.post(lambda: self._on_lost(reason)),
+            lambda reason: self.post(lambda: self._on_missing(reason)),
         )
         self._line.start()
 
     def stop(self) -> None:
-        """The last word is a stop; the board's watchdog would do the same a little later."""
+        """Send a final stop and close the port; the board's watchdog would stop the wheels a little later."""
         super().stop()
         if self._link is not None and self._connected:
             self._send(self._link.command(0.0, 0.0, self.now_ns) + self._link.speak(self.now_ns))
@@ -79,82 +83,87 @@ class BoardDevice(BoardNode):
     # -- commands
 
     def on_wheel_speeds(self, command: WheelSpeeds) -> None:
-        """Passed on at once, unless it is old or no number."""
+        """Send a wheel speed command at once, unless it is stale or not finite."""
         stamp_ns = command.header.stamp.ns
-        if stamp_ns and self.now_ns - stamp_ns > STALE_NS:
-            self._refused_commands += 1
+        if stamp_ns and self.now_ns - stamp_ns > MAX_COMMAND_AGE_NS:
+            self._stale_commands += 1
         elif self._link is not None and self._connected:
             self._send(self._link.command(command.left, command.right, self.now_ns))
 
     def on_emergency_stop(self, pressed: Bool) -> None:
-        """Pressed: the board stops by itself. Released: it may drive again, after a new command."""
+        """Latch the emergency stop on the board, or clear it; after a release the robot drives only on a new
+        command."""
         if self._link is not None:
             if pressed.data:
                 self._send(self._link.stop(self.now_ns))
-            elif self._pressed:
+            elif self._stop_pressed:
                 self._link.clear(self.now_ns)
-        self._pressed = pressed.data
+        self._stop_pressed = pressed.data
 
-    @every(hz=SPEAK_HZ)
+    @every(hz=LINK_HZ)
     def keep_up(self) -> None:
-        """What the line needs at this time: repeats, heartbeat, handshake."""
+        """Send what is due on the serial link: repeats, heartbeat, handshake."""
         if self._link is not None and self._connected:
             self._send(self._link.speak(self.now_ns))
 
     def _send(self, data: bytes) -> None:
-        self._unsent += not self._line.send(data)
+        self._failed_writes += not self._line.send(data)
 
-    # -- what the thread tells, done in the loop
+    # -- callbacks of the thread, run in the event loop
 
-    def _opened(self, path: str, dialect: Dialect) -> None:
-        self._where, self._connected = path, True
+    def _on_open(self, path: str, dialect: Dialect) -> None:
+        self._port, self._connected = path, True
         kind = ChapterLink if dialect == "chapter" else BoardLink
         if type(self._link) is not kind:
             self._link = kind(self.robot) if kind is ChapterLink else BoardLink(self.robot, os.getpid())
-        if self._pressed:
+        if self._stop_pressed:
             self._link.stop(self.now_ns)
         self.remark.publish(String(f"Motor board at {path}."))
 
-    def _heard(self, data: bytes, at_ns: int) -> None:
+    def _on_data(self, data: bytes, at_ns: int) -> None:
         assert self._link is not None
-        heard_ns = self.now_ns - max(0, wall_ns() - at_ns)
-        for message in self._link.hear(data, heard_ns):
+        # Time of reception on the loop's clock: subtract the delay since the thread read the bytes.
+        received_ns = self.now_ns - max(0, wall_ns() - at_ns)
+        for message in self._link.hear(data, received_ns):
             self.publish_sensed(message)
         if self._link.refused is not None:
-            raise UserError(f"{self._where}: {self._link.refused}")
-        if self._link.notice is not None and self._link.notice != self._told:
-            self._told = self._link.notice
-            self.remark.publish(String(f"Warning: {self._told}."))
+            raise UserError(f"{self._port}: {self._link.refused}")
+        if self._link.notice is not None and self._link.notice != self._notice:
+            self._notice = self._link.notice
+            self.remark.publish(String(f"Warning: {self._notice}."))
 
-    def _lost(self, why: str) -> None:
+    def _on_lost(self, reason: str) -> None:
         assert self._link is not None
         self._connected = False
         self._link.lost_line()
-        self._missing = why
-        self.remark.publish(String(f"{why[0].upper()}{why[1:]}; looking for it again."))
-        self._tell_health()
+        self._missing_reason = reason
+        self.remark.publish(String(f"{reason[0].upper()}{reason[1:]}; looking for it again."))
+        self._publish_health()
 
-    def _not_found(self, why: str) -> None:
-        self._missing = f"no motor board found: {why}"
-        if self._link is None and self.now_ns - self._began_ns > FIRST_PATIENCE_NS:
-            raise UserError(self._missing)
+    def _on_missing(self, reason: str) -> None:
+        self._missing_reason = f"no motor board found: {reason}"
+        if self._link is None and self.now_ns - self._start_ns > SEARCH_TIMEOUT_NS:
+            raise UserError(self._missing_reason)
 
     # -- health
 
     @every(hz=1)
     def tell_health(self) -> None:
-        """How board and line are, in words."""
-        self._tell_health()
+        """Publish the diagnostics of board and link."""
+        self._publish_health()
 
-    def _tell_health(self) -> None:
+    def _publish_health(self) -> None:
         if self._link is None or not self._connected:
-            status = DiagnosticStatus(ERROR, "board", f"{self._missing}.", self._where)
+            status = DiagnosticStatus(ERROR, "board", f"{self._missing_reason}.", self._port)
         else:
-            status = self._with_own(self._link.report(self._where, self.now_ns))
+            status = self._with_driver_counters(self._link.report(self._port, self.now_ns))
         self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))
 
-    def _with_own(self, status: DiagnosticStatus) -> DiagnosticStatus:
-        """What only this side knows."""
-        own = {"old commands refused": self._refused_commands, "writes that did not fit": self._unsent}
-        pairs = tuple(KeyValue(key, str(value)) for key, value in own.items())
+    def _with_driver_counters(self, status: DiagnosticStatus) -> DiagnosticStatus:
+        """Add the counters of this driver."""
+        counters = {
+            "old commands refused": self._stale_commands,
+            "writes that did not fit": self._failed_writes,
+        }
+        pairs = tuple(KeyValue(key, str(value)) for key, value in counters.items())
         return msgspec.structs.replace(status, values=status.values + pairs)

@@ -1,4 +1,4 @@
-"""What every motor board hears and tells, the built one and the simulated one."""
+"""The topics of every motor board, real or simulated."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from chefbot.runtime.node import Device, In, Out, topic
 
 
 class BoardNode(Device):
-    """Wheel speeds and STOP down; ticks, IMU, ultrasonic, battery and health up."""
+    """Base of motor board devices: subscribes wheel speeds and emergency stop; publishes ticks, IMU,
+    ultrasonic, battery and diagnostics."""
 
     wheel_speeds: In[WheelSpeeds]
     emergency_stop: In[Bool]
@@ -22,7 +23,7 @@ class BoardNode(Device):
     diagnostics: Out[DiagnosticArray]
 
     def publish_sensed(self, message: Message) -> None:
-        """A message of the board's line on the topic of its type; TypeError for one that has none."""
+        """Publish a sensor message on the topic of its type; TypeError for a type without one."""
         if isinstance(message, WheelTicks):
             self.wheel_ticks.publish(message)
         elif isinstance(message, Imu):

@@ -1,4 +1,4 @@
-"""Where the board is: all ports that may be its own are listened at together until one of them answers."""
+"""Search for the board: listens at all candidate ports in parallel until a board answers at one of them."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from chefbot.devices.board_ports import Port, explain, open_port, receive
 from chefbot.runtime.clock import wall_ns
 
 SCAN_NS = 500_000_000
-"""Pause between two looks at which ports there are."""
+"""Period at which new ports are looked for, ns."""
 
 
 class Found(NamedTuple):
-    """An opened port and what speaks there."""
+    """An opened port and the protocol that was detected there."""
 
     opened: serial.Serial
     path: str
@@ -25,65 +25,68 @@ class Found(NamedTuple):
 
 
 class BoardSearch:
-    """One attempt: `step` until it finds the board or the search is `over`, then `close`.
+    """One attempt: call `step` until it finds the board or the search is `over`, then `close`.
 
-    Ports that appear meanwhile take part, so that a board which is plugged in again does not wait for the others.
+    Ports that appear during the search take part, so that a board that is plugged in again does not wait for
+    the others.
     """
 
     def __init__(self, candidates: Callable[[], list[Port]]) -> None:
-        """`candidates`: the ports of this moment, likely ones first."""
+        """`candidates`: returns the current ports, likely ones first."""
         self._candidates = candidates
         self._open: dict[str, tuple[serial.Serial, Probe]] = {}
-        self._given_up: dict[str, str] = {}
-        self._refused: dict[str, str] = {}
+        self._rejected: dict[str, str] = {}
+        self._unopened: dict[str, str] = {}
         self._scanned_ns = wall_ns() - SCAN_NS
 
     def step(self) -> Found | None:
-        """Listen once at each port."""
+        """Read from each port once; return the board's port when it is found."""
         if wall_ns() - self._scanned_ns >= SCAN_NS:
             self._scan()
         for path, (opened, probe) in list(self._open.items()):
             try:
                 opened.write(probe.ask(wall_ns()))
+                # Each port has its own detector; the first verdict ends the search.
                 dialect = probe.hear(receive(opened), wall_ns())
             except OSError as error:
-                self._give_up(path, explain(path, error))
+                self._reject(path, explain(path, error))
                 continue
             if dialect is not None:
                 del self._open[path]
                 return Found(opened, path, dialect)
             if probe.over(wall_ns()):
-                self._give_up(path, f"{path}: {probe.impression}")
+                self._reject(path, f"{path}: {probe.failure_reason}")
         return None
 
     @property
     def over(self) -> bool:
-        """No port is left to listen at."""
+        """Whether no port is left to search."""
         return not self._open
 
     @property
     def reasons(self) -> str:
-        """Why no port is the board's, in words."""
-        why = [*self._refused.values(), *self._given_up.values()]
-        return "; ".join(why) if why else "no serial port has anything plugged in"
+        """Why no port is the board's, as a sentence."""
+        reasons = [*self._unopened.values(), *self._rejected.values()]
+        return "; ".join(reasons) if reasons else "no serial port has anything plugged in"
 
     def close(self) -> None:
-        """Free all ports but the one that was found."""
+        """Close all ports but the one that was found."""
         for opened, _ in self._open.values():
             opened.close()
         self._open.clear()
 
     def _scan(self) -> None:
         self._scanned_ns = wall_ns()
-        self._refused.clear()
+        self._unopened.clear()
         for port in self._candidates():
-            if port.path in self._open or port.path in self._given_up:
+            # Skip ports that are already open or were rejected in this search.
+            if port.path in self._open or port.path in self._rejected:
                 continue
             try:
                 self._open[port.path] = open_port(port.path), Probe(os.getpid(), wall_ns())
             except OSError as error:
-                self._refused[port.path] = explain(port.path, error)
+                self._unopened[port.path] = explain(port.path, error)
 
-    def _give_up(self, path: str, why: str) -> None:
+    def _reject(self, path: str, reason: str) -> None:
         self._open.pop(path)[0].close()
-        self._given_up[path] = why
+        self._rejected[path] = reason

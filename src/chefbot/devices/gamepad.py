@@ -1,4 +1,5 @@
-"""Driving with a gamepad: hold a button and push a stick; another button is STOP."""
+"""Teleoperation with a gamepad: hold a dead-man button and move a stick; another button is the emergency
+stop."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ from chefbot.msgs.std_msgs import Bool, String
 from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.node import Device, In, Out, every, topic
 
-RATE, ASK_RATE = 20.0, 5.0
+RATE, STOP_REQUEST_RATE = 20.0, 5.0
+"""Rates of the velocity commands and of the repeated stop requests, Hz."""
 STOPPED, RELEASED = "STOP: the robot is stopped.", "STOP was released."
 HOW_TO = """\
 Hold the left shoulder button and push the left stick; let go to stop. Cross up / down: faster / slower.
@@ -25,7 +27,7 @@ Hold the left shoulder button and push the left stick; let go to stop. Cross up 
 
 
 class GamepadDeviceParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Which pad, and what its buttons mean."""
+    """Parameters of the gamepad: its device file and its buttons."""
 
     device: Annotated[
         str, Meta(min_length=1, description="a joystick's path, or auto: the first of /dev/input/js*")
@@ -34,9 +36,11 @@ class GamepadDeviceParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
 
 
 class GamepadDevice(Device):
-    """Says `cmd_vel_teleop` while the dead-man button is held, one stop when it is let go, then is silent.
+    """Publishes `cmd_vel_teleop` while the dead-man button is held, one stop when it is released, then
+    nothing.
 
-    A pad that is unplugged, or says nothing for long, has let go. STOP is asked for until the robot confirms it.
+    A gamepad that is unplugged, or sends nothing for long, counts as released. The emergency stop is
+    requested until the robot confirms it.
     """
 
     params: GamepadDeviceParams
@@ -46,83 +50,84 @@ class GamepadDevice(Device):
     remark: Out[String] = topic("gamepad/remark")
 
     def start(self) -> None:
-        """Look for the pad; UserError if one was named that is not there."""
+        """Start to read the gamepad; UserError if the given one does not exist."""
         path = self.params.device
         if path != AUTO and not Path(path).exists():
             raise UserError(f"the gamepad {path} does not exist; plug it in, or say device:=auto")
         self._drive = GamepadDrive(Limits.of(self.robot), self.params.drive)
-        self._driving = self._stop_asked = self._stopped = False
-        self._told = ""
+        self._driving = self._stop_requested = self._stopped = False
+        self._last_remark = ""
         self.announcement = HOW_TO
-        self._pad = Joystick(
+        self._joystick = Joystick(
             path,
-            lambda path, name: self.post(partial(self._there, path, name)),
-            lambda events: self.post(partial(self._hear, events)),
-            lambda why: self.post(partial(self._gone, why)),
-            lambda why: self.post(partial(self._say_once, f"Gamepad: {why}.")),
+            lambda path, name: self.post(partial(self._on_connected, path, name)),
+            lambda events: self.post(partial(self._on_events, events)),
+            lambda reason: self.post(partial(self._on_disconnected, reason)),
+            lambda reason: self.post(partial(self._remark_once, f"Gamepad: {reason}.")),
         )
 
     def stop(self) -> None:
-        """Let go."""
+        """Close the gamepad and end its thread."""
         super().stop()
-        self._pad.close()
+        self._joystick.close()
 
     def on_emergency_stop(self, stopped: Bool) -> None:
-        """The robot has heard it, or was released."""
+        """Log when the robot confirms or releases the emergency stop, and end the repeated request."""
         if stopped.data:
-            self._stop_asked = False
+            self._stop_requested = False
         if stopped.data or self._stopped:
             self.post(partial(self.remark.publish, String(STOPPED if stopped.data else RELEASED)))
         self._stopped = stopped.data
 
     @every(hz=RATE)
     def drive(self) -> None:
-        """What the hand wants."""
+        """Publish the velocity command of the sticks while the dead-man button is held."""
         held, twist = self._drive.held, self._drive.twist(1.0 / RATE)
         if twist is not None:
             self._driving = True
             self.cmd_vel_teleop.publish(Twist.of(*twist))
         elif held:
-            patience = self.params.drive.patience
-            self._let_go(
-                f"Nothing new from the gamepad for {patience:g} s: let go of the button and press it again."
+            timeout = self.params.drive.patience
+            self._release(
+                f"Nothing new from the gamepad for {timeout:g} s: let go of the button and press it again."
             )
 
-    @every(hz=ASK_RATE)
+    @every(hz=STOP_REQUEST_RATE)
     def ask_again(self) -> None:
-        """For STOP, while the robot has not confirmed it."""
-        if self._stop_asked:
+        """Repeat the stop request until the robot confirms it."""
+        if self._stop_requested:
             self.stop_request.publish(Bool(True))
 
-    # -- what the thread tells, done in the loop
+    # -- callbacks of the thread, run in the event loop
 
-    def _there(self, path: str, name: str) -> None:
+    def _on_connected(self, path: str, name: str) -> None:
         self._drive.forget()
-        self._say_once(f"Gamepad {name or 'found'} at {path}.")
+        self._remark_once(f"Gamepad {name or 'found'} at {path}.")
 
-    def _hear(self, events: list[PadEvent]) -> None:
-        before = self._drive.share
+    def _on_events(self, events: list[PadEvent]) -> None:
+        previous_share = self._drive.share
         for event in events:
             if self._drive.hear(event):
-                self._stop_asked = True
+                self._stop_requested = True
                 self.stop_request.publish(Bool(True))
+        # The dead-man button was released: stop at once.
         if self._driving and not self._drive.held:
-            self._let_go("")
-        if self._drive.share != before:
+            self._release("")
+        if self._drive.share != previous_share:
             self.remark.publish(String(f"Speed: {100.0 * self._drive.share:.0f} % of the robot's."))
 
-    def _gone(self, why: str) -> None:
+    def _on_disconnected(self, reason: str) -> None:
         self._drive.forget()
-        self._let_go(f"Warning: {why}; the robot stops.")
+        self._release(f"Warning: {reason}; the robot stops.")
 
-    def _let_go(self, why: str) -> None:
-        """A stop is said at once, and once: silence lets navigation have the robot back."""
+    def _release(self, remark: str) -> None:
+        """Publish one stop at once: after it, without commands, navigation may drive again."""
         self._driving = False
         self.cmd_vel_teleop.publish(Twist())
-        if why:
-            self._say_once(why)
+        if remark:
+            self._remark_once(remark)
 
-    def _say_once(self, sentence: str) -> None:
-        if sentence != self._told:
-            self._told = sentence
+    def _remark_once(self, sentence: str) -> None:
+        if sentence != self._last_remark:
+            self._last_remark = sentence
             self.remark.publish(String(sentence))

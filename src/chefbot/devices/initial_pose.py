@@ -1,4 +1,4 @@
-"""Where the robot stands when it starts, as amcl's parameters initial_pose_x, _y, _a say it."""
+"""Initial pose of the robot, with the parameters of amcl: initial_pose_x, _y, _a."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import Device, In, Out
 
 VARIANCE_XY, VARIANCE_YAW = 0.5**2, (np.pi / 12) ** 2
-"""amcl's initial_cov_xx and initial_cov_aa (http://wiki.ros.org/amcl): half a metre, 15 degrees."""
-FAR = 1.0
-"""Metres: an estimate so far off, or with such a deviation, was made without this pose."""
+"""amcl's initial_cov_xx, m^2, and initial_cov_aa, rad^2 (http://wiki.ros.org/amcl): standard deviations of
+half a metre and 15 degrees."""
+MAX_DEVIATION = 1.0
+"""Maximum distance and standard deviation, m, of an estimate that was initialized with this pose."""
 
 
 class InitialPoseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A pose on the map."""
+    """The initial pose in the map frame."""
 
     x: Annotated[float, Meta(ge=-10_000, le=10_000, description="on the map, m")] = 0.0
     y: Annotated[float, Meta(ge=-10_000, le=10_000, description="on the map, m")] = 0.0
@@ -28,28 +29,30 @@ class InitialPoseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class InitialPoseDevice(Device):
-    """Publishes the initial pose, as a click on the page does; a second time if nobody was subscribed yet."""
+    """Publishes the initial pose once, like a click in the web UI, and a second time if it was not received."""
 
     params: InitialPoseParams
     amcl_pose: In[PoseWithCovarianceStamped]
     initialpose: Out[PoseWithCovarianceStamped]
 
     def start(self) -> None:
-        """Publish as soon as the loop runs."""
-        self._pose, self._answered = self.pose(), False
+        """Publish as soon as the event loop runs."""
+        self._pose, self._checked = self.pose(), False
         self.post(self._publish)
 
     def on_amcl_pose(self, estimate: PoseWithCovarianceStamped) -> None:
-        """The first estimate shows whether it was received: localization may run in a process that starts later."""
-        if self._answered:
+        """Check with the first estimate whether the pose was received: localization may run in a process that
+        starts later."""
+        if self._checked:
             return
-        self._answered = True
-        spread = float(np.sqrt(np.diag(estimate.pose.planar_covariance)[:2].max()))
-        if spread > FAR or estimate.pose.pose.se2.distance(self._pose) > FAR:
+        self._checked = True
+        # The pose was received if the first estimate is near it and certain enough.
+        deviation = float(np.sqrt(np.diag(estimate.pose.planar_covariance)[:2].max()))
+        if deviation > MAX_DEVIATION or estimate.pose.pose.se2.distance(self._pose) > MAX_DEVIATION:
             self._publish()
 
     def pose(self) -> SE2:
-        """On the map."""
+        """Return the initial pose in the map frame."""
         return SE2(self.params.x, self.params.y, self.params.yaw)
 
     def _publish(self) -> None:

@@ -1,4 +1,4 @@
-"""Driving with the keys of a terminal, as the chapter's teleoperation does it."""
+"""Teleoperation with the keys of a terminal, like the book chapter's teleop node."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.node import Device, NoParams, Out, every, topic
 
 RATE = 10.0
+"""Rate of the velocity commands, Hz."""
 ARROWS = {"\x1b[A": "i", "\x1b[B": ",", "\x1b[C": "l", "\x1b[D": "j"}
-"""What a terminal sends for the arrow keys; they mean the same as these letters."""
+"""Escape sequences of the arrow keys, and the letters with the same meaning."""
 KEY_TABLE = """\
 Hold a key to drive; {dead_man} s after it was let go the robot slows down to a stop.
      u   i   o      forward to the left, forward, forward to the right
@@ -28,9 +29,9 @@ Hold a key to drive; {dead_man} s after it was let go the robot slows down to a 
 
 
 class KeyboardDevice(Device):
-    """Says `cmd_vel_teleop` while keys are held and until the robot stands, then is silent.
+    """Publishes `cmd_vel_teleop` while keys are held and until the robot is at rest, then nothing.
 
-    Silence lets navigation have the robot back, and a robot that hears nothing stops by itself.
+    Without commands navigation may drive again, and the robot stops by itself.
     """
 
     params: NoParams
@@ -38,51 +39,53 @@ class KeyboardDevice(Device):
     remark: Out[String] = topic("keyboard/remark")
 
     def start(self) -> None:
-        """Listen to the terminal."""
+        """Start to read the terminal's keys."""
         self._limits = Limits.of(self.robot)
         self._teleop = Teleop(self._limits)
-        self._pressed: list[str] = []
+        self._pending_keys: list[str] = []
         self._moving = False
         self.announcement = KEY_TABLE.format(
-            dead_man=DEAD_MAN, speeds=self._speeds(), speed=self._limits.speed, turn=self._limits.turn
+            dead_man=DEAD_MAN, speeds=self._speed_text(), speed=self._limits.speed, turn=self._limits.turn
         )
-        self._terminal = Terminal(self._hear, lambda: self.post(_lost))
+        self._terminal = Terminal(self._on_keys, lambda: self.post(_terminal_lost))
 
     def stop(self) -> None:
-        """Give the terminal back."""
+        """Restore the terminal's settings and close it."""
         super().stop()
         self._terminal.close()
 
     @every(hz=RATE)
     def drive(self) -> None:
-        """All keys since the last time count, the last of them longest."""
-        keys, self._pressed = self._pressed, []
-        before = self._speeds()
+        """Process all keys since the last call and publish the velocity; the last key holds for the whole
+        period."""
+        keys, self._pending_keys = self._pending_keys, []
+        previous_speeds = self._speed_text()
         for key in keys[:-1]:
             self._teleop.update(key, 0.0)
         v, w = self._teleop.update(keys[-1] if keys else None, 1.0 / RATE)
         moving = v != 0.0 or w != 0.0
+        # Publish one final stop, then nothing.
         if keys or moving or self._moving:
             self.cmd_vel_teleop.publish(Twist.of(v, w))
         self._moving = moving
-        if self._speeds() != before:
-            self.remark.publish(String(self._speeds()))
+        if self._speed_text() != previous_speeds:
+            self.remark.publish(String(self._speed_text()))
 
-    def _hear(self, text: str) -> None:
-        """In the terminal's thread."""
-        self.post(lambda: self._pressed.extend(keys_of(text)))
+    def _on_keys(self, text: str) -> None:
+        """Queue keys; called in the terminal's thread."""
+        self.post(lambda: self._pending_keys.extend(keys_of(text)))
 
-    def _speeds(self) -> str:
+    def _speed_text(self) -> str:
         return f"Speed {self._teleop.speed:.2f} m/s, turn {self._teleop.turn:.2f} rad/s"
 
 
 def keys_of(text: str) -> list[str]:
-    """What a terminal sent, as keys of the table; any other escape sequence is one other key."""
+    """Convert terminal input to keys of the table; any other escape sequence is one other key."""
     for sequence, key in ARROWS.items():
         text = text.replace(sequence, key)
     plain, escape, _ = text.partition("\x1b")
     return [*plain.lower(), *escape]
 
 
-def _lost() -> None:
+def _terminal_lost() -> None:
     raise UserError("the terminal of the keyboard is gone; the robot stops")

@@ -1,4 +1,4 @@
-"""A saved map and its places, as map_server gives them."""
+"""Map server: publishes a saved map and its named places."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ from chefbot.storage.places import load_places, places_path
 
 
 class MapFileParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Which map."""
+    """Parameters of the map server: the map's path."""
 
     map: Annotated[str, Meta(min_length=1, description="path of a ROS map file, NAME.yaml")]
 
 
 class MapFileDevice(Device):
-    """Publishes map and places once, for all who come later too."""
+    """Publishes map and places once, with transient local durability for late-joining subscribers."""
 
     params: MapFileParams
     map: Out[OccupancyGrid] = topic(latched=True)
     places: Out[Places] = topic(latched=True)
 
     def start(self) -> None:
-        """Read the files now, so that a fault stops the start; speak as soon as the loop runs."""
+        """Read the files now, so that an error aborts the start; publish as soon as the event loop runs."""
         self.read()
         self.post(self._publish)
 
     def read(self) -> None:
-        """The files that the params name."""
+        """Read the files given by the parameters."""
         self.read_map(Path(self.params.map))
 
     def read_map(self, path: Path) -> None:
-        """A map and the places beside it, if there are any."""
+        """Read a map and the places file beside it, if there is one."""
         self._grid = load_map(path)
-        named = places_path(path)
-        self.named: dict[str, SE2] = load_places(named) if named.exists() else {}
+        places_file = places_path(path)
+        self.named: dict[str, SE2] = load_places(places_file) if places_file.exists() else {}
 
     def _publish(self) -> None:
         header = Header.of(self.now_ns, "map")

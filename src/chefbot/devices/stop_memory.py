@@ -1,4 +1,5 @@
-"""What a built robot remembers of STOP when its programs end, however they end: who was stopped starts stopped."""
+"""Persistence of the emergency stop on a real robot: a robot that was stopped is stopped again after a
+restart."""
 
 from __future__ import annotations
 
@@ -17,27 +18,30 @@ from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.storage.atomic_files import sync_folder
 
 VARIABLE = "CHEFBOT_STATE"
+"""Environment variable with the folder of the state files."""
 ASK_HZ = 5.0
-HOW = "Release STOP on a page, or say: chefbot topic pub --once /stop_request '{data: false}'"
-STOPPED = f"The robot was stopped when its programs ended, and still is. {HOW}."
+"""Rate of the repeated stop request, Hz."""
+HOW_TO_RELEASE = "Release STOP on a page, or say: chefbot topic pub --once /stop_request '{data: false}'"
+STOPPED = f"The robot was stopped when its programs ended, and still is. {HOW_TO_RELEASE}."
 NOT_KNOWN = "It is not known whether the robot was stopped when its programs ended, so it is now"
 
 
 def state_folder() -> Path:
-    """CHEFBOT_STATE, else below the user's state (XDG_STATE_HOME, ~/.local/state)."""
-    if own := os.environ.get(VARIABLE):
-        return Path(own)
+    """Return CHEFBOT_STATE, else a folder in the user's state (XDG_STATE_HOME, ~/.local/state)."""
+    if folder := os.environ.get(VARIABLE):
+        return Path(folder)
     return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "chefbot"
 
 
 class StopFile:
-    """An empty file whose name says it: to rename it needs no room on a disk, and is done wholly or not at all."""
+    """An empty file whose name is the state: a rename needs no disk space and is atomic."""
 
     def __init__(self, folder: Path, robot: str) -> None:
         self._stopped, self._released = folder / f"{robot}.stopped", folder / f"{robot}.released"
 
     def read(self) -> bool:
-        """False for a robot that was never started; it is kept from now on. OSError where that cannot be done."""
+        """Return whether the robot was stopped; False for one that was never started, whose file is created.
+        OSError where that fails."""
         self._stopped.parent.mkdir(parents=True, exist_ok=True)
         if self._stopped.exists():
             return True
@@ -45,26 +49,28 @@ class StopFile:
         return False
 
     def write(self, stopped: bool) -> None:
-        """On the disk when this returns. OSError if not."""
-        before, after = (self._released, self._stopped) if stopped else (self._stopped, self._released)
-        if after.exists() and not before.exists():
+        """Store the state; it is on the disk when this returns. Raises OSError otherwise."""
+        old, new = (self._released, self._stopped) if stopped else (self._stopped, self._released)
+        if new.exists() and not old.exists():
             return
-        before.touch()
-        before.replace(after)
-        sync_folder(after.parent)
+        # Rename the file atomically and sync the directory entry.
+        old.touch()
+        old.replace(new)
+        sync_folder(new.parent)
 
 
 class StopMemoryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Whose."""
+    """Parameters of the emergency stop's persistence."""
 
     robot: Annotated[str, Meta(description="its namespace; empty where there is none")] = ""
 
 
 class StopMemoryDevice(Device):
-    """Keeps on disk whether the robot is stopped, and asks for STOP at the start if it was, or if nobody can know.
+    """Stores on disk whether the robot is stopped, and requests the emergency stop at the start if it was, or
+    if the state is unknown.
 
-    A power cut or `kill -9` releases no STOP (ISO 3691-4, 4.1.14: no automatic restart). The disk is waited for in a
-    thread of its own.
+    A power failure or `kill -9` must not release an emergency stop (ISO 3691-4, 4.1.14: no automatic
+    restart). The disk is written in a separate thread.
     """
 
     params: StopMemoryParams
@@ -73,45 +79,46 @@ class StopMemoryDevice(Device):
     remark: Out[String] = topic("stop_memory/remark")
 
     def start(self) -> None:
-        """Look."""
+        """Read the stored state and request the emergency stop if needed."""
         self._file = StopFile(state_folder(), self.params.robot.strip("/").replace("/", "_") or "robot")
-        self._asks = False
+        self._requesting = False
         try:
-            why = STOPPED if self._file.read() else ""
+            remark = STOPPED if self._file.read() else ""
         except OSError as error:
-            why = f"{NOT_KNOWN} ({error.filename}: {error.strerror}). {HOW}."
-        if why:
-            self._asks = True
-            self.post(partial(self.remark.publish, String(why)))
+            remark = f"{NOT_KNOWN} ({error.filename}: {error.strerror}). {HOW_TO_RELEASE}."
+        if remark:
+            self._requesting = True
+            self.post(partial(self.remark.publish, String(remark)))
             self.post(self.ask)
-        self._wanted: queue.SimpleQueue[bool | None] = queue.SimpleQueue()
+        self._states: queue.SimpleQueue[bool | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._write, name="stop memory", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
-        """What was said last is on the disk."""
+        """Write the last state to the disk and end the thread."""
         super().stop()
-        self._wanted.put(None)
+        self._states.put(None)
         self._thread.join()
 
     def on_emergency_stop(self, stopped: Bool) -> None:
-        """Keep it; what the base says before it has heard of the life before is nothing to keep."""
-        self._asks = self._asks and not stopped.data
-        if not self._asks:
-            self._wanted.put(stopped.data)
+        """Store the state; until the restored stop is confirmed, the drive base's state is not stored."""
+        # The drive base reports "released" until it has processed the request: do not store that.
+        self._requesting = self._requesting and not stopped.data
+        if not self._requesting:
+            self._states.put(stopped.data)
 
     @every(hz=ASK_HZ)
     def ask(self) -> None:
-        """Until the base says that it is stopped."""
-        if self._asks:
+        """Request the emergency stop until the drive base confirms it."""
+        if self._requesting:
             self.stop_request.publish(Bool(True))
 
     def _write(self) -> None:
-        """In the thread."""
-        while (stopped := self._wanted.get()) is not None:
+        """Write states to the disk, in the separate thread."""
+        while (stopped := self._states.get()) is not None:
             try:
                 self._file.write(stopped)
             except OSError as error:
                 state = "stopped" if stopped else "released"
-                why = f"Warning: that the robot is {state} cannot be kept: {error.strerror}."
-                self.post(partial(self.remark.publish, String(why)))
+                remark = f"Warning: that the robot is {state} cannot be kept: {error.strerror}."
+                self.post(partial(self.remark.publish, String(remark)))

@@ -18,55 +18,56 @@ try:
 except ImportError:  # Windows
     termios = None  # type: ignore[assignment]
 
-CHARACTERS = 6
-"""Where `termios.tcgetattr` keeps the characters with a meaning."""
+CC_INDEX = 6
+"""Index of the special characters in the result of `termios.tcgetattr`."""
 
 
 class Terminal:
-    """Reads the terminal in a thread of its own until `close`, which gives it back as it was.
+    """Reads the terminal in its own thread until `close`, which restores its settings.
 
-    It is also given back at the end of the program, however that comes about. Ctrl-C still interrupts;
-    Ctrl-Z and Ctrl-\\ are keys like others, for they would leave a terminal without echo behind.
+    They are also restored at the end of the program, whatever ends it. Ctrl-C still interrupts; Ctrl-Z and
+    Ctrl-\\ are ordinary keys, as they would leave a terminal without echo behind.
     """
 
     def __init__(self, on_keys: Callable[[str], None], on_end: Callable[[], None]) -> None:
-        """Both are called in the thread; `on_end` when the terminal is gone. UserError if there is none."""
+        """Both callbacks run in the thread; `on_end` is called when the terminal is gone. UserError if there
+        is none."""
         self._on_keys, self._on_end = on_keys, on_end
-        self._handle = _handle_of_stdin()
-        self._before = termios.tcgetattr(self._handle)
+        self._fd = _handle_of_stdin()
+        self._saved_settings = termios.tcgetattr(self._fd)
         self._open = True
         atexit.register(self.close)
-        self._watch_keys()
-        self._ended, self._end = os.pipe()
+        self._set_cbreak()
+        self._end_read, self._end_write = os.pipe()
         self._thread = threading.Thread(target=self._read, name="keyboard", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Give the terminal back; a second time does nothing."""
+        """Restore the terminal; a second call does nothing."""
         if not self._open:
             return
         self._open = False
         atexit.unregister(self.close)
-        os.write(self._end, b".")
+        os.write(self._end_write, b".")
         self._thread.join()
-        os.close(self._ended)
-        os.close(self._end)
+        os.close(self._end_read)
+        os.close(self._end_write)
         with suppress(termios.error):  # the terminal may be gone, and its settings with it
-            termios.tcsetattr(self._handle, termios.TCSADRAIN, self._before)
+            termios.tcsetattr(self._fd, termios.TCSADRAIN, self._saved_settings)
 
-    def _watch_keys(self) -> None:
-        tty.setcbreak(self._handle)
-        settings = termios.tcgetattr(self._handle)
+    def _set_cbreak(self) -> None:
+        tty.setcbreak(self._fd)
+        settings = termios.tcgetattr(self._fd)
         for name in (termios.VQUIT, termios.VSUSP):
-            settings[CHARACTERS][name] = b"\0"  # no character has this meaning
-        termios.tcsetattr(self._handle, termios.TCSADRAIN, settings)
+            settings[CC_INDEX][name] = b"\0"  # no character has this meaning
+        termios.tcsetattr(self._fd, termios.TCSADRAIN, settings)
 
     def _read(self) -> None:
         while True:
-            ready, _, _ = select.select([self._handle, self._ended], [], [])
-            if self._ended in ready:
+            ready, _, _ = select.select([self._fd, self._end_read], [], [])
+            if self._end_read in ready:
                 return
-            data = _read_some(self._handle)
+            data = _read_some(self._fd)
             if not data:
                 self._on_end()
                 return
@@ -87,7 +88,7 @@ def _handle_of_stdin() -> int:
 
 
 def _read_some(handle: int) -> bytes:
-    """Nothing when the terminal is gone."""
+    """Read available bytes; empty when the terminal is gone."""
     try:
         return os.read(handle, 64)
     except OSError:

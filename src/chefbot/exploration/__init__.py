@@ -1,1 +1,1 @@
-"""Where to look next."""
+"""Frontier-based exploration of unknown space."""

@@ -1,5 +1,4 @@
-"""Where to go next to see what is unknown, until nothing that can be reached is left, and why the rest is
-left."""
+"""Frontier-based exploration: choose the next viewpoint, and record why other frontiers are skipped."""
 
 from __future__ import annotations
 
@@ -17,20 +16,20 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
 FULL_TURN = 2.0 * math.pi
-WORTH_A_TURN = 2.0
-"""A narrow sensor looks all around at a goal where that shows so many times more than the view ahead."""
-WORTH_A_LOOK = 4.0
-"""Square metres of unknown floor behind a blocked way for which the robot looks whether it is open now."""
+LOOK_AROUND_GAIN_RATIO = 2.0
+"""Minimum ratio of unknown area all around to that ahead for which a narrow sensor turns around."""
+MIN_BLOCKED_GAIN = 4.0
+"""Minimum unknown area behind a blocked passage, m^2, for which the robot checks it again."""
 UNREACHABLE = "unreachable: no path to a place that sees it"
 GAIN_POWER = 0.25
-"""Below 1 it prefers what is near: small corners are swept on the way instead of by a second tour."""
+"""Exponent of the gain; below 1 it favours near goals, so that no second tour is needed for small corners."""
 
 
 class Goal(NamedTuple):
-    """Go to `pose`, which sees the frontier at (x, y), and if `look_around`, turn about there.
+    """A viewpoint: drive to `pose`, which sees the frontier at (x, y), and turn around if `look_around`.
 
-    gain: square metres of unknown floor in view. cost: metres of free driving, with turning. blocked: no way leads
-    to where the frontier can be seen; the robot looks from as near as it can come.
+    gain: square metres of unknown floor in view. cost: path length in metres plus the cost of turning.
+    blocked: no viewpoint of the frontier is reachable; the robot looks from the nearest reachable place.
     """
 
     pose: SE2
@@ -43,7 +42,7 @@ class Goal(NamedTuple):
 
 
 class Left(NamedTuple):
-    """A frontier that stays unexplored: where, how long (m) and why."""
+    """A frontier that stays unexplored: position, length (m) and reason."""
 
     x: float
     y: float
@@ -52,18 +51,18 @@ class Left(NamedTuple):
 
 
 class Decision(NamedTuple):
-    """The next goal, None when exploration is done, and what is left aside with the reasons."""
+    """The next goal, None when exploration is complete, and the skipped frontiers with their reasons."""
 
     goal: Goal | None
     left: tuple[Left, ...]
 
 
 class Explorer:
-    """Chooses the goal with the most unknown floor in view per metre of way (Gonzalez-Banos & Latombe 2002).
+    """Select the goal with the most unknown floor in view per metre of path (Gonzalez-Banos & Latombe 2002).
 
-    field_of_view: radians of the mapping sensor, 2 pi for a lidar that sees all around; its forward
-    direction is the robot's. robot_radius: metres; a frontier shorter than the robot is wide leads nowhere
-    for it. When nothing else is left it looks again at ways that are blocked, as by somebody who stands in a door.
+    field_of_view: radians, of the mapping sensor, 2 pi for a lidar; its forward direction is the robot's.
+    robot_radius: metres; a frontier shorter than the robot's width is not passable. When no other goal
+    remains, blocked passages are checked again, since the obstacle may be a person in a doorway.
     """
 
     def __init__(
@@ -71,89 +70,111 @@ class Explorer:
     ) -> None:
         self.params = params or ExplorerParams()
         self.least_length = 2.0 * robot_radius
-        self.least_gain = math.pi * robot_radius**2
+        self.min_gain = math.pi * robot_radius**2
         self.field_of_view = min(field_of_view, FULL_TURN)
-        self._fruitless: list[tuple[float, float]] = []
-        self._looked_from: list[SE2] = []
+        self._failed_goals: list[tuple[float, float]] = []
+        self._blocked_viewpoints: list[SE2] = []
 
     def decide(self, grid: Grid, cost_to_come: NDArray[np.float32], pose: SE2) -> Decision:
-        """Where to go now. cost_to_come: (h, w) of the grid, metres from the robot, inf where it cannot
-        go."""
+        """Return the next goal and the skipped frontiers.
+
+        cost_to_come: (h, w) of the grid, path length from the robot in m, inf where unreachable.
+        """
         goals: list[Goal] = []
-        left: list[Left] = []
+        skipped: list[Left] = []
         cost = np.ascontiguousarray(cost_to_come, np.float32)
         for frontier in find_frontiers(grid, self.params.free_below, self.params.longest):
-            outcome = self._judge(grid, cost, pose, frontier)
-            if isinstance(outcome, Goal):
-                goals.append(outcome)
+            result = self._evaluate(grid, cost, pose, frontier)
+            if isinstance(result, Goal):
+                goals.append(result)
             else:
-                left.append(Left(frontier.x, frontier.y, frontier.length, outcome))
-        goals = goals or [goal for one in left if (goal := self._look_again(grid, cost, one)) is not None]
+                skipped.append(Left(frontier.x, frontier.y, frontier.length, result))
+        # Nothing else remains: check blocked passages again
+        goals = goals or [
+            goal
+            for skipped_frontier in skipped
+            if (goal := self._goal_for_blocked(grid, cost, skipped_frontier)) is not None
+        ]
+        # Utility: gain^GAIN_POWER / cost
         best = max(goals, key=lambda goal: goal.gain**GAIN_POWER / goal.cost, default=None)
-        return Decision(best, tuple(left))
+        return Decision(best, tuple(skipped))
 
     def fruitless(self, goal: Goal) -> None:
-        """The goal could not be reached, or was reached and its frontier is still there."""
+        """Record a failed goal: it could not be reached, or its frontier remains after the visit."""
         if goal.blocked:
-            self._looked_from.append(goal.pose)
+            self._blocked_viewpoints.append(goal.pose)
         else:
-            self._fruitless.append((goal.x, goal.y))
+            self._failed_goals.append((goal.x, goal.y))
 
     def still_there(self, grid: Grid, goal: Goal) -> bool:
-        """Whether a frontier that the robot could pass is still near where the goal's was."""
-        near = self.params.same_place
+        """Return whether a frontier wide enough for the robot remains near the goal's frontier."""
+        tolerance = self.params.same_place
         return any(
             frontier.length >= self.least_length
-            and math.hypot(frontier.x - goal.x, frontier.y - goal.y) <= near
+            and math.hypot(frontier.x - goal.x, frontier.y - goal.y) <= tolerance
             for frontier in find_frontiers(grid, self.params.free_below, self.params.longest)
         )
 
-    def _judge(self, grid: Grid, cost: NDArray[np.float32], pose: SE2, frontier: Frontier) -> Goal | str:
-        """A goal for the frontier, or the reason why there is none."""
+    def _evaluate(self, grid: Grid, cost: NDArray[np.float32], pose: SE2, frontier: Frontier) -> Goal | str:
+        """Return a goal for the frontier, or the reason why there is none."""
         if frontier.length < self.least_length:
             return "too small: the robot would not fit through"
-        near = self.params.same_place
-        failed = sum(math.hypot(x - frontier.x, y - frontier.y) <= near for x, y in self._fruitless)
-        if failed >= self.params.attempts:
-            return f"failed {failed} times"
+        tolerance = self.params.same_place
+        # Give up after repeated failures near this frontier
+        failures = sum(math.hypot(x - frontier.x, y - frontier.y) <= tolerance for x, y in self._failed_goals)
+        if failures >= self.params.attempts:
+            return f"failed {failures} times"
         p, row_column = self.params, grid.cell(frontier.x, frontier.y)
         reach = round(p.view_distance / grid.resolution)
+        # Viewpoint: the cheapest cell that sees the frontier
         row, column = best_view(grid.cells, cost, p.occupied_from, *row_column, reach)
         if row < 0:
             return UNREACHABLE
         goal = self._goal(grid, float(cost[row, column]), pose, frontier, (row, column))
-        return goal if goal.gain >= self.least_gain else "too small: less unknown floor than the robot covers"
+        return goal if goal.gain >= self.min_gain else "too small: less unknown floor than the robot covers"
 
-    def _goal(self, grid: Grid, way: float, pose: SE2, frontier: Frontier, place: tuple[int, int]) -> Goal:
-        x, y = grid.centre(*place)
-        here = math.hypot(frontier.x - x, frontier.y - y) < grid.resolution
-        yaw = math.atan2(frontier.y - (pose.y if here else y), frontier.x - (pose.x if here else x))
-        ahead = self._unknown(grid, place, yaw, self.field_of_view)
-        around = self._unknown(grid, place, yaw, FULL_TURN)
-        look_around = around > WORTH_A_TURN * ahead and self.field_of_view < FULL_TURN
+    def _goal(
+        self, grid: Grid, path_length: float, pose: SE2, frontier: Frontier, cell: tuple[int, int]
+    ) -> Goal:
+        x, y = grid.centre(*cell)
+        is_at_frontier = math.hypot(frontier.x - x, frontier.y - y) < grid.resolution
+        yaw = math.atan2(
+            frontier.y - (pose.y if is_at_frontier else y), frontier.x - (pose.x if is_at_frontier else x)
+        )
+        # Information gain: unknown cells in view, looking ahead and all around
+        ahead = self._count_unknown(grid, cell, yaw, self.field_of_view)
+        around = self._count_unknown(grid, cell, yaw, FULL_TURN)
+        look_around = around > LOOK_AROUND_GAIN_RATIO * ahead and self.field_of_view < FULL_TURN
+        # Cost: path, turning and a fixed cost per goal
         turn = abs(wrap(yaw - pose.yaw)) if self.field_of_view < FULL_TURN else 0.0
-        cost = way + self.params.turn_cost * (FULL_TURN if look_around else turn) + self.params.fixed_cost
+        cost = (
+            path_length
+            + self.params.turn_cost * (FULL_TURN if look_around else turn)
+            + self.params.fixed_cost
+        )
         area = grid.resolution**2
         gain = max(around if look_around else ahead, 1) * area
         return Goal(SE2(x, y, yaw), frontier.x, frontier.y, look_around, gain, cost)
 
-    def _look_again(self, grid: Grid, cost: NDArray[np.float32], left: Left) -> Goal | None:
-        """From the reachable place nearest to a frontier whose way is blocked; None where that is not worth it."""
-        if left.reason != UNREACHABLE:
+    def _goal_for_blocked(self, grid: Grid, cost: NDArray[np.float32], frontier: Left) -> Goal | None:
+        """Return a goal at the reachable place nearest to a blocked frontier; None if the gain is too small."""
+        if frontier.reason != UNREACHABLE:
             return None
-        row, column = grid.cell(left.x, left.y)
-        gain = self._unknown(grid, (row, column), 0.0, FULL_TURN) * grid.resolution**2
-        place = nearest_reachable(cost, row, column, round(self.params.view_range / grid.resolution))
-        if gain < WORTH_A_LOOK or place is None:
+        row, column = grid.cell(frontier.x, frontier.y)
+        gain = self._count_unknown(grid, (row, column), 0.0, FULL_TURN) * grid.resolution**2
+        cell = nearest_reachable(cost, row, column, round(self.params.view_range / grid.resolution))
+        if gain < MIN_BLOCKED_GAIN or cell is None:
             return None
-        x, y = grid.centre(*place)
-        pose = SE2(x, y, math.atan2(left.y - y, left.x - x))
-        looks = sum(pose.distance(one) <= self.params.same_place for one in self._looked_from)
-        if looks >= self.params.attempts:
+        x, y = grid.centre(*cell)
+        pose = SE2(x, y, math.atan2(frontier.y - y, frontier.x - x))
+        attempts = sum(
+            pose.distance(viewpoint) <= self.params.same_place for viewpoint in self._blocked_viewpoints
+        )
+        if attempts >= self.params.attempts:
             return None
-        way = float(cost[place]) + self.params.turn_cost * FULL_TURN + self.params.fixed_cost
-        return Goal(pose, left.x, left.y, True, gain, way, blocked=True)
+        path_cost = float(cost[cell]) + self.params.turn_cost * FULL_TURN + self.params.fixed_cost
+        return Goal(pose, frontier.x, frontier.y, True, gain, path_cost, blocked=True)
 
-    def _unknown(self, grid: Grid, place: tuple[int, int], yaw: float, field: float) -> int:
+    def _count_unknown(self, grid: Grid, cell: tuple[int, int], yaw: float, field_of_view: float) -> int:
         reach = self.params.view_range / grid.resolution
-        return unknown_in_view(grid.cells, self.params.occupied_from, *place, yaw, field, reach)
+        return unknown_in_view(grid.cells, self.params.occupied_from, *cell, yaw, field_of_view, reach)

@@ -1,4 +1,4 @@
-"""Frontiers: free cells beside the unknown (Yamauchi 1997)."""
+"""Frontiers: the boundaries between free and unknown space (Yamauchi 1997)."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from chefbot.maths.grid import UNKNOWN, Grid
 
 
 class Frontier(NamedTuple):
-    """A connected stretch of the border between free and unknown.
+    """A connected section of the boundary between free and unknown space.
 
-    cells: (n, 2) rows and columns. x, y: metres, the cell nearest to the middle. length: metres.
+    cells: (n, 2) rows and columns. x, y: metres, the cell nearest to the centroid. length: metres.
     """
 
     cells: NDArray[np.int64]
@@ -24,24 +24,26 @@ class Frontier(NamedTuple):
 
 
 def frontier_mask(grid: Grid, free_below: int) -> NDArray[np.bool_]:
-    """Free cells (h, w) with an unknown one above, below, left or right."""
+    """Return the free cells (h, w) with an unknown cell above, below, left or right."""
     unknown = grid.cells == UNKNOWN
-    beside = np.zeros_like(unknown)
-    beside[1:] |= unknown[:-1]
-    beside[:-1] |= unknown[1:]
-    beside[:, 1:] |= unknown[:, :-1]
-    beside[:, :-1] |= unknown[:, 1:]
-    result: NDArray[np.bool_] = beside & ~unknown & (grid.cells < free_below)
-    return result
+    near_unknown = np.zeros_like(unknown)
+    near_unknown[1:] |= unknown[:-1]
+    near_unknown[:-1] |= unknown[1:]
+    near_unknown[:, 1:] |= unknown[:, :-1]
+    near_unknown[:, :-1] |= unknown[:, 1:]
+    frontier: NDArray[np.bool_] = near_unknown & ~unknown & (grid.cells < free_below)
+    return frontier
 
 
 def find_frontiers(grid: Grid, free_below: int, longest: float) -> list[Frontier]:
-    """All frontiers in the order of the grid's rows; those longer than `longest` metres in pieces."""
-    from scipy import ndimage  # takes half a second, and the first picture does not need it
+    """Return all frontiers in the order of the grid's rows; those longer than `longest` metres are split."""
+    from scipy import ndimage  # imported late: it takes half a second, and the first image does not need it
 
+    # 8-connected components of the frontier cells
     labels, count = ndimage.label(frontier_mask(grid, free_below), structure=np.ones((3, 3)))
     cells = np.argwhere(labels)
     label = labels[cells[:, 0], cells[:, 1]]
+    # Group the cells by component
     order = np.argsort(label, kind="stable")
     groups = np.split(cells[order], np.searchsorted(label[order], np.arange(2, count + 1)))
     return [
@@ -50,20 +52,21 @@ def find_frontiers(grid: Grid, free_below: int, longest: float) -> list[Frontier
 
 
 def _pieces(grid: Grid, cells: NDArray[np.int64], longest: float) -> list[NDArray[np.int64]]:
-    """Cut across the main axis into pieces of about equal extent."""
+    """Split the cells across their main axis into pieces of about equal extent."""
     centred = cells - cells.mean(axis=0)
+    # Principal axis: eigenvector of the largest eigenvalue
     axis = np.linalg.eigh(centred.T @ centred)[1][:, -1]
     along = centred @ axis
     extent = float(np.ptp(along)) * grid.resolution
     count = max(1, math.ceil(extent / longest))
     if count == 1:
         return [cells]
-    part = np.minimum(((along - along.min()) / np.ptp(along) * count).astype(int), count - 1)
-    return [cells[part == k] for k in range(count) if (part == k).any()]
+    piece = np.minimum(((along - along.min()) / np.ptp(along) * count).astype(int), count - 1)
+    return [cells[piece == k] for k in range(count) if (piece == k).any()]
 
 
 def _frontier(grid: Grid, cells: NDArray[np.int64]) -> Frontier:
-    middle = cells[np.argmin(((cells - cells.mean(axis=0)) ** 2).sum(axis=1))]
-    x, y = grid.centre(int(middle[0]), int(middle[1]))
+    centre_cell = cells[np.argmin(((cells - cells.mean(axis=0)) ** 2).sum(axis=1))]
+    x, y = grid.centre(int(centre_cell[0]), int(centre_cell[1]))
     extent = float(np.hypot(*(np.ptp(cells, axis=0) + 1)))
     return Frontier(cells, x, y, extent * grid.resolution)

@@ -1,4 +1,4 @@
-"""What a user may set of the explorer; what the sensor sees comes from the Robot."""
+"""Parameters of the explorer; the sensor's field of view comes from the Robot."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from msgspec import Meta
 
 
 class ExplorerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Settings of `Explorer`."""
+    """Parameters of `Explorer`, which users can set."""
 
     free_below: Annotated[
         int, Meta(ge=1, le=100, description="a map cell less occupied than this is free, percent")

@@ -1,9 +1,10 @@
-"""Who may say what: Zenoh's access control for the gate of one machine, from the fleet's list. Default: nothing.
+"""Access control between machines: the rules for one machine's secure router (Zenoh ACL). Default: deny.
 
-Zenoh asks at the gate, for each message that comes in or goes out, whose certificate the other end has
+For each message that comes in or goes out Zenoh matches the certificate of the other end
 (https://zenoh.io/docs/manual/access-control). A robot may only use keys below its own name: /robot1/scan,
-/robot1/cmd_vel, and the liveliness tokens of nodes in /robot1. Besides it may tell, but not hear, on the two topics
-that ROS 2 has for all nodes together, /rosout and /parameter_events. Operators and the site's router may do all.
+/robot1/cmd_vel, and the liveliness tokens of nodes in /robot1. Besides it may publish, but not receive, on
+the two topics that ROS 2 has for all nodes together, /rosout and /parameter_events. Operators and the site's
+router may do everything.
 """
 
 from __future__ import annotations
@@ -23,36 +24,46 @@ MESSAGES = [
     "liveliness_query",
     "declare_liveliness_subscriber",
 ]
+"""All message types of Zenoh's access control."""
 TOKENS = "@ros2_lv/**"
-TELLING = ["put", "declare_queryable", "reply", "liveliness_token"]
-ASKING = ["declare_subscriber", "query", "declare_liveliness_subscriber", "liveliness_query"]
-SHARED = ["*/rosout/**", "*/rosout/**/@adv/**", "*/parameter_events/**"]
-LOCAL = "this machine"
+"""Key expression of all liveliness tokens of rmw_zenoh."""
+PUBLISHING = ["put", "declare_queryable", "reply", "liveliness_token"]
+"""Message types that a publisher sends."""
+SUBSCRIBING = ["declare_subscriber", "query", "declare_liveliness_subscriber", "liveliness_query"]
+"""Message types that a subscriber sends."""
+SHARED_TOPICS = ["*/rosout/**", "*/rosout/**/@adv/**", "*/parameter_events/**"]
+"""Key expressions of the topics that all nodes of ROS 2 share."""
+LOCALHOST_SUBJECT = "this machine"
 
 
 def own_keys(robot: str) -> list[str]:
-    """Key expressions below a robot's name, in any ROS domain; `**` does not reach into `@` chunks by itself."""
+    """Return the key expressions below a robot's name, in any ROS domain.
+
+    `**` does not match chunks that begin with `@`, so these are listed too.
+    """
     token = f"@ros2_lv/*/*/*/*/*/*/%{robot}"
     return [f"*/{robot}/**", f"*/{robot}/**/@adv/**", f"{token}/**", f"{token}%$*/**"]
 
 
 def access_control(fleet: Fleet, me: str) -> dict[str, Any]:
-    """The part `access_control` of a Zenoh configuration for the gate of member `me`."""
+    """Return the section `access_control` of the Zenoh configuration for the secure router of member `me`."""
     rules = [
         _rule("all", MESSAGES, ["ingress", "egress"], ["**", "**/@adv/**", TOKENS]),
         _rule(
             "ask who is there", ["declare_liveliness_subscriber", "liveliness_query"], ["ingress"], [TOKENS]
         ),
-        _rule("tell all", TELLING, ["ingress"], SHARED),
-        _rule("be asked", ASKING, ["egress"], SHARED),
+        _rule("tell all", PUBLISHING, ["ingress"], SHARED_TOPICS),
+        _rule("be asked", SUBSCRIBING, ["egress"], SHARED_TOPICS),
         _rule("hear who is there", ["liveliness_token", "reply"], ["egress"], [TOKENS]),
     ]
-    subjects: list[dict[str, Any]] = [{"id": LOCAL, "link_protocols": ["tcp"], "interfaces": ["lo"]}]
-    policies = [{"rules": ["all"], "subjects": [LOCAL]}]
+    subjects: list[dict[str, Any]] = [
+        {"id": LOCALHOST_SUBJECT, "link_protocols": ["tcp"], "interfaces": ["lo"]}
+    ]
+    policies = [{"rules": ["all"], "subjects": [LOCALHOST_SUBJECT]}]
     for member, role in sorted(fleet.members.items()):
         if member != me:
             subjects.append({"id": member, "cert_common_names": [member]})
-            policies.append({"rules": _allowed(member, role, rules), "subjects": [member]})
+            policies.append({"rules": _rules_for(member, role, rules), "subjects": [member]})
     return {
         "enabled": True,
         "default_permission": "deny",
@@ -62,7 +73,7 @@ def access_control(fleet: Fleet, me: str) -> dict[str, Any]:
     }
 
 
-def _allowed(member: str, role: str, rules: list[dict[str, Any]]) -> list[str]:
+def _rules_for(member: str, role: str, rules: list[dict[str, Any]]) -> list[str]:
     if role != "robot":
         return ["all"]
     rules.append(_rule(f"below {member}", MESSAGES, ["ingress", "egress"], own_keys(member)))

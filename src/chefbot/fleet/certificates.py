@@ -1,4 +1,4 @@
-"""Certificates of a fleet: X.509 with P-256 keys, as Zenoh's TLS reads them."""
+"""X.509 certificates of a fleet with P-256 keys, as Zenoh's TLS reads them."""
 
 from __future__ import annotations
 
@@ -18,26 +18,28 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from chefbot.errors import UserError
 
-AUTHORITY_LIFE = timedelta(days=20 * 365)
-MEMBER_LIFE = timedelta(days=5 * 365)
-EARLIER = timedelta(days=1)
-"""Valid since then, as a robot's clock may be slow."""
+AUTHORITY_VALIDITY = timedelta(days=20 * 365)
+"""Validity period of the fleet's certificate authority."""
+MEMBER_VALIDITY = timedelta(days=5 * 365)
+"""Validity period of a member's certificate."""
+CLOCK_TOLERANCE = timedelta(days=1)
+"""Certificates are valid from this long before their issue, as a robot's clock may be slow."""
 
 PrivateKey = ec.EllipticCurvePrivateKey
 
 
 def new_key() -> PrivateKey:
-    """A private key; it never leaves the machine that made it."""
+    """Generate a private key; it never leaves the machine that made it."""
     return ec.generate_private_key(ec.SECP256R1())
 
 
 def key_pem(key: PrivateKey) -> bytes:
-    """PKCS 8, not encrypted: a robot starts without a person who types a password."""
+    """Serialize a private key as PKCS 8, unencrypted: a robot starts without a password prompt."""
     return key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
 
 
 def read_key(pem: bytes, where: str) -> PrivateKey:
-    """UserError if it is no such key."""
+    """Load a private key from PEM. Raises UserError if it is no elliptic-curve key."""
     try:
         key = load_pem_private_key(pem, None)
     except (ValueError, TypeError):
@@ -48,7 +50,7 @@ def read_key(pem: bytes, where: str) -> PrivateKey:
 
 
 def read_certificate(pem: bytes, where: str) -> x509.Certificate:
-    """UserError if it is none."""
+    """Load a certificate from PEM. Raises UserError if it is none."""
     try:
         return x509.load_pem_x509_certificate(pem)
     except ValueError:
@@ -56,34 +58,34 @@ def read_certificate(pem: bytes, where: str) -> x509.Certificate:
 
 
 def certificate_pem(certificate: x509.Certificate) -> bytes:
-    """As text."""
+    """Serialize a certificate as PEM."""
     return certificate.public_bytes(Encoding.PEM)
 
 
 def authority_certificate(key: PrivateKey, fleet: str, now: datetime) -> x509.Certificate:
-    """The fleet's own, signed by itself; it may sign members and nothing below them."""
+    """Return the fleet's self-signed CA certificate; it may sign members but no further CA."""
     name = _name(fleet)
     return (
-        _certificate(name, name, key.public_key(), now, AUTHORITY_LIFE)
+        _certificate(name, name, key.public_key(), now, AUTHORITY_VALIDITY)
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
         .sign(key, hashes.SHA256())
     )
 
 
 def request_pem(key: PrivateKey, member: str, role: str) -> bytes:
-    """What a new member asks the authority to sign; holds no secret."""
+    """Return a new member's certificate signing request as PEM; it holds no secret."""
     builder = x509.CertificateSigningRequestBuilder().subject_name(_name(member, role))
     return builder.sign(key, hashes.SHA256()).public_bytes(Encoding.PEM)
 
 
 def read_request(pem: bytes, where: str) -> x509.CertificateSigningRequest:
-    """UserError if it is none or was changed on the way."""
+    """Load a certificate signing request. Raises UserError if it is none or its signature is invalid."""
     try:
         request = x509.load_pem_x509_csr(pem)
         if request.is_signature_valid:
             return request
     except (ValueError, InvalidSignature):
-        pass  # said below
+        pass  # reported below
     raise UserError(
         f"{where} is no whole request of `chefbot keys robot` or `chefbot keys operator`; make it again"
     )
@@ -92,14 +94,14 @@ def read_request(pem: bytes, where: str) -> x509.CertificateSigningRequest:
 def member_certificate(
     request: x509.CertificateSigningRequest, key: PrivateKey, authority: x509.Certificate, now: datetime
 ) -> x509.Certificate:
-    """Signed by the authority's `key`; good for both ends of TLS."""
+    """Return the certificate that the authority's `key` issues for a request, for both ends of TLS."""
     member = common_name(request.subject)
     names = [x509.DNSName(member.replace("_", "-")), x509.DNSName(f"{member.replace('_', '-')}.local")]
     uses = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]
     public = request.public_key()
     assert isinstance(public, ec.EllipticCurvePublicKey)
     return (
-        _certificate(request.subject, authority.subject, public, now, MEMBER_LIFE)
+        _certificate(request.subject, authority.subject, public, now, MEMBER_VALIDITY)
         .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
         .add_extension(x509.ExtendedKeyUsage(uses), critical=False)
         .add_extension(x509.SubjectAlternativeName(names), critical=False)
@@ -108,7 +110,7 @@ def member_certificate(
 
 
 def is_signed_by(certificate: x509.Certificate, authority: x509.Certificate) -> bool:
-    """Whether the authority issued it."""
+    """Return whether the authority issued the certificate."""
     try:
         certificate.verify_directly_issued_by(authority)
     except (ValueError, TypeError, InvalidSignature):
@@ -117,12 +119,12 @@ def is_signed_by(certificate: x509.Certificate, authority: x509.Certificate) -> 
 
 
 def sign(data: bytes, key: PrivateKey) -> bytes:
-    """ECDSA over SHA-256."""
+    """Sign data with ECDSA over SHA-256."""
     return key.sign(data, ec.ECDSA(hashes.SHA256()))
 
 
 def is_signature(signature: bytes, data: bytes, authority: x509.Certificate) -> bool:
-    """Whether the authority signed these bytes."""
+    """Return whether the signature of the data is the authority's."""
     public = authority.public_key()
     assert isinstance(public, ec.EllipticCurvePublicKey)
     try:
@@ -133,12 +135,12 @@ def is_signature(signature: bytes, data: bytes, authority: x509.Certificate) -> 
 
 
 def common_name(name: x509.Name) -> str:
-    """The member's; empty if there is none."""
+    """Return the member's name, or an empty string if there is none."""
     return _attribute(name, NameOID.COMMON_NAME)
 
 
 def wanted_role(name: x509.Name) -> str:
-    """What the member asks to be; empty if it does not say."""
+    """Return the role that the member requests, or an empty string if there is none."""
     return _attribute(name, NameOID.ORGANIZATIONAL_UNIT_NAME)
 
 
@@ -153,7 +155,11 @@ def _name(text: str, role: str = "") -> x509.Name:
 
 
 def _certificate(
-    subject: x509.Name, issuer: x509.Name, public: ec.EllipticCurvePublicKey, now: datetime, life: timedelta
+    subject: x509.Name,
+    issuer: x509.Name,
+    public: ec.EllipticCurvePublicKey,
+    now: datetime,
+    validity: timedelta,
 ) -> x509.CertificateBuilder:
     return (
         x509.CertificateBuilder()
@@ -161,6 +167,6 @@ def _certificate(
         .issuer_name(issuer)
         .public_key(public)
         .serial_number(x509.random_serial_number())
-        .not_valid_before(now - EARLIER)
-        .not_valid_after(now + life)
+        .not_valid_before(now - CLOCK_TOLERANCE)
+        .not_valid_after(now + validity)
     )

@@ -1,8 +1,8 @@
-"""The keys of this machine: one folder, whose private keys nobody else reads and which never leave it.
+"""The key folder of this machine; its private keys are readable by their owner only and never leave it.
 
-authority.key  authority.pem   the fleet's own; the key on one machine only
-me.key  me.request  me.pem     this machine's
-card.json                      the list of members, as the authority signed it
+authority.key  authority.pem   the fleet's certificate authority; the key is on one machine only
+me.key  NAME.request  me.pem   this machine's key, certificate signing request and certificate
+card.json                      the list of members, signed by the authority
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ MAX_PEM_BYTES = 100_000
 
 
 def keys_folder() -> Path:
-    """CHEFBOT_KEYS, else below the user's configuration (XDG_CONFIG_HOME, ~/.config)."""
-    if own := os.environ.get("CHEFBOT_KEYS"):
-        return Path(own)
+    """Return CHEFBOT_KEYS, else the folder below the user's configuration (XDG_CONFIG_HOME, ~/.config)."""
+    if folder := os.environ.get("CHEFBOT_KEYS"):
+        return Path(folder)
     return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / "chefbot" / "keys"
 
 
 class Identity(NamedTuple):
-    """Who this machine is, and who else there is."""
+    """This machine's identity in its fleet, and the fleet's members."""
 
     name: str
     fleet: Fleet
@@ -56,141 +56,148 @@ class Identity(NamedTuple):
 
     @property
     def role(self) -> Role | None:
-        """None once it was taken off the list."""
+        """This machine's role; None after it was removed from the fleet."""
         return self.fleet.members.get(self.name)
 
 
 class Keyring:
-    """The folder. Every method raises UserError with one sentence if what it needs is not there or not whole."""
+    """The key folder; every method raises UserError if a file that it needs is missing or invalid."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._authority_key, self._authority = folder / "authority.key", folder / "authority.pem"
-        self._key, self._mine = folder / "me.key", folder / "me.pem"
-        self._card = folder / "card.json"
+        self._authority_key_path, self._authority_path = folder / "authority.key", folder / "authority.pem"
+        self._key_path, self._certificate_path = folder / "me.key", folder / "me.pem"
+        self._card_path = folder / "card.json"
 
     @property
     def is_member(self) -> bool:
         """Whether this machine was admitted to a fleet."""
-        return self._mine.exists()
+        return self._certificate_path.exists()
 
     @property
     def is_authority(self) -> bool:
-        """Whether this machine signs."""
-        return self._authority_key.exists()
+        """Whether this machine holds the authority's key."""
+        return self._authority_key_path.exists()
 
     def identity(self) -> Identity:
-        """Of a member."""
+        """Return this machine's identity as a member."""
         if not self.is_member:
             raise UserError(f"this machine belongs to no fleet ({self.folder}); see `chefbot keys --help`")
-        _, fleet = read_card(self._card)
-        mine = self._certificate(self._mine)
+        _, fleet = read_card(self._card_path)
+        certificate = self._load_certificate(self._certificate_path)
         return Identity(
-            common_name(mine.subject), fleet, self._authority, self._key, self._mine, mine.not_valid_after_utc
+            common_name(certificate.subject),
+            fleet,
+            self._authority_path,
+            self._key_path,
+            self._certificate_path,
+            certificate.not_valid_after_utc,
         )
 
     def found(self, fleet: str, now: datetime) -> Fleet:
-        """A new fleet, whose authority and site router this machine is."""
-        if self.is_authority or self._key.exists():
+        """Create a fleet with this machine as its authority and site router."""
+        if self.is_authority or self._key_path.exists():
             raise UserError(f"{self.folder} holds keys already; choose another folder or keep that fleet")
         key = new_key()
         authority = authority_certificate(key, check_name(fleet), now)
-        self._write_secret(self._authority_key, key_pem(key))
-        write_atomic(self._authority, certificate_pem(authority))
-        write_atomic(self._card, msgspec.json.encode(issue(Fleet(fleet, 0, {}), authority, key)))
+        self._write_secret(self._authority_key_path, key_pem(key))
+        write_atomic(self._authority_path, certificate_pem(authority))
+        write_atomic(self._card_path, msgspec.json.encode(issue(Fleet(fleet, 0, {}), authority, key)))
         self.accept(self.sign(self.ask("site", "site"), now)[0])
         return self.identity().fleet
 
     def ask(self, name: str, role: Role) -> Path:
-        """Make this machine's key, and the request that the authority has to sign; where the request is."""
+        """Make this machine's key and certificate signing request; return the path of the request."""
         if self.is_member:
             raise UserError(
                 f"this machine is {self.identity().name} already ({self.folder}); choose another folder"
             )
-        if not self._key.exists():
-            self._write_secret(self._key, key_pem(new_key()))
-        key = read_key(read_bytes(self._key, "key", MAX_PEM_BYTES), str(self._key))
+        if not self._key_path.exists():
+            self._write_secret(self._key_path, key_pem(new_key()))
+        key = read_key(read_bytes(self._key_path, "key", MAX_PEM_BYTES), str(self._key_path))
         request = self.folder / f"{check_name(name)}.request"
         write_atomic(request, request_pem(key, name, role))
         return request
 
     def sign(self, request: Path, now: datetime) -> tuple[Card, str]:
-        """Admit who asks; the card for it, and its name."""
-        wish = read_request(read_bytes(request, "request", MAX_PEM_BYTES), str(request))
-        name, role = check_name(common_name(wish.subject)), wanted_role(wish.subject)
+        """Admit the member that a request names; return its card and its name."""
+        csr = read_request(read_bytes(request, "request", MAX_PEM_BYTES), str(request))
+        name, role = check_name(common_name(csr.subject)), wanted_role(csr.subject)
         if not is_role(role):
             raise UserError(f"{request} asks for the role {role!r}; there are {', '.join(get_args(Role))}")
         key, authority, fleet = self._as_authority()
-        certificate = member_certificate(wish, key, authority, now)
+        certificate = member_certificate(csr, key, authority, now)
         card = issue(fleet.with_member(name, role), authority, key, certificate_pem(certificate))
-        self._keep(card)
+        self._store_card(card)
         return card, name
 
     def remove(self, name: str) -> Card:
-        """Take a member off the list; the card with the new list, for all others."""
+        """Remove a member; return the card with the new list, for all other members."""
         key, authority, fleet = self._as_authority()
         card = issue(fleet.without(name), authority, key)
-        self._keep(card)
+        self._store_card(card)
         return card
 
     def card(self) -> Card:
-        """The list as this machine has it, for others."""
-        card, _ = read_card(self._card)
+        """Return the list of members as this machine has it, for other machines."""
+        card, _ = read_card(self._card_path)
         return msgspec.structs.replace(card, certificate=b"")
 
     def accept(self, card: Card) -> Fleet:
-        """Take the list, and this machine's certificate if it is in the card, from the authority."""
+        """Store the list, and this machine's certificate if the card contains it."""
         fleet = card.members("the card")
-        if self._card.exists():
-            self._check_news(card, fleet)
-        mine = bool(card.certificate) and self._is_mine(card.certificate)
-        if not mine and not self.is_member:
+        if self._card_path.exists():
+            self._check_update(card, fleet)
+        is_own = bool(card.certificate) and self._is_own(card.certificate)
+        if not is_own and not self.is_member:
             raise UserError(
                 "the card is not for this machine's key; accept this machine's own card first, which "
                 "`chefbot keys sign` makes of its request"
             )
-        write_atomic(self._authority, card.authority)
-        self._keep(card)
-        if mine:
-            write_atomic(self._mine, card.certificate)
+        write_atomic(self._authority_path, card.authority)
+        self._store_card(card)
+        if is_own:
+            write_atomic(self._certificate_path, card.certificate)
         return fleet
 
-    def _check_news(self, card: Card, fleet: Fleet) -> None:
-        old, before = read_card(self._card)
-        if old.authority != card.authority:
+    def _check_update(self, card: Card, fleet: Fleet) -> None:
+        old_card, old_fleet = read_card(self._card_path)
+        if old_card.authority != card.authority:
             raise UserError(
-                f"the card is of another authority than the one of fleet {before.name} in {self.folder}"
+                f"the card is of another authority than the one of fleet {old_fleet.name} in {self.folder}"
             )
-        if fleet.serial < before.serial:
+        if fleet.serial < old_fleet.serial:
             raise UserError(
-                f"the card's list is older ({fleet.serial}) than this machine's ({before.serial}); keep this"
+                f"the card's list is older ({fleet.serial}) than this machine's ({old_fleet.serial}); keep this"
             )
 
-    def _is_mine(self, pem: bytes) -> bool:
-        if not self._key.exists():
+    def _is_own(self, pem: bytes) -> bool:
+        if not self._key_path.exists():
             raise UserError(
                 f"{self.folder} has no key; `chefbot keys robot NAME` or `operator NAME` comes first"
             )
-        key = read_key(read_bytes(self._key, "key", MAX_PEM_BYTES), str(self._key))
+        key = read_key(read_bytes(self._key_path, "key", MAX_PEM_BYTES), str(self._key_path))
         return read_certificate(pem, "the card").public_key() == key.public_key()
 
-    def _keep(self, card: Card) -> None:
-        write_atomic(self._card, msgspec.json.encode(msgspec.structs.replace(card, certificate=b"")))
+    def _store_card(self, card: Card) -> None:
+        write_atomic(self._card_path, msgspec.json.encode(msgspec.structs.replace(card, certificate=b"")))
 
     def _as_authority(self) -> tuple[PrivateKey, x509.Certificate, Fleet]:
         if not self.is_authority:
             raise UserError(f"{self.folder} is not the authority's; sign where `chefbot keys init` was said")
-        key = read_key(read_bytes(self._authority_key, "key", MAX_PEM_BYTES), str(self._authority_key))
-        return key, self._certificate(self._authority), read_card(self._card)[1]
+        key = read_key(
+            read_bytes(self._authority_key_path, "key", MAX_PEM_BYTES), str(self._authority_key_path)
+        )
+        return key, self._load_certificate(self._authority_path), read_card(self._card_path)[1]
 
-    def _certificate(self, path: Path) -> x509.Certificate:
+    def _load_certificate(self, path: Path) -> x509.Certificate:
         return read_certificate(read_bytes(path, "certificate", MAX_PEM_BYTES), str(path))
 
     def _write_secret(self, path: Path, data: bytes) -> None:
-        """Readable by its owner only, from the first byte on."""
+        """Write a file that only its owner can read from the first byte on."""
         self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        before = os.umask(0o077)
+        old_umask = os.umask(0o077)
         try:
             write_atomic(path, data)
         finally:
-            os.umask(before)
+            os.umask(old_umask)

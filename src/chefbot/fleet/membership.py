@@ -1,4 +1,4 @@
-"""Who belongs to a fleet, as its authority signed it, and the card that a member gets."""
+"""Members of a fleet, signed by its authority, and the card that a member receives."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from chefbot.fleet.certificates import (
 )
 
 Role = Literal["robot", "operator", "site"]
-"""A robot may write below its own name only; an operator and the site's router speak for people, to all."""
+"""A robot may only use keys below its own name; an operator and the site's router may use all."""
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,62}")
 MAX_CARD_BYTES = 1_000_000
 
 
 class Fleet(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The members by name. Of two lists the one with the higher serial number counts."""
+    """The members of a fleet by name; of two lists the one with the higher serial number is valid."""
 
     name: str
     serial: int
     members: dict[str, Role]
 
     def with_member(self, name: str, role: Role) -> Fleet:
-        """UserError if the name has another role."""
+        """Return the fleet with a member added. Raises UserError if the name has another role."""
         if self.members.get(name, role) != role:
             raise UserError(
                 f"{name} is a {self.members[name]} of fleet {self.name}; choose another name for the {role}"
@@ -43,28 +43,28 @@ class Fleet(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return Fleet(self.name, self.serial + 1, {**self.members, name: role})
 
     def without(self, name: str) -> Fleet:
-        """UserError if there is no such member."""
+        """Return the fleet without a member. Raises UserError if there is no such member."""
         if name not in self.members:
             raise UserError(
                 f"{name} is no member of fleet {self.name}; its members: {', '.join(self.members)}"
             )
-        rest = {member: role for member, role in self.members.items() if member != name}
-        return Fleet(self.name, self.serial + 1, rest)
+        remaining = {member: role for member, role in self.members.items() if member != name}
+        return Fleet(self.name, self.serial + 1, remaining)
 
 
 class Card(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A file that goes from the authority to a member; it holds no secret."""
+    """A file that the authority gives to a member; it holds no secret."""
 
     authority: bytes
-    """Certificate, PEM."""
+    """The authority's certificate, PEM."""
     fleet: bytes
-    """The list of members, JSON, and the authority's signature of these bytes."""
+    """The list of members, JSON; `signature` is the authority's signature of these bytes."""
     signature: bytes
     certificate: bytes = b""
-    """The member's own, PEM; empty where only the list is news."""
+    """The member's certificate, PEM; empty if only the list is updated."""
 
     def members(self, where: str) -> Fleet:
-        """The list, if authority, signature and certificate belong together; UserError if not."""
+        """Return the list if authority, signature and certificate are consistent, else raise UserError."""
         authority = read_certificate(self.authority, where)
         if not is_signature(self.signature, self.fleet, authority):
             raise UserError(f"{where} was changed since the authority signed it; fetch it from there again")
@@ -76,13 +76,13 @@ class Card(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def issue(fleet: Fleet, authority: x509.Certificate, key: PrivateKey, certificate: bytes = b"") -> Card:
-    """A card, signed."""
+    """Return a signed card of the fleet."""
     data = msgspec.json.encode(fleet)
     return Card(certificate_pem(authority), data, sign(data, key), certificate)
 
 
 def read_card(path: Path) -> tuple[Card, Fleet]:
-    """UserError if the file is none, or not whole."""
+    """Read a card file. Raises UserError if it is invalid."""
     try:
         card = msgspec.json.decode(read_bytes(path, "card", MAX_CARD_BYTES), type=Card)
         return card, card.members(str(path))
@@ -93,7 +93,7 @@ def read_card(path: Path) -> tuple[Card, Fleet]:
 
 
 def check_name(name: str) -> str:
-    """As it is; it becomes a ROS namespace. UserError if it cannot."""
+    """Return the name if it can be a ROS namespace, else raise UserError."""
     if not NAME.fullmatch(name):
         raise UserError(
             f"{name!r} cannot be a member's name: use small letters, digits and _, a letter first"
@@ -102,5 +102,5 @@ def check_name(name: str) -> str:
 
 
 def is_role(text: str) -> TypeGuard[Role]:
-    """Whether it is one of the roles."""
+    """Return whether the text is one of the roles."""
     return text in get_args(Role)

@@ -1,4 +1,4 @@
-"""The gate's own process: its configuration comes in, our answer and Zenoh's log go out; without input it ends."""
+"""Process of the secure router: configuration in, status and Zenoh's log out; exits at the end of input."""
 
 from __future__ import annotations
 
@@ -7,23 +7,26 @@ import sys
 import zenoh
 
 OPEN, FAILED = "chefbot: open", "chefbot: "
-"""How the lines begin that are ours; all others are Zenoh's log."""
+"""Prefixes of status lines; all other lines are Zenoh's log."""
 
 
 def main() -> None:
-    """Also when the parent is killed, its end of the pipe closes, and this process goes: there are no orphans."""
+    """Run the router until the input ends.
+
+    The input also ends when the parent is killed, so no orphan remains.
+    """
     zenoh.try_init_log_from_env()
     try:
         session = zenoh.open(zenoh.Config.from_json5(sys.stdin.readline()))
     except zenoh.ZError as error:
-        _say(FAILED + str(error).replace("\n", " "))
+        _write_line(FAILED + str(error).replace("\n", " "))
         return
-    _say(OPEN)
+    _write_line(OPEN)
     sys.stdin.read()
     session.close()
 
 
-def _say(line: str) -> None:
+def _write_line(line: str) -> None:
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
 

@@ -1,8 +1,8 @@
-"""The gate of a machine: the one way from its wire to other machines, over TLS, for members of its fleet only.
+"""The secure router of a machine: its only link to other machines, over TLS, for fleet members only.
 
 It is a Zenoh router in a process of its own, between the machine's router on loopback and the others. So what
-strangers send is decrypted, judged and refused elsewhere than where the robot is controlled, and programs of
-this machine, ROS 2's too, need neither keys nor rules.
+unknown peers send is decrypted, checked and rejected outside the process that controls the robot, and
+programs of this machine, those of ROS 2 too, need neither keys nor rules.
 """
 
 from __future__ import annotations
@@ -29,18 +29,22 @@ from chefbot.ros2.rmw.session import LOOPBACK, PORT
 
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 _ENDPOINT = re.compile(r"(tls|tcp)/(\[[0-9a-fA-F:]+\]|[A-Za-z0-9._-]+)(?::(\d{1,5}))?")
-_REFUSED = re.compile(r"CertCommonName\(([^)]*)\)\S* is unauthorized to Put \(ingress\) on (\S+)")
+_REJECTED = re.compile(r"CertCommonName\(([^)]*)\)\S* is unauthorized to Put \(ingress\) on (\S+)")
 _ACCEPTED = re.compile(r"Accepted TLS connection .*Common Name: (.*)\.$")
 _DATA = re.compile(r"(\d+/\S+?)/[^/]+::dds_::[^/]+/.*")
 _NODE = re.compile(r"@ros2_lv/(?:[^/]+/){6}([^/]+)/([^/]+)(?:/.*)?")
-_STRANGER = re.compile(r"WARN .*zenoh_link_tls::unicast: (.*?)\.? Hint")
-LOGGED = "error,zenoh_link_tls=debug,zenoh::net::routing::interceptor=trace"
-LOOK_PERIOD = 2.0
-"""Seconds between two looks at the machine's addresses and at the gate's process."""
+_UNKNOWN_PEER = re.compile(r"WARN .*zenoh_link_tls::unicast: (.*?)\.? Hint")
+LOG_FILTER = "error,zenoh_link_tls=debug,zenoh::net::routing::interceptor=trace"
+"""Log filter of the router's process, in the syntax of RUST_LOG."""
+POLL_PERIOD = 2.0
+"""Period of the checks of the machine's addresses and the router's process, s."""
 
 
 def endpoint(text: str) -> str:
-    """'tls/robot1' or 'tls/robot1:7447' as Zenoh writes it. UserError if it is neither tls/ nor tcp/."""
+    """Return 'tls/robot1' or 'tls/robot1:7447' as a Zenoh endpoint.
+
+    Raises UserError if it begins with neither tls/ nor tcp/.
+    """
     match = _ENDPOINT.fullmatch(text)
     if match is None:
         raise UserError(f"{text!r} is no place on the wire; write tls/HOST or tls/HOST:{PORT}")
@@ -49,25 +53,27 @@ def endpoint(text: str) -> str:
 
 
 class Doors(NamedTuple):
-    """Which ways lead out of this machine."""
+    """Endpoints that connect this machine with others."""
 
     join: tuple[str, ...] = ()
-    """Endpoints of others."""
+    """Endpoints of other machines to connect to."""
     listen: tuple[str, ...] | None = None
-    """Where others may come in; None: a member of a fleet on all its addresses by TLS, others nowhere."""
+    """Endpoints to listen on; None: a fleet member on all its addresses by TLS, other machines on none."""
 
 
 def gate_config(
     me: Identity | None, doors: Doors, port: int = PORT, held: Collection[str] = ()
 ) -> dict[str, Any]:
-    """Zenoh's configuration of the gate. UserError where TLS is asked for and this machine has no certificate.
+    """Return the Zenoh configuration of the secure router.
 
-    `held`: endpoints where it listens already. Where another launch's gate does, that one is enough.
+    `held`: endpoints where it listens already. If another launch's router listens on one, that is sufficient.
+
+    Raises UserError where TLS is requested and this machine has no certificate.
     """
     listen = doors.listen
     if listen is None:
-        every = tuple(f"tls/{address}:{port}" for address in addresses()) if me else ()
-        listen = tuple(end for end in every if end in held or _is_free(end))
+        all_endpoints = tuple(f"tls/{address}:{port}" for address in addresses()) if me else ()
+        listen = tuple(end for end in all_endpoints if end in held or _is_free(end))
     if me is None and any(end.startswith("tls/") for end in (*listen, *doors.join)):
         raise UserError("TLS needs this machine to be a member of a fleet; see `chefbot keys --help`")
     return {
@@ -81,12 +87,12 @@ def gate_config(
         },
         "scouting": {"delay": 0, "multicast": {"enabled": False}},
         "timestamping": {"enabled": True},
-        **({} if me is None else _guarded(me)),
+        **({} if me is None else _tls_config(me)),
     }
 
 
 def _is_free(end: str) -> bool:
-    """Whether nobody listens at a TLS endpoint of this machine."""
+    """Return whether no process listens on a TLS endpoint of this machine."""
     host, _, port = end.partition("/")[2].rpartition(":")
     try:
         socket.create_server((host, int(port))).close()
@@ -95,7 +101,7 @@ def _is_free(end: str) -> bool:
     return True
 
 
-def _guarded(me: Identity) -> dict[str, Any]:
+def _tls_config(me: Identity) -> dict[str, Any]:
     tls = {
         "root_ca_certificate": str(me.authority),
         "listen_private_key": str(me.key),
@@ -103,7 +109,7 @@ def _guarded(me: Identity) -> dict[str, Any]:
         "connect_private_key": str(me.key),
         "connect_certificate": str(me.certificate),
         "enable_mtls": True,
-        "verify_name_on_connect": False,  # the rules go by the certificate's name; addresses change
+        "verify_name_on_connect": False,  # access control matches the certificate's name; addresses change
     }
     return {
         "transport": {"link": {"tls": tls}},
@@ -112,15 +118,16 @@ def _guarded(me: Identity) -> dict[str, Any]:
 
 
 class Gate:
-    """The gate's process: started anew when it dies or when the machine's addresses change.
+    """The process of the secure router, restarted when it dies or when the machine's addresses change.
 
-    `refused` counts who was turned away, by sentence. The process ends with this one, however that ends.
+    `refused` counts rejected peers and messages, by sentence. The process exits with this one, however that
+    exits.
     """
 
     def __init__(
         self, me: Identity | None, doors: Doors, port: int = PORT, refused: Tally | None = None
     ) -> None:
-        """UserError if it cannot be opened."""
+        """Start the router. Raises UserError if it cannot be opened."""
         self.refused = Tally() if refused is None else refused
         self._me, self._doors, self._port = me, doors, port
         self._closing = threading.Event()
@@ -131,11 +138,11 @@ class Gate:
 
     @property
     def listens(self) -> list[str]:
-        """Endpoints that others may join."""
+        """The endpoints that other machines may join."""
         return list(self._config["listen"]["endpoints"])
 
     def close(self) -> None:
-        """Shut it."""
+        """Stop the router and its process."""
         self._closing.set()
         self._watcher.join()
         _end(self._process)
@@ -153,7 +160,7 @@ class Gate:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
-            env={**os.environ, "RUST_LOG": LOGGED},
+            env={**os.environ, "RUST_LOG": LOG_FILTER},
         )
         assert process.stdin and process.stdout
         process.stdin.write(msgspec.json.encode(self._config).decode() + "\n")
@@ -166,11 +173,11 @@ class Gate:
             raise UserError(
                 f"the gate to other machines does not open: {answer.removeprefix(FAILED).strip()}"
             )
-        threading.Thread(target=self._read, args=(process.stdout,), name="gate log", daemon=True).start()
+        threading.Thread(target=self._read_log, args=(process.stdout,), name="gate log", daemon=True).start()
         return process
 
     def _watch(self) -> None:
-        while not self._closing.wait(LOOK_PERIOD):
+        while not self._closing.wait(POLL_PERIOD):
             config = gate_config(self._me, self._doors, self._port, self.listens)
             if self._process.poll() is not None or config != self._config:
                 self._config = config
@@ -183,41 +190,46 @@ class Gate:
         except UserError as error:
             self.refused.add(str(error))
 
-    def _read(self, lines: IO[str]) -> None:
-        """Zenoh tells in its log only whom it turned away: once for each key that a member has no right to."""
+    def _read_log(self, lines: IO[str]) -> None:
+        """Count the rejections in Zenoh's log: one for each key that a member has no right to."""
         for line in lines:
             if sentence := turned_away(line, self._me.fleet.members if self._me else {}):
                 self.refused.add(sentence)
 
 
 def turned_away(line: str, members: Mapping[str, str]) -> str | None:
-    """What a line of Zenoh's log tells of somebody who was refused, in a sentence."""
+    """Return a sentence for a line of Zenoh's log that reports a rejection, else None."""
     plain = _COLOURS.sub("", line.rstrip())
-    if found := _REFUSED.search(plain):
-        return _refused(found[1], found[2], members)
-    if found := _STRANGER.search(plain):
-        return f"a stranger was turned away: {found[1]}"
-    if (found := _ACCEPTED.search(plain)) and found[1] not in members:
-        return f"{found[1]} is not on the fleet's list"
+    if match := _REJECTED.search(plain):
+        return _rejected_write(match[1], match[2], members)
+    if match := _UNKNOWN_PEER.search(plain):
+        return f"a stranger was turned away: {match[1]}"
+    if (match := _ACCEPTED.search(plain)) and match[1] not in members:
+        return f"{match[1]} is not on the fleet's list"
     return None
 
 
-def _refused(who: str, key: str, members: Mapping[str, str]) -> str | None:
-    """By topic or node, not by key: the keys of one topic are many.
+def _rejected_write(member: str, key: str, members: Mapping[str, str]) -> str | None:
+    """Return a sentence by topic or node instead of by key: one topic has many keys.
 
-    Of nodes nothing is said where a robot's router only passes on what it knows of people, or where they are tools.
+    Nodes are not reported where a robot's router only forwards what it knows of operators, or where they are
+    tools.
     """
-    if found := _DATA.fullmatch(key):
-        return f"{who} may not write {found[1]}"
-    if found := _NODE.fullmatch(key):
-        space, name = found[1].replace("%", "/").rstrip("/"), found[2]
-        of_people = members.get(space.partition("/")[2].partition("/")[0], "robot") != "robot"
-        return None if of_people or name.startswith("_") else f"{who} may not tell of node {space}/{name}"
-    return f"{who} may not write {key}"
+    if match := _DATA.fullmatch(key):
+        return f"{member} may not write {match[1]}"
+    if match := _NODE.fullmatch(key):
+        namespace, name = match[1].replace("%", "/").rstrip("/"), match[2]
+        not_a_robot = members.get(namespace.partition("/")[2].partition("/")[0], "robot") != "robot"
+        return (
+            None
+            if not_a_robot or name.startswith("_")
+            else f"{member} may not tell of node {namespace}/{name}"
+        )
+    return f"{member} may not write {key}"
 
 
 def _end(process: subprocess.Popen[str]) -> None:
-    """Its input ends, which it takes as its own end; harder if it does not."""
+    """Close the process's input, at which it exits; kill it if it does not."""
     assert process.stdin
     with suppress(OSError):
         process.stdin.close()

@@ -1,1 +1,1 @@
-"""Numba kernels compiled ahead of the first run."""
+"""Compilation of the Numba kernels ahead of the first run."""

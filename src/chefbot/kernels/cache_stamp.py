@@ -1,4 +1,4 @@
-"""Whether Numba's caches hold all kernels: a file names them, for this source, its libraries, this CPU."""
+"""Stamp file that records whether Numba's cache is complete for this source, its libraries and CPU."""
 
 from __future__ import annotations
 
@@ -15,29 +15,32 @@ from chefbot.storage.atomic_files import write_atomic
 
 
 def stamp_path() -> Path:
-    """In the user's cache folder (XDG_CACHE_HOME, else ~/.cache), named after what the kernels depend on."""
+    """Return the path of the stamp in the user's cache folder (XDG_CACHE_HOME, else ~/.cache).
+
+    Its name has a hash of all that the kernels depend on.
+    """
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     digest = hashlib.sha256("\n".join(_dependencies()).encode()).hexdigest()
     return Path(home) / "chefbot" / f"kernels-{digest[:16]}.json"
 
 
 def all_there(stamp: Path) -> bool:
-    """Whether the stamp exists and so do all the files that it names."""
+    """Return whether the stamp exists and so do all the files that it names."""
     try:
         files = json.loads(stamp.read_bytes())
     except (OSError, ValueError):
-        return False  # not there, not readable or cut off by a full disk: compile, and write it anew
+        return False  # missing, unreadable or cut off by a full disk: compile, and write it again
     return bool(files) and all(Path(file).exists() for file in files)
 
 
 def write_stamp(stamp: Path, files: Iterable[str]) -> None:
-    """Remember that these files hold the kernels. OSError where that cannot be written."""
+    """Record that these files hold the kernels. Raises OSError if that cannot be written."""
     stamp.parent.mkdir(parents=True, exist_ok=True)
     write_atomic(stamp, json.dumps(sorted(files)).encode())
 
 
 def _dependencies() -> Iterator[str]:
-    """Numba compiles anew when a source file's time or size has changed, so these count, not the content."""
+    """Yield what the cache depends on; source files by time and size, not content, as Numba does."""
     from llvmlite.binding import get_host_cpu_name  # type: ignore[import-untyped]
 
     root = Path(chefbot.__file__).parent

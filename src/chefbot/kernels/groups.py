@@ -1,8 +1,8 @@
-"""The kernels in groups, each with a little work that makes Numba compile all of it.
+"""Kernels in groups, each with a small workload that makes Numba compile all of it.
 
-The work is done by the very nodes of the running robot, with messages as devices send them, so that every
-kernel is compiled for the types of arguments that it will meet. Run as a module this file is a worker: it
-reads names of groups, one a line, and answers each with the files that now hold its kernels (JSON).
+The workload is run by the nodes of the real robot, with messages as devices publish them, so that every
+kernel is compiled for the argument types that it will be called with. Run as a module this file is a worker:
+it reads names of groups, one a line, and answers each with the files that now hold its kernels (JSON).
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import System
 
-HALF, CELL = 2.5, 0.05
-"""Metres: half a side of the square room in which the work is done, and a cell of its map."""
+HALF_SIDE, CELL = 2.5, 0.05
+"""Half a side of the square room of the workload, and the resolution of its map, m."""
 KINDS = {
     "frames": "chefbot.nodes.robot_state_publisher:FramesNode",
     "odometry": "chefbot.nodes.odometry:OdometryNode",
@@ -46,10 +46,11 @@ KINDS = {
     "navigator": "chefbot.nodes.navigator:NavigatorNode",
     "explorer": "chefbot.nodes.explorer:ExplorerNode",
 }
+"""Node classes by name."""
 
 
 class Bench:
-    """A few nodes on a loop of their own, in a robot that creeps along the x axis of the room."""
+    """A few nodes on a loop of their own, of a robot that moves slowly along the x axis of the room."""
 
     def __init__(self, *names: str, robot: str = "chefbot_lidar") -> None:
         self.robot = load_robot(robot)
@@ -60,51 +61,51 @@ class Bench:
         self.run()
 
     def say(self, topic: str, message: Message) -> None:
-        """As a device would."""
+        """Publish a message as a device does."""
         self.loop.publish(topic, message, "bench")
 
     def run(self, seconds: float = 0.001) -> None:
-        """All that is due."""
+        """Run the loop for some seconds of its time."""
         self.loop.run(until_ns=self.loop.now_ns + round(seconds * 1e9))
 
     def header(self, frame: str) -> Header:
-        """Now."""
+        """Return a header with the current time."""
         return Header.of(self.loop.now_ns, frame)
 
     def move(self, x: float, frame: str = "odom") -> None:
-        """The robot stands at (x, 0) in `frame`; with `map`, that is odom's place."""
+        """Publish the robot's pose (x, 0) in `frame`; with `map`, that is the pose of odom."""
         child = "base_footprint" if frame == "odom" else "odom"
         self.say("tf", TFMessage((TransformStamped.of(self.loop.now_ns, frame, child, SE2(x, 0.0, 0.0)),)))
         self.run()
 
     def look(self, x: float = 0.0) -> None:
-        """A scan of the room's walls from (x, 0), as if they moved along."""
+        """Publish a scan of the room's walls, which move along, from (x, 0)."""
         self.move(x)
         n = 360
         angles = -math.pi + 2.0 * math.pi / n * np.arange(n)
-        walls = HALF / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
+        walls = HALF_SIDE / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
         limits, turn = (0.1, 12.0), (float(angles[0]), float(angles[-1]), 2.0 * math.pi / n)
         self.say("scan", LaserScan(self.header("laser"), *turn, 0.0, 0.1, *limits, walls.astype(np.float32)))
         self.move(x)
 
     def show_map(self) -> None:
-        """Of the room, one corner of it not seen yet."""
+        """Publish a map of the room with one unknown corner."""
         self.say("map", OccupancyGrid.of(self.header("map"), room()))
         self.run()
 
 
 def room() -> Grid:
-    """Its map."""
-    side = round(2.0 * HALF / CELL) + 2
+    """Return the map of the room."""
+    side = round(2.0 * HALF_SIDE / CELL) + 2
     cells = np.zeros((side, side), np.int8)
     cells[[0, -1], :] = 100
     cells[:, [0, -1]] = 100
     cells[-20:, -20:] = -1
-    return Grid(cells, CELL, -HALF - CELL, -HALF - CELL)
+    return Grid(cells, CELL, -HALF_SIDE - CELL, -HALF_SIDE - CELL)
 
 
 def odometry() -> None:
-    """Wheels and gyro."""
+    """Run odometry with wheels and gyro."""
     bench = Bench("odometry")
     for n in range(4):
         bench.say("imu/data", Imu(bench.header("imu_link")))
@@ -113,7 +114,7 @@ def odometry() -> None:
 
 
 def camera() -> None:
-    """The simulated camera's pictures."""
+    """Render an image of the simulated depth camera."""
     from chefbot.sim.depth_camera import DepthRenderer
     from chefbot.sim.simulation import Simulation
     from chefbot.sim.world.load import load_any_world
@@ -125,7 +126,7 @@ def camera() -> None:
 
 
 def scan() -> None:
-    """Depth to scans."""
+    """Convert a depth image to a scan."""
     bench = Bench("depth_to_scan")
     spec = bench.robot.sensors.depth_camera
     assert spec is not None
@@ -136,18 +137,18 @@ def scan() -> None:
 
 
 def mapping() -> None:
-    """Scans to a map."""
+    """Run SLAM on a few scans."""
     bench = Bench("gmapping")
     for n in range(3):
         bench.look(1.2 * n - 1.2)
         bench.run(1.0)
     bench.run(2.0)
     node: Any = bench.system.nodes["gmapping"]
-    node._slam._resample()  # else it is a matter of chance whether a short run does so
+    node._slam._resample()  # otherwise it is random whether a short run resamples
 
 
 def costs() -> None:
-    """What is in the way."""
+    """Update the local costmap with a scan."""
     bench = Bench("controller")
     bench.look()
     node: Any = bench.system.nodes["controller"]
@@ -156,19 +157,19 @@ def costs() -> None:
 
 
 def planning() -> None:
-    """Ways on the map."""
+    """Plan a path on the map."""
     bench = Bench("planner", "navigator")
-    _send(bench)
+    _navigate(bench)
 
 
 def control() -> None:
-    """Ways to wheels."""
+    """Plan and follow a path on the map."""
     bench = Bench("planner", "controller", "navigator")
-    _send(bench)
+    _navigate(bench)
 
 
-def _send(bench: Bench) -> None:
-    """To a pose in the room."""
+def _navigate(bench: Bench) -> None:
+    """Set a goal pose in the room and run the nodes."""
     bench.show_map()
     bench.move(0.0, "map")
     bench.look()
@@ -179,7 +180,7 @@ def _send(bench: Bench) -> None:
 
 
 def exploration() -> None:
-    """Where to look next."""
+    """Choose a frontier to explore."""
     bench = Bench("explorer")
     bench.show_map()
     bench.move(0.0, "map")
@@ -191,7 +192,7 @@ def exploration() -> None:
 
 
 def localization() -> None:
-    """Scans to a pose on the map, from nothing and from a click."""
+    """Localize with scans, globally and from an initial pose."""
     bench = Bench("amcl")
     bench.show_map()
     for n in range(4):
@@ -215,9 +216,10 @@ GROUPS: Mapping[str, Callable[[], None]] = {
     "control": control,
     "exploration": exploration,
 }
-"""In the order of need; of what is needed together the longest first, so that the workers end together."""
+"""Workloads in the order of need; of those needed together the longest first, so that the workers end
+together."""
 FIRST = ("mapping", "camera", "odometry", "scan", "costs")
-"""Without these there is no first picture."""
+"""Groups that the first picture needs."""
 
 
 NEEDS: Mapping[str, tuple[str, ...]] = {
@@ -233,35 +235,35 @@ NEEDS: Mapping[str, tuple[str, ...]] = {
 
 
 def groups_of(kinds: Collection[str]) -> list[str]:
-    """What nodes of these classes run, in the order of `GROUPS`."""
+    """Return the groups that nodes of these classes run, in the order of `GROUPS`."""
     needed = {group for name, groups in NEEDS.items() if KINDS[name] in kinds for group in groups}
     return [group for group in GROUPS if group in needed]
 
 
 def kernel_files() -> list[str]:
-    """Numba's index files of all kernels that this process has met."""
+    """Return Numba's index files of all kernels that this process has loaded."""
     from numba.core.dispatcher import Dispatcher
 
-    found: set[str] = set()
+    files: set[str] = set()
     for name, module in list(sys.modules.items()):
         if name.startswith("chefbot."):
             for kernel in vars(module).values():
                 if isinstance(kernel, Dispatcher) and kernel.signatures and kernel.stats.cache_path:
                     stem = Path(kernel.py_func.__code__.co_filename).stem
                     pattern = f"{stem}.{kernel.py_func.__name__}-*.nbi"
-                    found.update(str(file) for file in Path(kernel.stats.cache_path).glob(pattern))
-    return sorted(found)
+                    files.update(str(file) for file in Path(kernel.stats.cache_path).glob(pattern))
+    return sorted(files)
 
 
 def main() -> None:
-    """Compile what is asked for on stdin until it ends; Ctrl-C is the parent's business."""
+    """Compile the groups requested on stdin until it ends; Ctrl-C is handled by the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    polite = False
+    is_nice = False
     for line in sys.stdin:
         group = line.strip()
-        if group not in FIRST and not polite and hasattr(os, "nice"):
-            os.nice(10)  # the first picture is being made by the parent, which goes before
-            polite = True
+        if group not in FIRST and not is_nice and hasattr(os, "nice"):
+            os.nice(10)  # the parent computes the first picture and has priority
+            is_nice = True
         GROUPS[group]()
         sys.stdout.write(json.dumps(kernel_files()) + "\n")
         sys.stdout.flush()

@@ -1,7 +1,8 @@
-"""Kernels are compiled once after an installation; this shows it instead of letting the robot stall.
+"""Compilation of the kernels, once after an installation, with a progress display.
 
-Worker processes compile the groups of `kernels` into Numba's cache, from which this process loads them. What
-they compile is only ever a cache: results are the same without it, and two that compile at once do no harm.
+Otherwise the robot would stall at first use. Worker processes compile the groups of `kernels` into Numba's
+cache, from which this process loads them. It is only a cache: results are the same without it, and two that
+compile at once do no harm.
 """
 
 from __future__ import annotations
@@ -30,21 +31,21 @@ from chefbot.ui.commands import Command
 from chefbot.ui.server import PageServer
 
 Show = Callable[[layers.Progress], None]
-MOST_WORKERS = 4
-"""More would wait for the longest group."""
-LOOK = 0.2
-"""Seconds between two looks at the workers."""
+MAX_WORKERS = 4
+"""Maximum number of workers; more would wait for the longest group."""
+POLL_PERIOD = 0.2
+"""Period of the progress updates, s."""
 
 
 class Warming:
-    """The compilation under way. `page_opened`: a browser already looks at the demo's address."""
+    """A compilation in progress; `page_opened`: whether a browser already shows the demo's address."""
 
     def __init__(self, console: Console, groups: Sequence[str]) -> None:
         self._console = console
-        self._wanted = list(groups)
-        self._todo: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._groups = list(groups)
+        self._queue: queue.SimpleQueue[str] = queue.SimpleQueue()
         for group in groups:
-            self._todo.put(group)
+            self._queue.put(group)
         self._done: set[str] = set()
         self._files: set[str] = set()
         self._lock = threading.Lock()
@@ -52,63 +53,70 @@ class Warming:
         self.page_opened = False
 
     def start(self) -> None:
-        """Begin, one worker a core."""
-        for _ in range(min(os.cpu_count() or 1, MOST_WORKERS, len(self._wanted))):
-            worker = threading.Thread(target=self._feed, name="kernel compiler", daemon=True)
+        """Start the workers, at most one per core."""
+        for _ in range(min(os.cpu_count() or 1, MAX_WORKERS, len(self._groups))):
+            worker = threading.Thread(target=self._run_worker, name="kernel compiler", daemon=True)
             self._workers.append(worker)
             worker.start()
 
     @property
     def busy(self) -> bool:
         """Whether something is still to be compiled."""
-        return self._waits_for(self._wanted)
+        return self._is_compiling(self._groups)
 
     def wait(self, groups: Sequence[str] = (), show: Show = lambda _: None) -> None:
-        """Until these groups, or all, are compiled; `show` is told how far it is."""
-        missing = [group for group in self._wanted if not groups or group in groups]
-        if not self._waits_for(missing):
+        """Wait until these groups, or all, are compiled; `show` is called with the progress."""
+        missing = [group for group in self._groups if not groups or group in groups]
+        if not self._is_compiling(missing):
             return
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
         with Progress(*columns, console=self._console, transient=True) as bar:
-            task = bar.add_task("compiling kernels", total=len(self._wanted))
-            while self._waits_for(missing):
+            task = bar.add_task("compiling kernels", total=len(self._groups))
+            while self._is_compiling(missing):
                 bar.update(task, description=self._sentence(), completed=len(self._done))
-                show(layers.Progress(text=self._sentence(), done=len(self._done), total=len(self._wanted)))
-                time.sleep(LOOK)
-        show(layers.Progress(text=self._sentence(), done=len(self._done), total=len(self._wanted)))
+                show(layers.Progress(text=self._sentence(), done=len(self._done), total=len(self._groups)))
+                time.sleep(POLL_PERIOD)
+        show(layers.Progress(text=self._sentence(), done=len(self._done), total=len(self._groups)))
 
-    def _waits_for(self, groups: Sequence[str]) -> bool:
+    def _is_compiling(self, groups: Sequence[str]) -> bool:
         return not self._done.issuperset(groups) and any(worker.is_alive() for worker in self._workers)
 
     def _sentence(self) -> str:
-        left = [group for group in self._wanted if group not in self._done]
-        return f"Compiling kernels, once after an installation: {left[0]}" if left else "Kernels are compiled"
+        remaining = [group for group in self._groups if group not in self._done]
+        return (
+            f"Compiling kernels, once after an installation: {remaining[0]}"
+            if remaining
+            else "Kernels are compiled"
+        )
 
-    def _feed(self) -> None:
-        """Give one worker process one group after the other."""
+    def _run_worker(self) -> None:
+        """Pass the groups to one worker process, one after the other."""
         try:
-            with _worker() as ask:
-                while not self._todo.empty():
-                    group = self._todo.get_nowait()
-                    files = ask(group)
-                    self._take(group, files)
+            with _worker() as compile_group:
+                while not self._queue.empty():
+                    group = self._queue.get_nowait()
+                    files = compile_group(group)
+                    self._store_result(group, files)
         except queue.Empty:
             return  # another worker was faster
         except (OSError, RuntimeError) as error:
             self._console.print(f"Some kernels compile only when they are needed: {error}")
 
-    def _take(self, group: str, files: list[str]) -> None:
-        """One group less; the last one is noted down for the next start."""
+    def _store_result(self, group: str, files: list[str]) -> None:
+        """Record a compiled group; after the last one write the stamp for the next start."""
         with self._lock:
             self._files.update(files)
-            if {*self._done, group}.issuperset(self._wanted):
+            if {*self._done, group}.issuperset(self._groups):
                 remember(self._console, self._files)
-            self._done.add(group)  # last: who waits may go on now
+            self._done.add(group)  # last, as it releases those who wait
 
 
 @contextmanager
 def _worker() -> Iterator[Callable[[str], list[str]]]:
-    """A process that compiles a group and tells the files; it ends with us, however we end."""
+    """Yield a function that compiles a group in a worker process and returns its files.
+
+    The worker exits with this process, however that exits.
+    """
     with tempfile.TemporaryFile("w+") as errors:
         process = subprocess.Popen(
             [sys.executable, "-m", "chefbot.kernels.groups"],
@@ -119,30 +127,30 @@ def _worker() -> Iterator[Callable[[str], list[str]]]:
         )
         atexit.register(process.kill)
         assert process.stdin is not None and process.stdout is not None
-        asked, answers = process.stdin, process.stdout
+        requests, answers = process.stdin, process.stdout
 
-        def ask(group: str) -> list[str]:
-            asked.write(group + "\n")
-            asked.flush()
+        def compile_group(group: str) -> list[str]:
+            requests.write(group + "\n")
+            requests.flush()
             answer = answers.readline()
             if not answer:
                 errors.seek(0)
-                last = errors.read().strip().rpartition("\n")[2]
-                raise RuntimeError(f"compiling {group} ended with: {last}")
+                last_line = errors.read().strip().rpartition("\n")[2]
+                raise RuntimeError(f"compiling {group} ended with: {last_line}")
             files: list[str] = json.loads(answer)
             return files
 
         try:
-            yield ask
+            yield compile_group
         finally:
-            asked.close()
+            requests.close()
             process.wait()
             answers.close()
             atexit.unregister(process.kill)
 
 
 def remember(console: Console, files: set[str]) -> None:
-    """So that the next start need not ask."""
+    """Write the stamp, so that the next start need not check the cache."""
     try:
         cache_stamp.write_stamp(cache_stamp.stamp_path(), files)
     except OSError as error:
@@ -150,26 +158,27 @@ def remember(console: Console, files: set[str]) -> None:
 
 
 def start_warming(console: Console, port: int | None = None) -> Warming:
-    """Compile what is not in the cache yet; returns as soon as the first picture can come.
+    """Compile what is not in the cache yet; return as soon as the first picture can be computed.
 
-    With `port`, a page there shows the progress until then. `wait()` for the rest before the robot thinks.
+    With `port`, the web UI shows the progress there until then. Call `wait()` for the remaining groups before
+    the algorithms run.
     """
-    cold = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0" and not cache_stamp.all_there(
+    is_cold = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0" and not cache_stamp.all_there(
         cache_stamp.stamp_path()
     )
-    warming = Warming(console, tuple(GROUPS) if cold else ())
-    if not cold:
+    warming = Warming(console, tuple(GROUPS) if is_cold else ())
+    if not is_cold:
         return warming
     warming.start()
     if port is None:
         warming.wait(FIRST)
     else:
-        _wait_with_page(console, warming, port)
+        _wait_with_web_ui(console, warming, port)
     return warming
 
 
-def _wait_with_page(console: Console, warming: Warming, port: int) -> None:
-    page = PageServer(port, "127.0.0.1", _not_yet)
+def _wait_with_web_ui(console: Console, warming: Warming, port: int) -> None:
+    page = PageServer(port, "127.0.0.1", _reject_command)
     url = page.start()
     console.print(f"The operator's page: [bold]{url}[/]")
     warming.page_opened = open_browser(url)
@@ -179,7 +188,7 @@ def _wait_with_page(console: Console, warming: Warming, port: int) -> None:
         page.stop()
 
 
-def _not_yet(_: Command) -> None:
+def _reject_command(_: Command) -> None:
     raise UserError("The robot has not started yet; kernels are being compiled")
 
 

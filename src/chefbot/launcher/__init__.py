@@ -1,1 +1,1 @@
-"""What `chefbot launch` does."""
+"""Implementation of `chefbot launch`: sessions, worker processes, joining a robot."""

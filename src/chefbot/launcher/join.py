@@ -1,4 +1,4 @@
-"""A launch that joins a robot which runs elsewhere: which one, in whose time, and again when it starts anew."""
+"""Joining a robot that runs elsewhere: which robot, in whose time, and again after its restart."""
 
 from __future__ import annotations
 
@@ -25,159 +25,167 @@ from chefbot.ros2.rmw.session import Wire
 from chefbot.ros2.tools.common import hidden, settle, stopping
 from chefbot.runtime.launch import Launch
 
-LOOK_PERIOD = 0.5
-"""Seconds between two looks at who is there."""
-QUIET_WAIT = 2.0
-"""Seconds that a robot is looked for without a word."""
-PATIENCE = 20.0
-"""Seconds to wait for the first word of a robot that is there."""
-_NAME = re.compile(r'<robot name="([^"]*)"')
-Tell = Callable[[str], None]
+POLL_PERIOD = 0.5
+"""Period of the checks which robots are there, s."""
+SILENT_WAIT = 2.0
+"""Time that a robot is looked for before this is logged, s."""
+DESCRIPTION_TIMEOUT = 20.0
+"""Maximum time to wait for the robot's description, s."""
+_ROBOT_NAME = re.compile(r'<robot name="([^"]*)"')
+Log = Callable[[str], None]
 
 
 class Robots(NamedTuple):
-    """Robots on the wire that may be joined, by namespace; `zid` tells one start of a robot from the next."""
+    """Robots on the wire that may be joined.
+
+    `zids`: Zenoh session id by namespace; it differs after a restart of the robot.
+    """
 
     zids: dict[str, str]
 
     @staticmethod
     def of(graph: Graph) -> Robots:
-        """By the node that each launch has for itself."""
-        return Robots({one.namespace: one.zid for one in graph.nodes() if one.name == LEADER})
+        """Find the robots by the node that each launch has for itself."""
+        return Robots({node.namespace: node.zid for node in graph.nodes() if node.name == LEADER})
 
 
 class Meeting(NamedTuple):
-    """Which robot was found."""
+    """The robot that was joined."""
 
     launch: Launch
-    """In the robot's namespace, its clock `simulation` or `wall`."""
+    """The launch in the robot's namespace, with its clock set to `simulation` or `wall`."""
     zid: str
 
 
 def guest_name(launch: Launch) -> str:
-    """What the node is called that speaks for a launch that joins: beside the robot's own, and no other's."""
+    """Return a unique name for the node that represents a launch which joins a robot."""
     hosts = sorted({entry.host for entry in launch.nodes.values() if entry.host})
     return process_node(re.sub(r"[^A-Za-z0-9_]", "_", hosts[0] if hosts else launch.name))
 
 
-def meet(wire: Wire, launch: Launch, robot: Robot, tell: Tell) -> Meeting | None:
-    """Wait for the robot, for ever; None if told to stop meanwhile.
+def meet(wire: Wire, launch: Launch, robot: Robot, log: Log) -> Meeting | None:
+    """Wait for the robot without a time limit; return None if requested to stop meanwhile.
 
-    UserError where there are several and none was named, where its nodes have our names, or where it is another
-    kind of robot than the launch says.
+    Raises UserError if there are several robots and none was named, if its nodes have the launch's names, or
+    if it is another kind of robot than the launch's.
     """
-    space = _await_robot(wire, launch, tell)
-    if space is None:
+    namespace = _await_robot(wire, launch, log)
+    if namespace is None:
         return None
     settle(wire.graph)
-    zid = Robots.of(wire.graph).zids.get(space, "")
-    launch = msgspec.structs.replace(launch, args={**launch.args, "namespace": space.rstrip("/")})
-    if rivals := same_names(wire.graph, launch):
+    zid = Robots.of(wire.graph).zids.get(namespace, "")
+    launch = msgspec.structs.replace(launch, args={**launch.args, "namespace": namespace.rstrip("/")})
+    if conflicts := same_names(wire.graph, launch):
         raise UserError(
-            f"launch {launch.name}: {resolve(rivals[0], space)} runs already, here or on another machine; "
+            f"launch {launch.name}: {resolve(conflicts[0], namespace)} runs already, here or on another machine; "
             "stop it there, or leave it out here"
         )
-    simulated = _is_simulated(wire.graph, space)
-    tell(f"Joined {_spoken(space)}{', in its simulated time' if simulated else ''}.")
-    _check_robot(wire, space, robot, tell)
+    simulated = _is_simulated(wire.graph, namespace)
+    log(f"Joined {_display_name(namespace)}{', in its simulated time' if simulated else ''}.")
+    _check_robot(wire, namespace, robot, log)
     return Meeting(msgspec.structs.replace(launch, clock="simulation" if simulated else "wall"), zid)
 
 
-def _await_robot(wire: Wire, launch: Launch, tell: Tell) -> str | None:
-    """Its namespace; None if told to stop."""
-    wanted = str(launch.args["namespace"])
-    told = False
+def _await_robot(wire: Wire, launch: Launch, log: Log) -> str | None:
+    """Wait for the robot and return its namespace; None if requested to stop."""
+    requested = str(launch.args["namespace"])
+    logged = False
     with stopping() as stop:
         wire.graph.refresh()
-        patience = QUIET_WAIT
+        timeout = SILENT_WAIT
         while not stop.is_set():
-            if wire.graph.wait_for(lambda graph: _choose(graph, launch, wanted), patience):
-                settle(wire.graph)  # others may come in the same breath
-                return _choose(wire.graph, launch, wanted)
-            patience = LOOK_PERIOD
-            if not told:
-                tell(f"Waiting for {_spoken(wanted or '/')} on the wire{_seen(wire.graph)}.")
-                told = True
+            if wire.graph.wait_for(lambda graph: _choose(graph, launch, requested), timeout):
+                settle(wire.graph)  # others may be discovered at the same time
+                return _choose(wire.graph, launch, requested)
+            timeout = POLL_PERIOD
+            if not logged:
+                log(
+                    f"Waiting for {_display_name(requested or '/')} on the wire{_present_robots(wire.graph)}."
+                )
+                logged = True
     return None
 
 
-def _choose(graph: Graph, launch: Launch, wanted: str) -> str | None:
-    """The namespace of the robot that is meant, None if it is not there."""
-    spaces = sorted(Robots.of(graph).zids)
-    if wanted:
-        return wanted if wanted in spaces else None
-    if len(spaces) > 1:
+def _choose(graph: Graph, launch: Launch, requested: str) -> str | None:
+    """Return the namespace of the requested robot, or None if it is not there."""
+    namespaces = sorted(Robots.of(graph).zids)
+    if requested:
+        return requested if requested in namespaces else None
+    if len(namespaces) > 1:
         raise UserError(
-            f"launch {launch.name}: there are several robots, {', '.join(spaces)}; say namespace:=NAME for one"
+            f"launch {launch.name}: there are several robots, {', '.join(namespaces)}; say namespace:=NAME for one"
         )
-    return spaces[0] if spaces else None
+    return namespaces[0] if namespaces else None
 
 
-def _spoken(space: str) -> str:
-    return "a robot" if space == "/" else f"robot {space}"
+def _display_name(namespace: str) -> str:
+    return "a robot" if namespace == "/" else f"robot {namespace}"
 
 
-def _seen(graph: Graph) -> str:
-    spaces = sorted(Robots.of(graph).zids)
-    others = sorted({one.full_name for one in graph.nodes() if not hidden(one.full_name)})
-    if spaces:
-        return f"; there is {', '.join(spaces)}"
+def _present_robots(graph: Graph) -> str:
+    namespaces = sorted(Robots.of(graph).zids)
+    others = sorted({node.full_name for node in graph.nodes() if not hidden(node.full_name)})
+    if namespaces:
+        return f"; there is {', '.join(namespaces)}"
     return f"; there are nodes, but of no launch of chefbot: {', '.join(others[:5])}" if others else ""
 
 
-def _is_simulated(graph: Graph, space: str) -> bool:
-    """Whether it tells /clock (ROS 2's use_sim_time)."""
-    clock = graph.topics().get(resolve("clock", space))
+def _is_simulated(graph: Graph, namespace: str) -> bool:
+    """Return whether it publishes /clock (ROS 2's use_sim_time)."""
+    clock = graph.topics().get(resolve("clock", namespace))
     return clock is not None and bool(clock.givers)
 
 
-def _check_robot(wire: Wire, space: str, robot: Robot, tell: Tell) -> None:
-    """What is thought here goes by this robot's numbers: they must be those of the robot there."""
-    topic = resolve("robot_description", space)
-    named = wire.graph.topics().get(topic)
-    if named is None or not named.givers:
+def _check_robot(wire: Wire, namespace: str, robot: Robot, log: Log) -> None:
+    """Check that the robot there is the one of this launch, whose dimensions the nodes here use.
+
+    Raises UserError if its name differs; logs a warning if only its dimensions do.
+    """
+    topic = resolve("robot_description", namespace)
+    endpoints = wire.graph.topics().get(topic)
+    if endpoints is None or not endpoints.givers:
         return
-    told: queue.SimpleQueue[str] = queue.SimpleQueue()
-    with WireNode(wire, "_chefbot_guest", space) as node:
-        node.subscription(topic, String, lambda message: told.put(message.data), LATCHED)
+    received: queue.SimpleQueue[str] = queue.SimpleQueue()
+    with WireNode(wire, "_chefbot_guest", namespace) as node:
+        node.subscription(topic, String, lambda message: received.put(message.data), LATCHED)
         try:
-            there = told.get(timeout=PATIENCE)
+            remote_urdf = received.get(timeout=DESCRIPTION_TIMEOUT)
         except queue.Empty:
             raise UserError(
-                f"{topic} is offered, but nothing came in {PATIENCE:.0f} s; is the link too slow?"
+                f"{topic} is offered, but nothing came in {DESCRIPTION_TIMEOUT:.0f} s; is the link too slow?"
             ) from None
-    name = found[1] if (found := _NAME.search(there)) else "?"
+    name = found[1] if (found := _ROBOT_NAME.search(remote_urdf)) else "?"
     if name != robot.name:
         raise UserError(
-            f"{_spoken(space)} is a {name}, not a {robot.name}; say robot:={name}, or give its file"
+            f"{_display_name(namespace)} is a {name}, not a {robot.name}; say robot:={name}, or give its file"
         )
-    if there != urdf(robot):
-        tell(
+    if remote_urdf != urdf(robot):
+        log(
             f"The {name} there has other measures than the one here; use the same robot file on both machines."
         )
 
 
 @contextmanager
 def watching(wire: Wire, meeting: Meeting, stop: Callable[[], None]) -> Iterator[threading.Event]:
-    """Calls `stop` when the robot has been started anew, and sets the event.
+    """Watch the robot: when it has been restarted, set the yielded event and call `stop`.
 
-    Its odometry and its map begin anew then, and so does simulated time: what was thought here is of no use. A
-    link that is cut for a while is no new start.
+    Its odometry, its map and simulated time begin again then, so the state of the nodes here is of no use. A
+    link that is lost for a while is no restart.
     """
-    space = str(meeting.launch.args["namespace"]) or "/"
-    anew, left = threading.Event(), threading.Event()
+    namespace = str(meeting.launch.args["namespace"]) or "/"
+    restarted, leaving = threading.Event(), threading.Event()
 
     def watch() -> None:
-        while not left.wait(LOOK_PERIOD):
-            if Robots.of(wire.graph).zids.get(space, meeting.zid) != meeting.zid:
-                anew.set()
+        while not leaving.wait(POLL_PERIOD):
+            if Robots.of(wire.graph).zids.get(namespace, meeting.zid) != meeting.zid:
+                restarted.set()
                 stop()
                 return
 
     thread = threading.Thread(target=watch, name="robot watcher", daemon=True)
     thread.start()
     try:
-        yield anew
+        yield restarted
     finally:
-        left.set()
+        leaving.set()
         thread.join()

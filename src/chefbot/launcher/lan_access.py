@@ -1,4 +1,4 @@
-"""The page for phones and other computers of the network, instead of this computer alone."""
+"""Access to the web UI from phones and other computers of the network, not only from this one."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from chefbot.runtime.launch import Launch, NodeEntry
 EVERYWHERE = "0.0.0.0"
 """All addresses of this computer (IPv4)."""
 HOST_ARGUMENT = "page.host"
-"""`page.host:=ADDRESS` of every launch that has a page; `--lan` is `page.host:=0.0.0.0`."""
+"""Argument `page.host:=ADDRESS` of every launch with a web UI; `--lan` means `page.host:=0.0.0.0`."""
 PAGE = "chefbot.ui.page:PageDevice"
 
 
 def served_at(launch: Launch, address: str) -> Launch:
-    """The launch with its pages at `address`. UserError if it has none."""
+    """Return the launch with its web UI served at `address`. Raises UserError if it has none."""
     pages = {name: _at(address, entry) for name, entry in launch.nodes.items() if entry.kind == PAGE}
     if not pages:
         why = (

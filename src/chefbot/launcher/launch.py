@@ -1,4 +1,4 @@
-"""`chefbot launch`: nodes from a launch file, until stopped."""
+"""Implementation of `chefbot launch`: run the nodes of a launch file until stopped."""
 
 from __future__ import annotations
 
@@ -42,19 +42,19 @@ console = Console(highlight=False)
 
 
 def list_launches() -> None:
-    """Name, purpose and arguments of each."""
+    """Print the name, purpose and arguments of each built-in launch."""
     table = Table("launch", "what it does", "its arguments", box=None)
     for name in built_in_launches():
-        one = load_launch(name)
-        if one.about:
-            own = {key: value for key, value in one.args.items() if key not in STANDARD_ARGS}
-            table.add_row(name, one.about, _written(own))
+        launch = load_launch(name)
+        if launch.about:
+            own_args = {key: value for key, value in launch.args.items() if key not in STANDARD_ARGS}
+            table.add_row(name, launch.about, _as_command_line(own_args))
     console.print(table)
-    console.print(f"\nAll understand {_written(STANDARD_ARGS)}")
+    console.print(f"\nAll understand {_as_command_line(STANDARD_ARGS)}")
 
 
-def _written(arguments: Mapping[str, ArgValue]) -> str:
-    """As a person writes them on the command line."""
+def _as_command_line(arguments: Mapping[str, ArgValue]) -> str:
+    """Return the arguments as written on the command line."""
     texts = {
         key: str(value).lower() if isinstance(value, bool) else value for key, value in arguments.items()
     }
@@ -62,14 +62,14 @@ def _written(arguments: Mapping[str, ArgValue]) -> str:
 
 
 def parse_arguments(texts: Sequence[str]) -> dict[str, str]:
-    """`key:=value` texts. UserError for anything else."""
-    given: dict[str, str] = {}
+    """Parse texts of the form `key:=value`. Raises UserError for anything else."""
+    arguments: dict[str, str] = {}
     for text in texts:
         key, separator, value = text.partition(":=")
         if not separator or not key:
             raise UserError(f"{text!r} is not an argument of a launch; write key:=value")
-        given[key] = value
-    return given
+        arguments[key] = value
+    return arguments
 
 
 def run_launch(
@@ -80,10 +80,12 @@ def run_launch(
     host: str = "",
     lan: bool = False,
 ) -> int:
-    """Until Ctrl-C, or for `duration:=` seconds of its clock. Exit code: 1 if a node raised what it should not.
+    """Run a launch until Ctrl-C, or for `duration:=` seconds of its clock.
 
-    `join`, `listen`: ways to other machines. `host`: which machine this is, for files that have parts for several.
-    `lan`: serve the page to the network.
+    Returns the exit code: 1 if a node raised an unexpected exception.
+
+    `join`, `listen`: endpoints to other machines. `host`: which machine this is, for launch files with parts
+    for several. `lan`: serve the web UI to the network.
     """
     doors = Doors(tuple(map(endpoint, join)), tuple(map(endpoint, listen)) or None)
     arguments = parse_arguments(texts)
@@ -94,7 +96,7 @@ def run_launch(
     launch = in_fleet(_part(launch, host))
     _check(launch)
     folder = find_launch(name).parent.resolve()
-    sys.path.append(str(folder))  # an owner's classes lie beside the launch file
+    sys.path.append(str(folder))  # user node classes are beside the launch file
     robot = load_robot(str(launch.args["robot"]))
     try:
         warm_kernels(console)
@@ -102,17 +104,17 @@ def run_launch(
             if launch.clock != "robot":
                 faults = _run_robot(launch, robot, wire, folder)
             else:
-                faults = _run_guests(launch, robot, wire, folder) if wire is not None else 0
-    except KeyboardInterrupt:  # before its nodes were there; later the loop ends by itself
+                faults = _run_joined(launch, robot, wire, folder) if wire is not None else 0
+    except KeyboardInterrupt:  # before the nodes were created; later the loop ends by itself
         return 0
     return min(faults, 1)
 
 
 def _part(launch: Launch, host: str) -> Launch:
-    """What of it this machine runs; all of it where there is no wire. UserError for a wrong host."""
-    me = identity()
-    machine = host or (me.name if me else socket.gethostname())
-    check_host(launch, host, machine, may_be_robot=me is None or me.role == "robot")
+    """Return this machine's part of the launch, or all of it without a wire; UserError for a wrong host."""
+    own_identity = identity()
+    machine = host or (own_identity.name if own_identity else socket.gethostname())
+    check_host(launch, host, machine, may_be_robot=own_identity is None or own_identity.role == "robot")
     if not host and not wants_wire(launch):
         return launch
     part = part_on(launch, machine)
@@ -123,7 +125,7 @@ def _part(launch: Launch, host: str) -> Launch:
 
 
 def _run_robot(launch: Launch, robot: Robot, wire: Wire | None, folder: Path) -> int:
-    """A launch that joins nobody. How many faults its program had."""
+    """Run a launch that joins no robot; return the number of node faults."""
     if wire is None and any(entry.process or entry.host for entry in launch.nodes.values()):
         console.print(
             "All nodes run in this one process: there is no wire to others (off at speed:=0 unless wire:=on)."
@@ -137,20 +139,20 @@ def _faults_of(system: System) -> int:
     return system.faults.unexpected if system.faults else 0
 
 
-def _run_guests(launch: Launch, robot: Robot, wire: Wire, folder: Path) -> int:
-    """A launch that joins a robot; anew whenever the robot is started anew. How many faults its program had."""
+def _run_joined(launch: Launch, robot: Robot, wire: Wire, folder: Path) -> int:
+    """Run a launch that joins a robot, again after its restarts; return the number of node faults."""
     name, faults = guest_name(launch), 0
     while (meeting := meet(wire, launch, robot, console.print)) is not None:
-        space = str(meeting.launch.args["namespace"]) or "/"
-        with WireNode(wire, f"_{name}_clock", space) as node:
+        namespace = str(meeting.launch.args["namespace"]) or "/"
+        with WireNode(wire, f"_{name}_clock", namespace) as node:
             time = RobotTime(node) if meeting.launch.clock == "simulation" else None
             with (
                 _session(meeting.launch, robot, time) as system,
-                watching(wire, meeting, system.loop.stop) as anew,
+                watching(wire, meeting, system.loop.stop) as restarted,
             ):
                 _run_nodes(system, meeting.launch, wire, folder, name)
         faults += _faults_of(system)
-        if not anew.is_set():
+        if not restarted.is_set():
             break
         console.print("The robot was started anew, and so are the nodes here.")
     return faults
@@ -169,14 +171,16 @@ def _session(launch: Launch, robot: Robot, time: RobotTime | None = None) -> Ite
         console.print(f"recorded {record}")
 
 
-def _run_nodes(system: System, launch: Launch, wire: Wire | None, folder: Path, joins: str = "") -> None:
-    """Its nodes and its processes, on the wire if there is one, until the end. `joins`: as for `bridged`."""
+def _run_nodes(
+    system: System, launch: Launch, wire: Wire | None, folder: Path, joined_name: str = ""
+) -> None:
+    """Run nodes and worker processes, on the wire if there is one; `joined_name` is as for `bridged`."""
     with ExitStack() as stack:
         system.loop.tap(show_remarks)
         if wire is None:
             start(system, launch)
         else:
-            bridge = stack.enter_context(bridged(system, launch, wire, joins))
+            bridge = stack.enter_context(bridged(system, launch, wire, joined_name))
             start(system, split(launch)[0])
             stack.enter_context(others(bridge, system, launch, folder))
             keep_going(system.loop)
@@ -185,7 +189,7 @@ def _run_nodes(system: System, launch: Launch, wire: Wire | None, folder: Path, 
 
 
 def _check(launch: Launch) -> None:
-    """The bounds of what every launch understands."""
+    """Check the bounds of the standard arguments."""
     seed, speed, duration = (launch.args[key] for key in ("seed", "speed", "duration"))
     if int(seed) < 0:
         raise UserError(f"launch {launch.name}: seed:={seed} must not be below 0")

@@ -1,4 +1,4 @@
-"""A running system: loop, clock, recorder, from a launch's arguments."""
+"""A running system: its loop, clock and recorder, made from a launch's arguments."""
 
 from __future__ import annotations
 
@@ -26,11 +26,13 @@ from chefbot.runtime.recorder import Recorder
 console = Console(highlight=False)
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
 TELL_NS = 1_000_000_000
-KEEP_GOING_NS = 1_000_000_000
+"""Period of the diagnostics after a recording has ended, ns."""
+KEEP_ALIVE_PERIOD_NS = 1_000_000_000
+"""Period of the timer that keeps a loop without events running, ns."""
 
 
 def clock_for(kind: str, speed: float) -> Clock:
-    """The clock of a launch; speed 0 is as fast as may be."""
+    """Return the clock of a launch; speed 0 means as fast as possible."""
     if kind == "wall":
         return WallClock()
     return PacedClock(speed) if speed > 0 else StepClock()
@@ -46,11 +48,11 @@ def session(
     clock: Clock | None = None,
     start_ns: int | None = None,
 ) -> Iterator[System]:
-    """A system without nodes yet; stops its nodes and finishes the recording whatever happens.
+    """Yield a system without nodes; stop its nodes and finish the recording in any case.
 
-    `clock`: another than that for `kind` and `speed`. `start_ns`: where its time begins if not at 0 or now.
+    `clock`: replaces the one that `kind` and `speed` select. `start_ns`: its start time if not 0 or now.
     """
-    # the camera's thread and the loop hand the interpreter to each other often; 5 ms each time is too long
+    # the camera's thread and the loop switch often: the default switch interval of 5 ms is too long
     sys.setswitchinterval(1e-4)
     if start_ns is None:
         start_ns = time.time_ns() if kind == "wall" else 0
@@ -65,13 +67,13 @@ def session(
     finally:
         show_faults(system)
         if recorder is not None:
-            recorder.close()  # before the nodes end: how they end is no part of what they did
-            ended.say()  # what was said hours ago may have scrolled away
+            recorder.close()  # before the nodes stop: their shutdown is not recorded
+            ended.say()  # repeated, as the first message may be hours old
         system.stop()
 
 
 class RecordingEnd:
-    """Tells people that a recording ended before its robot did: the terminal, and all who hear /diagnostics.
+    """Reports in the terminal and on /diagnostics that the recording ended before the run.
 
     A robot that carries food does not stop because a log is full.
     """
@@ -80,62 +82,68 @@ class RecordingEnd:
         self._loop, self._sentence = loop, ""
 
     def __call__(self, why: str) -> None:
-        """In the loop's thread, while something is published."""
+        """Report the end of the recording with its reason; called within a publication."""
         self._sentence = f"{why[:1].upper()}{why[1:]}. What was recorded before is whole; the robot goes on."
         self.say()
-        self._loop.post(self._tell)
+        self._loop.post(self._publish_diagnostics)
 
     def say(self) -> None:
-        """In the terminal, if there is something to say."""
+        """Print a warning in the terminal if the recording has ended early."""
         if self._sentence:
             errors.print(f"Warning: {self._sentence}", markup=False)
 
-    def _tell(self) -> None:
+    def _publish_diagnostics(self) -> None:
         status = DiagnosticStatus(WARN, "recording", self._sentence)
         message = DiagnosticArray(Header.of(self._loop.now_ns, ""), (status,))
         self._loop.publish("diagnostics", message, "recording", from_device=True)
-        self._loop.at(self._loop.now_ns + TELL_NS, DEVICE, self._tell)
+        self._loop.at(self._loop.now_ns + TELL_NS, DEVICE, self._publish_diagnostics)
 
 
 def show_fault(fault: Fault) -> None:
-    """In the terminal, the first of each kind; where the program is at fault with its traceback."""
+    """Print the first fault of each kind; with a traceback if it is a program error."""
     errors.print(f"Fault: {fault.sentence}", markup=False)
     if not isinstance(fault.error, UserError):
         errors.print("".join(traceback.format_exception(fault.error)), markup=False, end="")
 
 
 def show_faults(system: System) -> None:
-    """At the end: how many there were of each kind."""
+    """Print the number of faults of each kind at the end of a run."""
     counts = system.faults.counts if system.faults else {}
     for sentence, count in counts.items():
         errors.print(f"Fault, {count} times: {sentence}", markup=False)
 
 
 def start(system: System, launch: Launch) -> None:
-    """Replace the nodes, as an event of the loop like everything else; faults are raised here."""
+    """Replace the nodes within an event of the loop, as all changes are made.
+
+    Exceptions are raised to the caller.
+    """
     outcome: list[BaseException | None] = []
 
     def switch() -> None:
         try:
             system.launch(launch)
-        except BaseException as fault:
-            outcome.append(fault)
+        except BaseException as error:
+            outcome.append(error)
         else:
             outcome.append(None)
 
     system.loop.post(switch)
-    system.loop.run(until=lambda: bool(outcome))  # not until a time: a wall clock may have passed it already
+    system.loop.run(until=lambda: bool(outcome))  # no end time: a wall clock may have passed it already
     if outcome[0] is not None:
         raise outcome[0]
 
 
 def keep_going(loop: Loop) -> None:
-    """A loop without events ends; nodes that only listen have none of their own, and others may speak to them."""
-    loop.at(loop.now_ns + KEEP_GOING_NS, TIMER, lambda: keep_going(loop))
+    """Keep a loop running that has no events of its own.
+
+    Nodes that only subscribe may still receive messages.
+    """
+    loop.at(loop.now_ns + KEEP_ALIVE_PERIOD_NS, TIMER, lambda: keep_going(loop))
 
 
 def announce(console: Console, nodes: Iterable[Node]) -> None:
-    """What each has to say when it starts, such as where its page is."""
+    """Print what each node announces at its start, such as the address of the web UI."""
     for node in nodes:
         sentence, code = getattr(node, "announcement", ""), getattr(node, "qr_code", "")
         if sentence:
@@ -145,6 +153,6 @@ def announce(console: Console, nodes: Iterable[Node]) -> None:
 
 
 def show_remarks(publication: Publication) -> None:
-    """What nodes have to say to the person who started them."""
+    """Print the remarks of nodes for the operator in the terminal."""
     if publication.topic.endswith("/remark") and isinstance(publication.message, String):
         console.print(f"  {publication.message.data}", markup=False, soft_wrap=True)

@@ -1,6 +1,7 @@
-"""One process of a launch: `python -m chefbot.launcher.worker`, started by the launch's supervisor.
+"""A worker process of a launch: `python -m chefbot.launcher.worker`, started by the launch's supervisor.
 
-Its nodes meet the others over the wire. It ends when its standard input does, so it never outlives its launch.
+Its nodes communicate with the others over the wire. It exits when its standard input ends, so it never
+outlives its launch.
 """
 
 from __future__ import annotations
@@ -40,45 +41,45 @@ from chefbot.supervision.heartbeat import Heart
 from chefbot.supervision.worker_process import Order, Preparation
 
 PR_SET_PDEATHSIG = 1
-"""prctl(2), linux/prctl.h: a signal when the parent dies."""
-GRACE = 1.5
-"""Seconds between being told to end and being gone."""
+"""prctl(2), linux/prctl.h: send this process a signal when its parent dies."""
+SHUTDOWN_TIMEOUT = 1.5
+"""Time between the request to end and the forced exit, s."""
 
 
 def main() -> int:
-    """Exit code 2 after a sentence where the input is at fault."""
+    """Run the worker; returns exit code 2 after a message if the input is at fault."""
     sys.setswitchinterval(1e-4)
-    _be_woken_by_the_end_of_the_launch()
-    told = Input()
-    preparation = msgspec.json.decode(told.line(), type=Preparation)
-    _load(preparation)
-    order = msgspec.json.decode(told.line(), type=Order)
-    _take_name(order.process)
+    _request_signal_at_parent_death()
+    stdin = Input()
+    preparation = msgspec.json.decode(stdin.line(), type=Preparation)
+    _preload(preparation)
+    order = msgspec.json.decode(stdin.line(), type=Order)
+    _set_process_name(order.process)
     try:
         if not preparation.spare:
             _load_kernels({entry.kind for entry in split(order.launch)[1][order.process].nodes.values()})
-        run(order, told)
+        run(order, stdin)
     except UserError as error:
         Console(stderr=True).print(f"process {order.process}: {error}", markup=False)
         return 2
     return 0
 
 
-def run(order: Order, told: Input) -> None:
-    """Until the input ends."""
-    own = split(order.launch)[1][order.process]
-    robot = load_robot(str(own.args["robot"]))
+def run(order: Order, stdin: Input) -> None:
+    """Run the nodes of the assigned process until the input ends."""
+    launch = split(order.launch)[1][order.process]
+    robot = load_robot(str(launch.args["robot"]))
     with Wire(order.domain, port=order.port, router=False) as wire:
         name = process_node(order.process)
-        space = str(own.args["namespace"]) or "/"
-        loop = _loop(wire, order.process, own)
-        system = System(loop, robot, int(own.args["seed"]))
+        namespace = str(launch.args["namespace"]) or "/"
+        loop = _loop(wire, order.process, launch)
+        system = System(loop, robot, int(launch.args["seed"]))
         system.isolate(show_fault)
-        simulated = own.clock == "simulation"
-        bridge = Bridge(system, wire, space, simulated=simulated, leads=False, own=name)
+        simulated = launch.clock == "simulation"
+        bridge = Bridge(system, wire, namespace, simulated=simulated, leads=False, own=name)
         loop.tap(show_remarks)
-        loop.post(lambda: _begin(system, bridge, order, own))
-        told.stop = loop.stop
+        loop.post(lambda: _start_nodes(system, bridge, order, launch))
+        stdin.stop = loop.stop
         keep_going(loop)
         Heart(loop, sys.stdin.fileno())
         try:
@@ -89,14 +90,17 @@ def run(order: Order, told: Input) -> None:
             bridge.close()
 
 
-def _be_woken_by_the_end_of_the_launch() -> None:
-    """One that is stopped sees no end of its input, and would stay for ever; where the system can do that."""
+def _request_signal_at_parent_death() -> None:
+    """Request SIGCONT at the parent's death (Linux only).
+
+    A stopped process does not see the end of its input and would otherwise stay for ever.
+    """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGCONT))
 
 
-def _load(preparation: Preparation) -> None:
-    """Whoever it is going to be: most of a start's time goes here."""
+def _preload(preparation: Preparation) -> None:
+    """Import what any process of the launch needs: most of the start-up time goes here."""
     sys.path.append(preparation.folder)
     for kind in preparation.kinds:
         node_class(kind, "child process")
@@ -105,32 +109,32 @@ def _load(preparation: Preparation) -> None:
 
 
 def _load_kernels(kinds: Collection[str]) -> None:
-    """They are compiled already, by the launch; loading them takes seconds of a busy computer, and scans come."""
+    """Load the compiled kernels now: later this would take seconds while scans are received."""
     for group in groups_of(kinds):
         GROUPS[group]()
 
 
-def _take_name(process: str) -> None:
-    """For those who look at a list of processes, where the system has that."""
+def _set_process_name(process: str) -> None:
+    """Set the name in the system's process list (Linux only)."""
     name = Path("/proc/self/comm")
     if name.exists():
         name.write_text(process)
 
 
-def _begin(system: System, bridge: Bridge, order: Order, own: Launch) -> None:
-    """Nodes, and what they have to know of their life before: then only what others say comes in."""
-    system.launch(own)
-    for word in order.last_words:
-        system.loop.publish(LAST_WORDS + word.topic, word.message(), WIRE, from_device=True)
+def _start_nodes(system: System, bridge: Bridge, order: Order, launch: Launch) -> None:
+    """Start the nodes and restore their state after a restart, before messages of others are received."""
+    system.launch(launch)
+    for state in order.last_words:
+        system.loop.publish(LAST_WORDS + state.topic, state.message(), WIRE, from_device=True)
     bridge.represent(system.nodes.values(), latched_topics(order.launch))
     announce(Console(highlight=False), system.nodes.values())
 
 
-def _loop(wire: Wire, process: str, own: Launch) -> Loop:
-    """In the launch's time; where that is simulated it says how far it has come."""
-    if own.clock != "simulation":
+def _loop(wire: Wire, process: str, launch: Launch) -> Loop:
+    """Return a loop in the launch's time; it publishes its progress if that time is simulated."""
+    if launch.clock != "simulation":
         return Loop(WallClock(), time.time_ns())
-    node = WireNode(wire, f"{process_node(process)}_clock", str(own.args["namespace"]) or "/")
+    node = WireNode(wire, f"{process_node(process)}_clock", str(launch.args["namespace"]) or "/")
     robot_time = RobotTime(node, Follower(node, process).tell)
     loop = Loop(robot_time.clock, robot_time.start_ns)
     robot_time.drive(loop)
@@ -138,9 +142,10 @@ def _loop(wire: Wire, process: str, own: Launch) -> Loop:
 
 
 class Input:
-    """Two lines, then silence; when it ends, so does the process, whatever it is doing: its launch is no more.
+    """Standard input of the worker: two lines, and its end.
 
-    `stop` ends what runs in order, once something runs.
+    When it ends, the launch has exited and so does this process; `stop` is called first if something runs by
+    then.
     """
 
     def __init__(self) -> None:
@@ -149,26 +154,26 @@ class Input:
         threading.Thread(target=self._read, name="input", daemon=True).start()
 
     def line(self) -> bytes:
-        """The next one; does not return where there is none."""
+        """Return the next line, and block until there is one."""
         return self._lines.get()
 
     def _read(self) -> None:
-        rest = b""
-        while data := _received():
-            *lines, rest = (rest + data).split(b"\n")
+        incomplete = b""
+        while data := _read_stdin():
+            *lines, incomplete = (incomplete + data).split(b"\n")
             for line in lines:
                 self._lines.put(line)
         if self.stop is not None:
             self.stop()
-            time.sleep(GRACE)
-        os._exit(0 if self.stop is None else 1)  # nothing has begun yet, or somebody holds the loop up
+            time.sleep(SHUTDOWN_TIMEOUT)
+        os._exit(0 if self.stop is None else 1)  # nothing has started yet, or a callback blocks the loop
 
 
-def _received() -> bytes:
-    """More of the input; nothing at its end. Not by a buffer, whose lock would hold up the end."""
+def _read_stdin() -> bytes:
+    """Read more of the input, b'' at its end; unbuffered, as a buffer's lock would delay the exit."""
     try:
         return os.read(sys.stdin.fileno(), 1 << 16)
-    except ConnectionResetError:  # the launch died with signs of life unread
+    except ConnectionResetError:  # the launch process died with unread heartbeats
         return b""
 
 

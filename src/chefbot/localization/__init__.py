@@ -1,1 +1,1 @@
-"""Where on a known map am I."""
+"""Localization on a known map."""

@@ -16,18 +16,19 @@ from chefbot.localization.recovery import Contest, Doubt
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
-SCATTER_PER_M2 = 1500.0
-"""Poses per free square metre when nothing is known: every 0.15 m and 10 degrees there is one."""
-MAX_SCATTER = 400_000
-FARTHEST = 1e6
-"""Metres; odometry beyond is broken."""
+SCATTER_DENSITY = 1500.0
+"""Particles per square metre of free space for global localization: one every 0.15 m and 10 degrees."""
+MAX_SCATTER_PARTICLES = 400_000
+MAX_COORDINATE = 1e6
+"""Limit of plausible odometry coordinates, m."""
 
 
 class Amcl:
-    """Where on the map is the robot. Feed it scans with the odometry of their time; read `pose`, `converged`.
+    """Adaptive Monte Carlo localization on an occupancy grid.
 
-    params: see there. grid: the map. laser: the scanner's frame in base_link, seen from above. Starts
-    scattered over the whole map until `set_pose` is called. Same seed and same calls give the same bytes.
+    grid: the map. laser: pose of the laser in base_link, projected onto the plane. Pass scans with the
+    odometry at their stamp to `update`; read `pose` and `converged`. The filter starts with global
+    localization until `set_pose` is called. The same seed and the same calls give bit-identical results.
     """
 
     def __init__(self, params: AmclParams, grid: Grid, laser: SE2) -> None:
@@ -38,20 +39,20 @@ class Amcl:
         self.field = LikelihoodField.of(grid, params)
         self._rng = np.random.default_rng(params.seed)
         self._model = Model(params, self.field, PoseBins(grid), self._rng)
-        self._doubt = Doubt(params.recovery_alpha_slow, params.recovery_alpha_fast)
+        self._recovery = Doubt(params.recovery_alpha_slow, params.recovery_alpha_fast)
         self._odom: SE2 | None = None
         self.scatter()
 
     def scatter(self) -> None:
-        """Forgets everything: poses uniform over the free cells."""
-        self._restart(self._scattered())
+        """Start global localization: distribute the particles uniformly over the free space."""
+        self._restart(self._global_filter())
 
-    def _scattered(self) -> Belief:
-        wanted = int(min(MAX_SCATTER, self.field.free_area * SCATTER_PER_M2))
-        return Belief(self.field.scatter(max(self.params.max_particles, wanted), self._rng), self._model)
+    def _global_filter(self) -> Belief:
+        n = int(min(MAX_SCATTER_PARTICLES, self.field.free_area * SCATTER_DENSITY))
+        return Belief(self.field.scatter(max(self.params.max_particles, n), self._rng), self._model)
 
     def set_pose(self, pose: SE2, std_xy: float = 0.5, std_yaw: float = 0.26) -> None:
-        """Starts from a pose known to so many metres and radians (standard deviations)."""
+        """Start from a pose with the given standard deviations, metres and radians."""
         if not all(map(math.isfinite, (*pose, std_xy, std_yaw))) or min(std_xy, std_yaw) < 0.0:
             raise UserError(f"start pose {pose} with spread {std_xy} m, {std_yaw} rad is not a finite pose")
         n = self._size_for(std_xy, std_yaw)
@@ -60,114 +61,131 @@ class Amcl:
         self._restart(Belief(particles, self._model))
 
     def _size_for(self, std_xy: float, std_yaw: float) -> int:
-        """Four times as dense as a scatter, over a box of four standard deviations, within the limits."""
-        box = (4.0 * std_xy) ** 2 * min(4.0 * std_yaw, 2.0 * math.pi) / (2.0 * math.pi)
-        return int(np.clip(box * SCATTER_PER_M2 * 4.0, self.params.min_particles, self.params.max_particles))
+        """Return the number of particles for such a prior, within the limits.
 
-    def _restart(self, belief: Belief) -> None:
-        self._belief = belief
-        self._contest: Contest | None = None
-        self._doubt.reset()
-        self._fresh = True
-        self._odom_at_estimate = self._odom
+        Four times the density of global localization over a box of four standard deviations.
+        """
+        box = (4.0 * std_xy) ** 2 * min(4.0 * std_yaw, 2.0 * math.pi) / (2.0 * math.pi)
+        return int(np.clip(box * SCATTER_DENSITY * 4.0, self.params.min_particles, self.params.max_particles))
+
+    def _restart(self, particle_filter: Belief) -> None:
+        self._filter = particle_filter
+        self._hypothesis_test: Contest | None = None
+        self._recovery.reset()
+        self._update_pending = True
+        self._estimate_odom = self._odom
 
     def update(
         self, angles: NDArray[np.floating], ranges: NDArray[np.floating], range_max: float, odom: SE2
     ) -> bool:
-        """Takes in a scan and the odometry of its time; True when the filter was updated.
+        """Process a scan and the odometry at its stamp; return whether the filter was updated.
 
-        angles, ranges: (n,) radians and metres, laser frame; inf, NaN and anything beyond range_max is no
-        return. The filter updates when the robot has moved by update_min_d or update_min_a since the last
-        time, and at once after `set_pose` or `scatter`. A scan without any return moves the particles only.
-        UserError if the odometry is absurd.
+        angles, ranges: (n,) radians and metres, laser frame; inf, NaN and ranges of at least range_max are no
+        returns. The filter is updated when the robot has moved by update_min_d or update_min_a since the last
+        update, and at the first scan after `set_pose` or `scatter`. A scan without any return only propagates
+        the particles. Raise UserError if the odometry is implausible.
         """
-        if not all(abs(value) < FARTHEST for value in odom):
+        if not all(abs(value) < MAX_COORDINATE for value in odom):
             raise UserError(f"odometry {tuple(odom)} is not a place; check the encoders")
         self._odom = odom
-        if self._odom_at_estimate is None:
-            self._odom_at_estimate = odom
-        motion = self._odom_at_estimate.between(odom)
-        if not self._fresh and not self._moved(motion):
+        if self._estimate_odom is None:
+            self._estimate_odom = odom
+        motion = self._estimate_odom.between(odom)
+        # Update only after enough motion (update_min_d, update_min_a)
+        if not self._update_pending and not self._has_moved(motion):
             return False
-        self._move(motion)
-        self._odom_at_estimate = odom
-        kept, ends = self._beam_ends(angles, ranges, range_max)
+        # Prediction with the odometry motion model
+        self._propagate(motion)
+        self._estimate_odom = odom
+        valid_angles, ends = self._beam_ends(angles, ranges, range_max)
+        # Measurement update, unless the scan has no returns
         if len(ends) > 0:
-            self._correct(Beams.of(kept, ends, self.params))
-            self._fresh = False
+            self._correct(Beams.of(valid_angles, ends, self.params))
+            self._update_pending = False
         return True
 
-    def _moved(self, motion: SE2) -> bool:
-        far = math.hypot(motion.x, motion.y) >= self.params.update_min_d
-        return far or abs(motion.yaw) >= self.params.update_min_a
+    def _has_moved(self, motion: SE2) -> bool:
+        has_translated = math.hypot(motion.x, motion.y) >= self.params.update_min_d
+        return has_translated or abs(motion.yaw) >= self.params.update_min_a
 
     def _beam_ends(
         self, angles: NDArray[np.floating], ranges: NDArray[np.floating], range_max: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Angles (m,) of the beams that met something and their ends (m, 2) in the base frame."""
+        """Return angles (m,) of the beams with a return and their ends (m, 2) in the base frame."""
         with np.errstate(invalid="ignore"):
-            met = np.isfinite(ranges) & (ranges > 0.0) & (ranges < range_max) & np.isfinite(angles)
-        a, r = np.asarray(angles, np.float64)[met], np.asarray(ranges, np.float64)[met]
+            valid = np.isfinite(ranges) & (ranges > 0.0) & (ranges < range_max) & np.isfinite(angles)
+        a, r = np.asarray(angles, np.float64)[valid], np.asarray(ranges, np.float64)[valid]
         return a, self.laser.apply(np.stack([r * np.cos(a), r * np.sin(a)], axis=1))
 
-    def _move(self, motion: SE2) -> None:
-        self._belief.move(motion)
-        if self._contest is not None:
-            self._contest.challenger.move(motion)
+    def _propagate(self, motion: SE2) -> None:
+        self._filter.move(motion)
+        if self._hypothesis_test is not None:
+            self._hypothesis_test.challenger.move(motion)
 
     def _correct(self, beams: Beams) -> None:
-        self._belief.correct(beams)
-        if self._doubt.begun or self._belief.is_narrow:
-            self._doubt.see(math.exp(self._belief.score))
-        leads = self._contest is not None and self._contest.leads
-        if self._doubt.share == 0.0 and not leads:
-            self._contest = None
+        # Measurement update of the current hypothesis
+        self._filter.correct(beams)
+        if self._recovery.begun or self._filter.is_narrow:
+            # Augmented MCL: short-term and long-term average of the likelihood
+            self._recovery.see(math.exp(self._filter.score))
+        alternative_leads = self._hypothesis_test is not None and self._hypothesis_test.leads
+        # No sign of a localization failure: end the test
+        if self._recovery.share == 0.0 and not alternative_leads:
+            self._hypothesis_test = None
             return
-        if self._contest is None or self._contest.lost:
-            self._contest = Contest(self._scattered())
-        self._contest.correct(self._belief, beams)
-        if self._contest.won:
-            self._belief, self._contest = self._contest.challenger, None
-            self._doubt.reset()
+        if self._hypothesis_test is None or self._hypothesis_test.lost:
+            # Global localization runs next to the current hypothesis
+            self._hypothesis_test = Contest(self._global_filter())
+        self._hypothesis_test.correct(self._filter, beams)
+        # Sequential likelihood ratio test: replace the current hypothesis
+        if self._hypothesis_test.won:
+            self._filter, self._hypothesis_test = self._hypothesis_test.challenger, None
+            self._recovery.reset()
 
     @property
     def particles(self) -> NDArray[np.float64]:
-        """(n, 3) x, y, yaw on the map."""
-        return self._belief.particles
+        """Particles (n, 3): x, y, yaw in the map frame."""
+        return self._filter.particles
 
     @property
     def weights(self) -> NDArray[np.float64]:
-        """(n,), summing to one."""
-        return self._belief.weights
+        """Weights (n,) of the particles, summing to one."""
+        return self._filter.weights
 
     @property
     def map_T_odom(self) -> SE2:  # noqa: N802 - the notation of transforms
-        """The odometry's origin on the map; what the `map -> odom` transform carries."""
-        if self._odom_at_estimate is None:
-            return self._belief.estimate
-        return self._belief.estimate @ self._odom_at_estimate.inverse()
+        """Pose of the odom frame in the map frame: the `map -> odom` transform."""
+        if self._estimate_odom is None:
+            return self._filter.estimate
+        return self._filter.estimate @ self._estimate_odom.inverse()
 
     @property
     def pose(self) -> SE2:
-        """base_link on the map at the last scan: the estimate of the last update moved on by odometry."""
-        return self._belief.estimate if self._odom is None else self.map_T_odom @ self._odom
+        """Pose of base_link in the map frame at the last scan: the last estimate propagated with odometry."""
+        return self._filter.estimate if self._odom is None else self.map_T_odom @ self._odom
 
     @property
     def covariance(self) -> NDArray[np.float64]:
-        """(3, 3) of x, y, yaw of the cluster behind `pose`."""
-        return self._belief.cluster.covariance
+        """Covariance (3, 3) of x, y, yaw of the cluster that `pose` is the estimate of."""
+        return self._filter.cluster.covariance
 
     @property
     def confidence(self) -> float:
-        """0..1: weight share of the reported cluster x share of the last scan that the map explains there x
-        how far the cluster is from being too wide x how far doubt is from being complete."""
-        narrow = min(1.0, CONVERGED_SPREAD / max(self._belief.spread, 1e-9))
-        return self._belief.cluster.share * self._belief.explained * narrow * (1.0 - self._doubt.share)
+        """Confidence 0..1, the product of four factors.
+
+        Weight of the reported cluster, share of the last scan that the map explains there, ratio of the
+        permitted spread to the cluster's, and 1 - the recovery estimator's probability of a random particle.
+        """
+        precision = min(1.0, CONVERGED_SPREAD / max(self._filter.spread, 1e-9))
+        return self._filter.cluster.share * self._filter.explained * precision * (1.0 - self._recovery.share)
 
     @property
     def converged(self) -> bool:
-        """Whether the robot may trust `pose`: one narrow cluster (see belief.CONVERGED_...), the map
-        explains the scan, and no other pose explains the last scans better."""
-        challenged = self._contest is not None and self._contest.leads
-        explains = self._belief.explained >= CONVERGED_EXPLAINED
-        return self._belief.is_narrow and explains and not challenged
+        """Whether `pose` is reliable: unimodal and narrow, consistent with the scan, and not outperformed.
+
+        One narrow cluster (criteria: particle_filter.CONVERGED_...), the map explains the scan, and no alternative
+        hypothesis explains the latest scans better.
+        """
+        outperformed = self._hypothesis_test is not None and self._hypothesis_test.leads
+        consistent = self._filter.explained >= CONVERGED_EXPLAINED
+        return self._filter.is_narrow and consistent and not outperformed

@@ -1,4 +1,4 @@
-"""The belief's heaviest hump: what a filter with several hypotheses should report."""
+"""The heaviest cluster of particles: the estimate that a multimodal particle filter reports."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from chefbot.maths.se2 import SE2
 
 
 class Cluster(NamedTuple):
-    """A connected hump of the belief: mean, covariance (3, 3) of (x, y, yaw), share of the whole weight."""
+    """One mode of the posterior: mean, covariance (3, 3) of (x, y, yaw), share of the total weight."""
 
     mean: SE2
     covariance: NDArray[np.float64]
@@ -25,26 +25,26 @@ class Cluster(NamedTuple):
 def _connect(
     occupied: NDArray[np.int32], shape: tuple[int, int, int], labels: NDArray[np.int32]
 ) -> NDArray[np.int32]:
-    """Number of the connected component of each occupied bin; neighbours are the 26 about it, yaw closes a
-    circle."""
+    """Return the connected component of each occupied bin, with 26 neighbours per bin and periodic yaw."""
     count = occupied.size
     component = np.full(count, -1, np.int32)
     stack = np.empty(count, np.int32)
-    found = 0
+    component_count = 0
     for start in range(count):
         if component[start] >= 0:
             continue
-        component[start] = found
+        # Flood fill with an explicit stack
+        component[start] = component_count
         stack[0], depth = start, 1
         while depth > 0:
             depth -= 1
-            depth = _spread(stack, depth, component, occupied, shape, labels)
-        found += 1
+            depth = _push_neighbours(stack, depth, component, occupied, shape, labels)
+        component_count += 1
     return component
 
 
 @njit(cache=True, nogil=True)
-def _spread(
+def _push_neighbours(
     stack: NDArray[np.int32],
     depth: int,
     component: NDArray[np.int32],
@@ -52,17 +52,17 @@ def _spread(
     shape: tuple[int, int, int],
     labels: NDArray[np.int32],
 ) -> int:
-    """Puts the unseen neighbours of stack[depth] on the stack; its new depth."""
-    at, number = occupied[stack[depth]], component[stack[depth]]
-    turn, cell = at % BIN_YAWS, at // BIN_YAWS
+    """Push the unvisited neighbours of stack[depth] onto the stack; return its new depth."""
+    bin_index, label = occupied[stack[depth]], component[stack[depth]]
+    yaw_bin, cell = bin_index % BIN_YAWS, bin_index // BIN_YAWS
     row, col = cell // shape[1], cell % shape[1]
     for r in range(max(row - 1, 0), min(row + 2, shape[0])):
         for c in range(max(col - 1, 0), min(col + 2, shape[1])):
-            for t in range(turn - 1, turn + 2):
-                near = labels[(r * shape[1] + c) * BIN_YAWS + t % BIN_YAWS]
-                if near >= 0 and component[near] < 0:
-                    component[near] = number
-                    stack[depth] = near
+            for t in range(yaw_bin - 1, yaw_bin + 2):
+                neighbour = labels[(r * shape[1] + c) * BIN_YAWS + t % BIN_YAWS]
+                if neighbour >= 0 and component[neighbour] < 0:
+                    component[neighbour] = label
+                    stack[depth] = neighbour
                     depth += 1
     return depth
 
@@ -71,8 +71,10 @@ def _spread(
 def _moments(
     particles: NDArray[np.float64], weights: NDArray[np.float64], members: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Weighted sums of x, y, cos yaw, sin yaw, 1 (5,), and covariance (3, 3) about their mean; no BLAS,
-    whose threads would leave the order of the sums open."""
+    """Return the weighted mean (3,) and the covariance (3, 3) of the members.
+
+    Without BLAS, whose threads would leave the order of summation open.
+    """
     sums = np.zeros(5)
     for i in range(particles.shape[0]):
         if members[i]:
@@ -83,40 +85,46 @@ def _moments(
             sums[3] += w * math.sin(yaw)
             sums[4] += w
     mean = np.empty(3)
+    # Circular mean of the yaw
     mean[0], mean[1], mean[2] = sums[0] / sums[4], sums[1] / sums[4], math.atan2(sums[3], sums[2])
     covariance = np.zeros((3, 3))
-    off = np.empty(3)
+    deviation = np.empty(3)
     for i in range(particles.shape[0]):
         if members[i]:
-            for a in range(3):
-                off[a] = particles[i, a] - mean[a]
-            off[2] -= 2.0 * math.pi * round(off[2] / (2.0 * math.pi))
-            for a in range(3):
-                for b in range(3):
-                    covariance[a, b] += weights[i] / sums[4] * off[a] * off[b]
+            for j in range(3):
+                deviation[j] = particles[i, j] - mean[j]
+            # Shortest angular difference
+            deviation[2] -= 2.0 * math.pi * round(deviation[2] / (2.0 * math.pi))
+            for j in range(3):
+                for k in range(3):
+                    covariance[j, k] += weights[i] / sums[4] * deviation[j] * deviation[k]
     return mean, covariance
 
 
 def moments(
     particles: NDArray[np.float64], weights: NDArray[np.float64], members: NDArray[np.bool_]
 ) -> tuple[SE2, NDArray[np.float64]]:
-    """Weighted mean (circular in yaw) and covariance (3, 3) of those of the particles (n, 3) that are
-    members (n,)."""
+    """Return the weighted mean (circular in yaw) and the covariance (3, 3).
+
+    Only the particles (n, 3) that are members (n,) count.
+    """
     mean, covariance = _moments(particles, weights, members)
     return SE2.of(mean), covariance
 
 
 def heaviest(particles: NDArray[np.float64], weights: NDArray[np.float64], bins: PoseBins) -> Cluster:
-    """The heaviest cluster of particles (n, 3) with weights (n,) that sum to one."""
-    labelled, occupied = bins.label(particles)
+    """Return the heaviest cluster of particles (n, 3) with weights (n,) that sum to one."""
+    particle_bins, occupied = bins.label(particles)
+    # Connected components of the occupied bins, as Nav2's amcl clusters its kd-tree
     component = _connect(occupied, bins.shape, bins.labels)
     bins.clear(occupied)
-    mass = np.bincount(component[labelled], weights=weights)
-    best = int(np.argmax(mass))
-    mean, covariance = moments(particles, weights, component[labelled] == best)
-    return Cluster(mean, covariance, min(1.0, float(mass[best]) / float(weights.sum())))
+    # Heaviest component by total weight
+    component_weights = np.bincount(component[particle_bins], weights=weights)
+    best = int(np.argmax(component_weights))
+    mean, covariance = moments(particles, weights, component[particle_bins] == best)
+    return Cluster(mean, covariance, min(1.0, float(component_weights[best]) / float(weights.sum())))
 
 
 def position_spread(covariance: NDArray[np.float64]) -> float:
-    """Standard deviation in metres along the worst direction."""
+    """Return the largest standard deviation of the position over all directions, metres."""
     return math.sqrt(max(0.0, float(np.linalg.eigvalsh(covariance[:2, :2])[-1])))

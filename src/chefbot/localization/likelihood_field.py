@@ -1,8 +1,8 @@
 """Likelihood field model of a range finder (Thrun, Burgard, Fox: Probabilistic Robotics, 6.4, table 6.3).
 
-The distance of every cell to the nearest obstacle is computed once per map, and the logarithm of a beam's
-likelihood is tabulated with it, so that weighing a particle is one sine and one cosine and one table read
-per beam.
+The distance of every cell to the nearest obstacle is computed once per map, and the log likelihood of a beam
+is tabulated with it, so that weighting a particle takes one sine and one cosine and one table lookup per
+beam.
 """
 
 from __future__ import annotations
@@ -19,22 +19,24 @@ from chefbot.localization.params import AmclParams
 from chefbot.maths.grid import Grid
 
 OCCUPIED_FROM = 65
-"""Percent; Nav2's map server draws the line there."""
-SKIN = 2
-"""Cells of a solid, from its face on, that count as its surface: walls of four cells and fewer count whole."""
+"""Occupancy threshold, percent, as in Nav2's map server."""
+SURFACE_DEPTH = 2
+"""Depth of the surface of a solid, cells: walls up to four cells thick count completely."""
 FREE_BELOW = 25
 PAD = 2
-"""Cells of border: a beam that ends off the map is clamped into it, so the kernel needs no bounds test."""
+"""Width of the border, cells: beams that end off the map are clamped to it, so the kernel needs no bounds
+check.
+"""
 
 
 def surfaces(occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(h, w): the occupied cells that a beam can end on; beyond the border all counts as occupied.
+    """Return (h, w) the occupied cells that a beam can end on; beyond the border all cells count as occupied.
 
-    Where what is outside a building is drawn solid, a pose from which the beams end deep within it would else fit as
-    well as the true one.
+    Otherwise, where the outside of a building is drawn solid, a pose from which the beams end deep within it
+    would fit as well as the true one.
     """
-    inside: NDArray[np.bool_] = np.pad(occupied, SKIN, constant_values=True)
-    width = 2 * SKIN + 1
+    inside: NDArray[np.bool_] = np.pad(occupied, SURFACE_DEPTH, constant_values=True)
+    width = 2 * SURFACE_DEPTH + 1
     for axis in (0, 1):  # the square neighbourhood, one axis after the other
         windows = np.lib.stride_tricks.sliding_window_view(inside, width, axis=axis)
         inside = np.asarray(windows.all(axis=-1), np.bool_)
@@ -43,48 +45,58 @@ def surfaces(occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 @njit(cache=True, nogil=True)
 def _squared_distances(occupied: NDArray[np.bool_], reach: int) -> NDArray[np.float32]:
-    """Exact squared distance in cells to the nearest occupied cell, capped at (reach + 1)^2, (h, w).
+    """Return (h, w) the exact squared distances in cells to the nearest occupied cell, capped at (reach + 1)^2.
 
-    Separable: first along columns, then the lower envelope along rows, sought only within the cap.
+    Separable: first along columns, then the lower envelope along rows, searched only within the cap.
     """
     height, width = occupied.shape
     cap = np.float32((reach + 1) * (reach + 1))
-    down = np.empty((height, width), np.float32)
-    far = np.float32(reach + 1)
+    column_distance = np.empty((height, width), np.float32)
+    cap_distance = np.float32(reach + 1)
     for row in range(height):
         for col in range(width):
-            above = down[row - 1, col] if row > 0 else far
-            down[row, col] = np.float32(0.0) if occupied[row, col] else min(above + np.float32(1.0), far)
+            # Pass 1, downwards: distance to the nearest occupied cell above
+            above = column_distance[row - 1, col] if row > 0 else cap_distance
+            column_distance[row, col] = (
+                np.float32(0.0) if occupied[row, col] else min(above + np.float32(1.0), cap_distance)
+            )
+    # Pass 2, upwards: nearest occupied cell above or below
     for row in range(height - 2, -1, -1):
         for col in range(width):
-            down[row, col] = min(down[row, col], down[row + 1, col] + np.float32(1.0))
+            column_distance[row, col] = min(
+                column_distance[row, col], column_distance[row + 1, col] + np.float32(1.0)
+            )
     out = np.empty((height, width), np.float32)
-    line = np.full(width + 2 * reach, cap, np.float32)
+    # Pass 3: combine the columns, d^2 = min over columns of (column distance^2 + offset^2)
+    padded_row = np.full(width + 2 * reach, cap, np.float32)
     for row in range(height):
         for col in range(width):
-            line[reach + col] = down[row, col] * down[row, col]
-        _lower_envelope(line, reach, out[row])
+            padded_row[reach + col] = column_distance[row, col] * column_distance[row, col]
+        _lower_envelope(padded_row, reach, out[row])
     return out
 
 
 @njit(cache=True, nogil=True)
-def _lower_envelope(line: NDArray[np.float32], reach: int, out: NDArray[np.float32]) -> None:
-    """out[i] = min over |d| <= reach of line[reach + i + d] + d^2; contiguous, so that it vectorises."""
+def _lower_envelope(padded_row: NDArray[np.float32], reach: int, out: NDArray[np.float32]) -> None:
+    """Compute out[i] = min over |d| <= reach of padded_row[reach + i + d] + d^2.
+
+    The inner loop is contiguous, so that it vectorizes.
+    """
     width = out.size
-    nearest = np.float32(1e9)
+    min_distance = np.float32(1e9)
     for col in range(width):
-        out[col] = line[reach + col]
-        nearest = min(nearest, out[col])
+        out[col] = padded_row[reach + col]
+        min_distance = min(min_distance, out[col])
     for d in range(1, reach + 1):
-        extra = np.float32(d * d)
+        offset_cost = np.float32(d * d)
         for col in range(width):
-            side = min(line[reach + col - d], line[reach + col + d]) + extra
+            side = min(padded_row[reach + col - d], padded_row[reach + col + d]) + offset_cost
             out[col] = min(out[col], side)
 
 
 @njit(cache=True, nogil=True)
 def _look_up(squared: NDArray[np.float32], table: NDArray[np.float32], pad: int) -> NDArray[np.float32]:
-    """table[squared], with a border of the farthest value, (h + 2 pad, w + 2 pad)."""
+    """Return table[squared] with a border of the value at the largest distance, (h + 2 pad, w + 2 pad)."""
     height, width = squared.shape
     last = table.size - 1
     out = np.full((height + 2 * pad, width + 2 * pad), table[last], np.float32)
@@ -104,27 +116,30 @@ def weigh(
     per_metre: float,
     out: NDArray[np.float64],
 ) -> None:
-    """out[i] = sum of the field's values at the points (2, m; cells, base frame) seen from particle i.
+    """Compute out[i] = sum of the field at the points (2, m; cells, base frame) transformed by particle i.
 
-    origin_x, origin_y: metres, where cell [0, 0] of the padded field begins. Beam ends are float32 in cells:
-    on a map of 4000 cells that rounds to 1/4000 cell. One that is NaN counts at column or row 0.
+    origin_x, origin_y: metres, outer corner of cell [0, 0] of the padded field. Beam ends are float32 in
+    cells: on a map of 4000 cells that rounds to 1/4000 cell. A NaN counts as column or row 0.
 
-    Same bytes on every processor: no `fastmath`, whose order of summation depends on the width of the
-    processor's vectors, but four partial sums that are added in a fixed order.
+    Bit-identical on every processor: without `fastmath`, whose order of summation depends on the vector
+    width, but with four partial sums that are added in a fixed order.
     """
     cells = np.empty(points.shape[1], np.int32)
     flat = field.ravel()
     for i in range(particles.shape[0]):
+        # Pose of the particle in cells of the field
         c = np.float32(math.cos(particles[i, 2]))
         s = np.float32(math.sin(particles[i, 2]))
         x = np.float32((particles[i, 0] - origin_x) * per_metre)
         y = np.float32((particles[i, 1] - origin_y) * per_metre)
-        _cells_met(c, s, x, y, points[0], points[1], field.shape[0], field.shape[1], cells)
+        # Project the beams' ends into the map: R(theta) z + x
+        _end_cells(c, s, x, y, points[0], points[1], field.shape[0], field.shape[1], cells)
+        # log p(z | x, m) = sum over beams of the tabulated log likelihood
         out[i] = _sum_at(flat, cells)
 
 
 @njit(cache=True, nogil=True)
-def _cells_met(
+def _end_cells(
     c: np.float32,
     s: np.float32,
     x: np.float32,
@@ -135,11 +150,15 @@ def _cells_met(
     width: int,
     out: NDArray[np.int32],
 ) -> None:
-    """Flat index of the cell of each point (px, py), turned by (cos c, sin s) and moved by (x, y), all in
-    cells; points off the field are clamped into it. No branches and no calls, so that it vectorises."""
+    """Compute the flat cell indices of the points (px, py) after rotation and translation, all in cells.
+
+    c, s: cosine and sine of the rotation; x, y: translation. Points off the field are clamped to it. No
+    branches and no calls, so that it vectorizes.
+    """
     zero, right, top = np.float32(0.0), np.float32(width - 1), np.float32(height - 1)
     columns = np.int32(width)
     for j in range(px.size):
+        # Rotate and translate, then clamp to the padded border
         col = c * px[j] - s * py[j] + x
         row = s * px[j] + c * py[j] + y
         col = col if col > zero else zero  # NaN too
@@ -150,28 +169,27 @@ def _cells_met(
 
 
 @njit(cache=True, nogil=True)
-def _sum_at(values: NDArray[np.float32], at: NDArray[np.int32]) -> np.float32:
-    """Sum of values[at] in four lanes: every fourth one in each, what is left over in the first."""
+def _sum_at(values: NDArray[np.float32], indices: NDArray[np.int32]) -> np.float32:
+    """Return the sum of values[at] in four interleaved partial sums; the remainder goes to the first."""
     a = b = c = d = np.float32(0.0)
-    whole = at.size - at.size % 4
-    for j in range(0, whole, 4):
-        a += values[at[j]]
-        b += values[at[j + 1]]
-        c += values[at[j + 2]]
-        d += values[at[j + 3]]
-    for j in range(whole, at.size):
-        a += values[at[j]]
+    vector_end = indices.size - indices.size % 4
+    for j in range(0, vector_end, 4):
+        a += values[indices[j]]
+        b += values[indices[j + 1]]
+        c += values[indices[j + 2]]
+        d += values[indices[j + 3]]
+    for j in range(vector_end, indices.size):
+        a += values[indices[j]]
     return (a + b) + (c + d)
 
 
 @dataclass(frozen=True, eq=False)
 class LikelihoodField:
-    """One map, ready to weigh particles.
+    """The likelihood field of a map.
 
-    distance: (h + 2 PAD, w + 2 PAD) float32 metres to the nearest obstacle, capped.
-    log_likelihood: the same shape, log of a beam's likelihood relative to a perfect hit.
-    origin_x, origin_y: metres, outer corner of the padded cell [0, 0].
-    free: (k, 2) int32 rows and columns of the map's free cells (not padded).
+    distance: (h + 2 PAD, w + 2 PAD) float32 metres to the nearest obstacle, capped. log_likelihood: the same
+    shape, log of a beam's likelihood relative to a perfect hit. origin_x, origin_y: metres, outer corner of
+    the padded cell [0, 0]. free: (k, 2) int32 rows and columns of the map's free cells (not padded).
     """
 
     distance: NDArray[np.float32]
@@ -183,7 +201,7 @@ class LikelihoodField:
 
     @staticmethod
     def of(grid: Grid, params: AmclParams) -> LikelihoodField:
-        """Of an occupancy grid; UserError when it has no free cell or no occupied one."""
+        """Compute the field of an occupancy grid; raise UserError without free or without occupied cells."""
         occupied = grid.cells >= OCCUPIED_FROM
         free = np.argwhere((grid.cells >= 0) & (grid.cells < FREE_BELOW)).astype(np.int32)
         if free.shape[0] == 0:
@@ -191,6 +209,7 @@ class LikelihoodField:
         if not occupied.any():
             raise UserError("the map has no occupied cell, so no scan can be matched to it; load another map")
         reach = max(1, math.ceil(params.laser_likelihood_max_dist / grid.resolution))
+        # Distance transform, then tables of distance and log likelihood by squared distance
         squared = _squared_distances(surfaces(occupied), reach)
         metres = np.sqrt(np.arange((reach + 1) ** 2 + 1, dtype=np.float64)) * grid.resolution
         metres = np.minimum(metres, params.laser_likelihood_max_dist)
@@ -204,8 +223,10 @@ class LikelihoodField:
         )
 
     def weigh(self, particles: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Log-likelihood (n,) of particles (n, 3) for beam ends (m, 2) in the base frame, metres; all beams
-        counted as independent."""
+        """Return the log likelihoods (n,) of particles (n, 3) for beam ends (m, 2) in the base frame, metres.
+
+        All beams count as independent.
+        """
         out = np.zeros(particles.shape[0])
         per_metre = 1.0 / self.grid.resolution
         cells = np.ascontiguousarray((points * per_metre).T, dtype=np.float32)
@@ -214,12 +235,13 @@ class LikelihoodField:
 
     @property
     def free_area(self) -> float:
-        """Square metres."""
+        """Area of the free cells, m^2."""
         return self.free.shape[0] * self.grid.resolution**2
 
     def scatter(self, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
-        """n poses (n, 3), uniform over the free cells and all headings."""
+        """Draw n poses (n, 3) uniformly from the free cells and all headings."""
         cell = self.free[rng.integers(self.free.shape[0], size=n)]
+        # Uniform within the cell
         inside = cell + rng.random((n, 2))
         poses = np.empty((n, 3))
         poses[:, 0] = self.grid.origin_x + inside[:, 1] * self.grid.resolution
@@ -229,10 +251,11 @@ class LikelihoodField:
 
 
 def log_likelihood(distance: NDArray[np.float64], params: AmclParams) -> NDArray[np.float64]:
-    """Log of z_hit * exp(-d^2 / 2 sigma^2) + z_rand, over its value at d = 0.
+    """Return the log of z_hit * exp(-d^2 / 2 sigma^2) + z_rand, relative to its value at d = 0.
 
     As table 6.3, but z_rand is the floor relative to the peak: the book's z_rand / z_max is a density and
     would make the floor depend on the sensor's range.
     """
+    # Table 6.3: q(d) = z_hit exp(-d^2 / (2 sigma^2)) + z_rand, relative to q(0)
     hit = params.z_hit * np.exp(-0.5 * (distance / params.sigma_hit) ** 2)
     return np.log((hit + params.z_rand) / (params.z_hit + params.z_rand))

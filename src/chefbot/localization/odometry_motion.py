@@ -13,62 +13,70 @@ from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 
 STANDING = 0.01
-"""Metres: below this the direction of travel is noise, and the motion is taken as a turn on the spot."""
+"""Distance in m below which the direction of travel is noise, and the motion is taken as a rotation in place."""
 
 
 @njit(cache=True, nogil=True)
 def _sample(
     particles: NDArray[np.float64],
-    turn: float,
-    travel: float,
-    second_turn: float,
-    spread: tuple[float, float, float],
+    rot1: float,
+    trans: float,
+    rot2: float,
+    std: tuple[float, float, float],
     rng: np.random.Generator,
 ) -> None:
+    """Sample from the odometry motion model for every particle (table 5.6)."""
     two_pi = 2.0 * math.pi
     for i in range(particles.shape[0]):
-        first = turn + spread[0] * rng.standard_normal()
-        length = travel + spread[1] * rng.standard_normal()
-        second = second_turn + spread[2] * rng.standard_normal()
-        heading = particles[i, 2] + first
-        particles[i, 0] += length * math.cos(heading)
-        particles[i, 1] += length * math.sin(heading)
-        yaw = heading + second + math.pi
+        # Perturb rotation, translation, rotation
+        rot1_sample = rot1 + std[0] * rng.standard_normal()
+        trans_sample = trans + std[1] * rng.standard_normal()
+        rot2_sample = rot2 + std[2] * rng.standard_normal()
+        # Apply the sampled motion to the particle
+        heading = particles[i, 2] + rot1_sample
+        particles[i, 0] += trans_sample * math.cos(heading)
+        particles[i, 1] += trans_sample * math.sin(heading)
+        # Wrap the yaw to [-pi, pi)
+        yaw = heading + rot2_sample + math.pi
         particles[i, 2] = yaw - two_pi * math.floor(yaw / two_pi) - math.pi
 
 
 def decompose(motion: SE2) -> tuple[float, float, float]:
-    """Turn, straight travel, second turn (radians, metres) that make up a motion seen from its start; for a
-    robot that backs up the travel is negative rather than the turns half circles."""
-    travel = math.hypot(motion.x, motion.y)
-    if travel < STANDING:
+    """Decompose a motion into rotation, translation, rotation (rad, m, rad).
+
+    For a robot that drives backwards the translation is negative, instead of two rotations by half a turn.
+    """
+    trans = math.hypot(motion.x, motion.y)
+    if trans < STANDING:
         return 0.0, motion.x, motion.yaw
-    turn = math.atan2(motion.y, motion.x)
-    if abs(turn) > math.pi / 2:
-        turn, travel = wrap(turn + math.pi), -travel
-    return turn, travel, wrap(motion.yaw - turn)
+    rot1 = math.atan2(motion.y, motion.x)
+    # Driving backwards
+    if abs(rot1) > math.pi / 2:
+        rot1, trans = wrap(rot1 + math.pi), -trans
+    return rot1, trans, wrap(motion.yaw - rot1)
 
 
 def spread(motion: SE2, params: AmclParams) -> tuple[float, float, float]:
-    """Standard deviations of the three parts: variances alpha1 turn^2 + alpha2 travel^2 and so on (table
-    5.6)."""
-    turn, travel, second = decompose(motion)
+    """Return the standard deviations of rot1, trans and rot2 (table 5.6).
+
+    The variances are alpha1 rot1^2 + alpha2 trans^2 and so on.
+    """
+    rot1, trans, rot2 = decompose(motion)
     return (
         math.hypot(
-            params.rotation_noise_from_rotation * turn, params.rotation_noise_from_translation * travel
+            params.rotation_noise_from_rotation * rot1, params.rotation_noise_from_translation * trans
         ),
         math.sqrt(
-            (params.translation_noise_from_translation * travel) ** 2
-            + params.translation_noise_from_rotation**2 * (turn**2 + second**2)
+            (params.translation_noise_from_translation * trans) ** 2
+            + params.translation_noise_from_rotation**2 * (rot1**2 + rot2**2)
         ),
         math.hypot(
-            params.rotation_noise_from_rotation * second, params.rotation_noise_from_translation * travel
+            params.rotation_noise_from_rotation * rot2, params.rotation_noise_from_translation * trans
         ),
     )
 
 
 def move(particles: NDArray[np.float64], motion: SE2, params: AmclParams, rng: np.random.Generator) -> None:
-    """Moves particles (n, 3) in place by odometry's motion (new base frame seen from the old one) with its
-    noise."""
-    turn, travel, second = decompose(motion)
-    _sample(particles, turn, travel, second, spread(motion, params), rng)
+    """Propagate particles (n, 3) in place with a noisy odometry motion (new base frame in the old one)."""
+    rot1, trans, rot2 = decompose(motion)
+    _sample(particles, rot1, trans, rot2, spread(motion, params), rng)

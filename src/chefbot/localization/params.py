@@ -1,4 +1,4 @@
-"""What a user may set of the localization."""
+"""Parameters of the localization."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from msgspec import Meta
 
 
 class AmclParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Settings of `Amcl`; names are Nav2's where the concept is the same."""
+    """Parameters of `Amcl`, with Nav2's names where the concept is the same."""
 
     min_particles: Annotated[
         int, Meta(ge=10, le=1_000_000, description="never fewer particles than this")

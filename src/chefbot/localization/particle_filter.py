@@ -1,4 +1,4 @@
-"""A belief about the pose as particles, and what one scan does to it: the core of table 8.4 of the book."""
+"""A particle filter for the pose: prediction with odometry, update with a scan (table 8.4 of the book)."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ from chefbot.localization.params import AmclParams
 from chefbot.localization.pose_bins import PoseBins
 from chefbot.maths.se2 import SE2
 
-STAGES = 6
+MAX_STAGES = 6
 FINE_BEAMS = 180
-"""Beams that refine the reported pose; more add nothing but time."""
-DOMINANT = 0.8
-ONE_HUMP = 1.0
-"""A cluster of less weight or wider than so many metres means that there may be several hypotheses."""
+"""Number of beams for the refinement of the reported pose; more only cost time."""
+MIN_UNIMODAL_SHARE = 0.8
+MAX_UNIMODAL_SPREAD = 1.0
+"""Limits of a unimodal posterior: minimum weight of the cluster, maximum standard deviation in m."""
 CONVERGED_SHARE = 0.9
 CONVERGED_SPREAD = 0.3
 CONVERGED_EXPLAINED = 0.5
-"""A belief knows a pose when one cluster holds most of the weight, it is no wider than a doorway's half, and
-it explains at least half of what the scanner sees."""
+"""Criteria of convergence: minimum weight of the cluster, its maximum standard deviation (half a doorway, m),
+and the minimum share of the scan that the map explains.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """What all beliefs of one filter share."""
+    """The models and the random generator that all particle filters of one localization share."""
 
     params: AmclParams
     field: LikelihoodField
@@ -39,8 +40,11 @@ class Model:
 
 
 class Beams(NamedTuple):
-    """The ends of a scan's beams in the base frame, metres: those that weigh (m, 2), those that refine (k,
-    2), and how many of them count as independent."""
+    """The ends of a scan's beams in the base frame, metres.
+
+    coarse: (m, 2) for weighting the particles. fine: (k, 2) for refining the estimate. independent: the
+    number of independent beams among them.
+    """
 
     coarse: NDArray[np.float64]
     fine: NDArray[np.float64]
@@ -48,21 +52,21 @@ class Beams(NamedTuple):
 
     @staticmethod
     def of(angles: NDArray[np.float64], ends: NDArray[np.float64], params: AmclParams) -> Beams:
-        """Of the angles (n,) and ends (n, 2) of the beams that met something."""
+        """Select from the angles (n,) and ends (n, 2) of the beams with a return."""
         coarse, fine = ends[thin(len(ends), params.max_beams)], ends[thin(len(ends), FINE_BEAMS)]
         independent = tempering.independent_beams(angles, params.beam_independence)
         return Beams(coarse, fine, independent)
 
-    def trust(self, beams: int) -> float:
-        """The exponent that makes `beams` beams weigh as much as the independent ones among them."""
+    def tempering_exponent(self, beams: int) -> float:
+        """Return the tempering exponent that gives `beams` beams the weight of the independent ones."""
         return min(1.0, self.independent / beams)
 
 
 class Belief:
-    """Particles (n, 3) with weights (n,) that sum to one, their heaviest cluster, and the pose it stands for.
+    """Particles (n, 3) with weights (n,) that sum to one, their heaviest cluster and the pose estimate.
 
-    explained: share of the last scan that the map explains at `estimate`. score: mean log-likelihood of its
-    beams.
+    explained: share of the last scan that the map explains at `estimate`. score: mean log likelihood of its
+    beams there.
     """
 
     def __init__(self, particles: NDArray[np.float64], model: Model) -> None:
@@ -71,70 +75,79 @@ class Belief:
         self.weights = np.full(len(particles), 1.0 / len(particles))
         self.explained = 0.0
         self.score = -math.inf
-        self._gather()
+        self._update_cluster()
 
-    def _gather(self) -> None:
+    def _update_cluster(self) -> None:
         self.cluster = clusters.heaviest(self.particles, self.weights, self._model.bins)
         self.estimate = self.cluster.mean
 
     @property
     def spread(self) -> float:
-        """Of the cluster along its worst direction, metres."""
+        """Standard deviation of the cluster along its worst direction, metres."""
         return clusters.position_spread(self.cluster.covariance)
 
     @property
     def is_narrow(self) -> bool:
-        """Whether it is one hump that stands for one pose."""
+        """Whether the posterior is unimodal and narrow enough for one pose."""
         return self.cluster.share >= CONVERGED_SHARE and self.spread <= CONVERGED_SPREAD
 
     def move(self, motion: SE2) -> None:
-        """Moves by odometry's motion since the last time."""
+        """Propagate the particles with the odometry motion since the last call."""
         odometry_motion.move(self.particles, motion, self._model.params, self._model.rng)
-        self._gather()
+        self._update_cluster()
 
     def correct(self, beams: Beams) -> None:
-        """Takes in a scan.
+        """Update the particles with a scan.
 
-        A scan too sharp for the population is believed in stages with a roughening after each, as the
-        annealed particle filter does (Deutscher & Reid 2005). While there may be several hypotheses each
-        scan gets one stage only, for then the map's faults could outweigh the difference between rooms.
+        A likelihood too peaked for the particle set is applied in tempered stages with a roughening after
+        each, as in the annealed particle filter (Deutscher & Reid 2005). While the posterior may be
+        multimodal each scan gets a single stage, since otherwise errors of the map could outweigh the
+        difference between rooms.
         """
-        one_hump = self.cluster.share >= DOMINANT and self.spread <= ONE_HUMP
-        left = beams.trust(len(beams.coarse))
+        # A multimodal posterior gets one stage and more particles
+        unimodal = self.cluster.share >= MIN_UNIMODAL_SHARE and self.spread <= MAX_UNIMODAL_SPREAD
+        # Correlated beams: p(z | x)^(independent / beams)
+        remaining_exponent = beams.tempering_exponent(len(beams.coarse))
         p = self._model.params
-        least = p.min_particles if one_hump else max(p.min_particles, p.max_particles // 4)
-        for _ in range(STAGES if one_hump else 1):
-            left -= self._believe(beams.coarse, left, least)
-            if left <= 0.0:
+        min_particles = p.min_particles if unimodal else max(p.min_particles, p.max_particles // 4)
+        for _ in range(MAX_STAGES if unimodal else 1):
+            remaining_exponent -= self._tempering_step(beams.coarse, remaining_exponent, min_particles)
+            if remaining_exponent <= 0.0:
                 break
-        self._gather()
+        self._update_cluster()
         self._refine(beams)
 
-    def _believe(self, points: NDArray[np.float64], limit: float, least: int) -> float:
-        """One stage: weighs with an exponent up to `limit` and resamples; the exponent."""
+    def _tempering_step(self, points: NDArray[np.float64], max_exponent: float, min_particles: int) -> float:
+        """Weight with an exponent of at most `max_exponent`, resample, and return the exponent."""
         m = self._model
+        # log p(z | x, m) of every particle
         scores = m.field.weigh(self.particles, points)
-        exponent = tempering.exponent_for(scores, self.weights, limit, tempering.EFFECTIVE_SHARE)
+        # Largest exponent that keeps enough effective particles
+        exponent = tempering.exponent_for(scores, self.weights, max_exponent, tempering.EFFECTIVE_SHARE)
         weights = tempering.weights_of(scores, self.weights, exponent)
-        self.particles = resampling.resample(self.particles, weights, m.bins, m.params, m.rng, least)
+        # KLD sampling decides on the number of particles
+        self.particles = resampling.resample(self.particles, weights, m.bins, m.params, m.rng, min_particles)
         self.weights = np.full(len(self.particles), 1.0 / len(self.particles))
-        if exponent < limit:
-            share = min(1.0, 1.0 / float(np.sum(weights**2)) / len(self.particles))
-            roughening.roughen(self.particles, share, m.bins, m.rng)
+        # Copies are spread by a kernel before the next stage (regularized particle filter)
+        if exponent < max_exponent:
+            distinct_share = min(1.0, 1.0 / float(np.sum(weights**2)) / len(self.particles))
+            roughening.roughen(self.particles, distinct_share, m.bins, m.rng)
         return exponent
 
     def _refine(self, beams: Beams) -> None:
-        """Sharpens the estimate, and judges how the scan fits there."""
+        """Refine the estimate by scan matching, and evaluate the scan's likelihood there."""
         field, sigma = self._model.field, self._model.params.sigma_hit
+        # Gauss-Newton with the cluster's Gaussian as prior
         mean, covariance, _ = self.cluster
-        trust = beams.trust(len(beams.fine))
-        self.estimate = pose_refinement.refine(mean, covariance, beams.fine, field, sigma, trust)
+        exponent = beams.tempering_exponent(len(beams.fine))
+        self.estimate = pose_refinement.refine(mean, covariance, beams.fine, field, sigma, exponent)
         self.explained = pose_refinement.explained(self.estimate, beams.fine, field, 2.0 * sigma)
+        # Mean log likelihood per beam at the refined pose, for the recovery estimator
         self.score = float(field.weigh(self.estimate.array()[None, :], beams.fine)[0]) / len(beams.fine)
 
 
-def thin(n: int, most: int) -> NDArray[np.int64]:
-    """At most `most` of the indices 0..n-1, evenly spaced."""
-    if n <= most:
+def thin(n: int, max_count: int) -> NDArray[np.int64]:
+    """Return at most `max_count` of the indices 0..n-1, evenly spaced."""
+    if n <= max_count:
         return np.arange(n)
-    return np.linspace(0, n - 1, most).astype(np.int64)
+    return np.linspace(0, n - 1, max_count).astype(np.int64)

@@ -1,5 +1,4 @@
-"""When to doubt everything, after augmented MCL (Probabilistic Robotics, 8.3.5, table 8.3), and who is right
-then."""
+"""Detection of localization failure and recovery (augmented MCL: Probabilistic Robotics, 8.3.5, table 8.3)."""
 
 from __future__ import annotations
 
@@ -7,16 +6,18 @@ import math
 
 from chefbot.localization.particle_filter import Beams, Belief
 
-CARELESSNESS = 1.25
-"""The fast mean must fall a fifth below the slow one before doubt sets in: one wall fits better than another
-(the factor nu of Gutmann & Fox 2002, An experimental comparison of localization methods continued)."""
+LIKELIHOOD_DROP_FACTOR = 1.25
+"""Factor nu by which the fast average must fall below the slow one (Gutmann & Fox 2002).
+
+Some walls fit better than others. Gutmann & Fox: An experimental comparison of localization methods
+continued.
+"""
 
 
 class Doubt:
-    """Two running means of how well scans fit; the share of particles to draw anew when the fast one falls
-    off.
+    """The short-term and long-term averages of the scans' likelihood, and the probability of recovery.
 
-    The fit of a scan is the geometric mean of a beam's likelihood relative to a perfect hit, in (0, 1], so
+    The likelihood of a scan is the geometric mean over its beams, relative to a perfect hit, in (0, 1], so
     that it does not depend on the number of beams.
     """
 
@@ -25,70 +26,74 @@ class Doubt:
         self.reset()
 
     def reset(self) -> None:
-        """Forgets; the next scan sets both means."""
+        """Reset the averages; the next scan initializes both."""
         self.slow = self.fast = math.nan
 
-    def see(self, fit: float) -> None:
-        """Takes in how one scan fits the reported pose."""
+    def see(self, likelihood: float) -> None:
+        """Update the averages with the likelihood of a scan at the estimated pose."""
         if not self.begun:
-            self.slow = self.fast = fit
-        self.slow += self._decay[0] * (fit - self.slow)
-        self.fast += self._decay[1] * (fit - self.fast)
+            self.slow = self.fast = likelihood
+        # w_slow += alpha_slow (w_avg - w_slow), likewise w_fast
+        self.slow += self._decay[0] * (likelihood - self.slow)
+        self.fast += self._decay[1] * (likelihood - self.fast)
 
     @property
     def begun(self) -> bool:
-        """Whether it has seen a scan since the last reset."""
+        """Whether a scan has been processed since the last reset."""
         return not math.isnan(self.slow)
 
     @property
     def share(self) -> float:
-        """How much to doubt, 0..1: the book's probability of a random particle."""
+        """Probability of a random particle, 0..1: max(0, 1 - w_fast / w_slow) of table 8.3, with the factor."""
         if not self.begun or 0.0 in self._decay:
             return 0.0
-        return max(0.0, 1.0 - CARELESSNESS * self.fast / self.slow)
+        return max(0.0, 1.0 - LIKELIHOOD_DROP_FACTOR * self.fast / self.slow)
 
 
-PROOF = 20
-"""Updates over which a challenger must have been one hump: what stands about one spot can fit elsewhere by
-chance, but not along two metres of way or half a turn."""
-ODDS = 12.0
-"""Logarithm of the odds against a given pose out of the hundred thousand that a challenger is chosen from."""
+MIN_TEST_UPDATES = 20
+"""Number of updates over which the alternative must have been unimodal: at one place it can fit by
+coincidence, but not along two metres of travel or half a turn.
+"""
+LOG_ODDS_THRESHOLD = 12.0
+"""Log odds against a given pose out of the hundred thousand from which an alternative is selected."""
 
 
 class Contest:
-    """A second belief that starts scattered over the map while the first one is in doubt, and must outdo it.
+    """A sequential test of the current hypothesis against an alternative from global localization.
 
-    The book draws random particles into the one population (table 8.3). There a single scan decides, and
-    where people hide half the walls the best of all poses of the map will often fit it better than the true
-    one. Here the two stay apart, and the logarithm of their likelihoods' ratio is summed over the scans once
-    the challenger stands for one pose (the sequential test of Wald 1945).
+    The book adds random particles to the same particle set (table 8.3). There a single scan decides, and
+    where people occlude half the walls the best of all poses in the map will often fit it better than the
+    true one. Here the two particle filters stay separate, and their log likelihood ratio is summed over the
+    scans once the alternative is unimodal (sequential probability ratio test, Wald 1945).
     """
 
     def __init__(self, challenger: Belief) -> None:
         self.challenger = challenger
         self.lead = 0.0
-        self._scans = 0
+        self._update_count = 0
 
-    def correct(self, holder: Belief, beams: Beams) -> None:
-        """Gives the challenger the scan that the holder has taken in, and compares."""
+    def correct(self, current: Belief, beams: Beams) -> None:
+        """Update the alternative with the scan that `current` has already processed, and update the test."""
         self.challenger.correct(beams)
         if self.challenger.is_narrow:
-            self._scans += 1
-            self.lead += beams.independent * (self.challenger.score - holder.score)
+            self._update_count += 1
+            # Log likelihood ratio of the scan; correlated beams count once
+            self.lead += beams.independent * (self.challenger.score - current.score)
         else:
-            self._scans, self.lead = 0, 0.0
+            # Not unimodal yet: the test starts over
+            self._update_count, self.lead = 0, 0.0
 
     @property
     def won(self) -> bool:
-        """Whether the challenger should replace the holder."""
-        return self._scans >= PROOF and self.lead > ODDS
+        """Whether the alternative should replace the current hypothesis."""
+        return self._update_count >= MIN_TEST_UPDATES and self.lead > LOG_ODDS_THRESHOLD
 
     @property
     def leads(self) -> bool:
-        """Whether the challenger has explained the scans better so far."""
+        """Whether the alternative has explained the scans better so far."""
         return self.lead > 0.0
 
     @property
     def lost(self) -> bool:
-        """Whether the challenger stands for a pose that is worse, so that another should be sought."""
-        return self.lead < -ODDS
+        """Whether the alternative has converged to a worse pose, so that another one should be initialized."""
+        return self.lead < -LOG_ODDS_THRESHOLD

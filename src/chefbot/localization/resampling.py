@@ -1,5 +1,8 @@
-"""Low-variance resampling (Probabilistic Robotics, table 4.4) of as many particles as KLD sampling asks for
-(Fox 2003, Adapting the sample size in particle filters through KLD-sampling; table 8.4 of the book)."""
+"""Low-variance resampling with a number of particles from KLD sampling.
+
+Probabilistic Robotics, tables 4.4 and 8.4; Fox 2003, Adapting the sample size in particle filters through
+KLD-sampling.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +15,15 @@ from numpy.typing import NDArray
 from chefbot.localization.params import AmclParams
 from chefbot.localization.pose_bins import PoseBins, bin_of
 
-GOLDEN = 0.6180339887498949
+GOLDEN_RATIO = 0.6180339887498949
 
 
 @njit(cache=True, nogil=True)
 def kld_bound(bins: int, error: float, quantile: float) -> float:
-    """Particles so that the divergence stays below `error` with the quantile's certainty (Fox 2003, equation
-    7: the Wilson-Hilferty approximation of the chi-square quantile)."""
+    """Return the number of particles for a KL divergence below `error` at the confidence of the quantile.
+
+    Fox 2003, equation 7: the Wilson-Hilferty approximation of the chi-square quantile.
+    """
     if bins < 2:
         return 0.0
     a = 2.0 / (9.0 * (bins - 1))
@@ -27,53 +32,56 @@ def kld_bound(bins: int, error: float, quantile: float) -> float:
 
 @njit(cache=True, nogil=True)
 def low_variance(weights: NDArray[np.float64], n: int, offset: float) -> NDArray[np.int32]:
-    """n indices drawn with one comb of n teeth over the cumulated weights (sum 1); offset in [0, 1). O(n)."""
-    picks = np.empty(n, np.int32)
+    """Draw n indices with n equidistant pointers into the cumulative weights (sum 1); offset in [0, 1). O(n)."""
+    indices = np.empty(n, np.int32)
     last = weights.size - 1
     i = 0
-    passed = weights[0]
-    for tooth in range(n):
-        reach = (tooth + offset) / n
-        while reach >= passed and i < last:
+    cumulative = weights[0]
+    for k in range(n):
+        pointer = (k + offset) / n
+        # Advance to the weight interval that contains the pointer
+        while pointer >= cumulative and i < last:
             i += 1
-            passed += weights[i]
-        picks[tooth] = i
-    return picks
+            cumulative += weights[i]
+        indices[k] = i
+    return indices
 
 
 @njit(cache=True, nogil=True)
-def _needed(
+def _required_particles(
     particles: NDArray[np.float64],
-    picks: NDArray[np.int32],
+    indices: NDArray[np.int32],
     stride: int,
     limits: tuple[int, int, float, float],
     corner: tuple[float, float],
     shape: tuple[int, int, int],
     labels: NDArray[np.int32],
 ) -> int:
-    least, most, error, quantile = limits
-    seen = np.empty(most, np.int32)
-    bins, drawn, at = 0, 0, 0
+    """Count the draws until the KLD bound of the occupied bins is reached (table 8.4)."""
+    min_particles, max_particles, error, quantile = limits
+    occupied = np.empty(max_particles, np.int32)
+    bins, drawn, position = 0, 0, 0
     bound = 0.0
-    while drawn < most and (drawn < least or drawn < bound):
-        p = picks[at]
-        here = bin_of(particles[p, 0], particles[p, 1], particles[p, 2], corner, shape)
-        if labels[here] < 0:
-            labels[here] = 0
-            seen[bins] = here
+    while drawn < max_particles and (drawn < min_particles or drawn < bound):
+        i = indices[position]
+        bin_index = bin_of(particles[i, 0], particles[i, 1], particles[i, 2], corner, shape)
+        # A draw into an empty bin raises the bound
+        if labels[bin_index] < 0:
+            labels[bin_index] = 0
+            occupied[bins] = bin_index
             bins += 1
             bound = kld_bound(bins, error, quantile)
-        at = (at + stride) % picks.size
+        position = (position + stride) % indices.size
         drawn += 1
-    for k in range(bins):
-        labels[seen[k]] = -1
+    # Leave the table empty for the next user
+    for j in range(bins):
+        labels[occupied[j]] = -1
     return drawn
 
 
 def _stride(n: int) -> int:
-    """Near n times the golden ratio and without common divisor: steps of it visit 0..n-1 evenly at every
-    stage."""
-    step = max(1, round(n * GOLDEN))
+    """Return a number near n times the golden ratio and coprime to n: its multiples visit 0..n-1 evenly."""
+    step = max(1, round(n * GOLDEN_RATIO))
     while math.gcd(step, n) != 1:
         step += 1
     return step
@@ -85,16 +93,19 @@ def resample(
     bins: PoseBins,
     params: AmclParams,
     rng: np.random.Generator,
-    least: int,
+    min_particles: int,
 ) -> NDArray[np.float64]:
-    """A new set (m, 3), m >= least, of equally weighted particles drawn from particles (n, 3) with weights
-    (n,) that sum to 1.
+    """Return at least `min_particles` equally weighted particles (m, 3) drawn from particles (n, 3).
 
-    How many is counted on draws in shuffled order as in the book's table 8.4; the set itself is drawn anew
-    with a comb of exactly that many teeth, which keeps more of the variety than the independent draws would.
+    weights: (n,), summing to 1. The number of particles is determined with draws in shuffled order as in the
+    book's table 8.4; the set itself is drawn again by low-variance resampling with exactly that many
+    particles, which preserves more diversity than the independent draws would.
     """
-    most = params.max_particles
-    limits = (least, most, params.pf_err, params.pf_z)
-    draws = low_variance(weights, most, rng.random())
-    n = _needed(particles, draws, _stride(most), limits, bins.corner, bins.shape, bins.labels)
+    max_particles = params.max_particles
+    limits = (min_particles, max_particles, params.pf_err, params.pf_z)
+    # How many: count the occupied bins of up to max_particles draws
+    draws = low_variance(weights, max_particles, rng.random())
+    n = _required_particles(
+        particles, draws, _stride(max_particles), limits, bins.corner, bins.shape, bins.labels
+    )
     return particles[low_variance(weights, n, rng.random())]

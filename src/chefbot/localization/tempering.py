@@ -1,11 +1,11 @@
-"""How much of a scan's likelihood the filter may believe at once.
+"""Tempering: how much of a scan's likelihood the filter applies at once.
 
 Neighbouring beams share the errors of the map and of the model, so their likelihoods must not be multiplied
-as if independent (Probabilistic Robotics, 6.3.4: raise the likelihood to a power below one). And a
-population too thin for a sharp likelihood would keep a single lucky particle. Both are served by one
-exponent: at most what the number of independent beams justifies, and never so large that fewer than a share
-of the particles stay effective (adaptive tempering: Jasra, Stephens, Doucet, Tsagaris 2011, Inference for
-Levy-driven volatility via adaptive SMC, section 3).
+as if independent (Probabilistic Robotics, 6.3.4: raise the likelihood to a power below one). And a particle
+set too sparse for a peaked likelihood would keep a single particle. One exponent serves both: at most what
+the number of independent beams justifies, and never so large that the number of effective particles falls
+below a given share (adaptive tempering: Jasra, Stephens, Doucet, Tsagaris 2011, Inference for Levy-driven
+volatility via adaptive SMC, section 3).
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from numba import njit
 from numpy.typing import NDArray
 
 EFFECTIVE_SHARE = 0.25
-_PROBES = 2000
-_HALVINGS = 12
+_MAX_SAMPLES = 2000
+_BISECTIONS = 12
 
 
 @njit(cache=True, nogil=True)
 def _effective(
-    scores: NDArray[np.float64], prior: NDArray[np.float64], stride: int, best: float, exponent: float
+    scores: NDArray[np.float64], prior: NDArray[np.float64], stride: int, max_score: float, exponent: float
 ) -> float:
-    """Kish's effective sample size of every stride-th particle."""
+    """Return Kish's effective sample size of every stride-th particle."""
     total, squares = 0.0, 0.0
     for i in range(0, scores.size, stride):
-        w = prior[i] * math.exp(exponent * (scores[i] - best))
+        w = prior[i] * math.exp(exponent * (scores[i] - max_score))
         total += w
         squares += w * w
     return total * total / squares if squares > 0.0 else 0.0
@@ -38,19 +38,24 @@ def _effective(
 def exponent_for(
     scores: NDArray[np.float64], prior: NDArray[np.float64], limit: float, share: float
 ) -> float:
-    """The largest exponent up to `limit` that keeps `share` of the effective particles; scores (n,) are
-    logarithms, prior (n,) the weights before the scan."""
-    stride = max(1, scores.size // _PROBES)
-    best = -np.inf
+    """Return the largest exponent up to `limit` that keeps `share` of the effective particles.
+
+    scores: (n,) log likelihoods. prior: (n,) weights before the scan.
+    """
+    # A sample of the particles is enough to choose the exponent
+    stride = max(1, scores.size // _MAX_SAMPLES)
+    max_score = -np.inf
     for i in range(0, scores.size, stride):
-        best = max(best, scores[i])
-    enough = share * _effective(scores, prior, stride, best, 0.0)
-    if _effective(scores, prior, stride, best, limit) >= enough:
+        max_score = max(max_score, scores[i])
+    # Number of effective particles before the scan times `share`
+    min_effective = share * _effective(scores, prior, stride, max_score, 0.0)
+    if _effective(scores, prior, stride, max_score, limit) >= min_effective:
         return limit
+    # Bisection: the effective sample size falls with the exponent
     low, high = 0.0, limit
-    for _ in range(_HALVINGS):
+    for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
-        if _effective(scores, prior, stride, best, middle) >= enough:
+        if _effective(scores, prior, stride, max_score, middle) >= min_effective:
             low = middle
         else:
             high = middle
@@ -61,14 +66,15 @@ def exponent_for(
 def weights_of(
     scores: NDArray[np.float64], prior: NDArray[np.float64], exponent: float
 ) -> NDArray[np.float64]:
-    """prior * exp(exponent * scores), summing to one."""
-    best = -np.inf
+    """Return prior * exp(exponent * scores), normalized to a sum of one."""
+    max_score = -np.inf
     for i in range(scores.size):
-        best = max(best, scores[i])
+        max_score = max(max_score, scores[i])
     out = np.empty(scores.size)
     total = 0.0
     for i in range(scores.size):
-        out[i] = prior[i] * math.exp(exponent * (scores[i] - best))
+        # Subtract the maximum before the exponential, against underflow
+        out[i] = prior[i] * math.exp(exponent * (scores[i] - max_score))
         total += out[i]
     for i in range(scores.size):
         out[i] /= total
@@ -76,8 +82,9 @@ def weights_of(
 
 
 def independent_beams(angles: NDArray[np.float64], apart: float) -> float:
-    """How many of the beams (n,), radians, count as independent when those within `apart` count as one."""
+    """Return the number of independent beams (n,), radians, when those within `apart` count as one."""
     if apart <= 0.0 or angles.size < 2:
         return float(angles.size)
-    taken = np.unique(np.floor(np.mod(angles, 2.0 * math.pi) / apart))
-    return float(min(taken.size, angles.size))
+    # Beams in the same sector are correlated: count the occupied sectors
+    sectors = np.unique(np.floor(np.mod(angles, 2.0 * math.pi) / apart))
+    return float(min(sectors.size, angles.size))

@@ -1,1 +1,1 @@
-"""Occupancy grids: the map as ROS knows it, and its files."""
+"""Occupancy grids as in ROS, and their file formats."""

@@ -1,4 +1,4 @@
-"""Pictures of maps, PGM and PNG, as levels of brightness. Headers are checked before memory is taken."""
+"""Decode map images, PGM and PNG, as brightness levels; headers are checked before memory is allocated."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from PIL import Image
 from chefbot.errors import UserError
 
 MAX_CELLS = 100_000_000
-"""More is no map of a building: 500 m by 500 m at 5 cm."""
+"""Maximum number of cells: 500 m by 500 m at 5 cm; larger is no map of a building."""
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _HEADER = re.compile(rb"P[25]" + 3 * rb"(?:\s|#[^\n\r]*[\n\r])+(\d{1,10})(?!\d)")
 _DAMAGED = (
@@ -31,12 +31,12 @@ _DAMAGED = (
     struct.error,
     zlib.error,
 )
-"""What pillow is known to raise for damaged files."""
+"""Exceptions that Pillow is known to raise for damaged files."""
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """Brightness, top row first.
+    """An image as brightness levels, top row first.
 
     levels: (height, width) uint16; 0 is black, `white` is white.
     opacity: (height, width) uint8, 0 transparent to 255 opaque; None where the format has none.
@@ -48,7 +48,7 @@ class Picture:
 
 
 def decode_image(data: bytes, where: str) -> Picture:
-    """A PGM (P5 or P2, white up to 65535) or PNG file. For anything else UserError, with `where`."""
+    """Decode a PGM (P5 or P2, white up to 65535) or PNG file; raise UserError with `where` for anything else."""
     if data[:2] in (b"P5", b"P2"):
         return _decode_pgm(data, where)
     if data.startswith(PNG_SIGNATURE):
@@ -57,7 +57,7 @@ def decode_image(data: bytes, where: str) -> Picture:
 
 
 def check_size(width: int, height: int, where: str, limit: int = MAX_CELLS) -> None:
-    """UserError for a picture without cells or with too many."""
+    """Raise UserError for an image without pixels or with too many."""
     if width < 1 or height < 1:
         raise UserError(f"{where} says it is {width} x {height} pixels; a map needs at least one")
     if width * height > limit:
@@ -65,7 +65,7 @@ def check_size(width: int, height: int, where: str, limit: int = MAX_CELLS) -> N
 
 
 def _decode_pgm(data: bytes, where: str) -> Picture:
-    """Netpbm's PGM: magic, width, height, white; one white space; then the pixels."""
+    """Decode Netpbm's PGM: magic, width, height, white; one white space; then the pixels."""
     header = _HEADER.match(data)
     if header is None or not data[header.end() : header.end() + 1].isspace():
         raise UserError(f"{where} has no complete PGM header; the file is damaged")
@@ -86,14 +86,14 @@ def _decode_pgm(data: bytes, where: str) -> Picture:
 
 
 def _levels(data: bytes, begin: int, count: int, white: int) -> NDArray[np.generic]:
-    """At most `count` pixels of a P5 file, one byte each or two, the higher one first."""
-    kind = np.dtype(">u2" if white > 255 else "u1")
-    available = min(count, (len(data) - begin) // kind.itemsize)
-    return np.frombuffer(data, kind, available, begin)
+    """Return at most `count` pixels of a P5 file, one byte each or two in big-endian order."""
+    dtype = np.dtype(">u2" if white > 255 else "u1")
+    available = min(count, (len(data) - begin) // dtype.itemsize)
+    return np.frombuffer(data, dtype, available, begin)
 
 
 def _text_levels(data: bytes, begin: int, where: str) -> NDArray[np.generic]:
-    """All pixels of a P2 file; float32 holds every permitted one exactly and does not wrap on others."""
+    """Return all pixels of a P2 file; float32 holds every valid value exactly and does not overflow."""
     text = re.sub(rb"#[^\n\r]*", b"", data[begin:])
     if text.translate(None, b"0123456789 \t\r\n\v\f"):
         raise UserError(f"{where} has something other than numbers among its pixels; it is damaged")
@@ -101,7 +101,7 @@ def _text_levels(data: bytes, begin: int, where: str) -> NDArray[np.generic]:
 
 
 def _decode_png(data: bytes, where: str) -> Picture:
-    """Size by the first chunk (PNG specification, 11.2.2); content by pillow, within its limit for bombs."""
+    """Decode a PNG: size from the first chunk (PNG specification, 11.2.2), pixels by Pillow within its limit."""
     if len(data) < 24 or data[12:16] != b"IHDR":
         raise UserError(f"{where} has no complete PNG header; the file is damaged")
     width, height = struct.unpack(">II", data[16:24])

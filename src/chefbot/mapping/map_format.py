@@ -1,6 +1,6 @@
-"""Map files as ROS has them: a picture and a YAML file about it (wiki.ros.org/map_server, nav2_map_server).
+"""Map files as in ROS: an image and a YAML file that describes it (wiki.ros.org/map_server, nav2_map_server).
 
-Bytes in, bytes out; reading and writing of files is elsewhere.
+Converts from and to bytes; files are read and written elsewhere.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 
 Mode = Literal["trinary", "scale", "raw"]
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
-"""map_server's; with Nav2's 0.25 its own grey for unknown would be read as free."""
+"""Thresholds of map_server; with Nav2's 0.25 its own grey for unknown would be read as free."""
 BLACK, GREY, WHITE = 0, 205, 254
-"""map_saver's pixels for occupied, unknown and free."""
-_REQUIRED = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
-_IGNORED = ("frame_id",)
-"""Written by some tools; says nothing about the cells."""
+"""Pixel values of map_saver for occupied, unknown and free."""
+_REQUIRED_KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
+_IGNORED_KEYS = ("frame_id",)
+"""Keys that some tools write and that do not affect the cells."""
 _CHECKSUM = re.compile(rb"^# image sha256: ([0-9a-f]{64})\s*$", re.MULTILINE)
-_FARTHEST = 1e7  # m, beyond which an origin is a mistake
-_BLOCK = 1_000_000  # cells turned at once
+_MAX_COORDINATE = 1e7  # m, limit of plausible origins
+_BLOCK = 1_000_000  # cells rotated at once
 
 
 @dataclass(frozen=True)
 class MapDescription:
-    """The YAML file. origin: x, y (m) and yaw (rad) of the picture's lower left corner in the map frame."""
+    """The YAML file of a map. origin: x, y (m), yaw (rad) of the image's lower left corner in the map frame."""
 
     image: str
     resolution: float
@@ -44,13 +44,15 @@ class MapDescription:
     free_thresh: float
     mode: Mode
     checksum: str | None
-    """SHA-256 of the picture, where the writer left it."""
+    """SHA-256 of the image, if the writer has stored it."""
 
 
 def encode_pgm(grid: Grid, mode: Mode = "trinary") -> bytes:
-    """The picture as P5. Trinary keeps free, occupied and unknown, which is what AMCL and planners use;
+    """Encode the map as a P5 image.
 
-    raw keeps every percentage, dark as it looks; scale needs transparency, which a PGM lacks: ValueError.
+    Trinary mode keeps free, occupied and unknown, which is what AMCL and planners use. Raw mode keeps every
+    percentage, although the image looks dark. Scale mode needs transparency, which a PGM lacks: raises
+    ValueError.
     """
     check_size(grid.width, grid.height, "the map")
     table = np.full(256, 255 if mode == "raw" else GREY, np.uint8)
@@ -62,12 +64,12 @@ def encode_pgm(grid: Grid, mode: Mode = "trinary") -> bytes:
         table[:101][percent / 100.0 < FREE_THRESH] = WHITE
     else:
         raise ValueError(f"a PGM cannot hold a map of mode {mode!r}")
-    pixels = table[grid.cells[::-1].view(np.uint8)]  # -1 is seen as 255
+    pixels = table[grid.cells[::-1].view(np.uint8)]  # -1 becomes index 255
     return b"P5\n%d %d\n255\n" % (grid.width, grid.height) + pixels.tobytes()
 
 
 def encode_map_yaml(image_name: str, grid: Grid, mode: Mode = "trinary", image: bytes | None = None) -> bytes:
-    """The YAML file. With the picture's bytes `image` given, a comment tells their SHA-256."""
+    """Encode the YAML file; if the bytes of the image are given, a comment holds their SHA-256."""
     if not re.fullmatch(r"[^\x00-\x1f\x7f]+", image_name):
         raise UserError(f"a map's picture cannot be called {image_name!r}; use printable characters")
     quoted = image_name if re.fullmatch(r"[A-Za-z][\w./-]*\.\w+", image_name) else _quoted(image_name)
@@ -91,14 +93,14 @@ def _quoted(text: str) -> str:
 
 
 def decode_map_yaml(data: bytes, where: str) -> MapDescription:
-    """The YAML file's content, checked. UserError, beginning with `where`, when it is none."""
+    """Parse and validate the YAML file; raise UserError, beginning with `where`, if it is invalid."""
     keys = parse_yaml(data, where)
     if not isinstance(keys, dict):
         raise UserError(f"{where} is not a list of keys and values as a map's YAML file is")
     for key in keys:
-        if key not in (*_REQUIRED, "mode", *_IGNORED):
-            raise UserError(f"{where}: unknown key {key!r}{nearest(str(key), [*_REQUIRED, 'mode'])}")
-    missing = [key for key in _REQUIRED if key not in keys]
+        if key not in (*_REQUIRED_KEYS, "mode", *_IGNORED_KEYS):
+            raise UserError(f"{where}: unknown key {key!r}{nearest(str(key), [*_REQUIRED_KEYS, 'mode'])}")
+    missing = [key for key in _REQUIRED_KEYS if key not in keys]
     if missing:
         raise UserError(f"{where}: {missing[0]!r} is missing")
     return _check_thresholds(_to_description(keys, _CHECKSUM.search(data), where), where)
@@ -114,7 +116,7 @@ def _to_description(keys: dict[str, Any], checksum: re.Match[bytes] | None, wher
         raise UserError(f"{where}: no mode is called {mode!r:.40}{nearest(str(mode), get_args(Mode))}")
     if keys["negate"] not in (0, 1):
         raise UserError(f"{where}: negate must be 0 or 1, not {keys['negate']!r:.40}")
-    x, y, yaw = (_number(value, -_FARTHEST, _FARTHEST, "origin", where) for value in origin)
+    x, y, yaw = (_number(value, -_MAX_COORDINATE, _MAX_COORDINATE, "origin", where) for value in origin)
     return MapDescription(
         image,
         _number(keys["resolution"], 1e-4, 100.0, "resolution", where),
@@ -127,105 +129,123 @@ def _to_description(keys: dict[str, Any], checksum: re.Match[bytes] | None, wher
     )
 
 
-def _number(value: Any, least: float, most: float, key: str, where: str) -> float:
-    """A finite number within bounds; as text too, since YAML 1.1 takes `5e-2` for text."""
+def _number(value: Any, min_value: float, max_value: float, key: str, where: str) -> float:
+    """Return a finite number within bounds; text is accepted too, since YAML 1.1 parses `5e-2` as text."""
     try:
         number = math.nan if isinstance(value, bool) else float(value)
     except (TypeError, ValueError, OverflowError):
         number = math.nan
-    if not least <= number <= most:
-        raise UserError(f"{where}: {key} must be a number from {least:g} to {most:g}, not {value!r:.40}")
+    if not min_value <= number <= max_value:
+        raise UserError(
+            f"{where}: {key} must be a number from {min_value:g} to {max_value:g}, not {value!r:.40}"
+        )
     return number
 
 
-def _check_thresholds(about: MapDescription, where: str) -> MapDescription:
-    free, occupied = about.free_thresh, about.occupied_thresh
-    if free > occupied or (free == occupied and about.mode == "scale"):
+def _check_thresholds(description: MapDescription, where: str) -> MapDescription:
+    free, occupied = description.free_thresh, description.occupied_thresh
+    if free > occupied or (free == occupied and description.mode == "scale"):
         raise UserError(f"{where}: free_thresh {free:g} must be below occupied_thresh {occupied:g}")
-    return about
+    return description
 
 
-def decode_map(about: MapDescription, image: bytes, where: str) -> Grid:
-    """The map of a picture and its description; `where` names the picture in a UserError.
+def decode_map(description: MapDescription, image: bytes, where: str) -> Grid:
+    """Decode a map from its image and description; `where` names the image in a UserError.
 
-    A picture that is turned (yaw) is resampled onto the axes of the map frame: nearest cell, UNKNOWN outside.
+    A rotated image (yaw) is resampled onto the axes of the map frame: nearest cell, UNKNOWN outside.
     """
-    if about.checksum is not None and hashlib.sha256(image).hexdigest() != about.checksum:
+    if description.checksum is not None and hashlib.sha256(image).hexdigest() != description.checksum:
         raise UserError(
             f"{where} is not the picture that its YAML file was written for; restore it,"
             " or remove the line 'image sha256' from the YAML file if you changed the picture yourself"
         )
-    cells = _cells(decode_image(image, where), about)[::-1]
-    x, y, yaw = about.origin
+    cells = _cells(decode_image(image, where), description)[::-1]
+    x, y, yaw = description.origin
     if yaw == 0.0:
-        return Grid(np.ascontiguousarray(cells), about.resolution, x, y)
-    return _turned(cells, about, where)
+        return Grid(np.ascontiguousarray(cells), description.resolution, x, y)
+    return _rotated(cells, description, where)
 
 
-def _cells(picture: Picture, about: MapDescription) -> NDArray[np.int8]:
-    """Values by brightness, looked up, since a picture has few levels. Top row first.
+def _cells(picture: Picture, description: MapDescription) -> NDArray[np.int8]:
+    """Return the cell values of an image by table lookup, since it has few levels, top row first.
 
-    In trinary mode opacity counts as a fourth colour, as map_server and Nav2 have it; in scale mode a pixel
-    that is not opaque is unknown; raw mode looks at neither opacity nor negate.
+    In trinary mode opacity counts as a fourth colour channel, as in map_server and Nav2; in scale mode a
+    pixel that is not opaque is unknown; raw mode ignores opacity and negate.
     """
     levels, white, opacity = picture.levels, picture.white, picture.opacity
-    if about.mode == "trinary" and opacity is not None:  # colours then are three channels of 255
+    if (
+        description.mode == "trinary" and opacity is not None
+    ):  # colours are sums of three channels of 255 then
         levels, white = levels + opacity, white + 255
-    cells = _table(about, white)[levels]
-    if about.mode == "scale" and opacity is not None:
+    cells = _table(description, white)[levels]
+    if description.mode == "scale" and opacity is not None:
         cells[opacity < 255] = UNKNOWN
     return cells
 
 
-def _table(about: MapDescription, white: int) -> NDArray[np.int8]:
-    """Cell value of every level 0..white. p = (255 - x) / 255, or x / 255 when negated."""
+def _table(description: MapDescription, white: int) -> NDArray[np.int8]:
+    """Return the cell value of every level 0..white, with p = (255 - x) / 255, or x / 255 if negated."""
     level = np.arange(white + 1)
-    if about.mode == "raw":
+    if description.mode == "raw":
         value = np.round(255.0 * level / white)
         return np.where(value <= 100, value, UNKNOWN).astype(np.int8)
-    p = level / white if about.negate else (white - level) / white
-    between = np.full(white + 1, float(UNKNOWN))
-    if about.mode == "scale":
-        between = np.trunc(99.0 * (p - about.free_thresh) / (about.occupied_thresh - about.free_thresh))
-    table = np.where(p > about.occupied_thresh, OCCUPIED, np.where(p < about.free_thresh, FREE, between))
+    # p: occupancy probability of a brightness (map_server)
+    p = level / white if description.negate else (white - level) / white
+    intermediate = np.full(white + 1, float(UNKNOWN))
+    if description.mode == "scale":
+        intermediate = np.trunc(
+            99.0 * (p - description.free_thresh) / (description.occupied_thresh - description.free_thresh)
+        )
+    table = np.where(
+        p > description.occupied_thresh, OCCUPIED, np.where(p < description.free_thresh, FREE, intermediate)
+    )
     return table.astype(np.int8)
 
 
-def _turned(cells: NDArray[np.int8], about: MapDescription, where: str) -> Grid:
-    """Cells (h, w), low row first, with axes turned by the origin's yaw, on the axes of the map frame."""
-    (h, w), (x, y, yaw) = cells.shape, about.origin
+def _rotated(cells: NDArray[np.int8], description: MapDescription, where: str) -> Grid:
+    """Resample cells (h, w), low row first, rotated by the origin's yaw, onto the axes of the map frame."""
+    (h, w), (x, y, yaw) = cells.shape, description.origin
     c, s = math.cos(yaw), math.sin(yaw)
+    # Corners of the rotated image, cells from the origin
     corners_x, corners_y = np.array([[0.0, c * w, -s * h, c * w - s * h], [0.0, s * w, c * h, s * w + c * h]])
-    left, low = float(corners_x.min()), float(corners_y.min())  # in cells, from the origin
+    min_x, min_y = float(corners_x.min()), float(corners_y.min())
     width, height = (math.ceil(np.ptp(corners) - 1e-6) for corners in (corners_x, corners_y))
     check_size(width, height, f"{where}, turned by {yaw:g} rad,", MAX_CELLS)
-    turned = np.full((height, width), UNKNOWN, np.int8)
-    _sample(cells, turned, left, low, yaw)
-    _keep_walls(cells, turned, left, low, yaw)
-    return Grid(turned, about.resolution, x + left * about.resolution, y + low * about.resolution)
+    rotated = np.full((height, width), UNKNOWN, np.int8)
+    _sample(cells, rotated, min_x, min_y, yaw)
+    _keep_walls(cells, rotated, min_x, min_y, yaw)
+    return Grid(
+        rotated,
+        description.resolution,
+        x + min_x * description.resolution,
+        y + min_y * description.resolution,
+    )
 
 
-def _sample(cells: NDArray[np.int8], turned: NDArray[np.int8], left: float, low: float, yaw: float) -> None:
-    """Fill each of the turned cells from the one below its middle; lengths in cells."""
-    (h, w), (height, width) = cells.shape, turned.shape
+def _sample(
+    cells: NDArray[np.int8], rotated: NDArray[np.int8], min_x: float, min_y: float, yaw: float
+) -> None:
+    """Fill each rotated cell from the nearest source cell; lengths in cells."""
+    (h, w), (height, width) = cells.shape, rotated.shape
     c, s = math.cos(yaw), math.sin(yaw)
-    across = left + np.arange(width) + 0.5
+    x = min_x + np.arange(width) + 0.5
     rows = max(1, _BLOCK // width)
     for begin in range(0, height, rows):
-        up = low + np.arange(begin, min(begin + rows, height))[:, None] + 0.5
-        column = np.floor(c * across + s * up).astype(np.int64)
-        row = np.floor(c * up - s * across).astype(np.int64)
+        y = min_y + np.arange(begin, min(begin + rows, height))[:, None] + 0.5
+        # Inverse rotation into the source image
+        column = np.floor(c * x + s * y).astype(np.int64)
+        row = np.floor(c * y - s * x).astype(np.int64)
         inside = (column >= 0) & (column < w) & (row >= 0) & (row < h)
-        turned[begin : begin + rows][inside] = cells[row[inside], column[inside]]
+        rotated[begin : begin + rows][inside] = cells[row[inside], column[inside]]
 
 
 def _keep_walls(
-    cells: NDArray[np.int8], turned: NDArray[np.int8], left: float, low: float, yaw: float
+    cells: NDArray[np.int8], rotated: NDArray[np.int8], min_x: float, min_y: float, yaw: float
 ) -> None:
-    """Carry every occupied cell over: nearest sampling alone skips some, and a thin wall would get holes."""
+    """Copy every occupied cell: nearest-neighbour sampling alone skips some, and a thin wall would get holes."""
     c, s = math.cos(yaw), math.sin(yaw)
     row, column = np.nonzero(cells > 100 * OCCUPIED_THRESH)
-    across, up = column + 0.5, row + 0.5
-    x = np.floor(c * across - s * up - left).astype(np.int64)
-    y = np.floor(s * across + c * up - low).astype(np.int64)
-    turned[y, x] = cells[row, column]
+    source_x, source_y = column + 0.5, row + 0.5
+    x = np.floor(c * source_x - s * source_y - min_x).astype(np.int64)
+    y = np.floor(s * source_x + c * source_y - min_y).astype(np.int64)
+    rotated[y, x] = cells[row, column]

@@ -1,1 +1,1 @@
-"""Planar geometry: poses, angles, grids of rays."""
+"""Planar geometry: poses, angles, grids and outlines."""

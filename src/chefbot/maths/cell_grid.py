@@ -1,4 +1,4 @@
-"""What maps and costmaps have in common: square cells in rows."""
+"""A grid of square cells, the common base of maps and costmaps."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Raster:
-    """Cells in rows from low y to high y, as in nav_msgs/OccupancyGrid; the axes are those of a frame.
+    """A grid of square cells in a frame, rows from low y to high y as in nav_msgs/OccupancyGrid.
 
-    cells: (height, width). resolution: metres per cell.
-    origin_x, origin_y: metres, the outer corner of cell [0, 0] in the frame.
+    cells: (height, width). resolution: metres per cell. origin_x, origin_y: metres, the outer corner of cell
+    [0, 0] in the frame.
     """
 
     cells: NDArray[Any]
@@ -24,42 +24,42 @@ class Raster:
 
     @property
     def height(self) -> int:
-        """Rows."""
+        """Number of rows of cells."""
         return int(self.cells.shape[0])
 
     @property
     def width(self) -> int:
-        """Columns."""
+        """Number of columns of cells."""
         return int(self.cells.shape[1])
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
-        """(row, column) of the cell that holds the point; it may lie outside."""
+        """Return (row, column) of the cell that contains the point; it may lie outside the grid."""
         return (
             int(np.floor((y - self.origin_y) / self.resolution)),
             int(np.floor((x - self.origin_x) / self.resolution)),
         )
 
     def centre(self, row: int, column: int) -> tuple[float, float]:
-        """(x, y) of the middle of a cell, metres."""
+        """Return the centre (x, y) of a cell, metres."""
         return (
             self.origin_x + (column + 0.5) * self.resolution,
             self.origin_y + (row + 0.5) * self.resolution,
         )
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether the point lies on it."""
+        """Return whether the point lies on the grid."""
         row, column = self.cell(x, y)
         return 0 <= row < self.height and 0 <= column < self.width
 
     def value(self, x: float, y: float, outside: int) -> int:
-        """The cell that holds the point, or `outside`."""
+        """Return the value of the cell that contains the point, or `outside`."""
         row, column = self.cell(x, y)
         return int(self.cells[row, column]) if self.contains(x, y) else outside
 
     def values(self, x: NDArray[np.float64], y: NDArray[np.float64], outside: int) -> NDArray[Any]:
-        """The cells that hold the points, shaped as `x` and `y`; `outside` where they lie beside it."""
+        """Return the values at the points, shaped like `x` and `y`; `outside` for points off the grid."""
         rows = np.floor((y - self.origin_y) / self.resolution).astype(np.int64)
         columns = np.floor((x - self.origin_x) / self.resolution).astype(np.int64)
         inside = (rows >= 0) & (rows < self.height) & (columns >= 0) & (columns < self.width)
-        found: NDArray[Any] = np.where(inside, self.cells[rows * inside, columns * inside], outside)
-        return found
+        values: NDArray[Any] = np.where(inside, self.cells[rows * inside, columns * inside], outside)
+        return values

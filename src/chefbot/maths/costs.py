@@ -1,4 +1,4 @@
-"""What a cell costs, in the numbers that Nav2 and RViz use."""
+"""The costmap and its cost values, which are those of Nav2 and RViz."""
 
 from __future__ import annotations
 
@@ -11,17 +11,20 @@ from chefbot.maths.cell_grid import Raster
 
 FREE = 0
 INSCRIBED = 253
-"""The disk-shaped robot touches something when its centre is here."""
+"""Inscribed cost: the inscribed circle of a robot centred here touches an obstacle."""
 LETHAL = 254
 UNKNOWN = 255
 
 
 @dataclass(frozen=True, eq=False)
 class Costmap(Raster):
-    """Prices: cells (height, width) uint8; 0 free, 1..252 near something, 253 inscribed, 254 lethal, 255 unknown."""
+    """A costmap of uint8 cells (height, width).
+
+    Costs: 0 free, 1..252 inflation, 253 inscribed, 254 lethal, 255 unknown.
+    """
 
     cells: NDArray[np.uint8]
 
     def at(self, x: float, y: float) -> int:
-        """The cost at the point; UNKNOWN outside."""
+        """Return the cost at the point; UNKNOWN outside the costmap."""
         return self.value(x, y, UNKNOWN)

@@ -1,4 +1,4 @@
-"""The occupancy grid that mapping makes and localization and navigation use."""
+"""The occupancy grid that mapping produces and localization and navigation use."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ OCCUPIED = 100
 
 @dataclass(frozen=True, eq=False)
 class Grid(Raster):
-    """A map: cells (height, width) int8 in the map frame; -1 unknown, 0..100 percent occupied."""
+    """An occupancy grid in the map frame: cells (height, width) int8; -1 unknown, 0..100 percent occupied."""
 
     cells: NDArray[np.int8]
 
     def at(self, x: float, y: float) -> int:
-        """The value of the cell that holds the point; UNKNOWN outside the grid."""
+        """Return the value of the cell that contains the point; UNKNOWN outside the grid."""
         return self.value(x, y, UNKNOWN)

@@ -1,7 +1,8 @@
-"""Plane shapes bounded by lines and arcs, with exact areas and moments.
+"""Planar shapes bounded by lines and arcs, with exact areas and moments.
 
-A corner holds the bulge of the edge that leaves it: the tangent of a quarter of the arc's angle, positive when
-the arc turns left, 0 for a straight line. It is how DXF writes polylines, so a drawing keeps true arcs.
+A corner stores the bulge of the edge that leaves it: the tangent of a quarter of the arc's angle, positive
+for an arc to the left, 0 for a straight line. DXF stores polylines in the same way, so a drawing keeps true
+arcs.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import NamedTuple
 
 
 class Corner(NamedTuple):
-    """A point of a loop, metres, and the bulge of the edge to the next point."""
+    """A vertex of a loop, metres, and the bulge of the edge to the next vertex."""
 
     x: float
     y: float
@@ -20,11 +21,11 @@ class Corner(NamedTuple):
 
 
 Loop = tuple[Corner, ...]
-"""A closed line without crossings, counter-clockwise."""
+"""A closed curve without self-intersections, counter-clockwise."""
 
 
 class Moments(NamedTuple):
-    """Integrals over a shape: of 1, x, y, x^2, y^2 and x y."""
+    """Integrals over a shape of 1, x, y, x^2, y^2 and x y."""
 
     area: float
     x: float
@@ -34,7 +35,7 @@ class Moments(NamedTuple):
     xy: float
 
     def plus(self, other: Moments, factor: float = 1.0) -> Moments:
-        """This and `factor` times the other."""
+        """Return the sum of these moments and `factor` times the other ones."""
         return Moments(*(a + factor * b for a, b in zip(self, other, strict=True)))
 
 
@@ -42,13 +43,13 @@ NOTHING = Moments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Outline(NamedTuple):
-    """A shape: its edge and the holes in it."""
+    """A planar shape: its outer edge and its holes."""
 
     edge: Loop
     holes: tuple[Loop, ...] = ()
 
     def moments(self) -> Moments:
-        """Exact, about the origin."""
+        """Return the exact moments about the origin."""
         total = loop_moments(self.edge)
         for hole in self.holes:
             total = total.plus(loop_moments(hole), -1.0)
@@ -56,23 +57,23 @@ class Outline(NamedTuple):
 
 
 def circle(radius: float, x: float = 0.0, y: float = 0.0) -> Loop:
-    """Two half turns."""
+    """Return a circle as a loop of two semicircles."""
     return (Corner(x + radius, y, 1.0), Corner(x - radius, y, 1.0))
 
 
 def rectangle(width: float, height: float, x: float = 0.0, y: float = 0.0) -> Loop:
-    """With its middle at (x, y)."""
+    """Return a rectangle centred at (x, y)."""
     a, b = width / 2, height / 2
     return tuple(Corner(x + sx * a, y + sy * b) for sx, sy in ((1, -1), (1, 1), (-1, 1), (-1, -1)))
 
 
 def arc_bulge(angle: float) -> float:
-    """Bulge of an arc that turns by `angle` (rad, |angle| < 2 pi)."""
+    """Return the bulge of an arc that turns by `angle` (rad, |angle| < 2 pi)."""
     return math.tan(angle / 4.0)
 
 
 def loop_moments(loop: Loop) -> Moments:
-    """The polygon of the corners, and the circular segment of every arc added to it."""
+    """Return the moments of the polygon of the corners plus the circular segment of every arc."""
     total = NOTHING
     for a, b in edges(loop):
         total = total.plus(_triangle(a, b))
@@ -82,12 +83,12 @@ def loop_moments(loop: Loop) -> Moments:
 
 
 def edges(loop: Loop) -> Iterator[tuple[Corner, Corner]]:
-    """Each corner with the next one."""
+    """Iterate over the edges: each corner with the next one."""
     return zip(loop, loop[1:] + loop[:1], strict=True)
 
 
 class Arc(NamedTuple):
-    """Centre, radius, angle of the first point, and the angle it turns by (left positive)."""
+    """A circular arc: centre, radius, angle of the first point, signed turning angle (left positive)."""
 
     x: float
     y: float
@@ -97,17 +98,20 @@ class Arc(NamedTuple):
 
 
 def arc_between(a: Corner, b: Corner) -> Arc:
-    """The arc from a to b with a's bulge (which is not 0)."""
+    """Return the arc from a to b with a's bulge (which is not 0)."""
+    # r = chord (1 + b^2) / (4 |b|)
     chord = math.hypot(b.x - a.x, b.y - a.y)
     radius = chord * (1.0 + a.bulge**2) / (4.0 * abs(a.bulge))
-    towards = chord * (1.0 - a.bulge**2) / (4.0 * a.bulge)  # from the chord's middle to the centre, leftwards
+    centre_offset = (
+        chord * (1.0 - a.bulge**2) / (4.0 * a.bulge)
+    )  # from the chord's middle to the centre, leftwards
     nx, ny = -(b.y - a.y) / chord, (b.x - a.x) / chord
-    x, y = (a.x + b.x) / 2 + nx * towards, (a.y + b.y) / 2 + ny * towards
+    x, y = (a.x + b.x) / 2 + nx * centre_offset, (a.y + b.y) / 2 + ny * centre_offset
     return Arc(x, y, radius, math.atan2(a.y - y, a.x - x), 4.0 * math.atan(a.bulge))
 
 
 def points(loop: Loop, deviation: float) -> list[tuple[float, float]]:
-    """The loop as a polygon that leaves each arc by at most `deviation` metres (and at least 24 to a turn)."""
+    """Return the loop as a polygon within `deviation` metres of each arc, at least 24 points per full turn."""
     polygon = []
     for a, b in edges(loop):
         polygon.append((a.x, a.y))
@@ -117,15 +121,15 @@ def points(loop: Loop, deviation: float) -> list[tuple[float, float]]:
 
 
 def _arc_points(arc: Arc, deviation: float) -> list[tuple[float, float]]:
-    """Points of an arc without its ends."""
-    finest = 2.0 * math.acos(max(1.0 - deviation / arc.radius, math.cos(math.pi / 24)))
-    count = math.ceil(abs(arc.turn) / finest - 1e-9)
+    """Return the intermediate points of an arc without its end points."""
+    max_step = 2.0 * math.acos(max(1.0 - deviation / arc.radius, math.cos(math.pi / 24)))
+    count = math.ceil(abs(arc.turn) / max_step - 1e-9)
     angles = [arc.start + arc.turn * i / count for i in range(1, count)]
     return [(arc.x + arc.radius * math.cos(t), arc.y + arc.radius * math.sin(t)) for t in angles]
 
 
 def _triangle(a: Corner, b: Corner) -> Moments:
-    """Signed moments of the triangle origin, a, b (Green's theorem for a polygon's edge)."""
+    """Return the signed moments of the triangle origin, a, b (Green's theorem for a polygon's edge)."""
     cross = a.x * b.y - b.x * a.y
     return Moments(
         cross / 2.0,
@@ -138,17 +142,23 @@ def _triangle(a: Corner, b: Corner) -> Moments:
 
 
 def _segment(a: Corner, b: Corner) -> Moments:
-    """Moments of the piece between chord and arc, positive (Weisstein, MathWorld, "Circular Segment")."""
+    """Return the positive moments of the circular segment (Weisstein, MathWorld, "Circular Segment")."""
     arc = arc_between(a, b)
     r, turn = arc.radius, abs(arc.turn)
-    bow = turn - math.sin(turn)
-    area = r**2 * bow / 2.0
-    reach = 4.0 * r * math.sin(turn / 2.0) ** 3 / (3.0 * bow)  # from the circle's centre
+    theta_minus_sin = turn - math.sin(turn)
+    # Area and centroid: r^2 (t - sin t) / 2 and 4 r sin^3(t / 2) / (3 (t - sin t)) from the centre
+    area = r**2 * theta_minus_sin / 2.0
+    centroid_distance = (
+        4.0 * r * math.sin(turn / 2.0) ** 3 / (3.0 * theta_minus_sin)
+    )  # from the circle's centre
     cubic = 2.0 * math.sin(turn) * math.sin(turn / 2.0) ** 2
-    along, across = r**4 * (bow + cubic) / 8.0, r**4 * (3.0 * bow - cubic) / 24.0
-    middle = arc.start + arc.turn / 2.0
-    c, s = math.cos(middle), math.sin(middle)
-    mx, my = area * reach * c, area * reach * s
+    # Second moments along and across the bisector
+    along, across = r**4 * (theta_minus_sin + cubic) / 8.0, r**4 * (3.0 * theta_minus_sin - cubic) / 24.0
+    bisector = arc.start + arc.turn / 2.0
+    c, s = math.cos(bisector), math.sin(bisector)
+    # First moments about the arc's centre
+    mx, my = area * centroid_distance * c, area * centroid_distance * s
+    # Rotate to the axes of the frame
     xx, yy, xy = along * c * c + across * s * s, along * s * s + across * c * c, (along - across) * c * s
     return Moments(
         area,

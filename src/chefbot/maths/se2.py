@@ -1,4 +1,4 @@
-"""Rigid motions of the plane."""
+"""Rigid transforms of the plane, SE(2)."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from chefbot.maths.angles import wrap
 
 
 class SE2(NamedTuple):
-    """A pose of a child frame in a parent frame: metres and radians; `a @ b` composes them.
+    """The pose of a child frame in a parent frame, metres and radians; `a @ b` composes two poses.
 
-    `map_T_base = map_T_odom @ odom_T_base`: the child of the left one is the parent of the right one.
+    `map_T_base = map_T_odom @ odom_T_base`: the child frame of the left is the parent frame of the right.
     """
 
     x: float
@@ -31,30 +31,30 @@ class SE2(NamedTuple):
         )
 
     def inverse(self) -> SE2:
-        """The parent frame as seen from the child frame."""
+        """Return the pose of the parent frame in the child frame."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return SE2(-c * self.x - s * self.y, s * self.x - c * self.y, wrap(-self.yaw))
 
     def between(self, other: SE2) -> SE2:
-        """`other` as seen from `self`: `self @ self.between(other) == other`."""
+        """Return `other` relative to `self`: `self @ self.between(other) == other`."""
         return self.inverse() @ other
 
     def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points (n, 2) of the child frame in the parent frame, (n, 2)."""
+        """Transform points (n, 2) from the child frame to the parent frame, (n, 2)."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return points @ np.array([[c, s], [-s, c]]) + np.array([self.x, self.y])
 
     def distance(self, other: SE2) -> float:
-        """Metres between the two origins."""
+        """Return the distance in metres between the origins."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def array(self) -> NDArray[np.float64]:
-        """(x, y, yaw) as an array (3,)."""
+        """Return (x, y, yaw) as an array (3,)."""
         return np.array(self, dtype=np.float64)
 
     @staticmethod
     def of(values: Iterable[float]) -> SE2:
-        """From any three numbers x, y, yaw."""
+        """Create a pose from any three numbers x, y, yaw."""
         x, y, yaw = values
         return SE2(float(x), float(y), float(yaw))
 

@@ -1,1 +1,1 @@
-"""Messages with the ROS 2 names and fields of their types, and their CDR bytes."""
+"""Message types with the names and fields of ROS 2, and their CDR serialization."""

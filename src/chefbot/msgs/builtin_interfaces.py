@@ -1,4 +1,4 @@
-"""builtin_interfaces: time."""
+"""builtin_interfaces: time and duration."""
 
 from __future__ import annotations
 
@@ -8,34 +8,34 @@ SECOND = 1_000_000_000
 
 
 class Time(Message, frozen=True, eq=False):
-    """A point in time: seconds and nanoseconds."""
+    """A point in time, in seconds and nanoseconds."""
 
     sec: Int32 = 0
     nanosec: Uint32 = 0
 
     @property
     def ns(self) -> int:
-        """Nanoseconds as one integer."""
+        """The time as integer nanoseconds."""
         return self.sec * SECOND + self.nanosec
 
     @staticmethod
     def of(ns: int) -> Time:
-        """From integer nanoseconds."""
+        """Create a time from integer nanoseconds."""
         return Time(*divmod(ns, SECOND))
 
 
 class Duration(Message, frozen=True, eq=False):
-    """A span of time."""
+    """A time span, in seconds and nanoseconds."""
 
     sec: Int32 = 0
     nanosec: Uint32 = 0
 
     @property
     def seconds(self) -> float:
-        """As a float."""
+        """The duration in seconds, as a float."""
         return self.sec + self.nanosec / SECOND
 
     @staticmethod
     def of(seconds: float) -> Duration:
-        """From seconds."""
+        """Create a duration from seconds."""
         return Duration(*divmod(round(seconds * SECOND), SECOND))

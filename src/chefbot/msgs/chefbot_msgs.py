@@ -1,4 +1,4 @@
-"""chefbot_msgs: what ROS 2 has no message for."""
+"""chefbot_msgs: message types that ROS 2's own packages do not have."""
 # ruff: noqa: N801 (names on the wire)
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _NO_FLOATS = np.empty(0, np.float32)
 
 
 class WheelTicks(Message, frozen=True, eq=False):
-    """Both encoders, read together; counted since the board began."""
+    """Tick counts of both wheel encoders, sampled together; they count from the start of the board."""
 
     header: Header = Header()
     left: Int64 = 0
@@ -34,7 +34,7 @@ class WheelTicks(Message, frozen=True, eq=False):
 
 
 class WheelSpeeds(Message, frozen=True, eq=False):
-    """Rim speeds that the board shall hold, m/s."""
+    """Commanded wheel speeds at the ground, m/s, computed with the nominal wheel radius."""
 
     header: Header = Header()
     left: Float64 = 0.0
@@ -42,11 +42,11 @@ class WheelSpeeds(Message, frozen=True, eq=False):
 
 
 class ObstacleScan(Message, frozen=True, eq=False):
-    """What a depth camera sees of obstacles of any height, over the floor.
+    """Obstacles of any height above the floor, seen by a depth camera.
 
-    `ranges[i]` metres to the nearest obstacle in bin i, inf for none; the floor was seen free from
-    `clear_from[i]` to `clear_to[i]`. The obstacle was seen between `bottom[i]` and `top[i]` metres above the floor;
-    both empty: nobody measured them.
+    `ranges[i]`: distance to the nearest obstacle in angular bin i, m, inf for none; from `clear_from[i]` to
+    `clear_to[i]` the floor was observed to be free. `bottom[i]` and `top[i]`: height range of the obstacle
+    above the floor, m; both empty if not measured.
     """
 
     header: Header = Header()
@@ -61,7 +61,7 @@ class ObstacleScan(Message, frozen=True, eq=False):
 
 
 class LocalizationStatus(Message, frozen=True, eq=False):
-    """How sure the robot is of its pose; `sentence` says it in words."""
+    """The quality of the pose estimate, with a description in `sentence`."""
 
     header: Header = Header()
     localized: Bool = False
@@ -80,57 +80,67 @@ class Place(Message, frozen=True, eq=False):
 
 
 class Places(Message, frozen=True, eq=False):
-    """All named poses."""
+    """All named places on the map."""
 
     places: tuple[Place, ...] = ()
 
 
 class Order(Message, frozen=True, eq=False):
-    """Carry food to these places, one after the other. Said twice with one `id` it is one; empty: never the same."""
+    """An order to deliver food to places, one after the other.
+
+    A second message with the same `id` is the same order; orders with an empty `id` are always distinct.
+    """
 
     places: StringArray = ()
     id: String = ""
 
 
 class Errand(Message, frozen=True, eq=False):
-    """A drive to a pose that carries no food; `when`: now (a round waits), after (the round), instead (of it)."""
+    """An order to drive to a pose without food.
+
+    `when`: now (the round waits), after (the round), instead (of the round).
+    """
 
     name: String = ""
-    """How people call the place; empty for a point on the map."""
+    """Display name of the place; empty for a point on the map."""
     pose: PoseStamped = PoseStamped()
     when: String = ""
 
 
 class DeliveryStatus(Message, frozen=True, eq=False):
-    """The whole state of the deliveries: a restarted delivery node continues from it."""
+    """The complete state of the deliveries, from which a restarted delivery node continues."""
 
     header: Header = Header()
     state: String = ""
     """idle, loading, driving, waiting, returning, errand, failed"""
     place: String = ""
     queue: StringArray = ()
-    """Places that this round still has to serve after `place`."""
+    """Places of the current round still to be served after `place`."""
     delivered: StringArray = ()
-    """Places of this round where the food was taken."""
+    """Places of the current round where the food was taken from the tray."""
     sentence: String = ""
     missed: StringArray = ()
-    """Of this round: why a place was not served, a sentence each."""
+    """Reasons why places of the current round were not served, a sentence each."""
     orders: tuple[Order, ...] = ()
-    """Accepted, and waiting for the one in hand."""
+    """Accepted orders that wait for the current one."""
     order_id: String = ""
-    """The `id` of the order in hand."""
+    """The `id` of the current order."""
     accepted: StringArray = ()
-    """The `id` of the orders that were accepted lately, the newest last."""
+    """The `id` of recently accepted orders, the newest last."""
     loaded: Bool = False
     """Whether the food is on the tray."""
     held: String = ""
-    """Why the round waits: stop (is pressed), errand (the first of `errands`), choice (of a person); or empty."""
+    """Reason why the round waits: stop (emergency stop), errand (the first of `errands`), choice (of the
+    operator); or empty."""
     errands: tuple[Errand, ...] = ()
-    """Where it is sent besides: in their turn."""
+    """Errands to be done, in order."""
 
 
 class StopStatus(Message, frozen=True, eq=False):
-    """What the base knows of STOP: `sentence` says why; `pressed_at` when it was pressed last, 0 if never."""
+    """The state of the emergency stop.
+
+    `sentence`: the reason; `pressed_at`: when it was last pressed, 0 if never.
+    """
 
     header: Header = Header()
     stopped: Bool = False
@@ -139,7 +149,7 @@ class StopStatus(Message, frozen=True, eq=False):
 
 
 class NavigationStatus(Message, frozen=True, eq=False):
-    """What the navigator is doing, and why it last stopped."""
+    """The state of the navigator, and the reason why it last stopped."""
 
     header: Header = Header()
     state: String = ""
@@ -149,7 +159,7 @@ class NavigationStatus(Message, frozen=True, eq=False):
 
 
 class ExplorationStatus(Message, frozen=True, eq=False):
-    """How far exploration is; when done, what is left and why."""
+    """The progress of exploration; when done, the frontiers that were skipped and why."""
 
     header: Header = Header()
     done: Bool = False
@@ -159,7 +169,7 @@ class ExplorationStatus(Message, frozen=True, eq=False):
 
 
 class Collision(Message, frozen=True, eq=False):
-    """A contact of the simulated robot with something but the floor."""
+    """A contact of the simulated robot with anything but the floor."""
 
     header: Header = Header()
     touched: String = ""
@@ -167,13 +177,13 @@ class Collision(Message, frozen=True, eq=False):
 
 
 class Deliver_Goal(Message, frozen=True, eq=False):
-    """Carry food to these places and come home."""
+    """Deliver food to these places and return home."""
 
     places: StringArray = ()
 
 
 class Deliver_Result(Message, frozen=True, eq=False):
-    """What was delivered; 0, or why not all."""
+    """The places served; an error code, 0 if all were, and a description."""
 
     delivered: StringArray = ()
     error_code: Uint16 = 0
@@ -181,7 +191,7 @@ class Deliver_Result(Message, frozen=True, eq=False):
 
 
 class Deliver_Feedback(Message, frozen=True, eq=False):
-    """What it is doing."""
+    """A description of what the robot is doing."""
 
     sentence: String = ""
 

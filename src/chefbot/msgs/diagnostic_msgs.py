@@ -1,4 +1,4 @@
-"""diagnostic_msgs: how the parts are."""
+"""diagnostic_msgs: the status of components."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ OK, WARN, ERROR, STALE = range(4)
 
 
 class KeyValue(Message, frozen=True, eq=False):
-    """A named value."""
+    """A named value that belongs to a diagnostic status."""
 
     key: String = ""
     value: String = ""
 
 
 class DiagnosticStatus(Message, frozen=True, eq=False):
-    """One part's state, in words."""
+    """The status of one component: level, description and values."""
 
     level: Byte = 0
     name: String = ""
@@ -26,7 +26,7 @@ class DiagnosticStatus(Message, frozen=True, eq=False):
 
 
 class DiagnosticArray(Message, frozen=True, eq=False):
-    """The state of several parts."""
+    """The status of several components at one time."""
 
     header: Header = Header()
     status: tuple[DiagnosticStatus, ...] = ()

@@ -1,4 +1,4 @@
-"""nav2_msgs: particles and the actions of navigation, as Kilted has them; `editions` knows how others differ."""
+"""nav2_msgs: particle clouds and navigation actions as in Kilted; for other distributions see `editions`."""
 # ruff: noqa: N801 (names on the wire)
 
 from __future__ import annotations
@@ -12,35 +12,35 @@ from chefbot.msgs.std_msgs import Empty, Header
 
 
 class Particle(Message, frozen=True, eq=False):
-    """A guess of the pose and its weight."""
+    """A pose hypothesis of the particle filter with its weight."""
 
     pose: Pose = Pose()
     weight: Float64 = 0.0
 
 
 class ParticleCloud(Message, frozen=True, eq=False):
-    """All guesses."""
+    """All particles of the particle filter."""
 
     header: Header = Header()
     particles: tuple[Particle, ...] = ()
 
 
 class NavigateToPose_Goal(Message, frozen=True, eq=False):
-    """Be there."""
+    """Navigate to a pose, with an optional behavior tree."""
 
     pose: PoseStamped = PoseStamped()
     behavior_tree: String = ""
 
 
 class NavigateToPose_Result(Message, frozen=True, eq=False):
-    """0, or why not."""
+    """The error code of the navigation, 0 on success, and a description."""
 
     error_code: Uint16 = 0
     error_msg: String = ""
 
 
 class NavigateToPose_Feedback(Message, frozen=True, eq=False):
-    """How it goes."""
+    """Pose, times, number of recoveries and remaining distance of the navigation."""
 
     current_pose: PoseStamped = PoseStamped()
     navigation_time: Duration = Duration()
@@ -50,7 +50,7 @@ class NavigateToPose_Feedback(Message, frozen=True, eq=False):
 
 
 class ComputePathToPose_Goal(Message, frozen=True, eq=False):
-    """Find a way."""
+    """Plan a path to a pose, from `start` or from the robot's pose."""
 
     goal: PoseStamped = PoseStamped()
     start: PoseStamped = PoseStamped()
@@ -59,7 +59,7 @@ class ComputePathToPose_Goal(Message, frozen=True, eq=False):
 
 
 class ComputePathToPose_Result(Message, frozen=True, eq=False):
-    """The way, or why there is none."""
+    """The planned path, or an error code that is not 0."""
 
     path: Path = Path()
     planning_time: Duration = Duration()
@@ -68,13 +68,13 @@ class ComputePathToPose_Result(Message, frozen=True, eq=False):
 
 
 class ComputePathToPose_Feedback(Message, frozen=True, eq=False):
-    """None."""
+    """Feedback without content; ROS requires one member."""
 
     structure_needs_at_least_one_member: Uint8 = 0
 
 
 class FollowPath_Goal(Message, frozen=True, eq=False):
-    """Drive along the path."""
+    """Follow a path with a controller."""
 
     path: Path = Path()
     controller_id: String = ""
@@ -83,7 +83,7 @@ class FollowPath_Goal(Message, frozen=True, eq=False):
 
 
 class FollowPath_Result(Message, frozen=True, eq=False):
-    """0, or why it stopped; the first field has outlived its use and is on the wire all the same."""
+    """The error code of the controller, 0 on success; the first field is obsolete but part of the type."""
 
     result: Empty = Empty()
     error_code: Uint16 = 0
@@ -91,14 +91,14 @@ class FollowPath_Result(Message, frozen=True, eq=False):
 
 
 class FollowPath_Feedback(Message, frozen=True, eq=False):
-    """How it goes."""
+    """Remaining distance, m, and speed, m/s."""
 
     distance_to_goal: Float32 = 0.0
     speed: Float32 = 0.0
 
 
 class Spin_Goal(Message, frozen=True, eq=False):
-    """Turn on the spot."""
+    """Rotate in place by `target_yaw`, rad."""
 
     target_yaw: Float32 = 0.0
     time_allowance: Duration = Duration()
@@ -106,7 +106,7 @@ class Spin_Goal(Message, frozen=True, eq=False):
 
 
 class Spin_Result(Message, frozen=True, eq=False):
-    """0, or why it stopped."""
+    """The elapsed time, and an error code, 0 on success."""
 
     total_elapsed_time: Duration = Duration()
     error_code: Uint16 = 0
@@ -114,13 +114,13 @@ class Spin_Result(Message, frozen=True, eq=False):
 
 
 class Spin_Feedback(Message, frozen=True, eq=False):
-    """How far."""
+    """The angle turned so far, rad."""
 
     angular_distance_traveled: Float32 = 0.0
 
 
 class BackUp_Goal(Message, frozen=True, eq=False):
-    """Go back by `target.x` metres, whatever its sign."""
+    """Drive backwards by `target.x` metres, whatever its sign."""
 
     target: Point = Point()
     speed: Float32 = 0.0
@@ -129,7 +129,7 @@ class BackUp_Goal(Message, frozen=True, eq=False):
 
 
 class BackUp_Result(Message, frozen=True, eq=False):
-    """0, or why it stopped."""
+    """The elapsed time, and an error code, 0 on success."""
 
     total_elapsed_time: Duration = Duration()
     error_code: Uint16 = 0
@@ -137,13 +137,13 @@ class BackUp_Result(Message, frozen=True, eq=False):
 
 
 class BackUp_Feedback(Message, frozen=True, eq=False):
-    """How far."""
+    """The distance travelled so far, m."""
 
     distance_traveled: Float32 = 0.0
 
 
 class DriveOnHeading_Goal(Message, frozen=True, eq=False):
-    """Go straight by `target.x` metres; `speed` has its sign."""
+    """Drive straight by `target.x` metres; `speed` has the same sign."""
 
     target: Point = Point()
     speed: Float32 = 0.0
@@ -152,7 +152,7 @@ class DriveOnHeading_Goal(Message, frozen=True, eq=False):
 
 
 class DriveOnHeading_Result(Message, frozen=True, eq=False):
-    """0, or why it stopped."""
+    """The elapsed time, and an error code, 0 on success."""
 
     total_elapsed_time: Duration = Duration()
     error_code: Uint16 = 0
@@ -160,7 +160,7 @@ class DriveOnHeading_Result(Message, frozen=True, eq=False):
 
 
 class DriveOnHeading_Feedback(Message, frozen=True, eq=False):
-    """How far."""
+    """The distance travelled so far, m."""
 
     distance_traveled: Float32 = 0.0
 

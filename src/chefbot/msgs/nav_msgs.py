@@ -1,4 +1,4 @@
-"""nav_msgs: odometry, maps, paths, and the services of a map server."""
+"""nav_msgs: odometry, occupancy grids, paths, and the services of a map server."""
 # ruff: noqa: N801 (names on the wire)
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _NO_CELLS = np.empty(0, np.int8)
 
 
 class Odometry(Message, frozen=True, eq=False):
-    """Pose in header.frame_id, twist in child_frame_id."""
+    """An odometry estimate: pose in `header.frame_id`, twist in `child_frame_id`."""
 
     header: Header = Header()
     child_frame_id: String = ""
@@ -32,7 +32,7 @@ class Odometry(Message, frozen=True, eq=False):
 
 
 class MapMetaData(Message, frozen=True, eq=False):
-    """Where the cells lie."""
+    """Size, resolution (m per cell) and origin of an occupancy grid."""
 
     map_load_time: Time = Time()
     resolution: Float32 = 0.0
@@ -42,7 +42,7 @@ class MapMetaData(Message, frozen=True, eq=False):
 
 
 class OccupancyGrid(Message, frozen=True, eq=False):
-    """Cells by rows from low y; -1 unknown, 0..100 percent."""
+    """An occupancy grid, row-major from the lowest y; -1 unknown, 0 to 100 percent occupied."""
 
     header: Header = Header()
     info: MapMetaData = MapMetaData()
@@ -50,54 +50,58 @@ class OccupancyGrid(Message, frozen=True, eq=False):
 
     @property
     def grid(self) -> Grid:
-        """As the algorithms want it."""
+        """The map as the `Grid` that the algorithms use."""
         origin = self.info.origin.position
         cells = np.asarray(self.data, np.int8).reshape(self.info.height, self.info.width)
-        # float32 on the wire: the nearest short decimal is what was meant
+        # the resolution is a float32: round it to the decimal that was set, such as 0.05
         return Grid(cells, round(float(self.info.resolution), 6), origin.x, origin.y)
 
     @staticmethod
     def of(header: Header, grid: Grid) -> OccupancyGrid:
-        """From a grid."""
+        """Create the message from a grid."""
         origin = Pose(Point(grid.origin_x, grid.origin_y, 0.0))
         info = MapMetaData(header.stamp, grid.resolution, grid.width, grid.height, origin)
         return OccupancyGrid(header, info, grid.cells.reshape(-1))
 
 
 class Path(Message, frozen=True, eq=False):
-    """Poses to follow."""
+    """A path as poses in order."""
 
     header: Header = Header()
     poses: tuple[PoseStamped, ...] = ()
 
 
 class GetMap_Request(Message, frozen=True, eq=False):
-    """The map, please."""
+    """A request for the current map."""
 
     structure_needs_at_least_one_member: Uint8 = 0
 
 
 class GetMap_Response(Message, frozen=True, eq=False):
-    """It."""
+    """The current map of the map server."""
 
     map: OccupancyGrid = OccupancyGrid()
 
 
 class LoadMap_Request(Message, frozen=True, eq=False):
-    """Read this map."""
+    """A request to load a map from a file or URL."""
 
     map_url: String = ""
 
 
 class LoadMap_Response(Message, frozen=True, eq=False):
-    """It, or why not; codes 0 good, 1 no such map, 2 bad data, 3 bad metadata, 255 undefined."""
+    """The loaded map, or an error.
+
+    `result` is 0 on success, 1 if there is no such map, 2 for bad data, 3 for bad metadata, 255 for other
+    failures.
+    """
 
     map: OccupancyGrid = OccupancyGrid()
     result: Uint8 = 0
 
 
 class GetPlan_Request(Message, frozen=True, eq=False):
-    """A way between two poses."""
+    """A request to plan a path between two poses."""
 
     start: PoseStamped = PoseStamped()
     goal: PoseStamped = PoseStamped()
@@ -105,20 +109,20 @@ class GetPlan_Request(Message, frozen=True, eq=False):
 
 
 class GetPlan_Response(Message, frozen=True, eq=False):
-    """It."""
+    """The path that was planned."""
 
     plan: Path = Path()
 
 
 class SetMap_Request(Message, frozen=True, eq=False):
-    """Use this map; you are there."""
+    """A request to replace the map and set the initial pose on it."""
 
     map: OccupancyGrid = OccupancyGrid()
     initial_pose: PoseWithCovarianceStamped = PoseWithCovarianceStamped()
 
 
 class SetMap_Response(Message, frozen=True, eq=False):
-    """Whether it is used."""
+    """Whether the map was accepted."""
 
     success: Bool = False
 

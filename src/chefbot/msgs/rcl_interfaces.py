@@ -1,4 +1,4 @@
-"""rcl_interfaces: parameters and logs of nodes."""
+"""rcl_interfaces: node parameters and log messages."""
 # ruff: noqa: N801 (names on the wire)
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from chefbot.msgs.idl.message import (
 from chefbot.msgs.idl.service import define_service
 
 DEBUG, INFO, WARN, ERROR, FATAL = 10, 20, 30, 40, 50
-"""Levels of Log."""
+"""Severity levels of Log messages."""
 NOT_SET, BOOL, INTEGER, DOUBLE, STRING = range(5)
 BYTE_ARRAY, BOOL_ARRAY, INTEGER_ARRAY, DOUBLE_ARRAY, STRING_ARRAY = range(5, 10)
-"""Types of a ParameterValue."""
+"""Values of the field `type` of a ParameterValue."""
 
 ByteArray = Annotated[NDArray[np.uint8], "byte[]"]
 BoolArray = Annotated[NDArray[np.bool_], "bool[]"]
@@ -40,7 +40,7 @@ _NO_DOUBLES = np.empty(0, np.float64)
 
 
 class Log(Message, frozen=True, eq=False):
-    """A sentence of a node."""
+    """A log message of a node."""
 
     stamp: Time = Time()
     level: Uint8 = 0
@@ -52,7 +52,7 @@ class Log(Message, frozen=True, eq=False):
 
 
 class ParameterValue(Message, frozen=True, eq=False):
-    """A value of one of nine types; `type` says which field holds it."""
+    """A parameter value of one of nine types; `type` selects the field that holds it."""
 
     type: Uint8 = 0
     bool_value: Bool = False
@@ -67,14 +67,14 @@ class ParameterValue(Message, frozen=True, eq=False):
 
 
 class Parameter(Message, frozen=True, eq=False):
-    """A named value."""
+    """A parameter's name and value."""
 
     name: String = ""
     value: ParameterValue = ParameterValue()
 
 
 class FloatingPointRange(Message, frozen=True, eq=False):
-    """Bounds of a number."""
+    """The range and step of a floating-point parameter."""
 
     from_value: Float64 = 0.0
     to_value: Float64 = 0.0
@@ -82,7 +82,7 @@ class FloatingPointRange(Message, frozen=True, eq=False):
 
 
 class IntegerRange(Message, frozen=True, eq=False):
-    """Bounds of a whole number."""
+    """The range and step of an integer parameter."""
 
     from_value: Int64 = 0
     to_value: Int64 = 0
@@ -90,7 +90,7 @@ class IntegerRange(Message, frozen=True, eq=False):
 
 
 class ParameterDescriptor(Message, frozen=True, eq=False):
-    """What a parameter is."""
+    """The type, description and constraints of a parameter."""
 
     name: String = ""
     type: Uint8 = 0
@@ -103,7 +103,7 @@ class ParameterDescriptor(Message, frozen=True, eq=False):
 
 
 class ParameterEvent(Message, frozen=True, eq=False):
-    """Parameters of a node have changed."""
+    """A notification of new, changed and deleted parameters of a node."""
 
     stamp: Time = Time()
     node: String = ""
@@ -113,88 +113,88 @@ class ParameterEvent(Message, frozen=True, eq=False):
 
 
 class ListParametersResult(Message, frozen=True, eq=False):
-    """Names, and what stands before their last dots."""
+    """Parameter names, and their prefixes up to the last dot."""
 
     names: StringArray = ()
     prefixes: StringArray = ()
 
 
 class SetParametersResult(Message, frozen=True, eq=False):
-    """Whether it was set, or why not."""
+    """Whether a parameter was set, or the reason why not."""
 
     successful: Bool = False
     reason: String = ""
 
 
 class ListParameters_Request(Message, frozen=True, eq=False):
-    """Under which prefixes, how deep (0: all)."""
+    """A request for parameter names under some prefixes, to a depth (0: no limit)."""
 
     prefixes: StringArray = ()
     depth: Uint64 = 0
 
 
 class ListParameters_Response(Message, frozen=True, eq=False):
-    """What there is."""
+    """The parameter names that were found."""
 
     result: ListParametersResult = ListParametersResult()
 
 
 class GetParameters_Request(Message, frozen=True, eq=False):
-    """Which ones."""
+    """A request for the values of parameters."""
 
     names: StringArray = ()
 
 
 class GetParameters_Response(Message, frozen=True, eq=False):
-    """Their values; NOT_SET for one that is not there."""
+    """The parameters' values; NOT_SET for one that does not exist."""
 
     values: tuple[ParameterValue, ...] = ()
 
 
 class GetParameterTypes_Request(Message, frozen=True, eq=False):
-    """Which ones."""
+    """A request for the types of parameters."""
 
     names: StringArray = ()
 
 
 class GetParameterTypes_Response(Message, frozen=True, eq=False):
-    """Their types."""
+    """The types of the requested parameters."""
 
     types: Uint8Array = _NO_BYTES
 
 
 class DescribeParameters_Request(Message, frozen=True, eq=False):
-    """Which ones."""
+    """A request for the descriptors of parameters."""
 
     names: StringArray = ()
 
 
 class DescribeParameters_Response(Message, frozen=True, eq=False):
-    """What they are."""
+    """The descriptors of the requested parameters."""
 
     descriptors: tuple[ParameterDescriptor, ...] = ()
 
 
 class SetParameters_Request(Message, frozen=True, eq=False):
-    """New values, each set or refused by itself."""
+    """A request to set parameters, each one independently of the others."""
 
     parameters: tuple[Parameter, ...] = ()
 
 
 class SetParameters_Response(Message, frozen=True, eq=False):
-    """How each went."""
+    """The result for each parameter."""
 
     results: tuple[SetParametersResult, ...] = ()
 
 
 class SetParametersAtomically_Request(Message, frozen=True, eq=False):
-    """New values, all set or none."""
+    """A request to set all parameters or none."""
 
     parameters: tuple[Parameter, ...] = ()
 
 
 class SetParametersAtomically_Response(Message, frozen=True, eq=False):
-    """How it went."""
+    """The result for all parameters together."""
 
     result: SetParametersResult = SetParametersResult()
 

@@ -1,4 +1,4 @@
-"""rmw_dds_common: how ROS 2 tells over DDS which node has which readers and writers."""
+"""rmw_dds_common: the discovery message that maps nodes to DDS readers and writers."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 
 from chefbot.msgs.idl.message import Message
 
-_NOBODY = np.zeros(16, np.uint8)
+_NO_GID = np.zeros(16, np.uint8)
 Name = Annotated[str, "string<=256"]
 
 
 class Gid(Message, frozen=True, eq=False):
-    """16 bytes that tell one DDS entity from all others; Humble has 24."""
+    """The 16-byte global identifier of a DDS entity (24 bytes in Humble)."""
 
-    data: Annotated[NDArray[np.uint8], "uint8[16]"] = _NOBODY
+    data: Annotated[NDArray[np.uint8], "uint8[16]"] = _NO_GID
 
 
 class NodeEntitiesInfo(Message, frozen=True, eq=False):
-    """A node, and what it reads and writes."""
+    """A node with the GIDs of its readers and writers."""
 
     node_namespace: Name = "/"
     node_name: Name = ""
@@ -29,7 +29,7 @@ class NodeEntitiesInfo(Message, frozen=True, eq=False):
 
 
 class ParticipantEntitiesInfo(Message, frozen=True, eq=False):
-    """All nodes of one DDS participant."""
+    """All nodes of a DDS participant."""
 
     gid: Gid = Gid()
     node_entities_info_seq: tuple[NodeEntitiesInfo, ...] = ()

@@ -7,6 +7,6 @@ from chefbot.msgs.idl.message import Message
 
 
 class Clock(Message, frozen=True, eq=False):
-    """Now."""
+    """The current simulated time, published on /clock."""
 
     clock: Time = Time()

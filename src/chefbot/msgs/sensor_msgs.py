@@ -1,4 +1,4 @@
-"""sensor_msgs: what the robot senses."""
+"""sensor_msgs: measurements of sensors, and joint states."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ Covariance3 = Annotated[NDArray[np.float64], "float64[9]"]
 Matrix33 = Annotated[NDArray[np.float64], "float64[9]"]
 Matrix34 = Annotated[NDArray[np.float64], "float64[12]"]
 UNKNOWN_COVARIANCE = np.array([-1.0, 0, 0, 0, 0, 0, 0, 0, 0])
-"""Says that the quantity is not measured (sensor_msgs/Imu)."""
+"""Covariance of a quantity that is not measured: its first element is -1 (sensor_msgs/Imu)."""
 UNKNOWN_COVARIANCE.flags.writeable = False
 _ZERO_9 = np.zeros(9)
 _NO_FLOATS = np.empty(0, np.float32)
 _NO_DOUBLES = np.empty(0, np.float64)
 _NO_BYTES = np.empty(0, np.uint8)
-_PIXELS: dict[str, tuple[type[np.generic], tuple[int, ...]]] = {
+_PIXEL_FORMATS: dict[str, tuple[type[np.generic], tuple[int, ...]]] = {
     "32FC1": (np.float32, ()),
     "16UC1": (np.uint16, ()),
     "rgb8": (np.uint8, (3,)),
 }
-"""Encodings that can be read: type of a number, and shape of a pixel."""
+"""Supported image encodings: numpy type of a channel, and shape of a pixel."""
 _NO_BUTTONS = np.empty(0, np.int32)
 Int32Array = Annotated[NDArray[np.int32], "int32[]"]
 
 
 class Imu(Message, frozen=True, eq=False):
-    """Turn rates in rad/s, accelerations in m/s^2."""
+    """Orientation, angular velocity in rad/s and linear acceleration in m/s^2, with covariances."""
 
     header: Header = Header()
     orientation: Quaternion = Quaternion()
@@ -57,7 +57,7 @@ class Imu(Message, frozen=True, eq=False):
 
 
 class LaserScan(Message, frozen=True, eq=False):
-    """Ranges over equal angles, metres and radians; +inf: nothing in reach, NaN: no measurement (REP-117)."""
+    """Ranges in m at equally spaced angles in rad; +inf: nothing in range, NaN: no measurement (REP-117)."""
 
     header: Header = Header()
     angle_min: Float32 = 0.0
@@ -72,13 +72,13 @@ class LaserScan(Message, frozen=True, eq=False):
 
     @property
     def angles(self) -> NDArray[np.float32]:
-        """Of each range, rad."""
+        """Angle of each range in the sensor frame, rad, shape (n,)."""
         steps = np.arange(len(self.ranges), dtype=np.float64)
         return (self.angle_min + steps * self.angle_increment).astype(np.float32)
 
 
 class Image(Message, frozen=True, eq=False):
-    """Pixels by rows from the top."""
+    """An uncompressed image, row-major from the top."""
 
     header: Header = Header()
     height: Uint32 = 0
@@ -90,30 +90,30 @@ class Image(Message, frozen=True, eq=False):
 
     @property
     def pixels(self) -> NDArray[np.generic]:
-        """(height, width) of metres for 32FC1, of millimetres for 16UC1, (height, width, 3) for rgb8.
+        """Pixels: (height, width) in m for 32FC1 and in mm for 16UC1, (height, width, 3) for rgb8.
 
-        UserError for another encoding and for an image without pixels.
+        UserError for another encoding or an image without pixels.
         """
-        if self.encoding not in _PIXELS or not (self.height and self.width):
+        if self.encoding not in _PIXEL_FORMATS or not (self.height and self.width):
             raise UserError(
                 f"an image of {self.width} x {self.height} pixels of encoding {self.encoding[:20]!r} cannot be used;"
-                f" there are {', '.join(_PIXELS)}"
+                f" there are {', '.join(_PIXEL_FORMATS)}"
             )
-        dtype, shape = _PIXELS[self.encoding]
-        used = self.width * np.dtype(dtype).itemsize * math.prod(shape)
-        rows = np.ascontiguousarray(self.data.reshape(self.height, self.step)[:, :used])
+        dtype, shape = _PIXEL_FORMATS[self.encoding]
+        row_bytes = self.width * np.dtype(dtype).itemsize * math.prod(shape)  # without padding
+        rows = np.ascontiguousarray(self.data.reshape(self.height, self.step)[:, :row_bytes])
         return rows.view(dtype).reshape(self.height, self.width, *shape)
 
     @staticmethod
     def of(header: Header, encoding: str, pixels: NDArray[np.generic]) -> Image:
-        """From an array; its type must fit the encoding."""
+        """Create an image from an array whose type fits the encoding."""
         flat = np.ascontiguousarray(pixels).reshape(-1).view(np.uint8)
         height, width = pixels.shape[:2]
         return Image(header, height, width, encoding, 0, len(flat) // height, flat)
 
 
 class CompressedImage(Message, frozen=True, eq=False):
-    """A picture as jpeg or png bytes."""
+    """An image in JPEG or PNG format."""
 
     header: Header = Header()
     format: String = ""
@@ -121,7 +121,7 @@ class CompressedImage(Message, frozen=True, eq=False):
 
 
 class RegionOfInterest(Message, frozen=True, eq=False):
-    """A part of the image; all zero for the whole of it."""
+    """A part of an image, pixels; all zero for the whole image."""
 
     x_offset: Uint32 = 0
     y_offset: Uint32 = 0
@@ -131,7 +131,7 @@ class RegionOfInterest(Message, frozen=True, eq=False):
 
 
 class CameraInfo(Message, frozen=True, eq=False):
-    """The pinhole and its distortion; pixels."""
+    """The calibration of a camera: intrinsics and distortion, pixels."""
 
     header: Header = Header()
     height: Uint32 = 0
@@ -147,7 +147,7 @@ class CameraInfo(Message, frozen=True, eq=False):
 
 
 class Range(Message, frozen=True, eq=False):
-    """One distance of a cone."""
+    """A single range reading of a sensor with a conical field of view, m."""
 
     ULTRASOUND = 0
 
@@ -161,7 +161,7 @@ class Range(Message, frozen=True, eq=False):
 
 
 class BatteryState(Message, frozen=True, eq=False):
-    """V, A, degC, Ah; NaN where not measured."""
+    """The state of the battery in V, A, degC and Ah; NaN where not measured."""
 
     header: Header = Header()
     voltage: Float32 = 0.0
@@ -182,7 +182,7 @@ class BatteryState(Message, frozen=True, eq=False):
 
 
 class JointState(Message, frozen=True, eq=False):
-    """Angles of joints, rad."""
+    """Positions, rad, velocities, rad/s, and efforts, N m, of joints."""
 
     header: Header = Header()
     name: StringArray = ()
@@ -192,7 +192,7 @@ class JointState(Message, frozen=True, eq=False):
 
 
 class PointField(Message, frozen=True, eq=False):
-    """Where one number of a point lies among its bytes."""
+    """The layout of one field within the bytes of a point."""
 
     name: String = ""
     offset: Uint32 = 0
@@ -201,7 +201,7 @@ class PointField(Message, frozen=True, eq=False):
 
 
 class PointCloud2(Message, frozen=True, eq=False):
-    """Points as bytes; `fields` says what they mean."""
+    """A point cloud as binary data, whose layout `fields` describes."""
 
     header: Header = Header()
     height: Uint32 = 0
@@ -215,7 +215,7 @@ class PointCloud2(Message, frozen=True, eq=False):
 
 
 class Joy(Message, frozen=True, eq=False):
-    """Sticks from -1 to 1, and buttons."""
+    """The axes, from -1 to 1, and buttons of a gamepad."""
 
     header: Header = Header()
     axes: Float32Array = _NO_FLOATS

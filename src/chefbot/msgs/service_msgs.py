@@ -1,4 +1,4 @@
-"""service_msgs: what an observer is told of a call."""
+"""service_msgs: information on service calls for introspection."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _NO_GID = np.zeros(16, np.uint8)
 
 
 class ServiceEventInfo(Message, frozen=True, eq=False):
-    """Which step of which call."""
+    """The event type, time, client and sequence number of a service call."""
 
     event_type: Uint8 = 0
     stamp: Time = Time()

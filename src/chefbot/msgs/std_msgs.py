@@ -1,4 +1,4 @@
-"""std_msgs: headers and plain values."""
+"""std_msgs: the message header and primitive values."""
 
 from __future__ import annotations
 
@@ -8,55 +8,55 @@ from chefbot.msgs.idl.message import Message
 
 
 class Header(Message, frozen=True, eq=False):
-    """When and in which frame."""
+    """The time and the coordinate frame of a message."""
 
     stamp: Time = Time()
     frame_id: message.String = ""
 
     @staticmethod
     def of(ns: int, frame_id: str) -> Header:
-        """From integer nanoseconds and a frame."""
+        """Create a header from integer nanoseconds and a frame."""
         return Header(Time.of(ns), frame_id)
 
 
 class Empty(Message, frozen=True, eq=False):
-    """Nothing but that it happened; ROS gives an empty struct one byte."""
+    """A message without content; ROS serializes an empty struct as one byte."""
 
     structure_needs_at_least_one_member: message.Uint8 = 0
 
 
 class Bool(Message, frozen=True, eq=False):
-    """Yes or no."""
+    """A message with one boolean."""
 
     data: message.Bool = False
 
 
 class String(Message, frozen=True, eq=False):
-    """A text."""
+    """A message with one string."""
 
     data: message.String = ""
 
 
 class Float64(Message, frozen=True, eq=False):
-    """A number."""
+    """A message with one double-precision number."""
 
     data: message.Float64 = 0.0
 
 
 class Float32(Message, frozen=True, eq=False):
-    """A number of single precision."""
+    """A message with one single-precision number."""
 
     data: message.Float32 = 0.0
 
 
 class Int32(Message, frozen=True, eq=False):
-    """A whole number."""
+    """A message with one 32-bit integer."""
 
     data: message.Int32 = 0
 
 
 class ColorRGBA(Message, frozen=True, eq=False):
-    """A colour, shares of one."""
+    """A color with alpha, all components from 0 to 1."""
 
     r: message.Float32 = 0.0
     g: message.Float32 = 0.0

@@ -1,4 +1,4 @@
-"""std_srvs: do it, switch it."""
+"""std_srvs: services without arguments or with one boolean."""
 # ruff: noqa: N801 (names on the wire)
 
 from __future__ import annotations
@@ -8,38 +8,38 @@ from chefbot.msgs.idl.service import define_service
 
 
 class Empty_Request(Message, frozen=True, eq=False):
-    """Do it."""
+    """A request without any content."""
 
     structure_needs_at_least_one_member: Uint8 = 0
 
 
 class Empty_Response(Message, frozen=True, eq=False):
-    """Done."""
+    """A response without any content."""
 
     structure_needs_at_least_one_member: Uint8 = 0
 
 
 class SetBool_Request(Message, frozen=True, eq=False):
-    """Switch it on or off."""
+    """A request to switch something on or off."""
 
     data: Bool = False
 
 
 class SetBool_Response(Message, frozen=True, eq=False):
-    """Whether it worked, or why not."""
+    """Whether the request succeeded, and a message."""
 
     success: Bool = False
     message: String = ""
 
 
 class Trigger_Request(Message, frozen=True, eq=False):
-    """Do it."""
+    """A request to trigger an action, without content."""
 
     structure_needs_at_least_one_member: Uint8 = 0
 
 
 class Trigger_Response(Message, frozen=True, eq=False):
-    """Whether it worked, or why not."""
+    """Whether the triggered action succeeded, and a message."""
 
     success: Bool = False
     message: String = ""

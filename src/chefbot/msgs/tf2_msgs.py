@@ -1,4 +1,4 @@
-"""tf2_msgs: the tree of frames."""
+"""tf2_msgs: transforms and the transform tree."""
 # ruff: noqa: N801 (names on the wire)
 
 from __future__ import annotations
@@ -11,32 +11,35 @@ from chefbot.msgs.idl.service import define_service
 
 
 class TFMessage(Message, frozen=True, eq=False):
-    """Some transforms of the tree."""
+    """Transforms of the transform tree, published on /tf and /tf_static."""
 
     transforms: tuple[TransformStamped, ...] = ()
 
 
 class TF2Error(Message, frozen=True, eq=False):
-    """0, or why a transform cannot be had."""
+    """The error code of a transform lookup, 0 on success, and a description."""
 
     error: Uint8 = 0
     error_string: String = ""
 
 
 class FrameGraph_Request(Message, frozen=True, eq=False):
-    """The tree, please."""
+    """A request for the transform tree."""
 
     structure_needs_at_least_one_member: Uint8 = 0
 
 
 class FrameGraph_Response(Message, frozen=True, eq=False):
-    """It, as YAML."""
+    """The transform tree as YAML."""
 
     frame_yaml: String = ""
 
 
 class LookupTransform_Goal(Message, frozen=True, eq=False):
-    """A transform, as soon as it can be had; `advanced` with two times and a frame that stays."""
+    """Look up a transform as soon as it is available.
+
+    `advanced`: between two times, by way of a fixed frame.
+    """
 
     target_frame: String = ""
     source_frame: String = ""
@@ -48,14 +51,14 @@ class LookupTransform_Goal(Message, frozen=True, eq=False):
 
 
 class LookupTransform_Result(Message, frozen=True, eq=False):
-    """It, or why not."""
+    """The transform, or the error if it is not available."""
 
     transform: TransformStamped = TransformStamped()
     error: TF2Error = TF2Error()
 
 
 class LookupTransform_Feedback(Message, frozen=True, eq=False):
-    """None."""
+    """Feedback without content; ROS requires one member."""
 
     structure_needs_at_least_one_member: Uint8 = 0
 

@@ -1,4 +1,4 @@
-"""type_description_interfaces: types told as messages."""
+"""type_description_interfaces: descriptions of interface types as messages."""
 # ruff: noqa: N801 (names on the wire)
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ TypeName = Annotated[str, "string<=255"]
 
 
 class FieldType(Message, frozen=True, eq=False):
-    """What a field holds; ids as in RIHS01."""
+    """The type of a field, with type IDs as in RIHS01 (REP-2016)."""
 
     type_id: Uint8 = 0
     capacity: Uint64 = 0
@@ -22,7 +22,7 @@ class FieldType(Message, frozen=True, eq=False):
 
 
 class Field(Message, frozen=True, eq=False):
-    """One field of a type."""
+    """One field of an interface type."""
 
     name: String = ""
     type: FieldType = FieldType()
@@ -30,26 +30,28 @@ class Field(Message, frozen=True, eq=False):
 
 
 class IndividualTypeDescription(Message, frozen=True, eq=False):
-    """One type without those below it."""
+    """The description of one type without the types that it uses."""
 
     type_name: TypeName = ""
     fields: tuple[Field, ...] = ()
 
 
 class TypeDescription(Message, frozen=True, eq=False):
-    """A type and all below it."""
+    """The description of a type and of all types that it uses."""
 
     type_description: IndividualTypeDescription = IndividualTypeDescription()
     referenced_type_descriptions: tuple[IndividualTypeDescription, ...] = ()
 
     @staticmethod
     def of(description: Description) -> TypeDescription:
-        """From our own words for the same."""
-        return TypeDescription(_individual(description), tuple(_individual(one) for one in description.uses))
+        """Create the message from our own type description."""
+        return TypeDescription(
+            _individual(description), tuple(_individual(used) for used in description.uses)
+        )
 
 
 class TypeSource(Message, frozen=True, eq=False):
-    """The file that a type was read from."""
+    """The source file of a type."""
 
     type_name: String = ""
     encoding: String = ""
@@ -57,14 +59,14 @@ class TypeSource(Message, frozen=True, eq=False):
 
 
 class KeyValue(Message, frozen=True, eq=False):
-    """A named text."""
+    """A named string of additional information."""
 
     key: String = ""
     value: String = ""
 
 
 class GetTypeDescription_Request(Message, frozen=True, eq=False):
-    """Which type, with its hash."""
+    """A request for the description of a type with a given hash."""
 
     type_name: String = ""
     type_hash: String = ""
@@ -72,7 +74,7 @@ class GetTypeDescription_Request(Message, frozen=True, eq=False):
 
 
 class GetTypeDescription_Response(Message, frozen=True, eq=False):
-    """What it is, or why that is not known."""
+    """The description of the type, or the reason why it is not available."""
 
     successful: Bool = False
     failure_reason: String = ""
@@ -86,7 +88,7 @@ GetTypeDescription = define_service(GetTypeDescription_Request, GetTypeDescripti
 
 def _individual(description: Description) -> IndividualTypeDescription:
     fields = (
-        Field(one.name, FieldType(one.type_id, one.capacity, one.string_capacity, one.nested))
-        for one in description.fields
+        Field(field.name, FieldType(field.type_id, field.capacity, field.string_capacity, field.nested))
+        for field in description.fields
     )
     return IndividualTypeDescription(description.name, tuple(fields))

@@ -1,4 +1,4 @@
-"""unique_identifier_msgs: names for goals."""
+"""unique_identifier_msgs: unique IDs, such as those of goals."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _NIL = np.zeros(16, np.uint8)
 
 
 class UUID(Message, frozen=True, eq=False):
-    """16 bytes."""
+    """A universally unique identifier of 16 bytes."""
 
     uuid: Annotated[NDArray[np.uint8], "uint8[16]"] = _NIL
 
     @property
     def key(self) -> bytes:
-        """For use in dicts."""
+        """The UUID as bytes, usable as a dictionary key."""
         return self.uuid.tobytes()

@@ -1,4 +1,4 @@
-"""Whether a message from outside can be worked with; the same rules at every border of the robot."""
+"""Validation of messages from other processes and devices, with the same rules at every interface."""
 
 from __future__ import annotations
 
@@ -17,58 +17,63 @@ from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import BatteryState, Image, Imu, LaserScan, Range
 from chefbot.msgs.tf2_msgs import TFMessage
 
-MAY_BE_UNKNOWN: tuple[type[Message], ...] = (BatteryState, Range)
-"""These say "not measured" with NaN and "nothing there" with infinity (REP-117). So do lists such as a scan's
-ranges, whose numbers are never looked at here."""
+MAY_BE_NAN: tuple[type[Message], ...] = (BatteryState, Range)
+"""Types in which NaN means "not measured" and infinity "nothing in range" (REP-117).
+
+The same holds for arrays of variable length, such as a scan's ranges, whose numbers are not checked here."""
 MAY_BE_UNSET = {(Imu, "orientation")}
-"""Drivers of gyros leave it at zero."""
-MEASURED = (Image, Imu, LaserScan, ObstacleScan, Odometry, Range, WheelTicks)
-"""Their stamps say when something was measured."""
+"""Fields that drivers may leave at zero, such as the orientation of a gyro."""
+STAMPED_MEASUREMENTS = (Image, Imu, LaserScan, ObstacleScan, Odometry, Range, WheelTicks)
+"""Types whose stamp is the time of a measurement."""
 AHEAD_NS = 5_000_000_000
-"""Such a stamp, and that of a moving transform, may lie so far in the future: clocks differ, some nodes post-date."""
-LARGEST = 1e12
-"""No measure that a robot is told is larger."""
+"""Maximum time by which the stamp of a measurement or a dynamic transform may lie in the future, ns.
+
+Clocks differ, and some nodes post-date their transforms."""
+MAX_ABS_VALUE = 1e12
+"""Maximum magnitude of a number in a message."""
 
 
 class InvalidMessageError(ValueError):
-    """Names the field and says what is wrong with it."""
+    """A message that breaks a rule; the text names the field and says what is wrong with it."""
 
 
 def check(message: Message) -> None:
-    """InvalidMessageError if the message breaks a rule of its type, or of one that it holds.
+    """Check a message and all nested messages; InvalidMessageError if a rule of its type is broken.
 
-    Numbers and fixed arrays (covariances) are finite, and what `rules.RULES` says holds.
+    Numbers and arrays of fixed size (covariances) must be finite, and all rules in `constraints.RULES` must
+    hold.
     """
     kind = type(message)
     for name, check_field in _checks(kind):
         check_field(getattr(message, name), name)
     for rule in RULES.get(kind, ()):
-        _apply(rule, message)
+        _apply_rule(rule, message)
 
 
 def check_stamp(message: Message, now_ns: int) -> None:
-    """InvalidMessageError if it was measured, or is a transform that holds, further ahead of `now_ns` than AHEAD_NS.
+    """Check that the stamp of a measurement or transform is not in the future; InvalidMessageError if it is.
 
-    A single transform from the future would hide all that come after it; an echo from there would never be old.
+    The limit is AHEAD_NS after `now_ns`. A single transform from the future would hide all later ones; a
+    range reading from the future would never expire.
     """
-    ahead_ns = _newest(message, now_ns) - now_ns
+    ahead_ns = _newest_stamp_ns(message, now_ns) - now_ns
     if ahead_ns > AHEAD_NS:
         raise InvalidMessageError(
             f"stamp is {ahead_ns / 1e9:.6g} s ahead of the robot's clock; set both clocks by the same source"
         )
 
 
-def _newest(message: Any, now_ns: int) -> int:
+def _newest_stamp_ns(message: Any, now_ns: int) -> int:
     if isinstance(message, TFMessage):
-        return max((one.header.stamp.ns for one in message.transforms), default=now_ns)
-    measured = isinstance(message, MEASURED)
+        return max((transform.header.stamp.ns for transform in message.transforms), default=now_ns)
+    measured = isinstance(message, STAMPED_MEASUREMENTS)
     return int(message.header.stamp.ns) if measured else now_ns
 
 
-def _apply(rule: Rule, message: Message) -> None:
-    wrong = rule(message)
-    if wrong:
-        raise InvalidMessageError(wrong)
+def _apply_rule(rule: Rule, message: Message) -> None:
+    violation = rule(message)
+    if violation:
+        raise InvalidMessageError(violation)
 
 
 @cache
@@ -78,42 +83,42 @@ def _has_rules(kind: type[Message]) -> bool:
 
 @cache
 def _checks(kind: type[Message]) -> tuple[tuple[str, Callable[[Any, str], None]], ...]:
-    """What has to be looked at in the fields of a type; nothing for most."""
-    found = [(one.name, _check_of(kind, one)) for one in fields_of(kind)]
-    return tuple((name, check) for name, check in found if check is not None)
+    """Return the fields of a type that need a check, with the check; most types have none."""
+    checks = [(field.name, _check_of(kind, field)) for field in fields_of(kind)]
+    return tuple((name, check) for name, check in checks if check is not None)
 
 
 def _check_of(kind: type[Message], field: FieldType) -> Callable[[Any, str], None] | None:
     if field.message is not None:
         if (kind, field.name) in MAY_BE_UNSET or not _has_rules(field.message):
             return None
-        return _all if field.is_array else _one
-    if not field.element.startswith("float") or kind in MAY_BE_UNKNOWN:
+        return _check_all_nested if field.is_array else _check_nested
+    if not field.element.startswith("float") or kind in MAY_BE_NAN:
         return None
     if field.is_array:
-        return _array if field.fixed_size else None
-    return _number
+        return _check_array if field.fixed_size else None
+    return _check_number
 
 
-def _number(value: float, name: str) -> None:
+def _check_number(value: float, name: str) -> None:
     if not math.isfinite(value):
         raise InvalidMessageError(f"{name} is {value}")
-    if abs(value) > LARGEST:
+    if abs(value) > MAX_ABS_VALUE:
         raise InvalidMessageError(f"{name} is {value:.6g}, which no measure is")
 
 
-def _array(value: Any, name: str) -> None:
+def _check_array(value: Any, name: str) -> None:
     if not np.all(np.isfinite(value)):
         raise InvalidMessageError(f"{name} holds a number that is not finite")
 
 
-def _one(value: Message, name: str) -> None:
+def _check_nested(value: Message, name: str) -> None:
     try:
         check(value)
     except InvalidMessageError as error:
         raise InvalidMessageError(f"{name}.{error}") from None
 
 
-def _all(values: tuple[Message, ...], name: str) -> None:
+def _check_all_nested(values: tuple[Message, ...], name: str) -> None:
     for value in values:
-        _one(value, name)
+        _check_nested(value, name)

@@ -1,1 +1,1 @@
-"""One thin shell an algorithm."""
+"""Nodes: thin wrappers that connect algorithms to topics and actions."""

@@ -1,4 +1,4 @@
-"""Scans on a known map to a pose."""
+"""Adaptive Monte Carlo localization on a known map."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from chefbot.runtime.node import In, Node, Out, every, last_words, topic
 from chefbot.scan.usable_range import trusted_range
 
 SHOWN_PARTICLES = 500
-"""More arrows than these only slow the page."""
-RESUMED_XY, RESUMED_YAW = 0.1, 0.1
-"""Metres and radians (standard deviations) to which a pose still holds after a life before knew it."""
+"""Maximum number of particles published; more would only slow down the web UI."""
+RESTORED_STD_XY, RESTORED_STD_YAW = 0.1, 0.1
+"""Standard deviations of a pose restored after a restart, m and rad."""
 
 
 class AmclNode(Node):
     """Publishes the pose on the map, the particles and the transform map -> odom.
 
-    Without an initial pose it begins by searching the whole map; in another life it begins where it was, if that
-    was known.
+    Without an initial pose it starts with global localization; after a restart it continues from the last pose if
+    that was localized.
     """
 
     live_params = ("update_min_*", "max_beams", "beam_independence")
@@ -46,55 +46,55 @@ class AmclNode(Node):
     scan: In[LaserScan]
     initialpose: In[PoseWithCovarianceStamped]
     reinitialize_global_localization: In[Empty]
-    sure_before: In[LocalizationStatus] = last_words("localization_status")
-    frames_before: In[TFMessage] = last_words("tf")
+    restored_status: In[LocalizationStatus] = last_words("localization_status")
+    restored_tf: In[TFMessage] = last_words("tf")
     amcl_pose: Out[PoseWithCovarianceStamped] = topic(latched=True)
     particle_cloud: Out[ParticleCloud]
     localization_status: Out[LocalizationStatus] = topic(latched=True)
     tf_out: Out[TFMessage] = topic("tf")
 
     def start(self) -> None:
-        """It needs a map and a scan before it can say anything."""
+        """Start without a filter, which is created from the first map and scan."""
         self._amcl: Amcl | None = None
-        self._wish: PoseWithCovarianceStamped | None = None
-        self._known: OccupancyGrid | None = None
+        self._initial_pose: PoseWithCovarianceStamped | None = None
+        self._current_map: OccupancyGrid | None = None
 
     def reconfigure(self, params: AmclParams) -> None:
-        """From the next scan on."""
+        """Apply new parameters from the next scan on."""
         self.params = params
         if self._amcl is not None:
             self._amcl.params = msgspec.structs.replace(params, seed=self._amcl.params.seed)
 
     def on_map(self, message: OccupancyGrid) -> None:
-        """A new map: begin anew; the same told again, by a map server's next life, changes nothing."""
-        if self._known is None or not _same(message, self._known):
+        """Restart localization on a new map; the same map, from a restarted map server, changes nothing."""
+        if self._current_map is None or not _same_map(message, self._current_map):
             self._amcl = None
-        self._known = message
+        self._current_map = message
 
     def on_initialpose(self, message: PoseWithCovarianceStamped) -> None:
-        """Somebody says where the robot is."""
-        self._wish = message
+        """Set the initial pose with its covariance."""
+        self._initial_pose = message
         if self._amcl is not None:
-            self._apply(message)
+            self._set_initial_pose(message)
 
     def on_reinitialize_global_localization(self, _: Empty) -> None:
-        """Search the whole map."""
-        self._wish = None
+        """Start global localization on the whole map."""
+        self._initial_pose = None
         if self._amcl is not None:
             self._amcl.scatter()
 
     def on_scan(self, scan: LaserScan) -> None:
-        """Wait until odometry has reached the scan's time."""
+        """Update the filter once odometry at the scan's time is available."""
         if self.map.last is not None:
             stamp = scan.header.stamp.ns
             self.tf.when("odom", "base_link", stamp, lambda odom: self._update(scan, odom))
 
     def _update(self, scan: LaserScan, odom: SE2) -> None:
         if self._amcl is None:
-            self._amcl = self._make(self.tf.lookup("base_link", scan.header.frame_id), odom)
+            self._amcl = self._create_amcl(self.tf.lookup("base_link", scan.header.frame_id), odom)
         stamp = scan.header.stamp.ns
-        reach = min(scan.range_max, trusted_range(self.robot, self._resolution))
-        updated = self._amcl.update(scan.angles, scan.ranges, reach, odom)
+        max_range = min(scan.range_max, trusted_range(self.robot, self._resolution))
+        updated = self._amcl.update(scan.angles, scan.ranges, max_range, odom)
         transform = TransformStamped.of(stamp, "map", "odom", self._amcl.map_T_odom)
         self.tf_out.publish(TFMessage((transform,)))
         if updated:
@@ -103,26 +103,26 @@ class AmclNode(Node):
             self.amcl_pose.publish(PoseWithCovarianceStamped(Header.of(stamp, "map"), pose))
             self._publish_status(stamp)
 
-    def _make(self, sensor: SE2, odom: SE2) -> Amcl:
+    def _create_amcl(self, sensor: SE2, odom: SE2) -> Amcl:
         assert self.map.last is not None
         self._resolution = self.map.last.grid.resolution
         seed = int(self.context.rng().integers(2**31)) + self.params.seed
         amcl = Amcl(msgspec.structs.replace(self.params, seed=seed), self.map.last.grid, sensor)
-        if self._wish is not None:
+        if self._initial_pose is not None:
             self._amcl = amcl
-            self._apply(self._wish)
-        elif self._lived_before():
-            assert self.frames_before.last is not None
-            map_T_odom = self.frames_before.last.transforms[0].transform.se2
-            amcl.set_pose(map_T_odom @ odom, RESUMED_XY, RESUMED_YAW)
+            self._set_initial_pose(self._initial_pose)
+        elif self._has_restored_pose():
+            assert self.restored_tf.last is not None
+            map_T_odom = self.restored_tf.last.transforms[0].transform.se2
+            amcl.set_pose(map_T_odom @ odom, RESTORED_STD_XY, RESTORED_STD_YAW)
         return amcl
 
-    def _lived_before(self) -> bool:
-        """Whether a life before knew where the robot is; true once."""
-        sure, self.sure_before.last = self.sure_before.last, None
-        return sure is not None and sure.localized and self.frames_before.last is not None
+    def _has_restored_pose(self) -> bool:
+        """Return whether a localized pose was restored after a restart; true at most once."""
+        status, self.restored_status.last = self.restored_status.last, None
+        return status is not None and status.localized and self.restored_tf.last is not None
 
-    def _apply(self, message: PoseWithCovarianceStamped) -> None:
+    def _set_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         assert self._amcl is not None
         spread = np.sqrt(np.diag(message.pose.planar_covariance))
         self._amcl.set_pose(message.pose.pose.se2, float(max(spread[0], spread[1])), float(spread[2]))
@@ -131,14 +131,16 @@ class AmclNode(Node):
         assert self._amcl is not None
         spread = position_spread(self._amcl.covariance)
         yaw = math.sqrt(max(self._amcl.covariance[2, 2], 0.0))
-        sure = self._amcl.converged
+        localized = self._amcl.converged
         sentence = (
-            f"I know where I am to {spread:.2f} m." if sure else "I am not sure where I am; looking around."
+            f"I know where I am to {spread:.2f} m."
+            if localized
+            else "I am not sure where I am; looking around."
         )
         self.localization_status.publish(
             LocalizationStatus(
                 Header.of(stamp, "map"),
-                sure,
+                localized,
                 self._amcl.confidence,
                 spread,
                 yaw,
@@ -149,7 +151,7 @@ class AmclNode(Node):
 
     @every(hz=1)
     def publish_particles(self) -> None:
-        """A sample of them, for looking."""
+        """Publish a sample of the particles for display."""
         if self._amcl is None:
             return
         step = max(1, len(self._amcl.particles) // SHOWN_PARTICLES)
@@ -160,11 +162,11 @@ class AmclNode(Node):
         self.particle_cloud.publish(ParticleCloud(Header.of(self.now_ns, "map"), particles))
 
 
-def _same(a: OccupancyGrid, b: OccupancyGrid) -> bool:
-    one, other = a.grid, b.grid
-    corners = (one.origin_x, one.origin_y, one.resolution) == (
-        other.origin_x,
-        other.origin_y,
-        other.resolution,
+def _same_map(a: OccupancyGrid, b: OccupancyGrid) -> bool:
+    first, second = a.grid, b.grid
+    same_geometry = (first.origin_x, first.origin_y, first.resolution) == (
+        second.origin_x,
+        second.origin_y,
+        second.resolution,
     )
-    return corners and np.array_equal(one.cells, other.cells)
+    return same_geometry and np.array_equal(first.cells, second.cells)

@@ -1,4 +1,4 @@
-"""The local costmap, the controller on it, and the motions of recovery."""
+"""The controller server: local costmap, path following and the motions of recovery behaviors."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ from chefbot.msgs.nav2_msgs import Spin as SpinAction
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Bool, Float64, Header, String
-from chefbot.nodes.motion_errors import BACK_UP, DRIVE, SPIN, Errors, motion_error
+from chefbot.nodes.motion_errors import BACK_UP, DRIVE, SPIN, BehaviorErrorCodes, motion_error
 from chefbot.nodes.obstacle_sensors import ObstacleSensors
-from chefbot.nodes.standing import LOST, Standing, WaitedTooLong
-from chefbot.planning.local_replanning import length_left, near_planner, repaired
+from chefbot.nodes.standing import LOST, WaitingState, WaitTimeoutError
+from chefbot.planning.local_replanning import near_planner, remaining_length, repaired
 from chefbot.robot.motion_limits import Limits, max_acceleration, max_speed, max_turn, max_turn_acceleration
 from chefbot.runtime.actions import serves
 from chefbot.runtime.coroutines import Cancelled, Future
@@ -60,26 +60,25 @@ from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
 RATE = 10.0
 NO_TRANSFORM, STUCK, NO_VALID_CONTROL, INVALID_PATH, PATIENCE_EXCEEDED = 102, 105, 106, 103, 104
-"""As in nav2_msgs/action/FollowPath."""
-ALLOWED = 30.0
-"""Seconds for a motion whose giver says nothing of time."""
-BLOCKED_PATIENCE = 3.0
-"""Seconds that every way on may be blocked before it counts: people pass."""
+"""Error codes of nav2_msgs/action/FollowPath."""
+DEFAULT_TIME_ALLOWANCE = 30.0
+"""Time allowance of a motion whose goal has none, s."""
+BLOCKED_TIMEOUT = 3.0
+"""Time without an admissible command before the path counts as blocked, s: people pass by."""
 
-
-AlongX = BackUp_Goal | DriveOnHeading_Goal
-Ended = tuple[Duration, int, str]
-"""How long it took, 0 or an error's code, and the sentence."""
+StraightGoal = BackUp_Goal | DriveOnHeading_Goal
+MotionResult = tuple[Duration, int, str]
+"""Elapsed time, error code (0 if none) and error message."""
 LOCAL_COSTMAP = CostmapParams(track_unknown=False)
-"""A camera sees little at once: what it has not seen is no obstacle here; the planner knows the map."""
+"""Unknown space is free here, because a camera sees little at once; the planner has the map."""
 
 
 class ControllerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The window of costs, and which controller with which settings."""
+    """Parameters of the local costmap and of the controller plugin."""
 
     costmap: CostmapParams = LOCAL_COSTMAP
     plugin: str = ""
-    """`pkg.module:Class` of another controller; it is made with `settings`."""
+    """`pkg.module:Class` of a custom controller; its constructor receives `settings`."""
     settings: DwaParams = DwaParams(period=1.0 / RATE)
     goal: GoalParams = GoalParams()
     speed: Annotated[
@@ -93,11 +92,11 @@ class ControllerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
 
 
 class ControllerNode(Node):
-    """Serves paths and three motions, in the frame `odom`: what was seen stays where it was seen.
+    """Serves follow_path and three motions in the frame `odom`, in which marked obstacles do not jump.
 
-    It commands a twist only while every obstacle sensor of the robot file sends good data, and follows a path only
-    while localization, where there is one, is sure. Else it stands, says why on `standing` (empty while it does not
-    stand), and goes on by itself.
+    It commands a twist only while every obstacle sensor of the robot file sends valid data, and follows a path only
+    while localization, if there is one, has converged. Otherwise it stands still, publishes the reason on `standing`
+    (empty while it does not wait), and resumes by itself.
     """
 
     live_params = (
@@ -123,42 +122,42 @@ class ControllerNode(Node):
     diagnostics: Out[DiagnosticArray]
 
     def start(self) -> None:
-        """Nothing to do."""
+        """Create the local costmap, the controller and the sensor monitors."""
         self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint_radius, rolling=True)
         self._controller = self._make_controller()
         self._progress = ProgressChecker()
         self._goal = SE2(0.0, 0.0, 0.0)
         self._planner = near_planner()
-        self._path = self._given = np.zeros((0, 3))
+        self._path = self._tracked_path = np.zeros((0, 3))
         self._following: Future[FollowPath_Result] | None = None
         self._feedback: Callable[[FollowPath_Feedback], None] = lambda _: None
-        self._blocked = 0.0
+        self._blocked_time = 0.0
         self._motion: Behavior | None = None
-        self._moved: Future[Progress] | None = None
-        self._report: Callable[[], None] = lambda: None
+        self._motion_ended: Future[Progress] | None = None
+        self._send_feedback: Callable[[], None] = lambda: None
         self._sensors = ObstacleSensors(self.robot)
-        self._standing = Standing(self.standing, self.remark)
+        self._standing = WaitingState(self.standing, self.remark)
 
     def reconfigure(self, params: ControllerNodeParams) -> None:
-        """From the next command on, on the path in hand."""
+        """Apply new parameters from the next command on, for the current path as well."""
         self.params = params
         self._costs.retune(params.costmap)
         self._controller = self._make_controller()
-        if len(self._given):
-            self._controller.set_path(self._given, same_goal=False)
+        if len(self._tracked_path):
+            self._controller.set_path(self._tracked_path, same_goal=False)
 
     def _make_controller(self) -> Controller:
-        made: Controller = plugin(self.params.plugin, self._make_dwa, self.params.settings)
-        return made
+        controller: Controller = plugin(self.params.plugin, self._make_dwa, self.params.settings)
+        return controller
 
     def _make_dwa(self, settings: DwaParams) -> Dwa:
         limits = Limits.of(self.robot)
         return Dwa(limits._replace(speed=limits.speed * self.params.speed), settings, self.params.goal)
 
-    # -- what is around
+    # -- local costmap
 
     def on_scan(self, scan: LaserScan) -> None:
-        """The laser's layer."""
+        """Update the laser's obstacle layer with a scan."""
         self._sensors.see_scan(scan, self.now_ns, self._pose())
         stamp, frame = scan.header.stamp.ns, scan.header.frame_id
         self.tf.when("odom", frame, stamp, lambda pose: self._mark_laser(pose, scan))
@@ -167,226 +166,235 @@ class ControllerNode(Node):
         mark_laser(self._costs, pose, scan)
         self._sensors.place_scan(scan.header.stamp.ns)
 
-    def on_obstacles(self, seen: ObstacleScan) -> None:
-        """The camera's layer."""
-        self._sensors.see_obstacles(seen, self.now_ns, self._pose())
-        stamp, frame = seen.header.stamp.ns, seen.header.frame_id
-        self.tf.when("odom", frame, stamp, lambda pose: self._mark_obstacles(pose, seen))
+    def on_obstacles(self, scan: ObstacleScan) -> None:
+        """Update the camera's obstacle layers with an obstacle scan."""
+        self._sensors.see_obstacles(scan, self.now_ns, self._pose())
+        stamp, frame = scan.header.stamp.ns, scan.header.frame_id
+        self.tf.when("odom", frame, stamp, lambda pose: self._mark_obstacles(pose, scan))
 
-    def _mark_obstacles(self, pose: SE2, seen: ObstacleScan) -> None:
-        mark_obstacles(self._costs, pose, seen, plane_of(self.robot))
-        self._sensors.place_obstacles(seen.header.stamp.ns)
+    def _mark_obstacles(self, pose: SE2, scan: ObstacleScan) -> None:
+        mark_obstacles(self._costs, pose, scan, plane_of(self.robot))
+        self._sensors.place_obstacles(scan.header.stamp.ns)
 
     def _pose(self) -> SE2 | None:
-        """Of the robot by odometry, None before there is any."""
         try:
             return self.tf.lookup("odom", "base_link")
         except TransformError:
             return None
 
     def on_clear_costmaps(self, radius: Float64) -> None:
-        """Forget what the laser saw, it sees it again at once.
+        """Clear the laser layer around the robot; the next scan marks again what is still there.
 
-        What the camera saw stays until it looks through it: it is blind to what is near and beside it.
+        The camera layers stay until a beam clears them: the camera does not see what is near or beside it.
         """
         try:
             self._costs.clear_around(self.tf.lookup("odom", "base_link"), radius.data, LASER)
         except TransformError:
-            return  # no odometry yet: nothing has been seen
+            return  # no odometry yet: nothing has been marked
 
-    # -- orders
+    # -- action servers
 
     def on_emergency_stop(self, pressed: Bool) -> None:
-        """Whoever gave an order must give it again after the release."""
+        """Preempt all goals on an emergency stop; clients must send them again after the release."""
         if pressed.data:
-            for served in (self.follow_path, self.spin, self.backup, self.drive_on_heading):
-                served.preempt()
+            for server in (self.follow_path, self.spin, self.backup, self.drive_on_heading):
+                server.preempt()
 
     async def on_follow_path(
         self, goal: FollowPath_Goal, feedback: Callable[[FollowPath_Feedback], None]
     ) -> FollowPath_Result:
-        """Until the end of the path is reached, or there is no way on."""
+        """Follow the path until its end is reached, or fail if the robot is blocked or stuck."""
         if is_pressed(self.emergency_stop.last):
             return FollowPath_Result(error_code=NO_VALID_CONTROL, error_msg=REFUSED)
-        path = np.array([one.pose.se2 for one in goal.path.poses]).reshape(-1, 3)
+        path = np.array([pose.pose.se2 for pose in goal.path.poses]).reshape(-1, 3)
         if len(path) == 0:
             return FollowPath_Result(error_code=INVALID_PATH, error_msg="The path has no poses.")
         try:
             odom_T_map = self.tf.lookup("odom", goal.path.header.frame_id)
         except TransformError as error:
             return FollowPath_Result(error_code=NO_TRANSFORM, error_msg=f"The path cannot be placed: {error}")
-        self._take_path(path, odom_T_map)
+        self._accept_path(path, odom_T_map)
         self._feedback = feedback
         self._following = Future()
         try:
             return await self._following
         except Cancelled:
             if not self.follow_path.replacing:
-                self._halt()
+                self._stop()
             raise
 
-    def _take_path(self, path: NDArray[np.float64], odom_T_map: SE2) -> None:
+    def _accept_path(self, path: NDArray[np.float64], odom_T_map: SE2) -> None:
         goal = SE2.of(path[-1])
-        same = self._following is not None and not self._following.done and goal == self._goal
+        same_goal = self._following is not None and not self._following.done and goal == self._goal
         self._goal = goal
-        if not same:
+        if not same_goal:
             self._progress.reset()
-            self._blocked = 0.0
-            self._standing.go_on()
+            self._blocked_time = 0.0
+            self._standing.resume()
         self._path = np.column_stack([odom_T_map.apply(path[:, :2]), path[:, 2] + odom_T_map.yaw])
-        self._give(self._path, same_goal=same)
+        self._set_tracked_path(self._path, same_goal=same_goal)
 
-    def _give(self, path: NDArray[np.float64], *, same_goal: bool) -> None:
-        self._given = path
+    def _set_tracked_path(self, path: NDArray[np.float64], *, same_goal: bool) -> None:
+        self._tracked_path = path
         self._controller.set_path(path, same_goal=same_goal)
 
     async def on_spin(self, goal: Spin_Goal, feedback: Callable[[Spin_Feedback], None]) -> Spin_Result:
-        """Turn on the spot."""
-        turn, acceleration = max_turn(self.robot), max_turn_acceleration(self.robot)
-        motion = Spin(float(goal.target_yaw), turn, acceleration, goal.time_allowance.seconds or ALLOWED)
-        return Spin_Result(*await self._do(motion, SPIN, lambda: feedback(Spin_Feedback(motion.turned))))
+        """Rotate in place by target_yaw, rad."""
+        turn_rate, acceleration = max_turn(self.robot), max_turn_acceleration(self.robot)
+        motion = Spin(
+            float(goal.target_yaw),
+            turn_rate,
+            acceleration,
+            goal.time_allowance.seconds or DEFAULT_TIME_ALLOWANCE,
+        )
+        return Spin_Result(
+            *await self._run_motion(motion, SPIN, lambda: feedback(Spin_Feedback(motion.turned)))
+        )
 
     async def on_backup(
         self, goal: BackUp_Goal, feedback: Callable[[BackUp_Feedback], None]
     ) -> BackUp_Result:
-        """Go back by target.x metres, whatever its sign (nav2_behaviors back_up.cpp)."""
-        told = lambda metres: feedback(BackUp_Feedback(metres))  # noqa: E731
-        return BackUp_Result(*await self._straight(-abs(goal.target.x), goal, BACK_UP, told))
+        """Back up by target.x metres, whatever its sign (nav2_behaviors back_up.cpp)."""
+        publish_driven = lambda distance: feedback(BackUp_Feedback(distance))  # noqa: E731
+        return BackUp_Result(*await self._drive_straight(-abs(goal.target.x), goal, BACK_UP, publish_driven))
 
     async def on_drive_on_heading(
         self, goal: DriveOnHeading_Goal, feedback: Callable[[DriveOnHeading_Feedback], None]
     ) -> DriveOnHeading_Result:
-        """Go straight by target.x metres, negative is backwards; speed must have its sign."""
+        """Drive straight by target.x metres, negative is backwards; the speed must have the same sign."""
         if goal.target.x * goal.speed < 0.0:
             return DriveOnHeading_Result(Duration(), DRIVE.invalid, "Distance and speed have other signs.")
-        told = lambda metres: feedback(DriveOnHeading_Feedback(metres))  # noqa: E731
-        return DriveOnHeading_Result(*await self._straight(goal.target.x, goal, DRIVE, told))
+        publish_driven = lambda distance: feedback(DriveOnHeading_Feedback(distance))  # noqa: E731
+        return DriveOnHeading_Result(*await self._drive_straight(goal.target.x, goal, DRIVE, publish_driven))
 
-    async def _straight(
-        self, metres: float, goal: AlongX, errors: Errors, told: Callable[[float], None]
-    ) -> Ended:
+    async def _drive_straight(
+        self,
+        distance: float,
+        goal: StraightGoal,
+        errors: BehaviorErrorCodes,
+        publish_driven: Callable[[float], None],
+    ) -> MotionResult:
         if goal.target.y or goal.target.z:
             return Duration(), errors.invalid, "I drive straight only: target.y and z must be 0."
         speed = min(abs(float(goal.speed)) or max_speed(self.robot), max_speed(self.robot))
-        allowed = goal.time_allowance.seconds or ALLOWED
-        motion = Straight(metres, speed, max_acceleration(self.robot), allowed)
-        return await self._do(motion, errors, lambda: told(abs(motion.driven)))
+        time_allowance = goal.time_allowance.seconds or DEFAULT_TIME_ALLOWANCE
+        motion = Straight(distance, speed, max_acceleration(self.robot), time_allowance)
+        return await self._run_motion(motion, errors, lambda: publish_driven(abs(motion.driven)))
 
-    async def _do(self, motion: Behavior, errors: Errors, report: Callable[[], None]) -> Ended:
+    async def _run_motion(
+        self, motion: Behavior, errors: BehaviorErrorCodes, report: Callable[[], None]
+    ) -> MotionResult:
         if is_pressed(self.emergency_stop.last):
             return Duration(), errors.unknown, REFUSED
-        began, self._report = self.now_ns, report
+        start_ns, self._send_feedback = self.now_ns, report
         try:
-            code, sentence = motion_error(await self._move(motion), errors)
-        except WaitedTooLong as error:
+            code, sentence = motion_error(await self._await_motion(motion), errors)
+        except WaitTimeoutError as error:
             code, sentence = errors.unknown, str(error)
-        return Duration.of((self.now_ns - began) / 1e9), code, sentence
+        return Duration.of((self.now_ns - start_ns) / 1e9), code, sentence
 
-    async def _move(self, motion: Behavior) -> Progress:
+    async def _await_motion(self, motion: Behavior) -> Progress:
         self.follow_path.preempt()
-        if self._moved is not None:
-            self._moved.fail(Cancelled())  # another one's motion, which ends before this begins
-        self._motion, self._moved = motion, Future()
+        if self._motion_ended is not None:
+            self._motion_ended.fail(Cancelled())  # a previous motion ends before this one begins
+        self._motion, self._motion_ended = motion, Future()
         try:
-            return await self._moved
+            return await self._motion_ended
         finally:
-            self._motion = self._moved = None
-            self._halt()
+            self._motion = self._motion_ended = None
+            self._stop()
 
-    # -- the control cycle
+    # -- control loop
 
     @every(hz=RATE)
     def control(self) -> None:
-        """One command, if there is something to do."""
+        """Publish one command while a path or a motion is active."""
         if self._motion is None and self._following is None:
             return
         pose = self._pose()
         if pose is None:
-            return  # no odometry yet: the base stands
+            return  # no odometry yet: the base stands still
         self._costs.move_to(pose.x, pose.y)
         costs = self._costs.update()
-        why = self._why_stand(pose)
-        if why:
-            self._stand(why)
-        elif self._motion is not None and self._moved is not None:
-            self._step_motion(self._motion, self._moved, pose, costs)
+        reason = self._reason_to_wait(pose)
+        if reason:
+            self._wait_standing(reason)
+        elif self._motion is not None and self._motion_ended is not None:
+            self._step_motion(self._motion, self._motion_ended, pose, costs)
         elif self._following is not None:
             self._step_path(self._following, pose, costs)
 
-    def _why_stand(self, pose: SE2) -> str:
-        """A sentence, empty while it may move; a motion looks by its sensors alone, so it needs no localization."""
+    def _reason_to_wait(self, pose: SE2) -> str:
         status = self.localization_status.last
         lost = self._motion is None and status is not None and not status.localized
         return self._sensors.fault(self.now_ns, pose) or (LOST if lost else "")
 
-    def _stand(self, why: str) -> None:
-        """Wait for what is missing; to wait is not to be stuck, but it has an end."""
+    def _wait_standing(self, reason: str) -> None:
         self.cmd_vel_nav.publish(Twist())
         self._progress.reset()
-        sentence = self._standing.wait(why, 1.0 / RATE)
-        if sentence and self._moved is not None:
-            self._moved.fail(WaitedTooLong(sentence))
+        sentence = self._standing.wait(reason, 1.0 / RATE)
+        if sentence and self._motion_ended is not None:
+            self._motion_ended.fail(WaitTimeoutError(sentence))
         elif sentence and self._following is not None:
             result = FollowPath_Result(error_code=PATIENCE_EXCEEDED, error_msg=sentence)
-            self._end(self._following, result)
+            self._finish_path(self._following, result)
 
     def _command(self, v: float, w: float, pose: SE2, costs: Costmap) -> str:
-        """A twist, but not forward to where a blind camera does not look: then a sentence."""
-        why = self._sensors.blind_ahead(pose, costs) if v > 0.0 else ""
-        self.cmd_vel_nav.publish(Twist.of(0.0 if why else v, w))
-        self._standing.go_on()
-        return why
+        reason = self._sensors.blind_ahead(pose, costs) if v > 0.0 else ""
+        self.cmd_vel_nav.publish(Twist.of(0.0 if reason else v, w))
+        self._standing.resume()
+        return reason
 
-    def _step_motion(self, motion: Behavior, moved: Future[Progress], pose: SE2, costs: Costmap) -> None:
+    def _step_motion(self, motion: Behavior, ended: Future[Progress], pose: SE2, costs: Costmap) -> None:
         step = motion.update(pose, costs, 1.0 / RATE)
         blind = self._command(step.v, step.w, pose, costs)
-        self._report()
+        self._send_feedback()
         if blind or step.progress is not Progress.RUNNING:
-            moved.set(Progress.BLOCKED if blind else step.progress)
+            ended.set(Progress.BLOCKED if blind else step.progress)
 
     def _step_path(self, following: Future[FollowPath_Result], pose: SE2, costs: Costmap) -> None:
+        # replan locally around obstacles that are not on the map
         path = repaired(self._path, pose, costs, self._planner)
-        if path is not self._given:
-            self._give(path, same_goal=True)
-        v, w, status = self._controller.command(pose, self._twist(), costs)
+        if path is not self._tracked_path:
+            self._set_tracked_path(path, same_goal=True)
+        # one cycle of the controller, and the checks for progress
+        v, w, status = self._controller.command(pose, self._commanded_twist(), costs)
         blind = self._command(v, w, pose, costs)
-        self._blocked = self._blocked + 1.0 / RATE if blind or status is Status.BLOCKED else 0.0
+        self._blocked_time = self._blocked_time + 1.0 / RATE if blind or status is Status.BLOCKED else 0.0
         moving = self._progress.moving(pose, 1.0 / RATE)
         if status is Status.REACHED:
-            self._end(following, FollowPath_Result())
-        elif self._blocked >= BLOCKED_PATIENCE:
+            self._finish_path(following, FollowPath_Result())
+        elif self._blocked_time >= BLOCKED_TIMEOUT:
             sentence = blind or "Something is in the way on every side."
-            self._end(following, FollowPath_Result(error_code=NO_VALID_CONTROL, error_msg=sentence))
+            self._finish_path(following, FollowPath_Result(error_code=NO_VALID_CONTROL, error_msg=sentence))
         elif not moving:
-            self._end(
+            self._finish_path(
                 following, FollowPath_Result(error_code=STUCK, error_msg="I try to move but do not get on.")
             )
         else:
-            self._feedback(FollowPath_Feedback(length_left(path, pose), v))
+            self._feedback(FollowPath_Feedback(remaining_length(path, pose), v))
 
-    def _end(self, following: Future[FollowPath_Result], result: FollowPath_Result) -> None:
-        self._halt()
+    def _finish_path(self, following: Future[FollowPath_Result], result: FollowPath_Result) -> None:
+        self._stop()
         following.set(result)
 
-    def _halt(self) -> None:
-        """Stand still and want nothing."""
+    def _stop(self) -> None:
         self._following = None
         self.cmd_vel_nav.publish(Twist())
-        self._standing.go_on()
+        self._standing.resume()
 
-    def _twist(self) -> tuple[float, float]:
-        """Where the base's ramp is; what odometry measures lags behind it."""
+    def _commanded_twist(self) -> tuple[float, float]:
         twist = self.cmd_vel.last or Twist()
         return twist.linear.x, twist.angular.z
 
     @every(hz=1)
     def publish_health(self) -> None:
-        """Which sensor is at fault, also while nothing is to be done."""
+        """Publish the health of the obstacle sensors, also while no goal is active."""
         status = self._sensors.health(self.now_ns, self._pose(), self._costs.update())
         self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))
 
     @every(hz=1)
     def publish_costmap(self) -> None:
-        """For looking, while something is done."""
+        """Publish the local costmap for display while a path or motion is active."""
         if self._motion is not None or self._following is not None:
             self.costmap.publish(costmap_message(Header.of(self.now_ns, "odom"), self._costs.update()))

@@ -1,4 +1,4 @@
-"""The waiter: loads in the kitchen, brings food from table to table, comes home."""
+"""The delivery node: loads in the kitchen, delivers to the tables and returns home."""
 
 from __future__ import annotations
 
@@ -31,21 +31,22 @@ from chefbot.safety.emergency_stop import REFUSED, is_pressed, pressed_since
 from chefbot.storage.places import find_place
 
 NOBODY_DROVE = 9000
-"""Error code UNKNOWN of nav2_msgs/action/NavigateToPose: here, that the navigator died or could not be reached."""
+"""Error code UNKNOWN of nav2_msgs/action/NavigateToPose; here: the navigator died or is not available."""
 NO_WAY = 208
-"""NO_VALID_PATH of nav2_msgs/action/ComputePathToPose: something or somebody stands in the only way."""
-WAY_PATIENCE, WAY_PAUSE = 120.0, 10.0
-"""Seconds for which a blocked way to the kitchen or home is tried again, and between two tries: a robot that cannot
-serve the next table instead has nothing better to do."""
+"""NO_VALID_PATH of nav2_msgs/action/ComputePathToPose: an obstacle or a person blocks the only path."""
+WAY_PATIENCE, BLOCKED_RETRY_PERIOD = 120.0, 10.0
+"""Time for which a blocked path to the kitchen or home is retried, and period of the retries, s.
+
+A blocked table is skipped instead, because the robot can serve the next one."""
 DRIVER_PATIENCE = 120.0
-"""Seconds without a navigator after which a place counts as not reached: a crowded computer takes a minute to bring a
-process back."""
-LOOK_AGAIN = 0.5
-"""Seconds between two tries to find what is not there yet."""
+"""Time without a navigator after which a place counts as not reached, s: restarting a process may take a minute on a
+busy computer."""
+RETRY_PERIOD = 0.5
+"""Retry period while the places or the navigator are not available, s."""
 
 
 class DeliveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where it loads, and timers for owners who want no presses."""
+    """Names of kitchen and home, and timers that replace the buttons."""
 
     kitchen: Annotated[str, Meta(min_length=1, description="name of the place where food is loaded")] = (
         "kitchen"
@@ -62,9 +63,9 @@ class DeliveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
 
 class DeliveryNode(Node):
-    """Serves `deliver`; also takes an `order` from the page. New orders wait for the one in hand.
+    """Serves `deliver`; also accepts an `order` from the web UI. New orders wait for the current one.
 
-    `delivery_status` holds all that its next life needs to go on; what follows on what is `Round`.
+    `delivery_status` contains the complete state that is restored after a restart; `Round` is the state machine.
     """
 
     live_params = ("*",)
@@ -79,17 +80,17 @@ class DeliveryNode(Node):
     cancel: In[Empty]
     emergency_stop: In[Bool]
     navigation_goal: In[PoseStamped]
-    told_before: In[DeliveryStatus] = last_words("delivery_status")
-    stop_before: In[StopStatus] = last_words("stop_status")
+    restored_status: In[DeliveryStatus] = last_words("delivery_status")
+    restored_stop: In[StopStatus] = last_words("stop_status")
     deliver = serves(Deliver)
     navigate_to_pose = calls(NavigateToPose)
     delivery_status: Out[DeliveryStatus] = topic(latched=True)
     remark: Out[String] = topic("delivery/remark")
 
     def start(self) -> None:
-        """Idle, or on with what a life before had in hand."""
-        self._round = Round(self.params.kitchen, self.params.home, self._resolve, self._end)
-        self._shown: DeliveryStatus | None = None
+        """Start idle, or continue the round restored after a restart."""
+        self._round = Round(self.params.kitchen, self.params.home, self._resolve, self._report_outcome)
+        self._published_status: DeliveryStatus | None = None
         self._ready = False
         self._leg: Leg | None = None
         self._drive: Task[None] | None = None
@@ -97,88 +98,92 @@ class DeliveryNode(Node):
         self._goals = 0
         self._timer: tuple[str, int] | None = None
         self._feedback: Callable[[Deliver_Feedback], None] = lambda _: None
-        self.spawn(self._begin())
+        self.spawn(self._restore())
 
     def stop(self) -> None:
-        """The drive ends with the node; the round does not."""
+        """Cancel the drive when the node stops; the round is kept in the status."""
         self._leg = None
         super().stop()
 
     def reconfigure(self, params: DeliveryParams) -> None:
-        """From the next leg on."""
+        """Apply new parameters from the next leg on."""
         self.params = params
         self._round.kitchen, self._round.home = params.kitchen, params.home
 
-    def on_told_before(self, told: DeliveryStatus) -> None:
-        """All of it is taken over before anything new comes."""
-        self._round.resume(told)
+    def on_restored_status(self, restored: DeliveryStatus) -> None:
+        """Restore the round after a restart, before any new message is processed."""
+        self._round.resume(restored)
 
-    async def _begin(self) -> None:
-        """What a life before had accepted goes on, unless STOP was pressed since."""
-        await self.sleep(0.0)  # last words come before
-        told = self.told_before.last
-        if told is not None:
+    async def _restore(self) -> None:
+        """Continue the restored round, unless the emergency stop was pressed since."""
+        await self.sleep(0.0)  # restored messages are delivered first
+        restored = self.restored_status.last
+        if restored is not None:
             pressed = is_pressed(self.emergency_stop.last)
-            if pressed or told.held == "stop" or pressed_since(self.stop_before.last, told.header.stamp.ns):
+            if (
+                pressed
+                or restored.held == "stop"
+                or pressed_since(self.restored_stop.last, restored.header.stamp.ns)
+            ):
                 self._round.stop(True)
                 self._round.stop(pressed)
         self._publish()
         while self._round.leg is not None and self.places.last is None:
-            await self.sleep(LOOK_AGAIN)
+            await self.sleep(RETRY_PERIOD)
         self._ready = True
-        self._follow()
+        self._update_drive()
 
-    # -- what is said to it
+    # -- subscriptions
 
     def on_order(self, order: Order) -> None:
-        """Begin, or put it behind the others; either way it is published, as whoever asks again has not heard it."""
-        self._shown = None
+        """Accept an order and publish the status even if unchanged, as a repeated request was not acknowledged."""
+        self._published_status = None
         self._round.order(order)
-        self._follow()
+        self._update_drive()
 
     def on_loaded(self, _: Empty) -> None:
-        """The food is on the tray."""
+        """Leave the kitchen: the food is on the tray."""
         self._round.loaded()
-        self._follow()
+        self._update_drive()
 
     def on_taken(self, _: Empty) -> None:
-        """The guest has the food."""
+        """Count the table as served: the guest has taken the food."""
         self._round.taken()
-        self._follow()
+        self._update_drive()
 
     def on_not_taken(self, _: Empty) -> None:
-        """Nobody takes it: on to the next table."""
+        """Skip the table, where nobody takes the food."""
         self._round.skip()
-        self._follow()
+        self._update_drive()
 
     def on_round_choice(self, choice: String) -> None:
-        """Of a round that waits: go_on, kitchen or end."""
-        self._try(lambda: self._round.choose(choice.data))
+        """Process the operator's choice for a waiting round: go_on, kitchen or end."""
+        self._apply_event(lambda: self._round.choose(choice.data))
 
     def on_errand(self, errand: Errand) -> None:
-        """Drive somewhere else."""
-        self._try(lambda: self._round.go(errand))
+        """Drive to another place on request of the operator."""
+        self._apply_event(lambda: self._round.go(errand))
 
     def on_cancel(self, _: Empty) -> None:
-        """Give up all orders."""
+        """Cancel the round and all orders."""
         self._round.cancel()
-        self._follow()
+        self._update_drive()
 
     def on_emergency_stop(self, pressed: Bool) -> None:
-        """The round is kept; nothing starts by itself when the button is released."""
+        """Hold the round on an emergency stop; nothing resumes by itself after the release."""
         self._round.stop(pressed.data)
-        self._follow()
+        self._update_drive()
 
     def on_navigation_goal(self, _: PoseStamped) -> None:
-        """Somebody else's, where none of ours is under way: the robot leaves the place where food is taken."""
+        """Note that another client's goal moves the robot away, if no drive of this node is active."""
         if self._drive is None:
             self._round.diverted()
-            self._follow()
+            self._update_drive()
 
     async def on_deliver(
         self, goal: Deliver_Goal, feedback: Callable[[Deliver_Feedback], None]
     ) -> Deliver_Result:
-        """An order like any other, with its outcome as the result; who cancels the goal withdraws the order."""
+        """Accept an order by action and return its outcome; canceling the goal withdraws the order."""
         self._goals += 1
         order = Order(goal.places, f"{self.name} {self.now_ns} {self._goals}")
         result = self._results[order.id] = Future[Outcome]()
@@ -188,76 +193,76 @@ class DeliveryNode(Node):
             outcome = await result
         except Cancelled:
             self._round.withdraw(order.id)
-            self._follow()
+            self._update_drive()
             raise
         finally:
             del self._results[order.id]
         return Deliver_Result(outcome.delivered, outcome.code, outcome.sentence if outcome.code else "")
 
-    # -- what follows on it
+    # -- driving and publishing
 
-    def _try(self, event: Callable[[], None]) -> None:
-        """What cannot be done is said to people."""
+    def _apply_event(self, event: Callable[[], None]) -> None:
+        """Apply an event to the round and publish a remark if it is refused."""
         try:
             event()
         except UserError as error:
             self.remark.publish(String(str(error)))
-        self._follow()
+        self._update_drive()
 
-    def _follow(self) -> None:
-        """Drive where the round wants the robot, and publish how it stands."""
+    def _update_drive(self) -> None:
+        """Publish the status and start, replace or cancel the drive according to the round's leg."""
         self._publish()
         leg = self._round.leg if self._ready else None
-        number, under_way = (one.number if one else None for one in (leg, self._leg))
-        if number == under_way:
+        requested, current = (each.number if each else None for each in (leg, self._leg))
+        if requested == current:
             return
-        self._leg, drive = leg, self._drive
-        if drive is not None:
-            drive.cancel()
-        self._drive = self.spawn(self._go(leg)) if leg is not None else None
+        self._leg, running = leg, self._drive
+        if running is not None:
+            running.cancel()
+        self._drive = self.spawn(self._drive_leg(leg)) if leg is not None else None
 
-    async def _go(self, leg: Leg) -> None:
-        """Until it is there, cannot get there, or is sent elsewhere."""
+    async def _drive_leg(self, leg: Leg) -> None:
+        """Drive a leg until it is reached, fails or is preempted."""
         try:
             result = await self._navigate(leg)
         except Cancelled:
             if self._leg is not leg:
-                raise  # the round wants something else
+                raise  # cancelled because the round has another leg
             self._round.diverted()
         else:
             if result.error_msg == REFUSED:
-                self._round.stop(True)  # the base has published it, and it has not come here yet
+                self._round.stop(True)  # the emergency stop message has not arrived here yet
             else:
                 self._round.arrived(result.error_msg if result.error_code else "")
         self._drive = self._leg = None
-        self._follow()
+        self._update_drive()
 
     async def _navigate(self, leg: Leg) -> NavigateToPose_Result:
-        """Again, if a navigator has died on the way, or if the way to the kitchen or home is blocked."""
+        """Navigate, and retry if the navigator died or the path to the kitchen or home is blocked."""
         pose = leg.pose or self._poses().get(leg.place)
         if pose is None:
             await self.sleep(0.0)
             return NavigateToPose_Result(NOBODY_DROVE, f"there is no place called {leg.place!r} on this map")
         failing_since = None
         while True:
-            began, result = self.now_ns, await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
-            lasted = (self.now_ns - began) / SECOND
-            if failing_since is None or (result.error_code == NOBODY_DROVE and lasted > DRIVER_PATIENCE):
-                failing_since = self.now_ns  # it was driven until now
-            patience = self._patience(leg, result.error_code)
+            start_ns, result = self.now_ns, await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
+            duration = (self.now_ns - start_ns) / SECOND
+            if failing_since is None or (result.error_code == NOBODY_DROVE and duration > DRIVER_PATIENCE):
+                failing_since = self.now_ns  # the drive was active until now
+            patience = self._retry_time(leg, result.error_code)
             if self.now_ns >= failing_since + round(patience * SECOND):
                 return result
-            await self.sleep(WAY_PAUSE if result.error_code == NO_WAY else LOOK_AGAIN)
+            await self.sleep(BLOCKED_RETRY_PERIOD if result.error_code == NO_WAY else RETRY_PERIOD)
 
-    def _patience(self, leg: Leg, code: int) -> float:
-        """Seconds since the first failure in which a drive that ended so is tried again."""
+    def _retry_time(self, leg: Leg, code: int) -> float:
+        """Return the time (s) since the first failure for which a drive with this error code is retried."""
         if code == NOBODY_DROVE:
             return DRIVER_PATIENCE
-        must = leg.place in (self.params.kitchen, self.params.home)
-        return WAY_PATIENCE if must and code == NO_WAY else 0.0
+        required = leg.place in (self.params.kitchen, self.params.home)
+        return WAY_PATIENCE if required and code == NO_WAY else 0.0
 
-    def _watch_timer(self) -> None:
-        """Of an owner who wants no presses; it begins again when the robot has come back to the place."""
+    def _update_timer(self) -> None:
+        """Start the timer that replaces a button; it restarts when the robot returns to the place."""
         status = self._round.status
         times = {"loading": self.params.loading_time, "waiting": self.params.taking_time}
         seconds = 0.0 if status.held else times.get(status.state, 0.0)
@@ -271,30 +276,30 @@ class DeliveryNode(Node):
         await self.sleep(seconds)
         if self._timer == key:
             (self._round.loaded if key[0] == "loading" else self._round.taken)()
-            self._follow()
+            self._update_drive()
 
     def _publish(self) -> None:
-        self._watch_timer()
+        self._update_timer()
         status = self._round.status
-        if status is self._shown:
+        if status is self._published_status:
             return
-        self._shown = status
+        self._published_status = status
         header = Header.of(self.now_ns, "map")
         self.delivery_status.publish(msgspec.structs.replace(status, header=header))
         if self.deliver.busy:
             self._feedback(Deliver_Feedback(status.sentence))
 
-    def _end(self, outcome: Outcome) -> None:
-        """For who asked by action; others see the status, also where another round follows at once."""
+    def _report_outcome(self, outcome: Outcome) -> None:
+        """Publish the status and set the result of the action goal, if the order came by action."""
         self._publish()
         if outcome.order_id in self._results:
             self._results[outcome.order_id].set(outcome)
 
-    def _resolve(self, wishes: tuple[str, ...]) -> tuple[str, ...]:
-        known = self._poses()
-        for own in (self.params.kitchen, self.params.home):
-            find_place(own, known)
-        return tuple(find_place(wish, known) for wish in wishes)
+    def _resolve(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        places = self._poses()
+        for place in (self.params.kitchen, self.params.home):
+            find_place(place, places)
+        return tuple(find_place(name, places) for name in names)
 
     def _poses(self) -> dict[str, PoseStamped]:
         return {place.name: place.pose for place in self.places.last.places} if self.places.last else {}

@@ -1,4 +1,4 @@
-"""Depth images to what mapping and navigation use: a flat scan, and obstacles of any height."""
+"""Converts depth images to a planar laser scan and to an obstacle scan of all heights."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from chefbot.scan.depth_to_scan import DepthToScan, DepthToScanParams
 from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams
 
 OVERHEAD = 0.05
-"""Metres above the robot's top that must be free as well."""
+"""Height above the robot's top that must be free as well, m."""
 
 
 class DepthParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Both conversions."""
+    """Parameters of the two conversions."""
 
     scan: DepthToScanParams = DepthToScanParams()
     obstacles: ObstacleScanParams = ObstacleScanParams()
 
 
 class DepthToScanNode(Node):
-    """The flat scan is the robot's `scan` where it has no lidar, else it goes to `depth_scan` for looking."""
+    """Publishes the planar scan on `scan` if the robot has no lidar, else on `depth_scan` for display."""
 
     params: DepthParams
     depth: In[Image] = topic("camera/depth/image_raw")
@@ -39,24 +39,24 @@ class DepthToScanNode(Node):
     obstacles: Out[ObstacleScan]
 
     def start(self) -> None:
-        """Tables of angles, from the robot's camera."""
+        """Prepare the conversions from the robot's camera model."""
         camera = self.robot.sensors.depth_camera
         if camera is None:
             for port in (self.scan, self.depth_scan, self.obstacles):
                 port.withdraw()
-            return  # no images will come
+            return  # the robot has no depth camera
         self._camera = camera
-        self._out, other = self.scan, self.depth_scan
+        self._out, unused = self.scan, self.depth_scan
         if self.robot.sensors.lidar is not None:
-            self._out, other = other, self._out
-        other.withdraw()
+            self._out, unused = unused, self._out
+        unused.withdraw()
         self._model = CameraModel.of(camera)
-        self._flat = DepthToScan(self._model, self.params.scan)
-        top = overall_height(self.robot) + OVERHEAD
-        self._obstacles = ObstacleScanner(self._model, camera.mount, top, self.params.obstacles)
+        self._converter = DepthToScan(self._model, self.params.scan)
+        max_height = overall_height(self.robot) + OVERHEAD
+        self._obstacles = ObstacleScanner(self._model, camera.mount, max_height, self.params.obstacles)
 
     def on_depth(self, image: Image) -> None:
-        """Convert at once; the stamp stays that of the image."""
+        """Convert a depth image; the scans keep its stamp."""
         depth = depth_image(
             image.data.tobytes(),
             image.encoding,
@@ -66,8 +66,8 @@ class DepthToScanNode(Node):
             bool(image.is_bigendian),
         )
         header = msgspec.structs.replace(image.header, frame_id=CAMERA_FRAME)
-        seen = self._obstacles.scan(depth)
-        self._out.publish(self._laser_scan(header, self._flat.convert(depth)))
+        result = self._obstacles.scan(depth)
+        self._out.publish(self._laser_scan(header, self._converter.convert(depth)))
         angles = self._obstacles.angles
         self.obstacles.publish(
             ObstacleScan(
@@ -75,16 +75,16 @@ class DepthToScanNode(Node):
                 float(angles[0]),
                 float(angles[1] - angles[0]),
                 self._camera.range_max,
-                seen.obstacles,
-                seen.clear_from,
-                seen.clear_to,
-                seen.bottom,
-                seen.top,
+                result.obstacles,
+                result.clear_from,
+                result.clear_to,
+                result.bottom,
+                result.top,
             )
         )
 
     def _laser_scan(self, header: Header, ranges: NDArray[np.float32]) -> LaserScan:
-        scan = self._flat
+        scan = self._converter
         return LaserScan(
             header,
             scan.angle_min,

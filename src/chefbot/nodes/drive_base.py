@@ -1,4 +1,4 @@
-"""The one gate between everything that commands and the wheels."""
+"""The drive base: command multiplexer, emergency stop and velocity limits in front of the wheels."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from chefbot.safety.velocity_limiter import Limiter, LimiterParams
 
 RATE = 20.0
 ECHO_TIMEOUT_NS = 300_000_000
-"""An older echo says nothing of what is ahead now."""
-CALM = 0.6
-"""Share of the acceleration that this braking plans with."""
-LET_GO_NS = 300_000_000
-"""Silence after which a command is a new one."""
+"""Maximum age of an echo of the ultrasonic ranger, ns."""
+PLANNED_BRAKING_FRACTION = 0.6
+"""Fraction of the maximum acceleration that braking before the ultrasonic ranger's obstacle plans with."""
+RELEASE_TIMEOUT_NS = 300_000_000
+"""Pause after which a command counts as a new one, ns."""
 PRESSED = "STOP was pressed."
 RELEASED = "STOP was released."
-SAID_ELSEWHERE = "Somebody said STOP on emergency_stop."
+PRESSED_BY_TOPIC = "Somebody said STOP on emergency_stop."
 STILL_STOPPED = "The base began anew; STOP was pressed before, and still is. Release it to drive."
 NOT_KNOWN = "The base began anew and does not know whether it was stopped, so it is. Release STOP to drive."
 
 
 class BaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How long a person's hand on the controls keeps navigation off."""
+    """Parameters of the velocity limiter, the teleop priority and the ultrasonic safety margin."""
 
     limiter: LimiterParams = LimiterParams()
     teleop_hold: Annotated[
@@ -43,8 +43,8 @@ class BaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     ] = 0.04
 
 
-class Heard(NamedTuple):
-    """A command and when it came."""
+class StampedCommand(NamedTuple):
+    """A commanded twist (m/s, rad/s) with its time of reception."""
 
     v: float
     w: float
@@ -52,13 +52,14 @@ class Heard(NamedTuple):
 
 
 class BaseNode(Node):
-    """Twists to wheel speeds: a person before navigation, STOP before both, limits and ramps behind all.
+    """Converts twists to wheel speeds: teleop overrides navigation, the emergency stop overrides both.
 
-    `cmd_vel` tells what was really commanded. A command that is not repeated is a stop.
+    Velocity limits and ramps apply to all. `cmd_vel` is the twist actually commanded. A command that is not repeated
+    is a stop.
 
-    The state of STOP is this node's alone: all others ask by `stop_request`, and it tells everybody, late comers
-    too, on `emergency_stop`, and why on `stop_status`. A STOP that somebody says on `emergency_stop` itself counts;
-    to take one back there does not.
+    This node alone owns the state of the emergency stop: others request a change on `stop_request`, and the node
+    publishes the state on `emergency_stop` and the reason on `stop_status`, both transient local. A stop published
+    on `emergency_stop` by another node counts; a release published there does not.
     """
 
     live_params = ("*",)
@@ -66,9 +67,9 @@ class BaseNode(Node):
     cmd_vel_teleop: In[Twist]
     cmd_vel_nav: In[Twist]
     stop_request: In[Bool]
-    stop_elsewhere: In[Bool] = topic("emergency_stop")
-    told_before: In[StopStatus] = last_words("stop_status")
-    lived_before: In[Empty] = last_words(LIFE)
+    external_stop: In[Bool] = topic("emergency_stop")
+    restored_status: In[StopStatus] = last_words("stop_status")
+    restarted: In[Empty] = last_words(LIFE)
     process_lost: In[String]
     process_back: In[String]
     ultrasonic: In[Range]
@@ -79,111 +80,116 @@ class BaseNode(Node):
     remark: Out[String] = topic("base/remark")
 
     def start(self) -> None:
-        """Stand still."""
+        """Start at standstill and publish the state of the emergency stop."""
         self._limiter = Limiter(Limits.of(self.robot), self.params.limiter)
-        self._person: Heard | None = None
-        self._navigation: Heard | None = None
+        self._teleop: StampedCommand | None = None
+        self._navigation: StampedCommand | None = None
         self._stop = StopStatus()
-        self._stop_is_told = False
-        self._held_ns: dict[str, int] = {}
-        self._missing: set[str] = set()
-        self.spawn(self._begin())
+        self._stop_published = False
+        self._refused_ns: dict[str, int] = {}
+        self._lost_processes: set[str] = set()
+        self.spawn(self._publish_initial_stop())
 
-    async def _begin(self) -> None:
-        """Tell how it stands, once the life before, if there was one, has told it."""
+    async def _publish_initial_stop(self) -> None:
+        """Publish the initial emergency stop state, unless a state restored after a restart was published before."""
         await self.sleep(0.0)
-        if not self._stop_is_told:
-            self._take_stop(self._stop)
+        if not self._stop_published:
+            self._publish_stop(self._stop)
 
     def reconfigure(self, params: BaseParams) -> None:
-        """From the next command on."""
+        """Apply new parameters from the next command on."""
         self.params = params
         self._limiter.params = params.limiter
 
     def on_cmd_vel_teleop(self, twist: Twist) -> None:
-        """A person drives."""
-        if not self._is_held_on("person", twist):
-            self._person = self._heard(twist)
+        """Accept a twist from teleoperation."""
+        if not self._held_since_estop("person", twist):
+            self._teleop = self._stamped(twist)
 
     def on_cmd_vel_nav(self, twist: Twist) -> None:
-        """Navigation drives."""
-        if not self._is_held_on("navigation", twist):
-            self._navigation = self._heard(twist)
+        """Accept a twist from navigation."""
+        if not self._held_since_estop("navigation", twist):
+            self._navigation = self._stamped(twist)
 
-    def _is_held_on(self, who: str, twist: Twist) -> bool:
-        """Whether it is said without a pause since STOP was pressed: who means it now lets go and says it again."""
-        wants = bool(twist.linear.x or twist.angular.z)
-        last_ns = self._held_ns.pop(who, None)
-        held = wants and (self._stop.stopped or (last_ns is not None and self.now_ns - last_ns <= LET_GO_NS))
+    def _held_since_estop(self, source: str, twist: Twist) -> bool:
+        """Return whether a source has commanded motion without a pause since the emergency stop.
+
+        After the release a command counts only once its source has paused for RELEASE_TIMEOUT_NS.
+        """
+        moving = bool(twist.linear.x or twist.angular.z)
+        last_ns = self._refused_ns.pop(source, None)
+        held = moving and (
+            self._stop.stopped or (last_ns is not None and self.now_ns - last_ns <= RELEASE_TIMEOUT_NS)
+        )
         if held:
-            self._held_ns[who] = self.now_ns
+            self._refused_ns[source] = self.now_ns
         return held
 
-    def on_told_before(self, status: StopStatus) -> None:
-        """Who was stopped when the process died still is."""
+    def on_restored_status(self, status: StopStatus) -> None:
+        """Restore an active emergency stop after a restart."""
         self._stop = status
         if status.stopped:
-            self._still_stopped(STILL_STOPPED)
+            self._restore_stop(STILL_STOPPED)
 
-    def on_lived_before(self, _: Empty) -> None:
-        """A robot that does not know stops."""
-        if self.told_before.last is None:
-            self._still_stopped(NOT_KNOWN)
+    def on_restarted(self, _: Empty) -> None:
+        """Activate the emergency stop after a restart if its state could not be restored."""
+        if self.restored_status.last is None:
+            self._restore_stop(NOT_KNOWN)
 
-    def on_stop_request(self, press: Bool) -> None:
-        """A person, by a page or a button; again while it is pressed says nothing new."""
-        if press.data != self._stop.stopped:
-            self._change_stop(press.data, PRESSED if press.data else RELEASED)
+    def on_stop_request(self, request: Bool) -> None:
+        """Press or release the emergency stop on request; repeated requests have no effect."""
+        if request.data != self._stop.stopped:
+            self._set_stop(request.data, PRESSED if request.data else RELEASED)
 
-    def on_stop_elsewhere(self, pressed: Bool) -> None:
-        """Our own word, or that of somebody who does not know whose it is to say."""
+    def on_external_stop(self, pressed: Bool) -> None:
+        """Process `emergency_stop`: this node's own message or that of another publisher."""
         if pressed.data and not self._stop.stopped:
-            self._change_stop(True, SAID_ELSEWHERE)
+            self._set_stop(True, PRESSED_BY_TOPIC)
         elif not pressed.data and self._stop.stopped:
-            self._take_stop(self._stop)  # whoever heard the other word hears ours after it
+            self._publish_stop(self._stop)  # overrides the other publisher's message at all subscribers
 
-    def _still_stopped(self, sentence: str) -> None:
-        self._change_stop(True, sentence)
+    def _restore_stop(self, sentence: str) -> None:
+        self._set_stop(True, sentence)
         self.remark.publish(String(sentence))
 
-    def _change_stop(self, stopped: bool, sentence: str) -> None:
-        """Latched: what was commanded before it does not come back."""
+    def _set_stop(self, stopped: bool, sentence: str) -> None:
+        """Change the emergency stop state; earlier commands are discarded and do not resume after the release."""
         now = Header.of(self.now_ns, "base_link")
         pressed_at = now.stamp if stopped and not self._stop.stopped else self._stop.pressed_at
         if stopped:
-            self._person = self._navigation = None
+            self._teleop = self._navigation = None
             self._limiter.reset()
-            self._say(0.0, 0.0)
-        self._take_stop(StopStatus(now, stopped, pressed_at, sentence))
+            self._publish_command(0.0, 0.0)
+        self._publish_stop(StopStatus(now, stopped, pressed_at, sentence))
 
-    def _take_stop(self, status: StopStatus) -> None:
-        self._stop, self._stop_is_told = status, True
+    def _publish_stop(self, status: StopStatus) -> None:
+        self._stop, self._stop_published = status, True
         self.stop_status.publish(status)
         self.emergency_stop.publish(Bool(status.stopped))
 
     def on_process_lost(self, process: String) -> None:
-        """Nobody thinks about what it did any more: stand, at once and without a ramp.
+        """Stop at once, without a ramp, when a process of the launch is lost.
 
-        Navigation counts again when the process is back; a person may drive before.
+        Navigation commands count again when the process is back; teleoperation is possible before.
         """
-        self._missing.add(process.data)
-        self._person = self._navigation = None
+        self._lost_processes.add(process.data)
+        self._teleop = self._navigation = None
         self._limiter.reset()
-        self._say(0.0, 0.0)
+        self._publish_command(0.0, 0.0)
 
     def on_process_back(self, process: String) -> None:
-        """All of it is there."""
-        self._missing.discard(process.data)
+        """Accept navigation again once no process is missing."""
+        self._lost_processes.discard(process.data)
 
     @every(hz=RATE)
     def command(self) -> None:
-        """The next step of the ramp."""
-        heard = None if self._stop.stopped else self._chosen()
-        v, w, age = (0.0, 0.0, 0.0) if heard is None else (heard.v, heard.w, self._age(heard))
+        """Publish the next step of the velocity ramp."""
+        command = None if self._stop.stopped else self._select_command()
+        v, w, age = (0.0, 0.0, 0.0) if command is None else (command.v, command.w, self._age(command))
         v, w = self._limiter.step(min(v, self._safe_speed()), w, age, 1.0 / RATE)
-        self._say(v, w)
+        self._publish_command(v, w)
 
-    def _say(self, v: float, w: float) -> None:
+    def _publish_command(self, v: float, w: float) -> None:
         self.cmd_vel.publish(Twist.of(v, w))
         left, right = wheel_speeds(v, w, self.robot)
         radius = self.robot.wheel_radius
@@ -192,21 +198,24 @@ class BaseNode(Node):
         )
 
     def _safe_speed(self) -> float:
-        """Forward speed from which it stops before what the ranger sees: the camera is blind to what is near."""
+        """Return the forward speed (m/s) from which the robot stops before the ultrasonic ranger's obstacle.
+
+        The depth camera does not see what is that near.
+        """
         sonar, echo = self.robot.sensors.ultrasonic, self.ultrasonic.last
         if sonar is None or echo is None or self.now_ns - echo.header.stamp.ns > ECHO_TIMEOUT_NS:
             return math.inf
-        to_rim = self.robot.footprint_radius - sonar.mount.x
-        room = max(0.0, echo.range - to_rim - self.params.ultrasonic_margin)
-        return math.sqrt(2.0 * CALM * max_acceleration(self.robot) * room)
+        sonar_to_edge = self.robot.footprint_radius - sonar.mount.x
+        free_distance = max(0.0, echo.range - sonar_to_edge - self.params.ultrasonic_margin)
+        return math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * max_acceleration(self.robot) * free_distance)
 
-    def _chosen(self) -> Heard | None:
-        if self._person is not None and self._age(self._person) <= self.params.teleop_hold:
-            return self._person
-        return None if self._missing else self._navigation
+    def _select_command(self) -> StampedCommand | None:
+        if self._teleop is not None and self._age(self._teleop) <= self.params.teleop_hold:
+            return self._teleop
+        return None if self._lost_processes else self._navigation
 
-    def _heard(self, twist: Twist) -> Heard:
-        return Heard(twist.linear.x, twist.angular.z, self.now_ns)
+    def _stamped(self, twist: Twist) -> StampedCommand:
+        return StampedCommand(twist.linear.x, twist.angular.z, self.now_ns)
 
-    def _age(self, heard: Heard) -> float:
-        return (self.now_ns - heard.time_ns) / 1e9
+    def _age(self, command: StampedCommand) -> float:
+        return (self.now_ns - command.time_ns) / 1e9

@@ -1,4 +1,4 @@
-"""Maps a building by itself: goes where it has not looked yet, until nothing that can be reached is left."""
+"""Autonomous exploration: drives to frontiers until no reachable one is left."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ from chefbot.runtime.coroutines import Cancelled, Future, Task, first_of
 from chefbot.runtime.node import In, Node, Out, last_words, topic
 from chefbot.safety.emergency_stop import pressed_since
 
-LOOK_PERIOD = 2.0
-"""Seconds between two looks at the growing map while driving."""
-MAP_PATIENCE = 2.5
-"""Seconds that a mapper takes to publish what it has seen."""
-DONE_LOOKS = 2
-"""So many maps in a row must show nothing to explore: the last scans may not be drawn yet."""
+CHECK_PERIOD = 2.0
+"""Period at which the frontier is checked on the growing map while driving, s."""
+MAP_TIMEOUT = 2.5
+"""Maximum time that the mapper takes to publish a new map, s."""
+EMPTY_MAPS_TO_FINISH = 2
+"""Consecutive maps without a frontier that end the exploration: the last scans may not be in the map yet."""
 
 
 class ExplorerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What counts as reachable, and how goals are chosen."""
+    """Parameters of reachability and goal selection."""
 
     explorer: ExplorerParams = ExplorerParams()
     costmap: CostmapParams = CostmapParams()
@@ -54,21 +54,21 @@ class ExplorerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
 
 
 class ExplorerNode(Node):
-    """Sends the navigator from frontier to frontier; `exploration_status` says how far it is, what is left."""
+    """Sends the navigator from frontier to frontier; `exploration_status` reports progress and skipped frontiers."""
 
     live_params = ("go_home",)
     params: ExplorerNodeParams
     map: In[OccupancyGrid]
     cancel: In[Empty]
     emergency_stop: In[Bool]
-    told_before: In[ExplorationStatus] = last_words("exploration_status")
-    stop_before: In[StopStatus] = last_words("stop_status")
+    restored_status: In[ExplorationStatus] = last_words("exploration_status")
+    restored_stop: In[StopStatus] = last_words("stop_status")
     navigate_to_pose = calls(NavigateToPose)
     spin = calls(Spin)
     exploration_status: Out[ExplorationStatus] = topic(latched=True)
 
     def start(self) -> None:
-        """Begin with a look around; in another life go on, from the map as it is."""
+        """Start exploring with a full turn, also after a restart, with the map as it is."""
         self._explorer = Explorer(self.robot.footprint_radius, self._field_of_view(), self.params.explorer)
         self._planner = GridPlanner(self.params.planner)
         self._new_map: Future[None] = Future()
@@ -82,102 +82,106 @@ class ExplorerNode(Node):
         return sensors.depth_camera.field_of_view
 
     def on_map(self, _: OccupancyGrid) -> None:
-        """Wake who waits for it."""
-        waiting, self._new_map = self._new_map, Future()
-        waiting.set(None)
+        """Complete the future of the tasks that wait for a map."""
+        pending, self._new_map = self._new_map, Future()
+        pending.set(None)
 
     def on_cancel(self, _: Empty) -> None:
-        """The operator has had enough."""
+        """Cancel the exploration on request of the operator."""
         self._task.cancel()
 
     def on_emergency_stop(self, pressed: Bool) -> None:
-        """It does not go on by itself when the button is released."""
+        """Cancel the exploration; it does not resume by itself after the release."""
         if pressed.data:
             self._task.cancel()
 
     async def _explore(self) -> None:
-        await self.sleep(0.0)  # last words come before
-        told = self.told_before.last
-        if told is not None and told.done:
-            self.exploration_status.publish(told)
+        await self.sleep(0.0)  # restored messages are delivered first
+        restored = self.restored_status.last
+        if restored is not None and restored.done:
+            self.exploration_status.publish(restored)
             return
-        if told is not None and pressed_since(self.stop_before.last, told.header.stamp.ns):
-            self._tell(True, Decision(None, ()), "Exploration ended when STOP was pressed.")
+        if restored is not None and pressed_since(self.restored_stop.last, restored.header.stamp.ns):
+            self._publish_status(True, Decision(None, ()), "Exploration ended when STOP was pressed.")
             return
         try:
             await self._look_around()
-            empty = 0
-            while empty < DONE_LOOKS:
-                await self._fresh_map()
+            empty_maps = 0
+            while empty_maps < EMPTY_MAPS_TO_FINISH:
+                await self._await_new_map()
                 decision = self._decide()
-                empty = empty + 1 if decision.goal is None else 0
+                empty_maps = empty_maps + 1 if decision.goal is None else 0
                 if decision.goal is not None:
-                    self._tell(False, decision, "Exploring.")
+                    self._publish_status(False, decision, "Exploring.")
                     await self._visit(decision.goal)
             if self.params.go_home:
-                self._tell(False, decision, "Everything within reach is seen; going home.")
+                self._publish_status(False, decision, "Everything within reach is seen; going home.")
                 await self._go(SE2(0.0, 0.0, 0.0))
-            self._tell(True, decision, "Everything within reach is seen.")
+            self._publish_status(True, decision, "Everything within reach is seen.")
         except Cancelled:
-            self._tell(True, Decision(None, ()), "Exploration was cancelled.")
+            self._publish_status(True, Decision(None, ()), "Exploration was cancelled.")
             raise
 
     async def _look_around(self) -> None:
-        """Once left, once right about, so that a turn's error of scale is taken back by the next."""
+        """Turn once around, alternately left and right, so that the scale errors of the heading cancel."""
         self._turn = -self._turn
         await self.spin.call(Spin_Goal(self._turn, Duration.of(30.0)))
 
     async def _visit(self, goal: Goal) -> None:
-        """Go and look; turn to a better goal as soon as this one has shown itself on the way."""
-        going = self._go(goal.pose)
+        """Drive to a goal, and stop early once its frontier has been mapped on the way."""
+        driving = self._go(goal.pose)
         try:
-            while not going.done and self._worth(goal):
-                await first_of(going, self.sleep(LOOK_PERIOD))
+            while not driving.done and self._worth(goal):
+                await first_of(driving, self.sleep(CHECK_PERIOD))
         finally:
-            going.abandon()
-        if going.done and going.result().error_code:
+            driving.abandon()
+        if driving.done and driving.result().error_code:
             self._explorer.fruitless(goal)
-        elif going.done:
+        elif driving.done:
             if goal.look_around:
                 await self._look_around()
-            await self._fresh_map()
+            await self._await_new_map()
             if self._worth(goal):
                 self._explorer.fruitless(goal)
 
-    async def _fresh_map(self) -> None:
-        """The next map; a mapper that has nothing to add publishes none."""
+    async def _await_new_map(self) -> None:
+        """Wait for the next map, with a timeout: a mapper without new data publishes none."""
         while self.map.last is None:
             await self._new_map
-        await first_of(self._new_map, self.sleep(MAP_PATIENCE))
+        await first_of(self._new_map, self.sleep(MAP_TIMEOUT))
 
     def _go(self, pose: SE2) -> Future[NavigateToPose_Result]:
         stamped = PoseStamped(Header.of(self.now_ns, "map"), Pose.of(pose))
         return self.navigate_to_pose.call(NavigateToPose_Goal(stamped))
 
     def _worth(self, goal: Goal) -> bool:
-        """Whether the goal's frontier is still there."""
+        """Return whether the goal's frontier is still there."""
         if self.map.last is None:
             return True
         return self._explorer.still_there(self.map.last.grid, goal)
 
     def _decide(self) -> Decision:
-        """The next goal on the map as it is now."""
+        """Select the next goal on the latest map."""
         assert self.map.last is not None
         grid = self.map.last.grid
-        here = self.tf.lookup("map", "base_link")
-        return self._explorer.decide(grid, self._cost_to_come(grid, here), here)
+        robot = self.tf.lookup("map", "base_link")
+        return self._explorer.decide(grid, self._cost_to_come(grid, robot), robot)
 
-    def _cost_to_come(self, grid: Grid, here: SE2) -> NDArray[np.float32]:
+    def _cost_to_come(self, grid: Grid, robot: SE2) -> NDArray[np.float32]:
         costs = LayeredCostmap(
             self.params.costmap, self.robot.footprint_radius, wary=self.robot.sensors.look_ahead_only
         )
         costs.set_static(grid)
         try:
-            return self._planner.potential(costs.update(), here)
+            return self._planner.potential(costs.update(), robot)
         except PlanningError:
-            return np.full(grid.cells.shape, np.inf, np.float32)  # inside something: nothing is reachable
+            # the robot's cell is occupied: nothing is reachable
+            return np.full(grid.cells.shape, np.inf, np.float32)
 
-    def _tell(self, done: bool, decision: Decision, sentence: str) -> None:
-        left = tuple(f"({one.x:.1f}, {one.y:.1f}) {one.length:.1f} m: {one.reason}" for one in decision.left)
+    def _publish_status(self, done: bool, decision: Decision, sentence: str) -> None:
+        remaining = tuple(
+            f"({frontier.x:.1f}, {frontier.y:.1f}) {frontier.length:.1f} m: {frontier.reason}"
+            for frontier in decision.left
+        )
         header = Header.of(self.now_ns, "map")
-        self.exploration_status.publish(ExplorationStatus(header, done, len(left), sentence, left))
+        self.exploration_status.publish(ExplorationStatus(header, done, len(remaining), sentence, remaining))

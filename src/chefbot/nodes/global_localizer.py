@@ -1,4 +1,4 @@
-"""Finds out where the robot is: looks around, and moves on a little while it is not sure."""
+"""Active global localization: turns and moves carefully until localization has converged."""
 
 from __future__ import annotations
 
@@ -18,66 +18,69 @@ from chefbot.runtime.coroutines import Task, first_of
 from chefbot.runtime.node import In, Node, Out, last_words, topic
 
 SURE_FOR = 3
-"""So many updates in a row must be sure: two rooms can look alike for a moment."""
-PIECE = math.pi / 4
-"""Radians of a turn between two looks at how sure it is."""
-STEP = 0.6
-"""Metres that it goes on when a whole turn did not tell; shorter if something is in the way."""
+"""Consecutive localized updates required: two rooms can look alike for a moment."""
+SPIN_STEP = math.pi / 4
+"""Angle of a turn between two checks of the localization, rad."""
+MOVE_DISTANCE = 0.6
+"""Distance to move after a full turn without convergence, m; shorter if blocked."""
 
 
 class FinderParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How long it tries."""
+    """Parameters of the search for the pose."""
 
     rounds: Annotated[int, Meta(ge=1, le=100, description="turns and steps before it gives up")] = 8
 
 
 class FinderNode(Node):
-    """Turns and moves carefully, by what its sensors see alone, until localization has been sure for a while.
+    """Turns and moves carefully, using sensors only, until localization has converged for SURE_FOR updates.
 
-    `localized` says so, once for all; navigation waits for it.
+    The result is published once on `localized`; navigation waits for it.
     """
 
     params: FinderParams
     localization_status: In[LocalizationStatus]
-    found_before: In[Bool] = last_words("localized")
+    restored_localized: In[Bool] = last_words("localized")
     emergency_stop: In[Bool]
     spin = calls(Spin)
     drive_on_heading = calls(DriveOnHeading)
     localized: Out[Bool] = topic(latched=True)
 
     def start(self) -> None:
-        """Begin at once, unless it was found in a life before."""
-        self._sure = 0
+        """Start the search, unless the robot was localized before a restart."""
+        self._localized_updates = 0
         self._task: Task[None] = self.spawn(self._search())
 
     def on_emergency_stop(self, pressed: Bool) -> None:
-        """It does not go on by itself when the button is released: a person may say where the robot is."""
+        """Cancel the search; it does not resume after the release: the operator may set the initial pose."""
         if pressed.data and not self._task.done:
             self._task.cancel()
             self.localized.publish(Bool(False))
 
     def on_localization_status(self, status: LocalizationStatus) -> None:
-        """Count how long it has been sure."""
-        self._sure = self._sure + 1 if status.localized else 0
+        """Count the consecutive updates with converged localization."""
+        self._localized_updates = self._localized_updates + 1 if status.localized else 0
 
     async def _search(self) -> None:
-        await self.sleep(0.0)  # last words come before
-        if self.found_before.last is not None and self.found_before.last.data:
+        await self.sleep(0.0)  # restored messages are delivered first
+        if self.restored_localized.last is not None and self.restored_localized.last.data:
             self.localized.publish(Bool(True))
             return
         for _ in range(self.params.rounds):
             turned = 0.0
             while turned < 2.0 * math.pi:
-                await first_of(self.spin.call(Spin_Goal(PIECE, Duration.of(15.0))))  # or what took its place
-                turned += PIECE
-                if self._sure >= SURE_FOR:
+                # ends also when another motion preempts it
+                await first_of(self.spin.call(Spin_Goal(SPIN_STEP, Duration.of(15.0))))
+                turned += SPIN_STEP
+                if self._localized_updates >= SURE_FOR:
                     self.localized.publish(Bool(True))
                     return
-            await self._step()
+            await self._move_on()
         self.localized.publish(Bool(False))
 
-    async def _step(self) -> None:
-        """Forward if it can, else turn a third and try again next round."""
-        result = await self.drive_on_heading.call(DriveOnHeading_Goal(Point(STEP), 0.15, Duration.of(15.0)))
+    async def _move_on(self) -> None:
+        """Drive forward; if that fails turn by 120 degrees and try again in the next round."""
+        result = await self.drive_on_heading.call(
+            DriveOnHeading_Goal(Point(MOVE_DISTANCE), 0.15, Duration.of(15.0))
+        )
         if result.error_code:
             await self.spin.call(Spin_Goal(2.0 * math.pi / 3.0, Duration.of(15.0)))

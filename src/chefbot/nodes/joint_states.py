@@ -1,4 +1,4 @@
-"""How far the wheels have turned: /joint_states, and the wheels' frames on /tf as robot_state_publisher has them."""
+"""Joint state publisher: wheel angles on /joint_states, and the wheels' frames on /tf as in robot_state_publisher."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from chefbot.runtime.node import In, Node, NoParams, Out, every, topic
 WHEELS = tuple(f"wheel_{side}_link" for side in layout.SIDES)
 JOINTS = tuple(map(joint_name, WHEELS))
 PERIOD_NS = 40_000_000
-"""Least time between two messages: 25 a second are smooth to the eye."""
+"""Minimum time between two messages, ns: 25 Hz look smooth."""
 SILENCE_NS = 1_000_000_000
-"""After so long without ticks the wheels are told where they were, for those who come late, without a speed."""
-POSSIBLE = 1.5
-"""Times the motors' free speed; a board that began to count anew seems faster."""
+"""Time without ticks after which the last positions are repeated for late-joining subscribers, ns."""
+MAX_SPEED_RATIO = 1.5
+"""Multiple of the no-load speed above which a velocity is invalid, as after a reset of the tick counters."""
 
 
 class JointStatesNode(Node):
-    """Positions in radians, forward positive and never wrapped; velocities in rad/s since the message before.
+    """Publishes wheel positions in rad, forward positive and never wrapped, and mean velocities in rad/s.
 
-    Before the first ticks, and where no board is, the joints are at zero.
+    Before the first ticks, and without a board, the joints are at zero.
     """
 
     params: NoParams
@@ -40,50 +40,57 @@ class JointStatesNode(Node):
     tf_out: Out[TFMessage] = topic("tf")
 
     def start(self) -> None:
-        """At zero."""
+        """Start with all joints at zero."""
         self._origins = [Vector3(*link_origin(self.robot, link)) for link in WHEELS]
         self._positions = np.zeros(len(WHEELS))
         self._ticks_ns: int | None = None
-        self._said_ns = self.now_ns - SILENCE_NS
+        self._published_ns = self.now_ns - SILENCE_NS
 
     def on_wheel_ticks(self, ticks: WheelTicks) -> None:
-        """As often as PERIOD_NS allows."""
-        stamp, before = ticks.header.stamp.ns, self._ticks_ns
-        if before is not None and 0 <= stamp - before < PERIOD_NS:
+        """Publish the joint states, at most every PERIOD_NS."""
+        stamp, previous_ns = ticks.header.stamp.ns, self._ticks_ns
+        if previous_ns is not None and 0 <= stamp - previous_ns < PERIOD_NS:
             return
-        positions, was = wheel_positions(ticks, self.robot), self._positions
+        positions, previous = wheel_positions(ticks, self.robot), self._positions
         self._positions, self._ticks_ns = positions, stamp
-        self._say(stamp, None if before is None else self._velocities(positions - was, stamp - before))
+        self._publish(
+            stamp,
+            None if previous_ns is None else self._velocities(positions - previous, stamp - previous_ns),
+        )
 
-    def _velocities(self, turned: NDArray[np.float64], time_ns: int) -> NDArray[np.float64] | None:
-        """None where they cannot be told."""
+    def _velocities(self, angles: NDArray[np.float64], time_ns: int) -> NDArray[np.float64] | None:
+        """Return the velocities in rad/s, or None if they are not valid."""
         if not 0 < time_ns < SILENCE_NS:
             return None
-        velocities = turned / (time_ns / 1e9)
-        return velocities if np.abs(velocities).max() < POSSIBLE * self.robot.motor.no_load_speed else None
+        velocities = angles / (time_ns / 1e9)
+        return (
+            velocities
+            if np.abs(velocities).max() < MAX_SPEED_RATIO * self.robot.motor.no_load_speed
+            else None
+        )
 
     @every(hz=1)
-    def remind(self) -> None:
-        """Where the board is silent."""
-        if self.now_ns - self._said_ns >= SILENCE_NS:
-            self._say(self.now_ns, None)
+    def repeat_positions(self) -> None:
+        """Repeat the last positions while no ticks arrive."""
+        if self.now_ns - self._published_ns >= SILENCE_NS:
+            self._publish(self.now_ns, None)
 
-    def _say(self, stamp_ns: int, velocities: NDArray[np.float64] | None) -> None:
-        self._said_ns = self.now_ns
-        told = np.zeros(0) if velocities is None else velocities
-        self.joint_states.publish(JointState(Header.of(stamp_ns, ""), JOINTS, self._positions, told))
+    def _publish(self, stamp_ns: int, velocities: NDArray[np.float64] | None) -> None:
+        self._published_ns = self.now_ns
+        velocity = np.zeros(0) if velocities is None else velocities
+        self.joint_states.publish(JointState(Header.of(stamp_ns, ""), JOINTS, self._positions, velocity))
         wheels = zip(WHEELS, self._origins, self._positions.tolist(), strict=True)
-        self.tf_out.publish(TFMessage(tuple(_turned(stamp_ns, *one) for one in wheels)))
+        self.tf_out.publish(TFMessage(tuple(_wheel_transform(stamp_ns, *wheel) for wheel in wheels)))
 
 
 def wheel_positions(ticks: WheelTicks, robot: Robot) -> NDArray[np.float64]:
-    """(2,) radians of JOINTS."""
+    """Return the angles of JOINTS, (2,) rad."""
     counts = {"left": ticks.left, "right": ticks.right}
     return np.array([math.tau * counts[side] / robot.motor.ticks_per_turn for side in layout.SIDES])
 
 
-def _turned(stamp_ns: int, link: str, origin: Vector3, angle: float) -> TransformStamped:
-    """`base_link_T_wheel`: turned about the axle, which is y (REP-103: forward is positive)."""
+def _wheel_transform(stamp_ns: int, link: str, origin: Vector3, angle: float) -> TransformStamped:
+    """Return `base_link_T_wheel`, rotated about the axle y (REP-103: forward is positive)."""
     half = math.remainder(angle, 2.0 * math.tau) / 2.0
-    turn = Quaternion(0.0, math.sin(half), 0.0, math.cos(half))
-    return TransformStamped(Header.of(stamp_ns, "base_link"), link, Transform(origin, turn))
+    rotation = Quaternion(0.0, math.sin(half), 0.0, math.cos(half))
+    return TransformStamped(Header.of(stamp_ns, "base_link"), link, Transform(origin, rotation))

@@ -1,4 +1,4 @@
-"""Error codes of Nav2's behaviours: nav2_msgs/action/Spin, BackUp, DriveOnHeading."""
+"""Error codes of Nav2's behaviors: nav2_msgs/action/Spin, BackUp, DriveOnHeading."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import NamedTuple
 from chefbot.behavior.behavior import Progress
 
 
-class Errors(NamedTuple):
-    """Codes of one of Nav2's behaviours."""
+class BehaviorErrorCodes(NamedTuple):
+    """Error codes of one of Nav2's behavior actions."""
 
     unknown: int
     timeout: int
@@ -16,10 +16,18 @@ class Errors(NamedTuple):
     invalid: int = 0
 
 
-SPIN, BACK_UP, DRIVE = Errors(700, 701, 703), Errors(710, 711, 714, 713), Errors(720, 721, 723, 724)
+SPIN, BACK_UP, DRIVE = (
+    BehaviorErrorCodes(700, 701, 703),
+    BehaviorErrorCodes(710, 711, 714, 713),
+    BehaviorErrorCodes(720, 721, 723, 724),
+)
 
 
-def motion_error(end: Progress, errors: Errors) -> tuple[int, str]:
-    """Error code and sentence of a motion's end."""
+def motion_error(progress: Progress, errors: BehaviorErrorCodes) -> tuple[int, str]:
+    """Return the error code and message for the final progress of a motion."""
     codes = {Progress.BLOCKED: errors.collision, Progress.TIMED_OUT: errors.timeout}
-    return (codes[end], f"{end.value[0].upper()}{end.value[1:]}.") if end in codes else (0, "")
+    return (
+        (codes[progress], f"{progress.value[0].upper()}{progress.value[1:]}.")
+        if progress in codes
+        else (0, "")
+    )

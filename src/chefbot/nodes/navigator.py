@@ -1,4 +1,4 @@
-"""Gets the robot to a pose: plan, follow, plan again every second, recover when stuck, say why it failed."""
+"""The navigator: plans, follows, replans periodically, and runs recovery behaviors."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
-from chefbot.behavior.recovery import CAREFUL, Recovery, RecoveryParams, order_for
+from chefbot.behavior.recovery import BACK_UP_SPEED_FRACTION, Recovery, RecoveryParams, recovery_sequence
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import LocalizationStatus, NavigationStatus
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
@@ -39,28 +39,28 @@ from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
 PATIENCE_EXCEEDED = 104
-"""Error code of nav2_msgs/action/FollowPath: a sensor did not come back, or the robot did not find itself."""
-HOPELESS = (204, PATIENCE_EXCEEDED)
-"""Error codes that no recovery can mend; 204: the goal is outside the map."""
+"""Error code of nav2_msgs/action/FollowPath: timeout while waiting for a sensor or for localization."""
+UNRECOVERABLE_ERRORS = (204, PATIENCE_EXCEEDED)
+"""Error codes for which no recovery behavior is tried; 204: the goal is outside the map."""
 REACHED = 0
-MOVING = ("driving", "recovering")
-"""States in which the controller has something to do."""
+ACTIVE_STATES = ("driving", "recovering")
+"""States in which the controller is active."""
 NO_VALID_CONTROL = 106
-"""Error code of nav2_msgs/action/FollowPath: here, that STOP is pressed."""
-TELL_NS = 500_000_000
-"""Between two words of how far it is."""
-CREEPING = 0.01
-"""m/s; at this speed the time that is left means nothing and is told as 0, as Nav2 does."""
-LOOK_AGAIN = 1.0
-"""Seconds that the sensors need to see again what is really there."""
-PIECE = math.pi / 4
-"""Radians that a lost robot turns between two looks at how sure it is."""
+"""Error code of nav2_msgs/action/FollowPath; here: the emergency stop is active."""
+FEEDBACK_PERIOD_NS = 500_000_000
+"""Minimum time between two feedback messages, ns."""
+MIN_SPEED_FOR_ETA = 0.01
+"""Speed below which the estimated time remaining is reported as 0, m/s, as Nav2 does."""
+COSTMAP_REFRESH_TIME = 1.0
+"""Time that the sensors need to mark the present obstacles again, s."""
+SPIN_STEP = math.pi / 4
+"""Angle that a lost robot rotates between two checks of the localization, rad."""
 PIECES = 24
-"""After three turns without finding itself it gives the goal up."""
+"""Number of rotation steps (three turns) after which a lost robot aborts the goal."""
 SURE_FOR = 3
-"""So many updates of localization in a row must be sure: two places can look alike for a moment."""
-OTHERS = 2.0
-"""Seconds that a lost robot lets others move it, as the finder does, before it turns on."""
+"""Consecutive localized updates required, because two places can look alike for a moment."""
+YIELD_TIME = 2.0
+"""Time that a lost robot yields to another motion, as of the global localizer, before it rotates on, s."""
 LOST = "I am not sure where I am; turning on the spot to find out."
 NOT_FOUND = (
     "I do not know where I am, after {} turns on the spot; say it on the page, or drive me on by hand."
@@ -68,7 +68,7 @@ NOT_FOUND = (
 
 
 class NavigatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How patient it is."""
+    """Parameters of replanning and of the recovery behaviors."""
 
     replan_period: Annotated[float, Meta(ge=0.2, le=60, description="between two plans while driving, s")] = (
         1.0
@@ -77,7 +77,7 @@ class NavigatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
 
 class NavigatorNode(Node):
-    """Serves navigate_to_pose; also takes goals from `goal_pose`, as RViz's button gives them."""
+    """Serves navigate_to_pose; also accepts goals on the topic `goal_pose`, as RViz publishes them."""
 
     live_params = ("*",)  # from the next plan or recovery on
     params: NavigatorParams
@@ -91,105 +91,108 @@ class NavigatorNode(Node):
     follow_path = calls(FollowPath)
     spin = calls(Spin)
     backup = calls(BackUp)
-    own_goal = calls(NavigateToPose, "navigate_to_pose")
+    navigate_to_pose_client = calls(NavigateToPose, "navigate_to_pose")
     clear_costmaps: Out[Float64]
     navigation_status: Out[NavigationStatus] = topic(latched=True)
     navigation_goal: Out[PoseStamped]
 
     def start(self) -> None:
-        """Idle."""
-        self._order = order_for(look_ahead_only=self.robot.sensors.look_ahead_only)
+        """Start idle, without a goal."""
+        self._recovery_sequence = recovery_sequence(look_ahead_only=self.robot.sensors.look_ahead_only)
         self._recoveries = 0
-        self._way = FollowPath_Feedback()
-        self._told_ns = 0
-        self._report: Callable[[], None] = lambda: None
-        self._goal_task: Task[Any] | None = None
+        self._path_feedback = FollowPath_Feedback()
+        self._feedback_ns = 0
+        self._publish_feedback: Callable[[], None] = lambda: None
+        self._topic_goal_task: Task[Any] | None = None
         self._state = ""
-        self._sure = 0
-        self._getting_lost: Future[None] = Future()
-        self._tell("idle", "")
+        self._localized_updates = 0
+        self._localization_lost: Future[None] = Future()
+        self._publish_status("idle", "")
 
     def on_goal_pose(self, goal: PoseStamped) -> None:
-        """A goal without an action: ours, so that everything goes the same way."""
-        self._goal_task = self.spawn(self._own(goal))
+        """Navigate to a goal from the topic by calling the node's own action."""
+        self._topic_goal_task = self.spawn(self._navigate_to_topic_goal(goal))
 
-    async def _own(self, goal: PoseStamped) -> None:
-        await self.own_goal.call(NavigateToPose_Goal(goal))
+    async def _navigate_to_topic_goal(self, goal: PoseStamped) -> None:
+        await self.navigate_to_pose_client.call(NavigateToPose_Goal(goal))
 
     def on_cancel(self, _: Empty) -> None:
-        """Stand still, whoever gave the goal."""
+        """Preempt the current goal of any client."""
         self.navigate_to_pose.preempt()
 
     def on_emergency_stop(self, pressed: Bool) -> None:
-        """A stopped robot has no goal: nothing starts by itself when the button is released."""
+        """Preempt the goal on an emergency stop; nothing resumes by itself after the release."""
         if pressed.data:
             self.navigate_to_pose.preempt()
         elif (self._state, self._reason) == ("idle", REFUSED):
-            self._tell("idle", "")  # it is refused no longer
+            self._publish_status("idle", "")  # goals are accepted again
 
     def on_localization_status(self, status: LocalizationStatus) -> None:
-        """Count how long it has been sure; wake who drives when it is not."""
-        self._sure = self._sure + 1 if status.localized else 0
+        """Count consecutive localized updates, and interrupt path following when localization is lost."""
+        self._localized_updates = self._localized_updates + 1 if status.localized else 0
         if not status.localized:
-            self._getting_lost.set(None)
+            self._localization_lost.set(None)
 
     def on_standing(self, _: String) -> None:
-        """The controller waits, or goes on."""
-        if self._state in MOVING:
-            self._tell(self._state, self._reason)
+        """Publish the status again when the controller starts or stops waiting."""
+        if self._state in ACTIVE_STATES:
+            self._publish_status(self._state, self._reason)
 
     def on_follow_path(self, feedback: FollowPath_Feedback) -> None:
-        """Pass on how far it is, not as often as the controller says so."""
-        self._way = feedback
-        if self.now_ns - self._told_ns >= TELL_NS:
-            self._report()
+        """Publish feedback from the controller's feedback, at a limited rate."""
+        self._path_feedback = feedback
+        if self.now_ns - self._feedback_ns >= FEEDBACK_PERIOD_NS:
+            self._publish_feedback()
 
     async def on_navigate_to_pose(
         self, goal: NavigateToPose_Goal, feedback: Callable[[NavigateToPose_Feedback], None]
     ) -> NavigateToPose_Result:
-        """Try, recover, try again."""
+        """Navigate to the goal; after a failure run the next recovery behavior and try again."""
         if is_pressed(self.emergency_stop.last):
-            self._tell("idle", REFUSED)
+            self._publish_status("idle", REFUSED)
             return NavigateToPose_Result(NO_VALID_CONTROL, REFUSED)
-        self._recoveries, began, self._way = 0, self.now_ns, FollowPath_Feedback()
-        self._report = lambda: feedback(self._feedback(began))
+        self._recoveries, start_ns, self._path_feedback = 0, self.now_ns, FollowPath_Feedback()
+        self._publish_feedback = lambda: feedback(self._feedback(start_ns))
         self.navigation_goal.publish(goal.pose)
         try:
             while True:
-                self._report()
-                outcome = await self._attempt(goal.pose)
+                self._publish_feedback()
+                outcome = await self._plan_and_follow(goal.pose)
                 if outcome.error_code == REACHED:
-                    self._tell("idle", "")
+                    self._publish_status("idle", "")
                     return NavigateToPose_Result()
                 if (
-                    self._recoveries >= self.params.recovery.rounds * len(self._order)
-                    or outcome.error_code in HOPELESS
+                    self._recoveries >= self.params.recovery.rounds * len(self._recovery_sequence)
+                    or outcome.error_code in UNRECOVERABLE_ERRORS
                 ):
-                    self._tell("idle", outcome.error_msg)
+                    self._publish_status("idle", outcome.error_msg)
                     return NavigateToPose_Result(outcome.error_code, outcome.error_msg)
                 await self._recover(outcome.error_msg)
         except Cancelled:
-            self._tell("idle", "The goal was cancelled.")
+            self._publish_status("idle", "The goal was cancelled.")
             raise
 
-    async def _attempt(self, goal: PoseStamped) -> FollowPath_Result:
-        """Drive, with a new plan every `replan_period`, until the controller has done or given up."""
+    async def _plan_and_follow(self, goal: PoseStamped) -> FollowPath_Result:
+        """Plan and follow, replanning every `replan_period`, until the controller succeeds or fails."""
         following: Future[FollowPath_Result] | None = None
         try:
             while True:
+                # relocalize first if localization is lost
                 if self._is_lost:
                     if following is not None:
                         following.abandon()
-                    fault = await self._find_itself()
+                    fault = await self._relocalize()
                     if fault:
                         return FollowPath_Result(error_code=PATIENCE_EXCEEDED, error_msg=fault)
+                # plan
                 planned = await self.compute_path_to_pose.call(ComputePathToPose_Goal(goal))
                 if planned.error_code != 0:
                     return FollowPath_Result(error_code=planned.error_code, error_msg=planned.error_msg)
-                self._tell("driving", "")
+                self._publish_status("driving", "")
+                # follow the path until it ends, the next plan is due or localization is lost
                 following = self.follow_path.call(FollowPath_Goal(planned.path))
-                self._getting_lost = Future()
-                await first_of(following, self.sleep(self.params.replan_period), self._getting_lost)
+                self._localization_lost = Future()
+                await first_of(following, self.sleep(self.params.replan_period), self._localization_lost)
                 if following.done:
                     return following.result()
         finally:
@@ -198,72 +201,74 @@ class NavigatorNode(Node):
 
     @property
     def _is_lost(self) -> bool:
-        """As localization says, where there is one: a mapper says nothing."""
+        """Whether localization reports that it is lost; False without localization, as while mapping."""
         status = self.localization_status.last
         return status is not None and not status.localized
 
-    async def _find_itself(self) -> str:
-        """Turn on the spot, which touches nothing, until localization has been sure for a while.
+    async def _relocalize(self) -> str:
+        """Rotate in place, which cannot collide, until localization has converged for SURE_FOR updates.
 
-        Why it is still lost, a sentence; empty when it is not.
+        Returns an error message, empty on success.
         """
-        self._tell("recovering", LOST)
+        self._publish_status("recovering", LOST)
         for _ in range(PIECES):
-            turned = await self._turn_a_piece()
-            if self._sure >= SURE_FOR:
+            result = await self._spin_one_step()
+            if self._localized_updates >= SURE_FOR:
                 return ""
-            if turned is None:
-                await self.sleep(OTHERS)
-            elif turned.error_code:
-                return turned.error_msg
-        return NOT_FOUND.format(round(PIECES * PIECE / (2.0 * math.pi)))
+            if result is None:
+                await self.sleep(YIELD_TIME)
+            elif result.error_code:
+                return result.error_msg
+        return NOT_FOUND.format(round(PIECES * SPIN_STEP / (2.0 * math.pi)))
 
-    async def _turn_a_piece(self) -> Spin_Result | None:
-        """None where somebody else's motion took the place of this one."""
-        turning = self.spin.call(Spin_Goal(PIECE, Duration.of(15.0)))
-        await first_of(turning)
+    async def _spin_one_step(self) -> Spin_Result | None:
+        """Rotate by one step; return None if another motion preempted this one."""
+        spinning = self.spin.call(Spin_Goal(SPIN_STEP, Duration.of(15.0)))
+        await first_of(spinning)
         try:
-            return turning.result()
+            return spinning.result()
         except Cancelled:
             return None
 
     async def _recover(self, reason: str) -> None:
-        """The next remedy in the list."""
-        recovery = self._order[self._recoveries % len(self._order)]
+        """Run the next recovery behavior of the sequence."""
+        recovery = self._recovery_sequence[self._recoveries % len(self._recovery_sequence)]
         self._recoveries += 1
-        self._tell("recovering", reason)
-        await self._do(recovery)
+        self._publish_status("recovering", reason)
+        await self._run_recovery(recovery)
 
-    async def _do(self, recovery: Recovery) -> None:
+    async def _run_recovery(self, recovery: Recovery) -> None:
         params = self.params.recovery
         if recovery is Recovery.CLEAR:
             self.clear_costmaps.publish(Float64(params.clear_radius))
-            await self.sleep(LOOK_AGAIN)
+            await self.sleep(COSTMAP_REFRESH_TIME)
         elif recovery is Recovery.SPIN:
             await self.spin.call(Spin_Goal(params.spin, Duration.of(30.0)))
         elif recovery is Recovery.BACK_UP:
-            speed = CAREFUL * max_speed(self.robot)
+            speed = BACK_UP_SPEED_FRACTION * max_speed(self.robot)
             await self.backup.call(BackUp_Goal(Point(-params.back_up), speed, Duration.of(10.0)))
         else:
             await self.sleep(params.wait)
 
-    def _feedback(self, began_ns: int) -> NavigateToPose_Feedback:
-        self._told_ns = self.now_ns
-        spent = Duration.of((self.now_ns - began_ns) / 1e9)
-        left, speed = self._way.distance_to_goal, self._way.speed
-        rest = Duration.of(left / speed) if speed > CREEPING else Duration()
-        return NavigateToPose_Feedback(self._here(), spent, rest, self._recoveries, left)
+    def _feedback(self, start_ns: int) -> NavigateToPose_Feedback:
+        self._feedback_ns = self.now_ns
+        elapsed = Duration.of((self.now_ns - start_ns) / 1e9)
+        distance_remaining, speed = self._path_feedback.distance_to_goal, self._path_feedback.speed
+        time_remaining = Duration.of(distance_remaining / speed) if speed > MIN_SPEED_FOR_ETA else Duration()
+        return NavigateToPose_Feedback(
+            self._current_pose(), elapsed, time_remaining, self._recoveries, distance_remaining
+        )
 
-    def _here(self) -> PoseStamped:
+    def _current_pose(self) -> PoseStamped:
         try:
             return PoseStamped(Header.of(self.now_ns, "map"), Pose.of(self.tf.lookup("map", "base_link")))
         except TransformError:
-            return PoseStamped()  # not localized yet: an empty frame says so
+            return PoseStamped()  # not localized yet: the frame is empty
 
-    def _tell(self, state: str, reason: str) -> None:
-        """What it does; while the controller stands, that it waits and for what."""
+    def _publish_status(self, state: str, reason: str) -> None:
+        """Publish state and reason; while the controller waits, the state is `waiting` with its reason."""
         self._state, self._reason = state, reason
-        waits_for = self.standing.last.data if self.standing.last and state in MOVING else ""
+        waiting_reason = self.standing.last.data if self.standing.last and state in ACTIVE_STATES else ""
         header = Header.of(self.now_ns, "map")
-        told = ("waiting", waits_for) if waits_for else (state, reason)
-        self.navigation_status.publish(NavigationStatus(header, told[0], self._recoveries, told[1]))
+        status = ("waiting", waiting_reason) if waiting_reason else (state, reason)
+        self.navigation_status.publish(NavigationStatus(header, status[0], self._recoveries, status[1]))

@@ -1,4 +1,4 @@
-"""The robot's obstacle sensors under watch: which one is at fault, and what may still be driven then."""
+"""Monitoring of the obstacle sensors: which one has a fault, and which motions are still allowed."""
 
 from __future__ import annotations
 
@@ -15,96 +15,98 @@ from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.robot.spec import Robot
 from chefbot.safety.sensor_freshness import SensorWatch, View
 
-WELL = "The obstacle sensors send good data."
+OK_MESSAGE = "The obstacle sensors send good data."
 BLIND = "The depth camera is blind: a quarter of its picture or more shows nothing; I do not drive forward."
-NEAR = 0.5
-"""Share of the range within which surfaces do not vanish from one message to the next."""
-BEYOND = 0.1
-"""Metres beyond the camera's least range within which a marked obstacle may be what it no longer sees."""
+NEAR_FRACTION = 0.5
+"""Fraction of the range within which surfaces do not vanish from one message to the next."""
+BLIND_RANGE_MARGIN = 0.1
+"""Margin beyond the camera's minimum range in which a marked obstacle may be too near to be seen, m."""
 
 
 def laser_view(scan: LaserScan) -> View:
-    """NaN, 0, negative and -inf say nothing; +inf says that nothing is in reach (REP-117)."""
+    """Convert a laser scan: NaN, zero and negative ranges are invalid, +inf means no return (REP-117)."""
     ranges = scan.ranges
-    met = (ranges > 0.0) & (ranges < scan.range_max)
-    near = bool((ranges[met] < NEAR * scan.range_max).any())
-    return View(scan.header.stamp.ns, ranges[:, None], met, met, ~(ranges > 0.0), near)
+    hits = (ranges > 0.0) & (ranges < scan.range_max)
+    near = bool((ranges[hits] < NEAR_FRACTION * scan.range_max).any())
+    return View(scan.header.stamp.ns, ranges[:, None], hits, hits, ~(ranges > 0.0), near)
 
 
-def camera_view(seen: ObstacleScan) -> View:
-    """A direction in which neither an obstacle nor the floor was seen says nothing."""
-    met = np.isfinite(seen.ranges)
-    measured = met | (seen.clear_to > 0.0)
-    data = np.column_stack([seen.ranges, seen.clear_from, seen.clear_to])
-    return View(seen.header.stamp.ns, data, met, measured, ~measured, False)
+def camera_view(scan: ObstacleScan) -> View:
+    """Convert an obstacle scan: a direction with neither an obstacle nor floor has no data."""
+    hits = np.isfinite(scan.ranges)
+    measured = hits | (scan.clear_to > 0.0)
+    data = np.column_stack([scan.ranges, scan.clear_from, scan.clear_to])
+    return View(scan.header.stamp.ns, data, hits, measured, ~measured, False)
 
 
 class ObstacleSensors:
-    """One watch for the lidar and one for the depth camera, as far as the robot file names them."""
+    """Monitors the lidar and the depth camera, as far as the robot file has them."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot_name = robot.name
         lidar, camera = robot.sensors.lidar, robot.sensors.depth_camera
         self._lidar = SensorWatch("lidar", 1.0 / lidar.rate) if lidar is not None else None
         self._camera = SensorWatch("depth camera", 1.0 / camera.rate) if camera is not None else None
-        self._mounted = camera
-        self._seen: ObstacleScan | None = None
+        self._camera_spec = camera
+        self._last_obstacles: ObstacleScan | None = None
 
     def see_scan(self, scan: LaserScan, now_ns: int, pose: SE2 | None) -> None:
-        """A laser scan; of a robot without a lidar it is the depth camera's, which is watched by its obstacles."""
+        """Process a laser scan; ignored without a lidar, as the depth camera is monitored by its obstacle scans."""
         if self._lidar is not None:
             self._lidar.see(laser_view(scan), now_ns, pose)
 
     def place_scan(self, stamp_ns: int) -> None:
-        """The costmap has it."""
+        """Note that the scan of this time was marked in the costmap."""
         if self._lidar is not None:
             self._lidar.place(stamp_ns)
 
-    def see_obstacles(self, seen: ObstacleScan, now_ns: int, pose: SE2 | None) -> None:
-        """What the depth camera sees."""
-        self._seen = seen
+    def see_obstacles(self, scan: ObstacleScan, now_ns: int, pose: SE2 | None) -> None:
+        """Process an obstacle scan of the depth camera."""
+        self._last_obstacles = scan
         if self._camera is not None:
-            self._camera.see(camera_view(seen), now_ns, pose)
+            self._camera.see(camera_view(scan), now_ns, pose)
 
     def place_obstacles(self, stamp_ns: int) -> None:
-        """The costmap has it."""
+        """Note that the obstacle scan of this time was marked in the costmap."""
         if self._camera is not None:
             self._camera.place(stamp_ns)
 
     def fault(self, now_ns: int, pose: SE2 | None) -> str:
-        """Why the robot must stand, a sentence that names the sensor; empty while all data are good."""
-        watches = (watch for watch in (self._lidar, self._camera) if watch is not None)
-        faults = [watch.fault(now_ns, pose) for watch in watches]
+        """Return why the robot must stand still, a sentence that names the sensor, or an empty string."""
+        monitors = (monitor for monitor in (self._lidar, self._camera) if monitor is not None)
+        faults = [monitor.fault(now_ns, pose) for monitor in monitors]
         if self._lidar is not None and self._lidar.blind():
             faults.append("The lidar is blind: a quarter of its view or more shows nothing.")
         return next((fault for fault in faults if fault), "")
 
     def blind_ahead(self, pose: SE2 | None, costs: Costmap) -> str:
-        """Why the robot must not drive forward, a sentence; it may turn to where it sees.
+        """Return why the robot must not drive forward, or an empty string; it may still rotate.
 
-        A depth camera shows nothing of what is nearer than its least range, as before a wall; where the costmap
-        (in odom, as the pose) has that wall marked, it is known.
+        A depth camera has no data nearer than its minimum range, as in front of a wall; directions in which the
+        costmap (in odom, as the pose) has that wall marked do not count as blind.
         """
         camera = self._camera
         if camera is None or not camera.blind():
             return ""
-        return BLIND if camera.blind(self._marked(pose, costs)) else ""
+        return BLIND if camera.blind(self._marked_directions(pose, costs)) else ""
 
-    def _marked(self, pose: SE2 | None, costs: Costmap) -> NDArray[np.bool_] | None:
-        """Directions of the camera in which an obstacle is marked that may be too near to be seen."""
-        camera, seen = self._mounted, self._seen
-        if pose is None or camera is None or seen is None:
+    def _marked_directions(self, pose: SE2 | None, costs: Costmap) -> NDArray[np.bool_] | None:
+        """Return the camera's directions with a marked obstacle that may be too near to be seen."""
+        camera, scan = self._camera_spec, self._last_obstacles
+        if pose is None or camera is None or scan is None:
             return None
-        at = pose @ camera.mount.planar
-        yaws = at.yaw + seen.angle_min + seen.angle_increment * np.arange(len(seen.ranges))
-        # its ranges count along its axis
-        reach = (camera.range_min + BEYOND) / math.cos(camera.field_of_view / 2)
-        away = np.arange(0.0, reach, costs.resolution / 2)
-        x = at.x + np.cos(yaws)[:, None] * away
-        y = at.y + np.sin(yaws)[:, None] * away
+        sensor = pose @ camera.mount.planar
+        yaws = sensor.yaw + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+        # ranges are measured along the optical axis, so the minimum range is longest at the edge of the view
+        max_distance = (camera.range_min + BLIND_RANGE_MARGIN) / math.cos(camera.field_of_view / 2)
+        distances = np.arange(0.0, max_distance, costs.resolution / 2)
+        x = sensor.x + np.cos(yaws)[:, None] * distances
+        y = sensor.y + np.sin(yaws)[:, None] * distances
         return np.asarray((costs.values(x, y, outside=0) == LETHAL).any(axis=1))
 
     def health(self, now_ns: int, pose: SE2 | None, costs: Costmap) -> DiagnosticStatus:
-        """For /diagnostics, whether or not the robot has anything to do."""
+        """Return the health for /diagnostics, also while the robot is idle."""
         fault = self.fault(now_ns, pose) or self.blind_ahead(pose, costs)
-        return DiagnosticStatus(ERROR if fault else OK, "obstacle sensors", fault or WELL, self._robot_name)
+        return DiagnosticStatus(
+            ERROR if fault else OK, "obstacle sensors", fault or OK_MESSAGE, self._robot_name
+        )

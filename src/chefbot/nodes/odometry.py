@@ -1,4 +1,4 @@
-"""Wheels, gyro, accelerometer and matched scans to odometry."""
+"""Odometry from wheel encoders, IMU and scan matching by an extended Kalman filter."""
 
 from __future__ import annotations
 
@@ -37,98 +37,98 @@ from chefbot.runtime.node import In, Node, Out, every, topic
 class OdometryNode(Node):
     """Publishes the pose in the frame `odom` and odom -> base_footprint with every tick message.
 
-    When the wheels fall silent it goes on publishing where the robot stopped, less and less certain.
+    When tick messages stop arriving it keeps publishing the predicted pose with growing covariance.
     """
 
     params: OdometryParams
     wheel_ticks: In[WheelTicks]
     imu: In[Imu] = topic("imu/data")
     scan_match: In[PoseWithCovarianceStamped]
-    """Poses in `odom`, from whoever matches scans; none is needed."""
+    """Poses in `odom` from a scan matcher; optional."""
     odom: Out[Odometry]
     tf_out: Out[TFMessage] = topic("tf")
     diagnostics: Out[DiagnosticArray]
 
     def start(self) -> None:
-        """Begin at the origin of `odom`."""
+        """Create the filter at the origin of `odom`."""
         self._filter = Ekf(Body.of(self.robot, self.params))
-        self._axes = _axes(self.robot.sensors.imu.mount)
+        self._imu_rotation = _imu_rotation(self.robot.sensors.imu.mount)
 
     def on_imu(self, imu: Imu) -> None:
-        """Keep it for the next tick message, or work it in where it belongs."""
+        """Add an IMU reading in the robot's axes to the filter."""
         spec = self.robot.sensors.imu
         self._filter.add(
             ImuReading(
                 imu.header.stamp.ns,
-                self._turned(imu.angular_velocity),
-                self._told(imu.angular_velocity_covariance, spec.gyro_noise),
-                self._turned(imu.linear_acceleration),
-                self._told(imu.linear_acceleration_covariance, spec.accelerometer_noise),
+                self._to_base_axes(imu.angular_velocity),
+                self._variances(imu.angular_velocity_covariance, spec.gyro_noise),
+                self._to_base_axes(imu.linear_acceleration),
+                self._variances(imu.linear_acceleration_covariance, spec.accelerometer_noise),
             )
         )
 
     def on_scan_match(self, match: PoseWithCovarianceStamped) -> None:
-        """Correct the pose at the time of the scan."""
-        full, plane = match.pose.covariance.reshape(6, 6), [0, 1, 5]
-        a, b, c = full[np.ix_(plane, plane)].tolist()
+        """Add a pose from scan matching, at the time of the scan, to the filter."""
+        covariance, planar = match.pose.covariance.reshape(6, 6), [0, 1, 5]
+        a, b, c = covariance[np.ix_(planar, planar)].tolist()
         self._filter.add(
             PoseReading(match.header.stamp.ns, match.pose.pose.se2, (tuple(a), tuple(b), tuple(c)))
         )
 
     def on_wheel_ticks(self, ticks: WheelTicks) -> None:
-        """Move the estimate on."""
-        stamp, before = ticks.header.stamp.ns, self._filter.belief.stamp_ns
+        """Propagate the estimate with the wheel counts and publish it."""
+        stamp, previous_ns = ticks.header.stamp.ns, self._filter.belief.stamp_ns
         self._filter.add(WheelCounts(stamp, ticks.left, ticks.right))
-        if self._filter.belief.stamp_ns == stamp != before:
+        if self._filter.belief.stamp_ns == stamp != previous_ns:
             self._publish(stamp, self._filter.estimate)
 
     @every(hz=10)
-    def go_on(self) -> None:
-        """Without wheels: the pose stays, its certainty does not."""
+    def publish_prediction(self) -> None:
+        """Publish the predicted pose with growing covariance while wheel ticks are lost."""
         if self._filter.condition(Source.WHEELS, self.now_ns) is Condition.LOST:
             self._publish(self.now_ns, self._filter.at(self.now_ns))
 
     @every(hz=1)
-    def tell_health(self) -> None:
-        """What is wrong with wheels or gyro, in words."""
+    def report_health(self) -> None:
+        """Publish the health of wheels and gyro as diagnostics."""
         sentence = complaint(self._filter, self.now_ns)
         level = WARN if sentence else OK
         status = DiagnosticStatus(level, "odometry", sentence or WELL, self.robot.name)
         self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))
 
-    def _turned(self, vector: Vector3) -> Triple:
-        """A vector of the sensor along the robot's axes."""
-        x, y, z = (self._axes @ np.array([vector.x, vector.y, vector.z])).tolist()
+    def _to_base_axes(self, vector: Vector3) -> Triple:
+        """Rotate a vector of the sensor into the robot's axes."""
+        x, y, z = (self._imu_rotation @ np.array([vector.x, vector.y, vector.z])).tolist()
         return x, y, z
 
-    def _told(self, covariance: NDArray[np.float64], noise: float) -> Triple:
-        """Variances along the robot's axes; as the robot file has it where the message says it is unknown.
+    def _variances(self, covariance: NDArray[np.float64], noise: float) -> Triple:
+        """Return the variances along the robot's axes, from the robot file if the message has none.
 
-        sensor_msgs/Imu: all zeros are unknown, a first element of -1 says that there is no such sensor.
+        sensor_msgs/Imu: all zeros mean unknown, a first element of -1 means that there is no such sensor.
         """
         if covariance[0] < 0.0:
             return math.inf, math.inf, math.inf
-        told = covariance.reshape(3, 3) if covariance.any() else noise**2 * np.eye(3)
-        x, y, z = (self._axes @ told @ self._axes.T).diagonal().tolist()
+        matrix = covariance.reshape(3, 3) if covariance.any() else noise**2 * np.eye(3)
+        x, y, z = (self._imu_rotation @ matrix @ self._imu_rotation.T).diagonal().tolist()
         return x, y, z
 
     def _publish(self, stamp: int, estimate: MotionEstimate) -> None:
         pose = PoseWithCovariance(Pose.of(estimate.pose), covariance_36(estimate.covariance))
-        twist_covariance = covariance_36(_in_twist(estimate))
+        twist_covariance = covariance_36(_twist_covariance(estimate))
         twist = TwistWithCovariance(Twist.of(estimate.v, estimate.w), twist_covariance)
         self.odom.publish(Odometry(Header.of(stamp, "odom"), "base_footprint", pose, twist))
         transform = TransformStamped.of(stamp, "odom", "base_footprint", estimate.pose)
         self.tf_out.publish(TFMessage((transform,)))
 
 
-def _axes(mount: Mount) -> NDArray[np.float64]:
-    """base_R_sensor (3, 3) of a mount: turned by yaw, then tilted by pitch about its own y."""
+def _imu_rotation(mount: Mount) -> NDArray[np.float64]:
+    """Return base_R_sensor (3, 3) of a mount: rotated by yaw, then by pitch about its own y axis."""
     c, s, cp, sp = math.cos(mount.yaw), math.sin(mount.yaw), math.cos(mount.pitch), math.sin(mount.pitch)
     return np.array([[c * cp, -s, c * sp], [s * cp, c, s * sp], [-sp, 0.0, cp]])
 
 
-def _in_twist(estimate: MotionEstimate) -> NDArray[np.float64]:
-    """(3, 3) of forward, sideways, turning: the robot does not slide sideways."""
-    full = np.zeros((3, 3))
-    full[::2, ::2] = estimate.twist_covariance
-    return full
+def _twist_covariance(estimate: MotionEstimate) -> NDArray[np.float64]:
+    """Return the twist covariance (3, 3) of v_x, v_y, w; v_y is exactly 0."""
+    covariance = np.zeros((3, 3))
+    covariance[::2, ::2] = estimate.twist_covariance
+    return covariance

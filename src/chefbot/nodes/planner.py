@@ -1,4 +1,4 @@
-"""The global costmap and the planner on it."""
+"""The planner server: global costmap and path planning."""
 
 from __future__ import annotations
 
@@ -36,25 +36,25 @@ ERROR_CODES = {
     Failure.GOAL_OCCUPIED: 206,
     Failure.NO_VALID_PATH: 208,
 }
-"""As in nav2_msgs/action/ComputePathToPose."""
+"""Error codes of nav2_msgs/action/ComputePathToPose."""
 NO_TRANSFORM = 202
-MAY_HAVE_LEFT = (Failure.NO_VALID_PATH, Failure.GOAL_OCCUPIED)
-"""For want of a way that a thing out of sight may block no longer."""
+RETRY_WITHOUT_FAR_MARKS = (Failure.NO_VALID_PATH, Failure.GOAL_OCCUPIED)
+"""Failures after which planning is repeated without obstacles out of sensor range, which may have left."""
 JUMP_DISTANCE, JUMP_ANGLE = 0.5, 0.26
-"""Metres and radians (15 degrees) by which the robot finds itself elsewhere than it believed when it saw things."""
+"""Jump of the estimated pose, m and rad (15 degrees), after which the obstacle layers are cleared."""
 
 
 class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The map of costs, and which planner with which settings."""
+    """Parameters of the global costmap and of the planner plugin."""
 
     costmap: CostmapParams = CostmapParams()
     plugin: str = ""
-    """`pkg.module:Class` of another planner; it is made with `settings`."""
+    """`pkg.module:Class` of a custom planner; its constructor receives `settings`."""
     settings: PlannerParams = PlannerParams()
 
 
 class PlannerNode(Node):
-    """Serves compute_path_to_pose on the map, with what the sensors have seen since."""
+    """Serves compute_path_to_pose on the static map and the obstacle layers."""
 
     live_params = (*(f"costmap.{name}" for name in LIVE), "settings.*")
     params: PlannerNodeParams
@@ -67,74 +67,74 @@ class PlannerNode(Node):
     costmap: Out[OccupancyGrid] = topic("global_costmap/costmap", latched=True)
 
     def start(self) -> None:
-        """Nothing can be planned before the first map."""
+        """Create the global costmap and the planner; planning fails before the first map."""
         self._costs = LayeredCostmap(
             self.params.costmap, self.robot.footprint_radius, wary=self.robot.sensors.look_ahead_only
         )
-        self._seen_from: SE2 | None = None
+        self._map_T_odom: SE2 | None = None
         self._planner = self._make_planner()
 
     def reconfigure(self, params: PlannerNodeParams) -> None:
-        """From the next plan on."""
+        """Apply new parameters from the next plan on."""
         self.params = params
         self._costs.retune(params.costmap)
         self._planner = self._make_planner()
 
     def _make_planner(self) -> Planner:
-        made: Planner = plugin(self.params.plugin, GridPlanner, self.params.settings)
-        return made
+        planner: Planner = plugin(self.params.plugin, GridPlanner, self.params.settings)
+        return planner
 
     def on_map(self, message: OccupancyGrid) -> None:
-        """A new or grown map."""
+        """Set a new or grown static map."""
         self._costs.set_static(message.grid)
 
     def on_scan(self, scan: LaserScan) -> None:
-        """What is there now and was not on the map."""
+        """Update the laser's obstacle layer with a scan."""
         stamp = scan.header.stamp.ns
         mark = partial(mark_laser, scan=scan)
         self.tf.when("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
 
-    def on_obstacles(self, seen: ObstacleScan) -> None:
-        """What the camera sees at any height."""
-        stamp = seen.header.stamp.ns
-        mark = partial(mark_obstacles, seen=seen, plane=plane_of(self.robot))
-        self.tf.when("odom", seen.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
+    def on_obstacles(self, scan: ObstacleScan) -> None:
+        """Update the camera's obstacle layers with an obstacle scan."""
+        stamp = scan.header.stamp.ns
+        mark = partial(mark_obstacles, scan=scan, plane=plane_of(self.robot))
+        self.tf.when("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
 
     def _mark(self, mark: Callable[[LayeredCostmap, SE2], None], odom_T_sensor: SE2) -> None:
-        """Odometry's time is the sensor's; the map's correction is the newest known."""
+        """Mark with the odometry pose at the time of the measurement and the latest map -> odom transform."""
         try:
             map_T_odom = self.tf.lookup("map", "odom")
         except TransformError:
-            return  # not localized yet: it would stand in the wrong place
+            return  # not localized yet: marks would be in the wrong place
         if self.map.last is not None:
-            self._forget_if_elsewhere(map_T_odom, odom_T_sensor)
+            self._clear_after_pose_jump(map_T_odom, odom_T_sensor)
             mark(self._costs, map_T_odom @ odom_T_sensor)
 
-    def _forget_if_elsewhere(self, map_T_odom: SE2, odom_T_sensor: SE2) -> None:
-        """Found after being lost, carried, or a loop closed: what was seen before stands in wrong places."""
-        if self._seen_from is not None:
-            jump = (self._seen_from @ odom_T_sensor).between(map_T_odom @ odom_T_sensor)
+    def _clear_after_pose_jump(self, map_T_odom: SE2, odom_T_sensor: SE2) -> None:
+        """Clear the obstacle layers after a jump of the pose: relocalization, a moved robot or a loop closure."""
+        if self._map_T_odom is not None:
+            jump = (self._map_T_odom @ odom_T_sensor).between(map_T_odom @ odom_T_sensor)
             if math.hypot(jump.x, jump.y) < JUMP_DISTANCE and abs(jump.yaw) < JUMP_ANGLE:
                 return
             self._costs.clear()
-        self._seen_from = map_T_odom
+        self._map_T_odom = map_T_odom
 
     def on_clear_costmaps(self, radius: Float64) -> None:
-        """Forget what was seen within so many metres of the robot."""
+        """Clear the marks within a radius (m) of the robot."""
         try:
             self._costs.clear_around(self.tf.lookup("map", "base_link"), radius.data)
         except TransformError:
-            self._costs.clear()  # it does not know where it is: nothing seen is worth keeping
+            self._costs.clear()  # not localized: all marks are unreliable
 
     async def on_compute_path_to_pose(self, goal: ComputePathToPose_Goal, _: Any) -> ComputePathToPose_Result:
-        """A path from where the robot is (or from `start`) to the goal, or the reason why not."""
+        """Return a path from the robot's pose (or from `start`) to the goal, or an error code and message."""
         try:
-            here = self.tf.lookup("map", "base_link")
+            robot = self.tf.lookup("map", "base_link")
         except TransformError as error:
             return ComputePathToPose_Result(error_code=NO_TRANSFORM, error_msg=f"Not localized yet: {error}")
-        start = goal.start.pose.se2 if goal.use_start else here
+        start = goal.start.pose.se2 if goal.use_start else robot
         try:
-            poses = self._find_path(here, start, goal.goal.pose.se2)
+            poses = self._find_path(robot, start, goal.goal.pose.se2)
         except PlanningError as error:
             code = ERROR_CODES[error.failure]
             return ComputePathToPose_Result(error_code=code, error_msg=str(error))
@@ -142,17 +142,17 @@ class PlannerNode(Node):
         self.plan.publish(path)
         return ComputePathToPose_Result(path)
 
-    def _find_path(self, here: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:
-        """Round all that was seen; if there is no way, to where somebody stood who may have left.
+    def _find_path(self, robot: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:
+        """Plan around all marks and, if that fails, without those out of sensor range, which may have left.
 
-        What stands too far away to be seen again is believed as long as there is another way. PlanningError.
+        Marks that are too far away to be seen again count as long as there is another path. Raises PlanningError.
         """
         try:
             return self._planner.plan(self._costs.update(), start, goal)
         except PlanningError as error:
-            if error.failure not in MAY_HAVE_LEFT:
+            if error.failure not in RETRY_WITHOUT_FAR_MARKS:
                 raise
-            return self._planner.plan(self._costs.without_far_marks(here), start, goal)
+            return self._planner.plan(self._costs.without_far_marks(robot), start, goal)
 
     def _path(self, poses: NDArray[np.float64]) -> Path:
         header = Header.of(self.now_ns, "map")
@@ -160,7 +160,7 @@ class PlannerNode(Node):
 
     @every(hz=1)
     def publish_costmap(self) -> None:
-        """For looking."""
+        """Publish the global costmap for display."""
         if self.map.last is not None:
             header = Header.of(self.now_ns, "map")
             self.costmap.publish(costmap_message(header, self._costs.update()))

@@ -1,4 +1,4 @@
-"""Where everything fixed sits: /tf_static and /robot_description, as robot_state_publisher gives them."""
+"""Publishes /tf_static and /robot_description, as ROS's robot_state_publisher does."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ CAMERA_FRAME = DEPTH_FRAME
 
 
 class FramesNode(Node):
-    """Tells once, for all who come later too, the robot's model and its fixed transforms."""
+    """Publishes the robot model and its fixed transforms once, transient local."""
 
     params: NoParams
     tf_static: Out[TFMessage] = topic(latched=True)
     robot_description: Out[String] = topic(latched=True)
 
     def start(self) -> None:
-        """Publish both."""
+        """Publish the fixed transforms and the URDF."""
         fixed = tuple(transform(self.now_ns, frame) for frame in fixed_frames(self.robot))
         self.tf_static.publish(TFMessage(fixed))
         self.robot_description.publish(String(urdf(self.robot)))
 
 
 def transform(ns: int, frame: Frame) -> TransformStamped:
-    """`parent_T_frame` with its whole attitude: a camera that looks down does so in the message too."""
+    """Return `parent_T_frame` as a message with the full 3-D orientation of the frame."""
     w, x, y, z = quaternion(frame.rpy)
     pose = Transform(Vector3(*frame.at), Quaternion(x, y, z, w))
     return TransformStamped(Header.of(ns, frame.parent), frame.name, pose)

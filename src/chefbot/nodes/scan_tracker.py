@@ -1,4 +1,4 @@
-"""Where a sensor is by its own scans, as they come: good enough to find back to a place."""
+"""Pose tracking of a sensor by its own scans, accurate enough to return to a place."""
 
 from __future__ import annotations
 
@@ -10,20 +10,23 @@ from chefbot.maths.se2 import SE2
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
 
-FINE = GmappingParams(
+TRACKER_PARAMS = GmappingParams(
     particles=1, linear_update=0.0, angular_update=0.0, sigma=0.03, iterations=8, independent_beams=100.0,
     srr=0.02, str=0.003, srt=0.01, stt=0.02, least_shift=0.002, least_turn=0.001,
 )  # fmt: skip
-"""One map, every scan, small steps: the room is small and the odometry hardly wrong from scan to scan."""
+"""One particle, every scan, small steps: the room is small and odometry errors between scans are small."""
 
 
 class ScanTracker:
-    """The frame of its poses is the sensor's own at the first scan; where it sits on the robot does not matter."""
+    """Tracks the pose of a sensor in its own frame at the first scan; its mount on the robot is not needed."""
 
     def __init__(self, max_range: float) -> None:
-        self._slam = Gmapping(msgspec.structs.replace(FINE, max_range=max_range))
+        self._slam = Gmapping(msgspec.structs.replace(TRACKER_PARAMS, max_range=max_range))
 
     def add(self, angles: NDArray[np.float32], ranges: NDArray[np.float32], moved: SE2, limit: float) -> SE2:
-        """The sensor's place at a scan; `moved`: the same by odometry; `limit`: ranges from here on are none."""
+        """Return the sensor's pose at a scan.
+
+        moved: the sensor's pose by odometry. limit: ranges from here on (m) count as no return.
+        """
         self._slam.update(angles, ranges, moved, limit)
         return self._slam.pose

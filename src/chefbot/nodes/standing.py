@@ -1,4 +1,4 @@
-"""That the controller stands and waits for something: for how long, and that everybody knows why."""
+"""Waiting state of the controller: reason, duration and timeout."""
 
 from __future__ import annotations
 
@@ -6,35 +6,35 @@ from chefbot.msgs.std_msgs import String
 from chefbot.runtime.node import Out
 
 PATIENCE = 60.0
-"""Seconds that the robot stands and waits for a sensor or for localization before the order ends."""
+"""Maximum time that the robot waits for a sensor or for localization before its goal fails, s."""
 
 LOST = "I am not sure where I am."
 
 
-class WaitedTooLong(Exception):  # noqa: N818 (it ends a motion)
-    """The robot stood for PATIENCE seconds."""
+class WaitTimeoutError(Exception):
+    """Raised when the robot has waited for PATIENCE seconds."""
 
 
-class Standing:
-    """Publishes each reason once, an empty one when the robot goes on; `remark` is for the terminal."""
+class WaitingState:
+    """Publishes each reason to wait once, and an empty one when the robot resumes; `remark` is for the terminal."""
 
     def __init__(self, standing: Out[String], remark: Out[String]) -> None:
         self._standing, self._remark = standing, remark
-        self._why, self._seconds = "", 0.0
+        self._reason, self._waited = "", 0.0
 
-    def wait(self, why: str, dt: float) -> str:
-        """Stand for `dt` seconds more; a sentence when that has lasted too long."""
-        self._publish(why)
-        self._seconds += dt
-        return f"{why} I waited {PATIENCE:.0f} s." if self._seconds >= PATIENCE else ""
+    def wait(self, reason: str, dt: float) -> str:
+        """Wait for another `dt` seconds; return a message once the timeout has passed, else an empty string."""
+        self._publish(reason)
+        self._waited += dt
+        return f"{reason} I waited {PATIENCE:.0f} s." if self._waited >= PATIENCE else ""
 
-    def go_on(self) -> None:
-        """Nothing is waited for any more."""
-        self._seconds = 0.0
+    def resume(self) -> None:
+        """End the waiting and reset the timeout."""
+        self._waited = 0.0
         self._publish("")
 
-    def _publish(self, why: str) -> None:
-        if why != self._why:
-            self._why = why
-            self._standing.publish(String(why))
-            self._remark.publish(String(f"Standing: {why}" if why else "It stands no longer."))
+    def _publish(self, reason: str) -> None:
+        if reason != self._reason:
+            self._reason = reason
+            self._standing.publish(String(reason))
+            self._remark.publish(String(f"Standing: {reason}" if reason else "It stands no longer."))

@@ -1,4 +1,4 @@
-"""A fixed transform between two frames, as tf2_ros' static_transform_publisher gives it."""
+"""Publishes a fixed transform between two frames, as tf2_ros' static_transform_publisher does."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from chefbot.runtime.node import Node, Out, every, topic
 
 
 class StaticTransformParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Which frames, and where the one stands in the other."""
+    """Names of the two frames and the pose of the child in the parent."""
 
     frame: Annotated[str, Meta(min_length=1, description="the parent")]
     child: Annotated[str, Meta(min_length=1, description="the child")]
@@ -24,9 +24,9 @@ class StaticTransformParams(msgspec.Struct, frozen=True, kw_only=True, forbid_un
 
 
 class StaticTransformNode(Node):
-    """Stands in for mapping or odometry where there is none, so that what depends on them can be seen.
+    """Substitutes for mapping or odometry where there is none, so that dependent data can be displayed.
 
-    It speaks on /tf again and again: /tf_static belongs to the robot's own frames.
+    It publishes on /tf periodically, because /tf_static belongs to the robot's own frames.
     """
 
     live_params = ("*",)
@@ -34,8 +34,8 @@ class StaticTransformNode(Node):
     tf_out: Out[TFMessage] = topic("tf")
 
     @every(hz=10)
-    def tell(self) -> None:
-        """The same again, as of now."""
+    def publish_transform(self) -> None:
+        """Publish the transform with the current time."""
         pose = SE2(self.params.x, self.params.y, self.params.yaw)
-        one = TransformStamped.of(self.now_ns, self.params.frame, self.params.child, pose)
-        self.tf_out.publish(TFMessage((one,)))
+        transform = TransformStamped.of(self.now_ns, self.params.frame, self.params.child, pose)
+        self.tf_out.publish(TFMessage((transform,)))

@@ -1,1 +1,1 @@
-"""Pose by counting wheel turns, and by counting them together with a gyro."""
+"""Odometry from wheel encoders alone, and fused with IMU and scan matching by an extended Kalman filter."""

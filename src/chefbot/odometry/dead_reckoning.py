@@ -1,4 +1,4 @@
-"""The chapter's odometry: wheels alone."""
+"""Dead reckoning from wheel encoders alone."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from chefbot.robot.spec import Robot
 
 
 class DeadReckoning:
-    """Pose from encoder counts. The covariance grows with distance and turning and never shrinks.
+    """Wheel odometry whose covariance grows with distance and rotation and never shrinks.
 
-    It is the filter without its other senses, fed in lockstep. The covariance is of first order: once the
-    heading is uncertain by more than some 5 degrees (5 m with wheels of 0.3 % error), the true positions lie
-    on a banana longer than the ellipse is wide.
+    It is the EKF without its other sensors, updated at every step of the caller's loop. The covariance is of
+    first order: once the heading is uncertain by more than about 5 degrees (5 m with wheels of 0.3 % error),
+    the true positions form a banana-shaped distribution that the ellipse no longer covers.
 
-    counter_bits: width of the board's counters, which may wrap.
+    counter_bits: width of the board's counters, which may wrap around.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class DeadReckoning:
         self._now_ns = 0
 
     def update(self, ticks_left: int, ticks_right: int, dt: float) -> MotionEstimate:
-        """Counts as the board tells them, read `dt` > 0 seconds after those of the last call."""
+        """Update the estimate with the board's counts, read `dt` > 0 seconds after those of the last call."""
         return self._tell(WheelCounts(self._later(dt), ticks_left, ticks_right))
 
     def _later(self, dt: float) -> int:

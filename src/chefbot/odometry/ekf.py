@@ -1,14 +1,14 @@
-"""Wheels, gyro, accelerometer and matched scans together: an extended Kalman filter.
+"""Extended Kalman filter over wheels, gyro, accelerometer and scan-matching poses.
 
-Wheels know that they stand, a gyro knows that it turns. A wheel slips and its diameter is a little wrong, a
-gyro has an offset; each sees the fault of the other. At standstill the offset shows itself: the zero-velocity
-update (Foxlin 2005) is the ordinary update with wheels that are sure. The accelerometer feels the slope that
-the robot stands on, which tells how much of the way leads ahead and how much up.
+Wheels measure standstill well, a gyro measures rotation well. A wheel slips and has a diameter error, a gyro
+has a bias; each makes the error of the other observable. At standstill the bias is observed directly: the
+zero-velocity update (Foxlin 2005) is the ordinary update with wheels of zero variance. The accelerometer
+measures the slope under the robot, which splits the travel into a horizontal and a vertical part.
 
-The wheels drive the motion model and are not one measurement among others: counters lose nothing between two
-readings, whatever comes late or never. It needs no guess of how the robot may accelerate, which filters of
-free bodies do (Moore & Stouch 2014, "A generalized extended Kalman filter implementation for the Robot
-Operating System").
+The wheels are the input of the motion model and not one measurement among others: counters lose nothing
+between two readings, even if readings are late or lost. No assumption about the robot's acceleration is
+needed, unlike in filters of free bodies (Moore & Stouch 2014, "A generalized extended Kalman filter
+implementation for the Robot Operating System").
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from chefbot.odometry.sensor_health import Condition, Source
 from chefbot.odometry.wheel_travel import Counters
 
 HORIZON_NS = 1_000_000_000
-"""So late a reading may come: longer than matching a scan takes, and short enough to work it all in again."""
+"""Maximum delay of a reading, ns: longer than matching a scan takes, and short enough to reprocess."""
 LATE_NS = 50_000_000
-"""Who lags behind the others by more than this is late."""
-FARTHEST_STEP = 100.0
-"""Metres that no robot drives between two readings."""
-STEPPED_BACK = 5
-"""So many readings of the wheels in a row, all too late, say that the clock was set back."""
+"""Lag behind the newest reading from which a source counts as late, ns."""
+MAX_STEP = 100.0
+"""Maximum plausible distance between two readings, m."""
+CLOCK_RESET_READINGS = 5
+"""Number of consecutive wheel readings beyond the horizon from which the clock counts as set back."""
 LOST_NS = {
     Source.WHEELS: 300_000_000,
     Source.GYRO: 200_000_000,
@@ -44,14 +44,14 @@ LOST_NS = {
     Source.ATTITUDE: 300_000_000,
     Source.SCANS: 2_000_000_000,
 }
-"""Without a reading for so long a source is lost: a few of its periods. The estimate goes without it at once."""
+"""Timeout of each source, ns, a few of its periods. The estimate continues without the source immediately."""
 
 
 class Ekf:
-    """Odometry from stamped readings in any order of arrival, if none is later than `HORIZON_NS`.
+    """An extended Kalman filter for odometry that accepts stamped readings in any order within `HORIZON_NS`.
 
-    A source that falls silent, sticks, saturates or is reversed is left out, its `condition` says so, and the
-    covariance grows by what it no longer tells.
+    A source that is lost, stuck, saturated or reversed is left out, `condition` reports it, and the
+    covariance grows accordingly.
     """
 
     def __init__(self, body: Body, start: SE2 = IDENTITY) -> None:
@@ -59,71 +59,74 @@ class Ekf:
         belief.state[[X, Y, YAW]] = start
         self._body, self._lag_ns = body, dict.fromkeys(Source, 0)
         self._history: History[Belief] = History(partial(fold, body), belief, HORIZON_NS)
-        self._too_late = self._back = 0
+        self._too_late = self._late_in_a_row = 0
 
     def add(self, reading: Reading) -> bool:
-        """Work in a reading; False if it was too late or here already.
+        """Process a reading; return False if it was too late or a duplicate.
 
-        UserError for a reading after which the robot would be nowhere, or far from where it was; it is left out.
+        Raise UserError for a reading that makes the pose infinite or moves it implausibly far; it is left
+        out.
         """
         newest = self._history.newest_ns
         lag = 0 if newest is None else max(newest - reading.stamp_ns, 0)
         for source in _sources(reading):
             self._lag_ns[source] = lag
+        # Several wheel readings beyond the horizon: the clock was set back
         too_late = lag >= HORIZON_NS
         self._too_late += too_late
         if isinstance(reading, WheelCounts | WheelTwist):
-            self._back = self._back + 1 if too_late else 0
-            if self._back >= STEPPED_BACK:
-                self._begin_anew(reading.stamp_ns)
+            self._late_in_a_row = self._late_in_a_row + 1 if too_late else 0
+            if self._late_in_a_row >= CLOCK_RESET_READINGS:
+                self._restart_clock(reading.stamp_ns)
+        # Insert the reading at its stamp and reprocess the later ones
         before = self.belief
         added = self._history.add(reading)
-        if not _is_near(before, self.belief):
-            self._leave_out(before)
+        if not _is_plausible(before, self.belief):
+            self._revert_to(before)
             raise UserError(
                 f"a reading of {_sources(reading)[0].name.lower()} takes the odometry out of any place"
             )
         return added
 
-    def _leave_out(self, before: Belief) -> None:
-        """Go on from the belief before, without what waits to be used; the wheels are counted afresh."""
+    def _revert_to(self, before: Belief) -> None:
+        """Return to the belief before a reading, without pending readings; the counters restart."""
         belief = before._replace(pending=(), counters=Counters(), gyro_ns=None, doubted=(), tilting=None)
         self._history = History(partial(fold, self._body), belief, HORIZON_NS)
 
-    def _begin_anew(self, stamp_ns: int) -> None:
-        """Go on from the same belief on a clock that was set back; the counters have lost nothing."""
+    def _restart_clock(self, stamp_ns: int) -> None:
+        """Continue from the same belief on a clock that was set back; the counters stay valid."""
         pace = self.belief.pace
-        missed_ns = round(STEPPED_BACK * pace.dt * 1e9) if pace else 1
+        missed_ns = round(CLOCK_RESET_READINGS * pace.dt * 1e9) if pace else 1
         belief = self.belief._replace(
             stamp_ns=stamp_ns - missed_ns, pending=(), gyro_ns=None, doubted=(), tilting=None
         )
         self._history = History(partial(fold, self._body), belief, HORIZON_NS)
-        self._back, self._lag_ns = 0, dict.fromkeys(Source, 0)
+        self._late_in_a_row, self._lag_ns = 0, dict.fromkeys(Source, 0)
 
     @property
     def belief(self) -> Belief:
-        """All that is known after the newest reading."""
+        """Belief after the newest reading."""
         return self._history.latest
 
     @property
     def estimate(self) -> MotionEstimate:
-        """At the last reading of the wheels."""
+        """Estimate at the last wheel reading."""
         return estimate_of(self.belief)
 
     def at(self, stamp_ns: int) -> MotionEstimate:
-        """At an instant up to which the wheels have said nothing: no travel, the turn by the gyro.
+        """Return the estimate at a stamp after the last wheel reading: no travel, rotation by the gyro.
 
-        The covariance grows by what the wheels may have done.
+        The covariance grows by the possible travel of the wheels.
         """
         return estimate_of(blind(self._body, self.belief, stamp_ns))
 
     @property
     def too_late(self) -> int:
-        """Readings so far that came too late to be used."""
+        """Number of readings that came too late to be used."""
         return self._too_late
 
     def condition(self, source: Source, now_ns: int) -> Condition:
-        """How a source is at an instant on the clock of the stamps."""
+        """Return the condition of a source at a time on the clock of the stamps."""
         watch = self.belief.watches[source]
         last = max([r.stamp_ns for r in self.belief.pending if source in _sources(r)], default=watch.last_ns)
         if last is None:
@@ -135,28 +138,28 @@ class Ekf:
         return Condition.LATE if self._lag_ns[source] > LATE_NS else Condition.FRESH
 
     def silent_for(self, source: Source, now_ns: int) -> float:
-        """Seconds since its last reading went into the estimate; infinite if none ever did."""
+        """Return the time since the last used reading of a source, s; infinite if none was used."""
         used = self.belief.watches[source].used_ns
         return float("inf") if used is None else (now_ns - used) / 1e9
 
     @property
     def slipping(self) -> bool:
-        """Whether wheels and gyro contradicted each other at last."""
+        """Whether wheels and gyro contradicted each other in the last update."""
         return self.belief.contradicted_ns is not None
 
 
-def _is_near(before: Belief, after: Belief) -> bool:
-    """Whether the robot can have come from one to the other between two readings, and both are numbers."""
+def _is_plausible(before: Belief, after: Belief) -> bool:
+    """Return whether a belief is finite and plausibly close to the one before."""
     finite = np.isfinite(after.state).all() and np.isfinite(after.covariance).all()
-    return bool(finite and np.abs(after.state[[X, Y]] - before.state[[X, Y]]).max() < FARTHEST_STEP)
+    return bool(finite and np.abs(after.state[[X, Y]] - before.state[[X, Y]]).max() < MAX_STEP)
 
 
 def _sources(reading: Reading) -> tuple[Source, ...]:
     if isinstance(reading, ImuReading):
-        told = (
+        measured = (
             (Source.GYRO, reading.rates_variance),
             (Source.ACCELEROMETER, reading.force_variance),
             (Source.ATTITUDE, reading.attitude_variance),
         )
-        return tuple(source for source, variance in told if min(variance) != float("inf"))
+        return tuple(source for source, variance in measured if min(variance) != float("inf"))
     return (Source.SCANS,) if isinstance(reading, PoseReading) else (Source.WHEELS,)

@@ -1,4 +1,4 @@
-"""What odometry says."""
+"""The pose and twist that the odometry publishes."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from chefbot.odometry.motion_model import PITCH, ROLL, STEP, TURN, YAW, X, Y, Z
 
 @dataclass(frozen=True, eq=False)
 class MotionEstimate:
-    """Where the axle's middle is in the odom frame, how it moves, and how sure that is.
+    """The estimated pose and twist of the axle midpoint in odom, with covariances.
 
     pose: odom_T_base seen from above, metres and radians.
     covariance: (3, 3) of (x, y, yaw), m^2, m rad, rad^2.
-    v, w: mean speed forward (m/s) and mean turn rate (rad/s) over the last step, in base_link.
+    v, w: mean forward speed (m/s) and mean yaw rate (rad/s) over the last step, in base_link.
     twist_covariance: (2, 2) of (v, w).
-    height, roll, pitch: the rest of the six, m and rad; level floor gives zeros.
+    height, roll, pitch: the remaining coordinates of the pose, m and rad; zero on a level floor.
     """
 
     pose: SE2
@@ -38,7 +38,7 @@ _PLANE = np.ix_([X, Y, YAW], [X, Y, YAW])
 
 
 def estimate_of(belief: Belief) -> MotionEstimate:
-    """The part of state and covariance that others want."""
+    """Return pose and twist with their covariances from a belief."""
     state, covariance = belief.state, belief.covariance
     dt = belief.pace.dt if belief.pace else 1.0
     return MotionEstimate(

@@ -1,4 +1,4 @@
-"""All that the filter knows after a reading: a value, so that one can go back to it."""
+"""The belief of the filter after a reading: an immutable value, so that the filter can return to it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from chefbot.odometry.wheel_travel import Counters
 
 
 class Pace(NamedTuple):
-    """Mean speed (m/s), turn rate (rad/s) and length (s) of the last stretch between readings of the wheels."""
+    """The mean speed (m/s), yaw rate (rad/s) and duration (s) of the last interval between wheel readings."""
 
     speed: float
     turn: float
@@ -20,31 +20,32 @@ class Pace(NamedTuple):
 
 
 class Belief(NamedTuple):
-    """Estimate and memory. `pending` was sensed after the last reading of the wheels, and waits for the next.
+    """The posterior of the filter, with the readings and sensor monitors it needs for the next update.
 
-    state (n,), covariance (n, n): see `motion`. stamp_ns: of the last reading of the wheels.
+    state (n,), covariance (n, n): see `motion_model`. stamp_ns: stamp of the last wheel reading. pending:
+    readings after the last wheel reading, which are applied at the next one.
     """
 
     state: Array
     covariance: Array
     watches: dict[Source, Watch]
-    """Not to be changed in place."""
+    """Fault monitors by source; must not be changed in place."""
     stamp_ns: int | None = None
     counters: Counters = Counters()
     pending: tuple[ImuReading | PoseReading, ...] = ()
     pace: Pace | None = None
     gyro_ns: int | None = None
-    """From then on a gyro's reading tells of the turn `SWING`."""
+    """Start of the yaw increment `SWING`: the stamp of the last gyro reading, ns."""
     doubted: tuple[float, ...] = ()
-    """Turns, rad, that the last readings told beyond the wheels' and that the next one has to confirm."""
+    """Innovations, rad, of the last gyro readings that were left out as possible spikes."""
     tilting: ImuReading | None = None
-    """The last reading whose rates about x and y can be used."""
+    """Last IMU reading whose rates about x and y can be used."""
     contradicted_ns: int | None = None
-    """Since when wheels and gyro contradict each other."""
+    """Stamp since which wheels and gyro contradict each other, ns."""
     silent_side: int | None = None
-    """0: the left wheel is silent against all evidence, 1: the right one."""
+    """Wheel whose encoder may be dead: 0 left, 1 right, None for neither."""
 
     @classmethod
     def begin(cls, body: Body) -> Belief:
-        """At the origin of odom, nothing heard."""
+        """Return the initial belief at the origin of odom, without readings."""
         return cls(*body.start(), {source: Watch() for source in Source})

@@ -1,4 +1,4 @@
-"""One reading after the other into a belief: the pure function that the filter is."""
+"""Sequential sensor fusion: the pure function that applies one reading to a belief."""
 
 from __future__ import annotations
 
@@ -11,94 +11,100 @@ from chefbot.odometry.sensor_health import Source
 from chefbot.odometry.wheel_travel import Counters, Rolled, ambiguous, count, of_twist, unknown
 
 BRIDGE_NS = 10_000_000_000
-"""Counters that come back within so long tell what the wheels did meanwhile; later nobody knows who moved."""
+"""Longest gap in the wheel readings that the counter difference bridges, ns; after it the counts are
+discarded."""
 
 
 def fold(body: Body, belief: Belief, reading: Reading) -> Belief:
-    """The belief after a reading; readings must come in `readings.order`.
+    """Return the belief after a reading; readings must be sorted by `readings.order`.
 
-    What is sensed between two readings of the wheels waits for the second one, which says how the robot moved.
+    Readings between two wheel readings are kept until the second one, which gives the motion of the robot.
     """
     if isinstance(reading, WheelCounts | WheelTwist):
-        return _on_wheels(body, belief, reading)
+        return _process_wheels(body, belief, reading)
     if belief.stamp_ns is not None and reading.stamp_ns - belief.stamp_ns > BRIDGE_NS:
-        belief = blind(body, belief, reading.stamp_ns)._replace(counters=_nothing(belief.counters))
+        belief = blind(body, belief, reading.stamp_ns)._replace(counters=_without_counts(belief.counters))
     return belief._replace(pending=(*belief.pending, reading))
 
 
 def blind(body: Body, belief: Belief, stamp_ns: int) -> Belief:
-    """The belief at an instant up to which the wheels have said nothing.
+    """Return the belief propagated to a stamp without wheel readings.
 
-    The mean stays where it was, but for the turn that the gyro tells, and the covariance grows by how far the
-    wheels can have gone.
+    The mean stays, except for the rotation measured by the gyro; the covariance grows by the distance that
+    the wheels can have travelled.
     """
     if belief.stamp_ns is None or stamp_ns <= belief.stamp_ns:
         return belief
     dt_ns = stamp_ns - belief.stamp_ns
-    return _go(body, belief, unknown(body, dt_ns / 1e9), stamp_ns, belief.counters)
+    return _propagate(body, belief, unknown(body, dt_ns / 1e9), stamp_ns, belief.counters)
 
 
-def _nothing(counters: Counters) -> Counters:
+def _without_counts(counters: Counters) -> Counters:
     return Counters(restarts=counters.restarts)
 
 
-def _on_wheels(body: Body, belief: Belief, reading: WheelCounts | WheelTwist) -> Belief:
+def _process_wheels(body: Body, belief: Belief, reading: WheelCounts | WheelTwist) -> Belief:
     stamp_ns = reading.stamp_ns
     watches = dict(belief.watches)
     values = tuple(float(v) for v in reading[1:3])
     watches[Source.WHEELS] = watches[Source.WHEELS].heard(stamp_ns, values, float("inf")).used()
     belief = belief._replace(watches=watches)
     if belief.stamp_ns is None:
-        return _begin(belief, reading)
+        return _initialise(belief, reading)
     if isinstance(reading, WheelTwist):
         if stamp_ns == belief.stamp_ns:
-            return belief  # told twice
+            return belief  # a duplicate
         rolled = of_twist(body, reading, (stamp_ns - belief.stamp_ns) / 1e9)
-        return _go(body, belief, rolled, stamp_ns, belief.counters)
-    if belief.counters.counts is None:  # back after a long silence
-        since = blind(body, belief, stamp_ns)
-        return since._replace(counters=belief.counters._replace(counts=(reading.left, reading.right)))
+        return _propagate(body, belief, rolled, stamp_ns, belief.counters)
+    # First counts after a long gap: no travel can be computed from them
+    if belief.counters.counts is None:
+        propagated = blind(body, belief, stamp_ns)
+        return propagated._replace(counters=belief.counters._replace(counts=(reading.left, reading.right)))
     if stamp_ns == belief.stamp_ns:
         return belief
+    # Wheel travel from the counter differences
     counters, rolled = count(body, belief.counters, reading, stamp_ns - belief.stamp_ns)
     if belief.silent_side is not None:
         ticks = counters.alone[belief.silent_side] - belief.counters.alone[belief.silent_side]
         rolled = ambiguous(body, rolled, belief.counters.alone[belief.silent_side], max(ticks, 0))
-    return _go(body, belief, rolled, stamp_ns, counters)
+    return _propagate(body, belief, rolled, stamp_ns, counters)
 
 
-def _begin(belief: Belief, reading: WheelCounts | WheelTwist) -> Belief:
-    """The first reading of the wheels is where odom begins; what was sensed before says nothing of it."""
+def _initialise(belief: Belief, reading: WheelCounts | WheelTwist) -> Belief:
+    """Set the origin of odom at the first wheel reading; discard the readings before it."""
     counts = (reading.left, reading.right) if isinstance(reading, WheelCounts) else None
     counters = belief.counters._replace(counts=counts)
-    started = [r.stamp_ns for r in belief.pending if isinstance(r, ImuReading)]
-    gyro_ns = reading.stamp_ns if started else None
+    imu_stamps = [r.stamp_ns for r in belief.pending if isinstance(r, ImuReading)]
+    gyro_ns = reading.stamp_ns if imu_stamps else None
     return belief._replace(stamp_ns=reading.stamp_ns, counters=counters, pending=(), gyro_ns=gyro_ns)
 
 
-def _go(body: Body, belief: Belief, rolled: Rolled, stamp_ns: int, counters: Counters) -> Belief:
+def _propagate(body: Body, belief: Belief, rolled: Rolled, stamp_ns: int, counters: Counters) -> Belief:
     assert belief.stamp_ns is not None
-    leg = Leg(body, belief, rolled, stamp_ns - belief.stamp_ns, counters.standing)
+    interval = Leg(body, belief, rolled, stamp_ns - belief.stamp_ns, counters.standing)
+    # Prediction to each pending reading and its measurement update, in order of the stamps
     for reading in belief.pending:
         if isinstance(reading, ImuReading):
-            hear_imu(leg, reading)
+            hear_imu(interval, reading)
         else:
-            hear_pose(leg, reading)
-    leg.move_to(stamp_ns)
+            hear_pose(interval, reading)
+    # Prediction over the remaining part of the interval
+    interval.move_to(stamp_ns)
     since = belief.contradicted_ns if belief.contradicted_ns is not None else stamp_ns
-    silent = counters.silent_side
-    doubtful = silent is not None and (leg.contradicted or belief.silent_side == silent)
+    # An encoder fault is assumed only if the gyro contradicts the wheels as well
+    silent_wheel = counters.silent_side
+    encoder_fault = silent_wheel is not None and (interval.contradicted or belief.silent_side == silent_wheel)
     return belief._replace(
-        state=leg.state,
-        covariance=leg.covariance,
+        state=interval.state,
+        covariance=interval.covariance,
         stamp_ns=stamp_ns,
         counters=counters,
         pending=(),
-        pace=leg.pace,
-        gyro_ns=leg.gyro_ns,
-        doubted=leg.doubted,
-        tilting=leg.tilting,
-        watches=leg.watches,
-        contradicted_ns=since if leg.contradicted else None,
-        silent_side=silent if doubtful else None,
+        pace=interval.pace,
+        gyro_ns=interval.gyro_ns,
+        doubted=interval.doubted,
+        tilting=interval.tilting,
+        watches=interval.watches,
+        contradicted_ns=since if interval.contradicted else None,
+        silent_side=silent_wheel if encoder_fault else None,
     )

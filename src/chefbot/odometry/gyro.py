@@ -1,8 +1,9 @@
-"""The gyro against the wheels: who is right about a turn?
+"""Gyro update of the yaw increment, with fault detection against the wheels.
 
-They agree within what chance explains: both are used. They do not: a live gyro is right and a wheel slips,
-unless the gyro gives itself away. It is stuck if it says the same to the last bit, saturated at the end of
-its range, reversed if it says the opposite of the wheels, and one reading that jumps away and back is damaged.
+If gyro and wheels agree within the gate, both are used. Otherwise a healthy gyro is right and a wheel slips,
+unless the gyro shows a fault: it is stuck if its readings are bit-identical, saturated at the end of its
+range, reversed if it measures the opposite of the wheels, and a single reading that jumps away and back is
+damaged.
 """
 
 from __future__ import annotations
@@ -18,114 +19,130 @@ from chefbot.odometry.readings import ImuReading
 from chefbot.odometry.sensor_health import Condition, Source, Watch
 
 LEAST_GYRO_NOISE = 1e-5
-"""rad/s; no gyro is finer, and a variance of zero has no inverse."""
+"""Minimum standard deviation of a gyro rate, rad/s; a variance of zero has no inverse."""
 STUCK_TURN = 0.01
-"""rad by which wheels and equal readings may differ in sum: half a degree, or a hundred ticks."""
-RAIL = 1.05
-"""A reading beyond so many times the range was never measured."""
-JUMPS = 3
-"""So many readings in a row may jump before they are believed: a spike is shorter, a push longer."""
-ALIKE = 0.2
-"""Share by which a reversed gyro's turn may differ from the wheels'."""
-MIRRORED = 5
-"""So many turns with the wrong sign more than with the right one, and the gyro is mounted upside down."""
+"""Accumulated difference to the wheels from which a repeating gyro is stuck, rad: half a degree, or 100
+ticks."""
+DAMAGED_RANGE_FACTOR = 1.05
+"""Factor on the gyro's range beyond which a reading is damaged rather than saturated."""
+MAX_SPIKE_READINGS = 3
+"""Maximum number of jumping readings in a row that are left out as a spike; a push lasts longer."""
+REVERSED_TOLERANCE = 0.2
+"""Relative tolerance between the turn of a reversed gyro and that of the wheels."""
+REVERSED_COUNT = 5
+"""Surplus of readings with the wrong sign from which the gyro counts as mounted upside down."""
 
 
-def hear_gyro(leg: Leg, reading: ImuReading) -> None:
-    """The turn about z since the last reading."""
-    before = leg.watches[Source.GYRO]
-    watch = before.heard(reading.stamp_ns, reading.rates, STUCK_TURN)
+def hear_gyro(interval: Leg, reading: ImuReading) -> None:
+    """Update the state with the gyro's rotation about z since its last reading."""
+    before = interval.watches[Source.GYRO]
+    monitor = before.heard(reading.stamp_ns, reading.rates, STUCK_TURN)
     if not math.isinf(reading.rates_variance[2]):
-        watch = _weigh(leg, reading, before, watch)
-    leg.watches[Source.GYRO] = watch
-    leg.gyro_ns = reading.stamp_ns
-    leg.state, leg.covariance = forget(leg.state, leg.covariance, SWING)
+        monitor = _check_and_update(interval, reading, before, monitor)
+    interval.watches[Source.GYRO] = monitor
+    interval.gyro_ns = reading.stamp_ns
+    interval.state, interval.covariance = forget(interval.state, interval.covariance, SWING)
 
 
-def _weigh(leg: Leg, reading: ImuReading, before: Watch, watch: Watch) -> Watch:
-    rate, body = reading.rates[2], leg.body
-    doubted, leg.doubted = leg.doubted, ()
-    if body.gyro_range <= abs(rate) <= RAIL * body.gyro_range:
+def _check_and_update(interval: Leg, reading: ImuReading, before: Watch, monitor: Watch) -> Watch:
+    rate, body = reading.rates[2], interval.body
+    doubted, interval.doubted = interval.doubted, ()
+    # Saturated: the heading may have changed by the measured angle or more
+    if body.gyro_range <= abs(rate) <= DAMAGED_RANGE_FACTOR * body.gyro_range:
         period = min(reading.stamp_ns - (before.last_ns or reading.stamp_ns), GYRO_TIMEOUT_NS) / 1e9
-        leg.blur((rate * period) ** 2)  # it turned by that, or by more
-        return watch.left_out(Condition.SATURATED)
-    if not abs(rate) <= min(body.fastest_turn, RAIL * body.gyro_range):  # true for NaN
-        return watch.left_out()
-    if leg.gyro_ns is None or not 0 < reading.stamp_ns - leg.gyro_ns <= GYRO_TIMEOUT_NS:
-        return watch  # it cannot say since when the robot turns so
-    return _compare(leg, Turned(leg, reading), before, watch, doubted)
+        interval.blur((rate * period) ** 2)
+        return monitor.left_out(Condition.SATURATED)
+    # Damaged: faster than the robot can turn
+    if not abs(rate) <= min(body.fastest_turn, DAMAGED_RANGE_FACTOR * body.gyro_range):  # true for NaN
+        return monitor.left_out()
+    if interval.gyro_ns is None or not 0 < reading.stamp_ns - interval.gyro_ns <= GYRO_TIMEOUT_NS:
+        return monitor  # the period of the rate is unknown
+    return _update_or_reject(interval, GyroRotation(interval, reading), before, monitor, doubted)
 
 
-class Turned:
-    """A turn as the gyro has it, and how far that is from the wheels' turn `SWING`."""
+class GyroRotation:
+    """A rotation measured by the gyro, with its innovation against the yaw increment `SWING` of the
+    wheels."""
 
-    def __init__(self, leg: Leg, reading: ImuReading) -> None:
-        self.leg, self.rate = leg, reading.rates[2]
-        assert leg.gyro_ns is not None
-        self.period = (reading.stamp_ns - leg.gyro_ns) / 1e9
+    def __init__(self, interval: Leg, reading: ImuReading) -> None:
+        self.interval, self.rate = interval, reading.rates[2]
+        assert interval.gyro_ns is not None
+        self.period = (reading.stamp_ns - interval.gyro_ns) / 1e9
         deviation = max(math.sqrt(max(reading.rates_variance[2], 0.0)), LEAST_GYRO_NOISE)
+        # Measurement z = rate * T with variance R = (sigma T)^2
         self.noise = (deviation * self.period) ** 2
         self.angle = self.rate * self.period
-        swing, gain = float(leg.state[SWING]), 1.0 + float(leg.state[GAIN])
+        # h(x) = (1 + e_gain) * swing + bias * T and its Jacobian
+        swing, gain = float(interval.state[SWING]), 1.0 + float(interval.state[GAIN])
         self.H = np.zeros((1, SIZE))
         self.H[0, [SWING, BIAS_Z, GAIN]] = gain, self.period, swing
-        self.offset, self.by_wheels = float(leg.state[BIAS_Z]) * self.period, gain * swing
+        self.offset, self.by_wheels = float(interval.state[BIAS_Z]) * self.period, gain * swing
 
     @property
-    def error(self) -> float:
-        """Beyond what is expected: (1 + gain error) * turn + offset * period."""
+    def innovation(self) -> float:
+        """Innovation y = z - h(x), rad."""
         return self.angle - self.offset - self.by_wheels
 
-    def _expected(self) -> float:
-        """Variance of `error`."""
-        return float(self.leg.distance(np.zeros(1), self.H, np.array([[self.noise]]))[1][0, 0])
+    def _innovation_variance(self) -> float:
+        """Return the innovation variance S = H P H^T + R, rad^2."""
+        return float(self.interval.distance(np.zeros(1), self.H, np.array([[self.noise]]))[1][0, 0])
 
-    def excess(self, error: float) -> float:
-        """How much more variance of the wheels' turn would explain this error, rad^2; negative for none."""
-        return error**2 / GATE - self._expected()
+    def excess(self, innovation: float) -> float:
+        """Return the variance missing from S for the innovation to pass the gate, rad^2; negative if it
+        does."""
+        return innovation**2 / GATE - self._innovation_variance()
 
     @property
     def mirrored(self) -> int:
-        """+1 if only its sign contradicts the wheels, -1 if it agrees with them and not with the opposite.
+        """Sign check: +1 if the gyro agrees only with the reversed wheels, -1 if only with the wheels, or 0.
 
-        The size has to fit within `ALIKE`, for a skidding robot may turn against its wheels by chance.
+        The magnitudes must agree within `REVERSED_TOLERANCE`, because a skidding robot may turn against its
+        wheels by chance.
         """
         opposite = self.angle - self.offset + self.by_wheels
-        fits = abs(opposite) < ALIKE * abs(self.by_wheels) and self.excess(opposite) <= 0.0
-        agrees = self.excess(self.error) <= 0.0
+        fits = abs(opposite) < REVERSED_TOLERANCE * abs(self.by_wheels) and self.excess(opposite) <= 0.0
+        agrees = self.excess(self.innovation) <= 0.0
         return int(fits and not agrees) - int(agrees and self.excess(opposite) > 0.0)
 
-    def believe(self) -> None:
-        """Correct the wheels by it."""
-        self.leg.correct(np.array([self.error]), self.H, np.array([[self.noise]]))
+    def apply(self) -> None:
+        """Apply the measurement update with this rotation."""
+        self.interval.correct(np.array([self.innovation]), self.H, np.array([[self.noise]]))
 
 
-def _compare(leg: Leg, turned: Turned, before: Watch, watch: Watch, doubted: tuple[float, ...]) -> Watch:
-    watch = watch.stirred(turned.error)._replace(mirrored=_count(watch.mirrored + turned.mirrored))
-    if watch.flaw is Condition.STUCK:
-        return watch.left_out()
-    if watch.mirrored >= MIRRORED:
-        return watch.left_out(Condition.REVERSED)
-    if turned.excess(turned.error) > 0.0:
-        if turned.mirrored > 0 or watch.repeating:
-            return watch.left_out()
-        if len(doubted) < JUMPS and _jumped(leg, turned, before.value):
-            leg.doubted = (*doubted, turned.error)
-            return watch.left_out()
-        leg.contradicted = True
-        leg.slip(turned.error)
-        leg.turn_more(sum(doubted))  # it was no spike
-    turned.believe()
-    return watch.used()
+def _update_or_reject(
+    interval: Leg, rotation: GyroRotation, before: Watch, monitor: Watch, doubted: tuple[float, ...]
+) -> Watch:
+    # Fault detection: stuck, reversed
+    monitor = monitor.stirred(rotation.innovation)._replace(
+        mirrored=_limit_count(monitor.mirrored + rotation.mirrored)
+    )
+    if monitor.flaw is Condition.STUCK:
+        return monitor.left_out()
+    if monitor.mirrored >= REVERSED_COUNT:
+        return monitor.left_out(Condition.REVERSED)
+    # Outside the gate: reversed, repeating or a spike is left out; otherwise a wheel slips
+    if rotation.excess(rotation.innovation) > 0.0:
+        if rotation.mirrored > 0 or monitor.repeating:
+            return monitor.left_out()
+        if len(doubted) < MAX_SPIKE_READINGS and _is_jump(interval, rotation, before.value):
+            interval.doubted = (*doubted, rotation.innovation)
+            return monitor.left_out()
+        interval.contradicted = True
+        interval.slip(rotation.innovation)
+        interval.turn_more(sum(doubted))  # the readings left out before were no spike
+    # Measurement update
+    rotation.apply()
+    return monitor.used()
 
 
-def _count(mirrored: int) -> int:
-    return min(max(mirrored, 0), 2 * MIRRORED)
+def _limit_count(mirrored: int) -> int:
+    return min(max(mirrored, 0), 2 * REVERSED_COUNT)
 
 
-def _jumped(leg: Leg, turned: Turned, before: tuple[float, ...]) -> bool:
-    """Whether no motor, slip or push changes a turn so fast."""
+def _is_jump(interval: Leg, rotation: GyroRotation, before: tuple[float, ...]) -> bool:
+    """Return whether the rate changed faster than motors, slip or a push can change it."""
     if not before:
         return False
-    chance = math.sqrt(2.0 * GATE * turned.noise) / turned.period
-    return not abs(turned.rate - before[2]) <= leg.body.hardest_turn * turned.period + chance  # true for NaN
+    noise_margin = math.sqrt(2.0 * GATE * rotation.noise) / rotation.period
+    # "not <=" is true for NaN
+    return not abs(rotation.rate - before[2]) <= interval.body.hardest_turn * rotation.period + noise_margin

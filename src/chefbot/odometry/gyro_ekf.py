@@ -1,4 +1,4 @@
-"""Wheels and a gyro in lockstep: the filter for a loop that reads both at once."""
+"""Wheel and gyro fusion for a loop that reads both sensors at the same time."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ from chefbot.odometry.sensor_health import Source, Watch
 
 
 class GyroEkf(DeadReckoning):
-    """Pose from encoder counts and turn rates, with the errors of wheels and gyro estimated on the way.
+    """An EKF over encoder counts and yaw rates that also estimates the errors of wheels and gyro.
 
-    It is `ekf.Ekf` for those who have no stamps and nothing late. When a gyro reading is missing it goes on with
-    the wheels and the covariance grows as it should; `gyro_age` tells. When gyro and wheels contradict each
-    other, the wheels slip: the gyro is believed, the covariance grows, and `slipping` tells.
+    It is `ekf.Ekf` for synchronous readings without stamps. When a gyro reading is missing it continues with
+    the wheels and the covariance grows accordingly; `gyro_age` reports it. When gyro and wheels contradict
+    each other, the wheels slip: the gyro is used, the covariance grows, and `slipping` reports it.
     """
 
     def update(  # type: ignore[override]
         self, ticks_left: int, ticks_right: int, gyro_z: float | None, dt: float
     ) -> MotionEstimate:
-        """Counts read `dt` > 0 seconds after the last ones, and the turn rate over these, rad/s, or None."""
+        """Update with counts read `dt` > 0 seconds after the last ones, and the mean yaw rate since, rad/s,
+        or None."""
         stamp_ns = self._later(dt)
         if gyro_z is not None:
             variance = (math.inf, math.inf, self._body.gyro_noise**2)
@@ -31,12 +32,13 @@ class GyroEkf(DeadReckoning):
 
     @property
     def gyro(self) -> Watch:
-        """What the gyro has shown of its health."""
+        """Fault monitor of the gyro."""
         return self.belief.watches[Source.GYRO]
 
     @property
     def gyro_age(self) -> float:
-        """Seconds since the last reading that was used; 0 when the last update had one."""
+        """Age of the last gyro reading that was used, s; 0 when the last update had one, infinite if none
+        was."""
         used = self.gyro.used_ns
         return math.inf if used is None else (self._now_ns - used) / 1e9
 
@@ -52,12 +54,12 @@ class GyroEkf(DeadReckoning):
 
     @property
     def gyro_bias(self) -> tuple[float, float]:
-        """The estimated offset and its standard deviation, rad/s."""
+        """Estimated bias of the gyro and its standard deviation, rad/s."""
         variance = self.belief.covariance[BIAS_Z, BIAS_Z]
         return float(self.belief.state[BIAS_Z]), math.sqrt(variance)
 
     @property
     def calibration(self) -> tuple[Array, Array]:
-        """Errors of (left diameter, right diameter, separation) as shares, and their covariance (3, 3)."""
+        """Relative errors of (left diameter, right diameter, separation), and their covariance (3, 3)."""
         shares = slice(LEFT, SEPARATION + 1)
         return self.belief.state[shares].copy(), self.belief.covariance[shares, shares].copy()

@@ -1,4 +1,4 @@
-"""The measurement update of the Kalman filter, and the test whether a reading can be believed."""
+"""The measurement update of the Kalman filter and the chi-square gate on the innovation."""
 
 from __future__ import annotations
 
@@ -10,32 +10,32 @@ from chefbot.odometry.motion_model import SIZE, Array
 
 Flags = NDArray[np.bool_]
 ALL: Flags = np.ones(SIZE, np.bool_)
-"""Every element of the state may change."""
+"""Mask of an ordinary update: every element of the state is estimated."""
 
 GATE = 25.0
-"""Squared standard deviations from what is expected that chance explains: five of them."""
+"""Largest squared Mahalanobis distance of an innovation that is accepted: five standard deviations."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cholesky(matrix: Array) -> Array:
-    """Lower triangle L (m, m) with L L^T = matrix, positive definite (Golub & Van Loan 2013, 4.2.3).
+    """Return the Cholesky factor L (m, m) with L L^T = matrix (Golub & Van Loan 2013, 4.2.3).
 
-    Of a matrix that is not, what follows is not finite.
+    The result has elements that are not finite if the matrix is not positive definite.
     """
     m = matrix.shape[0]
     lower = np.zeros((m, m))
     for j in range(m):
         for i in range(j, m):
-            rest = matrix[i, j]
+            remainder = matrix[i, j]
             for k in range(j):
-                rest -= lower[i, k] * lower[j, k]
-            lower[i, j] = np.sqrt(rest) if i == j else rest / lower[j, j]
+                remainder -= lower[i, k] * lower[j, k]
+            lower[i, j] = np.sqrt(remainder) if i == j else remainder / lower[j, j]
     return lower
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def whiten(lower: Array, values: Array) -> Array:
-    """L^-1 values (m, k), by substitution."""
+    """Return L^-1 values (m, k) by forward substitution."""
     out = values.copy()
     for j in range(values.shape[1]):
         for i in range(values.shape[0]):
@@ -46,62 +46,68 @@ def whiten(lower: Array, values: Array) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _expected(covariance: Array, H: Array, noise: Array) -> tuple[Array, Array]:
-    """H P (m, n) and the covariance of the innovation S = H P H^T + R (m, m)."""
+def _innovation_covariance(covariance: Array, H: Array, noise: Array) -> tuple[Array, Array]:
+    """Return H P (m, n) and the innovation covariance S = H P H^T + R (m, m)."""
     m, n = H.shape
-    spread, total = np.zeros((m, n)), noise.copy()
+    # H P, skipping the zeros of H
+    HP, S = np.zeros((m, n)), noise.copy()
     for i in range(m):
         for k in range(n):
             if H[i, k] != 0.0:
                 for j in range(n):
-                    spread[i, j] += H[i, k] * covariance[k, j]
+                    HP[i, j] += H[i, k] * covariance[k, j]
+    # S = (H P) H^T + R
     for i in range(m):
         for j in range(m):
             for k in range(n):
                 if H[j, k] != 0.0:
-                    total[i, j] += spread[i, k] * H[j, k]
-    return spread, total
+                    S[i, j] += HP[i, k] * H[j, k]
+    return HP, S
 
 
 @njit(cache=True, nogil=True)
-def distance(covariance: Array, error: Array, H: Array, noise: Array) -> tuple[float, Array]:
-    """Squared Mahalanobis distance of the innovation `error` (m,), and its covariance S (m, m)."""
-    _, total = _expected(covariance, H, noise)
-    white = whiten(cholesky(total), error.reshape(-1, 1))
-    return float(np.sum(white * white)), total
+def distance(covariance: Array, innovation: Array, H: Array, noise: Array) -> tuple[float, Array]:
+    """Return the squared Mahalanobis distance of an innovation (m,), and its covariance S (m, m)."""
+    # d^2 = y^T S^-1 y = |L^-1 y|^2 with S = L L^T
+    _, S = _innovation_covariance(covariance, H, noise)
+    whitened = whiten(cholesky(S), innovation.reshape(-1, 1))
+    return float(np.sum(whitened * whitened)), S
 
 
 @njit(cache=True, nogil=True)
 def correct(
-    state: Array, covariance: Array, error: Array, H: Array, noise: Array, open_: Flags
+    state: Array, covariance: Array, innovation: Array, H: Array, noise: Array, estimated: Flags
 ) -> tuple[Array, Array]:
-    """State and covariance after a reading that is `error` (m,) off what H (m, n) linearises.
+    """Return state (n,) and covariance (n, n) after the measurement update with `innovation` (m,).
 
-    noise: R (m, m), positive definite. open_ (n,): which elements may change; the others are only considered,
-    which is the update with their rows of the gain zero (Schmidt 1966, "Application of state-space methods to
-    navigation problems"). With S = L L^T and W = L^-1 H P the gain is W^T L^-1 and the covariance falls by
-    W^T W where one of the two elements is open, which is symmetric to the last bit (Thrun, Burgard & Fox 2005,
-    table 3.3, in square-root form).
+    H (m, n): Jacobian of the measurement. noise: R (m, m), positive definite. estimated (n,): mask of the
+    elements that are estimated; the others are consider states, whose rows of the gain are zero (Schmidt
+    1966, "Application of state-space methods to navigation problems"). With S = L L^T and W = L^-1 H P the
+    gain is K = W^T L^-1 and the covariance decreases by W^T W where one of the two elements is estimated,
+    which is exactly symmetric (Thrun, Burgard & Fox 2005, table 3.3, in square-root form).
     """
-    spread, total = _expected(covariance, H, noise)
-    lower = cholesky(total)
-    W, white = whiten(lower, spread), whiten(lower, error.reshape(-1, 1))
-    corrected, certain = state.copy(), covariance.copy()
+    # S = H P H^T + R = L L^T, W = L^-1 H P, whitened innovation L^-1 y
+    HP, S = _innovation_covariance(covariance, H, noise)
+    lower = cholesky(S)
+    W, whitened = whiten(lower, HP), whiten(lower, innovation.reshape(-1, 1))
+    corrected, corrected_covariance = state.copy(), covariance.copy()
+    # x += K y = W^T (L^-1 y) and P -= W^T W, row by row of W
     for k in range(H.shape[0]):
         for i in range(state.size):
-            if open_[i]:
-                corrected[i] += W[k, i] * white[k, 0]
+            if estimated[i]:
+                corrected[i] += W[k, i] * whitened[k, 0]
             for j in range(state.size):
-                if open_[i] or open_[j]:
-                    certain[i, j] -= W[k, i] * W[k, j]
-    return corrected, certain
+                if estimated[i] or estimated[j]:
+                    corrected_covariance[i, j] -= W[k, i] * W[k, j]
+    return corrected, corrected_covariance
 
 
 @njit(cache=True, nogil=True)
 def forget(state: Array, covariance: Array, i: int) -> tuple[Array, Array]:
-    """State and covariance where element `i` begins anew at an exact zero."""
-    fresh, rest = state.copy(), covariance.copy()
-    fresh[i] = 0.0
-    rest[i, :] = 0.0
-    rest[:, i] = 0.0
-    return fresh, rest
+    """Return state and covariance with element `i` reset to an exactly known zero."""
+    reset_state, reset_covariance = state.copy(), covariance.copy()
+    # Zero mean, zero variance, no correlation
+    reset_state[i] = 0.0
+    reset_covariance[i, :] = 0.0
+    reset_covariance[:, i] = 0.0
+    return reset_state, reset_covariance

@@ -1,4 +1,4 @@
-"""Accelerometer, attitude and matched scans against the way by the wheels."""
+"""Measurement updates with accelerometer, attitude and scan-matching poses."""
 
 from __future__ import annotations
 
@@ -29,110 +29,128 @@ from chefbot.odometry.sensor_health import Condition, Source
 from chefbot.robot.spec import GRAVITY
 
 VIBRATION = 0.5
-"""m/s^2: standard deviation of what a rolling robot's accelerometer feels besides. The two recordings that
-robot_localization is tested with have 0.7 (a Husky on asphalt) and 0.9 (a Jackal in a simulator), with the
-robot's own accelerations in it."""
+"""Standard deviation of the vibration that the accelerometer of a rolling robot measures, m/s^2. The two
+recordings that robot_localization is tested with have 0.7 (a Husky on asphalt) and 0.9 (a Jackal in a
+simulator), including the robot's own accelerations."""
 FORCE_RANGE = 2.0 * GRAVITY
-"""m/s^2: the narrowest range of the accelerometers in use (MPU-6050 register map, AFS_SEL 0)."""
-SLOPING: Flags = np.zeros(SIZE, np.bool_)
-"""What accelerometer and gyro about x and y may change. Their comparisons take wheels and stand as they are, so
-they must not turn round and correct the plane's business by them: heading, wheels, gyro about z."""
-SLOPING[[Z, ROLL, PITCH, BIAS_X, BIAS_Y, FORCE_X, FORCE_Y]] = True
-LEAST_MATCH_NOISE = 1e-3
-"""Metres and radians: no match of scans is better, and a covariance of zeros stands for one that nobody filled in."""
+"""Narrowest range of the accelerometers in use, m/s^2 (MPU-6050 register map, AFS_SEL 0)."""
+TILT_STATES: Flags = np.zeros(SIZE, np.bool_)
+"""States that the accelerometer and the gyro about x and y may change. Their measurement models take the
+wheel motion as given, so the planar states (heading, wheels, gyro about z) are consider states in these
+updates."""
+TILT_STATES[[Z, ROLL, PITCH, BIAS_X, BIAS_Y, FORCE_X, FORCE_Y]] = True
+MIN_MATCH_NOISE = 1e-3
+"""Minimum standard deviation of a scan match, m and rad; also used for a covariance that was left at zero."""
 STUCK_TURN, STUCK_SPEED, STUCK_TRAVEL = 0.05, 0.1, 0.1
-"""rad, m/s, m: what attitude, accelerometer and scans cannot have missed, if the wheels are right."""
+"""Wheel motion (rad, m/s, m) from which repeating readings of attitude, accelerometer and scans are stuck."""
 
 
-def hear_imu(leg: Leg, reading: ImuReading) -> None:
-    """Gyro, accelerometer and attitude at their instant."""
-    tilts = _tells_tilt(leg, reading) and not _stands_still(leg, reading)
-    leg.tilting = reading if tilts else None
-    leg.move_to(reading.stamp_ns)
-    hear_gyro(leg, reading)
+def hear_imu(interval: Leg, reading: ImuReading) -> None:
+    """Update the state with gyro, accelerometer and attitude at the stamp of the reading."""
+    # Rates about x and y: zero-velocity update at standstill, otherwise input of the next prediction
+    has_tilt = _has_tilt_rates(interval, reading) and not _zero_velocity_update(interval, reading)
+    interval.tilting = reading if has_tilt else None
+    # Prediction to the stamp, then one measurement update per sensor
+    interval.move_to(reading.stamp_ns)
+    hear_gyro(interval, reading)
     if math.isfinite(reading.force_variance[0]):
-        _hear_force(leg, reading)
+        _update_accelerometer(interval, reading)
     if any(math.isfinite(v) for v in reading.attitude_variance):
-        _hear_attitude(leg, reading)
+        _update_attitude(interval, reading)
 
 
-def hear_pose(leg: Leg, reading: PoseReading) -> None:
-    """A match of scans at its instant."""
-    leg.move_to(reading.stamp_ns)
-    before = leg.watches[Source.SCANS]
-    leg.watches[Source.SCANS] = before.heard(reading.stamp_ns, tuple(reading.pose), STUCK_TRAVEL)
+def hear_pose(interval: Leg, reading: PoseReading) -> None:
+    """Update the state with a scan-matching pose at its stamp."""
+    interval.move_to(reading.stamp_ns)
+    before = interval.watches[Source.SCANS]
+    interval.watches[Source.SCANS] = before.heard(reading.stamp_ns, tuple(reading.pose), STUCK_TRAVEL)
+    # Innovation y = z - h(x), h(x) = (x, y, yaw)
     x, y, yaw = reading.pose
-    error = np.array([x - leg.state[X], y - leg.state[Y], wrap(yaw - leg.state[YAW])])
+    innovation = np.array([x - interval.state[X], y - interval.state[Y], wrap(yaw - interval.state[YAW])])
     axes = (X, Y, YAW)
-    noise = np.array(reading.covariance) + LEAST_MATCH_NOISE**2 * np.eye(3)
-    leg.weigh(Source.SCANS, error, selecting(axes), noise, axes)
+    noise = np.array(reading.covariance) + MIN_MATCH_NOISE**2 * np.eye(3)
+    interval.weigh(Source.SCANS, innovation, selecting(axes), noise, axes)
 
 
-def _tells_tilt(leg: Leg, reading: ImuReading) -> bool:
-    told = all(math.isfinite(v) for v in reading.rates_variance[:2])
-    sane = all(abs(rate) < leg.body.gyro_range for rate in reading.rates[:2])  # false for NaN
-    return told and sane and leg.watches[Source.GYRO].flaw is Condition.FRESH
+def _has_tilt_rates(interval: Leg, reading: ImuReading) -> bool:
+    measured = all(math.isfinite(v) for v in reading.rates_variance[:2])
+    in_range = all(abs(rate) < interval.body.gyro_range for rate in reading.rates[:2])  # false for NaN
+    return measured and in_range and interval.watches[Source.GYRO].flaw is Condition.FRESH
 
 
-def _stands_still(leg: Leg, reading: ImuReading) -> bool:
-    """The zero-velocity update about x and y: a standing robot's rates are the gyro's offsets.
+def _zero_velocity_update(interval: Leg, reading: ImuReading) -> bool:
+    """Apply a zero-velocity update: the rates about x and y of a standing robot are the gyro's biases.
 
-    False if they are not: somebody tilts it.
+    Return False, without an update, if the robot moves or if the rates fail the gate because it is tilted.
     """
-    if not leg.standing:
+    if not interval.standing:
         return False
     axes = (BIAS_X, BIAS_Y)
-    error = np.array(reading.rates[:2]) - leg.state[list(axes)]
+    # z = (rate_x, rate_y), h(x) = (bias_x, bias_y)
+    innovation = np.array(reading.rates[:2]) - interval.state[list(axes)]
     noise = np.diag([max(v, LEAST_GYRO_NOISE**2) for v in reading.rates_variance[:2]])
-    if leg.distance(error, selecting(axes), noise)[0] > GATE:
+    if interval.distance(innovation, selecting(axes), noise)[0] > GATE:
         return False
-    leg.correct(error, selecting(axes), noise, SLOPING)
+    interval.correct(innovation, selecting(axes), noise, TILT_STATES)
     return True
 
 
-def _hear_force(leg: Leg, reading: ImuReading) -> None:
-    """The accelerometer's x and y: gravity along the tilted axes, and how the robot gathers speed."""
+def _update_accelerometer(interval: Leg, reading: ImuReading) -> None:
+    """Update tilt and biases with the accelerometer's x and y axes."""
     value = np.array(reading.force[:2])
-    watch = leg.watches[Source.ACCELEROMETER].heard(reading.stamp_ns, reading.force, STUCK_SPEED)
-    leg.watches[Source.ACCELEROMETER] = watch
-    if leg.last is None or leg.contradicted:
-        return  # the wheels cannot say how the robot gathers speed
+    monitor = interval.watches[Source.ACCELEROMETER].heard(reading.stamp_ns, reading.force, STUCK_SPEED)
+    interval.watches[Source.ACCELEROMETER] = monitor
+    if interval.last is None or interval.contradicted:
+        return  # the wheels do not give the acceleration
     if max(abs(value)) >= FORCE_RANGE:  # false for NaN, which is refused below
-        leg.watches[Source.ACCELEROMETER] = watch.left_out(Condition.SATURATED)
+        interval.watches[Source.ACCELEROMETER] = monitor.left_out(Condition.SATURATED)
         return
-    expected, H, unrest = _expected_force(leg)
-    noise = np.diag(np.array(reading.force_variance[:2]) + unrest)
-    leg.weigh(Source.ACCELEROMETER, value - expected, H, noise, (PITCH, ROLL), SLOPING)
+    # h(x) with Jacobian H; R = sensor noise + vibration
+    predicted, H, model_variance = _predicted_force(interval)
+    noise = np.diag(np.array(reading.force_variance[:2]) + model_variance)
+    interval.weigh(Source.ACCELEROMETER, value - predicted, H, noise, (PITCH, ROLL), TILT_STATES)
 
 
-def _expected_force(leg: Leg) -> tuple[Array, Array, Array]:
-    """Force (2,) along x and y, its derivative (2, n) by the state, and the variance (2,) of what is left out.
+def _predicted_force(interval: Leg) -> tuple[Array, Array, Array]:
+    """Return the specific force h(x) (2,) along x and y, its Jacobian (2, n), and the model's variance (2,).
 
-    The axle's middle feels (dv/dt, v w), a sensor at (x, y) from it -w^2 (x, y) besides, and dw/dt times its
-    distance, of which only the size is known. Both feel gravity along the tilted axes.
+    The axle midpoint accelerates by (dv/dt, v w), a sensor at (x, y) from it by -w^2 (x, y) in addition, and
+    by dw/dt times its distance, of which only the magnitude is known. Both measure gravity along the tilted
+    axes.
     """
-    state, pace, last, body = leg.state, leg.pace, leg.last or leg.pace, leg.body
+    # dv/dt and dw/dt between the mean velocities of two intervals
+    state, pace, last, body = interval.state, interval.pace, interval.last or interval.pace, interval.body
     between = 0.5 * (pace.dt + last.dt)
-    gathers, turns = (pace.speed - last.speed) / between, (pace.turn - last.turn) / between
+    acceleration, yaw_acceleration = (pace.speed - last.speed) / between, (pace.turn - last.turn) / between
     sr, cr, sp, cp = (f(state[i]) for i in (ROLL, PITCH) for f in (math.sin, math.cos))
-    along = gathers - pace.turn**2 * body.imu_x - turns * body.imu_y - GRAVITY * sp + state[FORCE_X]
-    aside = pace.turn * (pace.speed - pace.turn * body.imu_y) + turns * body.imu_x
-    aside += GRAVITY * cp * sr + state[FORCE_Y]
+    # Linear, centripetal and Euler acceleration, gravity and accelerometer bias
+    force_x = (
+        acceleration
+        - pace.turn**2 * body.imu_x
+        - yaw_acceleration * body.imu_y
+        - GRAVITY * sp
+        + state[FORCE_X]
+    )
+    force_y = pace.turn * (pace.speed - pace.turn * body.imu_y) + yaw_acceleration * body.imu_x
+    force_y += GRAVITY * cp * sr + state[FORCE_Y]
+    # Jacobian by biases, pitch and roll
     H = selecting((FORCE_X, FORCE_Y))
     H[0, PITCH], H[1, ROLL], H[1, PITCH] = -GRAVITY * cp, GRAVITY * cp * cr, -GRAVITY * sp * sr
-    unrest = np.zeros(2)
-    if not leg.standing:
-        unrest += VIBRATION**2 + (turns * math.hypot(body.imu_x, body.imu_y)) ** 2
-        unrest[0] += 2.0 * leg.speed_variance / between**2
-    return np.array([along, aside]), H, unrest
+    # Variance of vibration, angular acceleration and of the wheels' acceleration
+    model_variance = np.zeros(2)
+    if not interval.standing:
+        model_variance += VIBRATION**2 + (yaw_acceleration * math.hypot(body.imu_x, body.imu_y)) ** 2
+        model_variance[0] += 2.0 * interval.speed_variance / between**2
+    return np.array([force_x, force_y]), H, model_variance
 
 
-def _hear_attitude(leg: Leg, reading: ImuReading) -> None:
-    """Roll, pitch and yaw as far as the sensor tells them."""
-    before = leg.watches[Source.ATTITUDE]
-    leg.watches[Source.ATTITUDE] = before.heard(reading.stamp_ns, reading.attitude, STUCK_TURN)
-    told = [i for i in range(3) if math.isfinite(reading.attitude_variance[i])]
-    error = np.array([wrap(reading.attitude[i] - leg.state[ROLL + i]) for i in told])
-    axes = tuple(ROLL + i for i in told)
-    noise = np.diag([reading.attitude_variance[i] for i in told])
-    leg.weigh(Source.ATTITUDE, error, selecting(axes), noise, axes)
+def _update_attitude(interval: Leg, reading: ImuReading) -> None:
+    """Update roll, pitch and yaw with the axes of the attitude that are measured."""
+    before = interval.watches[Source.ATTITUDE]
+    interval.watches[Source.ATTITUDE] = before.heard(reading.stamp_ns, reading.attitude, STUCK_TURN)
+    # Innovation of the measured axes, wrapped
+    measured = [i for i in range(3) if math.isfinite(reading.attitude_variance[i])]
+    innovation = np.array([wrap(reading.attitude[i] - interval.state[ROLL + i]) for i in measured])
+    axes = tuple(ROLL + i for i in measured)
+    noise = np.diag([reading.attitude_variance[i] for i in measured])
+    interval.weigh(Source.ATTITUDE, innovation, selecting(axes), noise, axes)

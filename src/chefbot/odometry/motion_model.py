@@ -1,13 +1,13 @@
-"""The motion of two driven wheels on a floor that may slope, and its linearisation.
+"""The motion model of a differential drive on a floor that may slope, and its Jacobians.
 
-State (18,): position in odom, m; attitude as roll, pitch, yaw (REP-103: turn about z, then y, then x), rad;
-travel and turn of the axle since the last reading of the wheels, turn since the last one of the gyro; then
-constants that are unknown: shares by which the robot differs from its file, share by which the gyro's
-sensitivity is off, offsets of gyro (rad/s) and accelerometer (m/s^2). The turns are about the robot's own
-vertical. The last step is part of the state so that a gyro can correct step, pose and shares at once, and so
-that the twist gets a covariance.
+State (18,): position in odom, m; attitude as roll, pitch, yaw (REP-103: rotation about z, then y, then x),
+rad; arc length and yaw increment of the axle since the last wheel reading, yaw increment since the last gyro
+reading; then unknown constants: relative errors of left wheel, right wheel and separation against the robot
+file, relative error of the gyro scale, biases of gyro (rad/s) and accelerometer (m/s^2). The yaw increments
+are about the robot's own z axis. The increments are part of the state so that a gyro reading corrects
+increments, pose and wheel errors at once, and so that the twist gets a covariance.
 
-With the travel of the rims d_l, d_r the axle's middle goes s = (d_l + d_r) / 2 along an arc of angle
+With wheel travels d_l, d_r the axle midpoint moves s = (d_l + d_r) / 2 along an arc of angle
 a = (d_r - d_l) / l about the instantaneous centre of curvature, R = l / 2 (d_l + d_r) / (d_r - d_l) to the
 left (Dudek & Jenkin 2010, 3.1.5). The chord 2 R sin(a / 2) = s sin(a / 2) / (a / 2) is exact and needs no R,
 which is infinite on a straight line. The arc lies in the plane of the wheels, which the attitude tilts.
@@ -25,46 +25,53 @@ X, Y, Z, ROLL, PITCH, YAW, STEP, TURN, SWING = range(9)
 LEFT, RIGHT, SEPARATION, GAIN, BIAS_X, BIAS_Y, BIAS_Z, FORCE_X, FORCE_Y = range(9, 18)
 SIZE = 18
 INPUTS = 6
-"""Travel of left and right rim; angles about x and y; slides to the left and up: what has noise in a step."""
+"""Noisy inputs of a step: travel of left and right wheel, rotations about x and y, slides to the left and
+up."""
 Array = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)
 def sinc(u: float) -> float:
-    """sin(u) / u."""
+    """Return sin(u) / u, continuous at zero."""
     return 1.0 - u * u / 6.0 if abs(u) < 1e-4 else math.sin(u) / u
 
 
 @njit(cache=True, nogil=True)
 def sinc_slope(u: float) -> float:
-    """Derivative of `sinc`; by series where the difference below would lose its digits."""
+    """Return the derivative of `sinc`, by a series near zero where the closed form cancels."""
     return -u / 3.0 + u * u * u / 30.0 if abs(u) < 1e-2 else (math.cos(u) - math.sin(u) / u) / u
 
 
 @njit(cache=True, nogil=True)
 def arc(step: float, turn: float) -> tuple[float, float]:
-    """(forward, left) reached by `step` metres on an arc that turns by `turn` radians."""
+    """Return (forward, left), m, reached by `step` metres along an arc that turns by `turn` radians."""
+    # Chord of the arc, at half the turn to the left of the start heading
     chord = step * sinc(0.5 * turn)
     return chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn)
 
 
 @njit(cache=True, nogil=True)
-def _wheels(state: Array, rims: Array, separation: float, by_state: Array, by_input: Array) -> Array:
-    """(step, turn); into by_state (2, n), by_input (2, 6) their derivatives by state and inputs."""
+def _wheel_increments(
+    state: Array, travel: Array, separation: float, by_state: Array, by_input: Array
+) -> Array:
+    """Return (delta_s, delta_yaw); fill their Jacobians by state (2, n) and by inputs (2, 6)."""
+    # Corrected geometry: a = (d_r (1 + e_r) - d_l (1 + e_l)) / (l (1 + e_sep))
     base = separation * (1.0 + state[SEPARATION])
-    left, right = rims[0] * (1.0 + state[LEFT]), rims[1] * (1.0 + state[RIGHT])
+    left, right = travel[0] * (1.0 + state[LEFT]), travel[1] * (1.0 + state[RIGHT])
     turn = (right - left) / base
-    by_state[0, LEFT], by_state[0, RIGHT] = 0.5 * rims[0], 0.5 * rims[1]
-    by_state[1, LEFT], by_state[1, RIGHT] = -rims[0] / base, rims[1] / base
+    # Jacobian by the wheel and separation errors
+    by_state[0, LEFT], by_state[0, RIGHT] = 0.5 * travel[0], 0.5 * travel[1]
+    by_state[1, LEFT], by_state[1, RIGHT] = -travel[0] / base, travel[1] / base
     by_state[1, SEPARATION] = -turn / (1.0 + state[SEPARATION])
+    # Jacobian by the wheel travels
     by_input[0, 0], by_input[0, 1] = 0.5 * (1.0 + state[LEFT]), 0.5 * (1.0 + state[RIGHT])
     by_input[1, 0], by_input[1, 1] = -(1.0 + state[LEFT]) / base, (1.0 + state[RIGHT]) / base
     return np.array([0.5 * (left + right), turn])
 
 
 @njit(cache=True, nogil=True)
-def _axes(roll: float, pitch: float, yaw: float) -> Array:
-    """(3, 3): the robot's axes x, y, z in odom, as columns."""
+def _rotation_matrix(roll: float, pitch: float, yaw: float) -> Array:
+    """Return the rotation matrix R_z(yaw) R_y(pitch) R_x(roll) (3, 3), base_link to odom."""
     cr, sr, cp, sp, cy, sy = (
         math.cos(roll),
         math.sin(roll),
@@ -83,93 +90,118 @@ def _axes(roll: float, pitch: float, yaw: float) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _move(state: Array, moved: Array, step: float, turn: float, F: Array, by_step: Array, G: Array) -> None:
-    """Position after the arc into `moved`; derivatives by attitude into F, by step and turn into by_step."""
+def _integrate_position(
+    state: Array, predicted: Array, step: float, turn: float, F: Array, by_increment: Array, G: Array
+) -> None:
+    """Fill the position after the arc, its Jacobian by attitude (F), by increments and by slides (G)."""
+    # Arc in the plane of the wheels, rotated into odom: p' = p + R (forward, left, 0)
     roll, pitch, yaw = state[ROLL], state[PITCH], state[YAW]
-    axes = _axes(roll, pitch, yaw)
-    forward, aside = arc(step, turn)
+    R = _rotation_matrix(roll, pitch, yaw)
+    forward, lateral = arc(step, turn)
     half = 0.5 * turn
-    c, s, along, bend = math.cos(half), math.sin(half), sinc(half), 0.5 * step * sinc_slope(half)
+    c, s, chord_ratio, chord_slope = math.cos(half), math.sin(half), sinc(half), 0.5 * step * sinc_slope(half)
     cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
     for i in range(3):
-        moved[X + i] = state[X + i] + axes[i, 0] * forward + axes[i, 1] * aside
-        by_step[X + i, 0] = along * (axes[i, 0] * c + axes[i, 1] * s)
-        by_forward, by_aside = bend * c - 0.5 * step * along * s, bend * s + 0.5 * step * along * c
-        by_step[X + i, 1] = axes[i, 0] * by_forward + axes[i, 1] * by_aside
-        F[X + i, ROLL] = axes[i, 2] * aside  # the y axis turns towards z
-        G[X + i, 4], G[X + i, 5] = axes[i, 1], axes[i, 2]
+        predicted[X + i] = state[X + i] + R[i, 0] * forward + R[i, 1] * lateral
+        # Jacobian by arc length and yaw increment
+        by_increment[X + i, 0] = chord_ratio * (R[i, 0] * c + R[i, 1] * s)
+        by_forward, by_lateral = (
+            chord_slope * c - 0.5 * step * chord_ratio * s,
+            chord_slope * s + 0.5 * step * chord_ratio * c,
+        )
+        by_increment[X + i, 1] = R[i, 0] * by_forward + R[i, 1] * by_lateral
+        # Jacobian by roll, and by slides along the robot's y and z axes
+        F[X + i, ROLL] = R[i, 2] * lateral  # the y axis turns towards z
+        G[X + i, 4], G[X + i, 5] = R[i, 1], R[i, 2]
+    # Jacobian by pitch and yaw
     sr = math.sin(roll)
-    F[X, PITCH] = cy * (-sp * forward + cp * sr * aside)
-    F[Y, PITCH] = sy * (-sp * forward + cp * sr * aside)
-    F[Z, PITCH] = -cp * forward - sp * sr * aside
-    F[X, YAW], F[Y, YAW] = state[Y] - moved[Y], moved[X] - state[X]
+    F[X, PITCH] = cy * (-sp * forward + cp * sr * lateral)
+    F[Y, PITCH] = sy * (-sp * forward + cp * sr * lateral)
+    F[Z, PITCH] = -cp * forward - sp * sr * lateral
+    F[X, YAW], F[Y, YAW] = state[Y] - predicted[Y], predicted[X] - state[X]
 
 
 @njit(cache=True, nogil=True)
-def _tilt(state: Array, moved: Array, rates: Array, turn: float, F: Array, by_step: Array, G: Array) -> None:
-    """Attitude after the angles (2,) about x and y and `turn` about z (Titterton & Weston 2004, 3.6.2)."""
+def _integrate_attitude(
+    state: Array, predicted: Array, rotation: Array, turn: float, F: Array, by_increment: Array, G: Array
+) -> None:
+    """Fill the attitude after rotations (2,) about x and y and `turn` about z (Titterton & Weston 2004,
+    3.6.2)."""
+    # Euler angle rates from body rates
     roll, pitch = state[ROLL], state[PITCH]
     c, s, t, n = math.cos(roll), math.sin(roll), math.tan(pitch), 1.0 / math.cos(pitch)
-    about, dip = rates[1] * s + turn * c, rates[1] * c - turn * s
-    moved[ROLL] = roll + rates[0] + about * t
-    moved[PITCH] = pitch + dip
-    moved[YAW] = state[YAW] + about * n
-    F[ROLL, ROLL], F[ROLL, PITCH] = 1.0 + dip * t, about * n * n
-    F[PITCH, ROLL] = -about
-    F[YAW, ROLL], F[YAW, PITCH] = dip * n, about * t * n
-    by_step[ROLL, 1], by_step[PITCH, 1], by_step[YAW, 1] = c * t, -s, c * n
+    yaw_component, pitch_change = rotation[1] * s + turn * c, rotation[1] * c - turn * s
+    predicted[ROLL] = roll + rotation[0] + yaw_component * t
+    predicted[PITCH] = pitch + pitch_change
+    predicted[YAW] = state[YAW] + yaw_component * n
+    # Jacobians by attitude, by yaw increment and by the rotations about x and y
+    F[ROLL, ROLL], F[ROLL, PITCH] = 1.0 + pitch_change * t, yaw_component * n * n
+    F[PITCH, ROLL] = -yaw_component
+    F[YAW, ROLL], F[YAW, PITCH] = pitch_change * n, yaw_component * t * n
+    by_increment[ROLL, 1], by_increment[PITCH, 1], by_increment[YAW, 1] = c * t, -s, c * n
     G[ROLL, 2], G[ROLL, 3], G[PITCH, 3], G[YAW, 3] = 1.0, s * t, c, s * n
 
 
 @njit(cache=True, nogil=True)
-def _spread(matrix: Array, covariance: Array, out: Array) -> None:
+def _add_congruence(matrix: Array, covariance: Array, out: Array) -> None:
     """Add `matrix @ covariance @ matrix.T` to out (n, n); loops compile in a tenth of the time of `@`."""
+    # A P
     rows, inner = matrix.shape
-    half = np.zeros((rows, inner))
+    product = np.zeros((rows, inner))
     for i in range(rows):
         for k in range(inner):
             if matrix[i, k] != 0.0:
                 for j in range(inner):
-                    half[i, j] += matrix[i, k] * covariance[k, j]
+                    product[i, j] += matrix[i, k] * covariance[k, j]
+    # (A P) A^T
     for i in range(rows):
         for k in range(inner):
             for j in range(rows):
                 if matrix[j, k] != 0.0:
-                    out[i, j] += half[i, k] * matrix[j, k]
+                    out[i, j] += product[i, k] * matrix[j, k]
 
 
 @njit(cache=True, nogil=True)
 def _linearise(
-    state: Array, rims: Array, angles: Array, seconds: float, separation: float
+    state: Array, travel: Array, angles: Array, seconds: float, separation: float
 ) -> tuple[Array, Array, Array]:
-    """The state after a step, and its derivatives F (n, n) by the state before and G (n, 6) by the inputs."""
+    """Return the state after a step, with Jacobians F (n, n) by the state before and G (n, 6) by the
+    inputs."""
     n = state.size
-    F, G, moved = np.eye(n), np.zeros((n, INPUTS)), state.copy()
-    by_state, by_input, by_step = np.zeros((2, n)), np.zeros((2, INPUTS)), np.zeros((n, 2))
-    step, turn = _wheels(state, rims, separation, by_state, by_input)
-    rates = angles.copy()
-    rates[0] -= state[BIAS_X] * seconds
-    rates[1] -= state[BIAS_Y] * seconds
-    _move(state, moved, step, turn, F, by_step, G)
-    _tilt(state, moved, rates, turn, F, by_step, G)
-    moved[STEP], moved[TURN], moved[SWING] = state[STEP] + step, state[TURN] + turn, state[SWING] + turn
-    by_step[STEP, 0], by_step[TURN, 1], by_step[SWING, 1] = 1.0, 1.0, 1.0
+    F, G, predicted = np.eye(n), np.zeros((n, INPUTS)), state.copy()
+    by_state, by_input, by_increment = np.zeros((2, n)), np.zeros((2, INPUTS)), np.zeros((n, 2))
+    # Arc length and yaw increment from the wheel travels
+    step, turn = _wheel_increments(state, travel, separation, by_state, by_input)
+    # Gyro rotations without bias
+    rotation = angles.copy()
+    rotation[0] -= state[BIAS_X] * seconds
+    rotation[1] -= state[BIAS_Y] * seconds
+    # Mean of position, attitude and accumulated increments
+    _integrate_position(state, predicted, step, turn, F, by_increment, G)
+    _integrate_attitude(state, predicted, rotation, turn, F, by_increment, G)
+    predicted[STEP], predicted[TURN], predicted[SWING] = (
+        state[STEP] + step,
+        state[TURN] + turn,
+        state[SWING] + turn,
+    )
+    by_increment[STEP, 0], by_increment[TURN, 1], by_increment[SWING, 1] = 1.0, 1.0, 1.0
+    # Chain rule: through the increments to wheel errors and travels, and to the gyro biases
     for i in range(SWING + 1):
         for k in range(2):
             for j in range(LEFT, SEPARATION + 1):
-                F[i, j] += by_step[i, k] * by_state[k, j]
+                F[i, j] += by_increment[i, k] * by_state[k, j]
             for j in range(2):
-                G[i, j] += by_step[i, k] * by_input[k, j]
+                G[i, j] += by_increment[i, k] * by_input[k, j]
         F[i, BIAS_X] -= G[i, 2] * seconds
         F[i, BIAS_Y] -= G[i, 3] * seconds
-    return moved, F, G
+    return predicted, F, G
 
 
 @njit(cache=True, nogil=True)
 def predict(
     state: Array,
     covariance: Array,
-    rims: Array,
+    travel: Array,
     angles: Array,
     seconds: float,
     noise: Array,
@@ -177,26 +209,33 @@ def predict(
     settling: float,
     slope: float,
 ) -> tuple[Array, Array]:
-    """State (n,) and covariance (n, n) after a step.
+    """Propagate state (n,) and covariance (n, n) over one step: the prediction step of the EKF.
 
-    rims (2,): travel of left and right, m. angles (2,): by the gyro about x and y over `seconds`, rad; offsets
-    are taken off, so `seconds` is 0 when there was no gyro. noise (6, 6): covariance of the inputs.
-    Without a gyro the tilt follows the floor: it returns to level by the share `settling` of the step, and
-    wanders so that its standard deviation stays `slope`, rad. First-order propagation (Thrun, Burgard & Fox
-    2005, 3.3); shares keep their error, so that a wrong diameter makes the pose's error grow with the
-    distance and not only with its root.
+    travel (2,): travel of left and right wheel, m. angles (2,): rotations about x and y by the gyro over
+    `seconds`, rad; their biases are subtracted, so `seconds` is 0 without a gyro. noise (6, 6): covariance of
+    the inputs. Without a gyro the tilt follows the floor: a first-order Gauss-Markov process that decays to
+    level by the fraction `settling` and keeps the standard deviation `slope`, rad. First-order propagation
+    (Thrun, Burgard & Fox 2005, 3.3); relative errors are constants, so that a wrong diameter makes the pose
+    error grow with the distance and not only with its square root.
     """
-    moved, F, G = _linearise(state, rims, angles, seconds, separation)
+    # x' = f(x, u), F = df/dx, G = df/du
+    predicted, F, G = _linearise(state, travel, angles, seconds, separation)
+    # Gauss-Markov decay of roll and pitch to level
     for i in (ROLL, PITCH):
-        moved[i] *= 1.0 - settling
+        predicted[i] *= 1.0 - settling
         F[i] *= 1.0 - settling
         G[i] *= 1.0 - settling
-    spread = np.zeros((state.size, state.size))
-    _spread(F, covariance, spread)
-    _spread(G, noise, spread)
+    # P' = F P F^T + G Q G^T
+    predicted_covariance = np.zeros((state.size, state.size))
+    _add_congruence(F, covariance, predicted_covariance)
+    _add_congruence(G, noise, predicted_covariance)
+    # Process noise that keeps the standard deviation of the tilt
     for i in (ROLL, PITCH):
-        spread[i, i] += slope * slope * settling * (2.0 - settling)
+        predicted_covariance[i, i] += slope * slope * settling * (2.0 - settling)
+    # Symmetrise against rounding
     for i in range(state.size):
         for j in range(i):
-            spread[i, j] = spread[j, i] = 0.5 * (spread[i, j] + spread[j, i])
-    return moved, spread
+            predicted_covariance[i, j] = predicted_covariance[j, i] = 0.5 * (
+                predicted_covariance[i, j] + predicted_covariance[j, i]
+            )
+    return predicted, predicted_covariance

@@ -1,8 +1,9 @@
-"""Readings arrive late and out of order; the estimate is as if they had not.
+"""Out-of-sequence measurements: late readings give the same estimate as readings in order.
 
-The last readings are kept in the order of their stamps, each with the belief after it. One that comes late is
-put where it belongs, and those behind it are worked in again (Bar-Shalom 2002, "Update with out-of-sequence
-measurements in tracking: exact solution", compares this with formulas that spare the work).
+The last readings are kept in the order of their stamps, each with the belief after it. A late reading is
+inserted at its stamp, and the readings after it are processed again (Bar-Shalom 2002, "Update with
+out-of-sequence measurements in tracking: exact solution", compares this with formulas that avoid the
+reprocessing).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ Belief = TypeVar("Belief")
 
 
 class History(Generic[Belief]):
-    """Beliefs over the last `horizon_ns` before the newest stamp; what is older can no longer be changed.
+    """A history of beliefs over the last `horizon_ns` before the newest stamp; older ones are final.
 
     `fold(belief, reading)` must be a pure function that returns a new belief.
     """
@@ -30,16 +31,16 @@ class History(Generic[Belief]):
 
     @property
     def latest(self) -> Belief:
-        """After the newest reading."""
+        """Belief after the newest reading."""
         return self._beliefs[-1] if self._beliefs else self._base
 
     @property
     def newest_ns(self) -> int | None:
-        """The newest stamp, None before the first reading."""
+        """Newest stamp, ns; None before the first reading."""
         return self._keys[-1][0] if self._keys else None
 
     def add(self, reading: Reading) -> bool:
-        """Work it in where it belongs; False if it is too old or here already."""
+        """Insert a reading at its stamp; return False if it is too old or a duplicate."""
         newest = self.newest_ns
         if newest is not None and reading.stamp_ns <= newest - self._horizon_ns:
             return False
@@ -47,23 +48,24 @@ class History(Generic[Belief]):
         at = bisect_left(self._keys, key)
         if at < len(self._keys) and self._keys[at] == key:
             return False
-        after = self._folded(at, [reading, *self._readings[at:]])  # may raise; until here nothing has changed
+        # Reprocess from the inserted reading on; this may raise, and until here nothing has changed
+        beliefs = self._reprocessed(at, [reading, *self._readings[at:]])
         self._keys.insert(at, key)
         self._readings.insert(at, reading)
-        self._beliefs[at:] = after
-        self._trim()
+        self._beliefs[at:] = beliefs
+        self._drop_expired()
         return True
 
-    def _folded(self, at: int, readings: list[Reading]) -> list[Belief]:
-        """The beliefs after each of the readings, from the belief before place `at` on."""
+    def _reprocessed(self, at: int, readings: list[Reading]) -> list[Belief]:
+        """Return the beliefs after each of the readings, starting from the belief before index `at`."""
         belief, beliefs = self._beliefs[at - 1] if at else self._base, []
         for reading in readings:
             belief = self._fold(belief, reading)
             beliefs.append(belief)
         return beliefs
 
-    def _trim(self) -> None:
-        old = bisect_left(self._keys, (self._keys[-1][0] - self._horizon_ns + 1, -1, ""))
-        if old:
-            self._base = self._beliefs[old - 1]
-            del self._keys[:old], self._readings[:old], self._beliefs[:old]
+    def _drop_expired(self) -> None:
+        expired = bisect_left(self._keys, (self._keys[-1][0] - self._horizon_ns + 1, -1, ""))
+        if expired:
+            self._base = self._beliefs[expired - 1]
+            del self._keys[:expired], self._readings[:expired], self._beliefs[:expired]

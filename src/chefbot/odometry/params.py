@@ -1,4 +1,4 @@
-"""What a robot file cannot say: how badly its numbers fit the robot on this floor."""
+"""Noise parameters of the odometry that the robot file does not contain."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from msgspec import Meta
 
 
 class OdometryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Standard deviations of what wheels and gyro get wrong."""
+    """The standard deviations of the errors of wheels and gyro."""
 
     slip: Annotated[
         float,

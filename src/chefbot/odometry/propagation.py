@@ -1,4 +1,4 @@
-"""The way between two readings of the wheels, cut where something else was sensed."""
+"""Propagation between two wheel readings, split at the readings of the other sensors."""
 
 from __future__ import annotations
 
@@ -25,27 +25,32 @@ from chefbot.odometry.sensor_health import Condition, Source
 from chefbot.odometry.wheel_travel import Rolled
 
 GYRO_TIMEOUT_NS = 100_000_000
-"""A reading of the gyro says nothing of a longer time before or after it."""
-SETTLING = 1.0
-"""Seconds in which a driving robot without a gyro meets another slope: a tile or two at walking pace."""
-PATIENCE = {Source.ATTITUDE: 5, Source.SCANS: 5, Source.ACCELEROMETER: 50}
-"""Who is refused so many times in a row has the right to be heard: then the estimate is what is wrong. The
-accelerometer tells the attitude only by the way, and a push lasts longer than an outlier."""
+"""Longest time before or after a gyro reading for which its rate is used, ns."""
+SLOPE_TIME_CONSTANT = 1.0
+"""Time constant of the floor slope under a driving robot without a gyro, s: a tile or two at walking
+speed."""
+MAX_CONSECUTIVE_OUTLIERS = {Source.ATTITUDE: 5, Source.SCANS: 5, Source.ACCELEROMETER: 50}
+"""Outliers in a row after which a source is accepted, because then the estimate is wrong. The accelerometer
+observes the attitude only indirectly, and a push lasts longer than an outlier."""
 
-NOTHING = 25.0
-"""Squared standard deviations of a slipping wheel in units of what it is known to have slipped: so uncertain
-that its contradiction is no surprise, and draws nothing with it that was estimated from better days."""
+SLIP_INFLATION = 25.0
+"""Factor from the squared slip to the variance of a slipping wheel: large enough that the contradiction
+passes the gate and hardly changes the calibration states that were estimated before."""
 
 
 def selecting(states: tuple[int, ...]) -> Array:
-    """H (m, n) of a reading that tells these states themselves."""
+    """Return the Jacobian H (m, n) of a reading that measures these states directly."""
     H = np.zeros((len(states), SIZE))
     H[range(len(states)), states] = 1.0
     return H
 
 
 class Leg:
-    """Works a stretch of `dt_ns` > 0 into a belief; the wheels went at steady speeds, `rolled` in all."""
+    """The propagation of a belief over `dt_ns` > 0 between two wheel readings, at constant wheel speeds.
+
+    rolled: travel of the wheels over the whole interval, with its covariance. Readings of the other sensors
+    are applied in between, at their stamps.
+    """
 
     def __init__(self, body: Body, belief: Belief, rolled: Rolled, dt_ns: int, standing: bool) -> None:
         if belief.stamp_ns is None:
@@ -55,119 +60,137 @@ class Leg:
         self.gyro_ns, self.doubted, self.tilting = belief.gyro_ns, belief.doubted, belief.tilting
         self.contradicted = False
         self._rolled, self._dt, self._now_ns = rolled, dt_ns / 1e9, belief.stamp_ns
+        # Mean velocities of the interval
         turn = (rolled.right - rolled.left) / body.separation
         self.pace = Pace(0.5 * (rolled.left + rolled.right) / self._dt, turn / self._dt, self._dt)
+        # Reset the increments; random walk of the gyro biases, Q = walk^2 dt
         self.state, self.covariance = forget(*forget(belief.state, belief.covariance, STEP), TURN)
         for bias in (BIAS_X, BIAS_Y, BIAS_Z):
             self.covariance[bias, bias] += body.gyro_bias_walk**2 * self._dt
-        self._before, self._seconds = (self.state, self.covariance), 0.0
+        self._prior, self._part_dt = (self.state, self.covariance), 0.0
 
     @property
     def speed_variance(self) -> float:
-        """Of the mean speed by the wheels, (m/s)^2."""
+        """Variance of the mean speed from the wheels, (m/s)^2."""
         rolled = self._rolled
         return 0.25 * (rolled.variance_left + rolled.variance_right + 2.0 * rolled.shared) / self._dt**2
 
     def move_to(self, stamp_ns: int) -> None:
-        """Go on to this instant by the wheels."""
-        self._before, self._seconds = (self.state, self.covariance), 0.0
+        """Propagate to this stamp by the wheels (EKF prediction)."""
+        self._prior, self._part_dt = (self.state, self.covariance), 0.0
         if stamp_ns <= self._now_ns:
             return
         if self.tilting is not None and stamp_ns - self.tilting.stamp_ns > GYRO_TIMEOUT_NS:
             self.tilting = None
-        self._seconds, self._now_ns = (stamp_ns - self._now_ns) / 1e9, stamp_ns
-        self.state, self.covariance = self._predicted(0.0)
-        self._stir()
+        self._part_dt, self._now_ns = (stamp_ns - self._now_ns) / 1e9, stamp_ns
+        self.state, self.covariance = self._predict_part(0.0)
+        self._expect_changes()
 
     def slip(self, error: float) -> None:
-        """Go the last part again with wheels whose turn, `error` rad off, says nothing.
+        """Repeat the last prediction with wheels whose yaw increment is wrong by `error`, rad.
 
-        Which of the two slipped is open, so the step is off by half of that to either side.
+        Either wheel may have slipped, so the travel is uncertain by half the slip to either side.
         """
-        self.state, self.covariance = self._predicted(error * self.body.separation)
+        # Slip at the ground from the yaw error: error * l
+        self.state, self.covariance = self._predict_part(error * self.body.separation)
 
-    def _predicted(self, slip: float) -> tuple[Array, Array]:
-        """After the last part of the way, on which one of the wheels slipped by `slip` metres."""
-        seconds, settling, by_gyro, angles = self._seconds, 0.0, 0.0, np.zeros(2)
-        share, noise = seconds / self._dt, self._noise(slip)
+    def _predict_part(self, slip: float) -> tuple[Array, Array]:
+        """Return the prediction over the last part of the interval, with one wheel slipping by `slip`
+        metres."""
+        seconds, settling, gyro_seconds, rotation = self._part_dt, 0.0, 0.0, np.zeros(2)
+        share, noise = seconds / self._dt, self._wheel_noise(slip)
+        # Roll and pitch from the gyro, or else from the slope model of the floor
         if self.tilting is not None:
-            by_gyro, angles = seconds, np.array(self.tilting.rates[:2]) * seconds
+            gyro_seconds, rotation = seconds, np.array(self.tilting.rates[:2]) * seconds
             noise[2, 2], noise[3, 3] = (v * seconds**2 for v in self.tilting.rates_variance[:2])
         elif not self.standing:
-            settling = 1.0 - math.exp(-seconds / SETTLING)
-        rims = np.array([self._rolled.left, self._rolled.right]) * share
-        road = (self.body.separation, settling, self.body.tilt)
-        return predict(*self._before, rims, angles, by_gyro, noise, *road)
+            settling = 1.0 - math.exp(-seconds / SLOPE_TIME_CONSTANT)
+        # x' = f(x, u), P' = F P F^T + G Q G^T
+        travel = np.array([self._rolled.left, self._rolled.right]) * share
+        floor = (self.body.separation, settling, self.body.tilt)
+        return predict(*self._prior, travel, rotation, gyro_seconds, noise, *floor)
 
-    def _noise(self, slip: float) -> Array:
-        """Covariance (6, 6) of the inputs of `predict` over the last part of the way, as far as wheels go."""
-        rolled, share = self._rolled, self._seconds / self._dt
+    def _wheel_noise(self, slip: float) -> Array:
+        """Return the wheels' part of the input covariance Q (6, 6) for the last part of the interval."""
+        rolled, share = self._rolled, self._part_dt / self._dt
         noise = np.zeros((INPUTS, INPUTS))
-        step, turn = 0.25 * slip**2, NOTHING * slip**2
-        noise[0, 0] = rolled.variance_left * share + step + turn
-        noise[1, 1] = rolled.variance_right * share + step + turn
-        noise[0, 1] = noise[1, 0] = rolled.shared * share + step - turn
+        # Slip in the common mode (travel) and in the differential mode (yaw)
+        travel, yaw = 0.25 * slip**2, SLIP_INFLATION * slip**2
+        noise[0, 0] = rolled.variance_left * share + travel + yaw
+        noise[1, 1] = rolled.variance_right * share + travel + yaw
+        noise[0, 1] = noise[1, 0] = rolled.shared * share + travel - yaw
+        # Slides to the left and up
         noise[4, 4] = noise[5, 5] = rolled.slide * share
         return noise
 
-    def _stir(self) -> None:
-        """Tell the watches what the wheels did in the last part, which other sensors have to show."""
-        gathered = (self.pace.speed - self.last.speed) / self._dt if self.last else 0.0
-        amounts = {
+    def _expect_changes(self) -> None:
+        """Add the wheel motion of the last part to the change expected from sensors whose readings repeat."""
+        acceleration = (self.pace.speed - self.last.speed) / self._dt if self.last else 0.0
+        expected_rates = {
             Source.ATTITUDE: self.pace.turn,
-            Source.ACCELEROMETER: gathered,
+            Source.ACCELEROMETER: acceleration,
             Source.SCANS: self.pace.speed,
         }
-        for source, rate in amounts.items():
+        for source, rate in expected_rates.items():
             if self.watches[source].repeating:
-                self.watches[source] = self.watches[source].stirred(rate * self._seconds)
+                self.watches[source] = self.watches[source].stirred(rate * self._part_dt)
 
-    def correct(self, error: Array, H: Array, noise: Array, open_: Flags = ALL) -> None:
-        """Believe a reading that is `error` (m,) off what H (m, n) linearises, with covariance `noise`.
+    def correct(self, innovation: Array, H: Array, noise: Array, estimated: Flags = ALL) -> None:
+        """Apply a measurement update with `innovation` (m,), Jacobian H (m, n) and noise R (m, m).
 
-        It may change the elements `open_` (n,) of the state.
+        estimated (n,): mask of the elements of the state that may change.
         """
-        self.state, self.covariance = correct(self.state, self.covariance, error, H, noise, open_)
+        self.state, self.covariance = correct(self.state, self.covariance, innovation, H, noise, estimated)
 
-    def distance(self, error: Array, H: Array, noise: Array) -> tuple[float, Array]:
-        """Squared Mahalanobis distance of that reading, and the covariance (m, m) of its error."""
-        return distance(self.covariance, error, H, noise)
+    def distance(self, innovation: Array, H: Array, noise: Array) -> tuple[float, Array]:
+        """Return the squared Mahalanobis distance of an innovation (m,), and its covariance S (m, m)."""
+        return distance(self.covariance, innovation, H, noise)
 
     def weigh(
         self,
         source: Source,
-        error: Array,
+        innovation: Array,
         H: Array,
         noise: Array,
-        wrong: tuple[int, ...],
-        open_: Flags = ALL,
+        inflated_states: tuple[int, ...],
+        estimated: Flags = ALL,
     ) -> None:
-        """`correct` if the reading can be believed; `wrong` are the states (m,) to blame if it lasts."""
+        """Apply a measurement update if the innovation passes the gate.
+
+        inflated_states (m,): states whose covariance is inflated if the source stays outside the gate for
+        `MAX_CONSECUTIVE_OUTLIERS` readings.
+        """
         watch = self.watches[source]
         self.watches[source] = watch.left_out()
-        if watch.flaw is Condition.STUCK or not np.isfinite(error).all():
+        if watch.flaw is Condition.STUCK or not np.isfinite(innovation).all():
             return
-        far, total = self.distance(error, H, noise)
-        if far > GATE:
-            if watch.refused_run < PATIENCE[source]:
+        # Chi-square gate: y^T S^-1 y <= GATE
+        distance_squared, S = self.distance(innovation, H, noise)
+        if distance_squared > GATE:
+            if watch.refused_run < MAX_CONSECUTIVE_OUTLIERS[source]:
                 return
-            self._loosen(H[:, list(wrong)], total * (far / GATE), wrong)
-        self.correct(error, H, noise, open_)
+            # A persistent contradiction: inflate P until the innovation is on the gate
+            self._inflate_covariance(
+                H[:, list(inflated_states)], S * (distance_squared / GATE), inflated_states
+            )
+        # Measurement update
+        self.correct(innovation, H, noise, estimated)
         self.watches[source] = watch.used()
 
-    def _loosen(self, by_wrong: Array, wanted: Array, wrong: tuple[int, ...]) -> None:
-        """Grow the covariance until a lasting contradiction is one of sqrt(GATE) standard deviations."""
-        inverse = np.linalg.inv(by_wrong)
+    def _inflate_covariance(self, jacobian: Array, added: Array, states: tuple[int, ...]) -> None:
+        """Add H^-1 C H^-T to the covariance, so that the innovation lies at sqrt(GATE) standard
+        deviations."""
+        inverse = np.linalg.inv(jacobian)
         self.covariance = self.covariance.copy()
-        self.covariance[np.ix_(wrong, wrong)] += inverse @ wanted @ inverse.T
+        self.covariance[np.ix_(states, states)] += inverse @ added @ inverse.T
 
     def turn_more(self, angle: float) -> None:
-        """The heading changed by so much more than the wheels said."""
+        """Add an angle, rad, that the wheels did not measure to the heading."""
         self.state = self.state.copy()
         self.state[[YAW, TURN]] += angle
 
     def blur(self, variance: float) -> None:
-        """The heading may have changed by more than anything tells, with this variance, rad^2."""
+        """Add a variance, rad^2, to the heading and to the yaw increment."""
         self.covariance = self.covariance.copy()
         for i in (YAW, TURN):
             for j in (YAW, TURN):

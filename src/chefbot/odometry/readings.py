@@ -1,4 +1,4 @@
-"""What the sensors of motion say. Each reading is stamped with the instant it was taken, in nanoseconds."""
+"""Readings of the motion sensors. Each is stamped with the time of measurement in nanoseconds."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 from chefbot.maths.se2 import SE2
 
-UNTOLD = (math.inf, math.inf, math.inf)
+UNMEASURED = (math.inf, math.inf, math.inf)
 """Variances of three axes that were not measured."""
 Triple = tuple[float, float, float]
 
 
 class WheelCounts(NamedTuple):
-    """Both encoders of this robot, read together."""
+    """Counts of the left and right encoder, read at the same time."""
 
     stamp_ns: int
     left: int
@@ -21,10 +21,10 @@ class WheelCounts(NamedTuple):
 
 
 class WheelTwist(NamedTuple):
-    """A base that tells speeds instead of counts: means over the time since its last reading.
+    """A twist from a base that measures speeds instead of counts: means over the time since its last reading.
 
-    speed: along x, m/s. turn: about z, rad/s. Variances: of both, (m/s)^2 and (rad/s)^2, and of the speed to
-    the left and up, which is zero but for slides and jumps, (m/s)^2.
+    speed: along x, m/s. turn: about z, rad/s. speed_variance (m/s)^2, turn_variance (rad/s)^2.
+    slide_variance: of the speed to the left and up, whose mean is zero, (m/s)^2.
     """
 
     stamp_ns: int
@@ -36,24 +36,24 @@ class WheelTwist(NamedTuple):
 
 
 class ImuReading(NamedTuple):
-    """Gyro, accelerometer and, where the sensor has worked it out, attitude, along the robot's axes.
+    """A reading of gyro, accelerometer and, if the sensor computes it, attitude, in the axes of base_link.
 
-    rates: mean over the time since the last reading, rad/s. force: acceleration minus gravity, so that z reads
-    +9.8 at rest, m/s^2. attitude: roll, pitch, yaw in odom, rad. An infinite variance says that the axis is
-    not measured; rates about x and y count only together.
+    rates: mean angular velocity over the time since the last reading, rad/s. force: specific force,
+    acceleration minus gravity, so that z reads +9.8 at rest, m/s^2. attitude: roll, pitch, yaw in odom, rad.
+    An infinite variance marks an axis that is not measured; rates about x and y are used only together.
     """
 
     stamp_ns: int
     rates: Triple
     rates_variance: Triple
     force: Triple = (0.0, 0.0, 0.0)
-    force_variance: Triple = UNTOLD
+    force_variance: Triple = UNMEASURED
     attitude: Triple = (0.0, 0.0, 0.0)
-    attitude_variance: Triple = UNTOLD
+    attitude_variance: Triple = UNMEASURED
 
 
 class PoseReading(NamedTuple):
-    """Where the robot is in odom by matching scans.
+    """A pose of the robot in odom from scan matching.
 
     covariance: (x, y, yaw), 3 x 3 by rows, m^2, m rad, rad^2; positive definite.
     """
@@ -69,8 +69,8 @@ Key = tuple[int, int, str]
 
 
 def order(reading: Reading) -> Key:
-    """Sorts readings in the only order that there is: by stamp; the wheels, which close a step, come last.
+    """Return the sort key of a reading: by stamp, with the wheels, which close a step, last.
 
-    Two of one kind and stamp are sorted by what they say.
+    Readings of the same kind and stamp are sorted by their values, so that the order is total.
     """
     return reading.stamp_ns, _RANKS[type(reading)], repr(reading)

@@ -1,4 +1,4 @@
-"""Is a sensor to be believed? What each source of readings shows of its own health."""
+"""Sensor fault detection: the health of each source of motion readings."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from enum import Enum
 from typing import NamedTuple
 
 STUCK_READINGS = 5
-"""So many equal to the last bit, one after the other; with a sensor's noise over its last digit that is rarer
-than one in ten thousand."""
+"""Number of consecutive bit-identical readings that makes a source suspect; with noise above the sensor's
+last digit that is rarer than one in ten thousand."""
 
 
 class Source(Enum):
-    """Who tells of motion."""
+    """The source of a motion reading."""
 
     WHEELS = "wheels"
     GYRO = "gyro"
@@ -21,7 +21,7 @@ class Source(Enum):
 
 
 class Condition(Enum):
-    """How a source is."""
+    """The condition of a source of readings."""
 
     FRESH = "fresh"
     LATE = "late"
@@ -30,11 +30,14 @@ class Condition(Enum):
     STUCK = "stuck"
     LOST = "lost"
     ABSENT = "absent"
-    """It has never said anything."""
+    """No reading has been received yet."""
 
 
 class Watch(NamedTuple):
-    """One source. `stir` sums what the wheels did since its readings are equal, and a live sensor would tell."""
+    """A fault monitor for one source.
+
+    `stir` accumulates the motion of the wheels since the readings repeat, which a working sensor would show.
+    """
 
     last_ns: int | None = None
     """Stamp of the last reading, used or not."""
@@ -45,36 +48,41 @@ class Watch(NamedTuple):
     """Readings before the last one that were equal to it."""
     stir: float = 0.0
     mirrored: int = 0
-    """How many more turns it told with the wrong sign than with the right one."""
+    """Surplus of readings with the wrong sign over those with the right one."""
     refused: int = 0
-    """Readings so far that were damaged or beyond belief."""
+    """Number of readings that were damaged or outside the gate."""
     refused_run: int = 0
-    """How many of these were the last ones, one after the other."""
+    """Number of consecutive refused readings up to the last one."""
     flaw: Condition = Condition.FRESH
-    """Stuck, saturated or reversed, by what it said last."""
+    """Fault by the last readings: stuck, saturated or reversed; FRESH for none."""
 
     @property
     def repeating(self) -> bool:
-        """Whether the last two readings were equal to the last bit."""
+        """Whether the last two readings were bit-identical."""
         return self.repeats > 0
 
     def stirred(self, amount: float) -> Watch:
-        """Something happened that its readings have to show; sign and units are the source's own."""
+        """Return the monitor with a change added that the readings must show, in sign and unit of the
+        source."""
         return self._replace(stir=self.stir + amount)
 
     def heard(self, stamp_ns: int, value: tuple[float, ...], enough: float) -> Watch:
-        """A reading came; it is stuck when `STUCK_READINGS` are equal though it was stirred by `enough`."""
-        if value != self.value:  # so does a NaN, which is damaged, not stuck
+        """Return the monitor after a reading.
+
+        The source is stuck when `STUCK_READINGS` are bit-identical although a change above `enough` was
+        expected.
+        """
+        if value != self.value:  # true for NaN, which is damaged, not stuck
             return self._replace(last_ns=stamp_ns, value=value, repeats=0, stir=0.0, flaw=Condition.FRESH)
         stuck = self.repeats + 2 >= STUCK_READINGS and abs(self.stir) > enough
         flaw = Condition.STUCK if stuck or self.flaw is Condition.STUCK else Condition.FRESH
         return self._replace(last_ns=stamp_ns, repeats=self.repeats + 1, flaw=flaw)
 
     def used(self) -> Watch:
-        """The last reading went into the estimate."""
+        """Return the monitor with the last reading used in the estimate."""
         return self._replace(used_ns=self.last_ns, refused_run=0)
 
     def left_out(self, flaw: Condition | None = None) -> Watch:
-        """The last reading did not go into the estimate, for `flaw` or as an outlier."""
+        """Return the monitor with the last reading rejected, for a fault or as an outlier."""
         run = self.refused_run + 1
         return self._replace(refused=self.refused + 1, refused_run=run, flaw=flaw or self.flaw)

@@ -1,1 +1,1 @@
-"""Paths over a costmap."""
+"""Global path planning on a costmap."""

@@ -1,4 +1,4 @@
-"""The built-in global planner: A* over the costmap, then a path pulled straight."""
+"""The built-in global planner: A* on the costmap, followed by path smoothing."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from chefbot.planning import graph_search, smoothing
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import Failure, PlanningError
 
-DEAREST = INSCRIBED - 1
-SWEEPS = 20
+MAX_FREE_COST = INSCRIBED - 1
+"""Highest cost of a cell in which the robot's centre may be."""
+SMOOTHING_ITERATIONS = 20
 
 
 class GridPlanner:
-    """Least-cost paths for a disk: no cell at or above INSCRIBED, and unknown ones only if allowed.
+    """Plans minimum-cost paths for a circular robot, through unknown cells only if allowed.
 
-    `remarks` tells in sentences what the last `plan` had to relax: a start inside the inflation, a goal
-    moved. Keeps its working arrays between calls (13 bytes a cell).
+    No cell of the path has a cost of INSCRIBED or more. `remarks` are sentences about what the last `plan` had to
+    relax: a start inside the inflation, a moved goal. Reuses its working arrays between calls (13 bytes per cell).
     """
 
     def __init__(self, params: PlannerParams | None = None) -> None:
@@ -32,58 +33,60 @@ class GridPlanner:
         self._weights = np.zeros(0, np.float32)
         self._g = np.zeros(0, np.float32)
         self._written = np.zeros(0, np.int32)
-        self._count = 0
+        self._written_count = 0
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.float64]:
-        """Poses (n, 3) from `start` to `goal` or to the nearest reachable place within tolerance of it.
+        """Return poses (n, 3) from `start` to `goal`, or to the nearest reachable cell within tolerance of it.
 
-        Every pose looks along the path, the last one as the goal says. Raises PlanningError.
+        Every pose heads along the path, the last one has the goal's heading. Raises PlanningError.
         """
         self.remarks = ()
-        self._inside(costmap, start, Failure.START_OUTSIDE_MAP)
-        self._inside(costmap, goal, Failure.GOAL_OUTSIDE_MAP)
-        self._load(costmap)
-        source = self._source(costmap, start)
-        wanted, candidates = self._index(costmap, goal), self._candidates(costmap, goal)
+        self._require_inside(costmap, start, Failure.START_OUTSIDE_MAP)
+        self._require_inside(costmap, goal, Failure.GOAL_OUTSIDE_MAP)
+        self._load_costmap(costmap)
+        source = self._source_cell(costmap, start)
+        # search to the goal, or to the nearest open cell within tolerance of it
+        goal_cell, candidates = self._flat_index(costmap, goal), self._goal_candidates(costmap, goal)
         if not len(candidates):
             raise PlanningError(Failure.GOAL_OCCUPIED, goal)
         self._search(source, int(candidates[0]))
+        # if that one is unreachable, everything has been searched: take the nearest candidate reached
         reached = candidates[np.isfinite(self._g[candidates])]
         if not len(reached):
-            raise self._no_way(start, goal)
-        if reached[0] != wanted:
+            raise self._no_path_error(start, goal)
+        if reached[0] != goal_cell:
             self.remarks += (
                 "the goal cannot be reached; the nearest place within tolerance is taken instead",
             )
-        return self._path(costmap, start, goal, int(reached[0]), exact=reached[0] == wanted)
+        return self._path(costmap, start, goal, int(reached[0]), exact=reached[0] == goal_cell)
 
     def potential(self, costmap: Costmap, start: SE2) -> NDArray[np.float32]:
-        """Cost-to-come of every cell (h, w), in metres of free driving; inf where no way leads."""
+        """Return the cost-to-come of every cell (h, w), in metres of free driving; inf where unreachable."""
         self.remarks = ()
-        self._inside(costmap, start, Failure.START_OUTSIDE_MAP)
-        self._load(costmap)
-        self._search(self._source(costmap, start), -1)
+        self._require_inside(costmap, start, Failure.START_OUTSIDE_MAP)
+        self._load_costmap(costmap)
+        self._search(self._source_cell(costmap, start), -1)
         return self._g.reshape(self._padded.shape)[1:-1, 1:-1] * np.float32(costmap.resolution)
 
-    def _inside(self, costmap: Costmap, pose: SE2, failure: Failure) -> None:
+    def _require_inside(self, costmap: Costmap, pose: SE2, failure: Failure) -> None:
         h, w = costmap.cells.shape
-        column, row = self._cells_of(costmap, pose)
+        column, row = self._to_padded_cells(costmap, pose)
         if not (1.0 <= column < w + 1 and 1.0 <= row < h + 1):
             raise PlanningError(failure, pose)
 
-    def _cells_of(self, costmap: Costmap, pose: SE2) -> tuple[float, float]:
-        """x, y of the pose in cells of the padded grid."""
+    def _to_padded_cells(self, costmap: Costmap, pose: SE2) -> tuple[float, float]:
+        """Return x, y of the pose in cells of the padded grid."""
         return (
             (pose.x - costmap.origin_x) / costmap.resolution + 1.0,
             (pose.y - costmap.origin_y) / costmap.resolution + 1.0,
         )
 
-    def _index(self, costmap: Costmap, pose: SE2) -> int:
-        column, row = self._cells_of(costmap, pose)
+    def _flat_index(self, costmap: Costmap, pose: SE2) -> int:
+        column, row = self._to_padded_cells(costmap, pose)
         return int(row) * self._padded.shape[1] + int(column)
 
-    def _load(self, costmap: Costmap) -> None:
-        """The costmap into the padded grid; the working arrays clean."""
+    def _load_costmap(self, costmap: Costmap) -> None:
+        """Copy the costmap into the padded grid and reset the working arrays."""
         h, w = costmap.cells.shape
         if self._padded.shape != (h + 2, w + 2):
             self._padded = np.empty((h + 2, w + 2), np.uint8)
@@ -91,76 +94,80 @@ class GridPlanner:
             self._g = np.full(self._padded.size, np.inf, np.float32)
             self._written = np.empty(self._padded.size, np.int32)
         else:
-            graph_search.clear(self._g, self._written, self._count)
-        self._count = 0
+            graph_search.clear(self._g, self._written, self._written_count)
+        self._written_count = 0
         graph_search.pad(costmap.cells, LETHAL, self._padded)
 
-    def _source(self, costmap: Costmap, start: SE2) -> int:
-        """The start's cell; if it is blocked, inscribed or unknown cells near it open at the highest cost."""
-        source = self._index(costmap, start)
+    def _source_cell(self, costmap: Costmap, start: SE2) -> int:
+        """Return the start's cell; if it is blocked, open inscribed and unknown cells near it at the highest cost."""
+        source = self._flat_index(costmap, start)
         cost = self._padded.reshape(-1)[source]
         if self._weight[cost] > 0:
             return source
-        kind = {INSCRIBED: "too near to an obstacle", LETHAL: "inside an obstacle"}.get(
+        location = {INSCRIBED: "too near to an obstacle", LETHAL: "inside an obstacle"}.get(
             int(cost), "in the unknown"
         )
-        self.remarks += (f"the robot stands {kind}; within {self.params.escape:.2f} m it may drive out",)
-        near = self._near(costmap, start, self.params.escape)
-        codes = self._padded.reshape(-1)[near]
-        self._padded.reshape(-1)[near[(codes == INSCRIBED) | (codes == UNKNOWN)]] = DEAREST
-        self._padded.reshape(-1)[source] = DEAREST
+        self.remarks += (f"the robot stands {location}; within {self.params.escape:.2f} m it may drive out",)
+        nearby = self._cells_within(costmap, start, self.params.escape)
+        costs = self._padded.reshape(-1)[nearby]
+        self._padded.reshape(-1)[nearby[(costs == INSCRIBED) | (costs == UNKNOWN)]] = MAX_FREE_COST
+        self._padded.reshape(-1)[source] = MAX_FREE_COST
         return source
 
-    def _near(self, costmap: Costmap, pose: SE2, radius: float) -> NDArray[np.int64]:
-        """Cells of the map whose middle is within `radius` metres, the nearest first."""
-        x, y = self._cells_of(costmap, pose)
-        reach = radius / costmap.resolution
+    def _cells_within(self, costmap: Costmap, pose: SE2, radius: float) -> NDArray[np.int64]:
+        """Return the map cells whose centres are within `radius` metres of the pose, sorted by distance."""
+        x, y = self._to_padded_cells(costmap, pose)
+        radius_cells = radius / costmap.resolution
         height, stride = self._padded.shape
-        rows = np.arange(max(1, int(y - reach)), min(height - 1, int(y + reach) + 1))
-        columns = np.arange(max(1, int(x - reach)), min(stride - 1, int(x + reach) + 1))
-        away = np.hypot(rows[:, None] + 0.5 - y, columns[None, :] + 0.5 - x).reshape(-1)
+        rows = np.arange(max(1, int(y - radius_cells)), min(height - 1, int(y + radius_cells) + 1))
+        columns = np.arange(max(1, int(x - radius_cells)), min(stride - 1, int(x + radius_cells) + 1))
+        distance = np.hypot(rows[:, None] + 0.5 - y, columns[None, :] + 0.5 - x).reshape(-1)
         index = (rows[:, None] * stride + columns[None, :]).reshape(-1)
-        order = np.argsort(away, kind="stable")
-        return index[order[away[order] <= reach]].astype(np.int64)
+        order = np.argsort(distance, kind="stable")
+        return index[order[distance[order] <= radius_cells]].astype(np.int64)
 
-    def _candidates(self, costmap: Costmap, goal: SE2) -> NDArray[np.int64]:
-        """Open cells within tolerance of the goal, its own first, then the nearest first."""
+    def _goal_candidates(self, costmap: Costmap, goal: SE2) -> NDArray[np.int64]:
+        """Return the open cells within tolerance of the goal: its own cell, then the others by distance."""
         cells = np.concatenate(
-            ([self._index(costmap, goal)], self._near(costmap, goal, self.params.tolerance))
+            ([self._flat_index(costmap, goal)], self._cells_within(costmap, goal, self.params.tolerance))
         )
         return cells[self._weight[self._padded.reshape(-1)[cells]] > 0]
 
     def _search(self, source: int, goal: int) -> None:
-        graph_search.weigh(self._padded.reshape(-1), self._weight, self._weights)
+        graph_search.traversal_weights(self._padded.reshape(-1), self._weight, self._weights)
         heaviest, stride = float(self._weight.max()), self._padded.shape[1]
-        self._count, _ = graph_search.search(
+        self._written_count, _ = graph_search.search(
             self._weights, heaviest, stride, source, goal, self._g, self._written
         )
 
-    def _no_way(self, start: SE2, goal: SE2) -> PlanningError:
-        """After a search that has seen all there is to reach."""
-        codes = self._padded.reshape(-1)[self._written[: self._count]]
-        if self.remarks and not (codes < DEAREST).any():
+    def _no_path_error(self, start: SE2, goal: SE2) -> PlanningError:
+        """Return the error of an exhaustive search that did not reach the goal."""
+        costs = self._padded.reshape(-1)[self._written[: self._written_count]]
+        if self.remarks and not (costs < MAX_FREE_COST).any():
             return PlanningError(Failure.START_OCCUPIED, start)
         return PlanningError(Failure.NO_VALID_PATH, goal)
 
     def _path(self, costmap: Costmap, start: SE2, goal: SE2, end: int, *, exact: bool) -> NDArray[np.float64]:
         weight, stride = self._weights, self._padded.shape[1]
-        way = graph_search.descend(weight, stride, end, self._g)
+        # backtrack the cells and shorten them along straight lines
+        chain = graph_search.descend(weight, stride, end, self._g)
         if self.params.smooth:
-            way = way[smoothing.pull(weight, stride, self._g, way)]
-        points = np.stack([way % stride + 0.5, way // stride + 0.5], axis=1)
+            chain = chain[smoothing.pull(weight, stride, self._g, chain)]
+        points = np.stack([chain % stride + 0.5, chain // stride + 0.5], axis=1)
+        # replace the first and last cell centres by the exact start and goal
         if exact:
-            points = self._end_at(points, self._cells_of(costmap, goal))
-        points = self._end_at(points[::-1], self._cells_of(costmap, start))[::-1].copy()
+            points = self._append_exact_end(points, self._to_padded_cells(costmap, goal))
+        points = self._append_exact_end(points[::-1], self._to_padded_cells(costmap, start))[::-1].copy()
         if self.params.smooth:
+            # round the corners of the evenly spaced path
             points = smoothing.resample(points, self.params.spacing / costmap.resolution)
-            smoothing.relax(weight, stride, points, SWEEPS)
+            smoothing.relax(weight, stride, points, SMOOTHING_ITERATIONS)
+        # from cells of the padded grid to metres
         metres = (points - 1.0) * costmap.resolution + np.array([costmap.origin_x, costmap.origin_y])
         return smoothing.with_headings(metres, goal.yaw)
 
-    def _end_at(self, points: NDArray[np.float64], end: tuple[float, float]) -> NDArray[np.float64]:
-        """The chain (n, 2) with `end`, a point of its last cell, in place of the last one or behind it."""
+    def _append_exact_end(self, points: NDArray[np.float64], end: tuple[float, float]) -> NDArray[np.float64]:
+        """Return the polyline (n, 2) with `end`, a point of its last cell, replacing or following its last point."""
         if len(points) > 1:
             stride = self._padded.shape[1]
             if smoothing.line_cost(self._weights, stride, *points[-2], *end) < math.inf:
@@ -169,8 +176,8 @@ class GridPlanner:
 
 
 def weights_of(params: PlannerParams) -> NDArray[np.float32]:
-    """Weight of a cell by its cost, (256,): 1 in the free, 1 + cost_weight at 252, 0 where it is blocked."""
-    weight = 1.0 + params.cost_weight * np.arange(256) / DEAREST
+    """Return the traversal weight by cost, (256,): 1 if free, 1 + cost_weight at 252, 0 if blocked."""
+    weight = 1.0 + params.cost_weight * np.arange(256) / MAX_FREE_COST
     weight[INSCRIBED:] = 0.0
     if params.allow_unknown:
         weight[UNKNOWN] = 1.0 + params.unknown_weight
@@ -178,5 +185,5 @@ def weights_of(params: PlannerParams) -> NDArray[np.float32]:
 
 
 def path_length(path: NDArray[np.float64]) -> float:
-    """Metres along the poses (n, 2 or 3)."""
+    """Return the length of a path with poses (n, 2 or 3), m."""
     return float(sum(math.hypot(dx, dy) for dx, dy in np.diff(path[:, :2], axis=0)))

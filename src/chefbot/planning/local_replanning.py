@@ -1,8 +1,8 @@
-"""A path planned on the map, mended where what is seen stands in it.
+"""Local replanning of a global path around obstacles in the local costmap.
 
-Map, localization and odometry disagree by a cell or two; in a narrow place the plan then leads through what the
-sensors see to be the wall, and a controller that looks a second ahead finds no way on (timed elastic bands and
-Nav2's smoother mend paths for the same reason).
+Map, localization and odometry disagree by a cell or two; in a narrow passage the path then crosses what the
+sensors measure as the wall, and a controller that looks a second ahead finds no admissible command (timed elastic
+bands and Nav2's smoother modify paths for the same reason).
 """
 
 from __future__ import annotations
@@ -17,81 +17,84 @@ from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import Planner, PlanningError
 
 REACH = 1.5
-"""Metres of path ahead that are looked at: as far as a controller looks."""
+"""Length of path ahead that is checked for collisions, m: the horizon of a controller."""
 TOLERANCE = 0.15
-"""Metres beside a goal that cannot be taken: as much as map and sight may disagree."""
+"""Goal tolerance where the goal is occupied, m: the disagreement expected between map and sensors."""
 BEHIND = 0.3
-"""Metres of free path behind the obstacle after which the old path goes on."""
-
+"""Length of free path behind the obstacle after which the detour rejoins the path, m."""
 DETOUR = 0.5
-"""Metres that the mended part may be longer: a real way around is for the planner, who knows the map."""
-FINE = 0.01
-"""Metres between two looks: a fifth of a cell, for the corners that the way from pose to pose cuts."""
+"""Maximum extra length of the detour, m; a longer one is left to the global planner, which has the map."""
+SAMPLE_SPACING = 0.01
+"""Distance between two collision checks, m: a fifth of a cell, so that no corner between poses is missed."""
 
 
 def near_planner() -> GridPlanner:
-    """For the few metres around."""
+    """Create the planner for the local costmap."""
     return GridPlanner(PlannerParams(tolerance=TOLERANCE))
 
 
 def repaired(path: NDArray[np.float64], pose: SE2, costmap: Costmap, planner: Planner) -> NDArray[np.float64]:
-    """`path` (n, 3) itself where it is free, else from the robot around what stands in it and on along it.
+    """Return `path` (n, 3) itself if it is free, else with a detour around the obstacles on it.
 
-    All in one frame. Where its very end cannot be taken, it ends within the planner's tolerance of it. Unchanged also
-    when there is no short way around within the costmap: then it is blocked.
+    All in one frame. If the end of the path is occupied, it ends within the planner's tolerance of it. The path is
+    returned unchanged also if there is no short detour within the costmap; then it is blocked.
     """
-    ahead = _ahead(path, pose)
-    length = _length(ahead)
-    touches = _touches(ahead, length, costmap)
-    near = np.flatnonzero(touches & (length <= REACH))
-    if not len(near):
+    remaining = _remaining(path, pose)
+    length = _arc_length(remaining)
+    collides = _collisions(remaining, length, costmap)
+    collisions = np.flatnonzero(collides & (length <= REACH))
+    if not len(collisions):
         return path
-    back = _back_on(touches, length, int(near[0]))
+    rejoin = _rejoin_index(collides, length, int(collisions[0]))
     try:
-        around = planner.plan(costmap, pose, SE2.of(ahead[back]))
+        detour = planner.plan(costmap, pose, SE2.of(remaining[rejoin]))
     except PlanningError:
         return path
-    if _length(around)[-1] > length[back] + DETOUR:
+    if _arc_length(detour)[-1] > length[rejoin] + DETOUR:
         return path
-    return np.concatenate([around, ahead[back + 1 :]])
+    return np.concatenate([detour, remaining[rejoin + 1 :]])
 
 
-def length_left(path: NDArray[np.float64], pose: SE2) -> float:
-    """Metres along the path (n, 3), n >= 1, from its pose nearest to `pose` to its end."""
-    return float(_length(_ahead(path, pose))[-1])
+def remaining_length(path: NDArray[np.float64], pose: SE2) -> float:
+    """Return the length (m) of the path (n, 3), n >= 1, from its pose nearest to `pose` to its end."""
+    return float(_arc_length(_remaining(path, pose))[-1])
 
 
-def _ahead(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
-    """From the nearest pose on."""
+def _remaining(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
+    """Return the part of the path from its pose nearest to `pose` on."""
     return path[int(np.argmin(np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y))) :]
 
 
-def _length(path: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Metres from the first pose to each."""
+def _arc_length(path: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the arc length (n,) from the first pose to each, m."""
     return np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T))))
 
 
-def _touches(path: NDArray[np.float64], length: NDArray[np.float64], costmap: Costmap) -> NDArray[np.bool_]:
-    """Whether the disk cannot get from one pose to the next, for each; outside the costmap nothing is in the way."""
-    fine = np.arange(0.0, length[-1] + FINE, FINE)
-    x, y = np.interp(fine, length, path[:, 0]), np.interp(fine, length, path[:, 1])
+def _collisions(
+    path: NDArray[np.float64], length: NDArray[np.float64], costmap: Costmap
+) -> NDArray[np.bool_]:
+    """Return per pose whether the segment to the next one collides; cells outside the costmap count as free."""
+    # sample the path densely and look up the costs
+    samples = np.arange(0.0, length[-1] + SAMPLE_SPACING, SAMPLE_SPACING)
+    x, y = np.interp(samples, length, path[:, 0]), np.interp(samples, length, path[:, 1])
     column = np.floor((x - costmap.origin_x) / costmap.resolution).astype(int)
     row = np.floor((y - costmap.origin_y) / costmap.resolution).astype(int)
     height, width = costmap.cells.shape
     inside = (row >= 0) & (row < height) & (column >= 0) & (column < width)
     cost = np.where(inside, costmap.cells[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)], 0)
-    hits = np.searchsorted(length, fine[(cost >= INSCRIBED) & (cost != UNKNOWN)], side="right") - 1
-    touches = np.zeros(len(path), np.bool_)
-    touches[hits] = True
-    return touches
+    # assign every colliding sample to the pose before it
+    hit_indices = np.searchsorted(length, samples[(cost >= INSCRIBED) & (cost != UNKNOWN)], side="right") - 1
+    collides = np.zeros(len(path), np.bool_)
+    collides[hit_indices] = True
+    return collides
 
 
-def _back_on(touches: NDArray[np.bool_], length: NDArray[np.float64], first: int) -> int:
-    """The first pose with BEHIND metres of free path before it, else the end."""
+def _rejoin_index(collides: NDArray[np.bool_], length: NDArray[np.float64], first: int) -> int:
+    """Return the index of the first pose with BEHIND metres of free path before it, else of the last pose."""
     blocked = first
-    for i in range(first + 1, len(touches)):
-        if touches[i]:
+    for i in range(first + 1, len(collides)):
+        if collides[i]:
             blocked = i
         elif length[i] - length[blocked] >= BEHIND:
             return i
-    return len(touches) - 1
+    return len(collides) - 1

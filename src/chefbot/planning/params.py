@@ -1,4 +1,4 @@
-"""What a user may set of the global planner."""
+"""Parameters of the global planner."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from msgspec import Meta
 
 
 class PlannerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Settings of `GridPlanner`."""
+    """Parameters of the built-in planner `GridPlanner`."""
 
     allow_unknown: Annotated[
         bool, Meta(description="whether paths may cross cells that nothing has seen")

@@ -1,4 +1,4 @@
-"""What a global planner takes, gives and says when it cannot."""
+"""Interface of a global planner and its errors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from chefbot.maths.se2 import SE2
 
 
 class Failure(Enum):
-    """Why there is no path, named as in nav2_msgs/ComputePathToPose, each with its sentence."""
+    """Reasons why no path was found, named as in nav2_msgs/ComputePathToPose, with their messages."""
 
     START_OUTSIDE_MAP = "the start lies outside the map"
     GOAL_OUTSIDE_MAP = "the goal lies outside the map"
@@ -23,7 +23,7 @@ class Failure(Enum):
 
 
 class PlanningError(Exception):
-    """No path; `failure` names the kind, the text is a sentence with the place."""
+    """Raised when no path was found; `failure` is the reason, the message contains the position."""
 
     def __init__(self, failure: Failure, where: SE2) -> None:
         super().__init__(f"{failure.value} (at x {where.x:.2f} m, y {where.y:.2f} m)")
@@ -31,10 +31,10 @@ class PlanningError(Exception):
 
 
 class Planner(Protocol):
-    """A global planner; name one of your own as `pkg.module:Class` in the launch file."""
+    """Interface of a global planner; a custom one is named as `pkg.module:Class` in the launch file."""
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.float64]:
-        """Poses (n, 3) x, y, yaw from start to goal in the costmap's frame; raises PlanningError."""
+        """Return poses (n, 3) x, y, yaw from start to goal in the costmap's frame; raise PlanningError if none."""
 
     def potential(self, costmap: Costmap, start: SE2) -> NDArray[np.float32]:
-        """Cost-to-come of every cell (h, w) in metres of free driving; inf where no way leads."""
+        """Return the cost-to-come of every cell (h, w), in metres of free driving; inf where unreachable."""

@@ -1,1 +1,1 @@
-"""The Robot: one value, read from one file."""
+"""The Robot: a frozen value read from a robot file."""

@@ -1,4 +1,4 @@
-"""Sections of a robot file that say what stands on wheels: body, plates, poles, clamps, wheels, casters."""
+"""Chassis sections of a robot file: body, plates, poles, tubes, motor clamps, wheels and casters."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from chefbot.robot.section import Part, Place, Size
 
 
 class Equipment(Part, frozen=True, kw_only=True):
-    """A computer, a board, a box of cables: something on a plate."""
+    """A box mounted on a plate, such as a computer or a circuit board."""
 
     name: Name
     place: Place
@@ -25,96 +25,97 @@ class Equipment(Part, frozen=True, kw_only=True):
 
 
 class Places(Part, frozen=True, kw_only=True):
-    """Where battery and motor driver stand; what they measure and weigh is theirs."""
+    """Mounting positions of battery and motor driver; their sizes and masses come from their own sections."""
 
     battery: Place
     driver: Place
 
 
 class Body(Part, frozen=True, kw_only=True):
-    """A round robot of stacked plates."""
+    """Overall dimensions of a round robot made of stacked plates."""
 
     payload: Mass
     payload_height: Length
-    """What stands on the top plate rises so far above it."""
+    """Height of the payload above the top plate."""
     mass_budget: Mass
-    """The sums before there is a drawing assume so much without payload; the solids tell what it became."""
+    """Mass without payload that sizing calculations assume before there is a drawing; the actual mass follows
+    from the solids."""
     radius: Length
-    """Of the plates."""
+    """Radius of the plates."""
     clearance: Length
-    """Wanted below everything but wheels and casters."""
+    """Required ground clearance of everything but wheels and casters."""
 
 
 class Notch(Part, frozen=True, kw_only=True):
-    """Where a wheel passes the base plate: open to the plate's edge."""
+    """Cutout for a wheel in the base plate, open to the plate's edge."""
 
     length: Length
     depth: Length
 
 
 class Plates(Part, frozen=True, kw_only=True):
-    """Discs, one above the other; the lowest has the notches."""
+    """Discs stacked one above the other; the lowest one has the wheel notches."""
 
     count: Annotated[int, Meta(ge=1, le=6)]
     thickness: Length
     material: Name
     centre_hole: Length
-    """Diameter, for the wiring."""
+    """Diameter of the hole for the wiring."""
     screw_hole: Length
     """Diameter of all screw holes."""
     notch: Notch | None = None
 
 
 class Poles(Part, frozen=True, kw_only=True):
-    """Short rods screwed to the plates; they hold the tubes' ends."""
+    """Short rods screwed to the plates that hold the ends of the tubes."""
 
     radius: Length
     height: Length
     reach: Length
-    """The four stand at (+-reach, +-reach)."""
+    """Distance along x and y: the four poles stand at (+-reach, +-reach)."""
     material: Name
 
 
 class Tubes(Part, frozen=True, kw_only=True):
-    """Between two plates, over the poles."""
+    """Spacer tubes between two plates, pushed over the poles."""
 
     length: Length
     bore: Length
-    """Diameter inside."""
+    """Inner diameter."""
     wall: Length
     material: Name
 
 
 class MotorClamp(Part, frozen=True, kw_only=True):
-    """An angle below the base plate: the flange is screwed to it, the face holds the motor's front."""
+    """Angle bracket below the base plate: flange screwed to the plate, face holding the motor's front."""
 
     length: Length
-    """Along the axle."""
+    """Length along the axle."""
     width: Length
     thickness: Length
     material: Name
 
 
 class Wheels(Part, frozen=True, kw_only=True):
-    """The two driven wheels."""
+    """The two driven wheels with their tyres."""
 
     diameter: Length
     width: Length
     separation: Length
-    """Between the two points that touch the floor."""
+    """Distance between the contact points of the two wheels with the floor."""
     mass: Mass
     friction: Ratio
-    """Of the tyre on the floor."""
+    """Coefficient of friction of the tyre on the floor."""
     gap: Length
-    """Between a wheel and its motor clamp."""
+    """Distance between a wheel and its motor clamp."""
 
 
 class Casters(Part, frozen=True, kw_only=True):
-    """A ball in a cup in front, another behind."""
+    """Ball casters in a cup, one in front and one behind."""
 
     radius: Length
     offset: Length
-    """Axle's middle to caster, along x."""
+    """Distance along x from the middle of the axle to a caster."""
     wall: Length
-    """Of the cup."""
+    """Wall thickness of the cup."""
     material: Name

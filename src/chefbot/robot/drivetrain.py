@@ -1,4 +1,4 @@
-"""Sections of a robot file that say what drives: motor, driver, battery, limits, calibration."""
+"""Drivetrain sections of a robot file: motor, motor driver, battery, motion limits and calibration."""
 
 from __future__ import annotations
 
@@ -32,12 +32,13 @@ from chefbot.robot.quantities import (
 from chefbot.robot.section import Part, Size
 
 ROTOR_SHARE = 1.63e-3
-"""A rotor's inertia as a share of the whole motor's mass times its diameter squared: 5e-7 kg m^2 for a 37D motor of
-Pololu's (estimated); rotors of one build grow with both."""
+"""Rotor inertia as a share of the motor's mass times its diameter squared: 5e-7 kg m^2 for a Pololu 37D motor
+(estimated); rotors of one design scale with both."""
 
 
 class Motor(Part, frozen=True, kw_only=True):
-    """Gear motor with encoder; linear between no-load speed and stall torque, both at the gear's shaft."""
+    """A gear motor with encoder whose torque falls linearly from stall torque to no-load speed, both at the
+    gearbox output shaft."""
 
     title: Text
     voltage: Voltage
@@ -48,36 +49,36 @@ class Motor(Part, frozen=True, kw_only=True):
     continuous_torque: Torque
     gear_ratio: Annotated[float, Meta(gt=0, le=10_000)]
     encoder_counts: Count
-    """Per turn of the motor's own shaft, all edges of both channels."""
+    """Encoder counts per revolution of the motor shaft before the gearbox, all edges of both channels."""
     diameter: Length
     length: Length
-    """Gear, motor and encoder, without the shaft."""
+    """Length of gearbox, motor and encoder, without the shaft."""
     shaft_offset: Distance
-    """The shaft lies so far below the motor's middle."""
+    """Distance of the output shaft below the motor's axis."""
     shaft_diameter: Length
     mass: Mass
     source: Text
 
     @property
     def ticks_per_turn(self) -> float:
-        """Encoder counts for one turn of the wheel."""
+        """Encoder counts per revolution of the wheel."""
         return self.gear_ratio * self.encoder_counts
 
     @property
     def rotor_inertia(self) -> float:
-        """Of the rotor seen through the gear, kg m^2."""
+        """Rotor inertia reflected to the gearbox output shaft, kg m^2."""
         return ROTOR_SHARE * self.mass * self.diameter**2 * self.gear_ratio**2
 
 
 class Driver(Part, frozen=True, kw_only=True):
-    """The bridge between battery and motors."""
+    """A motor driver: the H-bridges between battery and motors."""
 
     title: Text
     channels: Annotated[int, Meta(ge=1, le=8)]
     voltage_min: Voltage
     voltage_max: Voltage
     continuous_current: Current
-    """Of one channel."""
+    """Continuous current per channel."""
     peak_current: Current
     logic_high_min: Voltage
     size: Size
@@ -86,18 +87,18 @@ class Driver(Part, frozen=True, kw_only=True):
 
 
 class Battery(Part, frozen=True, kw_only=True):
-    """The pack."""
+    """The battery pack and its limits."""
 
     title: Text
     chemistry: Text
     voltage: Voltage
-    """Nominal."""
+    """Nominal voltage."""
     full_voltage: Voltage
     empty_voltage: Voltage
-    """Where the robot must stop."""
+    """Voltage at which the robot must stop."""
     capacity: Charge
     usable: Share
-    """Of the capacity, without harm."""
+    """Share of the capacity that can be used without damage."""
     continuous_current: Current
     size: Size
     mass: Mass
@@ -105,48 +106,49 @@ class Battery(Part, frozen=True, kw_only=True):
 
 
 class PowerNeeds(Part, frozen=True, kw_only=True):
-    """What the battery is for."""
+    """Power requirements that the battery has to meet."""
 
     electronics: Power
-    """Everything but the motors."""
+    """Power consumption of everything but the motors."""
     run_time: Duration
-    """What the owner wants from one charge."""
+    """Required run time on one charge."""
 
 
 class Drive(Part, frozen=True, kw_only=True):
-    """What the owner allows; the motors may allow less."""
+    """Motion limits set by the owner; the motors may allow less."""
 
     max_speed: Speed
     max_turn: TurnRate
     max_acceleration: Acceleration
     max_turn_acceleration: TurnAcceleration
     max_slope: Slope
-    """The steepest ramp on its ways."""
+    """Steepest ramp that the robot has to climb."""
 
 
 class Calibration(Part, frozen=True, kw_only=True):
-    """How one built robot differs from its drawing, as `chefbot calibrate` measured it.
+    """How one built robot differs from its drawing, as measured by `chefbot calibrate`.
 
-    Drawings, solids and the simulated body stay as drawn; what computes the motion of this robot follows these.
+    Drawings, solids and the simulated body keep the drawn dimensions; the kinematics of this robot use these
+    factors.
     """
 
     left_wheel: Factor = 1.0
-    """The left wheel rolls as if its diameter were so many times the drawn one."""
+    """Ratio of the left wheel's effective rolling diameter to the drawn one."""
     right_wheel: Factor = 1.0
     separation: Factor = 1.0
-    """The robot turns as if its wheels stood so many times the drawn distance apart."""
+    """Ratio of the effective wheel separation while turning to the drawn one."""
     gyro_scale: Factor = 1.0
-    """The gyro tells so many times the rate of turn about the vertical."""
+    """Ratio of the gyro's yaw rate to the true yaw rate."""
     gyro_offset: RateOffset = 0.0
-    """What it tells of a robot that stands; a guess to begin with, as every start leaves another one."""
+    """Gyro yaw rate of a robot at rest; an initial guess only, as it differs after each power-up."""
     lidar_yaw: SmallAngle = 0.0
-    """The sensor looks so much further to the left than its mount says."""
+    """Yaw misalignment of the lidar against its mount, positive to the left."""
     camera_yaw: SmallAngle = 0.0
     wheel_deviation: Deviation | None = None
-    """Standard deviation of both wheels' factors; None: never measured."""
+    """Standard deviation of both wheel factors; None if never measured."""
     separation_deviation: Deviation | None = None
     gyro_deviation: Deviation | None = None
 
     def yaw_of(self, frame: str) -> float:
-        """Of a sensor's frame beyond its mount's, rad."""
+        """Return the yaw misalignment of a sensor frame against its mount, rad."""
         return {"laser": self.lidar_yaw, "camera_link": self.camera_yaw}.get(frame, 0.0)

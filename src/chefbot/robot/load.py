@@ -1,4 +1,4 @@
-"""Robot files: found by name or path, read, and checked for robots that cannot be."""
+"""Robot files: found by name or path, parsed, and checked for robots that cannot be built."""
 
 from __future__ import annotations
 
@@ -16,62 +16,64 @@ LIKE = "like"
 
 
 def built_in_robots() -> dict[str, Path]:
-    """Name to file of the robots that come with the package."""
+    """Return the robots that come with the package as name to file path."""
     return {path.stem: path for path in sorted(ROBOT_FOLDER.glob("*.yaml"))}
 
 
 def load_robot(name_or_path: str) -> Robot:
-    """A built-in robot by name, or a file by path. UserError with file, key and reason otherwise."""
+    """Load a built-in robot by name or a robot file by path. Raises UserError with file, key and reason."""
     path = find_robot(name_or_path)
     return parse_robot(read_bytes(path, "robot file"), path)
 
 
 def parse_robot(text: bytes, path: Path) -> Robot:
-    """The robot that the text of the file `path` describes; UserError as above."""
-    return robot_of(_whole(text, path, ()), f"robot file {path}")
+    """Parse the text of the robot file `path`. Raises UserError with file, key and reason."""
+    return robot_of(_resolve_like(text, path, ()), f"robot file {path}")
 
 
 def robot_of(data: Any, where: str) -> Robot:
-    """Plain data of a robot file, without `like`, as a Robot that could be built."""
+    """Build a Robot from plain data of a robot file (`like` resolved) and check that it can be built."""
     if isinstance(data, dict):
-        named = {key: component(key, data[key], where) for key in KINDS if isinstance(data.get(key), str)}
-        data = {**data, **named}
+        components = {
+            key: component(key, data[key], where) for key in KINDS if isinstance(data.get(key), str)
+        }
+        data = {**data, **components}
     robot = build(data, Robot, where)
     check_possible(robot, where)
     return robot
 
 
 def find_robot(name_or_path: str) -> Path:
-    """The file of a built-in robot or of a path."""
-    known = built_in_robots()
-    if name_or_path in known:
-        return known[name_or_path]
+    """Return the path of a robot file for a built-in robot's name or a path."""
+    built_in = built_in_robots()
+    if name_or_path in built_in:
+        return built_in[name_or_path]
     if name_or_path.endswith((".yaml", ".yml")) or "/" in name_or_path:
         return Path(name_or_path)
     raise UserError(
-        f"no robot is called {name_or_path!r}{nearest(name_or_path, known)}; give one of these or a file"
+        f"no robot is called {name_or_path!r}{nearest(name_or_path, built_in)}; give one of these or a file"
     )
 
 
-def _whole(text: bytes, path: Path, seen: tuple[Path, ...]) -> Any:
-    """The file's data laid over that of the robot which it is like."""
+def _resolve_like(text: bytes, path: Path, seen: tuple[Path, ...]) -> Any:
+    """Return the file's data merged over that of the robot that its key `like` names, recursively."""
     where = f"robot file {path}"
     data = parse_yaml(text, where)
     if not isinstance(data, dict) or LIKE not in data:
         return data
-    model, seen = data.pop(LIKE), (*seen, path.resolve())
-    if not isinstance(model, str):
+    base_name, seen = data.pop(LIKE), (*seen, path.resolve())
+    if not isinstance(base_name, str):
         raise UserError(f"{where}: {LIKE} must be the name of a robot or of a file")
-    file = find_robot(model)
-    file = file if file.is_absolute() else path.parent / file
-    if file.resolve() in seen:
-        raise UserError(f"{where}: {LIKE}: {model} is, over some files, like itself; end the circle")
-    return _laid_over(_whole(read_bytes(file, "robot file"), file, seen), data)
+    base_path = find_robot(base_name)
+    base_path = base_path if base_path.is_absolute() else path.parent / base_path
+    if base_path.resolve() in seen:
+        raise UserError(f"{where}: {LIKE}: {base_name} is, over some files, like itself; end the circle")
+    return _merge(_resolve_like(read_bytes(base_path, "robot file"), base_path, seen), data)
 
 
-def _laid_over(below: Any, above: Any) -> Any:
-    """Sections are merged key by key, everything else is replaced."""
-    if not (isinstance(below, dict) and isinstance(above, dict)):
-        return above
-    merged = {key: _laid_over(below[key], above[key]) if key in below else above[key] for key in above}
-    return {**below, **merged}
+def _merge(base: Any, override: Any) -> Any:
+    """Merge sections key by key; replace everything else."""
+    if not (isinstance(base, dict) and isinstance(override, dict)):
+        return override
+    merged = {key: _merge(base[key], override[key]) if key in base else override[key] for key in override}
+    return {**base, **merged}

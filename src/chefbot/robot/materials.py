@@ -1,4 +1,4 @@
-"""What parts are made of: densities and looks."""
+"""Densities and colours of the materials that parts are made of."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ Colour = tuple[float, float, float, float]
 
 
 class Material(NamedTuple):
-    """Density in kg/m^3; red, green, blue, opacity 0..1."""
+    """Density in kg/m^3 and colour as red, green, blue, alpha in 0..1."""
 
     density: float
     colour: Colour

@@ -1,4 +1,4 @@
-"""What a value of a robot file may be: quantities with unit and bounds, counts, names, texts."""
+"""Types of values in a robot file: quantities with unit and bounds, counts, names and texts."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Rate = Annotated[float, Meta(gt=0, le=1000, extra={"unit": "Hz"})]
 Count = Annotated[int, Meta(gt=0, le=1_000_000)]
 Ratio = Annotated[float, Meta(gt=0, le=10)]
 Factor = Annotated[float, Meta(ge=0.8, le=1.25)]
-"""Of a measured number by the drawn one; what is further off is another robot, not a badly measured one."""
+"""Ratio of a measured quantity to the drawn one; outside these bounds it is another robot."""
 SmallAngle = Annotated[float, Meta(ge=-0.5, le=0.5, extra={"unit": "rad"})]
 RateOffset = Annotated[float, Meta(ge=-0.5, le=0.5, extra={"unit": "rad/s"})]
 Deviation = Annotated[float, Meta(gt=0, le=0.1)]

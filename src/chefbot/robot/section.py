@@ -1,4 +1,4 @@
-"""What the sections of a robot file have in common: frozen values in SI units; the file may use any unit."""
+"""Common parts of robot-file sections: frozen structs in SI units; the file may use any unit."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from chefbot.robot.quantities import (
 
 
 class Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A section of the robot file."""
+    """Base class of all sections of a robot file."""
 
 
 class Size(Part, frozen=True, kw_only=True):
-    """A box's sides along x, y and z."""
+    """Side lengths of a box along x, y and z."""
 
     x: Length
     y: Length
@@ -29,7 +29,7 @@ class Size(Part, frozen=True, kw_only=True):
 
 
 class Offset(Part, frozen=True, kw_only=True):
-    """From the frame's origin to a box's middle."""
+    """Offset of a box's centre from the origin of its frame."""
 
     x: Coordinate = 0.0
     y: Coordinate = 0.0
@@ -37,23 +37,23 @@ class Offset(Part, frozen=True, kw_only=True):
 
 
 class Mount(Part, frozen=True, kw_only=True):
-    """Where a sensor sits: its frame in base_link (on the floor below the axle's middle; x forward)."""
+    """Pose of a sensor frame in base_link (origin on the floor below the middle of the axle, x forward)."""
 
     x: Coordinate
     y: Coordinate = 0.0
     z: Coordinate
     pitch: Angle = 0.0
-    """Positive looks down (REP-103: about +y)."""
+    """Rotation about +y (REP-103): positive looks down."""
     yaw: Angle = 0.0
 
     @property
     def planar(self) -> SE2:
-        """The frame seen from above."""
+        """Pose of the sensor frame projected onto the floor plane."""
         return SE2(self.x, self.y, self.yaw)
 
 
 class Housing(Part, frozen=True, kw_only=True):
-    """The box that a sensor is in, along the axes of the sensor's frame."""
+    """Box-shaped housing of a sensor, aligned with the axes of the sensor frame."""
 
     size: Size
     mass: Mass
@@ -61,7 +61,7 @@ class Housing(Part, frozen=True, kw_only=True):
 
 
 class Place(Part, frozen=True, kw_only=True):
-    """Where a box stands: on which plate (1 is the lowest) and its middle seen from above."""
+    """Mounting position of a box: its plate (1 is the lowest) and the position of its centre on it."""
 
     plate: Annotated[int, Meta(ge=1, le=6)] = 1
     x: Coordinate = 0.0

@@ -1,4 +1,4 @@
-"""Sections of a robot file that say what senses: IMU, ultrasonic ranger, depth camera, lidar."""
+"""Sensor sections of a robot file: IMU, ultrasonic ranger, depth camera and lidar."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from chefbot.robot.section import Housing, Mount, Part
 
 
 class Imu(Part, frozen=True, kw_only=True):
-    """Gyro and accelerometer."""
+    """An inertial measurement unit with gyro and accelerometer."""
 
     mount: Mount
     housing: Housing
@@ -25,12 +25,12 @@ class Imu(Part, frozen=True, kw_only=True):
     gyro_noise: Annotated[float, Meta(ge=0, le=1, extra={"unit": "rad/s"})]
     """Standard deviation of one reading."""
     gyro_bias: Annotated[float, Meta(ge=0, le=1, extra={"unit": "rad/s"})]
-    """Standard deviation of the offset that a start leaves."""
+    """Standard deviation of the turn-on bias."""
     accelerometer_noise: Annotated[float, Meta(ge=0, le=10, extra={"unit": "m/s^2"})]
 
 
 class Ultrasonic(Part, frozen=True, kw_only=True):
-    """A ranger with a cone."""
+    """An ultrasonic range finder with a conical field of view."""
 
     mount: Mount
     housing: Housing
@@ -41,7 +41,7 @@ class Ultrasonic(Part, frozen=True, kw_only=True):
 
 
 class DepthCamera(Part, frozen=True, kw_only=True):
-    """A camera that measures distance along its optical axis."""
+    """A camera that measures depth along its optical axis."""
 
     mount: Mount
     housing: Housing
@@ -49,25 +49,25 @@ class DepthCamera(Part, frozen=True, kw_only=True):
     width: Count
     height: Count
     field_of_view: FieldOfView
-    """Horizontal."""
+    """Horizontal field of view."""
     range_min: Length
     range_max: Annotated[float, Meta(gt=0, le=100, extra={"unit": "m"})]
     noise: Annotated[float, Meta(ge=0, le=1)]
-    """Standard deviation of depth z is `noise * z^2` metres, as of structured light."""
+    """Noise coefficient: standard deviation of depth z is `noise * z^2` metres, as for structured light."""
 
     @property
     def focal_length_px(self) -> float:
-        """Pixels, square ones."""
+        """Focal length in pixels, for square pixels."""
         return self.width / 2.0 / math.tan(self.field_of_view / 2.0)
 
     def range_with_noise(self, deviation: float) -> float:
-        """Metres up to which the standard deviation of a depth is at most `deviation` metres."""
-        wanted = math.sqrt(deviation / self.noise) if self.noise > 0.0 else math.inf
-        return min(self.range_max, wanted)
+        """Return the range, m, up to which the standard deviation of depth is at most `deviation` metres."""
+        noise_limited_range = math.sqrt(deviation / self.noise) if self.noise > 0.0 else math.inf
+        return min(self.range_max, noise_limited_range)
 
 
 class Lidar(Part, frozen=True, kw_only=True):
-    """A scanner that turns in the plane."""
+    """A 2D lidar that scans a full turn in its plane."""
 
     mount: Mount
     housing: Housing
@@ -80,7 +80,7 @@ class Lidar(Part, frozen=True, kw_only=True):
 
 
 class Sensors(Part, frozen=True, kw_only=True):
-    """What is mounted; a robot maps with the lidar where there is one, else with the camera."""
+    """Mounted sensors; the robot maps with the lidar if it has one, otherwise with the depth camera."""
 
     imu: Imu
     ultrasonic: Ultrasonic | None = None
@@ -89,16 +89,16 @@ class Sensors(Part, frozen=True, kw_only=True):
 
     @property
     def by_frame(self) -> dict[str, Imu | Ultrasonic | DepthCamera | Lidar]:
-        """What is mounted, by the name of its frame (REP-105 and the drivers' usage)."""
-        named = {
+        """Mounted sensors by the name of their frame (REP-105 and driver conventions)."""
+        sensors = {
             "imu_link": self.imu,
             "ultrasonic_link": self.ultrasonic,
             "camera_link": self.depth_camera,
             "laser": self.lidar,
         }
-        return {frame: sensor for frame, sensor in named.items() if sensor is not None}
+        return {frame: sensor for frame, sensor in sensors.items() if sensor is not None}
 
     @property
     def look_ahead_only(self) -> bool:
-        """Whether nothing sees what is beside the robot."""
+        """Whether no sensor covers the sides of the robot."""
         return self.lidar is None

@@ -1,6 +1,7 @@
-"""The Robot: a frozen value that one YAML file describes; every number about the robot lives here.
+"""The Robot: a frozen value described by one YAML file; every number about the robot is stored here once.
 
-Lengths in metres, masses in kilograms, angles in radians, SI throughout; the file itself may use any unit.
+Lengths are in metres, masses in kilograms, angles in radians, SI throughout; the file itself may use any
+unit.
 """
 
 from __future__ import annotations
@@ -15,15 +16,15 @@ from chefbot.robot.sensors import Sensors
 
 GRAVITY = 9.80665  # m/s^2, standard gravity
 ROLLING_RESISTANCE = 0.015
-"""Rubber on a hard floor (handbook value)."""
+"""Rolling resistance coefficient of rubber on a hard floor (handbook value)."""
 DRIVE_EFFICIENCY = 0.65
-"""Wheel and bearing losses behind the gear motor."""
+"""Efficiency of wheel and bearings after the gear motor."""
 DRIVEN_SHARE_OF_WEIGHT = 0.5
-"""The driven wheels carry half, the casters the rest."""
+"""Share of the weight on the driven wheels; the casters carry the other half."""
 
 
 class Robot(Part, frozen=True, kw_only=True):
-    """A differential-drive robot."""
+    """The complete description of a differential-drive robot."""
 
     name: Name
     body: Body
@@ -45,31 +46,31 @@ class Robot(Part, frozen=True, kw_only=True):
 
     @property
     def wheel_radius(self) -> float:
-        """Metres."""
+        """Drawn wheel radius, metres."""
         return self.wheels.diameter / 2.0
 
     @property
     def left_radius(self) -> float:
-        """Metres that the built robot's left wheel rolls on."""
+        """Calibrated rolling radius of the left wheel, metres."""
         return self.wheel_radius * self.calibration.left_wheel
 
     @property
     def right_radius(self) -> float:
-        """Metres that its right wheel rolls on."""
+        """Calibrated rolling radius of the right wheel, metres."""
         return self.wheel_radius * self.calibration.right_wheel
 
     @property
     def turning_separation(self) -> float:
-        """Metres between the wheels by which the built robot turns."""
+        """Calibrated (effective) wheel separation while turning, metres."""
         return self.wheels.separation * self.calibration.separation
 
     @property
     def metres_per_tick(self) -> float:
-        """Floor that one encoder tick stands for, by the drawing."""
+        """Distance that the wheel rolls per encoder tick, for the drawn diameter, metres."""
         return math.pi * self.wheels.diameter / self.motor.ticks_per_turn
 
     @property
     def footprint_radius(self) -> float:
-        """Circle about the axle's middle that holds plates and wheels, metres."""
+        """Circumscribed radius of plates and wheels about the middle of the axle, metres."""
         wheel_corner = math.hypot(self.wheels.separation / 2 + self.wheels.width / 2, self.wheel_radius)
         return max(self.body.radius, wheel_corner)

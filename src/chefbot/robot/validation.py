@@ -1,4 +1,4 @@
-"""Robots that could not be built or could not move, each with a sentence that names the key to change."""
+"""Checks for robots that could not be built or could not move; each error names the key to change."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ from chefbot.robot.section import Place
 from chefbot.robot.spec import Robot
 
 Contradiction = tuple[bool, str, str]
-"""Does it hold; key; sentence."""
+"""Whether the contradiction is present; key of the robot file; message."""
 
 
 def check_possible(robot: Robot, where: str) -> None:
-    """UserError for the first thing of a robot that cannot be together."""
+    """Raise UserError for the first contradiction in a robot description."""
     check_shapes(robot, where)
-    _refuse(_drive(robot), where)
+    _raise_first(_drive(robot), where)
 
 
 def check_shapes(robot: Robot, where: str) -> None:
-    """The same, of what needs no mass: a robot that passes has solids."""
+    """Check everything that does not need the mass; a robot that passes has valid solids."""
     for contradictions in (_materials, _wheels, _plates, _stack, _motors, _clamps, _sensors, _names):
-        _refuse(contradictions(robot), where)
+        _raise_first(contradictions(robot), where)
 
 
-def _refuse(contradictions: Iterator[Contradiction], where: str) -> None:
+def _raise_first(contradictions: Iterator[Contradiction], where: str) -> None:
     for impossible, key, reason in contradictions:
         if impossible:
             raise UserError(f"{where}: {key}: {reason}")
 
 
 def mm(metres: float) -> str:
-    """As drawings write lengths."""
+    """Format a length in millimetres, as on drawings."""
     return f"{1000 * metres:.4g} mm"
 
 
@@ -52,18 +52,18 @@ def _materials(robot: Robot) -> Iterator[Contradiction]:
 
 def _plates(robot: Robot) -> Iterator[Contradiction]:
     plates, radius, notch = robot.plates, robot.body.radius, robot.plates.notch
-    floor = layout.notch_floor(robot)
+    inner = layout.notch_floor(robot)
     if notch is not None:
         too_deep = f"is deeper than the plate of {mm(radius)} radius; make it shallower"
         yield notch.depth >= radius, "plates.notch.depth", too_deep
-        outside = math.hypot(notch.length / 2, floor) >= radius
+        outside = math.hypot(notch.length / 2, inner) >= radius
         yield (
             outside,
             "plates.notch",
             f"lies outside the plate of {mm(radius)} radius; make it deeper or shorter",
         )
     yield (
-        plates.centre_hole / 2 >= floor,
+        plates.centre_hole / 2 >= inner,
         "plates.centre_hole",
         f"{mm(plates.centre_hole)} leaves nothing of the plate",
     )
@@ -110,16 +110,16 @@ def _stack(robot: Robot) -> Iterator[Contradiction]:
 
 
 def _motors(robot: Robot) -> Iterator[Contradiction]:
-    motor, room = robot.motor, layout.motor_front(robot)
+    motor, available = robot.motor, layout.motor_front(robot)
     yield (
         motor.diameter >= 2 * robot.body.radius,
         "motor.diameter",
         f"{mm(motor.diameter)} is wider than the plate of {mm(2 * robot.body.radius)}",
     )
     yield (
-        motor.length >= room,
+        motor.length >= available,
         "motor.length",
-        f"{mm(motor.length)} does not fit: between the wheels there are {mm(max(room, 0.0))} for each motor",
+        f"{mm(motor.length)} does not fit: between the wheels there are {mm(max(available, 0.0))} for each motor",
     )
     yield motor.shaft_diameter >= robot.wheels.diameter, "motor.shaft_diameter", "is as thick as the wheel"
     yield (
@@ -155,14 +155,16 @@ def _clamps(robot: Robot) -> Iterator[Contradiction]:
 
 
 def _names(robot: Robot) -> Iterator[Contradiction]:
-    """Every part has a name of its own: drawings, models and this check speak of them by it; so have the robot,
-    the root of its models, and their frames."""
+    """Check that names are unique: drawings, models and this check identify parts by name.
+
+    The robot's name (root of its models) and its frames are included.
+    """
     parts = (*solids(robot), payload(robot))
     names = Counter(part.name for part in parts)
     frames = {"base_footprint", *robot.sensors.by_frame, *(part.link for part in parts)}
     for i, item in enumerate(robot.equipment):
-        taken = names[item.name] > 1 or item.name in frames
-        yield taken, f"equipment[{i}].name", f"another part is called {item.name!r} too"
+        duplicate = names[item.name] > 1 or item.name in frames
+        yield duplicate, f"equipment[{i}].name", f"another part is called {item.name!r} too"
     yield robot.name in {*names, *frames}, "name", f"a part of the robot is called {robot.name!r} too"
 
 
@@ -206,10 +208,10 @@ def _sensors(robot: Robot) -> Iterator[Contradiction]:
         if sensor is None:
             continue
         yield sensor.range_min >= sensor.range_max, f"{key}.range_min", "is not below range_max"
-        away = math.hypot(sensor.mount.x, sensor.mount.y)
-        yield away > robot.footprint_radius, f"{key}.mount", "sits outside the body"
-        low = not 0 < sensor.mount.z <= body_height(robot)
-        yield low, f"{key}.mount.z", "is not between floor and top"
+        distance = math.hypot(sensor.mount.x, sensor.mount.y)
+        yield distance > robot.footprint_radius, f"{key}.mount", "sits outside the body"
+        outside = not 0 < sensor.mount.z <= body_height(robot)
+        yield outside, f"{key}.mount.z", "is not between floor and top"
     camera = sensors.depth_camera
     if camera is not None:
         key = "sensors.depth_camera"

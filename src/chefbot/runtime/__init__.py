@@ -1,1 +1,1 @@
-"""Nodes, ports, loop, clocks, launch files, recordings."""
+"""The node runtime: nodes and ports, event loop, clocks, actions, transforms, launch files, recordings."""

@@ -1,12 +1,12 @@
-"""Actions between nodes, over four topics with ROS 2's names.
+"""Action servers and clients of nodes, over four topics with ROS 2's names.
 
     class Navigator(Node):
         navigate_to_pose = serves(NavigateToPose)
         follow_path = calls(FollowPath)
 
-A server is a coroutine `async def on_<port>(self, goal, feedback) -> Result`. A new goal takes the place of
-the old one; a cancelled one sees Cancelled at its `await`. A client awaits `call(goal)`; if it is itself
-cancelled while it waits, the goal that it gave is cancelled too.
+A server executes the coroutine `async def on_<port>(self, goal, feedback) -> Result`. A new goal preempts
+the current one; a cancelled goal's coroutine gets Cancelled raised at its `await`. A client awaits
+`call(goal)`; if the client is cancelled while it waits, its goal is cancelled too.
 """
 
 from __future__ import annotations
@@ -35,29 +35,31 @@ from chefbot.runtime.node import Node, PortSpec
 
 G = TypeVar("G", bound=Message)
 FAILED = 9002
-"""Error code of a result whose server raised an exception."""
+"""Error code of the result if the server's coroutine raised an exception."""
 R = TypeVar("R", bound=Message)
 F = TypeVar("F", bound=Message)
 
 
 class Serves(Generic[G, R, F]):
-    """The server's end."""
+    """An action server that executes one goal at a time; a new goal preempts the current one."""
 
-    def __init__(self, node: Node, name: str, action: Action[G, R, F], work: Callable[..., Any]) -> None:
-        self._node, self.name, self.action, self._work = node, name, action, work
+    def __init__(
+        self, node: Node, name: str, action: Action[G, R, F], execute_callback: Callable[..., Any]
+    ) -> None:
+        self._node, self.name, self.action, self._execute_callback = node, name, action, execute_callback
         self._current: tuple[bytes, Task[R]] | None = None
         self.replacing = False
-        """True while a goal is cancelled because the next one is there: no need to stand still for it."""
+        """True while a goal is cancelled in favour of the next one, so the robot need not stop in between."""
         node.listen(f"{name}/_action/send_goal", self._accept)
         node.listen(f"{name}/_action/cancel_goal", self._cancel)
 
     @property
     def busy(self) -> bool:
-        """Whether a goal is being worked on."""
+        """Whether a goal is being executed."""
         return self._current is not None
 
     def preempt(self) -> None:
-        """Give up the goal in hand."""
+        """Cancel the current goal, if there is one."""
         if self._current is not None:
             self._current[1].cancel()
 
@@ -65,17 +67,17 @@ class Serves(Generic[G, R, F]):
         self.replacing = True
         try:
             self.preempt()
-        finally:  # whatever the old goal's end may raise, the new one is answered
+        finally:  # the new goal is executed even if the cancelled one raises
             self.replacing = False
-            self._begin(request)
+            self._execute(request)
 
-    def _begin(self, request: Any) -> None:
+    def _execute(self, request: Any) -> None:
         goal_id: UUID = request.goal_id
 
         def feedback(message: F) -> None:
             self._node.speak(f"{self.name}/_action/feedback", self.action.feedback_message(goal_id, message))
 
-        task = Task[R](self._work(request.goal, feedback))
+        task = Task[R](self._execute_callback(request.goal, feedback))
         self._current = (goal_id.key, task)
         self._node.adopt(task)
         task.then(lambda: self._finish(goal_id, task))
@@ -93,9 +95,9 @@ class Serves(Generic[G, R, F]):
             status = STATUS_ABORTED if getattr(result, "error_code", 0) else STATUS_SUCCEEDED
         except Cancelled:
             result, status = self.action.result(), STATUS_CANCELED
-        except Exception as fault:
+        except Exception as error:
             result, status = (
-                failed_result(self.action, FAILED, f"{self.name} failed: {fault}"),
+                failed_result(self.action, FAILED, f"{self.name} failed: {error}"),
                 STATUS_ABORTED,
             )
         outcome = self.action.outcome(goal_id, status, Time.of(self._node.now_ns), result)
@@ -103,7 +105,7 @@ class Serves(Generic[G, R, F]):
 
 
 class Calls(Generic[G, R, F]):
-    """The client's end."""
+    """An action client that sends goals and awaits their results."""
 
     def __init__(
         self, node: Node, name: str, action: Action[G, R, F], on_feedback: Callable[[F], None] | None
@@ -111,25 +113,28 @@ class Calls(Generic[G, R, F]):
         self._node, self.name, self.action, self._on_feedback = node, name, action, on_feedback
         self._waiting: dict[bytes, Future[R]] = {}
         self._count = 0
-        node.listen(f"{name}/_action/get_result", self._receive)
+        node.listen(f"{name}/_action/get_result", self._receive_result)
         if on_feedback is not None:
-            node.listen(f"{name}/_action/feedback", self._hear)
+            node.listen(f"{name}/_action/feedback", self._receive_feedback)
 
     def call(self, goal: G) -> Future[R]:
-        """`await` it for the result. Raises Cancelled if somebody else's goal takes its place."""
+        """Send a goal and return a future of its result.
+
+        The future raises Cancelled if the goal is cancelled or preempted by another client's goal.
+        """
         self._count += 1
         goal_id = _goal_id(self._node.name, self.name, self._count, self._node.now_ns)
-        future: Future[R] = Future(on_cancel=lambda: self._give_up(goal_id))
+        future: Future[R] = Future(on_cancel=lambda: self._cancel_goal(goal_id))
         self._waiting[goal_id.key] = future
         self._node.speak(f"{self.name}/_action/send_goal", self.action.send_goal(goal_id, goal))
         return future
 
-    def _give_up(self, goal_id: UUID) -> None:
+    def _cancel_goal(self, goal_id: UUID) -> None:
         self._waiting.pop(goal_id.key, None)
         request = CancelGoal_Request(GoalInfo(goal_id, Time.of(self._node.now_ns)))
         self._node.speak(f"{self.name}/_action/cancel_goal", request)
 
-    def _receive(self, outcome: Any) -> None:
+    def _receive_result(self, outcome: Any) -> None:
         future = self._waiting.pop(outcome.goal_id.key, None)
         if future is None:
             return
@@ -138,26 +143,26 @@ class Calls(Generic[G, R, F]):
         else:
             future.set(outcome.result)
 
-    def _hear(self, message: Any) -> None:
+    def _receive_feedback(self, message: Any) -> None:
         if message.goal_id.key in self._waiting and self._on_feedback is not None:
             self._on_feedback(message.feedback)
 
 
-def failed_result(action: Action[G, R, F], code: int, why: str) -> R:
-    """A result that says why there is none, as far as its type can."""
+def failed_result(action: Action[G, R, F], code: int, message: str) -> R:
+    """Return an empty result with error code and message, as far as its type has these fields."""
     result = action.result()
     if {"error_code", "error_msg"} <= set(result.__struct_fields__):
-        return msgspec.structs.replace(result, error_code=code, error_msg=why)
+        return msgspec.structs.replace(result, error_code=code, error_msg=message)
     return result
 
 
 def serves(action: Action[G, R, F], name: str = "") -> Serves[G, R, F]:
-    """Declare a server; its topics begin with the port's name unless `name` is given."""
+    """Declare an action server; its topics begin with the port's name unless `name` is given."""
     return cast(Serves[G, R, F], _ServesSpec(action, name))
 
 
 def calls(action: Action[G, R, F], name: str = "") -> Calls[G, R, F]:
-    """Declare a client; `on_<port>` hears feedback."""
+    """Declare an action client; the method `on_<port>`, if there is one, receives feedback."""
     return cast(Calls[G, R, F], _CallsSpec(action, name))
 
 
@@ -180,6 +185,6 @@ class _CallsSpec(PortSpec):
 
 
 def _goal_id(node: str, name: str, count: int, now_ns: int) -> UUID:
-    """A name that no other goal has, and the same in every run of the same events."""
+    """Return a unique goal ID that is the same in every run with the same events."""
     digest = hashlib.sha256(f"{node} {name} {count} {now_ns}".encode()).digest()
     return UUID(np.frombuffer(digest[:16], np.uint8))

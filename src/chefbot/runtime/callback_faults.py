@@ -1,8 +1,8 @@
-"""Exceptions of nodes that run: each costs its callback, is counted and reported, and the loop goes on.
+"""Isolation of exceptions in callbacks: each one aborts its callback only, is counted and reported.
 
-A node that drives and keeps on failing is silenced: its commands stop, so the limiter's time-out or the board's
-watchdog lets the robot stand. What a device raises as a UserError of its own accord still ends the run: so a device
-says that it cannot go on.
+The motion commands of a node that fails repeatedly are dropped, so the limiter's timeout or the board's
+watchdog stops the robot. A UserError that a device raises in its own timer or posted action still ends the
+run: so a device signals that it cannot continue.
 """
 
 from __future__ import annotations
@@ -20,100 +20,106 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.loop import DEVICE, Loop, Timing
 from chefbot.runtime.transform_buffer import TransformError
 
-DRIVES: tuple[type[Message], ...] = (Twist, TwistStamped, WheelSpeeds)
-"""Messages that make the wheels turn."""
-REPEATED = 3
-"""So many faults of a node ..."""
+MOTION_COMMANDS: tuple[type[Message], ...] = (Twist, TwistStamped, WheelSpeeds)
+"""Types of motion commands."""
+FAULT_LIMIT = 3
+"""Number of faults of a node within WINDOW_NS from which its motion commands are dropped."""
 WINDOW_NS = 1_000_000_000
-"""... within this time silence what it commands, until no more than REPEATED - 1 lie within it."""
+"""Length of the sliding window in which faults of a node are counted, ns."""
 STATUS = "node faults"
 """Name of the status in /diagnostics."""
-REPORT_NS = 1_000_000_000
-"""/diagnostics is published at most so often."""
-OF_INPUT = (UserError, TransformError)
-"""These say that what came in is wrong, such as a frame that nobody has published, and not the program."""
-MOST_REASONS = 100
-"""Kinds of faults that are told apart; all others count under their callback alone."""
+REPORT_PERIOD_NS = 1_000_000_000
+"""Minimum period between two messages on /diagnostics, ns."""
+INPUT_ERRORS = (UserError, TransformError)
+"""Exceptions caused by invalid input, such as a frame that no node publishes, rather than by a bug."""
+MAX_REASONS = 100
+"""Maximum number of sentences that are counted separately; all others are counted by callback."""
 
 
 class Fault(NamedTuple):
-    """An exception of a node's callback, for the first of its kind."""
+    """An exception of a node's callback."""
 
     callback: str
-    """Such as 'controller <- scan' or 'controller.control'."""
+    """Name of the callback, such as 'controller <- scan' or 'controller.control'."""
     error: Exception
 
     @property
     def sentence(self) -> str:
-        """For people."""
-        kind = "" if isinstance(self.error, OF_INPUT) else f"{type(self.error).__name__}: "
+        """Description of the fault for users, at most 300 characters."""
+        kind = "" if isinstance(self.error, INPUT_ERRORS) else f"{type(self.error).__name__}: "
         return f"{self.callback}: {kind}{self.error}"[:300]
 
 
 class Faults:
-    """Takes the faults of a loop. `on_new` is given the first of each kind, in the loop's thread.
+    """Handles and counts the exceptions of a loop's callbacks.
 
-    `publishes`: the counts go out on /diagnostics whenever they have changed, as a device's message, so that a log
-    holds them; a replay has them from there.
+    `on_new` is called in the loop's thread with the first fault of each kind. `publishes`: changed counts are
+    published on /diagnostics as a device's message, so that a log holds them; a replay takes them from there.
     """
 
     def __init__(self, loop: Loop, on_new: Callable[[Fault], None], *, publishes: bool = True) -> None:
         self._loop, self._on_new, self._publishes = loop, on_new, publishes
         self._counts: Counter[str] = Counter()
-        self._recent: dict[str, deque[int]] = {}
-        self._kinds: set[tuple[str, type[Exception]]] = set()
+        self._recent_ns: dict[str, deque[int]] = {}
+        self._reported_kinds: set[tuple[str, type[Exception]]] = set()
         self._next_report_ns = loop.now_ns
-        self._report_is_due = False
+        self._report_scheduled = False
         self.unexpected = 0
-        """Those that are not OF_INPUT: faults of the program."""
+        """Number of faults that are not INPUT_ERRORS: bugs."""
         loop.faults = self
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """How often each sentence."""
+        """Number of faults by sentence."""
         return self._counts
 
     def is_silenced(self, node: str) -> bool:
-        """Whether the node has failed REPEATED times within the last second."""
-        recent = self._recent.get(node)
-        if recent is None or len(recent) < REPEATED:
+        """Return whether the node has failed at least FAULT_LIMIT times within the last WINDOW_NS."""
+        recent = self._recent_ns.get(node)
+        if recent is None or len(recent) < FAULT_LIMIT:
             return False
         return self._loop.now_ns - recent[0] <= WINDOW_NS
 
-    def take(self, callback: Timing, error: Exception) -> None:
-        """Count it, and report it if it is the first of its kind; a device's own UserError ends the run."""
+    def handle(self, callback: Timing, error: Exception) -> None:
+        """Count a fault, and report it if it is the first of its kind.
+
+        A device's own UserError ends the run.
+        """
         if isinstance(error, UserError) and callback.from_device:
             raise error
-        self.unexpected += not isinstance(error, OF_INPUT)
-        self._recent.setdefault(callback.owner, deque(maxlen=REPEATED)).append(self._loop.now_ns)
+        self.unexpected += not isinstance(error, INPUT_ERRORS)
+        self._recent_ns.setdefault(callback.owner, deque(maxlen=FAULT_LIMIT)).append(self._loop.now_ns)
         self._count(Fault(callback.name, error))
-        if self._publishes and not self._report_is_due:
-            self._report_is_due = True
+        if self._publishes and not self._report_scheduled:
+            self._report_scheduled = True
             self._loop.at(max(self._loop.now_ns + 1, self._next_report_ns), DEVICE, self._report)
 
     def _count(self, fault: Fault) -> None:
-        known = fault.sentence in self._counts or len(self._counts) < MOST_REASONS
-        self._counts[fault.sentence if known else fault.callback] += 1
+        counted_by_sentence = fault.sentence in self._counts or len(self._counts) < MAX_REASONS
+        self._counts[fault.sentence if counted_by_sentence else fault.callback] += 1
         kind = (fault.callback, type(fault.error))
-        if kind not in self._kinds:
-            self._kinds.add(kind)
+        if kind not in self._reported_kinds:
+            self._reported_kinds.add(kind)
             self._on_new(fault)
 
     def _report(self) -> None:
-        self._report_is_due = False
-        self._next_report_ns = self._loop.now_ns + REPORT_NS
+        self._report_scheduled = False
+        self._next_report_ns = self._loop.now_ns + REPORT_PERIOD_NS
         message = DiagnosticArray(Header.of(self._loop.now_ns, ""), (status_of(self._counts),))
         self._loop.publish("diagnostics", message, "faults", from_device=True)
 
 
 def status_of(counts: Mapping[str, int]) -> DiagnosticStatus:
-    """For /diagnostics: the sum, and how often each."""
+    """Return the /diagnostics status with the total and the number of faults by sentence."""
     total = sum(counts.values())
     values = tuple(KeyValue(sentence, str(count)) for sentence, count in counts.items())
     return DiagnosticStatus(ERROR if total else OK, STATUS, f"{total} callbacks of nodes failed", "", values)
 
 
 def first_fault(message: DiagnosticArray) -> str:
-    """The first sentence that a process of a launch reports of its nodes' faults; empty if none."""
-    sentences = [value.key for one in message.status if one.name == STATUS for value in one.values]
+    """Return the first fault sentence in a diagnostics message of a launch's process.
+
+    Empty if there is none.
+    """
+    sentences = [value.key for status in message.status if status.name == STATUS for value in status.values]
     return sentences[0] if sentences else ""

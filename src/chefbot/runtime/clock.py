@@ -1,4 +1,4 @@
-"""The three clocks: wall, simulation, log. Only the loop reads them; all count integer nanoseconds."""
+"""Clocks for wall time, simulated time and log time, in integer nanoseconds; only the loop reads them."""
 
 from __future__ import annotations
 
@@ -9,40 +9,40 @@ from typing import Protocol
 
 
 def wall_ns() -> int:
-    """Nanoseconds of the monotonic clock: for measuring, and for pacing; never goes back."""
+    """Return the monotonic clock in nanoseconds, for measuring durations and for pacing."""
     return time.monotonic_ns()
 
 
 class Clock(Protocol):
-    """Says when the next event may happen."""
+    """Decides when the loop may run its next event."""
 
     def start(self, now_ns: int) -> None:
-        """The loop is about to run from `now_ns` on."""
+        """Prepare the clock for a loop that is about to run from `now_ns`."""
 
     def wait_until(self, time_ns: int, wake: Condition) -> bool:
-        """Wait for `time_ns`, holding `wake`; False if woken earlier."""
+        """Wait for `time_ns` on the held condition `wake`; return False if woken earlier."""
 
     def read(self, reached_ns: int) -> int:
-        """The time at which something that came from outside arrives; `reached_ns` is the last event's."""
+        """Return the arrival time of an external event; `reached_ns` is the time of the last event."""
 
 
 class StepClock:
-    """Simulated or logged time that jumps from event to event as fast as they are done."""
+    """Simulated or logged time that jumps from event to event as fast as possible."""
 
     def start(self, now_ns: int) -> None:
-        """Nothing to prepare."""
+        """Do nothing, since this clock needs no preparation."""
 
     def wait_until(self, time_ns: int, wake: Condition) -> bool:  # noqa: ARG002
-        """The next event is always due."""
+        """Return True at once: the next event is always due."""
         return True
 
     def read(self, reached_ns: int) -> int:
-        """Time stands at the last event."""
+        """Return the time of the last event."""
         return reached_ns
 
 
 class PacedClock:
-    """Simulated time that runs at `speed` times the wall's."""
+    """Simulated time that runs at a real-time factor of `speed`."""
 
     def __init__(self, speed: float) -> None:
         self.speed = speed
@@ -50,95 +50,95 @@ class PacedClock:
         self._time_0 = 0
 
     def change_pace(self, speed: float, now_ns: int) -> None:
-        """Of the loop that runs on it, from `now_ns` on."""
+        """Change the real-time factor of the running loop from `now_ns` on."""
         if speed != self.speed:
             self.speed = speed
             self.start(now_ns)
 
     def start(self, now_ns: int) -> None:
-        """Tie `now_ns` to the wall's present."""
+        """Map `now_ns` to the current wall time."""
         self._wall_0, self._time_0 = wall_ns(), now_ns
 
     def wait_until(self, time_ns: int, wake: Condition) -> bool:
-        """Sleep until the wall has caught up."""
+        """Sleep until wall time has caught up with `time_ns`."""
         due = self._wall_0 + (time_ns - self._time_0) / self.speed
-        rest = (due - wall_ns()) / 1e9
-        if rest < -1.0:  # too slow a machine: do not race to catch up later
+        remaining = (due - wall_ns()) / 1e9
+        if remaining < -1.0:  # the machine is too slow: do not run faster later to catch up
             self.start(time_ns)
-        return rest <= 0 or not wake.wait(rest)
+        return remaining <= 0 or not wake.wait(remaining)
 
     def read(self, reached_ns: int) -> int:
-        """Simulated time stands at the last event."""
+        """Return the time of the last event."""
         return reached_ns
 
 
 class LeadingClock(PacedClock):
-    """Simulated time that others follow: at `speed`, and slower whenever one of them cannot keep up.
+    """Simulated time that other processes follow: paced, but slower if one of them cannot keep up.
 
-    So a machine that is too slow for all of a launch's processes runs them at its own pace, instead of driving
-    a robot whose thought comes late.
+    A machine too slow for all of a launch's processes thus runs them at a lower real-time factor, instead of
+    driving the robot with late commands.
     """
 
-    SLACK_NS = 100_000_000
-    """No follower is left further behind than this."""
+    MAX_LEAD_NS = 100_000_000
+    """Maximum lead over the slowest follower, ns."""
     PATIENCE = 1.0
-    """Seconds of the wall's time after which a follower that says nothing is not waited for any more."""
+    """Wall time after which the clock no longer waits for a follower that reports nothing, s."""
 
     def __init__(self, speed: float) -> None:
         super().__init__(speed)
         self._reached: dict[str, tuple[int, int]] = {}
         self.waited_ns = 0
-        """Wall time spent waiting for followers."""
+        """Wall time spent waiting for followers, ns."""
 
     def follow(self, names: Iterable[str]) -> None:
-        """Only these follow from now on; each is waited for from its first word on."""
-        self._reached = {name: told for name, told in self._reached.items() if name in set(names)}
+        """Keep only these followers; the clock waits for each one from its first report on."""
+        self._reached = {name: report for name, report in self._reached.items() if name in set(names)}
 
     def tell(self, name: str, reached_ns: int) -> None:
-        """So far a follower has come; any thread, then wake the loop."""
+        """Record the time that a follower has reached; safe from any thread, wake the loop afterwards."""
         self._reached[name] = (reached_ns, wall_ns())
 
     def wait_until(self, time_ns: int, wake: Condition) -> bool:
-        """For the slowest follower, then as paced."""
+        """Wait for the slowest follower, then as paced."""
         if self._is_ahead(time_ns):
-            began = wall_ns()
+            start = wall_ns()
             wake.wait(0.1)
-            self.waited_ns += wall_ns() - began
+            self.waited_ns += wall_ns() - start
             return False
         return super().wait_until(time_ns, wake)
 
     def _is_ahead(self, time_ns: int) -> bool:
         now = wall_ns()
         return any(
-            time_ns - reached > self.SLACK_NS and now - told < self.PATIENCE * 1e9
-            for reached, told in list(self._reached.values())
+            time_ns - reached > self.MAX_LEAD_NS and now - reported < self.PATIENCE * 1e9
+            for reached, reported in list(self._reached.values())
         )
 
 
 class WallClock:
-    """The time of the real robot; starts at `start_ns` so that stamps are those of the calendar."""
+    """The time of the real robot: calendar time at the start, monotonic from there."""
 
     def __init__(self) -> None:
         self._offset = 0
 
     def start(self, now_ns: int) -> None:
-        """Tie `now_ns` to the monotonic clock; a step of the calendar's clock cannot disturb it."""
+        """Map `now_ns` to the monotonic clock, so that steps of the system clock have no effect."""
         self._offset = now_ns - wall_ns()
 
     def wait_until(self, time_ns: int, wake: Condition) -> bool:
-        """Sleep until then."""
-        rest = (time_ns - self._offset - wall_ns()) / 1e9
-        return rest <= 0 or not wake.wait(rest)
+        """Sleep until the clock reaches `time_ns`."""
+        remaining = (time_ns - self._offset - wall_ns()) / 1e9
+        return remaining <= 0 or not wake.wait(remaining)
 
     def read(self, reached_ns: int) -> int:
-        """The present, and never before the last event."""
+        """Return the current time, but never less than the last event's."""
         return max(reached_ns, wall_ns() + self._offset)
 
 
 class FollowedClock:
-    """Time that another process tells, such as a simulator's /clock; it jumps from one telling to the next.
+    """Time that another process publishes, such as a simulator's /clock; it jumps from update to update.
 
-    `reached` is told, before it sleeps, how far all that was due has been done.
+    Before it sleeps it calls `reached` with the time up to which all due events are done.
     """
 
     def __init__(self, now_ns: int, reached: Callable[[int], None] = lambda _: None) -> None:
@@ -146,21 +146,21 @@ class FollowedClock:
         self._reached = reached
 
     def tell(self, now_ns: int) -> None:
-        """From any thread; then wake the loop (`loop.post`)."""
+        """Set the current time; safe from any thread, wake the loop (`loop.post`) afterwards."""
         self._now_ns = max(self._now_ns, now_ns)
 
     def start(self, now_ns: int) -> None:
-        """Never before what has been told."""
+        """Start at `now_ns` or the received time, whichever is later."""
         self.tell(now_ns)
 
     def wait_until(self, time_ns: int, wake: Condition) -> bool:
-        """Sleep until something comes, unless the time has been told already."""
-        told = self._now_ns
-        if time_ns > told:
-            self._reached(told)
+        """Sleep until woken, unless the received time has already reached `time_ns`."""
+        received = self._now_ns
+        if time_ns > received:
+            self._reached(received)
             wake.wait()
         return time_ns <= self._now_ns
 
     def read(self, reached_ns: int) -> int:
-        """The time last told."""
+        """Return the time received last, but never less than the last event's."""
         return max(reached_ns, self._now_ns)

@@ -1,4 +1,7 @@
-"""Coroutines on the loop: `await` a result or a delay. No threads, no asyncio, so the order is ours."""
+"""Coroutines on the event loop: `await` a result or a delay.
+
+They use neither threads nor asyncio, so the order of execution is deterministic.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +12,11 @@ T = TypeVar("T")
 
 
 class Cancelled(Exception):  # noqa: N818 (it is no error)
-    """Thrown into a task at its `await` when it is told to give up."""
+    """Raised in a task at its `await` when the task is cancelled."""
 
 
 class Future(Generic[T]):
-    """A value to come. `await` it in a task; it resumes at the instant that the value is set."""
+    """A value that will be available later; a task that awaits it resumes at the instant it is set."""
 
     def __init__(self, on_cancel: Callable[[], None] | None = None) -> None:
         self.done = False
@@ -23,27 +26,27 @@ class Future(Generic[T]):
         self._on_cancel = on_cancel
 
     def set(self, value: T) -> None:
-        """Give the value; those who wait go on at once."""
+        """Set the value and resume all waiting tasks at once."""
         self._finish(value, None)
 
     def fail(self, error: BaseException) -> None:
-        """Raise `error` in those who wait."""
+        """Set the exception and raise it in all waiting tasks."""
         self._finish(None, error)
 
     def abandon(self) -> None:
-        """Nobody waits any more; whoever works for it is told so."""
+        """Drop all waiters and notify the producer of the value that nobody needs it any more."""
         if not self.done and self._on_cancel is not None:
             self._on_cancel()
         self._waiters.clear()
 
     def result(self) -> T:
-        """The value, or the error raised."""
+        """Return the value, or raise the exception that was set."""
         if self._error is not None:
             raise self._error
         return self._value  # type: ignore[return-value]
 
     def then(self, waiter: Callable[[], None]) -> None:
-        """Call when done, at once if it is."""
+        """Call `waiter` when the future is done, at once if it already is."""
         if self.done:
             waiter()
         else:
@@ -64,7 +67,7 @@ class Future(Generic[T]):
 
 
 def first_of(*futures: Future[Any]) -> Future[None]:
-    """`await` it until one of them is done; giving up the wait gives them all up."""
+    """Return a future that is done when one of `futures` is; abandoning it abandons all of them."""
 
     def abandon_all() -> None:
         for future in futures:
@@ -77,45 +80,46 @@ def first_of(*futures: Future[Any]) -> Future[None]:
 
 
 class Task(Future[T]):
-    """A running coroutine; also the future of what it returns.
+    """A running coroutine, and the future of its return value.
 
-    What it raises fails the future, and is raised in whoever resumed it as well: it is that callback's fault.
+    An exception that the coroutine raises fails the future. It is also raised in the callback that resumed
+    the task, which thus counts as the faulty one.
     """
 
     def __init__(self, work: Coroutine[Any, Any, T]) -> None:
         super().__init__()
         self._work = work
-        self._waits_for: Future[Any] | None = None
+        self._awaited: Future[Any] | None = None
 
     def start(self) -> Task[T]:
-        """Run to the first `await`."""
+        """Run the coroutine until its first `await`."""
         self._advance(None)
         return self
 
     def cancel(self) -> None:
-        """Throw Cancelled in at the `await` where it stands."""
+        """Raise Cancelled in the coroutine at the `await` where it is suspended."""
         if self.done:
             return
-        waited, self._waits_for = self._waits_for, None
-        if waited is not None:
-            waited.abandon()
+        awaited, self._awaited = self._awaited, None
+        if awaited is not None:
+            awaited.abandon()
         self._advance(Cancelled())
 
     def _advance(self, error: BaseException | None) -> None:
         try:
-            waited = self._work.send(None) if error is None else self._work.throw(error)
+            awaited = self._work.send(None) if error is None else self._work.throw(error)
         except StopIteration as stop:
             self.set(stop.value)
         except Cancelled as cancelled:
             self.fail(cancelled)
-        except Exception as fault:
-            self.fail(fault)  # those who wait must not wait for ever
+        except Exception as exception:
+            self.fail(exception)  # release the waiting tasks, they would wait forever
             raise
         else:
-            self._waits_for = waited
-            waited.then(lambda: self._resume(waited))
+            self._awaited = awaited
+            awaited.then(lambda: self._resume(awaited))
 
-    def _resume(self, waited: Future[Any]) -> None:
-        if self._waits_for is waited:  # else it was cancelled in between
-            self._waits_for = None
+    def _resume(self, awaited: Future[Any]) -> None:
+        if self._awaited is awaited:  # else the task was cancelled in the meantime
+            self._awaited = None
             self._advance(None)

@@ -1,16 +1,16 @@
-"""Nodes: a thin shell round an algorithm, with typed ports.
+"""Nodes: thin wrappers around algorithms, with typed ports for topics and actions.
 
     class Echo(Node):
-        heard: In[String] = topic("chatter")
-        said: Out[String]
+        chatter: In[String]
+        echo: Out[String] = topic("chatter_echo")
 
-        def on_heard(self, message: String) -> None:
-            self.said.publish(message)
+        def on_chatter(self, message: String) -> None:
+            self.echo.publish(message)
 
         @every(hz=1)
         def tick(self) -> None: ...
 
-A port's topic is its name unless `topic` gives another; a launch file may remap it.
+The attribute's name is the topic's name unless `topic` gives another; a launch file may remap it.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ import numpy as np
 
 from chefbot.msgs.idl.message import Message
 from chefbot.robot.spec import Robot
-from chefbot.runtime.callback_faults import DRIVES
+from chefbot.runtime.callback_faults import MOTION_COMMANDS
 from chefbot.runtime.coroutines import Future, Task
-from chefbot.runtime.loop import DEVICE, TIMER, Loop, Scheduled, Subscription
+from chefbot.runtime.loop import DEVICE, TIMER, Loop, ScheduledEvent, Subscription
 from chefbot.runtime.transform_buffer import Transforms
 
 M = TypeVar("M", bound=Message)
@@ -38,12 +38,12 @@ SECOND = 1_000_000_000
 
 
 class NoParams(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """For a node that needs none."""
+    """The empty parameter struct of a node without parameters."""
 
 
 @dataclass(frozen=True)
 class Context:
-    """What a node is given when it is made."""
+    """Everything that a node is constructed with: its name, loop, robot, transforms, seed and remappings."""
 
     name: str
     loop: Loop
@@ -53,55 +53,59 @@ class Context:
     remap: typing.Mapping[str, str] = field(default_factory=dict)
 
     def rng(self) -> np.random.Generator:
-        """Chance of this node alone, from the launch's seed and the node's name."""
+        """Return a random generator for this node, seeded by the launch's seed and the node's name."""
         return np.random.default_rng([self.seed, zlib.crc32(self.name.encode())])
 
 
 @dataclass(frozen=True)
 class TopicSpec:
-    """What `topic(...)` says of a port."""
+    """The topic options that `topic(...)` declares for a port."""
 
     name: str = ""
     latched: bool = False
 
 
 def topic(name: str = "", *, latched: bool = False) -> Any:
-    """A port's topic where it is not the port's name; `latched`: late listeners get the last message."""
+    """Declare a port's topic name, if it differs from the attribute's name, and its durability.
+
+    `latched`: late-joining subscribers receive the last message (transient local).
+    """
     return TopicSpec(name, latched)
 
 
 LAST_WORDS = "last_words/"
-"""Topics of the loop that begin so are told by no node: see `last_words`."""
+"""Prefix of the loop's topics that carry state restored after a restart; no node publishes them."""
 
 
 LIFE = "life"
-"""The last of a node's last words: that it has lived before, whatever else is known of that."""
+"""Topic that signals, after all restored state, that the node's process was restarted."""
 
 
 def last_words(name: str) -> Any:
-    """An input for what was last said on the latched topic `name` by this node's life before, or by others.
+    """Declare an input that receives the last message on the latched topic `name` from before a restart.
 
-    Told once, before any timer, where a node's process died and was started again: what goes on from there goes on.
-    `tf` is told as it was when the process died; LIFE, an Empty, comes behind all others.
+    The message was published by the node itself or by another one. It is delivered once, before any timer, if
+    the node's process died and was restarted, so that the node can continue where it was. `tf` holds the
+    transforms of the moment when the process died; LIFE, an Empty, is delivered after all others.
     """
     return TopicSpec(LAST_WORDS + name)
 
 
 class PortSpec:
-    """A port that is declared by a value, such as an action's."""
+    """Declaration of a port as a class attribute's value, such as an action server's."""
 
     def bind(self, node: Node, name: str) -> Any:
-        """The port called `name` of one node."""
+        """Create the port called `name` of one node."""
         raise TypeError(f"{type(self).__name__} cannot be the port {name} of {node.name}")
 
 
 class In(Generic[M]):
-    """A topic that the node listens to; `on_<port>` is called with each message."""
+    """An input port: a subscription whose callback is the node's method `on_<port>`."""
 
     def __init__(self, node: Node, name: str, handler: Callable[[M], None] | None) -> None:
         self.topic = name
         self.last: M | None = None
-        """The newest message, None before the first."""
+        """The most recent message; None before the first."""
         self._handler = handler
         node.listen(name, self._receive)
 
@@ -112,26 +116,30 @@ class In(Generic[M]):
 
 
 class Out(Generic[M]):
-    """A topic that the node speaks on."""
+    """An output port: a publisher on one topic."""
 
     def __init__(self, node: Node, name: str, kind: type[M], latched: bool) -> None:
         self.topic = name
         self.kind = kind
         self.latched = latched
         self.offered = True
-        """Whether others are told of it."""
+        """Whether the publisher is advertised to other processes."""
         self._node = node
-        self._drives = issubclass(kind, DRIVES)
+        self._is_motion_command = issubclass(kind, MOTION_COMMANDS)
 
     def withdraw(self) -> None:
-        """This robot's node will never say anything here: nobody should wait for it. Call it in `start`."""
+        """Stop advertising a topic that this robot's node will never publish; call it in `start`."""
         self.offered = False
 
     def publish(self, message: M) -> None:
-        """To all who listen; a command of a node that fails again and again goes nowhere, see `faults`."""
+        """Publish a message to all subscribers.
+
+        Motion commands of a node that fails repeatedly are dropped, see `chefbot.runtime.callback_faults`.
+        TypeError if the message is not of the port's type.
+        """
         if type(message) is not self.kind:
             raise TypeError(f"{self.topic} carries {self.kind.__name__}, not {type(message).__name__}")
-        if not (self._drives and self._node.is_silenced):
+        if not (self._is_motion_command and self._node.is_silenced):
             self._node.speak(self.topic, message, self.latched)
 
 
@@ -141,7 +149,7 @@ class _Timer:
 
 
 def every(*, hz: float) -> Callable[[Callable[[Any], None]], Callable[[Any], None]]:
-    """Call the method at a fixed rate, after all messages of that instant."""
+    """Call the decorated method at a fixed rate, after all messages of that instant."""
 
     def mark(method: Callable[[Any], None]) -> Callable[[Any], None]:
         method.every = _Timer(round(SECOND / hz))  # type: ignore[attr-defined]
@@ -151,11 +159,14 @@ def every(*, hz: float) -> Callable[[Callable[[Any], None]], Callable[[Any], Non
 
 
 class Node:
-    """Base of all nodes. Subclasses declare `params`, ports, handlers and `start`, and have no `__init__`."""
+    """Base class of all nodes.
+
+    A subclass declares `params`, ports, callbacks and `start`, but no `__init__`.
+    """
 
     is_device: ClassVar[bool] = False
     live_params: ClassVar[tuple[str, ...]] = ()
-    """Params that it can take while it runs: dotted names, `*` for any part; all others need a new start."""
+    """Parameters that can change at run time: dotted names, `*` for any part; others need a restart."""
     params: Any
 
     def __init__(self, context: Context, params: Any) -> None:
@@ -166,23 +177,24 @@ class Node:
         self.context = context
         self._loop = context.loop
         self._subscriptions: list[Subscription] = []
-        self._timers: list[Scheduled] = []
+        self._timers: list[ScheduledEvent] = []
         self._tasks: list[Task[Any]] = []
         _bind_ports(self)
         self._start_timers()
 
     def start(self) -> None:
-        """Set up; all ports are there and the other nodes of the launch exist."""
+        """Set up the node; its ports are bound and all other nodes of the launch exist."""
 
     def reconfigure(self, params: Any) -> None:
-        """Take other params while running; only `live_params` differ. UserError where they do not go together.
+        """Apply changed parameters at run time; only `live_params` differ from the current ones.
 
-        Enough for a node that reads `self.params` whenever it needs them.
+        UserError if the new values are inconsistent. The default suffices for a node that always reads
+        `self.params`.
         """
         self.params = params
 
     def stop(self) -> None:
-        """Tasks are cancelled, nothing is heard any more."""
+        """Cancel all tasks and timers and unsubscribe from all topics."""
         for task in list(self._tasks):
             task.cancel()
         for subscription in self._subscriptions:
@@ -192,39 +204,39 @@ class Node:
 
     @property
     def now_ns(self) -> int:
-        """The loop's time."""
+        """Current time of the loop, ns."""
         return self._loop.now_ns
 
     @property
     def is_silenced(self) -> bool:
-        """Whether it fails so often that it must not drive."""
+        """Whether the node fails so often that its motion commands are dropped."""
         return self._loop.faults is not None and self._loop.faults.is_silenced(self.name)
 
     def listen(self, name: str, handler: Callable[[Message], None]) -> None:
-        """Subscribe for the node's life."""
+        """Subscribe to a topic for the lifetime of the node."""
         self._subscriptions.append(self._loop.subscribe(name, self.name, handler))
 
     def speak(self, name: str, message: Message, latched: bool = False) -> None:
-        """Publish in the node's name."""
+        """Publish a message on any topic in the name of the node."""
         self._loop.publish(name, message, self.name, from_device=self.is_device, latched=latched)
 
     def resolve(self, name: str) -> str:
-        """A topic's name after the launch file's remapping."""
+        """Return a topic's name after the launch file's remapping."""
         return self.context.remap.get(name, name)
 
     def spawn(self, work: Coroutine[Any, Any, T]) -> Task[T]:
-        """Run a coroutine in the node's name; it ends with the node."""
+        """Run a coroutine as a task of the node; it is cancelled when the node stops."""
         task = Task(work)
         self.adopt(task)
         return task.start()
 
     def adopt(self, task: Task[Any]) -> None:
-        """Cancel the task when the node stops."""
+        """Register a task to be cancelled when the node stops."""
         self._tasks.append(task)
         task.then(lambda: self._tasks.remove(task))
 
     def sleep(self, seconds: float) -> Future[None]:
-        """`await` it: as long as a timer, in the loop's time."""
+        """Return a future that completes after `seconds` of the loop's time; `await` it."""
         future: Future[None] = Future()
         timing = self._loop.timing(self.name, f"{self.name}.sleep")
         self._loop.at(self.now_ns + round(seconds * SECOND), TIMER, partial(future.set, None), timing)
@@ -237,7 +249,7 @@ class Node:
                 self._repeat(timer.period_ns, getattr(self, name), name)
 
     def _repeat(self, period_ns: int, action: Callable[[], None], name: str) -> None:
-        """Timers fall on multiples of their period, so two runs that start together stay together."""
+        """Schedule a timer on multiples of its period, so that timers with equal periods stay in phase."""
         rank = DEVICE if self.is_device else TIMER
         slot = len(self._timers)
         timing = self._loop.timing(self.name, f"{self.name}.{name}", from_device=self.is_device)
@@ -251,33 +263,38 @@ class Node:
 
 
 class Device(Node):
-    """A node that touches the world; replays take it from the log. It publishes in timers and posts only."""
+    """A node that accesses hardware or the simulator; in a replay its messages come from the log.
+
+    It publishes only from timers and posted actions.
+    """
 
     is_device = True
 
     def __init__(self, context: Context, params: Any) -> None:
-        self._later: list[Scheduled] = []
-        self._outside = context.loop.timing(context.name, f"{context.name} from outside", from_device=True)
+        self._scheduled: list[ScheduledEvent] = []
+        self._post_timing = context.loop.timing(
+            context.name, f"{context.name} from outside", from_device=True
+        )
         super().__init__(context, params)
 
     def post(self, action: Callable[[], None]) -> None:
-        """From any thread: do `action` in the loop."""
-        self._loop.post(action, self._outside)
+        """Run `action` in the loop; safe from any thread."""
+        self._loop.post(action, self._post_timing)
 
     def at(self, time_ns: int, action: Callable[[], None]) -> None:
-        """Do `action` at that time of the loop's, unless the device has been stopped."""
-        self._later = [event for event in self._later if event.due_ns > self.now_ns]
-        self._later.append(self._loop.at(time_ns, DEVICE, action, self._outside))
+        """Run `action` at a time of the loop, unless the device has been stopped by then."""
+        self._scheduled = [event for event in self._scheduled if event.due_ns > self.now_ns]
+        self._scheduled.append(self._loop.at(time_ns, DEVICE, action, self._post_timing))
 
     def stop(self) -> None:
-        """Also what it meant to do later does not happen."""
+        """Stop the node and cancel its scheduled actions."""
         super().stop()
-        for event in self._later:
+        for event in self._scheduled:
             event.cancel()
 
 
 def _bind_ports(node: Node) -> None:
-    """Make what the class declares: In and Out by annotation, actions by value."""
+    """Create the declared ports: inputs and outputs by annotation, action ports by value."""
     kind = type(node)
     for name, hint in typing.get_type_hints(kind).items():
         spec = getattr(kind, name, None)
@@ -293,8 +310,8 @@ def _bind_ports(node: Node) -> None:
             setattr(node, name, port.bind(node, name))
 
 
-def listens_to(kind: type[Node], message: type[Message]) -> bool:
-    """Whether nodes of this class have an input of that type."""
+def subscribes_to(kind: type[Node], message: type[Message]) -> bool:
+    """Return whether nodes of this class subscribe to messages of that type."""
     return any(
         typing.get_origin(hint) is In and typing.get_args(hint)[0] is message
         for hint in typing.get_type_hints(kind).values()
@@ -302,5 +319,5 @@ def listens_to(kind: type[Node], message: type[Message]) -> bool:
 
 
 def params_type(kind: type[Node]) -> type[msgspec.Struct]:
-    """The struct that a node's parameters are read into."""
+    """Return the struct type that a node's parameters are parsed into."""
     return typing.cast(type[msgspec.Struct], typing.get_type_hints(kind)["params"])

@@ -1,4 +1,4 @@
-"""A launch come to life: its nodes on a loop."""
+"""The node container: it creates, starts and stops the nodes of a launch on one event loop."""
 
 from __future__ import annotations
 
@@ -24,59 +24,62 @@ from chefbot.runtime.node import LAST_WORDS, Context, Device, Node, params_type
 from chefbot.runtime.transform_buffer import TransformError, Transforms
 
 LAUNCH_TOPIC = "chefbot/launch"
-"""Every launch is told here, so that a log holds all that a replay needs."""
+"""Topic on which every launch is published, so that a log holds all that a replay needs."""
 PARAMS_TOPIC = "chefbot/params"
-"""So is every change of a running node's params: JSON `{"node": ..., "params": {...}}`, all of them."""
+"""Topic of parameter changes at run time: JSON `{"node": ..., "params": {...}}` with all parameters."""
 
 
-class _Params(Struct, frozen=True):
+class _NodeParams(Struct, frozen=True):
     node: str
     params: dict[str, Any]
 
 
-_Plan = tuple[type[Node], Struct, dict[str, str]]
+_NodePlan = tuple[type[Node], Struct, dict[str, str]]
 
 
 class System:
-    """The nodes that run on one loop; launches can follow each other while devices stay."""
+    """The nodes that run on one loop; launches can replace each other while devices keep running."""
 
     def __init__(self, loop: Loop, robot: Robot, seed: int) -> None:
         self.loop = loop
         self.robot = robot
         self.seed = seed
-        self.transforms = Transforms(loop.guarded)
+        self.transforms = Transforms(loop.isolated)
         self.nodes: dict[str, Node] = {}
         self.faults: Faults | None = None
-        """Of its nodes while they run; None: the first one ends the run."""
+        """Counts exceptions of running nodes; None: the first exception ends the run."""
         for topic, static in (("tf", False), ("tf_static", True)):
-            self.loop.subscribe(topic, "transforms", partial(self._receive, static))
+            self.loop.subscribe(topic, "transforms", partial(self._on_tf, static))
         for topic in (PARAMS_TOPIC, LAST_WORDS + PARAMS_TOPIC):
-            self.loop.subscribe(topic, "chefbot", self._take_params)
+            self.loop.subscribe(topic, "chefbot", self._on_params)
 
     def launch(self, launch: Launch, *, leave_out: Container[str] = ()) -> None:
-        """Replace all nodes by those of `launch`. Devices of the same name stay as they are.
+        """Replace all nodes by those of `launch`; devices of the same name keep running.
 
-        All is checked before the first node is made. UserError when something does not fit.
+        Everything is checked before the first node is created. UserError if something is invalid.
         """
         plan = {name: self._prepare(launch.name, name, entry) for name, entry in launch.nodes.items()}
         self._stop_nodes({name for name in plan if isinstance(self.nodes.get(name), Device)})
         self.loop.publish(LAUNCH_TOPIC, String(launch.to_json()), "chefbot", from_device=True)
-        made = []
+        created = []
         for name, (kind, params, remap) in plan.items():
             if name not in self.nodes and name not in leave_out:
                 context = Context(name, self.loop, self.robot, self.transforms, self.seed, remap)
                 self.nodes[name] = kind(context, params)
-                made.append(self.nodes[name])
-        self._start(made)
+                created.append(self.nodes[name])
+        self._start(created)
 
     def isolate(self, on_new: Callable[[Fault], None]) -> None:
-        """From now on what a node raises costs no more than that callback; see `faults`."""
+        """From now on limit the effect of a node's exception to the failing callback.
+
+        See `callback_faults`.
+        """
         self.faults = Faults(self.loop, on_new)
 
     def set_params(self, name: str, plain: dict[str, Any], publisher: str) -> None:
-        """Give a running node other params; told as a message, so that a replay does the same.
+        """Change the parameters of a running node, and publish the change so that a replay repeats it.
 
-        UserError when there is no such node, a value does not fit, or the node cannot change while running.
+        UserError if there is no such node, a value is invalid, or a parameter cannot change at run time.
         """
         if name not in self.nodes:
             raise UserError(f"there is no node {name!r}{nearest(name, self.nodes)}")
@@ -84,49 +87,52 @@ class System:
         self._reconfigure(message.data)
         self.loop.publish(PARAMS_TOPIC, message, publisher, from_device=True)
 
-    def _take_params(self, message: Message) -> None:
-        """Of a replay, or of a life before: there nobody has called `set_params`."""
+    def _on_params(self, message: Message) -> None:
+        """Apply a parameter change that a replay, or the state restored after a restart, contains."""
         if isinstance(message, String):
             self._reconfigure(message.data)
 
     def _reconfigure(self, text: str) -> None:
-        told = msgspec.json.decode(text, type=_Params)
-        node = self.nodes.get(told.node)
+        change = msgspec.json.decode(text, type=_NodeParams)
+        node = self.nodes.get(change.node)
         if node is None:
-            return  # a replay leaves out what the log speaks for
-        params = build(told.params, params_type(type(node)), f"node {told.node}: params")
+            return  # a replay does not run the nodes whose messages come from the log
+        params = build(change.params, params_type(type(node)), f"node {change.node}: params")
         if params != node.params:
             check_live(node, params)
             node.reconfigure(params)
 
-    def _start(self, made: list[Node]) -> None:
-        """If one cannot, neither it nor those behind it are there any more: they have nothing to stop."""
-        for count, node in enumerate(made):
+    def _start(self, created: list[Node]) -> None:
+        """Start the nodes.
+
+        If one raises, it and all following nodes are removed, as they have nothing to stop.
+        """
+        for count, node in enumerate(created):
             try:
                 node.start()
             except BaseException:
-                for idle in made[count:]:
-                    Node.stop(self.nodes.pop(idle.name))
+                for not_started in created[count:]:
+                    Node.stop(self.nodes.pop(not_started.name))
                 raise
 
     def stop(self) -> None:
-        """Stop every node."""
+        """Stop all nodes, including devices."""
         self._stop_nodes(set())
 
     def _stop_nodes(self, staying: set[str]) -> None:
-        """Stop all nodes but `staying`, and forget what they said."""
+        """Stop all nodes but `staying`, and drop their latched messages and the dynamic transforms."""
         for name in [name for name in self.nodes if name not in staying]:
             self.nodes.pop(name).stop()
-        self.loop.forget_latched(staying)
+        self.loop.clear_latched(staying)
         self.transforms.forget()
 
-    def _prepare(self, launch: str, name: str, entry: NodeEntry) -> _Plan:
+    def _prepare(self, launch: str, name: str, entry: NodeEntry) -> _NodePlan:
         where = f"launch {launch}: node {name}"
         kind = node_class(entry.kind, where)
         return kind, node_params(kind, entry.params, where), entry.remap
 
-    def _receive(self, static: bool, message: Message) -> None:
-        """UserError for what cannot be part of the tree: the message is at fault, not the program."""
+    def _on_tf(self, static: bool, message: Message) -> None:
+        """Add the transforms of a message to the buffer; UserError if they do not fit the tree."""
         assert isinstance(message, TFMessage)
         try:
             if not static:
@@ -137,5 +143,5 @@ class System:
 
 
 def params_message(node: str, plain: dict[str, Any]) -> String:
-    """What is said on PARAMS_TOPIC: all params of a node."""
+    """Return the message on PARAMS_TOPIC with all parameters of a node."""
     return String(msgspec.json.encode({"node": node, "params": plain}).decode())

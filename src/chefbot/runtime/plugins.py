@@ -1,4 +1,4 @@
-"""Classes named in launch files: a planner, a controller, a layer of somebody else's."""
+"""Plugins named in launch files, such as a third-party planner, controller or costmap layer."""
 
 from __future__ import annotations
 
@@ -11,19 +11,22 @@ from chefbot.errors import UserError
 
 
 def plugin(name: str, built_in: Callable[[Any], Any], settings: Any) -> Any:
-    """An instance of `pkg.module:Class` or of the entry point so called; of `built_in` where name is empty."""
+    """Create a plugin from `pkg.module:Class` or the name of an entry point.
+
+    An empty name means `built_in`.
+    """
     return (built_in if not name else _find(name))(settings)
 
 
 def _find(name: str) -> type:
-    points = {point.name: point.value for point in entry_points(group="chefbot.plugins")}
-    module, _, attribute = points.get(name, name).partition(":")
+    entry_point_values = {point.name: point.value for point in entry_points(group="chefbot.plugins")}
+    module, _, attribute = entry_point_values.get(name, name).partition(":")
     try:
-        found = getattr(importlib.import_module(module), attribute)
+        plugin_class = getattr(importlib.import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:
         raise UserError(
             f"plugin {name!r} cannot be imported: {error}; write it as pkg.module:Class"
         ) from None
-    if not isinstance(found, type):
+    if not isinstance(plugin_class, type):
         raise UserError(f"plugin {name!r} is not a class")
-    return found
+    return plugin_class

@@ -18,7 +18,7 @@ from chefbot.runtime.loop import Publication
 from chefbot.storage.mcap_file import McapFile
 
 IMAGES: tuple[type[Message], ...] = (Image, CompressedImage)
-"""Recorded only on request, being 1.5 MB a second and more; in a replay the scan made of them stands in."""
+"""Recorded only on request (1.5 MB/s and more); otherwise a replay uses the scans made from them."""
 METADATA = "chefbot"
 
 _QOS = (
@@ -31,9 +31,10 @@ _QOS = (
 
 
 class Recorder:
-    """Writes every publication of a loop: `loop.tap(recorder)`; `close()` makes the file whole.
+    """Writes every publication of a loop to a file: `loop.tap(recorder)`; `close()` completes the file.
 
-    A disk that is full ends the recording, not the robot: the file is finished, and `on_end` gets the reason.
+    A full disk ends the recording, not the run: the file is completed, and `on_end` is called with the
+    reason.
     """
 
     def __init__(
@@ -47,7 +48,7 @@ class Recorder:
     ) -> None:
         self.path = path
         self._on_end = on_end
-        self._skip = () if images else IMAGES
+        self._skipped_types = () if images else IMAGES
         self._channels: dict[tuple[str, str], int] = {}
         self._counts: dict[int, int] = {}
         self._file = McapFile(path)
@@ -55,13 +56,13 @@ class Recorder:
         self._file.metadata(METADATA, {**about, "version": __version__})
 
     def __call__(self, publication: Publication) -> None:
-        """Write one publication; images only if asked for."""
-        if self._file.closed or isinstance(publication.message, self._skip):
+        """Write one publication; images only if they were requested."""
+        if self._file.closed or isinstance(publication.message, self._skipped_types):
             return
         try:
             self._write(publication)
-        except UserError as full:
-            self._on_end(str(full))
+        except UserError as disk_full:
+            self._on_end(str(disk_full))
 
     def close(self) -> None:
         """Write the index; without it readers must scan the file."""

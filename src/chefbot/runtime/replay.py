@@ -1,4 +1,4 @@
-"""Replay of a log: its devices speak from the file, its nodes think again, and what they say is compared."""
+"""Replay of a log: devices' messages come from the file; nodes are re-executed and their output compared."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from chefbot.runtime.callback_faults import Faults
 from chefbot.runtime.clock import Clock, StepClock
 from chefbot.runtime.launch import Launch, node_class
 from chefbot.runtime.loop import DEVICE, Loop, Publication
-from chefbot.runtime.node import Device, Node, listens_to
+from chefbot.runtime.node import Device, Node, subscribes_to
 from chefbot.runtime.node_container import LAUNCH_TOPIC, System
 from chefbot.runtime.recorder import IMAGES, METADATA
 
 DAMAGE = (
     McapError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError, OverflowError,
 )  # fmt: skip
-"""What reading raises where a file ends too early or holds something else."""
+"""Exceptions raised while reading a file that is truncated or corrupt."""
 
 
 class Logged(NamedTuple):
@@ -46,7 +46,7 @@ class Logged(NamedTuple):
 
 @dataclass(frozen=True)
 class Log:
-    """A whole log: what it was made with, and its messages in the order of publication."""
+    """A complete log: robot, seed, options and the messages in order of publication."""
 
     robot: Robot
     seed: int
@@ -54,17 +54,17 @@ class Log:
     messages: list[Logged]
 
 
-class Difference(NamedTuple):
-    """Where a replay and its log part."""
+class ReplayMismatch(NamedTuple):
+    """The first deviation of a replay from its log."""
 
     position: int
-    """Messages that were the same before."""
+    """Number of identical messages before it."""
     logged: str
     replayed: str
 
 
 def read_log(path: Path) -> Log:
-    """A log as `Recorder` writes it. UserError when it is missing, damaged, or somebody else's."""
+    """Read a log that `Recorder` wrote; UserError if it is missing, damaged or from another program."""
     try:
         with path.open("rb") as file:
             return _read(path, file)
@@ -99,27 +99,30 @@ def _read(path: Path, file: Any) -> Log:
 
 
 class Replay:
-    """Runs a log through its nodes. `differences` is empty when every byte came out again."""
+    """Re-executes the nodes of a log; `differences` is empty if all messages are bit-identical."""
 
     def __init__(self, log: Log, clock: Clock | None = None) -> None:
         self.log = log
         self.compared = 0
-        self.differences: list[Difference] = []
+        self.differences: list[ReplayMismatch] = []
         start = log.messages[0].time_ns if log.messages else 0
         self._end_ns = log.messages[-1].time_ns if log.messages else 0
         self.system = System(Loop(clock or StepClock(), start), log.robot, log.seed)
         self._expected: deque[Logged] = deque()
         self.faults = Faults(self.system.loop, lambda _: None, publishes=False)
-        """The same as when it was recorded, if nothing differs."""
+        """Faults of the re-executed nodes; the same as in the recording if nothing differs."""
         self.system.loop.tap(self._compare)
 
     def run(self, progress: Callable[[int, int], None] | None = None) -> None:
-        """To the end of the log, or its first difference; `progress(messages done, all)` now and then."""
+        """Run to the end of the log or to its first difference.
+
+        `progress` is called now and then with the number of compared messages and the number of all messages.
+        """
         loop = self.system.loop
-        for count, (time_ns, batch) in enumerate(self._spoken()):
+        for count, (time_ns, batch) in enumerate(self._batches_to_publish()):
             loop.run(until_ns=time_ns - 1)
             for logged in batch:
-                loop.at(time_ns, DEVICE, partial(self._speak, logged))
+                loop.at(time_ns, DEVICE, partial(self._publish_logged, logged))
             if progress is not None and count % 1000 == 0:
                 progress(self.compared, len(self.log.messages))
             if self.differences:
@@ -127,41 +130,43 @@ class Replay:
         else:
             loop.run(until_ns=self._end_ns)
         if self._expected and not self.differences:
-            self._differ(self._expected[0], None)
+            self._add_difference(self._expected[0], None)
         self.system.stop()
 
-    def _spoken(self) -> Iterator[tuple[int, list[Logged]]]:
-        """What the log says for devices, instant by instant; what nodes said is put by for comparing."""
-        thinking: set[str] = set()
+    def _batches_to_publish(self) -> Iterator[tuple[int, list[Logged]]]:
+        """Yield the messages to publish from the log instant by instant; queue the others for comparison."""
+        executed: set[str] = set()
         batch: list[Logged] = []
-        for one in self.log.messages:
-            if batch and one.time_ns != batch[0].time_ns:
+        for message in self.log.messages:
+            if batch and message.time_ns != batch[0].time_ns:
                 yield batch[0].time_ns, batch
                 batch = []
-            if one.topic == LAUNCH_TOPIC:
-                thinking = self._who_thinks(_launch_of(one))
-            if one.publisher in thinking:
-                self._expected.append(one)
+            if message.topic == LAUNCH_TOPIC:
+                executed = self._executed_nodes(_decode_launch(message))
+            if message.publisher in executed:
+                self._expected.append(message)
             else:
-                batch.append(one)
+                batch.append(message)
         if batch:
             yield batch[0].time_ns, batch
 
-    def _who_thinks(self, launch: Launch) -> set[str]:
+    def _executed_nodes(self, launch: Launch) -> set[str]:
         return {
-            name for name, entry in launch.nodes.items() if not self._stands_in(node_class(entry.kind, "log"))
+            name
+            for name, entry in launch.nodes.items()
+            if not self._is_played_back(node_class(entry.kind, "log"))
         }
 
-    def _stands_in(self, kind: type[Node]) -> bool:
-        """Whether the log speaks for such nodes: they touch the world, or need what was not recorded."""
+    def _is_played_back(self, kind: type[Node]) -> bool:
+        """Return whether messages of such nodes come from the log: devices, nodes with unrecorded input."""
         return issubclass(kind, Device) or (
-            not self.log.images and any(listens_to(kind, one) for one in IMAGES)
+            not self.log.images and any(subscribes_to(kind, image_type) for image_type in IMAGES)
         )
 
-    def _speak(self, logged: Logged) -> None:
+    def _publish_logged(self, logged: Logged) -> None:
         if logged.topic == LAUNCH_TOPIC:
-            launch = _launch_of(logged)
-            self.system.launch(launch, leave_out=set(launch.nodes) - self._who_thinks(launch))
+            launch = _decode_launch(logged)
+            self.system.launch(launch, leave_out=set(launch.nodes) - self._executed_nodes(launch))
             return
         message = message_type(logged.kind).from_cdr(logged.data)
         self.system.loop.publish(
@@ -175,16 +180,16 @@ class Replay:
             return
         if not self._expected:
             if publication.time_ns < self._end_ns:  # else the log ended in the middle of an instant
-                self._differ(None, publication)
+                self._add_difference(None, publication)
             return
         logged = self._expected.popleft()
         if _same(logged, publication):
             self.compared += 1
         else:
-            self._differ(logged, publication)
+            self._add_difference(logged, publication)
 
-    def _differ(self, logged: Logged | None, replayed: Publication | None) -> None:
-        self.differences.append(Difference(self.compared, _describe(logged), _describe(replayed)))
+    def _add_difference(self, logged: Logged | None, replayed: Publication | None) -> None:
+        self.differences.append(ReplayMismatch(self.compared, _describe(logged), _describe(replayed)))
 
 
 def _same(logged: Logged, publication: Publication) -> bool:
@@ -196,9 +201,9 @@ def _same(logged: Logged, publication: Publication) -> bool:
     )
 
 
-def _describe(one: Logged | Publication | None) -> str:
-    return "nothing" if one is None else f"{one.topic} at {one.time_ns} ns by {one.publisher}"
+def _describe(message: Logged | Publication | None) -> str:
+    return "nothing" if message is None else f"{message.topic} at {message.time_ns} ns by {message.publisher}"
 
 
-def _launch_of(logged: Logged) -> Launch:
+def _decode_launch(logged: Logged) -> Launch:
     return Launch.from_json(String.from_cdr(logged.data).data)

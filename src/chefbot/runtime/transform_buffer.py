@@ -1,4 +1,4 @@
-"""The tree of frames over time (REP-105), seen from above; one buffer a loop, fed by /tf and /tf_static."""
+"""The planar transform tree over time (REP-105); one buffer per loop, filled from /tf and /tf_static."""
 
 from __future__ import annotations
 
@@ -13,26 +13,28 @@ from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.tf2_msgs import TFMessage
 
-KEEP_NS = 10_000_000_000
+CACHE_TIME_NS = 10_000_000_000
+"""Length of the buffered history, ns."""
 MAX_FRAMES = 1000
+"""Maximum number of frames in the tree."""
 MAX_WAITING = 100
-"""Older requests are given up: their frame has gone silent."""
+"""Maximum number of pending requests; the oldest are dropped, as their frame is no longer published."""
 
 
 Guard = Callable[[Callable[[SE2], None]], Callable[[SE2], None]]
 
 
 class TransformError(LookupError):
-    """The tree cannot answer; the sentence says which frame or time is missing."""
+    """The requested transform is not available; the message names the frame or time that is missing."""
 
 
 class TooNewError(TransformError):
-    """The time asked for has not come yet for one of the frames: wait."""
+    """The requested time lies after the last transform of a frame, so it may become available."""
 
 
 @dataclass(frozen=True)
-class _Waiting:
-    """Somebody who wants a transform that is not known yet."""
+class _PendingRequest:
+    """A pending request for a transform that is not available yet."""
 
     target: str
     source: str
@@ -41,7 +43,7 @@ class _Waiting:
 
 
 class _Edge:
-    """One child's pose in its parent over the last seconds."""
+    """The buffered poses of a child frame in its parent frame."""
 
     def __init__(self, parent: str, static: bool) -> None:
         self.parent = parent
@@ -56,10 +58,10 @@ class _Edge:
         if self.stamps and stamp <= self.stamps[-1]:
             if stamp == self.stamps[-1]:
                 self.poses[-1] = pose
-            return  # older than what is known: ROS drops it as well
+            return  # older than the newest transform: dropped
         self.stamps.append(stamp)
         self.poses.append(pose)
-        while stamp - self.stamps[0] > KEEP_NS:
+        while stamp - self.stamps[0] > CACHE_TIME_NS:
             self.stamps.popleft()
             self.poses.popleft()
 
@@ -73,40 +75,43 @@ class _Edge:
             )
         if stamp < self.stamps[0]:
             raise TransformError(f"{self.parent} -> {child} was not known yet at the time asked for")
-        return self._between(stamp)
+        return self._interpolate(stamp)
 
-    def _between(self, stamp: int) -> SE2:
+    def _interpolate(self, stamp: int) -> SE2:
+        # neighbours in time: t0 <= stamp < t1
         i = bisect_right(self.stamps, stamp)
         if i == len(self.stamps):
             return self.poses[-1]
         (t0, t1), (a, b) = islice(self.stamps, i - 1, i + 1), islice(self.poses, i - 1, i + 1)
+        # linear interpolation in x and y, along the shorter way in yaw
         f = (stamp - t0) / (t1 - t0)
         return SE2(a.x + f * (b.x - a.x), a.y + f * (b.y - a.y), wrap(a.yaw + f * wrap(b.yaw - a.yaw)))
 
 
 class Transforms:
-    """Answers where a frame was; interpolates, never extrapolates."""
+    """A transform buffer that interpolates between transforms and never extrapolates."""
 
     def __init__(self, guard: Guard = lambda action: action) -> None:
-        """`guard` makes of each waiting action one that cannot keep the others from being served."""
+        """Create an empty buffer; `guard` wraps each action so that its exception does not affect others."""
         self._guard = guard
         self._edges: dict[str, _Edge] = {}
-        self._waiting: list[_Waiting] = []
+        self._pending: list[_PendingRequest] = []
 
     def receive(self, message: TFMessage, static: bool) -> None:
-        """Take in what /tf (or /tf_static) says. TransformError, behind all else, if some of it cannot be.
+        """Add the transforms of a /tf or /tf_static message.
 
-        A frame stays fixed or moving as it was first said to be, and a fixed one keeps its parent: else a single
-        message would take a sensor, which is told of once, off the robot for good.
+        A frame stays static or dynamic as first received, and a static frame keeps its parent: otherwise a
+        single message could detach a sensor, whose transform is sent only once, from the robot for good.
+        TransformError, after all valid transforms were added, if one of them was refused.
         """
-        refused = [why for one in message.transforms if (why := self._take(one, static))]
-        self._serve_waiting()
+        refused = [reason for transform in message.transforms if (reason := self._add(transform, static))]
+        self._serve_pending()
         if refused:
             raise TransformError(refused[0])
 
-    def _take(self, one: TransformStamped, static: bool) -> str:
-        """Add it to the tree, or say why not."""
-        child, parent = one.child_frame_id, one.header.frame_id
+    def _add(self, stamped: TransformStamped, static: bool) -> str:
+        """Add a transform to the tree, or return the reason why it is refused."""
+        child, parent = stamped.child_frame_id, stamped.header.frame_id
         edge = self._edges.get(child)
         if edge is None and len(self._edges) >= MAX_FRAMES:
             return f"there are {MAX_FRAMES} frames already; {child} is left out"
@@ -119,64 +124,70 @@ class Transforms:
             if child in self._ancestors(parent):
                 return f"{parent} hangs below {child}, it cannot carry it"
             edge = self._edges[child] = _Edge(parent, static)
-        pose = SE2(one.transform.translation.x, one.transform.translation.y, one.transform.rotation.yaw)
-        edge.add(one.header.stamp.ns, pose)
+        pose = SE2(
+            stamped.transform.translation.x, stamped.transform.translation.y, stamped.transform.rotation.yaw
+        )
+        edge.add(stamped.header.stamp.ns, pose)
         return ""
 
     def when(self, target: str, source: str, stamp_ns: int, action: Callable[[SE2], None]) -> None:
-        """Call `action` with `target_T_source` at `stamp_ns`, now or as soon as it is known.
+        """Call `action` with `target_T_source` at `stamp_ns`, now or as soon as it is available.
 
-        What is too old to be known is left out: nobody can ever answer it.
+        A request whose time is older than the buffer is dropped, as it can never be answered.
         """
-        self._waiting.append(_Waiting(target, source, stamp_ns, self._guard(action)))
-        self._serve_waiting()
+        self._pending.append(_PendingRequest(target, source, stamp_ns, self._guard(action)))
+        self._serve_pending()
 
-    def _serve_waiting(self) -> None:
-        waiting, self._waiting = self._waiting, []
-        for one in waiting:
+    def _serve_pending(self) -> None:
+        pending, self._pending = self._pending, []
+        for request in pending:
             try:
-                pose = self.lookup(one.target, one.source, one.stamp_ns)
+                pose = self.lookup(request.target, request.source, request.stamp_ns)
             except TooNewError:
-                self._waiting.append(one)
+                self._pending.append(request)
             except TransformError:
-                self._keep_if_young(one)
+                self._keep_if_answerable(request)
             else:
-                one.action(pose)
-        del self._waiting[:-MAX_WAITING]
+                request.action(pose)
+        del self._pending[:-MAX_WAITING]
 
-    def _keep_if_young(self, one: _Waiting) -> None:
-        """A frame that nobody has spoken of may still come; a time before all that is known will not."""
-        known = [edge.stamps[-1] for edge in self._edges.values() if not edge.static]
-        if not known or one.stamp_ns >= max(known) - KEEP_NS // 10:
-            self._waiting.append(one)
+    def _keep_if_answerable(self, request: _PendingRequest) -> None:
+        """Keep a request for a frame that may still be published.
+
+        Drop one whose time is before the buffer.
+        """
+        newest = [edge.stamps[-1] for edge in self._edges.values() if not edge.static]
+        if not newest or request.stamp_ns >= max(newest) - CACHE_TIME_NS // 10:
+            self._pending.append(request)
 
     def lookup(self, target: str, source: str, stamp_ns: int | None = None) -> SE2:
-        """`target_T_source` at a time, or the newest known. TransformError when the tree cannot say."""
+        """Return `target_T_source` at a time, or the latest one; TransformError if it is not available."""
         above_target = self._ancestors(target)
         for frame in self._ancestors(source):
             if frame in above_target:
-                down = self._climb(target, frame, stamp_ns)
-                return down.inverse() @ self._climb(source, frame, stamp_ns)
+                # by way of the lowest common ancestor: inverse(common_T_target) @ common_T_source
+                common_T_target = self._chain(target, frame, stamp_ns)
+                return common_T_target.inverse() @ self._chain(source, frame, stamp_ns)
         raise TransformError(f"no chain of transforms joins {target} and {source}")
 
     def forget(self, static_too: bool = False) -> None:
-        """As after a restart."""
-        self._waiting.clear()
+        """Clear pending requests and dynamic transforms, as after a restart."""
+        self._pending.clear()
         self._edges = (
             {} if static_too else {child: edge for child, edge in self._edges.items() if edge.static}
         )
 
     def _ancestors(self, frame: str) -> list[str]:
-        """The frame and all above it, upwards."""
-        line = [frame]
-        while line[-1] in self._edges:
-            line.append(self._edges[line[-1]].parent)
-            if line[-1] in line[:-1]:
+        """Return the frame and all its ancestors up to the root."""
+        chain = [frame]
+        while chain[-1] in self._edges:
+            chain.append(self._edges[chain[-1]].parent)
+            if chain[-1] in chain[:-1]:
                 raise TransformError(f"the transforms above {frame} run in a circle")
-        return line
+        return chain
 
-    def _climb(self, frame: str, ancestor: str, stamp_ns: int | None) -> SE2:
-        """`ancestor_T_frame`; only the edges between the two need to know the time."""
+    def _chain(self, frame: str, ancestor: str, stamp_ns: int | None) -> SE2:
+        """Return `ancestor_T_frame`; only the edges between the two need to cover the time."""
         pose = IDENTITY
         while frame != ancestor:
             edge = self._edges[frame]

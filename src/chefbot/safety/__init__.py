@@ -1,1 +1,1 @@
-"""What may limit or stop the wheels: pure, tested without a loop."""
+"""Safety functions that limit or stop the wheels, as pure logic without an event loop."""

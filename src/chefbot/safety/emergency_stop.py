@@ -1,4 +1,4 @@
-"""What STOP means for those who drive by themselves: what it ended does not begin again by itself."""
+"""Emergency stop checks for autonomous motions, which do not resume by themselves after a release."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ REFUSED = "STOP is pressed. Press Resume, then give the goal again."
 
 
 def is_pressed(stop: Bool | None) -> bool:
-    """By the base's last word; not before it has said one: then nothing drives."""
+    """Return whether the last emergency stop message is active; False before the first one, when nothing drives."""
     return stop is not None and stop.data
 
 
 def pressed_since(stop: StopStatus | None, time_ns: int) -> bool:
-    """Whether STOP was pressed after that, even if it was released again while nobody listened."""
+    """Return whether the emergency stop was pressed after `time_ns`, even if it was released again meanwhile."""
     return stop is not None and (stop.stopped or stop.pressed_at.ns > time_ns)

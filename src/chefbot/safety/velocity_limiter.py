@@ -1,4 +1,4 @@
-"""The one gate between everything that commands and the base."""
+"""Velocity and acceleration limiter for all commands to the base."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from chefbot.robot.motion_limits import Limits
 
 
 class LimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Settings of `Limiter`."""
+    """Parameters of the velocity limiter `Limiter`."""
 
     timeout: Annotated[float, Meta(ge=0.05, le=0.5, description="a command older than this is a stop, s")] = (
         0.3
@@ -20,11 +20,10 @@ class LimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class Limiter:
-    """Clamps a twist to speed, turn, rims and acceleration; scaling keeps the curvature.
+    """Limits a twist in speed, turn rate, wheel speeds and acceleration; scaling keeps the curvature.
 
-    The state is the twist it gave last. The set of allowed twists is convex and so is the ramp between two
-    of them: what it gives never leaves the set. `remark` says why the last command was not followed, "" if
-    it was.
+    The state is the last output. The set of allowed twists is convex and the ramp is a straight line between two of
+    them, so the output never leaves the set. `remark` is the reason why the last command was not followed, or "".
     """
 
     def __init__(self, limits: Limits, params: LimiterParams | None = None) -> None:
@@ -34,18 +33,23 @@ class Limiter:
         self._v = self._w = 0.0
 
     def step(self, v: float, w: float, age: float, dt: float) -> tuple[float, float]:
-        """The twist (m/s, rad/s) for the next `dt` seconds; `age` seconds is how old the command is."""
+        """Return the twist (m/s, rad/s) for the next `dt` seconds; `age` is the age of the command in seconds."""
         v, w = self._target(v, w, age)
-        top = self.limits
-        room = max(dt, 0.0) if math.isfinite(dt) else 0.0
+        limits = self.limits
+        period = max(dt, 0.0) if math.isfinite(dt) else 0.0
+        # the common fraction of the change that both acceleration limits allow
         dv, dw = v - self._v, w - self._w
-        part = min(1.0, _ratio(top.acceleration * room, dv), _ratio(top.turn_acceleration * room, dw))
-        self._v += part * dv
-        self._w += part * dw
+        scale = min(
+            1.0,
+            _reachable_fraction(limits.acceleration * period, dv),
+            _reachable_fraction(limits.turn_acceleration * period, dw),
+        )
+        self._v += scale * dv
+        self._w += scale * dw
         return self._v, self._w
 
     def reset(self) -> None:
-        """The base stands: forget the ramp."""
+        """Reset the ramp to standstill, after the base has stopped."""
         self._v = self._w = 0.0
 
     def _target(self, v: float, w: float, age: float) -> tuple[float, float]:
@@ -56,11 +60,11 @@ class Limiter:
             self.remark = f"the last command is older than {self.params.timeout} s"
         if self.remark:
             return 0.0, 0.0
-        part = self.limits.scale(v, w)
-        if part < 1.0:
-            self.remark = f"the commanded twist is beyond the robot's limits and was scaled by {part:.2f}"
-        return v * part, w * part
+        scale = self.limits.scale(v, w)
+        if scale < 1.0:
+            self.remark = f"the commanded twist is beyond the robot's limits and was scaled by {scale:.2f}"
+        return v * scale, w * scale
 
 
-def _ratio(room: float, change: float) -> float:
-    return room / abs(change) if abs(change) > room else 1.0
+def _reachable_fraction(max_change: float, change: float) -> float:
+    return max_change / abs(change) if abs(change) > max_change else 1.0

@@ -1,1 +1,1 @@
-"""Depth images and laser scans."""
+"""Conversion of depth images to laser scans and obstacle scans."""

@@ -1,4 +1,4 @@
-"""The pinhole camera that measures depth, and its images as arrays."""
+"""The pinhole model of a depth camera, and the decoding of its images."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from chefbot.errors import UserError, nearest
 from chefbot.robot.sensors import DepthCamera
 
 Depth = NDArray[np.uint16] | NDArray[np.float32]
-"""(h, w) along the optical axis: uint16 millimetres with 0 for no reading, or float32 metres with NaN or inf
-for none (REP-118)."""
+"""A depth image (h, w) along the optical axis: uint16 millimetres with 0 for no reading, or float32 metres
+with NaN or inf for none (REP-118)."""
 
 _ENCODINGS = {"16UC1": "u2", "32FC1": "f4"}
 
 
 @dataclass(frozen=True)
 class CameraModel:
-    """Intrinsics of a rectified image in pixels (sensor_msgs/CameraInfo: K), and the depths that count,
-    metres."""
+    """The intrinsics of a rectified depth image in pixels (K of sensor_msgs/CameraInfo), and its valid
+    depths, m."""
 
     width: int
     height: int
@@ -41,7 +41,7 @@ class CameraModel:
 
     @staticmethod
     def of(camera: DepthCamera) -> CameraModel:
-        """The ideal camera that the robot's file describes."""
+        """Return the ideal camera model of a robot file's depth camera."""
         f = camera.focal_length_px
         return CameraModel(
             width=camera.width,
@@ -55,7 +55,7 @@ class CameraModel:
         )
 
     def check(self, depth: Depth) -> None:
-        """UserError when an image is not of this camera or not of depth."""
+        """Raise UserError if an image has another size than the camera or is no depth image."""
         if depth.shape != (self.height, self.width):
             raise UserError(
                 f"depth image of shape {depth.shape}, but the camera has {self.height} rows"
@@ -68,8 +68,10 @@ class CameraModel:
 def depth_image(
     data: bytes, encoding: str, height: int, width: int, step: int, is_bigendian: bool = False
 ) -> Depth:
-    """The pixels (h, w) of a sensor_msgs/Image of encoding 16UC1 or 32FC1; step is bytes per row. UserError
-    otherwise."""
+    """Return the pixels (h, w) of a sensor_msgs/Image of encoding 16UC1 or 32FC1.
+
+    step: bytes per row. Raise UserError for another encoding or for too little data.
+    """
     if encoding not in _ENCODINGS:
         raise UserError(f"image encoding {encoding!r} is not one of depth{nearest(encoding, _ENCODINGS)}")
     kind = np.dtype((">" if is_bigendian else "<") + _ENCODINGS[encoding])

@@ -1,9 +1,9 @@
-"""Depth image to laser scan, with the rules of ROS's depthimage_to_laserscan.
+"""Conversion of a depth image to a laser scan, by the rules of ROS's depthimage_to_laserscan.
 
-Of a band of rows about the optical centre each column gives the nearest depth within limits; its range is
-the distance in the camera's horizontal plane. A LaserScan needs equal steps of angle but columns stand at
-equal steps of its tangent: every bin takes the columns whose angle rounds to it, and a bin between two
-columns the one nearest in angle.
+Each column of a band of rows around the optical centre gives the nearest depth within the limits; its range
+is the distance in the camera's horizontal plane. A LaserScan has equal angle increments, whereas columns have
+equal increments of the tangent: each bin takes the columns whose angle rounds to it, and an empty bin the
+column nearest in angle.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from chefbot.scan.camera import CameraModel, Depth
 
 
 class DepthToScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Settings of `DepthToScan`."""
+    """The parameters of the `DepthToScan` conversion."""
 
     scan_height: Annotated[
         int, Meta(ge=1, le=10_000, description="rows about the optical centre that make the scan, pixels")
@@ -32,19 +32,21 @@ class DepthToScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 def _nearest_mm(
     band: NDArray[np.uint16], low: NDArray[np.uint16], high: NDArray[np.uint16], out: NDArray[np.float32]
 ) -> None:
-    """out[u] = nearest depth in metres of column u within [low[u], high[u]] mm, NaN for none.
+    """Fill out[u] with the nearest depth, m, of column u within [low[u], high[u]] mm, NaN for none.
 
-    One unsigned subtraction sends all that is too near, 0 among it, beyond all that is within: a single
-    minimum per pixel is left, which vectorises.
+    The unsigned subtraction wraps depths below the minimum, including 0, to values above all valid ones, so
+    that a single minimum per pixel remains, which vectorises.
     """
     width = band.shape[1]
-    above = np.full(width, 65535, np.uint16)
+    # Column minimum of z - low, modulo 2^16
+    offset = np.full(width, 65535, np.uint16)
     for row in range(band.shape[0]):
         for u in range(width):
-            above[u] = min(above[u], np.uint16(band[row, u] - low[u]))
+            offset[u] = min(offset[u], np.uint16(band[row, u] - low[u]))
+    # Valid minima to metres
     for u in range(width):
-        if low[u] <= high[u] and above[u] <= high[u] - low[u]:
-            out[u] = np.float32(above[u] + low[u]) * np.float32(0.001)
+        if low[u] <= high[u] and offset[u] <= high[u] - low[u]:
+            out[u] = np.float32(offset[u] + low[u]) * np.float32(0.001)
         else:
             out[u] = np.nan
 
@@ -53,21 +55,24 @@ def _nearest_mm(
 def _nearest_m(
     band: NDArray[np.float32], low: NDArray[np.float32], high: NDArray[np.float32], out: NDArray[np.float32]
 ) -> None:
-    """out[u] = nearest depth of column u within [low[u], high[u]], m; for none an infinity if there is one,
-    or NaN."""
+    """Fill out[u] with the nearest depth of column u within [low[u], high[u]], m, or an infinity, or NaN for
+    none."""
+    # Column minimum of the valid depths
     out[:] = np.inf
     for row in range(band.shape[0]):
         for u in range(band.shape[1]):
             z = band[row, u]
             out[u] = z if low[u] <= z <= high[u] and z < out[u] else out[u]
+    # Columns without a valid depth
     for u in range(band.shape[1]):
         if out[u] == np.inf:
-            out[u] = _any_infinity(band, u)
+            out[u] = _column_infinity(band, u)
 
 
 @njit(cache=True, nogil=True)
-def _any_infinity(band: NDArray[np.float32], u: int) -> float:
-    """An infinity tells more than NaN (REP-117: +inf is nothing within range, -inf is too near)."""
+def _column_infinity(band: NDArray[np.float32], u: int) -> float:
+    """Return an infinity of the column if there is one (REP-117: +inf out of range, -inf too near), else
+    NaN."""
     found = np.nan
     for row in range(band.shape[0]):
         if np.isinf(band[row, u]):
@@ -78,28 +83,29 @@ def _any_infinity(band: NDArray[np.float32], u: int) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _gather(
+def _bin_ranges(
     column: NDArray[np.float32],
     stretch: NDArray[np.float32],
     first: NDArray[np.int32],
     last: NDArray[np.int32],
     out: NDArray[np.float32],
 ) -> None:
-    """out[i] = nearest of the ranges column * stretch over columns first[i] .. last[i]; NaN gives way to
-    all."""
+    """Fill out[i] with the nearest range column * stretch over columns first[i] .. last[i], NaN only if all
+    are."""
+    # Range in the horizontal plane r = z * hypot(1, tan a), minimum over the columns of a bin
     for i in range(out.size):
-        best = column[first[i]] * stretch[first[i]]
+        nearest = column[first[i]] * stretch[first[i]]
         for u in range(first[i] + 1, last[i] + 1):
             r = column[u] * stretch[u]
-            if np.isnan(best) or (np.isfinite(r) and not best < r):
-                best = r
-        out[i] = best
+            if np.isnan(nearest) or (np.isfinite(r) and not nearest < r):
+                nearest = r
+        out[i] = nearest
 
 
 class DepthToScan:
-    """Turns depth images of one camera into ranges, right to left (REP-103), in camera_depth_frame.
+    """A converter of depth images of one camera to ranges, right to left (REP-103), in camera_depth_frame.
 
-    angles: (width,) float64 radians of the ranges; angle_min, angle_max, angle_increment as in
+    angles: (width,) float64 angles of the ranges, rad; angle_min, angle_max, angle_increment as in
     sensor_msgs/LaserScan.
     """
 
@@ -124,11 +130,12 @@ class DepthToScan:
         )
 
     def _set_bins(self, column_angles: NDArray[np.float64]) -> None:
-        """Columns first[i] .. last[i] for each bin, from the falling angles of the columns."""
+        """Set the columns first[i] .. last[i] of each bin from the decreasing angles of the columns."""
         width = column_angles.size
         self.angle_min, self.angle_max = float(column_angles[-1]), float(column_angles[0])
         self.angle_increment = (self.angle_max - self.angle_min) / (width - 1)
         self.angles = self.angle_min + self.angle_increment * np.arange(width)
+        # Round each column to a bin; an empty bin takes the column nearest in angle
         bins = np.rint((column_angles - self.angle_min) / self.angle_increment).astype(np.int64)
         closest = np.abs(self.angles[:, None] - column_angles[None, :]).argmin(axis=1)
         first, last = np.full(width, width), np.full(width, -1)
@@ -140,22 +147,23 @@ class DepthToScan:
 
     @property
     def scan_rows(self) -> tuple[int, int]:
-        """First row of the band and the one after its last."""
+        """First row of the band, and the row after its last one."""
         return self._first_row, self._first_row + self._rows
 
     def convert(self, depth: Depth) -> NDArray[np.float32]:
-        """Ranges (width,) metres for `angles`, of an image (h, w) of uint16 mm or float32 m.
+        """Convert an image (h, w) of uint16 mm or float32 m to ranges (width,), m, at `angles`.
 
-        NaN where a column has no reading within the limits, +-inf where it has an infinite one only.
+        A range is NaN without a reading within the limits, and +-inf with infinite readings only. Raise
         UserError for an image of another size or type.
         """
         self.camera.check(depth)
         band = depth[self._first_row : self._first_row + self._rows]
+        # Nearest depth per column, then nearest range per bin
         column = np.empty(self.camera.width, np.float32)
         if band.dtype == np.uint16:
             _nearest_mm(band, *self._limits_mm, column)
         else:
             _nearest_m(band, *self._limits_m, column)
         ranges = np.empty_like(column)
-        _gather(column, self._stretch, self._first, self._last, ranges)
+        _bin_ranges(column, self._stretch, self._first, self._last, ranges)
         return ranges

@@ -1,8 +1,8 @@
-"""What stands on the floor before a depth camera, at any height the robot could hit.
+"""Obstacle detection in depth images, at any height that the robot could hit.
 
-A scan of one row misses table tops, seats and low boxes. Here every pixel is placed in space by the camera's
-height and pitch and counted as floor, obstacle, or out of the robot's way (above it); each sector of angle
-then tells its nearest obstacle, between which heights it was seen there, and where its floor was seen bare.
+A scan of one row misses table tops, seats and low boxes. Here every pixel is projected by the camera's height
+and pitch and classified as floor, obstacle, or above the robot; each angular bin then gives its nearest
+obstacle, the height interval in which it was seen, and the interval of visible free floor.
 """
 
 from __future__ import annotations
@@ -21,24 +21,27 @@ from chefbot.robot.section import Mount
 from chefbot.scan.camera import CameraModel, Depth
 
 COLUMNS_PER_BIN = 2
-"""Then every bin holds a column up to a field of view of 130 degrees: tan(a) < 2 a."""
-GAP = 0.1
-GAP_ROWS = 4.0
-"""Floor counts as seen on if the next floor pixel is within 0.1 m and four rows' distance of the last one."""
+"""Image columns per bin; with 2, no bin is empty up to a field of view of 130 degrees: tan(a) < 2 a."""
+MAX_FLOOR_GAP = 0.1
+MAX_FLOOR_GAP_ROWS = 4.0
+"""Maximum gap in continuous floor: the next floor pixel is within 0.1 m plus four rows' distance of the last
+one."""
 
-DEPTH, SPREAD = 0.08, 0.008
-"""Metres, and metres per square metre of range, behind an obstacle's nearest return within which other returns are of
-the same obstacle: its own shape, and four standard deviations of a structured-light camera's noise."""
-NEIGHBOURS = 2
-"""Bins beside a bin that show the same obstacle where their ranges agree: an edge gives few pixels, at chance
-heights, and the whole of it stands beside them."""
-DENSE = 0.4
-"""Share of the pixels between an obstacle's lowest and highest that must show it. Of what is nearer than the camera
-measures only a sliver shows, in scattered pixels; that these are low says nothing of its height."""
+OBSTACLE_DEPTH, OBSTACLE_DEPTH_GROWTH = 0.08, 0.008
+"""Depth behind an obstacle's nearest return, m, and its growth per squared range, 1/m, within which returns
+belong to the same obstacle: for its own shape, and four standard deviations of a structured-light camera's
+noise."""
+NEIGHBOUR_BINS = 2
+"""Number of bins on each side that show the same obstacle if their ranges agree: an edge gives few pixels, at
+random heights, and the rest of the obstacle is in the bins beside it."""
+MIN_PIXEL_FRACTION = 0.4
+"""Minimum fraction of the pixels between an obstacle's lowest and highest that must show it. An obstacle
+nearer than the camera's minimum range shows in few scattered pixels only, whose heights do not give its
+height."""
 
 
 class ObstacleScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Settings of `ObstacleScanner`."""
+    """The parameters of the `ObstacleScanner`."""
 
     min_height: Annotated[
         float, Meta(ge=0.005, le=0.5, description="what rises less than this above the floor is floor, m")
@@ -54,15 +57,16 @@ class ObstacleScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
 
 
 class ObstacleScan(NamedTuple):
-    """Per bin of `ObstacleScanner.angles`, float32 metres along the floor from the camera's foot.
+    """The nearest obstacle and the free floor in each bin of `ObstacleScanner.angles`, float32.
 
-    obstacles: nearest obstacle; inf for none within range.
-    clear_from, clear_to: the stretch of bare floor seen without a break, ending before the obstacle. Nothing
-    is known of the floor nearer than clear_from, which the image does not show. Without floor in sight
-    clear_from is inf and clear_to 0.
-    bottom, top: metres above the floor between which the nearest obstacle was seen; inf and -inf for none. A table
-    top has both close together, a leg has them as far apart as the image reaches. Where too few pixels show it
-    to tell they are 0 and the greatest height.
+    obstacles: distance of the nearest obstacle along the floor from the point below the camera, m; inf for
+    none.
+    clear_from, clear_to: interval of continuous free floor before the obstacle, m from the same point. The
+    floor nearer than clear_from is outside the image and unknown. Without visible floor clear_from is inf and
+    clear_to 0.
+    bottom, top: heights above the floor between which the nearest obstacle was seen, m; inf and -inf for
+    none. They are close together for a table top, and as far apart as the image reaches for a leg. With too
+    few pixels they are 0 and the maximum height.
     """
 
     obstacles: NDArray[np.float32]
@@ -87,12 +91,14 @@ def _classify(
     clear_from: NDArray[np.float32],
     clear_to: NDArray[np.float32],
 ) -> None:
-    """One pass over the image (h, w) from the lowest row up, so that the floor comes by nearest first.
+    """Classify the pixels of an image (h, w) as floor or obstacle, from the lowest row up (nearest first).
 
-    The obstacle is the second nearest pixel of a bin: a lone one is often the smear between two depths.
+    The obstacle is the second nearest pixel of a bin: a single one is often an artefact between two depths.
 
-    heights: of the camera, floor's tolerance, robot's top, growth of tolerance per metre. slope: rise per
-    depth of each row. stretch: distance along the floor per depth of each pixel.
+    scale: m per unit of depth. limits: valid depths, m. heights: of the camera, floor tolerance, top of the
+    robot, m, and growth of the tolerance per metre. slope (h,): height per depth of each row. stretch (h, w):
+    distance along the floor per depth of each pixel. bins (h, w): bin of each pixel. row_gap: growth of the
+    allowed floor gap per squared distance, 1/m. Fills nearest, second, clear_from and clear_to (bins,), m.
     """
     mount, floor, top, growth = heights
     for row in range(depth.shape[0] - 1, -1, -1):
@@ -100,26 +106,29 @@ def _classify(
             z = depth[row, u] * scale
             if not limits[0] <= z <= limits[1]:
                 continue
+            # Project to distance along the floor and height above it
             r = np.float32(z * stretch[row, u])
             height = mount + z * slope[row]
-            slack = growth * r
+            tolerance = growth * r
             k = bins[row, u]
-            if height > floor + slack:
-                if height < top + slack and r < second[k]:
+            # Obstacle: keep the two nearest pixels of the bin
+            if height > floor + tolerance:
+                if height < top + tolerance and r < second[k]:
                     second[k] = max(r, nearest[k])
                     nearest[k] = min(r, nearest[k])
-            elif height > -floor - slack:
+            # Floor: extend the continuous interval
+            elif height > -floor - tolerance:
                 if clear_from[k] == np.inf:
                     clear_from[k] = r
                     clear_to[k] = r
-                elif clear_to[k] < r <= clear_to[k] + GAP + row_gap * r * r:
+                elif clear_to[k] < r <= clear_to[k] + MAX_FLOOR_GAP + row_gap * r * r:
                     clear_to[k] = r
                 elif r < clear_from[k]:
                     clear_from[k] = r
 
 
 @njit(cache=True, nogil=True)
-def _extend(
+def _find_height_interval(
     depth: Depth,
     scale: float,
     limits: tuple[float, float],
@@ -127,57 +136,60 @@ def _extend(
     slope: NDArray[np.float32],
     stretch: NDArray[np.float32],
     bins: NDArray[np.int16],
-    deepest: NDArray[np.float32],
+    max_distance: NDArray[np.float32],
     bottom: NDArray[np.float32],
     top: NDArray[np.float32],
-    shown: NDArray[np.int32],
+    pixel_count: NDArray[np.int32],
 ) -> None:
-    """The lowest and the highest pixel of each bin's obstacle, once its range is known.
+    """Find the lowest and the highest pixel of each bin's obstacle, once its range is known.
 
-    Arguments as of `_classify`; deepest: (bins,) metres from the camera's foot up to which a pixel shows the bin's
-    obstacle, 0 where there is none. bottom, top: (bins,) metres above the floor, widened in place. shown: (bins,)
-    how many pixels lie between them.
+    Arguments as in `_classify`; max_distance (bins,): distance up to which a pixel belongs to the bin's
+    obstacle, m, 0 for none. bottom, top (bins,): heights above the floor, m, extended in place. pixel_count
+    (bins,): number of pixels between them.
     """
     mount, floor, robot_top, growth = heights
     for row in range(depth.shape[0]):
         for u in range(depth.shape[1]):
             z = depth[row, u] * scale
             k = bins[row, u]
-            # only what is no farther than the obstacle can belong to it
-            if not limits[0] <= z <= min(limits[1], deepest[k]):
+            # Pixels farther than the obstacle do not belong to it
+            if not limits[0] <= z <= min(limits[1], max_distance[k]):
                 continue
             r = np.float32(z * stretch[row, u])
-            if r > deepest[k]:
+            if r > max_distance[k]:
                 continue
-            # neither floor nor above the robot
+            # Neither floor nor above the robot: extend the height interval
             height = np.float32(mount + z * slope[row])
-            slack = growth * r
-            if floor + slack < height < robot_top + slack:
+            tolerance = growth * r
+            if floor + tolerance < height < robot_top + tolerance:
                 bottom[k] = min(bottom[k], height)
                 top[k] = max(top[k], height)
-                shown[k] += 1
+                pixel_count[k] += 1
 
 
-def _with_neighbours(
-    ranges: NDArray[np.float32], heights: NDArray[np.float32], widen: np.ufunc
+def _merge_neighbours(
+    ranges: NDArray[np.float32], heights: NDArray[np.float32], extend: np.ufunc
 ) -> NDArray[np.float32]:
-    """Heights (bins,) widened by those of the bins beside that show the same obstacle."""
-    wider = heights.copy()
-    for shift in range(1, NEIGHBOURS + 1):
+    """Return heights (bins,) extended by those of the neighbouring bins that show the same obstacle."""
+    merged = heights.copy()
+    for shift in range(1, NEIGHBOUR_BINS + 1):
         left, right = slice(None, -shift), slice(shift, None)
         with np.errstate(invalid="ignore"):  # inf - inf: neither shows anything
-            same = np.abs(ranges[left] - ranges[right]) <= DEPTH + SPREAD * ranges[left] ** 2
-        widen(wider[left], heights[right], out=wider[left], where=same)
-        widen(wider[right], heights[left], out=wider[right], where=same)
-    return wider
+            same = (
+                np.abs(ranges[left] - ranges[right])
+                <= OBSTACLE_DEPTH + OBSTACLE_DEPTH_GROWTH * ranges[left] ** 2
+            )
+        extend(merged[left], heights[right], out=merged[left], where=same)
+        extend(merged[right], heights[left], out=merged[right], where=same)
+    return merged
 
 
 class ObstacleScanner:
-    """Finds obstacles in depth images of one camera.
+    """A detector of obstacles in the depth images of one camera.
 
-    camera, mount: of the camera (its z and pitch count; positive pitch looks down). max_height: metres, what
-    is higher is out of the robot's way. angles: (n,) float64 radians, right to left, about the camera's foot
-    on the floor, x forward.
+    camera: its model. mount: its pose, of which z and pitch are used; positive pitch looks down. max_height:
+    height above which an obstacle does not matter, m. angles: (n,) float64 angles of the bins, rad, right to
+    left, about the point on the floor below the camera, x forward.
     """
 
     def __init__(
@@ -187,7 +199,7 @@ class ObstacleScanner:
             raise UserError(f"max_height {max_height:g} m must be above min_height {params.min_height:g} m")
         self.camera = camera
         self._heights = (mount.z, params.min_height, max_height, params.pitch_tolerance)
-        self._row_gap = GAP_ROWS / (mount.z * camera.fy)
+        self._row_gap = MAX_FLOOR_GAP_ROWS / (mount.z * camera.fy)
         across = (camera.cx - np.arange(camera.width)) / camera.fx
         down = (np.arange(camera.height) - camera.cy) / camera.fy
         ahead = math.cos(mount.pitch) - down * math.sin(mount.pitch)
@@ -200,18 +212,19 @@ class ObstacleScanner:
         self._set_bins(np.arctan2(across[None, :], ahead[:, None]))
 
     def _set_bins(self, angles: NDArray[np.float64]) -> None:
-        """Equal bins between the outermost angles of all pixels (h, w)."""
+        """Set equal bins between the outermost angles of all pixels (h, w), rad."""
         count = max(1, self.camera.width // COLUMNS_PER_BIN)
         low, high = float(angles.min()), float(angles.max())
         self.angle_increment = (high - low) / count
         self.angles = low + self.angle_increment * (np.arange(count) + 0.5)
         self.angle_min, self.angle_max = float(self.angles[0]), float(self.angles[-1])
-        numbers = np.floor((angles - low) / self.angle_increment).astype(np.int16)
-        self._bins = np.clip(numbers, 0, count - 1).astype(np.int16)
+        indices = np.floor((angles - low) / self.angle_increment).astype(np.int16)
+        self._bins = np.clip(indices, 0, count - 1).astype(np.int16)
         self._columns = np.bincount(self._bins.reshape(-1), minlength=count) / self.camera.height
 
     def scan(self, depth: Depth) -> ObstacleScan:
-        """Of an image (h, w) of uint16 mm or float32 m; UserError for another size or type."""
+        """Detect obstacles in an image (h, w) of uint16 mm or float32 m; raise UserError for another size or
+        type."""
         self.camera.check(depth)
         count = self.angles.size
         nearest, second = np.full(count, np.inf, np.float32), np.full(count, np.inf, np.float32)
@@ -226,11 +239,14 @@ class ObstacleScanner:
             self._stretch,
             self._bins,
         )
+        # Nearest obstacle and free floor per bin
         _classify(*image, self._row_gap, nearest, second, clear_from, clear_to)
+        # Height interval of each obstacle, shared between neighbouring bins
         if np.isfinite(second).any():
             self._find_heights(image, second, bottom, top)
-            bottom = _with_neighbours(second, bottom, np.minimum)
-            top = _with_neighbours(second, top, np.maximum)
+            bottom = _merge_neighbours(second, bottom, np.minimum)
+            top = _merge_neighbours(second, top, np.maximum)
+        # Floor behind an obstacle does not count
         hidden = clear_from >= second
         clear_from[hidden], clear_to[hidden] = np.inf, 0.0
         return ObstacleScan(second, clear_from, np.minimum(clear_to, second), bottom, top)
@@ -242,11 +258,14 @@ class ObstacleScanner:
         bottom: NDArray[np.float32],
         top: NDArray[np.float32],
     ) -> None:
-        """Fill bottom and top, (bins,); all that the robot could hit where the pixels are too few to tell."""
+        """Fill bottom and top (bins,), m; 0 and the maximum height where the pixels are too few."""
         found = np.isfinite(ranges)
-        shown = np.zeros(len(ranges), np.int32)
-        deepest = np.where(found, ranges + DEPTH + SPREAD * ranges**2, 0.0).astype(np.float32)
-        _extend(*image, deepest, bottom, top, shown)
+        pixel_count = np.zeros(len(ranges), np.int32)
+        max_distance = np.where(
+            found, ranges + OBSTACLE_DEPTH + OBSTACLE_DEPTH_GROWTH * ranges**2, 0.0
+        ).astype(np.float32)
+        _find_height_interval(*image, max_distance, bottom, top, pixel_count)
+        # Expected pixel rows of the height interval; too few pixels in it give no height
         rows = (top[found] - bottom[found]) * self.camera.fy / ranges[found] + 1.0
-        sparse = np.flatnonzero(found)[shown[found] < DENSE * self._columns[found] * rows]
+        sparse = np.flatnonzero(found)[pixel_count[found] < MIN_PIXEL_FRACTION * self._columns[found] * rows]
         bottom[sparse], top[sparse] = 0.0, self._heights[2]

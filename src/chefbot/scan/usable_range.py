@@ -1,4 +1,4 @@
-"""What the mapping sensor's data are good for."""
+"""The usable range of the mapping sensor."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from chefbot.robot.spec import Robot
 
 
 def trusted_range(robot: Robot, resolution: float) -> float:
-    """Metres up to which the sensor that maps says in which cell of `resolution` metres a wall stands.
+    """Return the range, m, up to which the mapping sensor locates a wall within a cell of `resolution`
+    metres.
 
-    A lidar's noise does not grow with range; a depth camera's grows with its square.
+    The noise of a lidar does not grow with range; that of a depth camera grows with its square.
     """
     lidar, camera = robot.sensors.lidar, robot.sensors.depth_camera
     if lidar is not None or camera is None:

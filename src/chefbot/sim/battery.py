@@ -1,18 +1,18 @@
-"""The battery: charge that motors and electronics drain, and a voltage that sags under load."""
+"""Battery model: charge drained by motors and electronics, and a terminal voltage that sags under load."""
 
 from __future__ import annotations
 
 from chefbot.robot.spec import Robot
 
 SAG_AT_ONE_HOUR_RATE = 0.04
-"""Share of the voltage lost at the current that empties the pack in one hour (small lead or NiMH pack)."""
+"""Share of the voltage lost at the 1C current, which empties the pack in one hour (small lead or NiMH)."""
 
 
 class Battery:
-    """Open-circuit voltage falls in a line from `battery.full_voltage` to `battery.empty_voltage`.
+    """A battery with linear open-circuit voltage, from `battery.full_voltage` to `battery.empty_voltage`.
 
-    charge: coulombs left. current: ampere that flows now. voltage: volts at the terminals now. An empty pack
-    gives 0 V.
+    charge: remaining charge, C. current: present current, A. voltage: terminal voltage, V; 0 when the pack is
+    empty.
     """
 
     def __init__(self, robot: Robot, level: float = 1.0) -> None:
@@ -27,24 +27,28 @@ class Battery:
 
     @property
     def level(self) -> float:
-        """Share of the charge that is left, 0..1."""
+        """State of charge, 0..1."""
         return self.charge / self._spec.capacity
 
     @property
     def drive(self) -> float:
-        """The voltage that the motors get, as a share of the one that their data are for."""
+        """Terminal voltage as a share of the motors' rated voltage."""
         return self.voltage / self._motor_voltage
 
     def drain(self, duties: tuple[float, float], currents: tuple[float, float], duration: float) -> None:
-        """Take what both motors (duty -1..1, ampere in the windings) and the electronics need for `duration` s.
+        """Draw the current of both motors (duty -1..1, winding current in A) and the electronics for
+        `duration` s.
 
-        A chopper with duty d draws d times the motor's current from the pack. Braking motors give nothing back.
+        A chopper with duty d draws d times the motor current from the pack. Braking motors do not recuperate.
         """
         if self.charge <= 0.0:
             self.charge = self.current = self.voltage = 0.0
             return
-        motors = sum(max(d * c, 0.0) for d, c in zip(duties, currents, strict=True))
-        self.current = motors + self._electronics / max(self.voltage, self._spec.empty_voltage)
+        # Chopper: I_pack = sum of d * I_motor, without recuperation.
+        motor_current = sum(max(duty * current, 0.0) for duty, current in zip(duties, currents, strict=True))
+        self.current = motor_current + self._electronics / max(self.voltage, self._spec.empty_voltage)
+        # Coulomb counting.
         self.charge -= self.current * duration
-        span = self._spec.full_voltage - self._spec.empty_voltage
-        self.voltage = self._spec.empty_voltage + span * self.level - self._resistance * self.current
+        voltage_range = self._spec.full_voltage - self._spec.empty_voltage
+        # Terminal voltage: V = V_oc(level) - R I.
+        self.voltage = self._spec.empty_voltage + voltage_range * self.level - self._resistance * self.current

@@ -1,4 +1,4 @@
-"""The simulated board with the computer's end of its line: wheel speeds in, messages out."""
+"""The simulated motor board together with the computer's end of the serial link."""
 
 from __future__ import annotations
 
@@ -9,54 +9,59 @@ from chefbot.sim.motor_board import MotorBoard
 from chefbot.sim.simulation import Simulation
 
 TALK_NS = 20_000_000
-"""The computer reads and speaks so often."""
+"""Period at which the computer reads from and writes to the serial link."""
 WAKE_NS = 300_000_000
-"""Of which the IMU takes 0.22 s."""
+"""Duration of the board's start-up; the IMU takes 0.22 s of it."""
 
 
 class Board:
-    """Everything between a command and a sensor's message goes as bytes through the firmware."""
+    """The path from wheel-speed command to sensor message, as bytes through serial link and firmware."""
 
     def __init__(self, robot: Robot, simulation: Simulation, began_ns: int = 0) -> None:
-        """Switched on, and woken; `began_ns`: what the computer's clock says now."""
+        """Switch the board on and complete its start-up; `began_ns` is the computer's clock at this time."""
         self._simulation = simulation
         self._offset_ns = began_ns - simulation.time_ns
         self.link = BoardLink(robot)
         self.motors = MotorBoard(robot, simulation)
-        self._wake()
+        self._start_up()
 
     @property
     def now_ns(self) -> int:
-        """The computer's clock."""
+        """Time of the computer's clock, ns."""
         return self._simulation.time_ns + self._offset_ns
 
     def command(self, left: float, right: float) -> None:
-        """Rim speeds in m/s; without a new one in 150 ms the board stops. Nothing drives before a stop."""
+        """Send wheel speeds at the ground, m/s; the board stops if no new command arrives within 150 ms.
+
+        The board drives only after it has received a zero command.
+        """
         self.motors.write(self.link.command(left, right, self.now_ns))
 
     def stop(self) -> None:
-        """Emergency stop, until `clear`."""
+        """Send an emergency stop; it stays active until `clear`."""
         self.motors.write(self.link.stop(self.now_ns))
 
     def clear(self) -> None:
-        """Lift the emergency stop."""
+        """Release the emergency stop of the board."""
         self.link.clear(self.now_ns)
 
     def run_until(self, time_ns: int) -> list[Message]:
-        """Physics, firmware and talk up to `time_ns` of the computer's clock; what the board told."""
+        """Run physics, firmware and serial link up to `time_ns` of the computer's clock; return the
+        messages."""
         messages: list[Message] = []
         while (now_ns := self.now_ns) < time_ns:
             self.motors.write(self.link.speak(now_ns))
             self.motors.run_until(min(now_ns + TALK_NS, time_ns) - self._offset_ns)
             messages += self.link.hear(self.motors.read(), self.now_ns)
             if self.now_ns == now_ns:
-                break  # less than a control step is left
+                break  # the remaining time is shorter than a control step
         return messages
 
-    def _wake(self) -> None:
-        """The robot is switched on WAKE_NS before its programs: hands are shaken, the IMU runs, it stands still.
+    def _start_up(self) -> None:
+        """Run the board for WAKE_NS before the computer's programs start: handshake, IMU start-up, robot at
+        rest.
 
-        The computer's clock is as it was, so that they find a board that may drive.
+        The computer's clock is set back by as much, so that at `began_ns` the board is ready to drive.
         """
         self._offset_ns -= WAKE_NS
         end_ns = self.now_ns + WAKE_NS

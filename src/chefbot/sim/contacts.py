@@ -1,4 +1,4 @@
-"""What the robot bumps into."""
+"""Collision detection of the robot with the world."""
 
 from __future__ import annotations
 
@@ -11,18 +11,22 @@ from chefbot.design.export.mjcf import HULL_GROUP
 from chefbot.sim.world.world_mjcf import PREFIX
 
 EPISODE_GAP_NS = 500_000_000
-"""A touch of the same thing within half a second of the last one belongs to the same episode."""
+"""A contact with the same object within half a second of the last one belongs to the same episode."""
 
 
 class Collisions(NamedTuple):
-    """episodes: spells of contact with anything but the floor. names: what was touched, first touch first."""
+    """Collisions since the start of the simulation.
+
+    episodes: number of contact episodes with anything but the floor. names: objects in order of first
+    contact.
+    """
 
     episodes: int
     names: tuple[str, ...]
 
 
 class ContactWatch:
-    """Counts episodes; reads MuJoCo's list of touching geoms."""
+    """Counts contact episodes from MuJoCo's list of geom pairs in contact."""
 
     def __init__(self) -> None:
         self._last: dict[str, int] = {}
@@ -30,7 +34,7 @@ class ContactWatch:
         self.touching: tuple[str, ...] = ()
 
     def watch(self, model: Any) -> None:
-        """Learn the geoms of a newly compiled model."""
+        """Read the geoms of a newly compiled model."""
         names = [model.geom(i).name for i in range(model.ngeom)]
         self._names = [name.removeprefix(PREFIX).split("/")[0] for name in names]
         floor = model.geom("floor").id
@@ -39,13 +43,14 @@ class ContactWatch:
         self._obstacle: NDArray[np.bool_] = ~robot & (np.arange(model.ngeom) != floor)
 
     def update(self, pairs: NDArray[np.int32], time_ns: int) -> None:
-        """Take the pairs (n, 2) of geoms that touch now."""
-        hits = self._obstacle[pairs]
-        if not hits.any():
+        """Update the episodes with the geom pairs (n, 2) that are in contact at `time_ns`."""
+        obstacle_hits = self._obstacle[pairs]
+        if not obstacle_hits.any():
             self.touching = ()
             return
-        touched = pairs[hits & self._robot[pairs[:, ::-1]]]
-        self.touching = tuple(sorted({self._names[geom] for geom in touched}))
+        # Obstacle geoms whose partner in the pair belongs to the robot.
+        touched_geoms = pairs[obstacle_hits & self._robot[pairs[:, ::-1]]]
+        self.touching = tuple(sorted({self._names[geom] for geom in touched_geoms}))
         for name in self.touching:
             if time_ns - self._last.get(name, -(10**18)) > EPISODE_GAP_NS:
                 self._count += 1
@@ -53,5 +58,5 @@ class ContactWatch:
 
     @property
     def collisions(self) -> Collisions:
-        """So far."""
+        """Collisions since the start of the simulation."""
         return Collisions(self._count, tuple(self._last))

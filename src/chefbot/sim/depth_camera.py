@@ -1,4 +1,4 @@
-"""A depth camera without a graphics card: pictures by rays, with the faults of a real one."""
+"""A depth camera rendered on the CPU by ray casting, with the errors of a real one."""
 
 from __future__ import annotations
 
@@ -18,22 +18,26 @@ from chefbot.sim.shading import shade
 from chefbot.sim.simulation import Capture
 
 GRAZING = math.radians(80.0)
-"""A surface seen more steeply across the image than this, or an edge that looks so, may give no depth."""
+"""Incidence angle across the image beyond which a surface, or an edge like one, may give no depth."""
 DROPOUT = 0.7
-"""How often it then gives none."""
+"""Probability that such a surface gives no depth."""
 
 
 class Rendering(NamedTuple):
-    """The exact view: depth (h, w) metres along the optical axis, inf for none; number (h, w) of solids."""
+    """The exact view of a depth camera.
+
+    depth: (h, w) metres along the optical axis, inf for none. number: (h, w) indices of the solids.
+    """
 
     depth: NDArray[np.float32]
     number: NDArray[np.int32]
 
 
 class DepthFrame(NamedTuple):
-    """serial: which frame. depth: (h, w) metres along the optical axis, NaN where the camera measured none.
+    """One frame of the depth camera.
 
-    colour: (h, w, 3) the scene in colours, or None when it was not asked for.
+    serial: frame number. depth: (h, w) metres along the optical axis, NaN where the camera measured none.
+    colour: (h, w, 3) colour image, or None if it was not requested.
     """
 
     serial: int
@@ -42,13 +46,13 @@ class DepthFrame(NamedTuple):
 
 
 class DepthRenderer:
-    """One camera. Frame number and seed determine the noise, whatever the order in which frames are made."""
+    """Renderer of one depth camera; noise depends only on frame number and seed, not on the call order."""
 
     def __init__(self, camera: DepthCamera, profile: Profile = "perfect", seed: int = 0) -> None:
         self._camera, self._profile, self._seed = camera, profile, seed
 
     def render(self, capture: Capture) -> Rendering:
-        """The exact view."""
+        """Render the exact view of a capture."""
         size = self._camera.height, self._camera.width
         depth, number = np.empty(size, dtype=np.float32), np.empty(size, dtype=np.int32)
         kind, centre, half, yaw, _ = capture.shapes
@@ -57,20 +61,20 @@ class DepthRenderer:
         return Rendering(depth, number)
 
     def measure(self, rendering: Rendering, index: int) -> NDArray[np.float32]:
-        """What the camera makes of the view in frame `index`: (h, w) metres, NaN out of range or dropped."""
-        camera, real = self._camera, self._profile != "perfect"
+        """Return the measured depth of frame `index`: (h, w) metres, NaN out of range or dropped out."""
+        camera, noisy = self._camera, self._profile != "perfect"
         rng = default_rng((self._seed, index))
-        size = rendering.depth.shape if real else (0, 0)
+        size = rendering.depth.shape if noisy else (0, 0)
         noise = rng.standard_normal(size, dtype=np.float32)
-        luck = rng.random(size, dtype=np.float32)
+        dropout_draw = rng.random(size, dtype=np.float32)
         measured = np.empty_like(rendering.depth)
-        jump = math.tan(GRAZING) / camera.focal_length_px
+        max_jump = math.tan(GRAZING) / camera.focal_length_px
         limits = (camera.range_min, camera.range_max)
-        spoil(rendering.depth, noise, luck, camera.noise, jump, limits, measured)
+        spoil(rendering.depth, noise, dropout_draw, camera.noise, max_jump, limits, measured)
         return measured
 
     def render_rgb(self, capture: Capture, rendering: Rendering) -> NDArray[np.uint8]:
-        """The view in colours, (h, w, 3), for people to look at."""
+        """Return the colour image of a view, (h, w, 3), for display."""
         picture = np.empty((*rendering.depth.shape, 3), dtype=np.uint8)
         _, centre, half, yaw, colour = capture.shapes
         kind, rotation = capture.shapes.kind, np.ascontiguousarray(capture.rotation)
@@ -79,17 +83,17 @@ class DepthRenderer:
         return picture
 
     def frame(self, capture: Capture, index: int, colour: bool = False) -> DepthFrame:
-        """A whole frame."""
+        """Render a complete frame: measured depth, and the colour image if requested."""
         rendering = self.render(capture)
         picture = self.render_rgb(capture, rendering) if colour else None
         return DepthFrame(index, self.measure(rendering, index), picture)
 
 
 class DepthCameraWorker:
-    """Renders in a thread of its own while the simulation goes on.
+    """Renders frames in a worker thread while the simulation goes on.
 
-    A frame is started at the instant of its capture and fetched at the instant of its delivery; the result
-    depends on the capture and the frame's number alone, never on how fast the thread was.
+    A frame is started at the time of its capture and fetched at the time of its delivery; the result depends
+    only on the capture and the frame number, never on the speed of the thread.
     """
 
     def __init__(self, renderer: DepthRenderer) -> None:
@@ -98,17 +102,17 @@ class DepthCameraWorker:
         self._started: list[Future[DepthFrame]] = []
 
     def start(self, capture: Capture, index: int, colour: bool = False) -> None:
-        """Begin frame `index`; several may be under way."""
+        """Start rendering frame `index`; several frames may be pending."""
         self._started.append(self._pool.submit(self._renderer.frame, capture, index, colour))
 
     def result(self) -> DepthFrame:
-        """The oldest frame not fetched yet, waiting for it; RuntimeError when none has been started."""
+        """Return the oldest pending frame, waiting for it. Raises RuntimeError if none was started."""
         if not self._started:
             raise RuntimeError("no frame has been started")
         return self._started.pop(0).result()
 
     def close(self) -> None:
-        """End the thread; frames not fetched are lost."""
+        """Stop the thread; pending frames are lost."""
         self._pool.shutdown(cancel_futures=True)
 
 
@@ -116,27 +120,31 @@ class DepthCameraWorker:
 def spoil(
     depth: NDArray[np.float32],
     noise: NDArray[np.float32],
-    luck: NDArray[np.float32],
+    dropout_draw: NDArray[np.float32],
     sigma: float,
-    jump: float,
-    limits: tuple[float, float],
+    max_jump: float,
+    range_limits: tuple[float, float],
     out: NDArray[np.float32],
 ) -> None:
-    """Range limits, noise `sigma * z^2`, and dropouts where depth changes by more than `jump` per pixel.
+    """Apply range limits, noise `sigma * z^2`, and dropouts where depth jumps by more than `max_jump` per
+    pixel.
 
     Only neighbours in the same row count: projector and lens of a structured-light camera lie side by side,
-    so shadows fall sideways. noise: standard normal, luck: uniform in 0..1, both (h, w), or both empty for a
-    perfect camera.
+    so shadows fall sideways. depth, out: (h, w) metres. noise: standard normal, dropout_draw: uniform in
+    0..1, both (h, w), or both empty for a perfect camera.
     """
     rows, columns = depth.shape
-    real = noise.size > 0
+    noisy = noise.size > 0
     for v in range(rows):
         for u in range(columns):
             z = depth[v, u]
-            if real and luck[v, u] < DROPOUT:
+            # Dropout: with probability DROPOUT no depth at occlusion edges and grazing surfaces.
+            if noisy and dropout_draw[v, u] < DROPOUT:
                 left, right = depth[v, max(u - 1, 0)], depth[v, min(u + 1, columns - 1)]
-                if max(abs(left - z), abs(right - z)) > jump * z:
+                if max(abs(left - z), abs(right - z)) > max_jump * z:
                     z = np.float32(np.nan)
-            if real:
+            # Noise of structured light: sigma z^2.
+            if noisy:
                 z += np.float32(sigma) * z * z * noise[v, u]
-            out[v, u] = z if limits[0] <= z <= limits[1] else np.nan
+            # Range limits.
+            out[v, u] = z if range_limits[0] <= z <= range_limits[1] else np.nan

@@ -1,7 +1,7 @@
-"""Kernels that draw solids into a depth image: exact intersection of each pixel's ray, nearest solid wins.
+"""Kernels that render solids into a depth image: exact ray intersection per pixel, nearest solid wins.
 
-Rays are scaled so that their third component in the optical frame (z forward, x right, y down) is 1: then a
-ray's parameter is the depth along the optical axis. Solids are drawn front to back, each only within the
+Rays are scaled so that their third component in the optical frame (z forward, x right, y down) is 1: then the
+ray parameter is the depth along the optical axis. Solids are drawn front to back, each only within the
 rectangle of pixels that it can cover (z-buffer: Foley et al., Computer Graphics, 15.4; slabs: Kay & Kajiya,
 Ray tracing complex scenes, 1986).
 """
@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from chefbot.sim.world.shapes import BOX, CAPSULE, CYLINDER
 
 NEAR = 0.01
-"""Metres before the lens at which the world begins."""
+"""Distance of the near plane from the lens, metres."""
 NOTHING, FLOOR = -1, -2
-"""What an image of shape numbers holds where no solid is seen."""
+"""Values of an image of shape indices where no solid is seen."""
 
 Floats = NDArray[np.float64]
 Depths = NDArray[np.float32]
@@ -38,55 +38,63 @@ def draw(
     depth: Depths,
     number: Numbers,
 ) -> None:
-    """Fill depth (h, w) with metres along the optical axis, inf for nothing, and number (h, w) with indices.
+    """Render a depth image and an image of shape indices.
 
-    rotation: (3, 3) from the optical frame to the world; focal in pixels, axis through the middle.
+    kind (n,), centre (n, 3), half (n, 3), yaw (n,): the solids as in ShapeArrays. position (3,) and rotation
+    (3, 3) of the optical frame in the world. focal: focal length in pixels, optical axis through the middle
+    of the image.
+    depth: (h, w) metres along the optical axis, inf for nothing. number: (h, w) shape indices, FLOOR or
+    NOTHING.
     """
+    # Background: floor plane and sky.
     draw_floor(position, rotation, focal, depth, number)
     count = len(kind)
+    # Per solid: window of pixels (u0, u1, v0, v1) and nearest depth.
     frame = np.empty((count, 5))
     for i in range(count):
         outline(kind[i], centre[i], half[i], yaw[i], position, rotation, focal, depth.shape, frame[i])
+    # Draw nearest first, so that most pixels fail the depth test early.
     order = np.empty(count, np.int64)
     for n in range(front_to_back(frame, order)):
         i = order[n]
-        eye, ray = local_rays(centre[i], yaw[i], position, rotation)
+        eye, ray = to_solid_frame(centre[i], yaw[i], position, rotation)
         u0, u1, v0, v1 = int(frame[i, 0]), int(frame[i, 1]), int(frame[i, 2]), int(frame[i, 3])
         window = (u0, u1, v0, v1)
         if kind[i] == BOX:
             draw_box(i, half[i], eye, ray, focal, window, frame[i, 4], depth, number)
         else:
-            draw_round(i, kind[i], half[i], eye, ray, focal, window, frame[i, 4], depth, number)
+            draw_cylinder_or_capsule(i, kind[i], half[i], eye, ray, focal, window, frame[i, 4], depth, number)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def front_to_back(frame: Floats, order: NDArray[np.int64]) -> int:
-    """Into order the numbers of the solids in view, nearest first; how many they are.
+    """Write the indices of the visible solids into `order`, nearest first; return how many there are.
 
-    By insertion: few are in view, and `np.argsort` takes seconds to compile.
+    Insertion sort: few solids are visible, and `np.argsort` takes seconds to compile.
     """
-    seen = 0
+    count = 0
     for i in range(len(frame)):
         if frame[i, 4] < np.inf:
-            at = seen
-            while at > 0 and frame[order[at - 1], 4] > frame[i, 4]:
-                order[at] = order[at - 1]
-                at -= 1
-            order[at] = i
-            seen += 1
-    return seen
+            slot = count
+            while slot > 0 and frame[order[slot - 1], 4] > frame[i, 4]:
+                order[slot] = order[slot - 1]
+                slot -= 1
+            order[slot] = i
+            count += 1
+    return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_floor(position: Floats, rotation: Floats, focal: float, depth: Depths, number: Numbers) -> None:
-    """Start the image: the plane z = 0 below the horizon, nothing above it."""
+    """Initialize the image: the plane z = 0 below the horizon, nothing above it."""
     rows, columns = depth.shape
     for v in range(rows):
         y = (v - 0.5 * (rows - 1)) / focal
         for u in range(columns):
             x = (u - 0.5 * (columns - 1)) / focal
-            down = rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2]
-            t = -position[2] / down
+            # Third component of the world ray: z(t) = p_z + t slope = 0 at the floor.
+            slope = rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2]
+            t = -position[2] / slope
             if t > NEAR:
                 depth[v, u], number[v, u] = t, FLOOR
             else:
@@ -94,9 +102,10 @@ def draw_floor(position: Floats, rotation: Floats, focal: float, depth: Depths, 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def local_rays(centre: Floats, yaw: float, position: Floats, rotation: Floats) -> tuple[Floats, Floats]:
-    """The camera in the frame of a solid: its place (3,) and its rotation (3, 3)."""
+def to_solid_frame(centre: Floats, yaw: float, position: Floats, rotation: Floats) -> tuple[Floats, Floats]:
+    """Return the camera in the frame of a solid: position (3,) and rotation (3, 3)."""
     c, s = math.cos(yaw), math.sin(yaw)
+    # eye = Rz(yaw)^T (p - c), ray = Rz(yaw)^T R.
     dx, dy = position[0] - centre[0], position[1] - centre[1]
     eye, ray = np.empty(3), np.empty((3, 3))
     eye[0], eye[1], eye[2] = c * dx + s * dy, -s * dx + c * dy, position[2] - centre[2]
@@ -119,17 +128,20 @@ def outline(
     size: tuple[int, int],
     out: Floats,
 ) -> None:
-    """Into out: columns u0..u1 and rows v0..v1 (ends left out) that the solid's box can cover, nearest depth.
+    """Write the pixel window u0, u1, v0, v1 (ends exclusive) of a solid's box and its nearest depth into out
+    (5,).
 
-    A solid that cannot be seen gets the depth inf. Edges that cross the near plane are cut there.
+    A solid that is not visible gets the depth inf. Edges that cross the near plane are clipped there.
     """
-    corner = corners(kind, centre, half, yaw, position, rotation)
+    corner = box_corners(kind, centre, half, yaw, position, rotation)
     u0, u1, v0, v1, near = np.inf, -np.inf, np.inf, -np.inf, np.inf
     for i in range(8):
+        # Project corners in front of the near plane: u = x / z, v = y / z.
         if corner[i, 2] >= NEAR:
             u, v = corner[i, 0] / corner[i, 2], corner[i, 1] / corner[i, 2]
             u0, u1, v0, v1 = min(u0, u), max(u1, u), min(v0, v), max(v1, v)
             near = min(near, corner[i, 2])
+        # Clip the three edges from this corner at the near plane.
         for bit in (1, 2, 4):
             j = i ^ bit
             if corner[i, 2] < NEAR < corner[j, 2]:
@@ -137,40 +149,43 @@ def outline(
                 u = (corner[i, 0] + t * (corner[j, 0] - corner[i, 0])) / NEAR
                 v = (corner[i, 1] + t * (corner[j, 1] - corner[i, 1])) / NEAR
                 u0, u1, v0, v1, near = min(u0, u), max(u1, u), min(v0, v), max(v1, v), NEAR
-    pixels(u0, u1, v0, v1, near, focal, size, out)
+    pixel_window(u0, u1, v0, v1, near, focal, size, out)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def corners(
+def box_corners(
     kind: int, centre: Floats, half: Floats, yaw: float, position: Floats, rotation: Floats
 ) -> Floats:
-    """(8, 3) corners of the solid's box in the optical frame; those that differ in one bit share an edge."""
+    """Return the (8, 3) corners of a solid's box in the optical frame; one differing bit marks an edge."""
     c, s = math.cos(yaw), math.sin(yaw)
     top = half[2] + half[0] if kind == CAPSULE else half[2]
     corner = np.empty((8, 3))
     for i in range(8):
+        # Corner i has the sign of bit 0 along x, bit 1 along y, bit 2 along z.
         x = half[0] if i & 1 else -half[0]
         y = half[1] if i & 2 else -half[1]
         z = top if i & 4 else -top
+        # Solid frame to world, relative to the camera.
         wx = centre[0] + c * x - s * y - position[0]
         wy = centre[1] + s * x + c * y - position[1]
         wz = centre[2] + z - position[2]
+        # World to optical frame: R^T w.
         for j in range(3):
             corner[i, j] = rotation[0, j] * wx + rotation[1, j] * wy + rotation[2, j] * wz
     return corner
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def pixels(
+def pixel_window(
     u0: float, u1: float, v0: float, v1: float, near: float, focal: float, size: tuple[int, int], out: Floats
 ) -> None:
-    """Tangents to whole pixels within the image, one more on every side; depth inf when none is left."""
+    """Write the window of whole pixels for bounds in tangents, one pixel wider; depth inf if it is empty."""
     rows, columns = size
     out[4] = np.inf
     if near == np.inf:
         return
     middle_u, middle_v = 0.5 * (columns - 1), 0.5 * (rows - 1)
-    # Bounds in floats first: a tangent close to the near plane is beyond every integer.
+    # Clamp as floats: a tangent close to the near plane exceeds every integer.
     out[0] = max(0.0, math.floor(focal * u0 + middle_u))
     out[1] = min(float(columns), math.ceil(focal * u1 + middle_u) + 1.0)
     out[2] = max(0.0, math.floor(focal * v0 + middle_v))
@@ -191,10 +206,11 @@ def draw_box(
     depth: Depths,
     number: Numbers,
 ) -> None:
-    """One box: the ray enters where it has entered all three pairs of planes, if it has left none before."""
+    """Render one box by the slab method: the ray is inside between the last entry and the first exit."""
     rows, columns = depth.shape
-    low0, low1, low2 = -half[0] - eye[0], -half[1] - eye[1], -half[2] - eye[2]
-    high0, high1, high2 = half[0] - eye[0], half[1] - eye[1], half[2] - eye[2]
+    # Slab planes relative to the eye, in the box frame.
+    min0, min1, min2 = -half[0] - eye[0], -half[1] - eye[1], -half[2] - eye[2]
+    max0, max1, max2 = half[0] - eye[0], half[1] - eye[1], half[2] - eye[2]
     r00, r10, r20 = ray[0, 0], ray[1, 0], ray[2, 0]
     for v in range(window[2], window[3]):
         y = (v - 0.5 * (rows - 1)) / focal
@@ -203,19 +219,21 @@ def draw_box(
             if depth[v, u] <= nearest:
                 continue
             x = (u - 0.5 * (columns - 1)) / focal
+            # Inverse ray direction, then entry and exit of the three slabs (Kay & Kajiya).
             i0, i1, i2 = 1.0 / (r00 * x + b0), 1.0 / (r10 * x + b1), 1.0 / (r20 * x + b2)
-            p, q = low0 * i0, high0 * i0
-            enter, leave = min(p, q), max(p, q)
-            p, q = low1 * i1, high1 * i1
-            enter, leave = max(enter, min(p, q)), min(leave, max(p, q))
-            p, q = low2 * i2, high2 * i2
-            enter, leave = max(enter, min(p, q)), min(leave, max(p, q))
-            if NEAR < enter <= leave and enter < depth[v, u]:
-                depth[v, u], number[v, u] = enter, index
+            t0, t1 = min0 * i0, max0 * i0
+            t_enter, t_exit = min(t0, t1), max(t0, t1)
+            t0, t1 = min1 * i1, max1 * i1
+            t_enter, t_exit = max(t_enter, min(t0, t1)), min(t_exit, max(t0, t1))
+            t0, t1 = min2 * i2, max2 * i2
+            t_enter, t_exit = max(t_enter, min(t0, t1)), min(t_exit, max(t0, t1))
+            # Hit in front of everything drawn so far.
+            if NEAR < t_enter <= t_exit and t_enter < depth[v, u]:
+                depth[v, u], number[v, u] = t_enter, index
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_round(
+def draw_cylinder_or_capsule(
     index: int,
     kind: int,
     half: Floats,
@@ -227,7 +245,7 @@ def draw_round(
     depth: Depths,
     number: Numbers,
 ) -> None:
-    """One cylinder or capsule."""
+    """Render one cylinder or capsule."""
     rows, columns = depth.shape
     for v in range(window[2], window[3]):
         y = (v - 0.5 * (rows - 1)) / focal
@@ -235,35 +253,38 @@ def draw_round(
             if depth[v, u] <= nearest:
                 continue
             x = (u - 0.5 * (columns - 1)) / focal
+            # Ray direction in the frame of the solid.
             dx = ray[0, 0] * x + ray[0, 1] * y + ray[0, 2]
             dy = ray[1, 0] * x + ray[1, 1] * y + ray[1, 2]
             dz = ray[2, 0] * x + ray[2, 1] * y + ray[2, 2]
             if kind == CYLINDER:
-                t = meet_cylinder(half[0], half[2], eye, dx, dy, dz)
+                t = intersect_cylinder(half[0], half[2], eye, dx, dy, dz)
             else:
-                t = meet_capsule(half[0], half[2], eye, dx, dy, dz)
+                t = intersect_capsule(half[0], half[2], eye, dx, dy, dz)
             if NEAR < t < depth[v, u]:
                 depth[v, u], number[v, u] = t, index
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def meet_mantle(radius: float, length: float, eye: Floats, dx: float, dy: float, dz: float) -> float:
-    """Ray parameter where it enters the curved side of an upright cylinder, half length `length`; or inf."""
+def intersect_tube(radius: float, length: float, eye: Floats, dx: float, dy: float, dz: float) -> float:
+    """Return the ray parameter at the entry into an upright tube of half length `length`, or inf."""
+    # Quadratic a t^2 + 2 b t + c = 0 of |eye_xy + t d_xy| = radius; smaller root.
     a = dx * dx + dy * dy
     b = eye[0] * dx + eye[1] * dy
-    root = b * b - a * (eye[0] * eye[0] + eye[1] * eye[1] - radius * radius)
-    if root < 0.0 or a == 0.0:
+    discriminant = b * b - a * (eye[0] * eye[0] + eye[1] * eye[1] - radius * radius)
+    if discriminant < 0.0 or a == 0.0:
         return np.inf
-    t = (-b - math.sqrt(root)) / a
+    t = (-b - math.sqrt(discriminant)) / a
     return t if t > NEAR and abs(eye[2] + t * dz) <= length else np.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def meet_cylinder(radius: float, length: float, eye: Floats, dx: float, dy: float, dz: float) -> float:
-    """Ray parameter where it enters the cylinder through its side or the cap that faces the eye, or inf."""
-    t = meet_mantle(radius, length, eye, dx, dy, dz)
+def intersect_cylinder(radius: float, length: float, eye: Floats, dx: float, dy: float, dz: float) -> float:
+    """Return the ray parameter at the entry into a cylinder's side or the cap facing the eye, or inf."""
+    t = intersect_tube(radius, length, eye, dx, dy, dz)
     if t < np.inf or abs(eye[2]) <= length:
         return t
+    # Otherwise intersect the plane of the cap that faces the eye.
     cap = length if eye[2] > 0.0 else -length
     t = (cap - eye[2]) / dz
     x, y = eye[0] + t * dx, eye[1] + t * dy
@@ -271,16 +292,17 @@ def meet_cylinder(radius: float, length: float, eye: Floats, dx: float, dy: floa
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def meet_capsule(radius: float, length: float, eye: Floats, dx: float, dy: float, dz: float) -> float:
-    """Ray parameter where it enters the capsule: its side, or the sphere at either end; or inf."""
-    t = meet_mantle(radius, length, eye, dx, dy, dz)
+def intersect_capsule(radius: float, length: float, eye: Floats, dx: float, dy: float, dz: float) -> float:
+    """Return the ray parameter at the entry into a capsule's side or either end sphere, or inf."""
+    t = intersect_tube(radius, length, eye, dx, dy, dz)
     a = dx * dx + dy * dy + dz * dz
-    for end in (-length, length):
-        z = eye[2] - end
+    for sphere_z in (-length, length):
+        z = eye[2] - sphere_z
+        # Ray-sphere quadratic about this end; smaller root.
         b = eye[0] * dx + eye[1] * dy + z * dz
-        root = b * b - a * (eye[0] * eye[0] + eye[1] * eye[1] + z * z - radius * radius)
-        if root >= 0.0:
-            enter = (-b - math.sqrt(root)) / a
-            if NEAR < enter < t:
-                t = enter
+        discriminant = b * b - a * (eye[0] * eye[0] + eye[1] * eye[1] + z * z - radius * radius)
+        if discriminant >= 0.0:
+            t_enter = (-b - math.sqrt(discriminant)) / a
+            if NEAR < t_enter < t:
+                t = t_enter
     return t

@@ -1,4 +1,4 @@
-"""The simulated robot as a device: the same messages as the built one."""
+"""The simulated robot as a device: it publishes the same messages as the real one."""
 
 from __future__ import annotations
 
@@ -34,25 +34,25 @@ from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.load import is_own_map, load_any_world
 
 BOARD_HZ = 50
-"""The computer talks with the board so often; the rate of camera and lidar is rounded to a part of it."""
+"""Rate of data exchange with the board; camera and lidar rates are rounded to a divisor of it."""
 TRUTH_HZ = 10
 HEALTH_HZ = 1
 CAMERA_LATENCY_NS = 50_001_000
-"""From exposure to delivery. The odd microsecond gives a frame an instant of its own: a log without pictures,
-in which the scan speaks in their place, then has the same order."""
+"""Time from exposure to delivery. The odd microsecond gives a frame a delivery time of its own, so that a log
+without images, in which the scan takes their place, has the same order."""
 BOX = (0.4, 0.4, 0.5)
-"""Sides in metres of a box that somebody drops."""
+"""Side lengths of a dropped box, metres."""
 
 FAULTS = {
     "perfect": "without a robot's faults",
     "real": "with a real robot's faults",
     "assembled": "with the faults of a robot that was never calibrated",
 }
-"""Profile to words."""
+"""Profile to its description in the announcement."""
 
 
 class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Which world, how perfect."""
+    """Parameters of the simulator: world, start pose, imperfection profile and pedestrians."""
 
     world: Annotated[
         str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")
@@ -84,12 +84,13 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
 
 class SimulatorDevice(BoardNode):
-    """Physics, board and sensors. `ground_truth` is for scoring and the ghost on the page; no node reads it.
+    """Device node that runs physics, motor board and sensors.
 
-    Wheels, IMU, ultrasonic ranger and battery are on the motor board, and all of theirs goes as bytes through its
-    firmware and the driver's half of the line, at the firmware's rates.
-    The frame `map` of the truth begins where the robot stands at the start, as a mapper's does; where the world is
-    made of the very map that localization uses, it is that map's.
+    `ground_truth` is for scoring and for display in the web UI; no node uses it. Wheels, IMU, ultrasonic
+    ranger and battery are connected to the motor board: their data pass as bytes through its firmware and the
+    driver's half of the serial link, at the firmware's rates. The frame `map` of the ground truth begins
+    where the robot starts, as that of a mapper does; if the world is made of the very map that localization
+    uses, it is the frame of that map.
     """
 
     live_params = ("picture_hz",)
@@ -107,28 +108,30 @@ class SimulatorDevice(BoardNode):
     remark: Out[String] = topic("simulation/remark")
 
     def start(self) -> None:
-        """Build the world; physics time begins now."""
+        """Build the world and start the physics at the present time."""
         world = load_any_world(self.params.world, self.robot, self.params.start)
         people = None if self.params.people < 0 else self.params.people
         seed = int(self.context.rng().integers(2**31))
         self.simulation = Simulation(self.robot, world, self.params.profile, seed, people=people)
         self._board = Board(self.robot, self.simulation, self.now_ns)
-        localizes_on = self.params.map
-        own = localizes_on is not None and is_own_map(self.params.world, localizes_on)
-        self._origin = IDENTITY if own else self.simulation.truth().pose
-        self._pressed = False
+        localization_map = self.params.map
+        uses_own_map = localization_map is not None and is_own_map(self.params.world, localization_map)
+        self._origin = IDENTITY if uses_own_map else self.simulation.truth().pose
+        self._estop_pressed = False
         self._tick = 0
         self._frames = 0
         self._collisions = 0
-        self._remarks: list[str] = []
+        self._pending_remarks: list[str] = []
         rng = self.context.rng().spawn(1)[0]
-        self._lidar_line = faulty_lidar(self.scan.publish, rng)
-        self._camera_line = faulty_camera(self.depth.publish, rng)
+        self._lidar_output = faulty_lidar(self.scan.publish, rng)
+        self._camera_output = faulty_camera(self.depth.publish, rng)
         self._start_camera(seed)
         if self.robot.sensors.lidar is None:
             self.scan.withdraw()
-        names = f"robot {self.robot.name} in world {world.name}, {FAULTS[self.params.profile]}"
-        self.announcement = f"Simulated {names}; physics by MuJoCo, camera by rays on the CPU (needs no GL)."
+        description = f"robot {self.robot.name} in world {world.name}, {FAULTS[self.params.profile]}"
+        self.announcement = (
+            f"Simulated {description}; physics by MuJoCo, camera by rays on the CPU (needs no GL)."
+        )
         if world.start_note:
             x, y, yaw = world.start
             self.announcement += f" It starts at [{x:.2f}, {y:.2f}, {yaw:.2f}], {world.start_note}."
@@ -143,71 +146,71 @@ class SimulatorDevice(BoardNode):
                 port.withdraw()
 
     def stop(self) -> None:
-        """End the camera's thread."""
+        """Stop the device and the camera's thread."""
         super().stop()
         if self._camera is not None:
             self._camera.close()
 
-    # -- what the world is told
+    # -- commands to the world
 
     def on_wheel_speeds(self, command: WheelSpeeds) -> None:
-        """The board holds these until the next, or its watchdog."""
+        """Send the wheel speeds to the board, which holds them until the next command or its watchdog."""
         self._board.command(command.left, command.right)
 
     def on_emergency_stop(self, pressed: Bool) -> None:
-        """Pressed: the board stops by itself. Released: it may drive again, after a new command."""
+        """Stop the board when pressed; when released, let it drive again after a new command."""
         if pressed.data:
             self._board.stop()
-        elif self._pressed:
+        elif self._estop_pressed:
             self._board.clear()
-        self._pressed = pressed.data
+        self._estop_pressed = pressed.data
 
-    def on_drop_box(self, at: PoseStamped) -> None:
-        """Somebody puts a box down."""
-        place = self._origin @ at.pose.se2
-        self._try(lambda: self.simulation.drop_box(place.x, place.y, BOX))
+    def on_drop_box(self, pose: PoseStamped) -> None:
+        """Drop a box at the requested pose."""
+        world_pose = self._origin @ pose.pose.se2
+        self._attempt(lambda: self.simulation.drop_box(world_pose.x, world_pose.y, BOX))
 
-    def on_kidnap(self, to: PoseStamped) -> None:
-        """Somebody carries the robot away."""
-        self._try(lambda: self.simulation.kidnap(self._origin @ to.pose.se2))
+    def on_kidnap(self, pose: PoseStamped) -> None:
+        """Move the robot to the requested pose (kidnapped robot)."""
+        self._attempt(lambda: self.simulation.kidnap(self._origin @ pose.pose.se2))
 
-    def on_door(self, wish: String) -> None:
-        """'open NAME' or 'close NAME'."""
-        verb, _, name = wish.data.partition(" ")
-        self._try(lambda: self.simulation.set_door(name, 1.0 if verb == "open" else 0.0))
+    def on_door(self, request: String) -> None:
+        """Open or close a door: 'open NAME' or 'close NAME'."""
+        verb, _, name = request.data.partition(" ")
+        self._attempt(lambda: self.simulation.set_door(name, 1.0 if verb == "open" else 0.0))
 
-    def on_sensor_fault(self, wish: String) -> None:
-        """'FAULT scan' or 'FAULT depth', such as 'freeze scan'; the fault 'none' ends it. See sim.faults."""
-        fault, _, sensor = wish.data.partition(" ")
-        self._try(lambda: self._break(fault, sensor))
+    def on_sensor_fault(self, request: String) -> None:
+        """Inject a fault of sim.faults: 'FAULT scan' or 'FAULT depth', e.g. 'freeze scan'; 'none' ends it."""
+        fault, _, sensor = request.data.partition(" ")
+        self._attempt(lambda: self._set_fault(fault, sensor))
 
-    def _break(self, fault: str, sensor: str) -> None:
-        lines: dict[str, FaultySensor[LaserScan] | FaultySensor[Image]]
-        lines = {"scan": self._lidar_line, "depth": self._camera_line}
-        if sensor not in lines:
+    def _set_fault(self, fault: str, sensor: str) -> None:
+        outputs: dict[str, FaultySensor[LaserScan] | FaultySensor[Image]]
+        outputs = {"scan": self._lidar_output, "depth": self._camera_output}
+        if sensor not in outputs:
             raise UserError(f"There is no sensor {sensor!r} to break; it must be scan or depth")
-        lines[sensor].fault = fault_named(fault)
+        outputs[sensor].fault = fault_named(fault)
 
-    def _try(self, action: Callable[[], object]) -> None:
-        """What cannot be done is told at the next tick; a device speaks in its own time only."""
+    def _attempt(self, action: Callable[[], object]) -> None:
+        """Run an action and keep its error for the next tick: a device publishes only at its own times."""
         try:
             action()
         except UserError as error:
-            self._remarks.append(str(error))
+            self._pending_remarks.append(str(error))
 
-    # -- what the robot senses
+    # -- sensors
 
     @every(hz=BOARD_HZ)
     def advance(self) -> None:
-        """Physics up to now, what the board told, then all other sensors that are due."""
+        """Run physics and board up to the present time, then publish all other sensors that are due."""
         for message in self._board.run_until(self.now_ns):
             self.publish_sensed(message)
         self._tick += 1
         sensors = self.robot.sensors
         if sensors.lidar is not None and self._due(sensors.lidar.rate):
-            self._lidar_line.send(self._laser_scan(sensors.lidar), self.now_ns)
+            self._lidar_output.send(self._laser_scan(sensors.lidar), self.now_ns)
         if sensors.depth_camera is not None and self._due(sensors.depth_camera.rate):
-            self._expose()
+            self._start_frame()
         if self._due(HEALTH_HZ):
             status = self._board.link.report("simulated", self.now_ns)
             self.diagnostics.publish(DiagnosticArray(self._header("base_link"), (status,)))
@@ -238,29 +241,29 @@ class SimulatorDevice(BoardNode):
         self.ground_truth.publish(Odometry(self._header("map"), "base_link", pose, twist))
 
     def _publish_collisions(self) -> None:
-        for sentence in self._remarks:
-            self.remark.publish(String(sentence))
-        self._remarks.clear()
+        for remark in self._pending_remarks:
+            self.remark.publish(String(remark))
+        self._pending_remarks.clear()
         collisions = self.simulation.collisions()
         if collisions.episodes > self._collisions:
             self._collisions = collisions.episodes
-            touched = ", ".join(self.simulation.touching) or collisions.names[-1]
-            self.collision.publish(Collision(self._header("map"), touched, collisions.episodes))
+            names = ", ".join(self.simulation.touching) or collisions.names[-1]
+            self.collision.publish(Collision(self._header("map"), names, collisions.episodes))
 
     # -- camera
 
-    def _expose(self) -> None:
-        """The frame is made in the camera's thread while the loop goes on, and handed over at its time."""
+    def _start_frame(self) -> None:
+        """Start rendering a frame in the camera's thread and schedule its delivery."""
         assert self._camera is not None
-        wanted = self.params.picture_hz
-        coloured = wanted > 0 and self._due(wanted)
-        self._camera.start(self.simulation.capture(), self._frames, coloured)
+        picture_rate = self.params.picture_hz
+        with_colour = picture_rate > 0 and self._due(picture_rate)
+        self._camera.start(self.simulation.capture(), self._frames, with_colour)
         self._frames += 1
         header = self._header("camera_depth_optical_frame")
-        self.at(self.now_ns + CAMERA_LATENCY_NS, lambda: self._deliver(header))
+        self.at(self.now_ns + CAMERA_LATENCY_NS, lambda: self._publish_frame(header))
 
     def _camera_info(self, header: Header) -> CameraInfo:
-        """The ideal pinhole that the robot's file describes."""
+        """Return the intrinsics of the ideal pinhole camera that the robot file describes."""
         camera = self.robot.sensors.depth_camera
         assert camera is not None
         f, cx, cy = camera.focal_length_px, (camera.width - 1) / 2.0, (camera.height - 1) / 2.0
@@ -269,10 +272,10 @@ class SimulatorDevice(BoardNode):
         r = np.eye(3).reshape(9)
         return CameraInfo(header, camera.height, camera.width, d=np.zeros(5), k=k, r=r, p=p)
 
-    def _deliver(self, header: Header) -> None:
+    def _publish_frame(self, header: Header) -> None:
         assert self._camera is not None
         frame = self._camera.result()
-        self._camera_line.send(Image.of(header, "32FC1", frame.depth), self.now_ns)
+        self._camera_output.send(Image.of(header, "32FC1", frame.depth), self.now_ns)
         self.camera_info.publish(self._camera_info(header))
         if frame.colour is not None:
             self.picture.publish(Image.of(header, "rgb8", frame.colour))

@@ -1,4 +1,4 @@
-"""Faults of a simulated sensor, at its topic: what a broken cable, driver or clock makes of good messages."""
+"""Sensor faults injected at the topic of a simulated sensor: what a broken cable, driver or clock does."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ from chefbot.errors import UserError
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 
 Fault = Literal["none", "stop", "freeze", "late", "noise", "half_blind"]
-"""Nothing comes; the same data with new stamps; good data LATE_NS after their stamp; ranges that are off by
-NOISE_SHARE; no measurement (NaN) in the front half of a scan or the left half of a picture."""
+"""Sensor faults: `stop`, no messages; `freeze`, the same data with new stamps; `late`, good data LATE_NS
+after their stamp; `noise`, ranges off by NOISE_SHARE; `half_blind`, no measurement (NaN) in the front half of
+a scan or the left half of an image."""
 LATE_NS = 1_000_000_000
 NOISE_SHARE = 0.3
-"""Standard deviation of the fault `noise`, a share of the range."""
+"""Standard deviation of the fault `noise`, as a share of the range."""
 M = TypeVar("M", LaserScan, Image)
 Ranges = NDArray[np.float32]
 
 
 def fault_named(name: str) -> Fault:
-    """UserError for a name that is no fault."""
+    """Return the fault of a given name. Raises UserError if there is none."""
     for fault in get_args(Fault):
         if name == fault:
             return fault
@@ -33,10 +34,11 @@ def fault_named(name: str) -> Fault:
 
 
 class FaultySensor(Generic[M]):
-    """Stands between a simulated sensor and its topic; without a fault it publishes what it is given.
+    """A fault injector between a simulated sensor and its topic; without a fault it publishes messages
+    unchanged.
 
-    ranges, changed: read a message's ranges in metres, and make the message with others. front: which of them the
-    fault `half_blind` takes away, by their index.
+    ranges: returns a message's ranges in metres. changed: returns a copy of the message with other ranges.
+    front: returns the mask of the ranges that the fault `half_blind` removes.
     """
 
     def __init__(
@@ -54,22 +56,24 @@ class FaultySensor(Generic[M]):
         self._rng = rng
         self.fault: Fault = "none"
         self._frozen: Ranges | None = None
-        self._waiting: deque[M] = deque()
+        self._delayed: deque[M] = deque()
 
     def send(self, message: M, now_ns: int) -> None:
-        """One good message, at the time at which the sensor delivers it."""
+        """Publish one sensor message, with the active fault applied, at the time of its delivery."""
         if self.fault == "late":
-            self._waiting.append(message)
-            while self._waiting and now_ns - self._waiting[0].header.stamp.ns >= LATE_NS:
-                self._publish(self._waiting.popleft())
+            self._delayed.append(message)
+            while self._delayed and now_ns - self._delayed[0].header.stamp.ns >= LATE_NS:
+                self._publish(self._delayed.popleft())
             return
-        self._waiting.clear()
+        self._delayed.clear()
         if self.fault != "freeze" or self._frozen is None:
             self._frozen = self._ranges(message)
         if self.fault != "stop":
-            self._publish(message if self.fault == "none" else self._changed(message, self._spoilt(message)))
+            self._publish(
+                message if self.fault == "none" else self._changed(message, self._faulty_ranges(message))
+            )
 
-    def _spoilt(self, message: M) -> Ranges:
+    def _faulty_ranges(self, message: M) -> Ranges:
         ranges = self._ranges(message)
         if self.fault == "freeze":
             assert self._frozen is not None
@@ -81,7 +85,7 @@ class FaultySensor(Generic[M]):
 
 
 def faulty_lidar(publish: Callable[[LaserScan], None], rng: Generator) -> FaultySensor[LaserScan]:
-    """For scans: the front half is within 90 degrees of straight ahead."""
+    """Return a fault injector for scans; the front half is within 90 degrees of straight ahead."""
     return FaultySensor(
         publish,
         lambda scan: scan.ranges,
@@ -92,7 +96,7 @@ def faulty_lidar(publish: Callable[[LaserScan], None], rng: Generator) -> Faulty
 
 
 def faulty_camera(publish: Callable[[Image], None], rng: Generator) -> FaultySensor[Image]:
-    """For depth images of float32 metres."""
+    """Return a fault injector for depth images of float32 metres."""
     return FaultySensor(
         publish,
         lambda image: image.data.view(np.float32).reshape(image.height, image.width),

@@ -1,4 +1,5 @@
-"""The motor board's firmware, compiled for this computer: its C interface (firmware/ports/host/chefbot_board.h)."""
+"""The motor board's firmware compiled for this computer (C interface:
+firmware/ports/host/chefbot_board.h)."""
 
 from __future__ import annotations
 
@@ -21,16 +22,16 @@ from chefbot.robot.spec import GRAVITY, Robot
 
 LIBRARY = Path(__file__).parent / "_firmware" / "libchefbot_board.so"
 BUILDER = Path(__file__).parents[3] / "firmware" / "ports" / "host" / "build.py"
-"""Only a checkout has it; there the firmware may be newer than the library."""
+"""Build script, present only in a checkout, where the firmware may be newer than the library."""
 CONTROL_NS = 1_000_000_000 // CONTROL_HZ
 DUTY_FULL = 1000
 NO_ECHO = 0
 LEFT, RIGHT = 0, 1
-_ROOM = 65536
+_BUFFER_SIZE = 65536
 
 
 class FirmwareState(ctypes.Structure):
-    """What the board puts out now; fields as in the header."""
+    """Present outputs of the board; fields as in the C header."""
 
     _fields_ = (
         ("time_us", c_uint64),
@@ -48,10 +49,10 @@ class FirmwareState(ctypes.Structure):
 
 
 class Firmware:
-    """One board. Its time moves by `step` only; `state` and `imu` are its memory, looked at and written in place."""
+    """One board, whose time advances only by `step`; `state` and `imu` are its memory, accessed in place."""
 
     def __init__(self, robot: Robot) -> None:
-        """Made for the robot as drawn, switched on."""
+        """Create a powered-on board configured for the robot as drawn."""
         self._library = library()
         values = _constants(robot)
         self._board = self._library.chefbot_board_create(values, len(values))
@@ -61,17 +62,20 @@ class Firmware:
             )
         self._imu = (c_int16 * 7)()
         self.imu: NDArray[np.int16] = np.ctypeslib.as_array(self._imu)
-        """The IMU's registers from the next `step` on: ax ay az temperature gx gy gz; see `imu_scale`."""
+        """IMU registers read by the next `step`: ax ay az temperature gx gy gz; see `imu_scale`."""
         self.state = FirmwareState()
-        """After the last `step`."""
-        self._line = ctypes.create_string_buffer(_ROOM)
+        """Outputs of the board after the last `step`."""
+        self._buffer = ctypes.create_string_buffer(_BUFFER_SIZE)
 
     def __del__(self) -> None:
         if getattr(self, "_board", None):
             self._library.chefbot_board_destroy(self._board)
 
     def step(self, quarter_steps: tuple[int, int], millivolts: int) -> None:
-        """One control step, 10 ms, after the encoders have moved so far and the battery fell to so much."""
+        """Advance by one control step of 10 ms.
+
+        quarter_steps: encoder edges (left, right) since the last step. millivolts: battery voltage.
+        """
         board, lib = self._board, self._library
         lib.chefbot_board_turn(board, LEFT, quarter_steps[LEFT])
         lib.chefbot_board_turn(board, RIGHT, quarter_steps[RIGHT])
@@ -81,80 +85,84 @@ class Firmware:
         lib.chefbot_board_get(board, self.state)
 
     def hear(self, echo_us: int) -> None:
-        """Round trip that the next pings hear, or NO_ECHO."""
+        """Set the round-trip time of the following ultrasonic pings, us, or NO_ECHO."""
         self._library.chefbot_board_echo(self._board, echo_us)
 
     def write(self, data: bytes) -> int:
-        """Bytes of the computer, obeyed in the next step; how many the line took."""
+        """Write bytes from the computer, processed in the next step; return how many the buffer took."""
         return int(self._library.chefbot_board_write(self._board, data, len(data)))
 
     def read(self) -> bytes:
-        """All bytes for the computer so far."""
-        count = self._library.chefbot_board_read(self._board, self._line, _ROOM)
-        return ctypes.string_at(self._line, count)
+        """Return all bytes that the board has sent since the last call."""
+        count = self._library.chefbot_board_read(self._board, self._buffer, _BUFFER_SIZE)
+        return ctypes.string_at(self._buffer, count)
 
     def press_estop(self, pressed: bool) -> None:
-        """The button of the emergency stop."""
+        """Press or release the emergency stop button."""
         self._library.chefbot_board_estop(self._board, pressed)
 
     def power_cycle(self) -> None:
-        """Off and on: counters, session and faults are gone."""
+        """Switch the board off and on: counters, session and faults are reset."""
         self._library.chefbot_board_power_cycle(self._board)
 
 
 def imu_scale() -> tuple[float, float]:
-    """LSB of the IMU's registers per m/s^2 and per rad/s, in the ranges that the firmware sets."""
-    found = library()
-    return found.chefbot_board_lsb_per_g() / GRAVITY, found.chefbot_board_lsb_per_degree() * math.degrees(1.0)
+    """Return the IMU's sensitivity, LSB per m/s^2 and LSB per rad/s, in the ranges set by the firmware."""
+    lib = library()
+    return lib.chefbot_board_lsb_per_g() / GRAVITY, lib.chefbot_board_lsb_per_degree() * math.degrees(1.0)
 
 
 def serve(robot: Robot, link: Path) -> int:
-    """Be a board at the path `link`, in real time, until SIGINT or SIGTERM; its exit code (ports/host/pty.cpp)."""
+    """Run a board in real time on a pseudo-terminal linked at `link` until SIGINT or SIGTERM; return the exit
+    code.
+
+    See ports/host/pty.cpp.
+    """
     values = _constants(robot)
     return int(library().chefbot_board_serve(values, len(values), bytes(link), 0.0))
 
 
 def _constants(robot: Robot) -> ctypes.Array[c_int32]:
-    """In the order of core/robot.h."""
+    """Return the robot's firmware constants in the order of core/robot.h."""
     values = [as_int32(constant.value) for constant in firmware_constants(robot)]
     return (c_int32 * len(values))(*values)
 
 
 @cache
 def library() -> Any:
-    """The library with the types of its functions; in a checkout, of the firmware as it is now.
+    """Return the shared library with its function types; in a checkout it is rebuilt if the firmware changed.
 
-    UserError where it is missing and cannot be made.
+    Raises UserError if it is missing and cannot be built.
     """
     if BUILDER.exists():
-        _renew()
+        _rebuild_if_stale()
     if not LIBRARY.exists():
         raise UserError(f"{LIBRARY} is missing: the package is not whole; install chefbot again")
-    found = ctypes.CDLL(str(LIBRARY))
-    found.chefbot_board_create.restype = c_void_p
-    found.chefbot_board_create.argtypes = [POINTER(c_int32), c_uint32]
-    found.chefbot_board_write.argtypes = [c_void_p, c_char_p, c_uint32]
-    found.chefbot_board_read.argtypes = [c_void_p, c_char_p, c_uint32]
-    found.chefbot_board_imu.argtypes = [c_void_p, POINTER(c_int16)]
-    found.chefbot_board_lsb_per_g.restype = found.chefbot_board_lsb_per_degree.restype = c_double
-    found.chefbot_board_serve.argtypes = [POINTER(c_int32), c_uint32, c_char_p, c_double]
-    found.chefbot_board_get.argtypes = [c_void_p, POINTER(FirmwareState)]
-    found.chefbot_board_turn.argtypes = [c_void_p, c_int32, c_int32]
-    found.chefbot_board_advance.argtypes = [c_void_p, c_uint32]
+    lib = ctypes.CDLL(str(LIBRARY))
+    lib.chefbot_board_create.restype = c_void_p
+    lib.chefbot_board_create.argtypes = [POINTER(c_int32), c_uint32]
+    lib.chefbot_board_write.argtypes = [c_void_p, c_char_p, c_uint32]
+    lib.chefbot_board_read.argtypes = [c_void_p, c_char_p, c_uint32]
+    lib.chefbot_board_imu.argtypes = [c_void_p, POINTER(c_int16)]
+    lib.chefbot_board_lsb_per_g.restype = lib.chefbot_board_lsb_per_degree.restype = c_double
+    lib.chefbot_board_serve.argtypes = [POINTER(c_int32), c_uint32, c_char_p, c_double]
+    lib.chefbot_board_get.argtypes = [c_void_p, POINTER(FirmwareState)]
+    lib.chefbot_board_turn.argtypes = [c_void_p, c_int32, c_int32]
+    lib.chefbot_board_advance.argtypes = [c_void_p, c_uint32]
     for name in ("battery", "echo", "estop"):
-        getattr(found, f"chefbot_board_{name}").argtypes = [c_void_p, c_int32]
+        getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p, c_int32]
     for name in ("destroy", "power_cycle"):
-        getattr(found, f"chefbot_board_{name}").argtypes = [c_void_p]
-    return found
+        getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p]
+    return lib
 
 
-def _renew() -> None:
-    """Compile where the library is missing or of other sources."""
-    wanted = runpy.run_path(str(BUILDER))["fingerprint"]().encode()
-    if LIBRARY.exists() and wanted in LIBRARY.read_bytes():
+def _rebuild_if_stale() -> None:
+    """Compile the library if it is missing or was built from other sources."""
+    fingerprint = runpy.run_path(str(BUILDER))["fingerprint"]().encode()
+    if LIBRARY.exists() and fingerprint in LIBRARY.read_bytes():
         return
     sys.stderr.write("Compiling the motor board's firmware for the simulator: some seconds, once.\n")
     command = [sys.executable, str(BUILDER), str(LIBRARY)]
-    done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
-    if done.returncode:
-        raise UserError(done.stderr.strip())
+    result = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
+    if result.returncode:
+        raise UserError(result.stderr.strip())

@@ -1,4 +1,4 @@
-"""Ranges by rays through MuJoCo's world: lidar and ultrasonic ranger."""
+"""Ray casting through MuJoCo's world for lidar and ultrasonic ranger."""
 
 from __future__ import annotations
 
@@ -16,65 +16,66 @@ from chefbot.robot.section import Mount
 from chefbot.robot.sensors import Lidar, Ultrasonic
 
 WORLD_ONLY = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
-"""Geom groups that rays see: the robot's own are not among them."""
-OWN_BODY = np.array([group == LOOKS_GROUP for group in range(6)], dtype=np.uint8)
-"""The robot's parts as they are built, the sensors' housings left out."""
+"""Geom groups visible to rays, without the robot's own."""
+ROBOT_ONLY = np.array([group == LOOKS_GROUP for group in range(6)], dtype=np.uint8)
+"""Geom groups of the robot's parts as built, without the sensor housings."""
 CONE_RINGS = 4
-FLATTEST_ECHO = math.radians(60.0)
-"""Angle off a surface's normal from which sound is mirrored away; so a ranger does not see the floor."""
+MAX_ECHO_ANGLE = math.radians(60.0)
+"""Maximum incidence angle, from the surface normal, of a reflection back to the sensor; beyond it sound is
+mirrored away, so that the ranger does not detect the floor."""
 ULTRASONIC_NOISE = 0.003  # m, standard deviation of an HC-SR04's reading
 
 
 def mount_rotation(mount: Mount) -> NDArray[np.float64]:
-    """(3, 3) from the sensor's frame to base_link."""
+    """Return the rotation (3, 3) from the sensor frame to base_link."""
     return rotation(mount.pitch, mount.yaw)
 
 
 def lidar_angles(lidar: Lidar) -> NDArray[np.float64]:
-    """(beams,) bearings in the lidar's frame, from -pi on in equal steps; the last is one step before pi."""
+    """Return (beams,) bearings in the lidar frame, rad, in equal steps from -pi to one step before pi."""
     return -math.pi + 2.0 * math.pi / lidar.beams * np.arange(lidar.beams, dtype=np.float64)
 
 
 def turned(mount: Mount, yaw: float) -> Mount:
-    """A mount that looks `yaw` rad further to the left."""
+    """Return the mount rotated by `yaw` rad to the left."""
     return msgspec.structs.replace(mount, yaw=mount.yaw + yaw)
 
 
 def lidar_rays(lidar: Lidar, mount: Mount | None = None) -> NDArray[np.float64]:
-    """(beams, 3) unit vectors in base_link; `mount`: as it is mounted, where that is not as drawn."""
+    """Return (beams, 3) unit vectors in base_link; `mount` overrides the drawn one with the actual one."""
     angles = lidar_angles(lidar)
     flat = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
     return flat @ mount_rotation(mount or lidar.mount).T
 
 
 def cone_rays(ultrasonic: Ultrasonic) -> NDArray[np.float64]:
-    """(n, 3) unit vectors in base_link that fill the cone: one in the middle, the others in rings."""
+    """Return (n, 3) unit vectors in base_link that fill the cone: one on its axis, the others in rings."""
     rays = [(1.0, 0.0, 0.0)]
     for ring in range(1, CONE_RINGS + 1):
         off_axis = ultrasonic.field_of_view / 2 * ring / CONE_RINGS
-        for turn in np.linspace(0.0, 2.0 * math.pi, 6 * ring, endpoint=False):
-            side = math.sin(off_axis)
-            rays.append((math.cos(off_axis), side * math.cos(turn), side * math.sin(turn)))
+        for azimuth in np.linspace(0.0, 2.0 * math.pi, 6 * ring, endpoint=False):
+            radius = math.sin(off_axis)
+            rays.append((math.cos(off_axis), radius * math.cos(azimuth), radius * math.sin(azimuth)))
     return np.array(rays) @ mount_rotation(ultrasonic.mount).T
 
 
 class RayCaster:
-    """One bundle of rays from a sensor on the robot."""
+    """A bundle of rays from one sensor on the robot."""
 
-    def __init__(self, mount: Mount, rays: NDArray[np.float64], reach: float) -> None:
-        self._at = np.array([mount.x, mount.y, mount.z])
+    def __init__(self, mount: Mount, rays: NDArray[np.float64], max_range: float) -> None:
+        self._mount_position = np.array([mount.x, mount.y, mount.z])
         self._rays = rays
-        self._reach = reach
-        self._hit = np.zeros(len(rays), dtype=np.int32)
-        self._distance = np.zeros(len(rays))
-        self._normal = np.zeros(3 * len(rays))
+        self._max_range = max_range
+        self._geom_ids = np.zeros(len(rays), dtype=np.int32)
+        self._distances = np.zeros(len(rays))
+        self._normals = np.zeros(3 * len(rays))
         self.own_body: NDArray[np.float64] = np.full(len(rays), np.inf)
 
     def look_at_own_body(
         self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
     ) -> None:
-        """Find once how far each ray gets before it ends at a part of the robot."""
-        self.own_body = self.cast(model, data, position, rotation, OWN_BODY)
+        """Compute once per ray the distance at which the robot's own body blocks it."""
+        self.own_body = self.cast(model, data, position, rotation, ROBOT_ONLY)
 
     def cast(
         self,
@@ -84,26 +85,28 @@ class RayCaster:
         rotation: NDArray[np.float64],
         groups: NDArray[np.uint8] = WORLD_ONLY,
     ) -> NDArray[np.float64]:
-        """(n,) metres to the first hit, inf for none, with base_link at `position` turned by `rotation`."""
-        origin = position + rotation @ self._at
+        """Return (n,) distances to the first hit, m, inf for none, with base_link at `position`,
+        `rotation`."""
+        origin = position + rotation @ self._mount_position
         vectors = np.ascontiguousarray(self._rays @ rotation.T).ravel()
         count = len(self._rays)
         mujoco.mj_multiRay(
             model, data, origin, vectors, groups, True, -1,
-            self._hit, self._distance, self._normal, count, self._reach,
+            self._geom_ids, self._distances, self._normals, count, self._max_range,
         )  # fmt: skip
-        return np.where(self._hit >= 0, self._distance, np.inf)
+        return np.where(self._geom_ids >= 0, self._distances, np.inf)
 
     def echoes(
         self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """`cast` for sound: a surface that it strikes too flatly throws it away from the sensor, inf."""
+        """Return the distances as `cast` does, for ultrasound: surfaces hit at too flat an angle give inf."""
         ranges = self.cast(model, data, position, rotation)
-        upright = np.abs(np.sum(self._normal.reshape(-1, 3) * (self._rays @ rotation.T), axis=1))
-        return np.where(upright > math.cos(FLATTEST_ECHO), ranges, np.inf)
+        # Cosine of the incidence angle: |n . d|.
+        cos_incidence = np.abs(np.sum(self._normals.reshape(-1, 3) * (self._rays @ rotation.T), axis=1))
+        return np.where(cos_incidence > math.cos(MAX_ECHO_ANGLE), ranges, np.inf)
 
 
 def within(ranges: NDArray[np.float64], range_min: float, range_max: float) -> NDArray[np.float32]:
-    """Ranges as REP-117 wants them: inf for nothing seen, -inf for too close to measure."""
-    far = np.where(ranges > range_max, np.inf, ranges)
-    return np.where(far < range_min, -np.inf, far).astype(np.float32)
+    """Convert ranges to REP-117: inf where nothing is seen, -inf where something is too close to measure."""
+    limited = np.where(ranges > range_max, np.inf, ranges)
+    return np.where(limited < range_min, -np.inf, limited).astype(np.float32)

@@ -1,4 +1,4 @@
-"""CARMEN logs: one reading in a line, as the public 2D laser recordings have them."""
+"""Parser for CARMEN logs, the format of the public 2D laser data sets: one reading per line."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 
-_FURTHEST = 1e6
-"""Metres; no log of a robot has coordinates beyond."""
-_MOST_BEAMS = 100_000
-_AFTER_POSE = 3
-"""Words at the end of a line: ipc_timestamp, host, logger_timestamp."""
+_MAX_COORDINATE = 1e6
+"""Limit of plausible coordinates in a log, m."""
+_MAX_BEAMS = 100_000
+_TRAILING_FIELDS = 3
+"""Number of fields at the end of a line: ipc_timestamp, host, logger_timestamp."""
 
 
 @dataclass(frozen=True)
 class CarmenOdom:
-    """An ODOM line: stamp in seconds (ipc_timestamp), the robot by raw odometry."""
+    """An ODOM line: stamp in seconds (ipc_timestamp) and the pose of the robot from raw odometry."""
 
     stamp: float
     odom: SE2
@@ -29,9 +29,9 @@ class CarmenOdom:
 
 @dataclass(frozen=True, eq=False)
 class CarmenScan:
-    """A FLASER line: stamp in seconds, angles and ranges (n,) float32, laser and robot by raw odometry.
+    """A FLASER line: stamp in seconds, angles and ranges (n,) float32, poses from raw odometry.
 
-    Beams go counter-clockwise from -90 degrees. Ranges of 0 or less are no measurement.
+    Beams run counter-clockwise from -90 degrees. Ranges of 0 or less are invalid.
     """
 
     stamp: float
@@ -42,55 +42,59 @@ class CarmenScan:
 
 
 def parse(log: str | Iterable[str]) -> Iterator[CarmenOdom | CarmenScan]:
-    """The FLASER and ODOM readings of a log, a text or its lines, in the order of the lines.
+    """Yield the FLASER and ODOM readings of a log, given as a text or as lines, in the order of the lines.
 
-    Stamps may step back; the order of lines is the true one. Other lines are skipped.
-    UserError names the first line that cannot be read.
+    Stamps may step back; the order of the lines is the true one. Other lines are skipped. Raise UserError
+    with the number of the first line that cannot be parsed.
     """
     lines = log.splitlines() if isinstance(log, str) else log
     for number, line in enumerate(lines, 1):
-        words = line.split()
-        if not words or words[0] not in ("FLASER", "ODOM"):
+        fields = line.split()
+        if not fields or fields[0] not in ("FLASER", "ODOM"):
             continue
         try:
-            yield _scan(words) if words[0] == "FLASER" else _odom(words)
+            yield _scan(fields) if fields[0] == "FLASER" else _odom(fields)
         except ValueError as e:
             raise UserError(f"line {number} of the CARMEN log: {e}; cut or repair the line") from e
 
 
-def _odom(words: list[str]) -> CarmenOdom:
-    if len(words) != 7 + _AFTER_POSE:
-        raise ValueError(f"ODOM has {len(words)} words instead of 10")
-    return CarmenOdom(_number(words[-3]), _pose(words[1:4]))
+def _odom(fields: list[str]) -> CarmenOdom:
+    if len(fields) != 7 + _TRAILING_FIELDS:
+        raise ValueError(f"ODOM has {len(fields)} words instead of 10")
+    return CarmenOdom(_number(fields[-3]), _pose(fields[1:4]))
 
 
-def _scan(words: list[str]) -> CarmenScan:
-    n = int(words[1]) if len(words) > 1 and words[1].isdecimal() and len(words[1]) < 10 else 0
-    if not 1 < n <= _MOST_BEAMS:
+def _scan(fields: list[str]) -> CarmenScan:
+    n = int(fields[1]) if len(fields) > 1 and fields[1].isdecimal() and len(fields[1]) < 10 else 0
+    if not 1 < n <= _MAX_BEAMS:
         raise ValueError(
-            f"FLASER is followed by {' '.join(words[1:2]) or 'nothing'} instead of the number of beams"
+            f"FLASER is followed by {' '.join(fields[1:2]) or 'nothing'} instead of the number of beams"
         )
-    if len(words) != n + 8 + _AFTER_POSE:
-        raise ValueError(f"FLASER of {n} beams has {len(words)} words instead of {n + 8 + _AFTER_POSE}")
-    ranges = np.array([_number(w) for w in words[2 : n + 2]], np.float32)
-    laser, odom = _pose(words[n + 2 : n + 5]), _pose(words[n + 5 : n + 8])
-    return CarmenScan(_number(words[-3]), beam_angles(n), ranges, laser, odom)
+    # FLASER n r_1 .. r_n  laser x y yaw  robot x y yaw  stamp host stamp
+    if len(fields) != n + 8 + _TRAILING_FIELDS:
+        raise ValueError(f"FLASER of {n} beams has {len(fields)} words instead of {n + 8 + _TRAILING_FIELDS}")
+    ranges = np.array([_number(w) for w in fields[2 : n + 2]], np.float32)
+    laser, odom = _pose(fields[n + 2 : n + 5]), _pose(fields[n + 5 : n + 8])
+    return CarmenScan(_number(fields[-3]), beam_angles(n), ranges, laser, odom)
 
 
 def beam_angles(n: int) -> NDArray[np.float32]:
-    """Angles (n,) of a scan's beams: 180 degrees, both ends for an odd number, else without the last."""
+    """Return the angles (n,) of a scan's beams over 180 degrees.
+
+    Both ends are included for odd n, the last one is left out for even n.
+    """
     return (-math.pi / 2 + np.arange(n) * (math.pi / (n - n % 2))).astype(np.float32)
 
 
-def _pose(words: list[str]) -> SE2:
-    x, y, yaw = (_number(w) for w in words)
-    if max(abs(x), abs(y), abs(yaw)) > _FURTHEST:
+def _pose(fields: list[str]) -> SE2:
+    x, y, yaw = (_number(w) for w in fields)
+    if max(abs(x), abs(y), abs(yaw)) > _MAX_COORDINATE:
         raise ValueError(f"pose {x:g} {y:g} {yaw:g} is absurdly far away")
     return SE2(x, y, yaw)
 
 
-def _number(word: str) -> float:
-    value = float(word)
+def _number(field: str) -> float:
+    value = float(field)
     if not math.isfinite(value):
-        raise ValueError(f"{word} is not a finite number")
+        raise ValueError(f"{field} is not a finite number")
     return value

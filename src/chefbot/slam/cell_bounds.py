@@ -1,4 +1,4 @@
-"""Rectangles of cells that grow with what is seen."""
+"""Rectangles of cells that grow with the observed area."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ _T = TypeVar("_T", bound=np.generic)
 
 @dataclass(frozen=True, eq=False)
 class Extent:
-    """The cells from `begin` to before `end`, both (x, y) int64 in cells of the map frame."""
+    """A rectangle of cells from `begin` to before `end`, both (x, y) int64 in cells of the map frame."""
 
     begin: NDArray[np.int64]
     end: NDArray[np.int64]
 
     @property
     def shape(self) -> tuple[int, int]:
-        """(rows, columns)."""
+        """Number of rows and of columns."""
         width, height = (int(n) for n in self.end - self.begin)
         return height, width
 
     @property
     def cells(self) -> int:
-        """How many."""
+        """Number of cells in the rectangle."""
         height, width = self.shape
         return height * width
 
     def holds(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> bool:
-        """Whether the cells from `low` to `high`, both included, lie in it."""
+        """Return whether the cells from `low` to `high`, both included, lie in the rectangle."""
         return bool((low >= self.begin).all() and (high < self.end).all())
 
     def grown(self, low: NDArray[np.int64], high: NDArray[np.int64], spare: NDArray[np.int64]) -> Extent:
-        """Reaching `low` and `high`, and on the sides that had to move `spare` cells more."""
+        """Return the rectangle extended to `low` and `high`, plus `spare` cells on the sides that change."""
         if not self.cells:
             return Extent(low - spare, high + 1 + spare)
         return Extent(
@@ -46,7 +46,7 @@ class Extent:
         )
 
     def limited(self, cells: int) -> Extent:
-        """Itself. UserError if it has more than `cells` cells: nothing indoors is so large."""
+        """Return the rectangle itself; raise UserError if it has more than `cells` cells."""
         if self.cells > cells:
             height, width = self.shape
             raise UserError(
@@ -56,7 +56,9 @@ class Extent:
         return self
 
     def moved(self, array: NDArray[_T], target: Extent) -> NDArray[_T]:
-        """The array (..., rows, columns) of this extent amid zeros of the target's, which holds it."""
+        """Copy the array (..., rows, columns) into zeros of the shape of `target`, which contains this
+        extent.
+        """
         new = np.zeros((*array.shape[:-2], *target.shape), array.dtype)
         if self.cells:
             column, row = (int(n) for n in self.begin - target.begin)
@@ -64,18 +66,21 @@ class Extent:
         return new
 
     def times(self, factor: int) -> Extent:
-        """In units that are `factor` times smaller."""
+        """Return the rectangle in units smaller by `factor`."""
         return Extent(self.begin * factor, self.end * factor)
 
 
 NOTHING = Extent(np.zeros(2, np.int64), np.zeros(2, np.int64))
-FURTHEST = 1e8
-"""Cells from the origin beyond which a place cannot be meant: float32 could not tell cells apart."""
+MAX_COORDINATE = 1e8
+"""Largest plausible distance from the origin, cells; float32 cannot tell cells apart beyond it."""
 
 
 def cells_of(points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """The cells that hold the points (n, 2), given in cells. UserError where that is absurdly far away."""
-    if not (np.abs(points) < FURTHEST).all():
-        far = np.abs(points).max()
-        raise UserError(f"a beam ends {far:.3g} cells from the origin: check odometry and scans")
+    """Return the cells that contain the points (n, 2), given in cells.
+
+    Raise UserError if one is implausibly far away.
+    """
+    if not (np.abs(points) < MAX_COORDINATE).all():
+        max_coordinate = np.abs(points).max()
+        raise UserError(f"a beam ends {max_coordinate:.3g} cells from the origin: check odometry and scans")
     return np.floor(points).astype(np.int64)

@@ -1,6 +1,6 @@
-"""How well a scan fits a particle's map, and the pose nearby where it fits best.
+"""Scan matching by hill climbing on the likelihood of a scan in a particle's map.
 
-Lengths are in cells, relative to the corner of the tile table (see `tiles`).
+Lengths are in cells, relative to the corner of the tile table (see `shared_tiles`).
 """
 
 from __future__ import annotations
@@ -11,38 +11,45 @@ from numba import njit
 from chefbot.slam.shared_tiles import EMPTY, FAR, SHIFT, SIDE, STRIDE
 
 _MASK = SIDE - 1
-_NONE = np.float32(2.0) * FAR * FAR
+_NO_SURFACE = np.float32(2.0) * FAR * FAR
 
 
 @njit(cache=True, nogil=True, inline="always")
 def _squared_distance(ex, ey, table, mean_x, mean_y):  # type: ignore[no-untyped-def]
-    """From a beam's end to the nearest mean in the 3 x 3 cells around it; huge if there is none."""
+    """Return the squared distance from a beam's end to the nearest mean in the 3 x 3 cells around it.
+
+    The result is huge if there is none.
+    """
     height, width = table.shape
+    # Beams that end outside the map or in an empty tile match nothing
     if not (ex >= 0 and ey >= 0 and ex < width * SIDE and ey < height * SIDE):
-        return _NONE
+        return _NO_SURFACE
     column, row = int(ex), int(ey)
     tile = table[row >> SHIFT, column >> SHIFT]
     if tile == EMPTY:
-        return _NONE
+        return _NO_SURFACE
+    # End point relative to the tile's corner; the halo makes all neighbours local
     fx = ex - np.float32(column & ~_MASK)
     fy = ey - np.float32(row & ~_MASK)
     cell = (row & _MASK) * STRIDE + (column & _MASK)
-    best = _NONE
+    best = _NO_SURFACE
+    # Minimum over the 3 x 3 neighbourhood
     for k in range(3):
-        at = cell + k * STRIDE
+        row_start = cell + k * STRIDE
         for j in range(3):
-            dx = mean_x[tile, at + j] - fx
-            dy = mean_y[tile, at + j] - fy
+            dx = mean_x[tile, row_start + j] - fx
+            dy = mean_y[tile, row_start + j] - fy
             best = min(best, dx * dx + dy * dy)
     return best
 
 
 @njit(cache=True, nogil=True)
 def score(points, x, y, yaw, sharpness, table, mean_x, mean_y):  # type: ignore[no-untyped-def]
-    """Sum over the beams of exp(-d^2 / sigma^2), d from the beam's end to the nearest mapped surface.
+    """Return the sum over the beams of exp(-d^2 / sigma^2), d from the beam's end to the nearest surface.
 
-    points: (n, 2) float32, ends of the beams seen from the robot; sharpness: 1 / sigma^2.
-    The exponential is (1 - u / 8)^8, cut to 0 from u = 8 on: within 0.04 of it, and three products.
+    points: (n, 2) float32, ends of the beams in the base frame; sharpness: 1 / sigma^2. The exponential is
+    approximated by (1 - u / 8)^8, cut to 0 from u = 8 on: the error is below 0.04 and it takes three
+    multiplications.
     """
     c, s = np.float32(np.cos(yaw)), np.float32(np.sin(yaw))
     tx, ty = np.float32(x), np.float32(y)
@@ -50,7 +57,9 @@ def score(points, x, y, yaw, sharpness, table, mean_x, mean_y):  # type: ignore[
     total = np.float32(0.0)
     for i in range(len(points)):
         px, py = points[i, 0], points[i, 1]
+        # Transform the beam's end by the pose: R(yaw) p + t
         d2 = _squared_distance(c * px - s * py + tx, s * px + c * py + ty, table, mean_x, mean_y)
+        # exp(-u) ~ (1 - u / 8)^8 by three squarings
         q = max(np.float32(1.0) - d2 * scale, np.float32(0.0))
         q *= q
         q *= q
@@ -62,49 +71,54 @@ def score(points, x, y, yaw, sharpness, table, mean_x, mean_y):  # type: ignore[
 def match(  # type: ignore[no-untyped-def]
     points, start, prior, information, axis, beam_weight, steps, sharpness, table, mean_x, mean_y
 ):
-    """Climb from `start` to a maximum of beam_weight * score - the odometry's squared error / 2.
+    """Search from `start` for a local maximum of the log posterior of the pose.
 
-    prior: (3,) the pose that odometry proposes for this particle. information: (3,) inverse variances of its
-    error along and across `axis` (rad) and in heading. steps: (linear, angular, halvings).
-    Where the scan does not say where the robot is, as along a corridor, the prior decides.
-    Returns the pose (3,) and its score.
+    The log posterior is beam_weight * score - half the squared Mahalanobis distance to the prior. prior: (3,)
+    pose that odometry proposes for this particle. information: (3,) inverse variances of its error along and
+    across `axis` (rad) and in heading. steps: (linear, angular, number of halvings). Where the scan does not
+    constrain the pose, as along a corridor, the prior decides. Return the pose (3,) and its score.
     """
     best = start.copy()
-    found = score(points, best[0], best[1], best[2], sharpness, table, mean_x, mean_y)
-    value = beam_weight * found - _surprise(best, prior, information, axis)
+    best_score = score(points, best[0], best[1], best[2], sharpness, table, mean_x, mean_y)
+    # Log posterior at the start: scan likelihood plus odometry prior
+    value = beam_weight * best_score - _prior_cost(best, prior, information, axis)
     linear, angular = steps[0], steps[1]
     trial = best.copy()
     for _ in range(int(steps[2])):
         improved = True
         while improved:
             improved = False
-            c, s = np.cos(best[2]) * linear, np.sin(best[2]) * linear
+            step_x, step_y = np.cos(best[2]) * linear, np.sin(best[2]) * linear
+            # Test one step left and right turn, forward and back, left and right (robot frame)
             for k in range(6):
                 sign = 1.0 if k % 2 == 0 else -1.0
                 trial[0], trial[1], trial[2] = best[0], best[1], best[2]
                 if k < 2:
                     trial[2] += sign * angular
                 elif k < 4:
-                    trial[0] += sign * c
-                    trial[1] += sign * s
+                    trial[0] += sign * step_x
+                    trial[1] += sign * step_y
                 else:
-                    trial[0] -= sign * s
-                    trial[1] += sign * c
-                fits = score(points, trial[0], trial[1], trial[2], sharpness, table, mean_x, mean_y)
-                worth = beam_weight * fits - _surprise(trial, prior, information, axis)
-                if worth > value:
-                    value, found, improved = worth, fits, True
+                    trial[0] -= sign * step_y
+                    trial[1] += sign * step_x
+                trial_score = score(points, trial[0], trial[1], trial[2], sharpness, table, mean_x, mean_y)
+                trial_value = beam_weight * trial_score - _prior_cost(trial, prior, information, axis)
+                # Accept every improvement
+                if trial_value > value:
+                    value, best_score, improved = trial_value, trial_score, True
                     best[0], best[1], best[2] = trial[0], trial[1], trial[2]
+        # No better neighbour: halve the steps
         linear *= 0.5
         angular *= 0.5
-    return best, found
+    return best, best_score
 
 
 @njit(cache=True, nogil=True)
-def _surprise(pose, prior, information, axis):  # type: ignore[no-untyped-def]
-    """Half the squared Mahalanobis distance from what odometry says."""
+def _prior_cost(pose, prior, information, axis):  # type: ignore[no-untyped-def]
+    """Return half the squared Mahalanobis distance of a pose from the odometry prior."""
     dx, dy = pose[0] - prior[0], pose[1] - prior[1]
     c, s = np.cos(axis), np.sin(axis)
+    # Difference in the principal axes of the prior
     along, across = c * dx + s * dy, c * dy - s * dx
     turn = pose[2] - prior[2]
     return 0.5 * (
@@ -116,25 +130,26 @@ def _surprise(pose, prior, information, axis):  # type: ignore[no-untyped-def]
 def match_all(  # type: ignore[no-untyped-def]
     points, poses, priors, information, axes, beam_weight, steps, sharpness, tables, mean_x, mean_y
 ):
-    """`match` for every particle, in place in `poses` (p, 3); returns the scores (p,)."""
+    """Run `match` for every particle, in place in `poses` (p, 3); return the scores (p,)."""
     scores = np.empty(len(poses))
     for i in range(len(poses)):
-        best, found = match(
+        best, best_score = match(
             points, poses[i], priors[i], information, axes[i], beam_weight, steps, sharpness,
             tables[i], mean_x, mean_y,
         )  # fmt: skip
         poses[i, 0], poses[i, 1], poses[i, 2] = best[0], best[1], best[2]
-        scores[i] = found
+        scores[i] = best_score
     return scores
 
 
 @njit(cache=True, nogil=True)
 def place_all(points, poses):  # type: ignore[no-untyped-def]
-    """points (n, 2) float32 seen from each pose (p, 3): (p, n, 2) float32."""
+    """Transform points (n, 2) float32 by every pose (p, 3); return (p, n, 2) float32."""
     placed = np.empty((len(poses), len(points), 2), np.float32)
     for i in range(len(poses)):
         c, s = np.cos(poses[i, 2]), np.sin(poses[i, 2])
         for j in range(len(points)):
+            # R(yaw) p + t
             placed[i, j, 0] = c * points[j, 0] - s * points[j, 1] + poses[i, 0]
             placed[i, j, 1] = s * points[j, 0] + c * points[j, 1] + poses[i, 1]
     return placed

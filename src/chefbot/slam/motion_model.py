@@ -1,4 +1,4 @@
-"""What odometry says about a step, and how far it may be wrong."""
+"""The odometry motion model: the motion between two processed scans and its covariance."""
 
 from __future__ import annotations
 
@@ -12,47 +12,51 @@ from chefbot.slam.params import GmappingParams
 
 
 class Step:
-    """The motion since the last processed scan, and the way it took."""
+    """The motion since the last processed scan, and the length of the path it took."""
 
     def __init__(self) -> None:
         self.motion = IDENTITY
         self.travel = 0.0
-        """Metres driven, forth and back."""
+        """Path length in m, back and forth added up."""
         self.rotation = 0.0
-        """Radians turned, left and right."""
+        """Total rotation in rad, left and right added up."""
 
     def add(self, part: SE2) -> None:
-        """Go on by `part`, seen from the pose reached so far."""
+        """Append a motion given in the frame of the pose reached so far."""
         self.motion = self.motion @ part
         self.travel += math.hypot(part.x, part.y)
         self.rotation += abs(part.yaw)
 
     def variance(self, params: GmappingParams) -> NDArray[np.float64]:
-        """Of the error along x, y (m^2) and in heading (rad^2), as drawn by gmapping's motion model.
+        """Return the variances (3,) of the error in x, y (m^2) and heading (rad^2).
 
-        Standard deviations grow linearly with travel and rotation; a third as much sideways as along.
+        As in gmapping's motion model, standard deviations grow linearly with travel and rotation; lateral
+        errors are 0.3 times the longitudinal ones.
         """
         p, t, r = params, self.travel, self.rotation
-        ahead, aside = abs(self.motion.x), abs(self.motion.y)
-        wander = t - math.hypot(ahead, aside)
-        sideways = 0.3 * p.srr
-        sd = [
-            p.srr * (ahead + wander) + p.str * r + sideways * aside,
-            p.srr * (aside + wander) + p.str * r + sideways * ahead,
+        forward, lateral = abs(self.motion.x), abs(self.motion.y)
+        # Path length in excess of the net displacement: it adds error in both directions
+        detour = t - math.hypot(forward, lateral)
+        lateral_noise = 0.3 * p.srr
+        std = [
+            p.srr * (forward + detour) + p.str * r + lateral_noise * lateral,
+            p.srr * (lateral + detour) + p.str * r + lateral_noise * forward,
             p.stt * r + p.srt * t,
         ]
-        least = np.array([p.least_shift, p.least_shift, p.least_turn])
-        return np.square(sd) + np.square(least)
+        # Minimum noise, since the stamps of scan and odometry differ
+        min_std = np.array([p.least_shift, p.least_shift, p.least_turn])
+        return np.square(std) + np.square(min_std)
 
 
-def compose(poses: NDArray[np.float64], steps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """poses (p, 3) each moved by its step (p, 3) or by one step (3,); headings are not wrapped."""
-    steps = np.broadcast_to(steps, poses.shape)
+def compose(poses: NDArray[np.float64], motions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Compose poses (p, 3) with motions (p, 3) or one motion (3,); headings are not wrapped."""
+    motions = np.broadcast_to(motions, poses.shape)
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    # x' = x + R(yaw) dx
     return np.column_stack(
         [
-            poses[:, 0] + c * steps[:, 0] - s * steps[:, 1],
-            poses[:, 1] + s * steps[:, 0] + c * steps[:, 1],
-            poses[:, 2] + steps[:, 2],
+            poses[:, 0] + c * motions[:, 0] - s * motions[:, 1],
+            poses[:, 1] + s * motions[:, 0] + c * motions[:, 1],
+            poses[:, 2] + motions[:, 2],
         ]
     )

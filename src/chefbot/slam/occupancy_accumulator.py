@@ -1,4 +1,4 @@
-"""Drawing scans at known poses into an occupancy grid."""
+"""Occupancy mapping with known poses: counts of hits and misses for each cell."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from chefbot.slam.cell_bounds import NOTHING, cells_of
 from chefbot.slam.scan_beams import Beams
 
 _GROWTH = 0.2
-"""Share of its size by which a canvas grows beyond need, so that it seldom does."""
+"""Extra growth relative to the size, so that the arrays are rarely reallocated."""
 _MISS = math.log(0.24 / 0.76)
-"""Log odds of a cell that a scan crossed: once is enough to be free for those who ask for less than 25 %."""
+"""Log odds of a crossed cell: a single miss makes it free for a threshold of 25 %."""
 _HIT = -3.0 * _MISS
-"""Log odds of a cell in which a beam ended: even odds if a quarter of the scans hit, gmapping's threshold."""
+"""Log odds of a cell with a beam's end: occupied if a quarter of the scans hit it, gmapping's threshold."""
 _CLAMP = 5.0
 
 
 class Canvas:
-    """How many scans hit and how many crossed each cell.
+    """An occupancy map that counts for each cell the scans that hit it and the scans that crossed it.
 
-    A scan counts once for a cell, as a hit if any of its beams ended there: of the many beams that graze a
-    wall before they end in it, none shall erase it.
+    A scan counts once per cell, as a hit if any of its beams ended there: the many beams that graze a wall
+    before they end in it must not erase it.
     """
 
     def __init__(self, resolution: float, max_cells: int) -> None:
@@ -34,22 +34,20 @@ class Canvas:
         self._extent = NOTHING
         self._hits = np.zeros((0, 0), np.uint16)
         self._misses = np.zeros((0, 0), np.uint16)
-        self._touched = np.zeros((0, 0), np.int32)
+        self._last_scan = np.zeros((0, 0), np.int32)
         self._scans = 0
         self._seen = NOTHING
 
     def copy(self) -> Canvas:
-        """An independent canvas with the same scans."""
-        other = Canvas(self._resolution, self._max_cells)
-        other.__dict__.update(
-            {k: v.copy() if isinstance(v, np.ndarray) else v for k, v in vars(self).items()}
-        )
-        return other
+        """Return an independent copy with the same counts."""
+        copy = Canvas(self._resolution, self._max_cells)
+        copy.__dict__.update({k: v.copy() if isinstance(v, np.ndarray) else v for k, v in vars(self).items()})
+        return copy
 
     def begin_with(self, grid: Grid) -> None:
-        """On an empty canvas, as if a few scans had shown this grid; UNKNOWN cells stay so."""
+        """Initialize an empty map with the counts that reproduce `grid`; UNKNOWN cells stay unknown."""
         begin = np.round(np.array([grid.origin_x, grid.origin_y]) / self._resolution).astype(np.int64)
-        self._cover(begin, begin + np.array([grid.width, grid.height]) - 1)
+        self._grow(begin, begin + np.array([grid.width, grid.height]) - 1)
         column, row = (int(n) for n in begin - self._extent.begin)
         part = (slice(row, row + grid.height), slice(column, column + grid.width))
         self._hits[part], self._misses[part] = _counts(grid.cells)
@@ -58,16 +56,17 @@ class Canvas:
     def draw(self, beams: Beams, pose: NDArray[np.float64]) -> None:
         """Add a scan taken at `pose` (3,), metres and radians in the map frame."""
         c, s = math.cos(pose[2]), math.sin(pose[2])
-        turn = np.array([[c, s], [-s, c]])
-        ends = (beams.ends @ turn + pose[:2]) / self._resolution
-        sensor = (beams.sensor @ turn + pose[:2]) / self._resolution
+        rotation = np.array([[c, s], [-s, c]])
+        # Ends and sensor in cells of the map frame
+        ends = (beams.ends @ rotation + pose[:2]) / self._resolution
+        sensor = (beams.sensor @ rotation + pose[:2]) / self._resolution
         cells = cells_of(np.vstack([ends, sensor]))
-        self._cover(cells.min(axis=0), cells.max(axis=0))
+        self._grow(cells.min(axis=0), cells.max(axis=0))
         self._scans += 1
         cells -= self._extent.begin
-        _draw(cells[:-1], beams.hit, cells[-1], self._hits, self._misses, self._touched, self._scans)
+        _draw(cells[:-1], beams.hit, cells[-1], self._hits, self._misses, self._last_scan, self._scans)
 
-    def _cover(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
+    def _grow(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
         self._seen = self._seen.grown(low, high, np.zeros(2, np.int64))
         if self._extent.holds(low, high):
             return
@@ -75,11 +74,11 @@ class Canvas:
         extent = self._extent.grown(low, high, spare).limited(self._max_cells)
         self._hits = self._extent.moved(self._hits, extent)
         self._misses = self._extent.moved(self._misses, extent)
-        self._touched = self._extent.moved(self._touched, extent)
+        self._last_scan = self._extent.moved(self._last_scan, extent)
         self._extent = extent
 
     def grid(self) -> Grid:
-        """Occupied share in percent of the cells seen, UNKNOWN elsewhere; bounded by what was drawn."""
+        """Return the occupancy in percent, UNKNOWN where nothing was observed, cropped to the observed area."""
         if not self._scans:
             return Grid(np.full((1, 1), UNKNOWN, np.int8), self._resolution, 0.0, 0.0)
         column, row = (int(n) for n in self._seen.begin - self._extent.begin)
@@ -90,13 +89,14 @@ class Canvas:
 
 
 def _counts(percent: NDArray[np.int8]) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-    """The fewest hits and misses with such log odds, as nearly as whole numbers can: the inverse of `_percent`."""
-    share = np.clip(percent / 100.0, 1.0 / (1.0 + math.exp(_CLAMP)), 1.0 / (1.0 + math.exp(-_CLAMP)))
-    odds = np.log(share / (1.0 - share))
-    hits = np.where(odds >= 0.0, np.maximum(1.0, np.ceil(odds / _HIT)), 0.0)
-    misses = np.maximum(np.round((odds - hits * _HIT) / _MISS), hits == 0.0)
-    known = percent != UNKNOWN
-    return (hits * known).astype(np.uint16), (misses * known).astype(np.uint16)
+    """Return the lowest counts of hits and misses with these log odds: the inverse of `_percent`."""
+    probability = np.clip(percent / 100.0, 1.0 / (1.0 + math.exp(_CLAMP)), 1.0 / (1.0 + math.exp(-_CLAMP)))
+    log_odds = np.log(probability / (1.0 - probability))
+    # Occupied cells need at least one hit, free cells at least one miss
+    hits = np.where(log_odds >= 0.0, np.maximum(1.0, np.ceil(log_odds / _HIT)), 0.0)
+    misses = np.maximum(np.round((log_odds - hits * _HIT) / _MISS), hits == 0.0)
+    is_known = percent != UNKNOWN
+    return (hits * is_known).astype(np.uint16), (misses * is_known).astype(np.uint16)
 
 
 @njit(cache=True, nogil=True)
@@ -105,40 +105,45 @@ def _percent(hits, misses):  # type: ignore[no-untyped-def]
     out = np.empty(hits.shape, np.int8)
     for row in range(hits.shape[0]):
         for column in range(hits.shape[1]):
-            h, m = hits[row, column], misses[row, column]
-            if h == 0 and m == 0:
+            hit, miss = hits[row, column], misses[row, column]
+            if hit == 0 and miss == 0:
                 out[row, column] = UNKNOWN
                 continue
-            odds = min(max(h * _HIT + m * _MISS, -_CLAMP), _CLAMP)
-            out[row, column] = round(100.0 / (1.0 + math.exp(-odds)))
+            # l = hits * l_hit + misses * l_miss, clamped; p = 1 / (1 + exp(-l))
+            log_odds = min(max(hit * _HIT + miss * _MISS, -_CLAMP), _CLAMP)
+            out[row, column] = round(100.0 / (1.0 + math.exp(-log_odds)))
     return out
 
 
 @njit(cache=True, nogil=True)
-def _draw(ends, hit, sensor, hits, misses, touched, scan):  # type: ignore[no-untyped-def]
+def _draw(ends, hit, sensor, hits, misses, last_scan, scan):  # type: ignore[no-untyped-def]
+    """Count the hits at the beams' ends, then the misses along the rays, each cell once per scan."""
+    # Hits first: a cell that this scan hit is not counted as crossed
     for i in range(len(ends)):
         column, row = ends[i, 0], ends[i, 1]
-        if hit[i] and touched[row, column] != scan:
-            touched[row, column] = scan
+        if hit[i] and last_scan[row, column] != scan:
+            last_scan[row, column] = scan
             hits[row, column] = min(hits[row, column] + 1, 65535)
+    # Misses along every ray
     for i in range(len(ends)):
-        _cross(sensor[0], sensor[1], ends[i, 0], ends[i, 1], misses, touched, scan)
+        _cross(sensor[0], sensor[1], ends[i, 0], ends[i, 1], misses, last_scan, scan)
 
 
 @njit(cache=True, nogil=True)
-def _cross(x, y, end_x, end_y, misses, touched, scan):  # type: ignore[no-untyped-def]
-    """Count a miss for the cells from (x, y) to before the end, along Bresenham's line (1965)."""
+def _cross(x, y, end_x, end_y, misses, last_scan, scan):  # type: ignore[no-untyped-def]
+    """Count a miss in the cells from (x, y) to before the end, along Bresenham's line (1965)."""
     dx, dy = abs(end_x - x), abs(end_y - y)
     step_x, step_y = (1 if end_x > x else -1), (1 if end_y > y else -1)
     error = dx - dy
     while x != end_x or y != end_y:
-        if touched[y, x] != scan:
-            touched[y, x] = scan
+        if last_scan[y, x] != scan:
+            last_scan[y, x] = scan
             misses[y, x] = min(misses[y, x] + 1, 65535)
-        twice = 2 * error
-        if twice > -dy:
+        # Bresenham: step along the axis that is behind the ideal line
+        doubled_error = 2 * error
+        if doubled_error > -dy:
             error -= dy
             x += step_x
-        if twice < dx:
+        if doubled_error < dx:
             error += dx
             y += step_y

@@ -1,4 +1,4 @@
-"""A whole recording at once."""
+"""Offline SLAM: map a complete recording."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from chefbot.slam.params import GmappingParams
 
 @dataclass(frozen=True, eq=False)
 class SlamResult:
-    """What a recording gave: stamps (s) and poses of the processed scans in the map frame, and the map."""
+    """The result of a recording: stamps (s) and poses of the processed scans in the map frame, and the map."""
 
     stamps: list[float]
     poses: list[SE2]
     grid: Grid
     scans: int
-    """All scans of the recording, processed or not."""
+    """Number of scans in the recording, processed or not."""
     no_return: NoReturn | None
-    """Ranges that the recording's laser writes when nothing is in reach; None: none stand out."""
+    """Ranges that the recording's laser reports for no return; None if no value stands out."""
 
 
 def run_log(
@@ -33,13 +33,14 @@ def run_log(
     params: GmappingParams,
     progress: Callable[[int, int], None] | None = None,
 ) -> SlamResult:
-    """Map a recording; `progress` is told the scans done and in all after each. UserError if it has no scan.
+    """Map a recording; call `progress` after each scan with the numbers of scans done and in total.
 
-    The laser's place on the robot is that of the first scan, the map frame the robot's pose at that scan.
-    Ranges of `max_range` and more are no returns, and so are those that the log itself shows to be: each laser writes
-    a number of its own where nothing was in reach. Such beams mark no wall and clear the map up to `clear_range`.
+    The pose of the laser on the robot is that of the first scan, the map frame the robot's pose at that scan.
+    Ranges from `max_range` on are no returns, and so are those that the log itself shows to be: each
+    laser has its own number for them. Such beams mark no wall and clear the map up to `clear_range`. Raise
+    UserError if the recording has no scan.
     """
-    scans = [r for r in records if isinstance(r, CarmenScan)]
+    scans = [record for record in records if isinstance(record, CarmenScan)]
     if not scans:
         raise UserError("the log holds no FLASER line: give a CARMEN log with laser scans")
     slam = Gmapping(params, sensor=scans[0].odom.between(scans[0].laser))
@@ -55,7 +56,7 @@ def run_log(
 
 
 def trajectory_tum(result: SlamResult) -> str:
-    """One line `t x y z qx qy qz qw` for each processed scan, as the TUM tools read it."""
+    """Return one line `t x y z qx qy qz qw` for each processed scan, in the format of the TUM tools."""
     return "".join(
         f"{t:.6f} {p.x:.6f} {p.y:.6f} 0 0 0 {math.sin(p.yaw / 2):.9f} {math.cos(p.yaw / 2):.9f}\n"
         for t, p in zip(result.stamps, result.poses, strict=True)

@@ -1,4 +1,4 @@
-"""What a user may set of the mapper."""
+"""Parameters of the SLAM node and algorithm."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from msgspec import Meta
 
 
 class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Settings of `Gmapping`; the defaults suit 180-degree to 360-degree lasers and depth cameras indoors."""
+    """Parameters of `Gmapping`; the defaults suit lasers of 180 to 360 degrees and depth cameras indoors."""
 
     particles: Annotated[
         int, Meta(ge=1, le=1000, description="number of particles, each with its own map")

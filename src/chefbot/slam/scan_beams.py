@@ -1,4 +1,4 @@
-"""From a scan to the points that are matched and the rays that are drawn."""
+"""Conversion of a scan into end points for matching and rays for mapping."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from chefbot.maths.se2 import SE2
 
 @dataclass(frozen=True, eq=False)
 class Beams:
-    """A scan seen from the robot, in metres.
+    """A scan in the base frame, in metres.
 
-    sensor: (2,) where the beams start. ends: (n, 2) float32 where they hit or are no longer used.
-    hit: (n,) whether there is a surface at the end.
+    sensor: (2,) origin of the beams. ends: (n, 2) float32, ends of the beams. hit: (n,) whether the beam ends
+    on a surface.
     """
 
     sensor: NDArray[np.float32]
@@ -26,7 +26,7 @@ class Beams:
 
     @property
     def surfaces(self) -> NDArray[np.float32]:
-        """Ends on a surface, (m, 2)."""
+        """End points on a surface, (m, 2)."""
         return self.ends[self.hit]
 
 
@@ -37,16 +37,18 @@ def beams_of(
     max_range: float,
     clear_range: float,
 ) -> Beams:
-    """The useful beams of a scan: angles (n,) rad in the sensor's frame, ranges (n,) m.
+    """Return the usable beams of a scan: angles (n,) rad in the sensor frame, ranges (n,) m.
 
-    REP-117: +inf means nothing was in reach, so the beam is free up to `clear_range`; NaN, -inf and ranges
-    not above 0 are no measurements and are left out. A return beyond `max_range` is free up to there.
+    REP-117: +inf means no return, so the beam is free up to `clear_range`; NaN, -inf and ranges not above 0
+    are invalid and left out. A return beyond `max_range` is free up to there.
     """
     ranges = np.asarray(ranges, np.float64)
+    # Drop NaN, -inf and non-positive ranges
     valid = ranges > 0.0
     ranges = ranges[valid]
     directions = np.asarray(angles, np.float64)[valid] + sensor.yaw
     hit = ranges <= max_range
+    # Length of the ray: the return, or the range that the beam clears
     length = np.where(hit, ranges, np.where(np.isinf(ranges), min(clear_range, max_range), max_range))
     start = np.array([sensor.x, sensor.y])
     ends = start + length[:, None] * np.column_stack([np.cos(directions), np.sin(directions)])
@@ -55,16 +57,17 @@ def beams_of(
 
 @njit(cache=True, nogil=True)
 def thinned(points, spacing):  # type: ignore[no-untyped-def]
-    """Of neighbouring points (n, 2) closer together than `spacing` only the first.
+    """Drop points (n, 2) that are closer than `spacing` to the last point kept.
 
-    A camera's 640 beams fall within millimetres of each other on a near wall: no news, but time, and
-    the near wall would outvote the far one.
+    The 640 beams of a depth camera fall within millimetres of each other on a near wall: they carry no
+    information but cost time, and the near wall would outweigh the far one.
     """
     kept = np.empty_like(points)
     n = 0
     for i in range(len(points)):
         if n > 0:
             dx, dy = points[i, 0] - kept[n - 1, 0], points[i, 1] - kept[n - 1, 1]
+            # Skip points within `spacing` of the last point kept
             if dx * dx + dy * dy < spacing * spacing:
                 continue
         kept[n, 0], kept[n, 1] = points[i, 0], points[i, 1]
@@ -73,6 +76,6 @@ def thinned(points, spacing):  # type: ignore[no-untyped-def]
 
 
 def reach(beams: Beams) -> float:
-    """Metres from the robot to the furthest end of a beam, or to the sensor."""
-    far = np.hypot(beams.ends[:, 0], beams.ends[:, 1]).max() if len(beams.ends) else 0.0
-    return max(float(far), math.hypot(*beams.sensor))
+    """Return the distance in metres from the robot to the farthest end of a beam, or to the sensor."""
+    max_range = np.hypot(beams.ends[:, 0], beams.ends[:, 1]).max() if len(beams.ends) else 0.0
+    return max(float(max_range), math.hypot(*beams.sensor))

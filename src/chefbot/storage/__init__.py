@@ -1,1 +1,1 @@
-"""Files that stay whole: atomic writes, MCAP, maps, places."""
+"""Crash-safe files: atomic writes, MCAP recordings, maps, named places."""

@@ -1,4 +1,4 @@
-"""Files that are whole at every moment: written beside, then renamed. Maps on disk."""
+"""Atomic file writes: the data goes to a temporary file in the same folder, which is then renamed."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from chefbot.errors import UserError
 
 
 def write_atomic(path: Path, data: bytes) -> None:
-    """After this, `path` holds `data`, also after a power cut; if it fails or is killed, what it held before.
+    """Write `data` to `path` atomically and durably; after a failure the old content is still there.
 
-    A symbolic link is followed. A device or a pipe is written to; a file in its place would be no device any more.
-    UserError with the reason, e.g. a full disk.
+    A symbolic link is followed. A device or a pipe is written to directly, as a rename would replace it by a
+    file. UserError with the reason, e.g. a full disk.
     """
     with explained(path):
         if path.exists() and not path.is_file():
             path.write_bytes(data)
             return
-        target = real_path(path)
-        rename_all([(write_beside(target, data), target)])
+        target = resolve_path(path)
+        rename_all([(write_temporary(target, data), target)])
 
 
 @contextmanager
 def explained(path: Path) -> Iterator[None]:
-    """What the operating system says against writing `path`, as a UserError of one sentence."""
+    """Convert an OSError while writing `path` to a UserError of one sentence."""
     try:
         yield
     except OSError as error:
@@ -35,24 +35,24 @@ def explained(path: Path) -> Iterator[None]:
 
 
 def make_folder(folder: Path) -> None:
-    """With those above it, unless it is there. UserError if it cannot be made."""
+    """Create a folder and its parents if they do not exist; UserError if that fails."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"folder {folder} cannot be made: {error.strerror or error}") from None
 
 
-def write_beside(target: Path, data: bytes, number: int = 0) -> Path:
-    """A new file in the folder of `target`, on disk when this returns; gone if it fails."""
+def write_temporary(target: Path, data: bytes, number: int = 0) -> Path:
+    """Write a temporary file in the folder of `target` and sync it to disk; it is removed on failure."""
     writer = f"{os.getpid()}.{threading.get_ident()}.{number}"
     temporary = target.with_name(f".{target.name}.{writer}.tmp")
-    temporary.unlink(missing_ok=True)  # of a dead process that had our number
+    temporary.unlink(missing_ok=True)  # left by a dead process with the same PID
     try:
         handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
         try:
-            rest = memoryview(data)
-            while rest:
-                rest = rest[os.write(handle, rest) :]
+            remaining = memoryview(data)
+            while remaining:
+                remaining = remaining[os.write(handle, remaining) :]
             os.fsync(handle)
         finally:
             os.close(handle)
@@ -63,7 +63,10 @@ def write_beside(target: Path, data: bytes, number: int = 0) -> Path:
 
 
 def rename_all(renames: list[tuple[Path, Path]]) -> None:
-    """Each temporary file to its target, in this order also on disk; what fails leaves no temporary file."""
+    """Rename each temporary file to its target, durably and in order.
+
+    On failure remove the temporary files.
+    """
     try:
         for temporary, target in renames:
             os.replace(temporary, target)  # noqa: PTH105 - tests make the system calls fail
@@ -74,7 +77,10 @@ def rename_all(renames: list[tuple[Path, Path]]) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Names in it are on the disk when this returns. Windows opens no folder, and writes names by itself."""
+    """Sync a folder's entries to disk.
+
+    Windows cannot open folders, and writes their entries by itself.
+    """
     if not hasattr(os, "O_DIRECTORY"):
         return
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
@@ -85,14 +91,14 @@ def sync_folder(folder: Path) -> None:
 
 
 def remove(paths: Iterator[Path] | list[Path]) -> None:
-    """Tidy up; a file that cannot go is only litter, and the reason to tell is another one."""
+    """Remove files; errors are ignored, as the caller has a more important one to report."""
     for path in paths:
         with suppress(OSError):
             path.unlink(missing_ok=True)
 
 
-def real_path(path: Path) -> Path:
-    """Where the links lead."""
+def resolve_path(path: Path) -> Path:
+    """Resolve all symbolic links of a path."""
     try:
         return path.resolve()
     except (ValueError, RuntimeError) as error:  # a null character; links in a circle
@@ -100,6 +106,6 @@ def real_path(path: Path) -> Path:
 
 
 def write_into_folder(path: Path, data: bytes) -> None:
-    """The file, whole or not at all, in a folder that is made if need be. UserError with the reason."""
+    """Write a file atomically, creating its folder if necessary; UserError with the reason."""
     make_folder(path.parent)
     write_atomic(path, data)

@@ -1,4 +1,4 @@
-"""Room on the disk that is taken before it is needed: whether a file can still be finished is known beforehand."""
+"""Reservation of disk space before it is needed, so that a file can always be completed."""
 
 from __future__ import annotations
 
@@ -15,57 +15,58 @@ except ImportError:  # Windows
     resource = None  # type: ignore[assignment]
 
 KEEP_SIZE = 1
-"""FALLOC_FL_KEEP_SIZE of Linux's fallocate(2): the file does not look longer than what was written to it."""
+"""FALLOC_FL_KEEP_SIZE of Linux's fallocate(2): reserved space does not change the file's reported size."""
 STEP = 256 * 1024
-"""Bytes that are asked for beyond what is needed now, so that the system is not asked too often."""
+"""Bytes reserved beyond the current need, to limit the number of system calls."""
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
-class Room:
-    """Of one open file, from its beginning."""
+class DiskReservation:
+    """The disk space that is reserved for one open file, counted from its beginning."""
 
     def __init__(self, handle: int) -> None:
         self._handle = handle
-        self._taken = 0
-        self._can_tell = True
+        self._reserved = 0
+        self._supported = True
 
-    def take(self, size: int) -> None:
-        """The file may grow to so many bytes from now on. OSError, with nothing changed, where the disk is full.
+    def reserve(self, size: int) -> None:
+        """Reserve space for a file of `size` bytes; OSError, without any change, if the disk is full.
 
-        A file system that cannot promise it, or a pipe, lets everything pass: there the writing itself must tell.
+        If the file system does not support reservation, or for a pipe, this does nothing, and writing itself
+        fails.
         """
-        if size <= self._taken or not self._can_tell:
+        if size <= self._reserved or not self._supported:
             return
-        for wanted in (size + STEP, size):
-            code = self._ask(wanted)
+        for requested in (size + STEP, size):
+            code = self._allocate(requested)
             if code not in FULL:
-                self._can_tell, self._taken = code == 0, wanted
+                self._supported, self._reserved = code == 0, requested
                 return
         raise OSError(code, os.strerror(code))
 
-    def give_back(self) -> None:
-        """What was not used."""
-        if self._can_tell and self._taken:
+    def release(self) -> None:
+        """Release the space that was reserved but not used."""
+        if self._supported and self._reserved:
             os.ftruncate(self._handle, os.fstat(self._handle).st_size)
 
-    def _ask(self, size: int) -> int:
-        """0, or the error number."""
-        if size > _longest():
+    def _allocate(self, size: int) -> int:
+        """Reserve `size` bytes; return 0 or the error number."""
+        if size > _max_file_size():
             return errno.EFBIG
         if sys.platform != "linux":
-            return self._try_on(size)
+            return self._probe(size)
         libc = ctypes.CDLL(None, use_errno=True)
         allocate = getattr(libc, "fallocate64", None) or getattr(libc, "fallocate", None)
-        if allocate is None:  # a C library without it
-            return self._try_on(size)
-        begin, length = ctypes.c_int64(self._taken), ctypes.c_int64(size - self._taken)
+        if allocate is None:  # the C library has no fallocate
+            return self._probe(size)
+        begin, length = ctypes.c_int64(self._reserved), ctypes.c_int64(size - self._reserved)
         return 0 if allocate(self._handle, KEEP_SIZE, begin, length) == 0 else ctypes.get_errno()
 
-    def _try_on(self, size: int) -> int:
-        """Where nothing can be promised: zeros are written up to `size`, and cut off again.
+    def _probe(self, size: int) -> int:
+        """Test for `size` bytes where the system cannot reserve: write zeros and truncate them again.
 
-        It tells a full disk before a record is begun; another program may still take the room in between, as it
-        may not where the system promises it.
+        A full disk is thus detected before a record is begun, but another program may still use the space
+        before it is written.
         """
         try:
             if not stat.S_ISREG(os.fstat(self._handle).st_mode):
@@ -75,7 +76,7 @@ class Room:
         except OSError as error:
             return error.errno or errno.EIO
         try:
-            _fill(self._handle, written, size)
+            _write_zeros(self._handle, written, size)
         except OSError as error:
             return error.errno or errno.EIO
         finally:
@@ -84,16 +85,19 @@ class Room:
         return 0
 
 
-def _longest() -> float:
-    """Bytes that a file of this process may have."""
+def _max_file_size() -> float:
+    """Return the maximum file size of this process, bytes."""
     if resource is None:
         return math.inf
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
     return math.inf if limit == resource.RLIM_INFINITY else limit
 
 
-def _fill(handle: int, begin: int, end: int) -> None:
-    """Zeros; a file system looks for room when it takes them, not when they go to the disk. OSError without room."""
+def _write_zeros(handle: int, begin: int, end: int) -> None:
+    """Write zeros; file systems allocate space in the write call, not when data goes to disk.
+
+    OSError if there is no space.
+    """
     os.lseek(handle, begin, os.SEEK_SET)
     while begin < end:
         begin += os.write(handle, bytes(min(STEP, end - begin)))

@@ -1,4 +1,4 @@
-"""Maps on disk: a picture and its YAML file, whole at every moment."""
+"""Map files: an image and its YAML file, consistent at every moment."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from chefbot.mapping.map_format import (
     encode_pgm,
 )
 from chefbot.maths.grid import Grid
-from chefbot.storage.atomic_files import explained, real_path, remove, rename_all, write_beside
+from chefbot.storage.atomic_files import explained, remove, rename_all, resolve_path, write_temporary
 
 MAX_IMAGE_BYTES = 500_000_000
 
@@ -31,24 +31,28 @@ MAX_YAML_BYTES = 100_000
 
 
 def save_map(folder_or_stem: Path, grid: Grid, mode: Mode = "trinary") -> Path:
-    """Write NAME.pgm and NAME.yaml, and give the path of the latter; a folder gets `map.pgm`, `map.yaml`.
+    """Write NAME.pgm and NAME.yaml and return the path of the latter; a folder gets `map.pgm`, `map.yaml`.
 
-    There is no window: at every moment, killed or not, NAME.yaml names a whole picture that belongs to it,
-    for any reader. Two renames alone would leave the old YAML file beside the new picture for a moment. So
-    the new picture is first put beside the old one as NAME.<checksum>.pgm; then a YAML file that names it
-    replaces the old one, and the new map is valid; then the picture replaces NAME.pgm and a YAML file that
-    names that one follows; then the extra picture goes. All four files are on disk before the first rename,
-    so that a full disk leaves the old map. UserError with the reason if anything fails.
+    At every moment, even if the process is killed, NAME.yaml names a complete image that belongs to it. Two
+    renames alone would leave the old YAML file beside the new image for a moment. So
+
+    1. the new image is put beside the old one as NAME.<checksum>.pgm;
+    2. a YAML file that names it replaces the old one: the new map is valid;
+    3. the image replaces NAME.pgm, and a YAML file that names that one follows;
+    4. the extra image is removed.
+
+    All four files are on disk before the first rename, so that a full disk leaves the old map intact.
+    UserError with the reason if anything fails.
     """
     yaml = map_yaml_path(folder_or_stem)
     with explained(yaml):
-        yaml = real_path(yaml)
+        yaml = resolve_path(yaml)
         _save_pair(yaml, yaml.with_name(yaml.name[: -len(".yaml")] + ".pgm"), grid, mode)
     return yaml
 
 
 def map_yaml_path(folder_or_stem: Path) -> Path:
-    """The YAML file that `save_map` writes for a folder, a stem or the file's own name."""
+    """Return the YAML file that `save_map` writes for a folder, a stem or the file's own name."""
     if folder_or_stem.is_dir():
         return folder_or_stem / "map.yaml"
     name = folder_or_stem.name
@@ -56,23 +60,23 @@ def map_yaml_path(folder_or_stem: Path) -> Path:
 
 
 def load_map(path: Path) -> Grid:
-    """The map of a YAML file; a picture's name that is not absolute counts from the YAML file's folder.
+    """Load the map of a YAML file; a relative image path is relative to the YAML file's folder.
 
-    UserError with file and reason for anything that is no whole map.
+    UserError with file and reason if the map is invalid or incomplete.
     """
     about = decode_map_yaml(read_bytes(path, "map file", MAX_YAML_BYTES), f"map file {path}")
     image = path.parent / about.image
-    if image.exists() and not image.is_file():  # a pipe would be waited for
+    if image.exists() and not image.is_file():  # reading a pipe would block
         raise UserError(f"map picture {image} is not a file")
     return decode_map(about, read_bytes(image, "map picture", MAX_IMAGE_BYTES), f"map picture {image}")
 
 
 def map_png(grid: Grid) -> bytes:
-    """A picture to look at: the fuller a cell the darker, unknown grey; high y on top."""
-    table = np.full(256, GREY, np.uint8)
-    table[:101] = np.round(WHITE * (1.0 - np.arange(101) / 100.0))
+    """Render a map as PNG: the higher the occupancy the darker, unknown cells grey, high y at the top."""
+    shades = np.full(256, GREY, np.uint8)
+    shades[:101] = np.round(WHITE * (1.0 - np.arange(101) / 100.0))
     file = io.BytesIO()
-    Image.fromarray(table[grid.cells[::-1].view(np.uint8)]).save(file, "PNG")
+    Image.fromarray(shades[grid.cells[::-1].view(np.uint8)]).save(file, "PNG")
     return file.getvalue()
 
 
@@ -88,15 +92,15 @@ def _save_pair(yaml: Path, pgm: Path, grid: Grid, mode: Mode) -> None:
     renames: list[tuple[Path, Path]] = []
     try:
         for number, (target, data) in enumerate(writes):
-            renames.append((write_beside(target, data, number), target))
+            renames.append((write_temporary(target, data, number), target))
     except BaseException:
         remove(temporary for temporary, _ in renames)
         raise
     rename_all(renames)
-    remove(_extra_pictures(pgm))
+    remove(_intermediate_images(pgm))
 
 
-def _extra_pictures(pgm: Path) -> list[Path]:
-    """Pictures that this save or one that was killed put beside `pgm`."""
+def _intermediate_images(pgm: Path) -> list[Path]:
+    """Return the intermediate images left beside `pgm` by this save or by one that was killed."""
     name = re.compile(re.escape(pgm.stem) + r"\.[0-9a-f]{16}\.pgm")
     return [path for path in pgm.parent.iterdir() if name.fullmatch(path.name)]

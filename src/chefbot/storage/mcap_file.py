@@ -1,4 +1,4 @@
-"""One MCAP file being written, with the ros2 profile: what recordings of runs and bags have in common."""
+"""Writer for MCAP files with the ros2 profile, shared by recordings of runs and bags."""
 
 from __future__ import annotations
 
@@ -11,24 +11,25 @@ from mcap.writer import CompressionType, Writer
 
 from chefbot import __version__
 from chefbot.errors import UserError
-from chefbot.storage.disk_reservation import Room
+from chefbot.storage.disk_reservation import DiskReservation
 
 T = TypeVar("T")
 RECORD, MESSAGE, CHANNEL_INDEX = 64, 64, 32
-"""Bytes of which MCAP needs less around a record; for a message and its index; for a channel in such an index."""
+"""Upper bounds of MCAP's overhead, bytes: per record; per message and index; per channel in that index."""
 CHUNK, CHUNK_CHANNEL = 1024, 10
-"""The same for a chunk and its index; there, for each channel."""
+"""Upper bounds of the overhead of a chunk and its index, and of each channel in that index, bytes."""
 END = 1024
-"""For footer, statistics and offsets."""
+"""Upper bound for footer, statistics and offsets, bytes."""
 WORST = 1.01
-"""What does not compress grows by less (zstd's bound: 1/256 and some bytes)."""
+"""Upper bound of the growth of incompressible data (zstd's bound: 1/256 and some bytes)."""
 
 
 class McapFile:
-    """Takes CDR bytes. UserError, once, when the disk is full or gone.
+    """Writes messages, as CDR bytes, to an MCAP file; UserError, once, if the disk is full or gone.
 
-    It takes room for its own end before it takes a message: a file that ends because the disk is full is whole, with
-    all messages that were taken before. `last_record` gives a table of texts to be written at the very end.
+    It reserves space for the end of the file before it accepts a message: a file that ends because the disk
+    is full is complete, with all messages accepted before. `last_record` returns a metadata record to be
+    written last.
     """
 
     def __init__(
@@ -39,41 +40,43 @@ class McapFile:
         self._schemas: dict[tuple[str, bytes], int] = {}
         self._channels = 0
         self._file = _open(path)
-        self._room = Room(self._file.fileno())
-        self._pending, self._end = 0, END
-        self._counted = _Counted(self._file)
-        self._writer = Writer(self._counted, compression=CompressionType.ZSTD)
+        self._reservation = DiskReservation(self._file.fileno())
+        self._chunk_bytes, self._end_bytes = 0, END
+        self._stream = _CountingStream(self._file)
+        self._writer = Writer(self._stream, compression=CompressionType.ZSTD)
         self._writer.start(profile="ros2", library=f"chefbot {__version__}")
 
     @property
     def closed(self) -> bool:
-        """Whether it takes no more."""
+        """Whether the file is closed and accepts no more messages."""
         return self._file.closed
 
     def channel(self, topic: str, kind: str, definition: str, metadata: dict[str, str]) -> int:
-        """A new channel of messages of type `kind`; an unknown definition is the empty text."""
+        """Register a channel for messages of type `kind`; an unknown definition is the empty string."""
         schema = self._schema(kind, definition.encode())
         size = RECORD + len(topic.encode()) + _size(metadata)
-        self._end += size + CHUNK_CHANNEL
+        self._end_bytes += size + CHUNK_CHANNEL
         self._channels += 1
         return self._write(size, lambda: self._writer.register_channel(topic, "cdr", schema, metadata))
 
     def metadata(self, name: str, values: dict[str, str]) -> None:
-        """A named table of texts."""
-        self._end += RECORD + len(name.encode())
-        self._guarded(RECORD + _size({name: "", **values}), lambda: self._writer.add_metadata(name, values))
+        """Write a metadata record: a named table of strings."""
+        self._end_bytes += RECORD + len(name.encode())
+        self._write_reserved(
+            RECORD + _size({name: "", **values}), lambda: self._writer.add_metadata(name, values)
+        )
 
     def reserve(self, size: int) -> None:
-        """So much more that `last_record` may take."""
-        self._end += size
+        """Reserve `size` more bytes for what `last_record` returns."""
+        self._end_bytes += size
 
     def add(self, channel: int, data: bytes, log_ns: int, publish_ns: int, sequence: int) -> None:
-        """One message."""
+        """Write one message to a channel."""
         write = self._writer.add_message
         self._write(MESSAGE + len(data), lambda: write(channel, log_ns, data, publish_ns, sequence))
 
     def flush(self) -> None:
-        """What was added so far can be read from now on, even if this process is killed."""
+        """Write all messages added so far to the file, so that they survive the death of this process."""
         self._write(0, self._writer.flush)
 
     def close(self) -> None:
@@ -87,37 +90,43 @@ class McapFile:
         key = kind, definition
         if key not in self._schemas:
             size = RECORD + len(kind.encode()) + len(definition)
-            self._end += size
+            self._end_bytes += size
             register = self._writer.register_schema
             self._schemas[key] = self._write(size, lambda: register(kind, "ros2msg", definition))
         return self._schemas[key]
 
     def _write(self, size: int, write: Callable[[], T]) -> T:
-        """Into the chunk in hand; it goes to the disk when it is large enough, or when it is asked to."""
-        begun = self._counted.position
-        done = self._guarded(size, write)
-        self._pending += size
-        if self._counted.position > begun:
-            self._pending = 0
-            self._end += CHUNK + CHUNK_CHANNEL * self._channels
-        return done
+        """Write to the current chunk, which goes to the file when it is large enough or on `flush`."""
+        start = self._stream.position
+        result = self._write_reserved(size, write)
+        self._chunk_bytes += size
+        if self._stream.position > start:
+            self._chunk_bytes = 0
+            self._end_bytes += CHUNK + CHUNK_CHANNEL * self._channels
+        return result
 
-    def _guarded(self, size: int, write: Callable[[], T]) -> T:
-        """Done where there is room for it and for the end; a full disk ends the file, in order."""
-        chunk = (self._pending + size) * WORST + CHUNK + (CHUNK_CHANNEL + CHANNEL_INDEX) * self._channels
+    def _write_reserved(self, size: int, write: Callable[[], T]) -> T:
+        """Write if there is space for it and for the end of the file.
+
+        A full disk closes the file properly.
+        """
+        # worst case: this write completes a chunk of incompressible data, and the file then has to be closed
+        chunk_bytes = (
+            (self._chunk_bytes + size) * WORST + CHUNK + (CHUNK_CHANNEL + CHANNEL_INDEX) * self._channels
+        )
         try:
-            self._room.take(self._counted.position + int(chunk) + self._end)
-        except OSError as full:
+            self._reservation.reserve(self._stream.position + int(chunk_bytes) + self._end_bytes)
+        except OSError as disk_full:
             self.close()
-            raise self._stopped(full) from None
+            raise self._stop_error(disk_full) from None
         try:
             return write()
-        except OSError as broken:
-            with suppress(OSError):  # what is told is why it broke
+        except OSError as error:
+            with suppress(OSError):  # the first error is the one to report
                 self._file.close()
-            raise self._stopped(broken) from None
+            raise self._stop_error(error) from None
 
-    def _stopped(self, error: OSError) -> UserError:
+    def _stop_error(self, error: OSError) -> UserError:
         return UserError(f"recording {self.path} stopped: {error.strerror}; free space or record elsewhere")
 
     def _finish(self) -> None:
@@ -128,29 +137,29 @@ class McapFile:
                 self._writer.add_metadata(*self._last_record())
             self._writer.finish()
             self._file.flush()
-            self._room.give_back()
+            self._reservation.release()
         finally:
             self._file.close()
 
 
-class _Counted:
-    """A stream that knows where it is without asking the system."""
+class _CountingStream:
+    """A stream that counts its position without system calls."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
         self.position = 0
 
     def write(self, data: bytes) -> int:
-        """All of it."""
+        """Write all the data and count it."""
         self.position += len(data)
         return self._file.write(data)
 
     def tell(self) -> int:
-        """Bytes written so far."""
+        """Return the number of bytes written so far."""
         return self.position
 
     def flush(self) -> None:
-        """To the system."""
+        """Flush the underlying file to the operating system."""
         self._file.flush()
 
 

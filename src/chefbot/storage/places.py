@@ -34,24 +34,24 @@ class PlaceEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class PlacesFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The whole file."""
+    """The content of a places file."""
 
     places: dict[Name, PlaceEntry]
 
 
 def places_path(map_path: Path) -> Path:
-    """Where the places of a map are kept."""
+    """Return the path of the places file that belongs to a map."""
     return map_path.with_suffix(".places.yaml")
 
 
 def load_places(path: Path) -> dict[str, SE2]:
-    """Name to pose. UserError with file and key otherwise."""
+    """Load the poses by name; UserError with file and key if the file is invalid."""
     file = read_config(path, PlacesFile, "places file")
     return {name: SE2(place.x, place.y, place.yaw) for name, place in file.places.items()}
 
 
 def save_places(path: Path, places: Mapping[str, SE2]) -> None:
-    """Write the file whole or not at all."""
+    """Write the places file atomically, with poses in the map frame."""
     entries = {
         name: {"x": f"{pose.x:.3f} m", "y": f"{pose.y:.3f} m", "yaw": f"{math.degrees(pose.yaw):.1f} deg"}
         for name, pose in places.items()
@@ -60,11 +60,11 @@ def save_places(path: Path, places: Mapping[str, SE2]) -> None:
     write_atomic(path, (about + yaml.safe_dump({"places": entries}, sort_keys=False)).encode())
 
 
-def find_place(wish: str, places: Collection[str]) -> str:
-    """The place that a person means by 'kitchen', 'table_3' or just '3'. UserError with the nearest name."""
-    if wish in places:
-        return wish
-    name = f"table_{wish}" if wish.isdigit() else wish.lower().replace(" ", "_")
+def find_place(query: str, places: Collection[str]) -> str:
+    """Return the place that 'kitchen', 'table_3' or just '3' refers to; UserError with the closest name."""
+    if query in places:
+        return query
+    name = f"table_{query}" if query.isdigit() else query.lower().replace(" ", "_")
     if name not in places:
-        raise UserError(f"there is no place called {wish!r}{nearest(name, places)}")
+        raise UserError(f"there is no place called {query!r}{nearest(name, places)}")
     return name

@@ -1,1 +1,1 @@
-"""Processes of a launch: started, watched by heartbeat, restarted with their state."""
+"""Supervision of a launch's worker processes: start, heartbeat, restart, and restored state."""

@@ -1,8 +1,9 @@
-"""Signs of life of a launch's other processes: one that has stopped without having died is found by its silence.
+"""Heartbeats of a launch's worker processes, which detect a process that hangs without having died.
 
-A thread of each process writes a letter to its launch every BEAT, on the line that its orders came by: whether its
-loop turns, or is still at the step that it was at before. So one that thinks for long is told from one that is
-stopped, and nothing has to be answered.
+A thread of each worker sends one byte to the launch process every BEAT seconds, on the socket by which it got
+its specification: either the event loop has progressed since the last heartbeat, or it is still busy with the
+same step. So a process that computes for a long time can be told from one that is stopped, and the launch
+need not poll.
 """
 
 from __future__ import annotations
@@ -14,69 +15,79 @@ import threading
 from chefbot.runtime.loop import Loop
 
 BEAT = 0.03
-"""Seconds between two signs."""
+"""Heartbeat period, s."""
 TURNS, THINKS = b".", b"-"
-"""The loop waits or has begun a new step since the last sign; it is at the same step still."""
+"""Heartbeat bytes: the loop is idle or has begun a new step since the last heartbeat; it is busy with the
+same step."""
 SILENT = 0.12
-"""Seconds without a sign after which the robot must not rely on a process: four are missing."""
+"""Maximum time without a heartbeat before a process counts as unresponsive, s: four heartbeats are
+missing."""
 LONG = 2.0
-"""Seconds after which it must not rely on one that is at one step all the time: a pose or a plan is as old."""
+"""Maximum time at one step before a process counts as unresponsive, s: its pose or plan is as old."""
 HANGS = 2.0
-"""Seconds without a sign after which it is ended: nine times the longest silence that was measured on a machine with
-five times too much to do (docs/why.md). Waiting for a disk, or a library that keeps the interpreter, takes longer."""
+"""Time without a heartbeat after which a process is killed, s: nine times the longest silence that was
+measured on a machine with five times too much to do (docs/why.md). Waiting for a disk, or for a library that
+holds the interpreter lock, can take longer."""
 ENDLESS = 30.0
-"""Seconds after which a step has no end: compiling an owner's kernel on a small computer takes a part of that."""
-BEGINNING = 60.0
-"""Seconds that it has until its first sign: it loads, and waits for the robot's time."""
+"""Time at one step after which a process is killed, s: compiling a user's kernel on a small computer takes a
+part of that."""
+STARTUP_TIMEOUT = 60.0
+"""Maximum time until the first heartbeat, s: the process loads, and waits for the robot's time."""
 
 
 class Heart:
-    """Beats on `line`, the descriptor of a socket, until the other end is closed; `loop` is what is alive."""
+    """Sends heartbeats of `loop` from a thread of its own until the other end is closed.
 
-    def __init__(self, loop: Loop, line: int) -> None:
+    `descriptor` is that of a connected socket.
+    """
+
+    def __init__(self, loop: Loop, descriptor: int) -> None:
         self._loop = loop
-        self._line = socket.socket(fileno=os.dup(line))
-        threading.Thread(target=self._beat, name="heart", daemon=True).start()
+        self._socket = socket.socket(fileno=os.dup(descriptor))
+        threading.Thread(target=self._send_heartbeats, name="heart", daemon=True).start()
 
-    def _beat(self) -> None:
-        pause, before = threading.Event(), 0
-        while not pause.wait(BEAT):
+    def _send_heartbeats(self) -> None:
+        timer, last_step = threading.Event(), 0
+        while not timer.wait(BEAT):
             step = self._loop.step_began_ns
             try:
-                self._line.send(THINKS if step and step == before else TURNS, socket.MSG_DONTWAIT)
+                self._socket.send(THINKS if step and step == last_step else TURNS, socket.MSG_DONTWAIT)
             except BlockingIOError:
-                pass  # the launch itself has stopped, and nobody reads
+                pass  # the launch process is stopped and does not read: drop the heartbeat
             except OSError:
-                return  # the launch is no more
-            before = step
+                return  # the launch process has exited
+            last_step = step
 
 
 class Pulse:
-    """What the signs of one process say; felt again and again."""
+    """Monitors the heartbeats of one process."""
 
     def __init__(self) -> None:
-        self._silent = self._thinks = 0.0
-        self._begun = False
+        self._silence = self._busy_time = 0.0
+        self._started = False
 
-    def feel(self, signs: bytes, elapsed: float) -> None:
-        """`signs` that came in the `elapsed` seconds since it was felt last.
+    def feel(self, heartbeats: bytes, elapsed: float) -> None:
+        """Process the `heartbeats` that were received in the last `elapsed` seconds.
 
-        Who feels it late counts little: what came meanwhile may not be here yet.
+        The caller bounds `elapsed`: after a late call, heartbeats of the time between may not have arrived
+        yet.
         """
-        self._begun |= bool(signs)
-        self._silent = 0.0 if signs else self._silent + elapsed
-        self._thinks = 0.0 if TURNS in signs else self._thinks + elapsed
+        self._started |= bool(heartbeats)
+        self._silence = 0.0 if heartbeats else self._silence + elapsed
+        self._busy_time = 0.0 if TURNS in heartbeats else self._busy_time + elapsed
 
     @property
     def is_weak(self) -> bool:
-        """Nothing that moves should rely on it now."""
-        return self._begun and (self._silent > SILENT or self._thinks > LONG)
+        """Whether nothing that moves should rely on this process now."""
+        return self._started and (self._silence > SILENT or self._busy_time > LONG)
 
     @property
     def verdict(self) -> str:
-        """Why it must be ended; empty if it need not."""
-        if not self._begun:
-            return f"it has not begun after {BEGINNING:.0f} s" if self._silent > BEGINNING else ""
-        if self._silent > HANGS:
+        """The reason why the process must be killed, or an empty string."""
+        if not self._started:
+            return (
+                f"it has not begun after {STARTUP_TIMEOUT:.0f} s" if self._silence > STARTUP_TIMEOUT else ""
+            )
+        if self._silence > HANGS:
             return f"no sign of life for {HANGS:.1f} s"
-        return f"at one step for {ENDLESS:.0f} s" if self._thinks > ENDLESS else ""
+        return f"at one step for {ENDLESS:.0f} s" if self._busy_time > ENDLESS else ""

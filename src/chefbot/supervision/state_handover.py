@@ -1,4 +1,4 @@
-"""What a process of a launch said last to those who come late: kept by its launch, told to its next life."""
+"""State of a launch's worker processes, kept by the launch process and restored after a restart."""
 
 from __future__ import annotations
 
@@ -28,94 +28,101 @@ from chefbot.runtime.node_container import PARAMS_TOPIC, System, params_message
 from chefbot.runtime.transform_buffer import TransformError
 
 FRAMES = "tf"
-"""Where the map is, as its owner said last; the rest of the tree goes on being told by others."""
+"""Topic of the map's transform, restored from the transform buffer; other processes keep publishing the rest
+of the tree."""
 
 
 class Word(msgspec.Struct, frozen=True):
-    """A message, as bytes, and the topic of the loop that it stands for."""
+    """A serialized message and the loop's topic on which it is restored."""
 
     topic: str
     kind: str
-    """'nav_msgs/msg/OccupancyGrid'"""
+    """Message type, as 'nav_msgs/msg/OccupancyGrid'."""
     cdr: bytes
 
     @staticmethod
     def of(topic: str, message: Message) -> Word:
-        """Of a message that is none yet."""
+        """Serialize a message for a topic."""
         return Word(topic, WireType.of(type(message)).name, message.to_cdr())
 
     def message(self) -> Message:
-        """What was said."""
+        """Deserialize the stored message and return it."""
         return message_type(self.kind).from_cdr(self.cdr)
 
 
 class LastWords:
-    """Listens, as long as `node` is there, to what nodes of the launch's other processes declare with `last_words`,
-    and to what their parameters were set to.
+    """Stores the last messages and parameter changes of nodes in the launch's worker processes.
 
-    A launch's own process hears it for them: what a publisher keeps for those who come late dies with it.
+    As long as `node` exists it subscribes to the topics that these nodes declare with `last_words`, and to
+    /parameter_events. The launch process stores them because a transient-local publisher's history dies with
+    its process.
     """
 
     def __init__(self, node: WireNode, launch: Launch, system: System) -> None:
         self._system = system
-        self._space = str(launch.args["namespace"]).rstrip("/")
+        self._namespace = str(launch.args["namespace"]).rstrip("/")
         parts = split(launch)[1]
-        self._said: dict[str, dict[str, Word]] = {}
+        self._messages: dict[str, dict[str, Word]] = {}
         self._entries = {name: entry for part in parts.values() for name, entry in part.nodes.items()}
         self._params: dict[str, msgspec.Struct] = {}
-        """Of nodes whose parameters were set while they ran."""
+        """Parameters of nodes that were changed at run time, by node name."""
         self._lock = threading.Lock()
-        node.subscription("/parameter_events", ParameterEvent, self._note, PARAMETERS)
+        node.subscription("/parameter_events", ParameterEvent, self._on_parameter_event, PARAMETERS)
         for process, part in parts.items():
-            self._said[process] = {}
+            self._messages[process] = {}
             for entry in part.nodes.values():
-                self._listen(node, process, entry)
+                self._subscribe(node, process, entry)
 
     def of(self, process: str) -> tuple[Word, ...]:
-        """What its next life is told; any thread."""
+        """Return the messages that restore the state of a process after a restart (thread-safe)."""
         with self._lock:
-            words = (*self._params_of(process), *self._said[process].values())
-        return (*words, *self._frames(), Word.of(LIFE, Empty()))
+            messages = (*self._changed_params_of(process), *self._messages[process].values())
+        return (*messages, *self._map_transform(), Word.of(LIFE, Empty()))
 
-    def _listen(self, node: WireNode, process: str, entry: NodeEntry) -> None:
+    def _subscribe(self, node: WireNode, process: str, entry: NodeEntry) -> None:
         for topic, kind in wanted(entry):
             if topic not in (FRAMES, LIFE):
                 wire_type = WireType.of(kind)
-                keep = partial(self._keep, process, topic, wire_type.name)
-                node.raw_subscription(entry.remap.get(topic, topic), wire_type, keep, LATCHED)
+                callback = partial(self._store, process, topic, wire_type.name)
+                node.raw_subscription(entry.remap.get(topic, topic), wire_type, callback, LATCHED)
 
-    def _keep(self, process: str, topic: str, kind: str, cdr: bytes, _: object) -> None:
+    def _store(self, process: str, topic: str, kind: str, cdr: bytes, _: object) -> None:
         with self._lock:
-            self._said[process][topic] = Word(topic, kind, cdr)
+            self._messages[process][topic] = Word(topic, kind, cdr)
 
-    def _note(self, event: ParameterEvent) -> None:
-        """Parameters that a node has taken while it ran; WireError for what it cannot have taken."""
-        space, _, name = event.node.rpartition("/")
+    def _on_parameter_event(self, event: ParameterEvent) -> None:
+        """Store parameters that a node accepted at run time.
+
+        Raises WireError for values that the node cannot have accepted.
+        """
+        namespace, _, name = event.node.rpartition("/")
         entry = self._entries.get(name)
-        if space != self._space or entry is None:
+        if namespace != self._namespace or entry is None:
             return
-        values = {one.name: from_value(one.value) for one in event.changed_parameters}
-        kind, where = node_class(entry.kind, "last words"), f"node {name}: params"
+        values = {parameter.name: from_value(parameter.value) for parameter in event.changed_parameters}
+        node_type, where = node_class(entry.kind, "last words"), f"node {name}: params"
         with self._lock:
-            known = self._params.get(name) or node_params(kind, entry.params, where)
+            current = self._params.get(name) or node_params(node_type, entry.params, where)
             try:
-                wanted = build(with_values(known, values), type(known), where)
+                requested = build(with_values(current, values), type(current), where)
             except (UserError, LookupError, TypeError) as error:
                 raise WireError(f"not kept for the next life of {name}: {error}") from None
-            if not all(is_live(one, kind.live_params) for one in changed_params(known, wanted)):
+            if not all(
+                is_live(parameter, node_type.live_params) for parameter in changed_params(current, requested)
+            ):
                 raise WireError(f"not kept for the next life of {name}: it is read only when it starts")
-            self._params[name] = wanted
+            self._params[name] = requested
 
-    def _params_of(self, process: str) -> list[Word]:
-        """All params of those nodes that no longer have what the launch file says."""
+    def _changed_params_of(self, process: str) -> list[Word]:
+        """Return all parameters of each node of `process` whose values differ from the launch file."""
         return [
             Word.of(PARAMS_TOPIC, params_message(name, msgspec.to_builtins(self._params[name])))
             for name, entry in self._entries.items()
             if entry.process == process and name in self._params
         ]
 
-    def _frames(self) -> tuple[Word, ...]:
-        """The map's place, if anybody has ever said it."""
+    def _map_transform(self) -> tuple[Word, ...]:
+        """Return the last map-to-odom transform, if one was ever published."""
         try:
             pose = self._system.transforms.lookup("map", "odom")
         except TransformError:
@@ -125,9 +132,11 @@ class LastWords:
 
 
 def wanted(entry: NodeEntry) -> list[tuple[str, type[Message]]]:
-    """Topics, not remapped, whose last words a node wants to be told, and their types."""
-    kind = node_class(entry.kind, "last words")
-    ports = ((getattr(kind, name, None), hint) for name, hint in typing.get_type_hints(kind).items())
+    """Return the topics (before remapping) whose last message a node wants restored, with their types."""
+    node_type = node_class(entry.kind, "last words")
+    ports = (
+        (getattr(node_type, name, None), hint) for name, hint in typing.get_type_hints(node_type).items()
+    )
     return [
         (spec.name.removeprefix(LAST_WORDS), typing.get_args(hint)[0])
         for spec, hint in ports

@@ -1,4 +1,4 @@
-"""Child processes of a launch: started, watched, started again when they die or hang, ended with it."""
+"""Supervisor of a launch's worker processes: starts, watches, restarts and ends them."""
 
 from __future__ import annotations
 
@@ -14,191 +14,195 @@ from chefbot.supervision.heartbeat import Pulse
 from chefbot.supervision.state_handover import Word
 from chefbot.supervision.worker_process import Order, Prepared
 
-LEAST_WAIT, MOST_WAIT = 0.5, 10.0
-"""Seconds before a process that died is started again; doubled each time."""
-STABLE = 10.0
-"""Seconds of life after which the wait begins anew."""
+MIN_RESTART_DELAY, MAX_RESTART_DELAY = 0.5, 10.0
+"""Delay before a process that died is restarted, s; doubled at each restart up to the maximum."""
+STABLE_TIME = 10.0
+"""Uptime after which the restart delay is reset to its minimum, s."""
 PERIOD = 0.02
-"""Seconds between two looks; the end of a child is seen at once."""
-GRACE = 2.0
-"""Seconds that processes have to end by themselves."""
+"""Period of the watch loop, s; the exit of a child wakes it at once."""
+SHUTDOWN_TIMEOUT = 2.0
+"""Time that processes have to exit by themselves before they are killed, s."""
 SPARE_AFTER = 2.0
-"""Seconds that all are there before a spare is made: what starts has enough to do."""
+"""Time that all processes must have been running before a spare is started, s, as starting needs the CPU."""
 COMMAND = (sys.executable, "-m", "chefbot.launcher.worker")
 
 
 class Hooks(NamedTuple):
-    """What a supervisor asks and tells whom it works for; all are called in its thread."""
+    """Callbacks of a supervisor; all are called in its thread."""
 
     lost: Callable[[str], None] = lambda _: None
-    """A process has died, or does not answer; said before anything else."""
+    """Called with the name of a process that has died or does not respond, before anything else is done."""
     ready: Callable[[str], bool] = lambda _: True
-    """Whether a process that runs does its work yet."""
+    """Return whether a process that runs is ready to work."""
     back: Callable[[str], None] = lambda _: None
-    """It does now, or again; said of the first start too."""
+    """Called when a process is ready or responds again, also after its first start."""
     last_words: Callable[[str], tuple[Word, ...]] = lambda _: ()
-    """What a process that died has to know of the life before."""
+    """Return the messages that restore the state of a process after a restart."""
 
 
 class _Child:
-    """One process and its history."""
+    """A worker process with its restart history."""
 
     def __init__(self, order: Order) -> None:
         self.name = order.process
         self.order = order
-        self.wait = LEAST_WAIT
-        self.due = time.monotonic()
-        self.began = 0.0
-        self.died: float | None = None
-        """When, if it has died before; monotonic seconds."""
+        self.restart_delay = MIN_RESTART_DELAY
+        self.restart_at = time.monotonic()
+        self.started_at = 0.0
+        self.died_at: float | None = None
+        """Monotonic time of its last death, s; None if it has not died yet."""
         self.ready = False
         self.running: Prepared | None = None
         self.pulse = Pulse()
-        self.weak_since: float | None = None
-        """When it was first felt that it does not answer, if it does not."""
+        self.unresponsive_since: float | None = None
+        """Monotonic time since which it has not responded, s; None if it responds."""
 
     @property
-    def begins_to_work(self) -> bool:
-        """It runs, and nobody has said yet that all of it is there."""
+    def is_starting(self) -> bool:
+        """Whether it runs and responds, and is not known to be ready yet."""
         return self.running is not None and not self.ready and not self.pulse.is_weak
 
-    def lost(self) -> int | None:
-        """The exit code if it has just died; then it is due again after a while."""
+    def poll_exit(self) -> int | None:
+        """Return the exit code if the process has just died, and schedule its restart."""
         code = None if self.running is None else self.running.process.poll()
         if self.running is None or code is None:
             return None
         self.running.ask_to_end()
         self.running = None
-        self.died = time.monotonic()
-        if self.died - self.began > STABLE:
-            self.wait = LEAST_WAIT
-        self.due = self.died + self.wait
+        self.died_at = time.monotonic()
+        # exponential backoff, reset after a stable run
+        if self.died_at - self.started_at > STABLE_TIME:
+            self.restart_delay = MIN_RESTART_DELAY
+        self.restart_at = self.died_at + self.restart_delay
         return code
 
     def back_off(self) -> float:
-        """How long it waits now; the next time twice as long."""
-        waits, self.wait = self.wait, min(2.0 * self.wait, MOST_WAIT)
-        return waits
+        """Return the current restart delay and double it for the next time, up to the maximum."""
+        delay, self.restart_delay = self.restart_delay, min(2.0 * self.restart_delay, MAX_RESTART_DELAY)
+        return delay
 
 
 class Supervisor:
-    """Runs one child for each order until `close`; `tell` gets a sentence when one dies or comes back.
+    """Runs one worker process for each order until `close`; `log` gets a sentence when one dies or is back.
 
-    A spare that has everything loaded stands by, so that who dies is soon replaced. A child that this process leaves
-    behind, even by `kill -9`, ends itself.
+    A spare process with everything loaded stands by, so that a process that died is soon replaced. Children
+    exit by themselves when this process does, even by `kill -9`.
     """
 
     def __init__(
         self,
         orders: Sequence[Order],
-        tell: Callable[[str], None],
+        log: Callable[[str], None],
         command: Sequence[str] = COMMAND,
         *,
         hooks: Hooks = Hooks(),  # noqa: B008 - it is frozen
     ) -> None:
-        self._tell, self._command, self._hooks = tell, command, hooks
+        self._log, self._command, self._hooks = log, command, hooks
         self._children = [_Child(order) for order in orders]
         self._spare: Prepared | None = None
-        self._news = threading.Event()
-        self._looked = time.monotonic()
+        self._wake = threading.Event()
+        self._last_check = time.monotonic()
         self._closing = False
         self._thread = threading.Thread(target=self._watch, name="supervisor", daemon=True)
         self._thread.start()
 
     def pids(self) -> dict[str, int]:
-        """Process name to number, of those that run."""
-        return {one.name: one.running.process.pid for one in self._children if one.running is not None}
+        """Return the process id of each running process by its name."""
+        return {
+            child.name: child.running.process.pid for child in self._children if child.running is not None
+        }
 
     def close(self) -> None:
-        """End them all; at most GRACE seconds and what killing takes."""
+        """End all processes; takes SHUTDOWN_TIMEOUT seconds and the time of killing at most."""
         self._closing = True
-        self._news.set()
+        self._wake.set()
         self._thread.join()
-        running = [one.running for one in self._children if one.running is not None]
-        for one in running:
-            one.ask_to_end()
+        running = [child.running for child in self._children if child.running is not None]
+        for worker in running:
+            worker.ask_to_end()
         if self._spare is not None:
-            self._spare.end(0.0)  # it has done nothing yet
-        until = time.monotonic() + GRACE
-        for one in running:
-            one.end(max(0.0, until - time.monotonic()))
+            self._spare.end(0.0)  # it has no work to finish
+        deadline = time.monotonic() + SHUTDOWN_TIMEOUT
+        for worker in running:
+            worker.end(max(0.0, deadline - time.monotonic()))
         for child in self._children:
             child.running = None
 
     def _watch(self) -> None:
         while not self._closing:
-            self._news.clear()
+            self._wake.clear()
             now = time.monotonic()
-            elapsed, self._looked = min(now - self._looked, 2.0 * PERIOD), now
-            for one in self._children:
-                self._feel(one, elapsed)
-                self._look_after(one)
+            # bounded, as heartbeats may still be in transit if this thread was late
+            elapsed, self._last_check = min(now - self._last_check, 2.0 * PERIOD), now
+            for child in self._children:
+                self._check_heartbeat(child, elapsed)
+                self._check_process(child)
             if self._children and self._spare is None and all(map(_is_settled, self._children)):
-                self._make_spare()
-            self._news.wait(PERIOD)
+                self._start_spare()
+            self._wake.wait(PERIOD)
 
-    def _feel(self, one: _Child, elapsed: float) -> None:
-        """The robot stands while one does not answer; it goes on when it does, and one that hangs is ended."""
-        if one.running is None:
+    def _check_heartbeat(self, child: _Child, elapsed: float) -> None:
+        """Report a process that stops or resumes responding, and kill one that hangs."""
+        if child.running is None:
             return
-        one.pulse.feel(one.running.signs(), elapsed)
-        if one.pulse.verdict:
-            one.running.process.kill()
-        if not one.ready or one.pulse.is_weak == (one.weak_since is not None):
+        child.pulse.feel(child.running.signs(), elapsed)
+        if child.pulse.verdict:
+            child.running.process.kill()
+        if not child.ready or child.pulse.is_weak == (child.unresponsive_since is not None):
             return
-        if one.weak_since is None:
-            self._hooks.lost(one.name)
-            one.weak_since = time.monotonic()
+        if child.unresponsive_since is None:
+            self._hooks.lost(child.name)
+            child.unresponsive_since = time.monotonic()
         else:
-            self._hooks.back(one.name)
-            took, one.weak_since = time.monotonic() - one.weak_since, None
-            self._tell(f"process {one.name} did not answer; the robot stood for {took:.2f} s")
+            self._hooks.back(child.name)
+            duration, child.unresponsive_since = time.monotonic() - child.unresponsive_since, None
+            self._log(f"process {child.name} did not answer; the robot stood for {duration:.2f} s")
 
-    def _look_after(self, one: _Child) -> None:
-        code = one.lost()
+    def _check_process(self, child: _Child) -> None:
+        code = child.poll_exit()
         if code is not None:
-            self._hooks.lost(one.name)
-            waits, why = one.back_off(), one.pulse.verdict or _reason(code)
-            self._tell(f"process {one.name} ended ({why}); again in {waits:.1f} s")
-        if one.running is None and time.monotonic() >= one.due:
-            self._start(one)
-        if one.begins_to_work and self._hooks.ready(one.name):
-            one.ready = True
-            self._hooks.back(one.name)
-            if one.died is not None:
-                took = time.monotonic() - one.died
-                self._tell(f"process {one.name} is back, {took:.1f} s after its end")
+            self._hooks.lost(child.name)
+            delay, reason = child.back_off(), child.pulse.verdict or _exit_reason(code)
+            self._log(f"process {child.name} ended ({reason}); again in {delay:.1f} s")
+        if child.running is None and time.monotonic() >= child.restart_at:
+            self._start(child)
+        if child.is_starting and self._hooks.ready(child.name):
+            child.ready = True
+            self._hooks.back(child.name)
+            if child.died_at is not None:
+                duration = time.monotonic() - child.died_at
+                self._log(f"process {child.name} is back, {duration:.1f} s after its end")
 
-    def _start(self, one: _Child) -> None:
-        again = one.died is not None
-        spare, self._spare = self._spare, None
-        order = one.order
-        if again:
-            order = msgspec.structs.replace(order, last_words=self._hooks.last_words(one.name))
+    def _start(self, child: _Child) -> None:
+        restarted = child.died_at is not None
+        spare, self._spare = self._spare, None  # a spare has everything loaded already
+        order = child.order
+        if restarted:
+            order = msgspec.structs.replace(order, last_words=self._hooks.last_words(child.name))
         try:
-            one.running = spare or Prepared(order.preparation, self._command)
+            child.running = spare or Prepared(order.preparation, self._command)
         except OSError as error:
-            one.due = time.monotonic() + one.back_off()
-            self._tell(f"process {one.name} cannot be started: {error}")
+            child.restart_at = time.monotonic() + child.back_off()
+            self._log(f"process {child.name} cannot be started: {error}")
             return
-        one.began, one.ready = time.monotonic(), False
-        one.pulse, one.weak_since = Pulse(), None
-        one.running.give(order, self._news.set)
-        if again:
-            self._tell(f"process {one.name} runs again")
+        child.started_at, child.ready = time.monotonic(), False
+        child.pulse, child.unresponsive_since = Pulse(), None
+        child.running.give(order, self._wake.set)
+        if restarted:
+            self._log(f"process {child.name} runs again")
 
-    def _make_spare(self) -> None:
-        """Of any of them: all load the same."""
+    def _start_spare(self) -> None:
+        """Start the spare; any child's specification will do, as all preload the same."""
         try:
             preparation = msgspec.structs.replace(self._children[0].order.preparation, spare=True)
             self._spare = Prepared(preparation, self._command)
         except OSError as error:
-            self._tell(f"a spare process cannot be started: {error}")
+            self._log(f"a spare process cannot be started: {error}")
 
 
-def _is_settled(one: _Child) -> bool:
-    return one.ready and one.running is not None and time.monotonic() - one.began > SPARE_AFTER
+def _is_settled(child: _Child) -> bool:
+    return child.ready and child.running is not None and time.monotonic() - child.started_at > SPARE_AFTER
 
 
-def _reason(code: int) -> str:
+def _exit_reason(code: int) -> str:
     return f"signal {-code}" if code < 0 else f"exit code {code}"

@@ -1,4 +1,4 @@
-"""Processes that load what takes longest before they are told who they are, as a spare does."""
+"""Worker processes that preload slow modules before they are assigned a part of the launch."""
 
 from __future__ import annotations
 
@@ -13,92 +13,95 @@ import msgspec
 from chefbot.runtime.launch import Launch
 from chefbot.supervision.state_handover import Word
 
-MOST = 4096
-"""Signs of life that are read at once: those of two minutes."""
+MAX_HEARTBEATS = 4096
+"""Maximum number of heartbeats that are read at once: those of two minutes."""
 
 
 class Preparation(msgspec.Struct, frozen=True):
-    """The first line of a child's standard input: what it must load in any case."""
+    """What a worker process must preload whatever it is assigned; the first line of its standard input."""
 
     kinds: tuple[str, ...]
-    """Classes of nodes, as launch files name them."""
+    """Node classes, as launch files name them."""
     folder: str
-    """Where an owner's lie."""
+    """Folder of the user's own node classes."""
     spare: bool = False
-    """It has time: what the classes only load when they work is loaded too."""
+    """Whether it is a spare, which has time to load also what the classes otherwise load on first use."""
 
 
 class Order(msgspec.Struct, frozen=True):
-    """The second line: who it is and what it does. It ends when its input does."""
+    """What a worker process is and runs; the second line of its standard input.
+
+    The process exits at the end of its input.
+    """
 
     launch: Launch
-    """The whole of it."""
+    """The complete launch."""
     process: str
     folder: str
-    """Where an owner's classes lie."""
+    """Folder of the user's own node classes."""
     domain: int
     port: int
     last_words: tuple[Word, ...] = ()
-    """Of its life before, if it had one."""
+    """Messages that restore its state after a restart."""
 
     @property
     def preparation(self) -> Preparation:
-        """For this process, or any other of the launch."""
+        """What any worker process of this launch must preload."""
         kinds = dict.fromkeys(entry.kind for entry in self.launch.nodes.values() if entry.process)
         return Preparation(tuple(kinds), self.folder)
 
 
 class Prepared:
-    """A process that loads, then waits for its order. OSError if it cannot be started.
+    """A process that preloads modules, then waits for its order; OSError if it cannot be started.
 
-    In a session of its own: Ctrl-C is the launch's business. Its standard input is a socket, so that it can say by it
-    that it lives.
+    It runs in a session of its own, so that Ctrl-C is handled by the launch process. Its standard input is a
+    socket, so that it can send heartbeats over it.
     """
 
     def __init__(self, preparation: Preparation, command: Sequence[str]) -> None:
-        self._line, theirs = socket.socketpair()
+        self._socket, child_socket = socket.socketpair()
         try:
-            self.process = subprocess.Popen(command, stdin=theirs.fileno(), start_new_session=True)
+            self.process = subprocess.Popen(command, stdin=child_socket.fileno(), start_new_session=True)
         except OSError:
-            self._line.close()
+            self._socket.close()
             raise
         finally:
-            theirs.close()
-        self._write(msgspec.json.encode(preparation) + b"\n")
+            child_socket.close()
+        self._send(msgspec.json.encode(preparation) + b"\n")
 
-    def give(self, order: Order, ended: Callable[[], None]) -> None:
-        """What it is from now on; `ended` is called, in a thread, when it is no more."""
+    def give(self, order: Order, on_exit: Callable[[], None]) -> None:
+        """Assign the order; `on_exit` is called in a thread when the process has exited."""
         line = msgspec.json.encode(order) + b"\n"
 
-        def attend() -> None:
-            self._write(line)  # may be more than a socket holds, while it still loads
+        def watch() -> None:
+            self._send(line)  # blocks if it exceeds the socket's buffer while the process still loads
             self.process.wait()
-            ended()
+            on_exit()
 
-        threading.Thread(target=attend, name=f"attends {order.process}", daemon=True).start()
+        threading.Thread(target=watch, name=f"attends {order.process}", daemon=True).start()
 
     def signs(self) -> bytes:
-        """Of life, as `pulse` has them, since this was asked last; does not wait."""
+        """Return the heartbeat bytes received since the last call, without blocking."""
         try:
-            return self._line.recv(MOST, socket.MSG_DONTWAIT)
+            return self._socket.recv(MAX_HEARTBEATS, socket.MSG_DONTWAIT)
         except (BlockingIOError, ConnectionResetError):
-            return b""  # nothing has come, or it has died: its exit code tells
+            return b""  # no heartbeat yet, or the process has died: see its exit code
 
     def ask_to_end(self) -> None:
-        """By the end of its input; whoever writes to it is woken."""
-        with contextlib.suppress(OSError):  # it has gone before
-            self._line.shutdown(socket.SHUT_RDWR)
-        self._line.close()
+        """Request the process to exit by closing its input; a blocked writer is woken."""
+        with contextlib.suppress(OSError):  # it has exited already
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._socket.close()
 
-    def end(self, patience: float) -> None:
-        """Kill it if it is still there after so many seconds."""
+    def end(self, timeout: float) -> None:
+        """Wait for the process to exit, and kill it after `timeout` seconds."""
         try:
-            self.process.wait(patience)
+            self.process.wait(timeout)
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
         self.ask_to_end()
 
-    def _write(self, line: bytes) -> None:
-        with contextlib.suppress(OSError):  # it has died, or is told to end, before it has read all
-            self._line.sendall(line)
+    def _send(self, line: bytes) -> None:
+        with contextlib.suppress(OSError):  # it has died or is being ended before it has read everything
+            self._socket.sendall(line)

@@ -1,1 +1,1 @@
-"""The operator's page."""
+"""The web UI: its server, its protocol and a client for programs."""

@@ -1,4 +1,4 @@
-"""Opening the owner's browser."""
+"""Opening the web UI in a browser."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import webbrowser
 
 
 def open_browser(url: str) -> bool:
-    """Show `url` in a graphical browser; False where there is no screen: a text browser would take the terminal."""
+    """Open `url` in a graphical browser; return False without a display, where a text browser would occupy
+    the terminal."""
     has_screen = sys.platform in ("darwin", "win32") or any(
         map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))
     )
@@ -16,6 +17,6 @@ def open_browser(url: str) -> bool:
 
 
 def in_view(url: str, view: str) -> str:
-    """A page's address with what it shows first, "2d" or "3d"; the fragment stays in the browser."""
+    """Return the web UI's address that opens in `view`, "2d" or "3d"; the fragment is not sent to the server."""
     address = url.partition("#")[0]
     return f"{address}#3d" if view == "3d" else address

@@ -1,4 +1,4 @@
-"""One browser: what it has yet to be sent, and how often it may speak."""
+"""The connection of one browser: pending frames and rate limit."""
 
 from __future__ import annotations
 
@@ -11,55 +11,59 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from chefbot.ui import wire
 
 SEND_LIMIT = 3.0
-"""Seconds that one frame may take; a browser slower than that is dropped."""
+"""Timeout of sending one frame, s; a slower browser is disconnected."""
 COMMANDS_PER_SECOND = 30.0
+"""Rate limit of commands, Hz."""
 BURST = 60.0
+"""Capacity of the token bucket: commands that may be sent at once."""
 
 
 class Client:
-    """Holds the names of layers that changed since they were sent, so its memory never grows with time."""
+    """A browser's connection. It holds only the names of layers that changed since they were sent, so its
+    memory is bounded."""
 
     def __init__(self, socket: WebSocket, *, only_stop: bool = False) -> None:
         self.socket = socket
         self.only_stop = only_stop
-        """Whether it came when there were too many."""
-        self.dismissed = asyncio.Event()
+        """Whether it connected above the maximum number of clients."""
+        self.disconnected = asyncio.Event()
         self._dirty: dict[str, None] = {}
-        self._answers: deque[str] = deque(maxlen=8)
+        self._pending_answers: deque[str] = deque(maxlen=8)
         self._pong = ""
         self._wake = asyncio.Event()
-        self._credit = BURST
-        self._heard = asyncio.get_running_loop().time()
-        self.greeted = False
+        self._tokens = BURST
+        self._last_message_time = asyncio.get_running_loop().time()
+        self.initialized = False
 
-    def offer(self, layers: Iterable[str], few: Collection[str]) -> None:
-        """These layers have a new frame; who may only press STOP gets the `few`."""
-        self._dirty.update((layer, None) for layer in layers if not self.only_stop or layer in few)
+    def mark_changed(self, layers: Iterable[str], stop_layers: Collection[str]) -> None:
+        """Mark layers as changed; a client that may only stop the robot gets those in `stop_layers`."""
+        self._dirty.update((layer, None) for layer in layers if not self.only_stop or layer in stop_layers)
         self._wake.set()
 
     def answer(self, sentence: str) -> None:
-        """Tell this browser why its command was refused; the oldest of many unsent sentences are dropped."""
-        self._answers.append(wire.refused(sentence))
+        """Send why a command was refused; the oldest of many unsent sentences are dropped."""
+        self._pending_answers.append(wire.refused(sentence))
         self._wake.set()
 
     def pong(self, number: int) -> None:
-        """Answer a ping."""
+        """Answer a ping with its number."""
         self._pong = wire.pong(number)
         self._wake.set()
 
-    def may_speak(self) -> bool:
-        """Count a message against the rate that is allowed (token bucket)."""
+    def within_rate_limit(self) -> bool:
+        """Count a message and return whether it is within the rate limit (token bucket)."""
         now = asyncio.get_running_loop().time()
-        self._credit = min(BURST, self._credit + (now - self._heard) * COMMANDS_PER_SECOND) - 1
-        self._heard = now
-        return self._credit >= 0
+        # Token bucket: refill by elapsed time, take one token per message.
+        self._tokens = min(BURST, self._tokens + (now - self._last_message_time) * COMMANDS_PER_SECOND) - 1
+        self._last_message_time = now
+        return self._tokens >= 0
 
     async def send_forever(self, frames: Mapping[str, wire.Frame]) -> None:
-        """Send each changed layer's newest frame; returns when the browser is gone or too slow."""
+        """Send the newest frame of each changed layer; return when the browser is disconnected or too slow."""
         while True:
             await self._wake.wait()
             self._wake.clear()
-            while self._pong or self._answers or self._dirty:
+            while self._pong or self._pending_answers or self._dirty:
                 frame = self._next(frames)
                 try:
                     await asyncio.wait_for(self._send(frame), SEND_LIMIT)
@@ -67,11 +71,13 @@ class Client:
                     return
 
     def _next(self, frames: Mapping[str, wire.Frame]) -> wire.Frame:
-        """Whether the connection is alive comes first, then answers, then STOP."""
+        """Return the next frame: first the pong, then answers, then the emergency stop, then other layers."""
         pong, self._pong = self._pong, ""
-        return pong or (self._answers.popleft() if self._answers else frames[self._oldest()])
+        return pong or (
+            self._pending_answers.popleft() if self._pending_answers else frames[self._pop_layer()]
+        )
 
-    def _oldest(self) -> str:
+    def _pop_layer(self) -> str:
         layer = "stop" if "stop" in self._dirty else next(iter(self._dirty))
         del self._dirty[layer]
         return layer

@@ -1,4 +1,4 @@
-"""What an operator can tell the robot: a strict struct per command, as JSON `{"do": "goal", "x": 1, ...}`."""
+"""Commands of the operator: a strict struct per command, as JSON `{"do": "goal", "x": 1, ...}`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import msgspec
 from chefbot.errors import UserError, nearest
 
 MAX_TEXT = 64_000
-"""Bytes of the longest message that a browser may send."""
+"""Maximum size of a message from a browser, bytes."""
 
 Metre = Annotated[float, msgspec.Meta(ge=-10_000, le=10_000, description="map frame, metres")]
 Angle = Annotated[float, msgspec.Meta(ge=-7, le=7, description="radians, counter-clockwise from the x axis")]
@@ -17,7 +17,8 @@ Share = Annotated[float, msgspec.Meta(ge=-1, le=1, description="part of the robo
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=64, description="name of a place or door")]
 Tables = Annotated[list[Name], msgspec.Meta(min_length=1, max_length=32)]
 When = Literal["", "now", "after", "instead"]
-"""A drive during a round: the round waits, goes first, or ends. Empty where there is no round."""
+"""When to drive during a delivery round: the round pauses, is completed first, or ends. Empty without a
+round."""
 Id = Annotated[str, msgspec.Meta(max_length=64, description="of one press; the same when it is sent again")]
 Here = Annotated[
     str, msgspec.Meta(max_length=64, description="place that the person saw; empty: wherever it is")
@@ -25,11 +26,11 @@ Here = Annotated[
 
 
 class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do"):
-    """The base of all commands; match on the class."""
+    """Base of all commands; match on the class."""
 
 
 class Goal(Command, frozen=True, forbid_unknown_fields=True, tag="goal"):
-    """Drive to this pose."""
+    """Drive to a pose in the map frame."""
 
     x: Metre
     y: Metre
@@ -38,7 +39,7 @@ class Goal(Command, frozen=True, forbid_unknown_fields=True, tag="goal"):
 
 
 class InitialPose(Command, frozen=True, forbid_unknown_fields=True, tag="initial_pose"):
-    """The robot stands about here: start localization from it."""
+    """Start localization from an approximate pose."""
 
     x: Metre
     y: Metre
@@ -46,103 +47,106 @@ class InitialPose(Command, frozen=True, forbid_unknown_fields=True, tag="initial
 
 
 class Deliver(Command, frozen=True, forbid_unknown_fields=True, tag="deliver"):
-    """Bring food to these tables, in this order."""
+    """Deliver food to these tables, in this order."""
 
     tables: Tables
 
 
 class Loaded(Command, frozen=True, forbid_unknown_fields=True, tag="loaded"):
-    """The food is on the tray: leave the kitchen."""
+    """Confirm that the food is on the tray: the robot leaves the kitchen."""
 
     place: Here = ""
 
 
 class Taken(Command, frozen=True, forbid_unknown_fields=True, tag="taken"):
-    """The guest has taken the food: go on."""
+    """Confirm that the guest has taken the food: the robot continues."""
 
     place: Here = ""
 
 
 class NotTaken(Command, frozen=True, forbid_unknown_fields=True, tag="not_taken"):
-    """Nobody takes the food here: go on with it."""
+    """Report that nobody takes the food here: the robot continues with it."""
 
     place: Here = ""
 
 
 class Choose(Command, frozen=True, forbid_unknown_fields=True, tag="choose"):
-    """What a round that waits shall do."""
+    """Choose how a waiting round continues."""
 
     choice: Literal["go_on", "kitchen", "end"]
 
 
 class GoPlace(Command, frozen=True, forbid_unknown_fields=True, tag="go_place"):
-    """Drive to a named place."""
+    """Drive to the place with this name."""
 
     name: Name
     when: When = ""
 
 
 class Cancel(Command, frozen=True, forbid_unknown_fields=True, tag="cancel"):
-    """Give up the goal and the deliveries."""
+    """Cancel the goal and all deliveries."""
 
 
 class Stop(Command, frozen=True, forbid_unknown_fields=True, tag="stop"):
-    """Stand still, and stay so until Resume."""
+    """Stop the robot until Resume (emergency stop)."""
 
     id: Id = ""
 
 
 class Withdraw(Command, frozen=True, forbid_unknown_fields=True, tag="withdraw"):
-    """A Stop that the robot has not confirmed shall not count any more; one that it has stays."""
+    """Withdraw a Stop that the robot has not confirmed yet; a confirmed one stays in force."""
 
     id: Id
 
 
 class Resume(Command, frozen=True, forbid_unknown_fields=True, tag="resume"):
-    """Release STOP. `pressed`: when it was pressed that the person saw (ns); a later one is not released."""
+    """Release the emergency stop.
+
+    `pressed`: time stamp (ns) of the press that the operator saw; a later one is not released.
+    """
 
     pressed: Id = ""
 
 
 class Ping(Command, frozen=True, forbid_unknown_fields=True, tag="ping"):
-    """Is the connection alive? Answered at once with the same number."""
+    """Check the connection; it is answered at once with the same number."""
 
     n: Annotated[int, msgspec.Meta(ge=0)]
 
 
 class Drive(Command, frozen=True, forbid_unknown_fields=True, tag="drive"):
-    """Drive by hand: forward and counter-clockwise are positive. Must be repeated (see `deadman`)."""
+    """Drive manually: forward and counter-clockwise are positive. It must be repeated (see `dead_man`)."""
 
     v: Share
     w: Share
 
     @property
     def still(self) -> bool:
-        """Whether it asks for no motion."""
+        """Whether the command requests no motion."""
         return self.v == 0 and self.w == 0
 
 
 class DropBox(Command, frozen=True, forbid_unknown_fields=True, tag="drop_box"):
-    """Simulation: put a box here."""
+    """Simulation: add a box at this position."""
 
     x: Metre
     y: Metre
 
 
 class OpenDoor(Command, frozen=True, forbid_unknown_fields=True, tag="open_door"):
-    """Simulation: open the door of this name."""
+    """Simulation: open the door with this name."""
 
     name: Name
 
 
 class CloseDoor(Command, frozen=True, forbid_unknown_fields=True, tag="close_door"):
-    """Simulation: close the door of this name."""
+    """Simulation: close the door with this name."""
 
     name: Name
 
 
 class Kidnap(Command, frozen=True, forbid_unknown_fields=True, tag="kidnap"):
-    """Simulation: lift the robot and set it down here, without telling it."""
+    """Simulation: move the robot to this pose without a message to it (kidnapped robot problem)."""
 
     x: Metre
     y: Metre
@@ -164,27 +168,28 @@ AnyCommand = (
 _DECODER = msgspec.json.Decoder(AnyCommand)
 
 
-class _Head(msgspec.Struct):
+class _Tag(msgspec.Struct):
     do: str = ""
 
 
-_HEAD = msgspec.json.Decoder(_Head)
+_TAG_DECODER = msgspec.json.Decoder(_Tag)
 
 
 def parse_command(text: str) -> Command:
-    """A command from the JSON text of a browser; UserError with a sentence for the operator if it is none."""
+    """Parse a command from the JSON text of a browser; UserError with a sentence for the operator if it is
+    invalid."""
     try:
         return _DECODER.decode(text)
     except msgspec.ValidationError as error:
-        raise UserError(_sentence(text, str(error))) from None
+        raise UserError(_explain(text, str(error))) from None
     except (msgspec.DecodeError, RecursionError):
         raise UserError("A message that is not JSON was refused; reload the page") from None
 
 
-def _sentence(text: str, fault: str) -> str:
-    """Why a well-formed JSON text is no command."""
+def _explain(text: str, fault: str) -> str:
+    """Explain why a well-formed JSON text is no valid command."""
     try:
-        name = _HEAD.decode(text).do[:64]
+        name = _TAG_DECODER.decode(text).do[:64]
     except (msgspec.DecodeError, RecursionError):
         name = ""
     if name not in NAMES:

@@ -1,4 +1,4 @@
-"""Driving by hand needs a hand: who falls silent or leaves lets go of the stick."""
+"""Dead-man switch of manual driving: a driver whose commands stop or who disconnects stops the robot."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from chefbot.errors import UserError
 from chefbot.ui.commands import Drive
 
 SILENCE = 0.3
-"""Seconds without a drive command after which the robot is told to stand (the page repeats every 0.1 s)."""
+"""Timeout without a drive command, s, after which the robot is stopped (the web UI repeats every 0.1 s)."""
 
 
 class DeadMan:
-    """One driver at a time; `forward` gets the driver's commands and a zero as soon as the driver is gone."""
+    """Allows one driver at a time; `forward` receives the driver's commands, and a zero command on timeout or
+    disconnection."""
 
     def __init__(self, forward: Callable[[Drive], None]) -> None:
         self._forward = forward
@@ -22,32 +23,33 @@ class DeadMan:
         self._timer: asyncio.TimerHandle | None = None
 
     def drive(self, client: Any, command: Drive) -> None:
-        """A drive command of a client, in the page's event loop; UserError while another client drives."""
+        """Process a client's drive command in the server's event loop; UserError while another client drives."""
+        # Only the current driver may command motion; a stop of another client is ignored.
         if self._driver not in (None, client):
             if command.still:
                 return
             raise UserError("Someone else is driving the robot on another screen; wait until they let go")
         if command.still:
-            self._let_go()
+            self._release()
         else:
             self._hold(client)
         self._forward(command)
 
     def leave(self, client: Any) -> None:
-        """The client is gone; if it was driving, the robot is told to stand."""
+        """Remove a disconnected client; if it was driving, the robot is stopped."""
         if client is self._driver:
-            self._expire()
+            self._on_timeout()
 
     def _hold(self, client: Any) -> None:
-        self._let_go()
+        self._release()
         self._driver = client
-        self._timer = asyncio.get_running_loop().call_later(SILENCE, self._expire)
+        self._timer = asyncio.get_running_loop().call_later(SILENCE, self._on_timeout)
 
-    def _let_go(self) -> None:
+    def _release(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
         self._driver = self._timer = None
 
-    def _expire(self) -> None:
-        self._let_go()
+    def _on_timeout(self) -> None:
+        self._release()
         self._forward(Drive(0.0, 0.0))

@@ -1,4 +1,4 @@
-"""The page's own files, and the headers under which a browser may use them."""
+"""Static files of the web UI, and the HTTP headers with which they are served."""
 
 from __future__ import annotations
 
@@ -13,27 +13,30 @@ POLICY = (
     "default-src 'none'; script-src 'self'{hashes}; style-src 'self'; connect-src 'self'; "
     "img-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
+"""Content Security Policy of the web UI."""
 SAFE = {
     "content-security-policy": POLICY.format(hashes=""),
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
     "cache-control": "no-cache",
 }
+"""HTTP headers of every response."""
 _IMPORT_MAP = re.compile(rb'<script type="importmap">(.*?)</script>', re.DOTALL)
 
 
 def static_files() -> dict[str, bytes]:
-    """All files by path, read once: what is not in this dict cannot be asked for."""
+    """Return all files by path, read once: only files in this dict are served."""
     return dict(_walk(resources.files("chefbot.ui") / "static", ""))
 
 
 def content_type(path: str) -> str:
-    """By the name's ending."""
+    """Return the media type for the file name's extension."""
     return TYPES[path.rsplit(".")[-1]]
 
 
-def headers_of(content: bytes) -> dict[str, str]:
-    """Of a file: the one script within a page that may run is its import map, known by its hash.
+def response_headers(content: bytes) -> dict[str, str]:
+    """Return the HTTP headers of a file: the only inline script that may run is its import map, identified by
+    its hash.
 
     Browsers take an import map from the page itself only (HTML Living Standard, "Import maps"), and a policy
     allows one script of a page by the hash of its text (W3C, Content Security Policy Level 3, "hash-source").

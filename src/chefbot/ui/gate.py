@@ -1,7 +1,7 @@
-"""Who may talk to the page's server: same host, same origin, and on a network only with the token.
+"""Access control of the web UI: same host, same origin, and on a network only with the token.
 
 A page of another site must not reach the robot through the operator's browser: DNS rebinding shows in the
-Host header, a cross-origin WebSocket in the Origin header (RFC 6455, section 10.2). Programs that are no
+Host header, a cross-origin WebSocket in the Origin header (RFC 6455, section 10.2). Programs that are not
 browsers send no Origin; they could forge one anyway.
 """
 
@@ -22,7 +22,8 @@ COOKIE = "chefbot"
 
 
 class Gate:
-    """ASGI middleware; `token` is None on loopback, else the secret that the first visit must bring."""
+    """ASGI middleware that checks each request; `token` is None on loopback, else the secret that the first
+    visit must contain."""
 
     def __init__(self, app: ASGIApp, host: str, token: str | None) -> None:
         self._app = app
@@ -30,60 +31,62 @@ class Gate:
         self._token = token
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, or refuse it."""
-        fault = self._fault(scope)
-        if fault is None and self._brings_token(scope):
-            await self._welcome()(scope, receive, send)
-        elif fault is None and self._known(scope):
+        """Pass the request to the application, or refuse it."""
+        violation = self._find_violation(scope)
+        # The first visit carries the token in the URL; later ones carry it in the cookie.
+        if violation is None and self._has_url_token(scope):
+            await self._set_cookie()(scope, receive, send)
+        elif violation is None and self._has_cookie(scope):
             await self._app(scope, receive, send)
         elif scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": 1008})
         else:
-            reason = fault or "Open the address with the token that chefbot printed at its start."
+            reason = violation or "Open the address with the token that chefbot printed at its start."
             await PlainTextResponse(reason, 403, SAFE)(scope, receive, send)
 
-    def _fault(self, scope: Scope) -> str | None:
+    def _find_violation(self, scope: Scope) -> str | None:
         headers = Headers(scope=scope)
         host = headers.get("host", "")
-        if not self._own_host(host):
+        if not self._is_allowed_host(host):
             return "This Host name is not the robot's; use its IP address or localhost."
         origin = headers.get("origin")
         if scope["type"] == "websocket" and origin is not None and origin != f"http://{host}":
             return "Another site may not talk to the robot."
         return None
 
-    def _own_host(self, header: str) -> bool:
-        """Rebinding needs a domain name, so any IP address is safe: it led here without one."""
+    def _is_allowed_host(self, header: str) -> bool:
+        """Check the Host header. Rebinding needs a domain name, so any IP address is safe."""
         try:
             name = urlsplit(f"//{header}").hostname or ""
         except ValueError:
             return False
         return name in ("localhost", self._host.lower()) or _is_address(name)
 
-    def _brings_token(self, scope: Scope) -> bool:
+    def _has_url_token(self, scope: Scope) -> bool:
         if self._token is None or scope["type"] != "http" or scope["path"] != "/":
             return False
         query = parse_qs(scope["query_string"].decode("latin-1"))
-        return _same(query.get("token", [""])[0], self._token)
+        return _equal(query.get("token", [""])[0], self._token)
 
-    def _known(self, scope: Scope) -> bool:
+    def _has_cookie(self, scope: Scope) -> bool:
         if self._token is None:
             return True
         try:
             cookie = SimpleCookie(Headers(scope=scope).get("cookie", "")).get(COOKIE)
         except CookieError:
             return False
-        return cookie is not None and _same(cookie.value, self._token)
+        return cookie is not None and _equal(cookie.value, self._token)
 
-    def _welcome(self) -> Response:
-        """Keep the token in a cookie that no script and no other site sees, and out of the address line."""
+    def _set_cookie(self) -> Response:
+        """Redirect, with the token in a cookie that no script and no other site can read, so that it is not
+        in the URL."""
         response = RedirectResponse("/", 303, SAFE)
         response.set_cookie(COOKIE, self._token or "", httponly=True, samesite="strict")
         return response
 
 
-def _same(given: str, token: str) -> bool:
-    return hmac.compare_digest(given.encode(), token.encode())
+def _equal(received: str, token: str) -> bool:
+    return hmac.compare_digest(received.encode(), token.encode())
 
 
 def _is_address(name: str) -> bool:

@@ -1,4 +1,4 @@
-"""What the page can show: the payload of each layer, and how it is copied, thinned out and encoded."""
+"""Layers of the web UI: the payload of each, and how it is validated, copied, decimated and encoded."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from chefbot.ui.picture import jpeg
 
 
 class GridLike(Protocol):
-    """`chefbot.maths.grid.Grid`, or a costmap with uint8 cells; rows go up in y."""
+    """A `chefbot.maths.grid.Grid`, or a costmap with uint8 cells; rows increase with y."""
 
     @property
     def cells(self) -> NDArray[Any]:
-        """(height, width)."""
+        """Cells of the grid, shape (height, width)."""
 
     @property
     def resolution(self) -> float:
-        """Metres per cell."""
+        """Edge length of a cell, m."""
 
     @property
     def origin_x(self) -> float:
-        """Metres, outer corner of cell [0, 0] in the map frame."""
+        """x of the outer corner of cell [0, 0] in the map frame, m."""
 
     @property
     def origin_y(self) -> float:
-        """Metres."""
+        """y of the outer corner of cell [0, 0] in the map frame, m."""
 
 
 class RobotView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where the robot thinks it is, in the map frame, its radius and its speed (m, rad, m/s, rad/s)."""
+    """Estimated pose of the robot in the map frame (m, rad), its radius (m) and its velocity (m/s, rad/s)."""
 
     x: float
     y: float
@@ -54,10 +54,10 @@ class Scan:
     angles: NDArray[Any]
     ranges: NDArray[Any]
     frame: str = ""
-    """The sensor's: what is above the floor knows its height from it."""
+    """Frame of the sensor, which gives its height above the floor."""
 
     def points(self) -> NDArray[np.float64]:
-        """The end points of the finite beams in the frame of the pose, (m, 2)."""
+        """Return the end points of the finite beams, (m, 2), in the frame of the pose."""
         x, y, yaw = self.pose
         ranges = np.asarray(self.ranges, np.float64)
         bearing = np.asarray(self.angles, np.float64) + yaw
@@ -66,7 +66,7 @@ class Scan:
 
 
 class FrameView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A frame in its parent: place in metres, attitude as a quaternion (x, y, z, w)."""
+    """A frame in its parent: translation in metres, rotation as a quaternion (x, y, z, w)."""
 
     name: str
     parent: str
@@ -76,7 +76,8 @@ class FrameView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 @dataclass(frozen=True, eq=False)
 class DepthView:
-    """Depth (h, w) in metres along the optical axis, NaN for none; the pinhole in pixels; the optical frame."""
+    """A depth image (h, w) in metres along the optical axis, NaN for none; camera intrinsics in pixels; the
+    optical frame."""
 
     depth: NDArray[Any]
     focal: float
@@ -86,78 +87,79 @@ class DepthView:
 
 
 class Status(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The state of the whole in words and numbers; None is 'not known' and shows as a dash."""
+    """The robot's state as texts and numbers; None is unknown and shows as a dash."""
 
     phase: str = ""
-    """One sentence: what goes on now."""
+    """Current activity, one sentence."""
     clock: float | None = None
-    """Seconds since the start, of the robot's clock."""
+    """Time since the start on the robot's clock, s."""
     real_time_factor: float | None = None
     battery: float | None = None
-    """Percent, 0..100."""
+    """Battery charge, percent, 0..100."""
     volts: float | None = None
     confidence: float | None = None
-    """Of the localization, 0..1."""
+    """Confidence of the localization, 0..1."""
     localization_error: float | None = None
-    """Metres between the estimate and the truth; simulation only."""
+    """Distance between estimate and ground truth, m; simulation only."""
     navigation: str = ""
-    """State of the navigator in a word or two."""
+    """State of the navigator, one or two words."""
     reason: str = ""
     """Why it stopped or slowed down the last time, one sentence."""
     stopped: bool = False
-    """Whether an operator's STOP is latched."""
+    """Whether the emergency stop is latched."""
     stop_asked: bool = False
-    """Whether STOP was pressed here and is not confirmed by the robot yet."""
+    """Whether the emergency stop was pressed here and is not confirmed by the robot yet."""
     simulation: bool = False
-    """Whether the page may offer boxes, doors and kidnapping."""
+    """Whether the web UI may offer boxes, doors and kidnapping."""
     warnings: tuple[str, ...] = ()
-    """What is wrong with which part, a sentence each."""
+    """Diagnostics that are not OK, one sentence each."""
     failures: int = 0
-    """How many goals were given up; `reason` is of the last."""
+    """Number of failed goals; `reason` is that of the last."""
     doors: tuple[str, ...] = ()
     """Doors that the simulation can move."""
 
 
 class StopView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """STOP as the base has it; sent before all other layers."""
+    """State of the emergency stop in the drive base; sent before all other layers."""
 
     stopped: bool = False
-    """Whether it is latched."""
+    """Whether the emergency stop is latched."""
     asked: bool = False
-    """Whether a press waits for the base to confirm it."""
+    """Whether a press waits for confirmation by the drive base."""
     confirmed: tuple[str, ...] = ()
-    """The newest presses that the base has latched, by their id."""
+    """Ids of the newest presses that the drive base has confirmed."""
     pressed: str = ""
-    """When it was pressed last, nanoseconds as a text: JavaScript's numbers are too short."""
+    """Time of the last press, nanoseconds, as text: JavaScript's numbers have too few digits."""
 
 
 class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The deliveries: tables still to serve, the step in words, and what a person has to press."""
+    """The delivery mission: tables still to serve, the current step as a sentence, and what a person has to
+    confirm."""
 
     queue: tuple[str, ...] = ()
     step: str = ""
     state: str = ""
-    """As in chefbot_msgs/DeliveryStatus."""
+    """State of the mission as in chefbot_msgs/DeliveryStatus."""
     place: str = ""
-    """Where it is or drives to."""
+    """Place where the robot is or to which it drives."""
     waits_for: str = ""
-    """What a person has to press: loaded, taken, choice, or nothing."""
+    """What a person has to confirm: loaded, taken, choice, or nothing."""
     choices: tuple[str, ...] = ()
-    """Of go_on, kitchen and end, what is possible now."""
+    """Possible choices now, of go_on, kitchen and end."""
     in_hand: bool = False
-    """Whether there is a round; a drive elsewhere then has to say when."""
+    """Whether a round is active; a goal elsewhere must then contain `when`."""
     errands: tuple[str, ...] = ()
-    """Where it is sent besides."""
+    """Names of additional goals."""
     delivered: tuple[str, ...] = ()
     """Tables of this order that were served."""
     missed: tuple[str, ...] = ()
-    """Of this order: why a table was not served, a sentence each."""
+    """Why tables of this order were not served, a sentence each."""
     orders: tuple[tuple[str, ...], ...] = ()
-    """Tables of the orders that wait for this one."""
+    """Tables of the queued orders."""
 
 
 class Progress(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A long job such as 'compiling kernels': `done` of `total`."""
+    """Progress of a long job such as 'compiling kernels': `done` of `total`."""
 
     text: str
     done: int
@@ -165,14 +167,15 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class Layer(NamedTuple):
-    """`take` (check, copy) runs in the caller's thread, `encode` in the page's; `period` in seconds."""
+    """A layer: `take` (validate, copy) runs in the caller's thread, `encode` in the server's; minimum
+    `period` in seconds."""
 
     period: float
     take: Callable[[Any], Any]
     encode: Callable[[str, Any], wire.Frame]
 
 
-def _struct(kind: type[msgspec.Struct]) -> Callable[[Any], Any]:
+def _instance_of(kind: type[msgspec.Struct]) -> Callable[[Any], Any]:
     def take(value: Any) -> Any:
         if not isinstance(value, kind):
             raise TypeError(f"expected {kind.__name__}, got {type(value).__name__}")
@@ -182,7 +185,7 @@ def _struct(kind: type[msgspec.Struct]) -> Callable[[Any], Any]:
 
 
 def _pose(value: Sequence[float]) -> dict[str, float]:
-    x, y, yaw = (float(number) for number in value)
+    x, y, yaw = (float(component) for component in value)
     if not np.isfinite([x, y, yaw]).all():
         raise ValueError(f"a pose must be finite, got {(x, y, yaw)}")
     return {"x": x, "y": y, "yaw": yaw}
@@ -216,7 +219,7 @@ def _encode_scan(layer: str, value: tuple[NDArray[np.float64], str]) -> bytes:
 
 
 def _frames(value: Sequence[FrameView]) -> tuple[FrameView, ...]:
-    return tuple(_struct(FrameView)(frame) for frame in value)
+    return tuple(_instance_of(FrameView)(frame) for frame in value)
 
 
 def _joints(value: Mapping[str, float]) -> dict[str, float]:
@@ -230,12 +233,13 @@ def _text(value: str) -> str:
 
 
 def _depth(value: DepthView) -> wire.DepthImage:
-    """Every so many-th pixel, in whole millimetres: an eye sees no more of a cloud of points."""
+    """Decimate the image and convert it to millimetres: an operator sees no more of a point cloud."""
     if not isinstance(value, DepthView):
         raise TypeError("expected DepthView")
     if value.depth.ndim != 2 or value.depth.size == 0:
         raise UserError(f"a depth image of shape {value.depth.shape} cannot be shown, one of (h, w) can")
-    step = -(-value.depth.shape[1] // CLOUD_WIDTH)
+    # Decimate to at most MAX_CLOUD_WIDTH columns; the intrinsics scale with the image.
+    step = -(-value.depth.shape[1] // MAX_CLOUD_WIDTH)
     metres = value.depth[::step, ::step]
     millimetres = np.where(np.isfinite(metres), np.clip(metres, 0.0, 65.0), 0.0) * 1000.0
     pinhole = {"focal": value.focal / step, "cx": value.cx / step, "cy": value.cy / step}
@@ -267,31 +271,32 @@ def _encode_image(layer: str, image: NDArray[Any]) -> bytes:
     return wire.bulk(layer, {"kind": "jpeg"}, jpeg(image))
 
 
-_JSON, _POINTS, _GRID = wire.text, wire.points, wire.grid
-FAST, CAMERA, COSTMAP, MAP = 0.1, 0.2, 0.5, 1.0
-CLOUD_WIDTH = 80
-"""Points in a row of the depth camera's cloud: 5 kB a frame."""
+_ENCODE_JSON, _ENCODE_POINTS, _ENCODE_GRID = wire.text, wire.points, wire.grid
+FAST_PERIOD, CAMERA_PERIOD, COSTMAP_PERIOD, MAP_PERIOD = 0.1, 0.2, 0.5, 1.0
+"""Minimum periods of the layers, s."""
+MAX_CLOUD_WIDTH = 80
+"""Points in a row of the depth camera's point cloud: 5 kB per frame."""
 
 LAYERS: dict[str, Layer] = {
-    "stop": Layer(0.0, _struct(StopView), _JSON),
-    "map": Layer(MAP, _grid(np.int8), _GRID),
-    "costmap": Layer(COSTMAP, _grid(np.uint8), _GRID),
-    "robot": Layer(FAST, _struct(RobotView), _JSON),
-    "truth": Layer(FAST, _pose, _JSON),
-    "scan": Layer(FAST, _scan, _encode_scan),
-    "obstacles": Layer(FAST, _scan, _encode_scan),
-    "particles": Layer(FAST, _points(3), _POINTS),
-    "path": Layer(FAST, _points(2), _POINTS),
-    "local_path": Layer(FAST, _points(2), _POINTS),
-    "goal": Layer(FAST, _pose, _JSON),
-    "camera": Layer(CAMERA, _image, _encode_image),
-    "status": Layer(FAST, _struct(Status), _JSON),
-    "places": Layer(FAST, _places, _JSON),
-    "delivery": Layer(FAST, _struct(Delivery), _JSON),
-    "frames": Layer(FAST, _frames, _JSON),
-    "fixed_frames": Layer(MAP, _frames, _JSON),
-    "joints": Layer(FAST, _joints, _JSON),
-    "description": Layer(MAP, _text, _JSON),
-    "depth": Layer(CAMERA, _depth, _encode_depth),
-    "progress": Layer(FAST, _struct(Progress), _JSON),
+    "stop": Layer(0.0, _instance_of(StopView), _ENCODE_JSON),
+    "map": Layer(MAP_PERIOD, _grid(np.int8), _ENCODE_GRID),
+    "costmap": Layer(COSTMAP_PERIOD, _grid(np.uint8), _ENCODE_GRID),
+    "robot": Layer(FAST_PERIOD, _instance_of(RobotView), _ENCODE_JSON),
+    "truth": Layer(FAST_PERIOD, _pose, _ENCODE_JSON),
+    "scan": Layer(FAST_PERIOD, _scan, _encode_scan),
+    "obstacles": Layer(FAST_PERIOD, _scan, _encode_scan),
+    "particles": Layer(FAST_PERIOD, _points(3), _ENCODE_POINTS),
+    "path": Layer(FAST_PERIOD, _points(2), _ENCODE_POINTS),
+    "local_path": Layer(FAST_PERIOD, _points(2), _ENCODE_POINTS),
+    "goal": Layer(FAST_PERIOD, _pose, _ENCODE_JSON),
+    "camera": Layer(CAMERA_PERIOD, _image, _encode_image),
+    "status": Layer(FAST_PERIOD, _instance_of(Status), _ENCODE_JSON),
+    "places": Layer(FAST_PERIOD, _places, _ENCODE_JSON),
+    "delivery": Layer(FAST_PERIOD, _instance_of(Delivery), _ENCODE_JSON),
+    "frames": Layer(FAST_PERIOD, _frames, _ENCODE_JSON),
+    "fixed_frames": Layer(MAP_PERIOD, _frames, _ENCODE_JSON),
+    "joints": Layer(FAST_PERIOD, _joints, _ENCODE_JSON),
+    "description": Layer(MAP_PERIOD, _text, _ENCODE_JSON),
+    "depth": Layer(CAMERA_PERIOD, _depth, _encode_depth),
+    "progress": Layer(FAST_PERIOD, _instance_of(Progress), _ENCODE_JSON),
 }

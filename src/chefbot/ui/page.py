@@ -1,4 +1,4 @@
-"""The operator's page as a device: shows what the nodes say, says what the operator wants."""
+"""The web UI as a device: subscribes the robot's topics for display and publishes the operator's commands."""
 
 from __future__ import annotations
 
@@ -44,19 +44,20 @@ from chefbot.ui.plain import cost_image, path_points
 from chefbot.ui.qr import qr_code
 from chefbot.ui.real_time_factor import Pace
 from chefbot.ui.robot_view import frame_views, make_glb, wheel_angles
-from chefbot.ui.rounds import check, delivery_view, through_the_round
+from chefbot.ui.rounds import check, delivery_view, is_errand
 from chefbot.ui.server import PageServer
 
 CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
-"""How well a person clicks a pose: metres, radians."""
+"""Standard deviations of a clicked pose, m and rad."""
 ASK_HZ = 5
-"""STOP is asked for again so often until the robot confirms it."""
-ILL_NS = 5_000_000_000
-"""A fault that nobody has spoken of for so long is over."""
+"""Rate at which unconfirmed requests are repeated, Hz."""
+DIAGNOSTICS_AGE_NS = 5_000_000_000
+"""Time after which a diagnostic that was not repeated is no longer displayed, ns."""
 
 
 class PageDevice(Device):
-    """One page for everything. What it says is recorded like a sensor, so a replay obeys the same clicks."""
+    """One web UI for everything. Its publications are recorded like a sensor's, so a replay executes the same
+    clicks."""
 
     params: PageParams
     map: In[OccupancyGrid]
@@ -102,17 +103,17 @@ class PageDevice(Device):
     kidnap: Out[PoseStamped] = topic("simulation/kidnap")
 
     def start(self) -> None:
-        """Serve."""
+        """Start the server of the web UI."""
         self._places: dict[str, SE2] = {}
         self._stopped = False
-        self._shown = Status()
-        self._stop_shown = StopView()
+        self._last_status = Status()
+        self._last_stop = StopView()
         self._failures = 0
-        self._asked = Asked(self.name, self.stop_request.publish, self.order.publish)
-        self._pace = Pace(self.now_ns)
-        self._health: dict[str, tuple[int, str]] = {}
-        self._moving: dict[str, FrameView] = {}
-        self._fixed: dict[str, FrameView] = {}
+        self._pending = Asked(self.name, self.stop_request.publish, self.order.publish)
+        self._real_time_factor = Pace(self.now_ns)
+        self._diagnostics: dict[str, tuple[int, str]] = {}
+        self._moving_frames: dict[str, FrameView] = {}
+        self._fixed_frames: dict[str, FrameView] = {}
         self._server = PageServer(
             self.params.port, self.params.host, self._receive, lambda: make_glb(self.robot)
         )
@@ -122,23 +123,23 @@ class PageDevice(Device):
         self._show_stop()
 
     def stop(self) -> None:
-        """Free the port."""
+        """Stop the server and free its port."""
         super().stop()
         self._server.stop()
 
     def on_emergency_stop(self, stopped: Bool) -> None:
-        """How the base says that it is, whoever asked for it, here or on another page."""
+        """Update the state of the emergency stop as the drive base reports it, whoever requested it."""
         self._stopped = stopped.data
         if stopped.data:
-            self._asked.stop_is_known()
+            self._pending.stop_is_known()
         self._show_stop()
 
     def on_stop_status(self, _: StopStatus) -> None:
-        """When it was pressed."""
+        """Update the time of the last press of the emergency stop."""
         self._show_stop()
 
     def on_navigation_status(self, message: NavigationStatus) -> None:
-        """A goal that has ended is not shown any longer; one that was given up is counted, so that people see it."""
+        """Clear the goal when the navigator is idle, and count it if it failed, so that the operator notices."""
         if message.state == "idle":
             self._failures += bool(message.reason)
             for layer in ("goal", "path", "local_path"):
@@ -146,68 +147,70 @@ class PageDevice(Device):
 
     @every(hz=ASK_HZ)
     def ask_again(self) -> None:
-        """What the robot has not confirmed."""
-        self._asked.again(self.now_ns)
-        if self._asked.order_step(self.now_ns):
+        """Repeat the requests that the robot has not confirmed."""
+        self._pending.again(self.now_ns)
+        if self._pending.order_step(self.now_ns):
             self._show_delivery(self._round)
 
-    # -- what is shown
+    # -- display
 
     def show_progress(self, progress: Progress) -> None:
-        """A long job of the computer's, not the robot's; any thread."""
+        """Display a long job of the computer, not of the robot. Thread-safe."""
         self._server.show("progress", progress)
 
     def on_map(self, message: OccupancyGrid) -> None:
-        """The map, as it grows."""
+        """Display the map of SLAM or of the map server."""
         self._server.show("map", message.grid)
 
     def on_costmap(self, message: OccupancyGrid) -> None:
-        """What it costs to be where."""
+        """Display the global costmap of the planner."""
         self._server.show("costmap", cost_image(message.grid))
 
     def on_scan(self, message: LaserScan) -> None:
-        """Where beams ended."""
-        sensor = self._find("map", message.header.frame_id)
+        """Display the end points of a scan in the map frame."""
+        sensor = self._lookup("map", message.header.frame_id)
         if sensor is not None:
             scan = Scan(sensor, message.angles, message.ranges, message.header.frame_id)
             self._server.show("scan", scan)
 
     def on_obstacles(self, message: ObstacleScan) -> None:
-        """What the camera sees in the way."""
-        sensor = self._find("map", message.header.frame_id)
+        """Display the obstacles detected by the camera."""
+        sensor = self._lookup("map", message.header.frame_id)
         if sensor is not None:
             angles = message.angle_min + message.angle_increment * np.arange(len(message.ranges))
             scan = Scan(sensor, angles, message.ranges, message.header.frame_id)
             self._server.show("obstacles", scan)
 
     def on_particle_cloud(self, message: ParticleCloud) -> None:
-        """The guesses."""
-        self._server.show("particles", np.array([one.pose.se2 for one in message.particles]).reshape(-1, 3))
+        """Display the particles of the localization."""
+        self._server.show(
+            "particles", np.array([particle.pose.se2 for particle in message.particles]).reshape(-1, 3)
+        )
 
     def on_plan(self, message: Path) -> None:
-        """The way to the goal."""
+        """Display the global plan to the goal."""
         self._server.show("path", path_points(message, SE2(0, 0, 0)))
 
     def on_local_plan(self, message: Path) -> None:
-        """The next second, in the odometry's frame."""
-        pose = self._find("map", message.header.frame_id)
+        """Display the controller's local plan, which is in the odom frame."""
+        pose = self._lookup("map", message.header.frame_id)
         if pose is not None:
             self._server.show("local_path", path_points(message, pose))
 
     def on_goal(self, message: PoseStamped) -> None:
-        """Where it goes."""
+        """Display the goal of the navigation."""
         self._server.show("goal", message.pose.se2)
 
     def on_ground_truth(self, message: Odometry) -> None:
-        """Where it really is."""
+        """Display the ground truth pose of the simulation."""
         self._server.show("truth", message.pose.pose.se2)
 
     def on_picture(self, message: Image) -> None:
-        """What the camera sees."""
+        """Display the latest colour image of the camera."""
         self._server.show("camera", message.pixels)
 
     def on_depth(self, message: Image) -> None:
-        """How far the camera sees."""
+        """Display the depth image as a point cloud."""
         info = self.camera_info.last
         if info is not None:
             focal, cx, cy = info.k[0], info.k[2], info.k[5]
@@ -215,37 +218,40 @@ class PageDevice(Device):
             self._server.show("depth", view)
 
     def on_moving_frames(self, message: TFMessage) -> None:
-        """Shown at the page's own pace: transforms come faster than an eye sees."""
-        self._moving.update(frame_views(message))
+        """Store transforms, which are displayed at the web UI's own lower rate."""
+        self._moving_frames.update(frame_views(message))
 
     def on_fixed_frames(self, message: TFMessage) -> None:
-        """Where things are mounted."""
-        self._fixed.update(frame_views(message))
-        self._server.show("fixed_frames", tuple(self._fixed.values()))
+        """Display the static transforms of mounted parts."""
+        self._fixed_frames.update(frame_views(message))
+        self._server.show("fixed_frames", tuple(self._fixed_frames.values()))
 
     def on_robot_description(self, message: String) -> None:
-        """Links, joints and masses, as URDF."""
+        """Pass the URDF to the 3-D view: links, joints and masses."""
         self._server.show("description", message.data)
 
     def on_places(self, message: Places) -> None:
-        """Named poses."""
+        """Display the named places on the map."""
         self._places = {place.name: place.pose.pose.se2 for place in message.places}
         self._server.show("places", self._places)
 
     def on_diagnostics(self, message: DiagnosticArray) -> None:
-        """What is wrong with which part, and when it was said."""
-        for one in message.status:
-            self._health.pop(one.name, None)
-            if one.level != OK:
-                self._health[one.name] = self.now_ns, f"{one.name[:1].upper()}{one.name[1:]}: {one.message}"
+        """Store diagnostics that are not OK, with the time of reception."""
+        for entry in message.status:
+            self._diagnostics.pop(entry.name, None)
+            if entry.level != OK:
+                self._diagnostics[entry.name] = (
+                    self.now_ns,
+                    f"{entry.name[:1].upper()}{entry.name[1:]}: {entry.message}",
+                )
 
     def on_delivery_status(self, message: DeliveryStatus) -> None:
-        """What the waiter does."""
-        self._asked.order_is_known(message.accepted, self.now_ns)
+        """Update the state of the deliveries and confirm accepted orders."""
+        self._pending.order_is_known(message.accepted, self.now_ns)
         self._show_delivery(message)
 
-    def _show_delivery(self, told: DeliveryStatus) -> None:
-        self._server.show("delivery", delivery_view(told, self._asked.order_step(self.now_ns)))
+    def _show_delivery(self, message: DeliveryStatus) -> None:
+        self._server.show("delivery", delivery_view(message, self._pending.order_step(self.now_ns)))
 
     @property
     def _round(self) -> DeliveryStatus:
@@ -253,8 +259,8 @@ class PageDevice(Device):
 
     @every(hz=10)
     def show_robot(self) -> None:
-        """Pose and status."""
-        pose = self._find("map", "base_link") or self._find("odom", "base_link")
+        """Display pose, status, moving frames and wheel joints."""
+        pose = self._lookup("map", "base_link") or self._lookup("odom", "base_link")
         if pose is not None:
             twist = self.odom.last.twist.twist if self.odom.last else Twist()
             view = RobotView(
@@ -267,84 +273,82 @@ class PageDevice(Device):
             )
             self._server.show("robot", view)
         self._show_status(pose)
-        if self._moving:
-            self._server.show("frames", tuple(self._moving.values()))
+        if self._moving_frames:
+            self._server.show("frames", tuple(self._moving_frames.values()))
         if self.wheel_ticks.last is not None:
             self._server.show("joints", wheel_angles(self.wheel_ticks.last, self.robot))
 
     def _show_status(self, pose: SE2 | None) -> None:
-        self._shown = self._status(pose)
-        self._server.show("status", self._shown)
+        self._last_status = self._status(pose)
+        self._server.show("status", self._last_status)
 
     def _show_stop(self) -> None:
-        """At once: people wait for it."""
-        status, asked = self.stop_status.last, self._asked
+        status, pending = self.stop_status.last, self._pending
         pressed = str(status.pressed_at.ns) if status else ""
-        self._stop_shown = StopView(
-            stopped=self._stopped, asked=asked.stop, confirmed=asked.presses.confirmed, pressed=pressed
+        self._last_stop = StopView(
+            stopped=self._stopped, asked=pending.stop, confirmed=pending.presses.confirmed, pressed=pressed
         )
-        self._server.show("stop", self._stop_shown)
+        self._server.show("stop", self._last_stop)
 
     def _status(self, pose: SE2 | None) -> Status:
         battery, truth = self.battery_state.last, self.ground_truth.last
-        sure, navigation = self.localization_status.last, self.navigation_status.last
+        localization, navigation = self.localization_status.last, self.navigation_status.last
         return Status(
             phase=self.phase.last.data if self.phase.last else "",
             clock=self.now_ns / 1e9,
-            real_time_factor=self._pace.factor(self.now_ns),
+            real_time_factor=self._real_time_factor.factor(self.now_ns),
             battery=100.0 * battery.percentage if battery else None,
             volts=battery.voltage if battery else None,
-            confidence=sure.confidence if sure else None,
+            confidence=localization.confidence if localization else None,
             localization_error=truth.pose.pose.se2.distance(pose) if truth and pose else None,
             navigation=navigation.state if navigation else "",
             reason=self._why_stopped() or (navigation.reason if navigation else ""),
             stopped=self._stopped,
-            stop_asked=self._asked.stop,
+            stop_asked=self._pending.stop,
             failures=self._failures,
             simulation=self.params.simulation,
             warnings=self._warnings(),
         )
 
     def _warnings(self) -> tuple[str, ...]:
-        """What was said lately: who is ill says so every second."""
-        return tuple(text for said_ns, text in self._health.values() if self.now_ns - said_ns < ILL_NS)
+        return tuple(
+            text
+            for received_ns, text in self._diagnostics.values()
+            if self.now_ns - received_ns < DIAGNOSTICS_AGE_NS
+        )
 
     def _why_stopped(self) -> str:
-        """Empty where STOP is not why."""
         status = self.stop_status.last
-        return self._asked.why(self.now_ns) or (status.sentence if self._stopped and status else "")
+        return self._pending.why(self.now_ns) or (status.sentence if self._stopped and status else "")
 
-    def _find(self, target: str, source: str) -> SE2 | None:
-        """A transform, if it is known yet: a picture can do without."""
+    def _lookup(self, target: str, source: str) -> SE2 | None:
         try:
             return self.tf.lookup(target, source)
         except TransformError:
             return None
 
-    # -- what the operator wants
+    # -- commands of the operator
 
     def _receive(self, command: do.Command) -> None:
-        """In the server's thread."""
         check(command, self._places, self._round)
-        if isinstance(command, do.Resume) and command.pressed not in ("", self._stop_shown.pressed):
+        if isinstance(command, do.Resume) and command.pressed not in ("", self._last_stop.pressed):
             raise UserError("STOP was pressed again meanwhile; look, then press Resume again")
-        if isinstance(command, do.Stop) and not self._shown.stopped:
-            # shown at once: the loop may be late, or its time may stand
-            self._server.show("status", msgspec.structs.replace(self._shown, stop_asked=True))
-            self._server.show("stop", msgspec.structs.replace(self._stop_shown, asked=True))
-        self.post(lambda: self._obey(command))
+        if isinstance(command, do.Stop) and not self._last_status.stopped:
+            # Display the press at once: the event loop may be late, or simulated time may be paused.
+            self._server.show("status", msgspec.structs.replace(self._last_status, stop_asked=True))
+            self._server.show("stop", msgspec.structs.replace(self._last_stop, asked=True))
+        self.post(lambda: self._execute(command))
 
-    def _obey(self, command: do.Command) -> None:
-        """In the loop."""
+    def _execute(self, command: do.Command) -> None:
         match command:
             case do.Goal(x, y, yaw, when):
-                self._go(SE2(x, y, yaw), "", when)
+                self._publish_goal(SE2(x, y, yaw), "", when)
             case do.GoPlace(name, when):
-                self._go(self._places[name], name, when)
+                self._publish_goal(self._places[name], name, when)
             case do.InitialPose(x, y, yaw):
-                self._here(SE2(x, y, yaw))
+                self._publish_initial_pose(SE2(x, y, yaw))
             case do.Deliver(tables):
-                self._asked.deliver(tables, self.now_ns)
+                self._pending.deliver(tables, self.now_ns)
             case do.Loaded():
                 self.loaded.publish(Empty())
             case do.Taken():
@@ -354,24 +358,23 @@ class PageDevice(Device):
             case do.Choose(choice):
                 self.round_choice.publish(String(choice))
             case do.Cancel():
-                self._asked.cancel()
+                self._pending.cancel()
                 self.cancel.publish(Empty())
             case do.Stop(key):
-                self._asked.press(self.now_ns, stopped=self._stopped, key=key)
+                self._pending.press(self.now_ns, stopped=self._stopped, key=key)
                 self._show_stop()
             case do.Withdraw(key):
-                self._asked.presses.withdraw(key)
+                self._pending.presses.withdraw(key)
                 self._show_stop()
             case do.Resume():
-                self._asked.release()
+                self._pending.release()
                 self._show_stop()
             case do.Drive(v, w):
                 self.cmd_vel_teleop.publish(Twist.of(v * max_speed(self.robot), w * max_turn(self.robot)))
             case _:
-                self._play(command)
+                self._simulate(command)
 
-    def _play(self, command: do.Command) -> None:
-        """Toys of the simulation; ignored by a robot that has no such ears."""
+    def _simulate(self, command: do.Command) -> None:
         match command:
             case do.DropBox(x, y):
                 self.drop_box.publish(self._stamped(SE2(x, y, 0.0)))
@@ -382,13 +385,13 @@ class PageDevice(Device):
             case do.CloseDoor(name):
                 self.door.publish(String(f"close {name}"))
 
-    def _go(self, pose: SE2, name: str, when: str) -> None:
-        if through_the_round(when, self._round):
+    def _publish_goal(self, pose: SE2, name: str, when: str) -> None:
+        if is_errand(when, self._round):
             self.errand.publish(Errand(name, self._stamped(pose), when))
         else:
             self.goal_pose.publish(self._stamped(pose))
 
-    def _here(self, pose: SE2) -> None:
+    def _publish_initial_pose(self, pose: SE2) -> None:
         covariance = covariance_36(np.diag([CLICK_STD_XY**2, CLICK_STD_XY**2, CLICK_STD_YAW**2]))
         message = PoseWithCovariance(Pose.of(pose), covariance)
         self.initialpose.publish(PoseWithCovarianceStamped(Header.of(self.now_ns, "map"), message))

@@ -1,4 +1,4 @@
-"""What an owner sets of the operator's page."""
+"""Parameters of the web UI."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from msgspec import Meta
 
 
 class PageParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where the page is served."""
+    """Parameters of the web UI's server."""
 
     port: Annotated[int, Meta(ge=1, le=65535, description="TCP port; the next free one if it is taken")] = (
         8080

@@ -1,4 +1,4 @@
-"""Messages as plain arrays for the page."""
+"""Messages as plain arrays for the web UI."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from chefbot.msgs.nav_msgs import Path
 
 
 class CostImage(NamedTuple):
-    """Costs as the page wants them: cells (h, w) uint8, metres per cell, corner in metres."""
+    """A costmap as the web UI shows it: cells (h, w) uint8, cell size in m, corner of cell [0, 0] in m."""
 
     cells: NDArray[np.uint8]
     resolution: float
@@ -22,12 +22,13 @@ class CostImage(NamedTuple):
 
 
 def cost_image(grid: Grid) -> CostImage:
-    """Costs of -1 (unknown) and 0 to 100 as 255 and 0 to 254."""
+    """Convert costs of -1 (unknown) and 0 to 100 to 255 and 0 to 254."""
+    # 255 is unknown; known costs are scaled to 0..254.
     costs = np.where(grid.cells < 0, 255, grid.cells.astype(np.int16) * 254 // 100).astype(np.uint8)
     return CostImage(costs, grid.resolution, grid.origin_x, grid.origin_y)
 
 
 def path_points(path: Path, frame: SE2) -> NDArray[np.float64]:
-    """(n, 2) on the map."""
-    points = [(one.pose.position.x, one.pose.position.y) for one in path.poses]
+    """Return the points of a path, (n, 2), transformed from `frame` to the map."""
+    points = [(stamped.pose.position.x, stamped.pose.position.y) for stamped in path.poses]
     return frame.apply(np.array(points, np.float64).reshape(-1, 2))

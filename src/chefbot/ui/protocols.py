@@ -1,4 +1,4 @@
-"""uvicorn's protocols with two limits more: idle or too many connections, and peers that never read."""
+"""uvicorn's protocols with additional limits against idle or too many connections, and peers that never read."""
 
 from __future__ import annotations
 
@@ -9,33 +9,35 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 MAX_CONNECTIONS = 64
+"""Maximum number of connections."""
 HEADER_LIMIT = 5.0
-"""Seconds in which a new connection must have sent its first request (against slow-loris)."""
+"""Timeout of a new connection's first request, s (against slow-loris)."""
 LINGER = 0.2
-"""Seconds between the polite end of a socket and its abrupt one."""
+"""Time between the closing handshake of a socket and its abort, s."""
 
 
 class GuardedHttp(H11Protocol):
-    """Refuses connections beyond the limit, and ends those that say nothing."""
+    """Refuses connections above the limit, and closes those without a request."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:
-        """Take the connection, or cut it off."""
+        """Accept the connection, or abort it above the limit."""
         super().connection_made(transport)
         if len(self.connections) > MAX_CONNECTIONS:
             transport.abort()
             return
-        asyncio.get_running_loop().call_later(HEADER_LIMIT, self._end_if_silent)
+        asyncio.get_running_loop().call_later(HEADER_LIMIT, self._abort_if_idle)
 
-    def _end_if_silent(self) -> None:
+    def _abort_if_idle(self) -> None:
+        # A WebSocket upgrade has replaced the protocol: the connection is in use.
         upgraded = self.transport.get_protocol() is not self
         if self.cycle is None and not upgraded:
             self.transport.abort()
 
 
 class GuardedSocket(WebSocketsSansIOProtocol):
-    """Cuts the connection when its handler has ended, even if the peer does not read its last bytes."""
+    """Closes the connection when its handler has returned, even if the peer does not read its last bytes."""
 
     async def run_asgi(self, *args: Any) -> None:
-        """Run the handler, then end the connection."""
+        """Run the handler, then close the connection."""
         await super().run_asgi(*args)
         asyncio.get_running_loop().call_later(LINGER, self.transport.abort)

@@ -1,4 +1,4 @@
-"""An address as a QR code of text, for a phone's camera before a terminal."""
+"""An address as a QR code in text, for a terminal."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import segno
 
 
 def qr_code(address: str) -> str:
-    """Lines of half blocks, the light modules drawn: show them light on dark."""
+    """Return lines of half-block characters, which draw the light modules: show them light on dark."""
     text = StringIO()
     segno.make(address, error="l", micro=False, boost_error=False).terminal(out=text, border=2, compact=True)
     return text.getvalue().rstrip("\n")

@@ -1,4 +1,4 @@
-"""A robot that runs elsewhere, by its page: what it shows, and commands to it. For programs."""
+"""Client of a running robot's web UI, for programs: receives its layers and sends commands."""
 
 from __future__ import annotations
 
@@ -20,28 +20,29 @@ from chefbot.maths.grid import Grid
 from chefbot.ui.commands import Command
 from chefbot.ui.gate import COOKIE
 
-CONNECT_LIMIT = 5.0
-"""Seconds that a page may take to answer at all."""
+CONNECT_TIMEOUT = 5.0
+"""Timeout of the connection, s."""
 MAX_FRAME, MAX_CELLS = 64_000_000, 100_000_000
+"""Maximum size of a frame, bytes, and of a map, cells."""
 
 
 class PageGoneError(UserError):
-    """The connection has ended."""
+    """Raised when the connection is closed."""
 
 
 class RemotePage:
-    """`with RemotePage("http://127.0.0.1:8080") as page:`; UserError when no robot's page answers there.
+    """`with RemotePage("http://127.0.0.1:8080") as page:`; UserError when no robot's web UI answers there.
 
-    One thread may receive while another sends. Who keeps the connection open must go on receiving: the page
-    drops those that do not listen.
+    One thread may receive while another sends. As long as the connection is open, keep receiving: the server
+    disconnects clients that do not read.
     """
 
     def __init__(self, url: str) -> None:
         self.url = url
         self.latest: dict[str, Any] = {}
-        """The newest value of each layer that was received, as `decode` gives it."""
-        self._leaving = ExitStack()
-        self._connection = self._leaving.enter_context(_connect(url))
+        """The newest value of each received layer, as returned by `decode`."""
+        self._exit_stack = ExitStack()
+        self._connection = self._exit_stack.enter_context(_connect(url))
 
     def __enter__(self) -> RemotePage:
         return self
@@ -52,52 +53,52 @@ class RemotePage:
         self.close()
 
     def close(self) -> None:
-        """Leave; whoever receives in another thread gets PageGoneError."""
-        self._leaving.close()
+        """Close the connection; a thread that is receiving gets PageGoneError."""
+        self._exit_stack.close()
 
     def send(self, command: Command) -> None:
-        """Give a command. PageGoneError if nobody is there any more."""
+        """Send a command; PageGoneError if the connection is closed."""
         try:
             self._connection.send(msgspec.json.encode(command).decode())
         except ConnectionClosed:
-            raise self._gone() from None
+            raise self._connection_lost() from None
 
     def receive(self, patience: float | None = None) -> str:
-        """The name of the next layer that changed; "" if nothing came in `patience` seconds.
+        """Return the name of the next changed layer; "" if nothing was received in `patience` seconds.
 
-        UserError with the robot's sentence when it refused a command of ours.
+        Raises UserError with the robot's sentence when it refused a command.
         """
         try:
             frame = self._connection.recv(timeout=patience)
         except TimeoutError:
             return ""
         except ConnectionClosed:
-            raise self._gone() from None
+            raise self._connection_lost() from None
         try:
             layer, value = decode(frame)
         except ValueError:
-            raise _stranger(self.url) from None
+            raise _not_a_robot(self.url) from None
         if layer == "refused":
             raise UserError(f"the robot at {self.url} refused: {value}")
         self.latest[layer] = value
         return layer
 
     def wait_for(self, layer: str, patience: float) -> Any:
-        """The layer's value as soon as there is one; None if there is none after `patience` seconds."""
-        end = time.monotonic() + patience
-        while self.latest.get(layer) is None and (rest := end - time.monotonic()) > 0:
-            self.receive(rest)
+        """Return the layer's value as soon as it is received; None on timeout after `patience` seconds."""
+        deadline = time.monotonic() + patience
+        while self.latest.get(layer) is None and (remaining := deadline - time.monotonic()) > 0:
+            self.receive(remaining)
         return self.latest.get(layer)
 
-    def _gone(self) -> PageGoneError:
+    def _connection_lost(self) -> PageGoneError:
         return PageGoneError(f"the robot at {self.url} has ended or the connection is lost")
 
 
 def decode(frame: str | bytes) -> tuple[str, Any]:
-    """A frame of `wire` as (layer, value), or ("refused", sentence).
+    """Decode a frame of `wire` to (layer, value), or ("refused", sentence).
 
-    The map is a Grid; other bulk layers, which programs have no use for yet, are left as bytes.
-    ValueError for what is no frame.
+    The map is a Grid; other bulk layers, which programs do not use yet, are left as bytes. Raises ValueError
+    for an invalid frame.
     """
     try:
         return _decode_text(frame) if isinstance(frame, str) else _decode_bulk(frame)
@@ -111,6 +112,7 @@ def _decode_text(frame: str) -> tuple[str, Any]:
 
 
 def _decode_bulk(frame: bytes) -> tuple[str, Any]:
+    # Header length, header, body (see `wire`).
     size = int.from_bytes(frame[:2], "little")
     header, body = msgspec.json.decode(frame[2 : 2 + size]), frame[2 + size :]
     return header["layer"], _grid(header, body) if header["kind"] == "int8" else body
@@ -120,6 +122,7 @@ def _grid(header: dict[str, Any], body: bytes) -> Grid:
     height, width = int(header["height"]), int(header["width"])
     if not 0 < height * width <= MAX_CELLS:
         raise ValueError(f"a map of {width} by {height} cells")
+    # Limit the decompressed size to that of the cells.
     data = zlib.decompressobj().decompress(body, height * width)
     cells = np.frombuffer(data, np.int8).reshape(height, width)
     return Grid(cells, header["resolution"], header["x"], header["y"])
@@ -128,19 +131,19 @@ def _grid(header: dict[str, Any], body: bytes) -> Grid:
 def _connect(url: str) -> ClientConnection:
     host, port, token = _address(url)
     try:
-        wire = socket.create_connection((host, port), CONNECT_LIMIT)
+        tcp = socket.create_connection((host, port), CONNECT_TIMEOUT)
     except OSError as error:
         raise UserError(
             f"no robot runs at {url}: {error.strerror or error}; start one with `chefbot launch`, "
             "or give the address of its page"
         ) from None
-    shown = f"[{host}]" if ":" in host else host
+    url_host = f"[{host}]" if ":" in host else host
     try:
         return connect(
-            f"ws://{shown}:{port}/live",
-            sock=wire,
+            f"ws://{url_host}:{port}/live",
+            sock=tcp,
             additional_headers={"Cookie": f"{COOKIE}={token}"} if token else None,
-            open_timeout=CONNECT_LIMIT,
+            open_timeout=CONNECT_TIMEOUT,
             close_timeout=1.0,
             max_size=MAX_FRAME,
         )
@@ -150,13 +153,13 @@ def _connect(url: str) -> ClientConnection:
                 f"the robot at {url} lets nobody in so: give the whole address with ?token= that it printed "
                 "at its start, or close another screen"
             ) from None
-        raise _stranger(url) from None
+        raise _not_a_robot(url) from None
     except (OSError, WebSocketException):
-        raise _stranger(url) from None
+        raise _not_a_robot(url) from None
 
 
 def _address(url: str) -> tuple[str, int, str]:
-    """Host, port and token of a page's address."""
+    """Return host, port and token of the web UI's address."""
     try:
         parts = urlsplit(url if "://" in url else f"http://{url}")
         host, port = parts.hostname, parts.port or 80
@@ -167,5 +170,5 @@ def _address(url: str) -> tuple[str, int, str]:
     return host, port, parse_qs(parts.query).get("token", [""])[0]
 
 
-def _stranger(url: str) -> UserError:
+def _not_a_robot(url: str) -> UserError:
     return UserError(f"what answers at {url} is not a robot's page; check host and port")

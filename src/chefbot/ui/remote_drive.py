@@ -1,4 +1,4 @@
-"""Drives a robot that runs elsewhere, by its page."""
+"""Device that drives a robot elsewhere through its web UI."""
 
 from __future__ import annotations
 
@@ -19,21 +19,24 @@ from chefbot.ui.commands import Drive, Resume, Stop
 from chefbot.ui.remote import PageGoneError, RemotePage
 
 MIN_PERIOD_NS = 50_000_000
-"""No more often than this, for the page drops who says too much; it wants a word every 0.3 s."""
+"""Minimum period of commands, ns, as the server disconnects clients above its rate limit; its timeout is 0.3
+s."""
 
 REPEAT_NS = 5_000_000_000
+"""Minimum time before the same remark is repeated, ns."""
 
 
 class RemoteDriveParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Which robot."""
+    """Parameters of the remote drive: the web UI's address."""
 
     page: Annotated[str, Meta(min_length=1, description="address of the running robot's page")]
 
 
 class RemoteDriveDevice(Device):
-    """Passes `cmd_vel_teleop` on as shares of the robot's limits; in silence the page stops the robot.
+    """Forwards `cmd_vel_teleop` as fractions of the robot's limits; without commands the web UI's server
+    stops the robot.
 
-    STOP goes the same way, and what the page says of it comes back on `emergency_stop`.
+    Emergency stops are forwarded too, and the robot's state is published on `emergency_stop`.
     """
 
     params: RemoteDriveParams
@@ -43,63 +46,64 @@ class RemoteDriveDevice(Device):
     remark: Out[String] = topic("remote_drive/remark")
 
     def start(self) -> None:
-        """Connect."""
+        """Connect to the robot's web UI; UserError where there is none."""
         self._page = RemotePage(self.params.page)
         self._sent_ns = self.now_ns - MIN_PERIOD_NS
-        self._told = ("", self.now_ns)
+        self._last_remark = ("", self.now_ns)
         self._stopped: bool | None = None
         self._closing = False
-        self._thread = threading.Thread(target=self._listen, name="remote drive", daemon=True)
+        self._thread = threading.Thread(target=self._receive_loop, name="remote drive", daemon=True)
         self._thread.start()
         self.announcement = f"Driving the robot at {self.params.page}"
 
     def stop(self) -> None:
-        """Let go and leave."""
+        """Close the connection, which stops the robot."""
         super().stop()
         self._closing = True
         self._page.close()
         self._thread.join()
 
     def on_cmd_vel_teleop(self, twist: Twist) -> None:
-        """A stop is never held back."""
+        """Forward a velocity at the limited rate; a stop is forwarded at once."""
         command = Drive(
-            _share(twist.linear.x, max_speed(self.robot)), _share(twist.angular.z, max_turn(self.robot))
+            _fraction(twist.linear.x, max_speed(self.robot)), _fraction(twist.angular.z, max_turn(self.robot))
         )
         if command.still or self.now_ns - self._sent_ns >= MIN_PERIOD_NS:
             self._sent_ns = self.now_ns
             self._page.send(command)
 
     def on_stop_request(self, press: Bool) -> None:
-        """Never held back."""
+        """Forward an emergency stop or its release at once."""
         self._page.send(Stop() if press.data else Resume())
 
-    def _hear_status(self, stopped: bool) -> None:
+    def _on_status(self, stopped: bool) -> None:
         if stopped is not self._stopped:
             self._stopped = stopped
             self.emergency_stop.publish(Bool(stopped))
 
-    def _listen(self) -> None:
-        """In a thread: the page's answers, and its end."""
+    def _receive_loop(self) -> None:
+        """Receive the server's answers until the connection is closed; runs in a thread."""
         while True:
             try:
                 if self._page.receive() == "status" and self._page.latest["status"] is not None:
-                    self.post(partial(self._hear_status, bool(self._page.latest["status"]["stopped"])))
+                    self.post(partial(self._on_status, bool(self._page.latest["status"]["stopped"])))
             except PageGoneError as error:
                 if not self._closing:
                     self.post(_raiser(error))
                 return
             except UserError as error:
-                self.post(partial(self._tell, str(error)))
+                self.post(partial(self._remark_once, str(error)))
 
-    def _tell(self, sentence: str) -> None:
-        """The same not ten times a second: every word of ours is answered while another drives."""
-        told, told_ns = self._told
-        if sentence != told or self.now_ns - told_ns >= REPEAT_NS:
-            self._told = (sentence, self.now_ns)
+    def _remark_once(self, sentence: str) -> None:
+        """Log a sentence, the same one only once per period: each command is answered while another client
+        drives."""
+        last_sentence, last_ns = self._last_remark
+        if sentence != last_sentence or self.now_ns - last_ns >= REPEAT_NS:
+            self._last_remark = (sentence, self.now_ns)
             self.remark.publish(String(sentence))
 
 
-def _share(value: float, limit: float) -> float:
+def _fraction(value: float, limit: float) -> float:
     return min(1.0, max(-1.0, value / limit))
 
 

@@ -1,4 +1,4 @@
-"""The robot's body as the 3-D view wants it: solids, frames, wheels."""
+"""The robot's model for the 3-D view: solids, frames, wheel angles."""
 
 from __future__ import annotations
 
@@ -14,29 +14,31 @@ from chefbot.ui.layers import FrameView
 
 
 def make_glb(robot: Robot) -> bytes:
-    """The robot's solids, a node per link in the link's own frame. Loads the CAD libraries."""
+    """Return the robot's solids as GLB, a node per link in the link's own frame. Loads the CAD libraries."""
     from chefbot.design.solids.glb import glb
 
     return glb(robot)
 
 
 def frame_views(message: TFMessage) -> dict[str, FrameView]:
-    """Frame to its place in its parent; not of the wheels, which are told as joints, so that they can be turned."""
+    """Return each frame's pose in its parent by name, without the wheels, whose joint angles are sent
+    separately."""
     views = {}
-    for one in message.transforms:
-        if one.child_frame_id in WHEELS:
+    for transform in message.transforms:
+        if transform.child_frame_id in WHEELS:
+            # Wheel frames are drawn from joint angles.
             continue
-        at, turn = one.transform.translation, one.transform.rotation
-        views[one.child_frame_id] = FrameView(
-            name=one.child_frame_id,
-            parent=one.header.frame_id,
-            at=(at.x, at.y, at.z),
-            turn=(turn.x, turn.y, turn.z, turn.w),
+        translation, rotation = transform.transform.translation, transform.transform.rotation
+        views[transform.child_frame_id] = FrameView(
+            name=transform.child_frame_id,
+            parent=transform.header.frame_id,
+            at=(translation.x, translation.y, translation.z),
+            turn=(rotation.x, rotation.y, rotation.z, rotation.w),
         )
     return views
 
 
 def wheel_angles(ticks: WheelTicks, robot: Robot) -> dict[str, float]:
-    """Joint to angle in radians within one turn; positive is forward (REP-103: about +y)."""
+    """Return the angle of each wheel joint, rad, within one turn; positive is forward (REP-103: about +y)."""
     angles = np.mod(wheel_positions(ticks, robot), math.tau)
     return dict(zip(JOINTS, angles.tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""The operator's page: static files and one WebSocket, served from a thread of its own."""
+"""Server of the web UI: static files and one WebSocket per browser, in its own thread."""
 
 from __future__ import annotations
 
@@ -22,33 +22,38 @@ from chefbot.errors import UserError
 from chefbot.ui.client import Client
 from chefbot.ui.commands import MAX_TEXT, Command, Drive, Ping, Stop, Withdraw, parse_command
 from chefbot.ui.dead_man import DeadMan
-from chefbot.ui.files import SAFE, content_type, headers_of, static_files
+from chefbot.ui.files import SAFE, content_type, response_headers, static_files
 from chefbot.ui.gate import Gate
 from chefbot.ui.hub import Hub
 from chefbot.ui.protocols import GuardedHttp, GuardedSocket
 from chefbot.ui.solids import Solids
 
 TICK = 0.05
+"""Period at which changed layers are encoded, s."""
 PORTS_TO_TRY = 20
+"""Number of consecutive ports that are tried."""
 MAX_CLIENTS = 16
-"""Screens with everything; as many more see little and may press STOP, the newest for the longest there."""
+"""Maximum number of full clients; as many more receive few layers and may only stop the robot, the oldest of
+which is replaced."""
 ONLY_STOP = (
     f"{MAX_CLIENTS} other screens are open, so here only STOP works; close one of them and reload this page"
 )
 STOP_LAYERS = ("stop", "status")
+"""Layers for clients that may only stop the robot."""
 PENALTY = 1.0
-"""Seconds for which a flooding client is not listened to before it is dropped, lest it come back at once."""
-STOP_LIMIT = 10.0
-"""Seconds; it takes a fraction of one, but on a busy machine a thread may wait for its turn."""
+"""Time for which a client above the rate limit is ignored before it is disconnected, s, so that it does not
+reconnect at once."""
+STOP_TIMEOUT = 10.0
+"""Timeout of `stop`, s; it takes a fraction of a second, but on a loaded machine threads are delayed."""
 
 
 class PageServer:
-    """Shows layers to browsers and hands their commands to `on_command`.
+    """Sends layers to browsers and passes their commands to `on_command`.
 
-    `on_command` runs in the page's thread and must return at once (put the command into a queue); a UserError
-    that it raises goes as a sentence to the browser that sent the command. Bound to a network address instead
-    of loopback, the page asks for a token that only the URL returned by `start` carries. `model` makes the
-    robot's solids (GLB); it is called in a thread when somebody looks at them for the first time.
+    `on_command` runs in the server's thread and must return at once (put the command into a queue); a
+    UserError that it raises is sent as a sentence to the browser that sent the command. Bound to a network
+    address instead of loopback, the server requires a token that only the URL returned by `start` contains.
+    `model` generates the robot's solids (GLB); it is called in a thread on the first request.
     """
 
     def __init__(
@@ -58,7 +63,7 @@ class PageServer:
         on_command: Callable[[Command], None],
         model: Callable[[], bytes] | None = None,
     ) -> None:
-        self._wish = (host, port)
+        self._address = (host, port)
         self._on_command = on_command
         self._hub = Hub()
         self._deadman = DeadMan(on_command)
@@ -70,10 +75,11 @@ class PageServer:
         self.app = Gate(self._build_app(), host, self._token)
 
     def start(self) -> str:
-        """Serve; the address to open. If the port is taken, the next free one of twenty is used (0: any)."""
+        """Start the server and return the URL to open. If the port is in use, the next free one of twenty is
+        used (0: any)."""
         if self._thread is not None:
             raise UserError("The operator's page is being served already; stop it first")
-        listener = _listen(*self._wish)
+        listener = _listen(*self._address)
         self._uvicorn = _uvicorn(self.app)
         self._thread = threading.Thread(
             target=self._serve, args=(listener,), name="operator page", daemon=True
@@ -82,24 +88,26 @@ class PageServer:
         return self._url(listener)
 
     def stop(self) -> None:
-        """End all connections, free the port. RuntimeError if that takes longer than STOP_LIMIT."""
+        """Close all connections and free the port; RuntimeError if that takes longer than STOP_TIMEOUT."""
         if self._thread is None:
             return
         self._uvicorn.should_exit = True
-        self._thread.join(STOP_LIMIT)
+        self._thread.join(STOP_TIMEOUT)
         if self._thread.is_alive():
             raise RuntimeError("the operator's page did not end in time")
         self._thread = None
 
     @property
     def clients(self) -> int:
-        """How many browsers look on."""
+        """Number of browsers that are connected."""
         return len(self._clients)
 
     def show(self, layer: str, payload: Any) -> None:
-        """Set the latest value of a layer; None clears it. Any thread, before or after `start`, never blocks.
+        """Set the latest value of a layer; None clears the layer. Thread-safe, before or after `start`, never
+        blocks.
 
-        Raises ValueError or TypeError for an unknown layer or a payload of another shape (see `layers`).
+        Raises ValueError or TypeError for an unknown layer or a payload of the wrong type or shape (see
+        `layers`).
         """
         self._hub.show(layer, payload)
 
@@ -110,7 +118,7 @@ class PageServer:
             name = request.path_params.get("name", "index.html")
             if name not in files:
                 return Response("No such file.", 404, SAFE, "text/plain")
-            return Response(files[name], 200, headers_of(files[name]), content_type(name))
+            return Response(files[name], 200, response_headers(files[name]), content_type(name))
 
         routes = [
             Route("/", serve_file),
@@ -124,8 +132,8 @@ class PageServer:
         host, port = listener.getsockname()[:2]
         if ipaddress.ip_address(host).is_unspecified:
             host = _own_address()
-        shown = f"[{host}]" if ":" in host else host
-        return f"http://{shown}:{port}/" + (f"?token={self._token}" if self._token else "")
+        url_host = f"[{host}]" if ":" in host else host
+        return f"http://{url_host}:{port}/" + (f"?token={self._token}" if self._token else "")
 
     def _serve(self, listener: socket.socket) -> None:
         asyncio.run(self._serve_and_publish(listener))
@@ -136,52 +144,58 @@ class PageServer:
         publisher.cancel()
 
     async def _publish(self) -> None:
-        """Encode off the event loop, so that a large map delays neither STOP nor the dead man's switch."""
+        """Encode outside the event loop, so that a large map delays neither an emergency stop nor the
+        dead-man switch."""
         while True:
             if self._clients:
                 changed = await asyncio.to_thread(self._hub.encode_due, asyncio.get_running_loop().time)
                 for client in self._clients:
-                    client.offer(changed if client.greeted else list(self._hub.frames), STOP_LAYERS)
-                    client.greeted = True
+                    client.mark_changed(
+                        changed if client.initialized else list(self._hub.frames), STOP_LAYERS
+                    )
+                    client.initialized = True
             await asyncio.sleep(TICK)
 
     async def _live(self, web: WebSocket) -> None:
-        """The life of one browser's connection."""
+        """Serve one browser's connection until either side closes it."""
         await web.accept()
-        client = Client(web, only_stop=sum(not one.only_stop for one in self._clients) >= MAX_CLIENTS)
+        client = Client(web, only_stop=sum(not other.only_stop for other in self._clients) >= MAX_CLIENTS)
+        # Above the limit a browser may still stop the robot.
         if client.only_stop:
-            self._make_room()
+            self._drop_oldest_reserved()
             client.answer(ONLY_STOP)
         self._clients[client] = None
         try:
-            await _first_to_end(
-                self._listen_to(client), client.send_forever(self._hub.frames), client.dismissed.wait()
+            await _run_until_first_ends(
+                self._receive_loop(client), client.send_forever(self._hub.frames), client.disconnected.wait()
             )
         finally:
             self._clients.pop(client, None)
             self._deadman.leave(client)
 
-    def _make_room(self) -> None:
-        """Nobody who holds many connections keeps STOP from others."""
-        reserved = [one for one in self._clients if one.only_stop]
+    def _drop_oldest_reserved(self) -> None:
+        """Disconnect the oldest reserved client, so that many connections of one host cannot block the
+        emergency stop."""
+        reserved = [client for client in self._clients if client.only_stop]
         if len(reserved) >= MAX_CLIENTS:
-            reserved[0].dismissed.set()
+            reserved[0].disconnected.set()
             self._clients.pop(reserved[0])
 
     @property
     def asks_for_token(self) -> bool:
-        """Whether it is served to a network."""
+        """Whether clients need the token, as the server is bound to a network address."""
         return self._token is not None
 
-    async def _listen_to(self, client: Client) -> None:
-        async for text in _texts(client.socket):
-            if not client.may_speak():
+    async def _receive_loop(self, client: Client) -> None:
+        async for text in _receive_texts(client.socket):
+            if not client.within_rate_limit():
                 client.answer("This screen sent too many commands and is cut off for a moment")
+                # Rate limit exceeded: ignore the client for a moment, then disconnect it.
                 await asyncio.sleep(PENALTY)
                 return  # without a closing handshake, for which the rest of the flood would have to be read
-            self._obey(client, text)
+            self._execute(client, text)
 
-    def _obey(self, client: Client, text: str) -> None:
+    def _execute(self, client: Client, text: str) -> None:
         try:
             command = parse_command(text)
             if isinstance(command, Ping):
@@ -196,14 +210,15 @@ class PageServer:
             client.answer(str(error))
 
 
-async def _texts(web: WebSocket) -> AsyncIterator[str]:
-    """The messages of a browser until it leaves; bytes become an empty text, which is no command."""
+async def _receive_texts(web: WebSocket) -> AsyncIterator[str]:
+    """Yield the messages of a browser until it disconnects; a binary message becomes an empty text, which is
+    an invalid command."""
     while (message := await web.receive())["type"] == "websocket.receive":
         yield message.get("text") or ""
 
 
-async def _first_to_end(*jobs: Any) -> None:
-    """Run the jobs until one returns or fails, end the others, and pass a failure on."""
+async def _run_until_first_ends(*jobs: Any) -> None:
+    """Run the jobs until one returns or fails, cancel the others, and raise its exception."""
     tasks = [asyncio.ensure_future(job) for job in jobs]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -236,7 +251,7 @@ def _uvicorn(app: Any) -> Any:
 
 
 def _listen(host: str, port: int) -> socket.socket:
-    """A listening socket on the first free port from `port` on."""
+    """Return a listening socket on the first free port from `port` on."""
     for candidate in range(port, min(port + PORTS_TO_TRY, 65536)):
         listener = _bind(host, candidate)
         if listener is not None:
@@ -245,7 +260,7 @@ def _listen(host: str, port: int) -> socket.socket:
 
 
 def _bind(host: str, port: int) -> socket.socket | None:
-    """A listening socket, or None when the port is taken."""
+    """Return a listening socket, or None when the port is in use."""
     try:
         return socket.create_server((host, port), family=_family(host), backlog=64)
     except OSError as error:
@@ -259,13 +274,14 @@ def _family(host: str) -> socket.AddressFamily:
 
 
 def _own_address() -> str:
-    """This machine's address in the network (by a UDP socket that sends nothing); loopback without one."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+    """Return this machine's network address (from a UDP socket that sends nothing); loopback without a
+    network."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
         try:
-            probe.connect(("192.0.2.1", 9))
+            udp.connect(("192.0.2.1", 9))
         except OSError:
             return "127.0.0.1"
-        return str(probe.getsockname()[0])
+        return str(udp.getsockname()[0])
 
 
 def _is_loopback(host: str) -> bool:

@@ -1,4 +1,4 @@
-"""The robot's solids for the page's 3-D view, made when they are first asked for."""
+"""The robot's solids for the web UI's 3-D view, generated on the first request."""
 
 from __future__ import annotations
 
@@ -16,24 +16,26 @@ GLB = "model/gltf-binary"
 
 
 class Solids:
-    """Calls `make` once, in a thread, so that neither the start nor STOP waits for the CAD libraries."""
+    """Calls `make` once, in a thread, so that neither startup nor the emergency stop waits for the CAD
+    libraries."""
 
     def __init__(self, make: Callable[[], bytes] | None) -> None:
         self._make = make
         self._glb: bytes | None = None
-        self._turn = asyncio.Lock()
+        self._lock = asyncio.Lock()
 
     async def serve(self, _request: Request) -> Response:
-        """The GLB; 404 where there is no robot, 500 and the sentence where its file describes an impossible one."""
+        """Return the GLB; 404 without a robot, 500 and the error's sentence where its file is invalid."""
         if self._make is None:
             return Response("This page shows no robot's solids.", 404, SAFE, "text/plain")
         try:
-            return Response(await self._made(self._make), 200, SAFE, GLB)
+            return Response(await self._get_glb(self._make), 200, SAFE, GLB)
         except UserError as error:
             return Response(str(error), 500, SAFE, "text/plain")
 
-    async def _made(self, make: Callable[[], bytes]) -> bytes:
-        async with self._turn:
+    async def _get_glb(self, make: Callable[[], bytes]) -> bytes:
+        # Concurrent requests wait for the same generation.
+        async with self._lock:
             if self._glb is None:
                 self._glb = await asyncio.to_thread(make)
             return self._glb

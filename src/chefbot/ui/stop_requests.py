@@ -1,50 +1,53 @@
-"""Presses of STOP on their way to the base: which of them count, and which it has latched."""
+"""Presses of the emergency stop: which of them are pending, confirmed or withdrawn."""
 
 from __future__ import annotations
 
 from collections import deque
 
-REMEMBERED = 32
-"""Presses that are known by their id: a late copy of one of them changes nothing."""
+MAX_IDS = 32
+"""Number of presses whose id is kept: a late copy of one of them is ignored."""
 
 
 class Presses:
-    """A page repeats a press, with the same id, until it is confirmed: the base has latched STOP since it came."""
+    """Set of presses. A browser repeats a press, with the same id, until the drive base has latched the
+    emergency stop."""
 
     def __init__(self) -> None:
-        self._waiting: dict[str, None] = {}
-        self._confirmed: deque[str] = deque(maxlen=REMEMBERED)
-        self._withdrawn: deque[str] = deque(maxlen=REMEMBERED)
+        self._pending: dict[str, None] = {}
+        self._confirmed: deque[str] = deque(maxlen=MAX_IDS)
+        self._withdrawn: deque[str] = deque(maxlen=MAX_IDS)
 
     @property
     def confirmed(self) -> tuple[str, ...]:
-        """By id, the newest last."""
+        """Ids of confirmed presses, the newest last."""
         return tuple(self._confirmed)
 
     @property
     def waiting(self) -> bool:
-        """Whether the base has still to latch one."""
-        return bool(self._waiting)
+        """Whether a press is not confirmed yet."""
+        return bool(self._pending)
 
     def press(self, key: str, *, stopped: bool) -> bool:
-        """Whether it is a press that still counts; `stopped`: the base has latched STOP already. "" has no copies."""
+        """Add a press and return whether it is new; `stopped`: the stop is latched already. A press with the
+        id "" is always new."""
         if key and (key in self._confirmed or key in self._withdrawn):
             return False
-        self._waiting[key] = None
+        self._pending[key] = None
         if stopped:
             self.latched()
         return True
 
     def latched(self) -> None:
-        """The base says that it is stopped."""
-        self._confirmed.extend(key for key in self._waiting if key)
-        self._waiting.clear()
+        """Confirm all pending presses: the drive base is stopped."""
+        self._confirmed.extend(key for key in self._pending if key)
+        self._pending.clear()
 
     def withdraw(self, key: str) -> None:
-        """It shall not count when it comes, unless the base has it."""
-        self._waiting.pop(key, None)
+        """Withdraw a press that is not confirmed; it is also ignored if it is received later."""
+        self._pending.pop(key, None)
         self._withdrawn.append(key)
 
     def clear(self) -> None:
-        """STOP was released. A press that nobody has confirmed comes again from its page, and counts then."""
-        self._waiting.clear()
+        """Discard pending presses at a release. An unconfirmed press is repeated by its browser, and counts
+        then."""
+        self._pending.clear()

@@ -1,4 +1,4 @@
-"""Opens the page of a robot that runs: what RViz was to the chapter."""
+"""Device that opens a running robot's web UI: the counterpart of RViz in the book chapter."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from chefbot.ui.remote import RemotePage
 
 
 class ViewerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Which robot, and whether there is a screen."""
+    """Parameters of the web UI's viewer."""
 
     page: Annotated[str, Meta(min_length=1, description="address of the running robot's page")]
     headless: Annotated[bool, Meta(description="only look whether a robot runs there")] = False
@@ -21,12 +21,12 @@ class ViewerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class ViewerDevice(Device):
-    """Looks whether a robot runs there, opens the browser and is done."""
+    """Checks whether a robot runs at an address, opens the browser and is done."""
 
     params: ViewerParams
 
     def start(self) -> None:
-        """UserError if no robot runs there."""
+        """Connect and open the browser; UserError if no robot runs there."""
         RemotePage(self.params.page).close()
         address = in_view(self.params.page, self.params.view)
         opened = not self.params.headless and open_browser(address)

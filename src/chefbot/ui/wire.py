@@ -1,25 +1,26 @@
-"""The bytes between server and page. This docstring is the whole format; `static/wire.js` is its other half.
+"""The protocol between server and browser. This docstring is its specification;
+`static/wire.js` is the browser's side.
 
-Page to server: JSON text, one command per message, see `commands`.
+Browser to server: JSON text, one command per message, see `commands`.
 
-Server to page, as text (small layers and answers):
+Server to browser, as text (small layers and answers):
     {"layer": NAME, "value": ...}    the latest value; null clears the layer
-    {"refused": SENTENCE}            the answer to a command of this page that was not accepted
-    {"pong": NUMBER}                 the answer to a ping of this page, after all that it sent before it
+    {"refused": SENTENCE}            the answer to a command that was refused
+    {"pong": NUMBER}                 the answer to a ping, after all that was sent before it
 
-Server to page, as bytes (bulk layers): header length (uint16, little-endian), header (JSON), body.
+Server to browser, as bytes (bulk layers): header length (uint16, little-endian), header (JSON), body.
     every header                      layer, kind
     kind "points"                     columns, x, y, unit: body int16 (n, columns), little-endian; times
                                       unit[column], plus x or y for the first two: metres, metres, radians;
-                                      frame: the sensor that saw them, or empty
+                                      frame: that of the sensor, or empty
     kind "int8" or "uint8"            width, height, resolution, x, y: body zlib of the rows, low y first;
                                       (x, y) is the outer corner of the first cell, metres
     kind "depth"                      width, height, focal, cx, cy (pixels), frame (an optical one, REP-103):
                                       body zlib of the rows from the top, uint16 millimetres, 0 for none
-    kind "jpeg"                       body is the picture
+    kind "jpeg"                       body is the image
 
-Points travel as signed 16 bit: centimetres up to 327 m from the first point, coarser beyond, so that no
-coordinate can wrap. Numbers that are not finite travel as null.
+Points are sent as signed 16 bit: centimetres up to 327 m from the first point, coarser beyond, so that no
+coordinate can wrap. Numbers that are not finite are sent as null.
 """
 
 from __future__ import annotations
@@ -35,12 +36,14 @@ from numpy.typing import NDArray
 
 Frame = str | bytes
 CENTIMETRE = 0.01
+"""Resolution of positions, m."""
 MILLIRADIAN = 0.001
+"""Resolution of angles, rad."""
 
 
 @dataclass(frozen=True, eq=False)
 class GridImage:
-    """A copy of a grid of the map frame: cells (h, w) int8 or uint8, metres per cell, corner in metres."""
+    """A copy of a grid in the map frame: cells (h, w) int8 or uint8, cell size in m, corner in m."""
 
     cells: NDArray[Any]
     resolution: float
@@ -50,7 +53,8 @@ class GridImage:
 
 @dataclass(frozen=True, eq=False)
 class DepthImage:
-    """A thinned depth picture: (h, w) uint16 millimetres, its pinhole in its own pixels, its optical frame."""
+    """A decimated depth image: (h, w) uint16 millimetres, its intrinsics in its own pixels, its optical
+    frame."""
 
     millimetres: NDArray[np.uint16]
     pinhole: dict[str, float]
@@ -58,51 +62,54 @@ class DepthImage:
 
 
 def pong(number: int) -> str:
-    """The answer to a ping."""
+    """Encode the answer to a ping."""
     return msgspec.json.encode({"pong": number}).decode()
 
 
 def text(layer: str, value: Any) -> str:
-    """A small layer."""
+    """Encode a small layer as JSON."""
     return msgspec.json.encode({"layer": layer, "value": value}).decode()
 
 
 def refused(sentence: str) -> str:
-    """The answer to a command that was not accepted."""
+    """Encode the answer to a command that was refused."""
     return msgspec.json.encode({"refused": sentence}).decode()
 
 
 def bulk(layer: str, header: dict[str, Any], body: bytes) -> bytes:
-    """A bulk layer: length, header, body."""
+    """Encode a bulk layer: header length, header, body."""
     head = msgspec.json.encode({"layer": layer, **header})
     return struct.pack("<H", len(head)) + head + body
 
 
 def points(layer: str, rows: NDArray[np.float64], frame: str = "") -> bytes:
-    """Points (n, 2) or poses (n, 3) with finite numbers, relative to the first one, as `frame` saw them."""
+    """Encode points (n, 2) or poses (n, 3) with finite numbers, relative to the first one; `frame` is the
+    sensor's."""
     columns = rows.shape[1]
     head = {"kind": "points", "columns": columns, "frame": frame}
     if len(rows) == 0:
         return bulk(layer, head | {"x": 0, "y": 0, "unit": [1] * columns}, b"")
     x, y = float(rows[0, 0]), float(rows[0, 1])
+    # Offsets from the first point; the unit grows with the extent so that 16 bits suffice.
     offsets = rows - np.array([x, y, 0.0])[:columns]
     unit = [max(CENTIMETRE, float(np.abs(offsets[:, :2]).max()) / 32767)] * 2 + [MILLIRADIAN] * (columns - 2)
     if columns == 3:
+        # Wrap the heading to [-pi, pi].
         offsets[:, 2] = np.arctan2(np.sin(offsets[:, 2]), np.cos(offsets[:, 2]))
     body = np.rint(offsets / unit).astype("<i2").tobytes()
     return bulk(layer, head | {"x": x, "y": y, "unit": unit}, body)
 
 
 def depth(layer: str, image: DepthImage) -> bytes:
-    """A thinned depth picture, packed."""
+    """Encode a decimated depth image, compressed."""
     height, width = image.millimetres.shape
     header = {"kind": "depth", "width": width, "height": height, "frame": image.frame, **image.pinhole}
     return bulk(layer, header, zlib.compress(image.millimetres.tobytes(), 1))
 
 
 def grid(layer: str, image: GridImage) -> bytes:
-    """A map or costmap, packed with the fastest level of zlib."""
+    """Encode a map or costmap, compressed with zlib's fastest level."""
     height, width = image.cells.shape
     header = {"kind": image.cells.dtype.name, "width": width, "height": height}
-    place = {"resolution": image.resolution, "x": image.x, "y": image.y}
-    return bulk(layer, header | place, zlib.compress(np.ascontiguousarray(image.cells).tobytes(), 1))
+    origin = {"resolution": image.resolution, "x": image.x, "y": image.y}
+    return bulk(layer, header | origin, zlib.compress(np.ascontiguousarray(image.cells).tobytes(), 1))

@@ -1,1 +1,1 @@
-"""Message definitions: fields, CDR, hashes (REP-2016), code generation, registry."""
+"""Interface definitions: fields, CDR serialization, type hashes (REP-2016), code generation, registry."""

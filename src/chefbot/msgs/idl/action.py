@@ -1,4 +1,4 @@
-"""Actions: a goal, a result, feedback, and the messages that carry them."""
+"""Action types: goal, result, feedback, and the messages and services that transport them."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ F = TypeVar("F", bound=Message)
 
 
 class Action(NamedTuple, Generic[G, R, F]):
-    """The types of one action; the last five are what travels (ROS 2 design, "Actions")."""
+    """The types of one action; the last five are those that are transported (ROS 2 design, "Actions")."""
 
     name: str
     goal: type[G]
     result: type[R]
     feedback: type[F]
     send_goal: type[Message]
-    """`goal_id, goal`"""
+    """Message with the fields `goal_id, goal`."""
     feedback_message: type[Message]
-    """`goal_id, feedback`"""
+    """Message with the fields `goal_id, feedback`."""
     outcome: type[Message]
-    """`goal_id, status, stamp, result`: within a process, what get_result answers and for which goal."""
+    """Message with the fields `goal_id, status, stamp, result`: the result of a goal within a process."""
     send_goal_service: Service[Any, Any]
-    """`goal_id, goal` -> `accepted, stamp`"""
+    """Service with request `goal_id, goal` and response `accepted, stamp`."""
     get_result_service: Service[Any, Any]
-    """`goal_id` -> `status, result`"""
+    """Service with request `goal_id` and response `status, result`."""
 
     @property
     def ros_name(self) -> str:
-        """'nav2_msgs/action/NavigateToPose'"""
+        """ROS name of the action type, such as 'nav2_msgs/action/NavigateToPose'."""
         return ros_type(self.goal).removesuffix("_Goal")
 
     @property
     def description(self) -> Description:
-        """As type_description_interfaces tells it."""
+        """Type description of the action, as in type_description_interfaces."""
         members = [
             ("goal", describe(self.goal)),
             ("result", describe(self.result)),
@@ -57,12 +57,12 @@ class Action(NamedTuple, Generic[G, R, F]):
 
     @property
     def type_hash(self) -> str:
-        """'RIHS01_...' of the action."""
+        """Type hash 'RIHS01_...' of the action (REP-2016)."""
         return description_hash(self.description)
 
 
 def define_action(goal: type[G], result: type[R], feedback: type[F]) -> Action[G, R, F]:
-    """The action whose three parts are given; they are named X_Goal, X_Result, X_Feedback."""
+    """Define an action by its three parts, which are named X_Goal, X_Result, X_Feedback."""
     name = goal.__name__.removesuffix("_Goal")
     module = goal.__module__
 
@@ -82,20 +82,20 @@ def define_action(goal: type[G], result: type[R], feedback: type[F]) -> Action[G
         setattr(sys.modules[module], kind.__name__, kind)
         return kind
 
-    which, when = ("goal_id", UUID, UUID()), ("stamp", Time, Time())
-    status, outcome = ("status", Int8, 0), ("result", result, result())
-    send_goal = wrapper("SendGoal_Request", [which, ("goal", goal, goal())])
-    accepted = wrapper("SendGoal_Response", [("accepted", Bool, False), when])
-    get_result = wrapper("GetResult_Request", [which])
-    got = wrapper("GetResult_Response", [status, outcome])
+    goal_id, stamp = ("goal_id", UUID, UUID()), ("stamp", Time, Time())
+    status, result_field = ("status", Int8, 0), ("result", result, result())
+    send_goal_request = wrapper("SendGoal_Request", [goal_id, ("goal", goal, goal())])
+    send_goal_response = wrapper("SendGoal_Response", [("accepted", Bool, False), stamp])
+    get_result_request = wrapper("GetResult_Request", [goal_id])
+    get_result_response = wrapper("GetResult_Response", [status, result_field])
     return Action(
         name,
         goal,
         result,
         feedback,
-        send_goal,
-        wrapper("FeedbackMessage", [which, ("feedback", feedback, feedback())]),
-        wrapper("Outcome", [which, status, when, outcome]),
-        define_service(send_goal, accepted),
-        define_service(get_result, got),
+        send_goal_request,
+        wrapper("FeedbackMessage", [goal_id, ("feedback", feedback, feedback())]),
+        wrapper("Outcome", [goal_id, status, stamp, result_field]),
+        define_service(send_goal_request, send_goal_response),
+        define_service(get_result_request, get_result_response),
     )

@@ -1,7 +1,7 @@
-"""Messages to CDR bytes and back: one function a type, generated from its definition.
+"""CDR serialization of messages, by functions that are generated from the definition of each type.
 
-XCDR1, little endian, as Fast-CDR lays it out: a primitive is aligned to its own size, counted from behind
-the four bytes of the encapsulation header (OMG CORBA 3.0, 15.3; DDSI-RTPS 2.5, 10.2).
+XCDR1, little endian, with Fast-CDR's layout: a primitive is aligned to its own size, counted from the end of
+the four-byte encapsulation header (OMG CORBA 3.0, 15.3; DDSI-RTPS 2.5, 10.2).
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import numpy as np
 
-from chefbot.msgs.idl.codegen import Source
+from chefbot.msgs.idl.codegen import FunctionSource
 from chefbot.msgs.idl.fields import NUMPY_TYPES, FieldType, fields_of, ros_type
-from chefbot.msgs.idl.precision import exact, single_floats
+from chefbot.msgs.idl.precision import exact, float32_fields
 
 if TYPE_CHECKING:
     from chefbot.msgs.idl.message import Message
 
 M = TypeVar("M", bound="Message")
-Part = bytes | memoryview
+Chunk = bytes | memoryview
 HEADER = b"\x00\x01\x00\x00"
 _FORMATS = {
     "bool": "?", "byte": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i",
@@ -30,12 +30,12 @@ _FORMATS = {
 
 
 class CdrError(ValueError):
-    """Bytes that are not a message of the type, or values that do not fit their field."""
+    """Bytes that are no valid message of the type, or values that do not fit their fields."""
 
 
 def encode(message: Message) -> bytes:
-    """The message as CDR. CdrError when a value does not fit its field."""
-    parts: list[Part] = [HEADER]
+    """Serialize a message to CDR; CdrError if a value does not fit its field."""
+    parts: list[Chunk] = [HEADER]
     try:
         _writer(type(message))(parts, message, 0)
         return b"".join(parts)
@@ -44,21 +44,21 @@ def encode(message: Message) -> bytes:
 
 
 def decode(kind: type[M], data: bytes) -> M:
-    """The message of type `kind` in `data`. CdrError when the bytes do not fit."""
+    """Deserialize a message of type `kind`; CdrError if the bytes are invalid."""
     if data[:4] != HEADER:
         raise CdrError(f"{ros_type(kind)}: not little-endian CDR")
     try:
         message, end = _reader(kind)(data, 4)
     except (struct.error, UnicodeDecodeError, ValueError, IndexError) as error:
         raise CdrError(f"{ros_type(kind)}: {error}") from error
-    if len(data) - end > 8:  # peers may pad the end, but not by more than one alignment
+    if len(data) - end > 8:  # peers may pad the end by at most one alignment
         raise CdrError(f"{ros_type(kind)}: {len(data) - end} bytes too many")
     return message
 
 
 @cache
 def _packers(format_codes: str) -> tuple[struct.Struct, ...]:
-    """A run of primitives for each of the eight offsets at which it may begin, with its padding."""
+    """Return the structs of a run of primitives, with padding, for each of the eight possible offsets."""
     return tuple(struct.Struct("<" + _padded(format_codes, offset)) for offset in range(8))
 
 
@@ -72,14 +72,17 @@ def _padded(format_codes: str, offset: int) -> str:
     return out
 
 
-def _refuse() -> NoReturn:
+def _raise_bad_length() -> NoReturn:
     raise ValueError("a length reaches beyond the bytes or its bound")
 
 
 @cache
-def _writer(kind: type[Message]) -> Callable[[list[Part], Message, int], int]:
-    """Appends a message's parts to those before; `p`, bytes so far behind the header, goes in and comes out."""
-    source = Source("def f(b, m, p):", refuse=_refuse, contiguous=np.ascontiguousarray)
+def _writer(kind: type[Message]) -> Callable[[list[Chunk], Message, int], int]:
+    """Generate the function that appends a serialized message to `b`.
+
+    Its `p`, the number of bytes so far after the header, is passed in and returned.
+    """
+    source = FunctionSource("def f(b, m, p):", refuse=_raise_bad_length, contiguous=np.ascontiguousarray)
     run: list[tuple[str, str]] = []
     _write_fields(source, kind, "m", run)
     _flush_writes(source, run)
@@ -87,27 +90,31 @@ def _writer(kind: type[Message]) -> Callable[[list[Part], Message, int], int]:
     return source.compile()
 
 
-def _write_fields(source: Source, kind: type[Message], value: str, run: list[tuple[str, str]]) -> None:
+def _write_fields(
+    source: FunctionSource, kind: type[Message], value: str, run: list[tuple[str, str]]
+) -> None:
     for field in fields_of(kind):
-        place = f"{value}.{field.name}"
+        expression = f"{value}.{field.name}"
         if field.message is not None and not field.is_array:
-            _write_fields(source, field.message, place, run)
+            _write_fields(source, field.message, expression, run)
         elif not field.is_array and field.element != "string":
-            run.append((_FORMATS[field.element], place))
+            run.append((_FORMATS[field.element], expression))
         else:
-            _write_variable(source, field, place, run)
+            _write_variable(source, field, expression, run)
 
 
-def _write_variable(source: Source, field: FieldType, place: str, run: list[tuple[str, str]]) -> None:
+def _write_variable(
+    source: FunctionSource, field: FieldType, expression: str, run: list[tuple[str, str]]
+) -> None:
     if field.element == "string" and not field.is_array:
-        source.add(f"s = {place}.encode()")
+        source.add(f"s = {expression}.encode()")
         if field.string_bound:
             source.add(f"if len(s) > {field.string_bound}: refuse()")
         run.append(("I", "len(s) + 1"))
         _flush_writes(source, run)
         source.add("b += (s, b'\\0'); p += len(s) + 1")
     elif field.element == "string" or field.message is not None:
-        source.add(f"v = {place}")
+        source.add(f"v = {expression}")
         if field.bound:
             source.add(f"if len(v) > {field.bound}: refuse()")
         run.append(("I", "len(v)"))
@@ -115,12 +122,14 @@ def _write_variable(source: Source, field: FieldType, place: str, run: list[tupl
         writer = source.name(_write_string if field.message is None else _writer(field.message))
         source.add(f"for item in v: p = {writer}(b, item, p)")
     else:
-        _write_numbers(source, field, place, run)
+        _write_numbers(source, field, expression, run)
 
 
-def _write_numbers(source: Source, field: FieldType, place: str, run: list[tuple[str, str]]) -> None:
+def _write_numbers(
+    source: FunctionSource, field: FieldType, expression: str, run: list[tuple[str, str]]
+) -> None:
     dtype = np.dtype(NUMPY_TYPES[field.element])
-    source.add(f"a = contiguous({place}, {source.name(dtype)})")
+    source.add(f"a = contiguous({expression}, {source.name(dtype)})")
     if field.fixed_size:
         source.add(f"if a.size != {field.fixed_size}:")
         source.add(f"    raise ValueError('{field.name} has not {field.fixed_size} elements')")
@@ -128,18 +137,18 @@ def _write_numbers(source: Source, field: FieldType, place: str, run: list[tuple
         run.append(("I", "a.size"))
     _flush_writes(source, run)
     source.add("if a.size:")
-    if _needs_gap(field):
+    if _may_need_padding(field):
         source.add(f"    g = -p % {dtype.itemsize}; b.append(bytes(g)); p += g")
-    # a view of many saves a copy
+    # large arrays are appended as a view, without a copy
     source.add("    b.append(a.data if a.size > 999 else a.tobytes()); p += a.nbytes")
 
 
-def _needs_gap(field: FieldType) -> bool:
-    """Whether padding may stand before a field's numbers: behind the four bytes of a length small ones need none."""
+def _may_need_padding(field: FieldType) -> bool:
+    """Return whether padding may precede an array's numbers: after a 4-byte length, small ones need none."""
     return np.dtype(NUMPY_TYPES[field.element]).itemsize > (1 if field.fixed_size else 4)
 
 
-def _flush_writes(source: Source, run: list[tuple[str, str]]) -> None:
+def _flush_writes(source: FunctionSource, run: list[tuple[str, str]]) -> None:
     if not run:
         return
     table = source.name(_packers("".join(code for code, _ in run)))
@@ -148,7 +157,7 @@ def _flush_writes(source: Source, run: list[tuple[str, str]]) -> None:
     run.clear()
 
 
-def _write_string(parts: list[Part], text: str, position: int) -> int:
+def _write_string(parts: list[Chunk], text: str, position: int) -> int:
     data = text.encode()
     packer = _packers("I")[position & 7]
     parts += (packer.pack(len(data) + 1), data, b"\0")
@@ -157,11 +166,11 @@ def _write_string(parts: list[Part], text: str, position: int) -> int:
 
 @cache
 def _reader(kind: type[Message]) -> Callable[[bytes, int], tuple[Any, int]]:
-    source = Source("def f(d, p):", refuse=_refuse, frombuffer=np.frombuffer, exact=exact)
+    source = FunctionSource("def f(d, p):", refuse=_raise_bad_length, frombuffer=np.frombuffer, exact=exact)
     run: list[tuple[str, str]] = []
     result = _read_fields(source, kind, "m", run)
     _flush_reads(source, run)
-    floats = single_floats(kind)
+    floats = float32_fields(kind)
     if floats:
         source.add(f"exact[0] = m_{floats[0]}")
     source.add(f"m = {result}")
@@ -171,8 +180,8 @@ def _reader(kind: type[Message]) -> Callable[[bytes, int], tuple[Any, int]]:
     return source.compile()
 
 
-def _read_fields(source: Source, kind: type[Message], prefix: str, run: list[tuple[str, str]]) -> str:
-    """Emit the reading of all fields; return the expression that makes the message of them."""
+def _read_fields(source: FunctionSource, kind: type[Message], prefix: str, run: list[tuple[str, str]]) -> str:
+    """Generate the code that reads all fields, and return the expression that constructs the message."""
     arguments = []
     for field in fields_of(kind):
         target = f"{prefix}_{field.name}"
@@ -187,7 +196,7 @@ def _read_fields(source: Source, kind: type[Message], prefix: str, run: list[tup
     return f"{source.name(kind)}({', '.join(arguments)})"
 
 
-def _read_variable(source: Source, field: FieldType, target: str, run: list[tuple[str, str]]) -> None:
+def _read_variable(source: FunctionSource, field: FieldType, target: str, run: list[tuple[str, str]]) -> None:
     if not field.fixed_size:
         run.append(("I", "n"))
     _flush_reads(source, run)
@@ -196,8 +205,8 @@ def _read_variable(source: Source, field: FieldType, target: str, run: list[tupl
         source.add(f"{target} = d[p : p + n - (n > 0)].decode(); p += n")
     elif field.element == "string" or field.message is not None:
         reader = source.name(_read_string if field.message is None else _reader(field.message))
-        most = f"min({field.bound}, len(d) - p)" if field.bound else "len(d) - p"
-        source.add(f"if n > {most}: refuse()")
+        max_length = f"min({field.bound}, len(d) - p)" if field.bound else "len(d) - p"
+        source.add(f"if n > {max_length}: refuse()")
         source.add("v = []")
         source.add("for _ in range(n):")
         source.add(f"    item, p = {reader}(d, p)")
@@ -207,19 +216,19 @@ def _read_variable(source: Source, field: FieldType, target: str, run: list[tupl
         _read_numbers(source, field, target)
 
 
-def _read_numbers(source: Source, field: FieldType, target: str) -> None:
+def _read_numbers(source: FunctionSource, field: FieldType, target: str) -> None:
     dtype = np.dtype(NUMPY_TYPES[field.element])
-    kind, nothing = source.name(dtype), source.name(np.empty(0, dtype))
+    dtype_name, empty = source.name(dtype), source.name(np.empty(0, dtype))
     if field.fixed_size:
         source.add(f"n = {field.fixed_size}")
-    if _needs_gap(field):
+    if _may_need_padding(field):
         source.add(f"if n: p += -(p - 4) % {dtype.itemsize}")
     source.add(f"if n * {dtype.itemsize} > len(d) - p: refuse()")
-    source.add(f"{target} = frombuffer(d, {kind}, n, p) if n else {nothing}")
+    source.add(f"{target} = frombuffer(d, {dtype_name}, n, p) if n else {empty}")
     source.add(f"p += n * {dtype.itemsize}")
 
 
-def _flush_reads(source: Source, run: list[tuple[str, str]]) -> None:
+def _flush_reads(source: FunctionSource, run: list[tuple[str, str]]) -> None:
     if not run:
         return
     table = source.name(_packers("".join(code for code, _ in run)))
@@ -230,10 +239,10 @@ def _flush_reads(source: Source, run: list[tuple[str, str]]) -> None:
 
 
 def _read_string(data: bytes, position: int) -> tuple[str, int]:
-    """Its length counts the zero at its end; one of length 0, without it, is empty too, as for Fast-CDR."""
+    """Read a string, whose length includes the terminating zero; length 0 means empty, as in Fast-CDR."""
     packer = _packers("I")[(position - 4) & 7]
     (length,) = packer.unpack_from(data, position)
     position += packer.size
     if length > len(data) - position:
-        _refuse()
+        _raise_bad_length()
     return data[position : position + length - (length > 0)].decode(), position + length

@@ -1,4 +1,4 @@
-"""Functions made once for each message type: straight lines of Python instead of loops over its definition."""
+"""Code generation: a straight-line Python function per message type, without loops over its definition."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ from collections.abc import Callable
 from typing import Any
 
 
-class Source:
-    """Python text of a function `f`, with the objects that it names."""
+class FunctionSource:
+    """The source text of a function `f`, with the objects that it refers to."""
 
     def __init__(self, head: str, **names: Any) -> None:
         self._lines = [head]
         self._names: dict[str, Any] = names
 
     def add(self, *lines: str) -> None:
-        """Lines of the function's body."""
+        """Append lines to the function's body."""
         self._lines.extend("    " + line for line in lines)
 
     def name(self, value: Any) -> str:
-        """What the text calls an object by."""
+        """Return a name by which the source can refer to an object."""
         key = f"c{len(self._names)}"
         self._names[key] = value
         return key
 
     def compile(self) -> Callable[..., Any]:
-        """The function."""
-        exec("\n".join(self._lines), self._names)  # text made from our own definitions only
-        made: Callable[..., Any] = self._names["f"]
-        return made
+        """Compile the source and return the function."""
+        exec("\n".join(self._lines), self._names)  # the text comes from our own definitions only
+        function: Callable[..., Any] = self._names["f"]
+        return function

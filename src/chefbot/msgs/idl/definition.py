@@ -1,4 +1,4 @@
-"""Definitions as text (`ros2msg`, for MCAP) and as RIHS01 hashes (REP-2016), both from the annotations."""
+"""Message definitions as text (`ros2msg`, for MCAP) and as RIHS01 type hashes (REP-2016)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TYPE_IDS = {
     "": 1, "int8": 2, "uint8": 3, "int16": 4, "uint16": 5, "int32": 6, "uint32": 7, "int64": 8, "uint64": 9,
     "float32": 10, "float64": 11, "bool": 15, "byte": 16, "string": 17,
 }  # fmt: skip
-"""type_description_interfaces/msg/FieldType."""
+"""Type IDs of type_description_interfaces/msg/FieldType."""
 _BOUNDED_STRING = 21
 _FIXED_ARRAY = 48
 _BOUNDED_SEQUENCE = 96
@@ -23,85 +23,87 @@ _UNBOUNDED_SEQUENCE = 144
 
 
 _NO_FIELDS = "structure_needs_at_least_one_member"
-"""What rosidl gives a type without fields."""
+"""The field that rosidl adds to a type without fields."""
 
 
 class FieldDescription(NamedTuple):
-    """One field as type_description_interfaces tells it."""
+    """The description of one field, as in type_description_interfaces."""
 
     name: str
     type_id: int
     capacity: int
     string_capacity: int
     nested: str
-    """Full name of a nested type, else ''."""
+    """Full name of the nested type, else ''."""
 
 
 class Description(NamedTuple):
-    """A message, service or action as type_description_interfaces tells it."""
+    """The description of a message, service or action, as in type_description_interfaces."""
 
     name: str
     fields: tuple[FieldDescription, ...]
     uses: tuple[Description, ...]
-    """All types below it, each once, sorted by name; their own `uses` are empty."""
+    """All types that it refers to, directly or not, each once, sorted by name; their own `uses` are empty."""
 
 
 @cache
 def definition_text(kind: type[Message]) -> str:
-    """The type's .msg text followed by those of all that it uses, as MCAP's `ros2msg` wants it."""
+    """Return the type's .msg text followed by those of all types it uses, in MCAP's `ros2msg` encoding."""
     parts = [_lines(kind)]
-    for used in _used_by(kind):
+    for used in _referenced_types(kind):
         name = ros_type(used).replace("/msg/", "/")
         parts.append("=" * 80 + f"\nMSG: {name}\n" + _lines(used))
     return "".join(parts)
 
 
 def own_text(kind: type[Message]) -> str:
-    """The type's .msg text alone: its fields, a line each; nothing for one that has none."""
-    return "".join(f"{_type_text(one)} {one.name}\n" for one in fields_of(kind) if one.name != _NO_FIELDS)
+    """Return the .msg text of the type alone, a line per field; empty if it has none."""
+    return "".join(
+        f"{_type_text(field)} {field.name}\n" for field in fields_of(kind) if field.name != _NO_FIELDS
+    )
 
 
 @cache
 def type_hash(kind: type[Message]) -> str:
-    """'RIHS01_...' of a message."""
+    """Return the type hash 'RIHS01_...' of a message type."""
     return description_hash(describe(kind))
 
 
 @cache
 def describe(kind: type[Message]) -> Description:
-    """The description of a message."""
-    uses = tuple(_own_description(one) for one in sorted(_used_by(kind), key=ros_type))
+    """Return the type description of a message type."""
+    uses = tuple(_own_description(used) for used in sorted(_referenced_types(kind), key=ros_type))
     return _own_description(kind)._replace(uses=uses)
 
 
 def compose(name: str, members: Iterable[tuple[str, Description]]) -> Description:
-    """The description of what is no message itself but made of some: a service, an action."""
+    """Return the type description of a service or an action from those of its members."""
     parts = tuple(members)
     fields = tuple(FieldDescription(field, _TYPE_IDS[""], 0, 0, part.name) for field, part in parts)
-    below = {one.name: one._replace(uses=()) for _, part in parts for one in (part, *part.uses)}
-    return Description(name, fields, tuple(below[key] for key in sorted(below)))
+    uses = {used.name: used._replace(uses=()) for _, part in parts for used in (part, *part.uses)}
+    return Description(name, fields, tuple(uses[key] for key in sorted(uses)))
 
 
 def description_hash(description: Description) -> str:
-    """'RIHS01_...': sha256 of the type description in its canonical JSON (REP-2016)."""
-    plain = {
-        "type_description": _plain(description),
-        "referenced_type_descriptions": [_plain(one) for one in description.uses],
+    """Return 'RIHS01_...': the SHA-256 of the type description in canonical JSON (REP-2016)."""
+    content = {
+        "type_description": _to_json(description),
+        "referenced_type_descriptions": [_to_json(used) for used in description.uses],
     }
-    text = json.dumps(plain, separators=(", ", ": "), ensure_ascii=True)
+    text = json.dumps(content, separators=(", ", ": "), ensure_ascii=True)
     return "RIHS01_" + hashlib.sha256(text.encode()).hexdigest()
 
 
 @cache
-def _used_by(kind: type[Message]) -> tuple[type[Message], ...]:
-    """All message types below `kind`, each once, in order of first use."""
-    found: dict[type[Message], None] = {}
+def _referenced_types(kind: type[Message]) -> tuple[type[Message], ...]:
+    """Return all message types that `kind` refers to, directly or not, each once, in order of first use."""
+    referenced: dict[type[Message], None] = {}
     for field in fields_of(kind):
         if field.message is not None:
-            found.setdefault(field.message)
-            for deeper in _used_by(field.message):
-                found.setdefault(deeper)
-    return tuple(found)
+            referenced.setdefault(field.message)
+            for nested in _referenced_types(field.message):
+                referenced.setdefault(nested)
+    return tuple(referenced)
 
 
 def _lines(kind: type[Message]) -> str:
@@ -134,11 +136,11 @@ def _array_offset(field: FieldType) -> int:
     return _BOUNDED_SEQUENCE if field.bound else _UNBOUNDED_SEQUENCE
 
 
-def _plain(description: Description) -> dict[str, Any]:
-    return {"type_name": description.name, "fields": [_plain_field(one) for one in description.fields]}
+def _to_json(description: Description) -> dict[str, Any]:
+    return {"type_name": description.name, "fields": [_field_to_json(field) for field in description.fields]}
 
 
-def _plain_field(field: FieldDescription) -> dict[str, Any]:
+def _field_to_json(field: FieldDescription) -> dict[str, Any]:
     kind = {
         "type_id": field.type_id,
         "capacity": field.capacity,

@@ -1,4 +1,4 @@
-"""The definition of a message type, read from its annotations."""
+"""The field definitions of message types, read from their annotations."""
 
 from __future__ import annotations
 
@@ -25,28 +25,28 @@ NUMPY_TYPES = {
     "float32": "<f4",
     "float64": "<f8",
 }
-"""Primitive ROS type to the numpy type of its little-endian form."""
+"""Numpy types of the primitive ROS types in little-endian form."""
 
 
 class FieldType(NamedTuple):
-    """One field of a definition."""
+    """The type of one field of a message."""
 
     name: str
     element: str
-    """Primitive name, 'string', or '' for a message."""
+    """Name of the primitive type, 'string', or '' for a nested message."""
     message: type[Message] | None
     is_array: bool
     fixed_size: int
-    """0 unless the array has a fixed length."""
+    """Length of an array of fixed size, else 0."""
     bound: int = 0
-    """Most elements that a sequence may have, 0 for any number."""
+    """Maximum number of elements of a sequence, 0 if unbounded."""
     string_bound: int = 0
-    """Most bytes that a string may have, 0 for any number."""
+    """Maximum number of bytes of a string, 0 if unbounded."""
 
 
 @cache
 def ros_type(kind: type[Message]) -> str:
-    """'sensor_msgs/msg/LaserScan' and the like, from module and class name."""
+    """Return the ROS name of a type, such as 'sensor_msgs/msg/LaserScan', from its module and class name."""
     package = kind.ROS_PACKAGE or kind.__module__.rpartition(".")[2]
     first = kind.__name__.partition("_")[2]
     if not first:
@@ -60,7 +60,7 @@ def ros_type(kind: type[Message]) -> str:
 
 @cache
 def fields_of(kind: type[Message]) -> tuple[FieldType, ...]:
-    """The definition of a message type, in order."""
+    """Return the fields of a message type in order."""
     hints = typing.get_type_hints(kind, include_extras=True)
     return tuple(
         _field(name, hint) for name, hint in hints.items() if typing.get_origin(hint) is not ClassVar

@@ -1,4 +1,4 @@
-"""What every message is: a frozen struct whose annotations are its ROS 2 definition."""
+"""The base class of messages: a frozen struct whose annotations are its ROS 2 definition."""
 
 from __future__ import annotations
 
@@ -32,24 +32,29 @@ StringArray = Annotated[tuple[str, ...], "string[]"]
 
 
 class Message(msgspec.Struct, frozen=True, kw_only=False, eq=False):
-    """A ROS 2 message. Its package is the module's name, its fields are the struct's, in order.
+    """Base class of all ROS 2 messages.
 
-    Arrays of numbers are numpy arrays of the annotated type; arrays of messages and strings are tuples.
+    Its module's name is the package, and the struct's fields are the message's, in order. Arrays of numbers
+    are numpy arrays of the annotated type; arrays of messages and strings are tuples.
     """
 
     ROS_PACKAGE: ClassVar[str] = ""
+    """Package of the type, if it is not the module's name."""
 
     def __init_subclass__(cls) -> None:
-        """A type whose fields could hold more than the wire carries rounds them when a message is made."""
+        """Make a type with numbers of lower precision round them when a message is created."""
         rounds = rounding(cls)
         if rounds is not None:
             cls.__post_init__ = rounds  # type: ignore[attr-defined]
 
     def to_cdr(self) -> bytes:
-        """Little-endian XCDR1 with its four header bytes, as Fast-CDR writes it."""
+        """Serialize to little-endian XCDR1 with the four-byte encapsulation header, as Fast-CDR does."""
         return encode(self)
 
     @classmethod
     def from_cdr(cls, data: bytes) -> Self:
-        """The message in the bytes; arrays are read-only views of them. CdrError when they do not fit."""
+        """Deserialize a message.
+
+        Its arrays are read-only views of `data`. CdrError if the bytes are invalid.
+        """
         return decode(cls, data)

@@ -1,4 +1,4 @@
-"""Types by their ROS name."""
+"""Lookup of message, service and action types by their ROS name."""
 
 from __future__ import annotations
 
@@ -13,38 +13,41 @@ from chefbot.msgs.idl.service import Service
 
 @cache
 def message_type(name: str) -> type[Message]:
-    """The class of 'sensor_msgs/msg/LaserScan'. KeyError when there is none."""
-    found = _find(name)
-    if not (isinstance(found, type) and issubclass(found, Message)):
+    """Return the class of a message type such as 'sensor_msgs/msg/LaserScan'; KeyError if unknown."""
+    interface = _find(name)
+    if not (isinstance(interface, type) and issubclass(interface, Message)):
         raise KeyError(f"{name} is no message type")
-    return found
+    return interface
 
 
 @cache
 def service_type(name: str) -> Service[Any, Any]:
-    """The types of 'std_srvs/srv/SetBool', or of an action's part as '..._SendGoal'. KeyError if unknown."""
+    """Return the types of a service such as 'std_srvs/srv/SetBool'; KeyError if unknown.
+
+    The services of an action are interface as '..._SendGoal' and '..._GetResult'.
+    """
     base, _, part = name.rpartition("_")
     if part in ("SendGoal", "GetResult") and "/action/" in name:
         action = action_type(base)
         return action.send_goal_service if part == "SendGoal" else action.get_result_service
-    found = _find(name)
-    if not isinstance(found, Service):
+    interface = _find(name)
+    if not isinstance(interface, Service):
         raise KeyError(f"{name} is no service type")
-    return found
+    return interface
 
 
 @cache
 def action_type(name: str) -> Action[Any, Any, Any]:
-    """The types of 'nav2_msgs/action/NavigateToPose'. KeyError when there is none."""
-    found = _find(name)
-    if not isinstance(found, Action):
+    """Return the types of an action such as 'nav2_msgs/action/NavigateToPose'; KeyError if unknown."""
+    interface = _find(name)
+    if not isinstance(interface, Action):
         raise KeyError(f"{name} is no action type")
-    return found
+    return interface
 
 
 def _find(name: str) -> Any:
-    package, _, rest = name.partition("/")
+    package, _, type_path = name.partition("/")
     try:
-        return getattr(importlib.import_module(f"chefbot.msgs.{package}"), rest.rpartition("/")[2])
+        return getattr(importlib.import_module(f"chefbot.msgs.{package}"), type_path.rpartition("/")[2])
     except (ImportError, AttributeError):
         raise KeyError(f"no type is called {name}") from None

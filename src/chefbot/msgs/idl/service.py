@@ -1,4 +1,4 @@
-"""Services: a request, a response, and the event that ROS makes of both."""
+"""Service types: a request, a response, and the service event for introspection."""
 
 from __future__ import annotations
 
@@ -17,28 +17,30 @@ S = TypeVar("S", bound=Message)
 
 
 class Service(NamedTuple, Generic[Q, S]):
-    """The types of one service."""
+    """The message types of one service."""
 
     name: str
-    """'std_srvs/srv/SetBool'"""
+    """ROS name, such as 'std_srvs/srv/SetBool'."""
     request: type[Q]
     response: type[S]
     event: type[Message]
 
     @property
     def description(self) -> Description:
-        """As type_description_interfaces tells it."""
+        """Type description of the service, as in type_description_interfaces."""
         parts = (("request_message", self.request), ("response_message", self.response))
-        return compose(self.name, [(n, describe(one)) for n, one in (*parts, ("event_message", self.event))])
+        return compose(
+            self.name, [(name, describe(kind)) for name, kind in (*parts, ("event_message", self.event))]
+        )
 
     @property
     def type_hash(self) -> str:
-        """'RIHS01_...' of the service, which its topics carry."""
+        """Type hash 'RIHS01_...' of the service, part of its keys on the network."""
         return description_hash(self.description)
 
 
 def define_service(request: type[Q], response: type[S]) -> Service[Q, S]:
-    """The service whose parts are given; they are named X_Request and X_Response."""
+    """Define a service by its two parts, which are named X_Request and X_Response."""
     name = request.__name__.removesuffix("_Request")
     module = request.__module__
 

@@ -1,4 +1,4 @@
-"""Messages as dicts, lists, numbers and texts, as YAML and JSON show them and people write them, and back."""
+"""Conversion between messages and plain data (dicts, lists, numbers, strings), as in YAML and JSON."""
 
 from __future__ import annotations
 
@@ -14,43 +14,45 @@ from chefbot.msgs.std_msgs import Header
 
 M = TypeVar("M", bound=Message)
 NOW, AUTO = "now", "auto"
-"""What may be written for a time, and for a header, as with ROS 2's own tools."""
+"""Placeholders for the current time in a time field and in a header, as in ROS 2's command-line tools."""
 
 
 def to_plain(message: Message, longest: int | None = None) -> dict[str, Any]:
-    """Field names to values. Of arrays at most `longest` elements, behind which a text tells how many more."""
+    """Convert a message to a dict of its fields.
+
+    Arrays are cut to `longest` elements, followed by a string with the number of elements left out.
+    """
     return {
         field.name: _plain(field, getattr(message, field.name), longest) for field in fields_of(type(message))
     }
 
 
 def from_plain(kind: type[M], plain: Any, where: str, now: Time | None = None) -> M:
-    """The message; fields left out have their defaults, `now` stands for the time of that name.
+    """Convert plain data to a message; missing fields get their defaults.
 
-    UserError, beginning with `where`, for unknown fields, other types, numbers that do not fit.
+    `now`: the time for the placeholders. UserError, beginning with `where`, for unknown fields, wrong types
+    and numbers out of range.
     """
     return cast(M, _message(kind, plain, where, now))
 
 
 def _plain(field: FieldType, value: Any, longest: int | None) -> Any:
     if not field.is_array:
-        return _plain_one(field, value, longest)
+        return _plain_element(field, value, longest)
     shown = value if longest is None else value[:longest]
-    plain = [_plain_one(field, one, longest) for one in shown]
+    plain = [_plain_element(field, element, longest) for element in shown]
     if len(value) > len(plain):
         plain.append(f"... {len(value) - len(plain)} more")
     return plain
 
 
-def _plain_one(field: FieldType, value: Any, longest: int | None) -> Any:
+def _plain_element(field: FieldType, value: Any, longest: int | None) -> Any:
     if field.message is not None:
         return to_plain(value, longest)
     if field.element == "string":
         return value
     if field.element == "float32":
-        return float(
-            str(np.float32(value))
-        )  # 0.1, not 0.10000000149011612: the same number in single precision
+        return float(str(np.float32(value)))  # shortest decimal: 0.1, not 0.10000000149011612
     return np.dtype(NUMPY_TYPES[field.element]).type(value).item()
 
 
@@ -67,26 +69,26 @@ def _message(kind: type[Message], plain: Any, where: str, now: Time | None) -> M
     for name in plain:
         if name not in fields:
             raise UserError(f"{where}: {ros_type(kind)} has no field {name!r}{nearest(str(name), fields)}")
-    values = {name: _value(fields[name], one, f"{where}: {name}", now) for name, one in plain.items()}
+    values = {name: _value(fields[name], item, f"{where}: {name}", now) for name, item in plain.items()}
     return kind(**values)
 
 
 def _value(field: FieldType, plain: Any, where: str, now: Time | None) -> Any:
     if not field.is_array:
-        return _one(field, plain, where, now)
+        return _element(field, plain, where, now)
     if not isinstance(plain, (list, tuple)):
         raise UserError(f"{where} is a list: write [a, b]")
     if field.fixed_size and len(plain) != field.fixed_size:
         raise UserError(f"{where} has {field.fixed_size} elements, not {len(plain)}")
     if field.bound and len(plain) > field.bound:
         raise UserError(f"{where} has at most {field.bound} elements, not {len(plain)}")
-    values = [_one(field, one, f"{where}[{index}]", now) for index, one in enumerate(plain)]
+    values = [_element(field, item, f"{where}[{index}]", now) for index, item in enumerate(plain)]
     if field.message is not None or field.element == "string":
         return tuple(values)
     return np.array(values, np.dtype(NUMPY_TYPES[field.element]))
 
 
-def _one(field: FieldType, plain: Any, where: str, now: Time | None) -> Any:
+def _element(field: FieldType, plain: Any, where: str, now: Time | None) -> Any:
     if field.message is not None:
         return _message(field.message, plain, where, now)
     if field.element == "string":
@@ -97,7 +99,7 @@ def _one(field: FieldType, plain: Any, where: str, now: Time | None) -> Any:
         return plain
     if field.element in ("float32", "float64"):
         return _float(plain, where)
-    return _whole(plain, np.iinfo(NUMPY_TYPES[field.element]), where)
+    return _integer(plain, np.iinfo(NUMPY_TYPES[field.element]), where)
 
 
 def _text(plain: Any, bound: int, where: str) -> str:
@@ -109,7 +111,7 @@ def _text(plain: Any, bound: int, where: str) -> str:
 
 
 def _float(plain: Any, where: str) -> float:
-    """YAML takes 1e-3 for a text; people do not."""
+    """Convert to a float; strings are accepted, as YAML parses 1e-3 as a string."""
     try:
         if isinstance(plain, (int, float, str)) and not isinstance(plain, bool):
             return float(plain)
@@ -118,7 +120,7 @@ def _float(plain: Any, where: str) -> float:
     raise UserError(f"{where} is a number, not {plain!r}")
 
 
-def _whole(plain: Any, limits: np.iinfo[Any], where: str) -> int:
+def _integer(plain: Any, limits: np.iinfo[Any], where: str) -> int:
     if isinstance(plain, bool) or not isinstance(plain, int):
         raise UserError(f"{where} is a whole number, not {plain!r}")
     if not limits.min <= plain <= limits.max:

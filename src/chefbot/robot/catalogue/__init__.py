@@ -1,4 +1,4 @@
-"""Real motors, drivers and batteries, with the source of each figure; a robot file may name one."""
+"""Catalogue of real motors, drivers and batteries that robot files name, each figure with its source."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ KINDS: dict[str, tuple[str, type[Part]]] = {
     "driver": ("drivers.yaml", Driver),
     "battery": ("batteries.yaml", Battery),
 }
-"""Section of a robot file to the file of the catalogue and the struct of an entry."""
+"""Section of a robot file to the catalogue file and the struct of one entry."""
 
 
 class Catalogue(NamedTuple):
-    """Name to component."""
+    """Components of the catalogue by name."""
 
     motors: dict[str, Motor]
     drivers: dict[str, Driver]
@@ -30,12 +30,15 @@ class Catalogue(NamedTuple):
 
 @cache
 def load_catalogue() -> Catalogue:
-    """All components that come with the package."""
+    """Return all components that come with the package."""
     return Catalogue(*(_components(section) for section in KINDS))
 
 
 def component(section: str, name: str, where: str) -> Any:
-    """The plain data of the component that a robot file names. UserError with the nearest name otherwise."""
+    """Return the plain data of the catalogue component that a robot file names.
+
+    Raises UserError with the nearest known name if there is no such component.
+    """
     entries = _entries(section)
     if name not in entries:
         raise UserError(f"{where}: {section}: the catalogue has no {name!r}{nearest(name, entries)}")

@@ -1,1 +1,1 @@
-"""A robot's parts as shapes: outlines, layout, solids and their mass properties."""
+"""A robot's parts as shapes: layout, outlines, solids and their mass properties."""

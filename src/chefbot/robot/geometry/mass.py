@@ -1,4 +1,4 @@
-"""Mass, centre and inertia of a robot, from its solids."""
+"""Mass, centre of mass and inertia of a robot, computed from its solids."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from chefbot.robot.spec import Robot
 
 @lru_cache(maxsize=64)
 def link_mass(robot: Robot, link: str) -> MassProperties:
-    """Of all parts of a link, in its frame."""
+    """Return the mass properties of all parts of a link, in the link's frame."""
     parts = [part for part in solids(robot) if part.link == link]
     return mass_properties((part.spread, part.mass / part.volume) for part in parts)
 
 
 @lru_cache(maxsize=64)
 def robot_mass_properties(robot: Robot) -> MassProperties:
-    """Of the robot without payload, in base_link."""
+    """Return the mass properties of the robot without payload, in base_link."""
     return mass_properties(
         (moved(part.spread, np.eye(3), np.array(link_origin(robot, part.link))), part.mass / part.volume)
         for part in solids(robot)
@@ -28,10 +28,10 @@ def robot_mass_properties(robot: Robot) -> MassProperties:
 
 
 def unloaded_mass(robot: Robot) -> float:
-    """Without payload, kg."""
+    """Return the mass of the robot without payload, kg."""
     return robot_mass_properties(robot).mass
 
 
 def total_mass(robot: Robot) -> float:
-    """With payload, kg."""
+    """Return the mass of the robot with payload, kg."""
     return unloaded_mass(robot) + robot.body.payload

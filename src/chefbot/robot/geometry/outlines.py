@@ -1,4 +1,4 @@
-"""The outlines of plates and motor clamps."""
+"""Outlines of plates and motor clamps."""
 
 from __future__ import annotations
 
@@ -10,35 +10,37 @@ from chefbot.robot.spec import Robot
 
 
 def middle_plate_outline(robot: Robot) -> Outline:
-    """A disc with a hole for the wiring and one screw hole for each pole."""
+    """Return the outline of a disc with a hole for the wiring and a screw hole per pole."""
     disc, poles = top_plate_outline(robot)
     return Outline(disc, (_centre_hole(robot), *poles))
 
 
 def top_plate_outline(robot: Robot) -> Outline:
-    """A disc with one screw hole for each pole: nothing falls through it."""
+    """Return the outline of a disc with a screw hole per pole; it is closed, so that nothing falls
+    through."""
     return Outline(circle(robot.body.radius), tuple(_screw_holes(robot, pole_holes(robot))))
 
 
 def base_plate_outline(robot: Robot) -> Outline:
-    """The lowest plate: besides, the notches of the wheels and the screw holes of casters and motor clamps."""
-    places = [*pole_holes(robot), *layout.caster_screws(robot), *clamp_holes(robot)]
-    return Outline(_notched_disc(robot), (_centre_hole(robot), *_screw_holes(robot, places)))
+    """Return the outline of the lowest plate: wheel notches, screw holes of poles, casters and motor
+    clamps."""
+    positions = [*pole_holes(robot), *layout.caster_screws(robot), *clamp_holes(robot)]
+    return Outline(_notched_disc(robot), (_centre_hole(robot), *_screw_holes(robot, positions)))
 
 
 def pole_holes(robot: Robot) -> list[tuple[float, float]]:
-    """Screws of the poles; a single plate has none."""
+    """Return (x, y) of the poles' screw holes, m; a single plate has none."""
     return layout.pole_positions(robot) if robot.plates.count > 1 else []
 
 
 def clamp_holes(robot: Robot) -> list[tuple[float, float]]:
-    """Screws of both motor clamps in the base plate."""
+    """Return (x, y) of the screw holes of both motor clamps in the base plate, m."""
     middle = layout.clamp_middle(robot)
     return [(x, side * middle + y) for side in (1, -1) for x, y in layout.clamp_screws(robot)]
 
 
 def flange_outline(robot: Robot) -> Outline:
-    """The part of the clamp that is screwed to the base plate."""
+    """Return the outline of the clamp's flange, which is screwed to the base plate."""
     clamp = robot.motor_clamp
     return Outline(
         rectangle(clamp.width, clamp.length), tuple(_screw_holes(robot, layout.clamp_screws(robot)))
@@ -46,9 +48,12 @@ def flange_outline(robot: Robot) -> Outline:
 
 
 def clamp_face_outline(robot: Robot, top: float) -> Outline:
-    """(x, z) of the part that holds the motor's front, z = 0 at the flange's lower side, `top` above the floor."""
-    low = layout.motor_bottom(robot) - top
-    edge = rectangle(robot.motor_clamp.width, -low, 0.0, low / 2)
+    """Return the (x, z) outline of the clamp's face, which holds the motor's front.
+
+    z = 0 is the lower side of the flange, which lies `top` metres above the floor.
+    """
+    bottom = layout.motor_bottom(robot) - top
+    edge = rectangle(robot.motor_clamp.width, -bottom, 0.0, bottom / 2)
     hole = circle(layout.SHAFT_CLEARANCE * robot.motor.shaft_diameter / 2, 0.0, robot.wheel_radius - top)
     return Outline(edge, (hole,))
 
@@ -57,16 +62,22 @@ def _centre_hole(robot: Robot) -> Loop:
     return circle(robot.plates.centre_hole / 2)
 
 
-def _screw_holes(robot: Robot, places: list[tuple[float, float]]) -> list[Loop]:
-    return [circle(robot.plates.screw_hole / 2, x, y) for x, y in places]
+def _screw_holes(robot: Robot, positions: list[tuple[float, float]]) -> list[Loop]:
+    return [circle(robot.plates.screw_hole / 2, x, y) for x, y in positions]
 
 
 def _notched_disc(robot: Robot) -> Loop:
-    """Two arcs, front and back, joined by the notches' three straight sides."""
+    """Return two arcs, front and back, joined by the three straight sides of each notch."""
     notch = robot.plates.notch
     if notch is None:
         return circle(robot.body.radius)
-    half, rim, floor = notch.length / 2, layout.notch_corner(robot), layout.notch_floor(robot)
-    bulge = arc_bulge(2.0 * math.atan2(rim, half))
-    front = (Corner(half, -rim, bulge), Corner(half, rim), Corner(half, floor), Corner(-half, floor))
-    return front + tuple(Corner(-c.x, -c.y, c.bulge) for c in front)
+    half_length, corner, inner = notch.length / 2, layout.notch_corner(robot), layout.notch_floor(robot)
+    # DXF bulge of the front arc, from notch corner to notch corner; the back is its point reflection.
+    bulge = arc_bulge(2.0 * math.atan2(corner, half_length))
+    front = (
+        Corner(half_length, -corner, bulge),
+        Corner(half_length, corner),
+        Corner(half_length, inner),
+        Corner(-half_length, inner),
+    )
+    return front + tuple(Corner(-point.x, -point.y, point.bulge) for point in front)

@@ -1,4 +1,4 @@
-"""The parts of a Robot as solids: what is drawn, printed, weighed, simulated and checked is made from these."""
+"""The parts of a Robot as solids: the source of drawings, meshes, masses, simulation models and checks."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ from chefbot.robot.section import Housing, Place, Size
 from chefbot.robot.spec import Robot
 
 SENSOR = "sensor"
-"""Material of a sensor's housing."""
+"""Material name of sensor housings."""
 STAND_RADIUS = 0.003
-"""Metres; sensors stand on a rod of this size and of nylon."""
+"""Radius of the nylon rod that a sensor stands on, metres."""
 PAYLOAD_SHARE = 0.8
-"""Radius of the payload to that of the plates: trays and boxes do not overhang."""
+"""Ratio of the payload's radius to that of the plates: trays and boxes do not overhang."""
 PLASTIC: Colour = (0.18, 0.19, 0.21, 1.0)
 BOARD: Colour = (0.10, 0.40, 0.25, 1.0)
 RUBBER: Colour = (0.13, 0.13, 0.14, 1.0)
@@ -48,8 +48,10 @@ STEEL: Colour = MATERIALS["steel"].colour
 
 
 class RobotPart(NamedTuple):
-    """One piece: `kind` is shared by equal pieces; the frame of its solids lies at `at`, turned by pitch and
-    yaw, in its link's frame. mass in kg."""
+    """One physical part of the robot, with mass in kg; equal parts share their `kind`.
+
+    The frame of its solids lies at `at` in the link's frame, rotated by pitch and yaw.
+    """
 
     name: str
     kind: str
@@ -64,30 +66,31 @@ class RobotPart(NamedTuple):
 
     @property
     def volume(self) -> float:
-        """Cubic metres, by closed formulas."""
+        """Volume in cubic metres, in closed form."""
         return sum(volume(solid) for solid in self.solids)
 
     @property
     def spread(self) -> Spread:
-        """In the link's frame."""
-        own = [spread(solid) for solid in self.solids]
-        total = Spread(*(sum(terms[1:], terms[0]) for terms in zip(*own, strict=True)))
+        """Volume integrals in the link's frame."""
+        integrals = [spread(solid) for solid in self.solids]
+        # Sum over the solids, then transform from the part's frame to the link's.
+        total = Spread(*(sum(terms[1:], terms[0]) for terms in zip(*integrals, strict=True)))
         return moved(total, rotation(self.pitch, self.yaw), np.array(self.at))
 
     @property
     def inertia(self) -> MassProperties:
-        """Of this part alone, in its link's frame."""
+        """Mass properties of this part alone, in its link's frame."""
         return mass_properties([(self.spread, self.mass / self.volume)])
 
 
 @lru_cache(maxsize=64)
 def solids(robot: Robot) -> tuple[RobotPart, ...]:
-    """All parts, wheels and sensors too, the payload not."""
+    """Return all parts including wheels and sensors, without the payload."""
     return tuple(_parts(robot))
 
 
 def link_origin(robot: Robot, link: str) -> Vector:
-    """In base_link, metres; links are not turned against it."""
+    """Return the origin of a link in base_link, metres; links are not rotated against base_link."""
     side = link.removeprefix("wheel_").removesuffix("_link")
     if side in layout.SIDES:
         return 0.0, layout.SIDES[side] * robot.wheels.separation / 2, robot.wheel_radius
@@ -95,12 +98,12 @@ def link_origin(robot: Robot, link: str) -> Vector:
 
 
 def payload(robot: Robot) -> RobotPart:
-    """What the robot carries, as a cylinder on the top plate."""
+    """Return the payload as a cylinder on the top plate."""
     height = robot.body.payload_height
     outline = Outline(circle(PAYLOAD_SHARE * robot.body.radius))
     solid = Prism(outline, height, at=(0.0, 0.0, height / 2))
-    look: Colour = (0.85, 0.55, 0.25, 0.8)
-    return RobotPart("payload", "payload", "payload_link", (solid,), robot.body.payload, look, "payload")
+    colour: Colour = (0.85, 0.55, 0.25, 0.8)
+    return RobotPart("payload", "payload", "payload_link", (solid,), robot.body.payload, colour, "payload")
 
 
 def _parts(robot: Robot) -> Iterator[RobotPart]:
@@ -115,20 +118,22 @@ def _parts(robot: Robot) -> Iterator[RobotPart]:
     yield from _sensors(robot)
 
 
-def _made(kind: str, name: str, material: str, pieces: tuple[Solid, ...], at: Vector) -> RobotPart:
-    """A part of the base that is cut or printed: its mass is volume times density."""
-    stuff = MATERIALS[material]
-    mass = stuff.density * sum(volume(piece) for piece in pieces)
-    return RobotPart(name, kind, "base_link", pieces, mass, stuff.colour, material, at)
+def _material_part(kind: str, name: str, material: str, pieces: tuple[Solid, ...], at: Vector) -> RobotPart:
+    """Return a base_link part that is cut or printed from a material: its mass is volume times density."""
+    properties = MATERIALS[material]
+    mass = properties.density * sum(volume(piece) for piece in pieces)
+    return RobotPart(name, kind, "base_link", pieces, mass, properties.colour, material, at)
 
 
 def _plates(robot: Robot) -> Iterator[RobotPart]:
     plates, undersides = robot.plates, layout.plate_undersides(robot)
-    for i, low in enumerate(undersides):
+    for i, underside in enumerate(undersides):
         kind = "base_plate" if i == 0 else "top_plate" if i == len(undersides) - 1 else "middle_plate"
         name = f"middle_plate_{i}" if kind == "middle_plate" and len(undersides) > 3 else kind
         prism = Prism(PLATE_OUTLINES[kind](robot), plates.thickness)
-        yield _made(kind, name, plates.material, (prism,), (0.0, 0.0, low + plates.thickness / 2))
+        yield _material_part(
+            kind, name, plates.material, (prism,), (0.0, 0.0, underside + plates.thickness / 2)
+        )
 
 
 PLATE_OUTLINES = {
@@ -143,36 +148,41 @@ def _poles_and_tubes(robot: Robot) -> Iterator[RobotPart]:
     rod = Prism(Outline(circle(poles.radius), (circle(robot.plates.screw_hole / 2),)), poles.height)
     bore = tubes.bore / 2
     tube = Prism(Outline(circle(bore + tubes.wall), (circle(bore),)), tubes.length)
-    for level, low in enumerate(undersides[:-1], start=1):
-        floor = low + robot.plates.thickness
+    for level, underside in enumerate(undersides[:-1], start=1):
+        floor = underside + robot.plates.thickness
         ceiling = floor + tubes.length
         for corner, (x, y) in enumerate(layout.pole_positions(robot), start=1):
-            mark = f"{level}_{corner}"
-            foot, head = floor + poles.height / 2, ceiling - poles.height / 2
-            yield _made("pole", f"pole_{mark}_foot", poles.material, (rod,), (x, y, foot))
-            yield _made("pole", f"pole_{mark}_head", poles.material, (rod,), (x, y, head))
-            yield _made("tube", f"tube_{mark}", tubes.material, (tube,), (x, y, (floor + ceiling) / 2))
+            suffix = f"{level}_{corner}"
+            foot_z, head_z = floor + poles.height / 2, ceiling - poles.height / 2
+            yield _material_part("pole", f"pole_{suffix}_foot", poles.material, (rod,), (x, y, foot_z))
+            yield _material_part("pole", f"pole_{suffix}_head", poles.material, (rod,), (x, y, head_z))
+            yield _material_part(
+                "tube", f"tube_{suffix}", tubes.material, (tube,), (x, y, (floor + ceiling) / 2)
+            )
 
 
 def _clamp(robot: Robot, side: str, sign: float) -> RobotPart:
-    """Drawn for the left side; its frame lies below the flange's middle, on the flange's lower side."""
+    """Return a motor clamp; its frame lies below the middle of the flange, on its lower side."""
     clamp = robot.motor_clamp
-    floor = layout.plate_undersides(robot)[0] - clamp.thickness
+    bottom = layout.plate_undersides(robot)[0] - clamp.thickness
     flange = Prism(flange_outline(robot), clamp.thickness, at=(0.0, 0.0, clamp.thickness / 2))
-    reach = sign * (clamp.length - clamp.thickness) / 2
-    face = Prism(clamp_face_outline(robot, floor), clamp.thickness, "y", (0.0, reach, 0.0))
-    at = (0.0, sign * layout.clamp_middle(robot), floor)
-    return _made("motor_clamp", f"motor_clamp_{side}", clamp.material, (flange, face), at)
+    # The face stands at the outer end of the flange, towards the wheel.
+    face_y = sign * (clamp.length - clamp.thickness) / 2
+    face = Prism(clamp_face_outline(robot, bottom), clamp.thickness, "y", (0.0, face_y, 0.0))
+    at = (0.0, sign * layout.clamp_middle(robot), bottom)
+    return _material_part("motor_clamp", f"motor_clamp_{side}", clamp.material, (flange, face), at)
 
 
 def _motor(robot: Robot, side: str, sign: float) -> RobotPart:
-    """Body and shaft; its frame lies where the shaft leaves the body."""
+    """Return a motor with body and shaft; its frame lies where the shaft leaves the body."""
     motor = robot.motor
     front = layout.motor_front(robot)
-    reach = robot.wheels.separation / 2 + robot.wheels.width / 2 - front
+    shaft_length = robot.wheels.separation / 2 + robot.wheels.width / 2 - front
     body_at = (0.0, -sign * motor.length / 2, motor.shaft_offset)
     body = Prism(Outline(circle(motor.diameter / 2)), motor.length, "y", body_at)
-    shaft = Prism(Outline(circle(motor.shaft_diameter / 2)), reach, "y", (0.0, sign * reach / 2, 0.0))
+    shaft = Prism(
+        Outline(circle(motor.shaft_diameter / 2)), shaft_length, "y", (0.0, sign * shaft_length / 2, 0.0)
+    )
     at = (0.0, sign * front, robot.wheel_radius)
     return RobotPart(f"motor_{side}", "motor", "base_link", (body, shaft), motor.mass, STEEL, "motor", at)
 
@@ -187,19 +197,21 @@ def _wheel(robot: Robot, side: str) -> RobotPart:
 
 
 def _casters(robot: Robot) -> Iterator[RobotPart]:
-    """A ball whose upper half runs in a cup, which a spacer holds below the base plate."""
-    casters, low = robot.casters, layout.plate_undersides(robot)[0]
+    """Yield the casters: a ball whose upper half runs in a cup, and a spacer up to the base plate."""
+    casters, plate_bottom = robot.casters, layout.plate_undersides(robot)[0]
     for name, (x, y, z) in layout.caster_positions(robot).items():
-        outer = casters.radius + casters.wall
+        outer_radius = casters.radius + casters.wall
         cup = Prism(
-            Outline(circle(outer), (circle(casters.radius),)),
+            Outline(circle(outer_radius), (circle(casters.radius),)),
             casters.radius,
             at=(0.0, 0.0, casters.radius / 2),
         )
-        rest = low - z - casters.radius
-        spacer = Prism(Outline(circle(outer)), rest, at=(0.0, 0.0, casters.radius + rest / 2))
-        pieces = (Ball(casters.radius), cup, spacer)
-        yield _made("caster", f"caster_{name}", casters.material, pieces, (x, y, z))
+        spacer_height = plate_bottom - z - casters.radius
+        spacer = Prism(
+            Outline(circle(outer_radius)), spacer_height, at=(0.0, 0.0, casters.radius + spacer_height / 2)
+        )
+        parts = (Ball(casters.radius), cup, spacer)
+        yield _material_part("caster", f"caster_{name}", casters.material, parts, (x, y, z))
 
 
 def _boxes(robot: Robot) -> Iterator[RobotPart]:
@@ -237,18 +249,18 @@ def _sensors(robot: Robot) -> Iterator[RobotPart]:
 
 
 def _housing(housing: Housing) -> Prism:
-    size, c = housing.size, housing.centre
-    return Prism(Outline(rectangle(size.x, size.y)), size.z, at=(c.x, c.y, c.z))
+    size, centre = housing.size, housing.centre
+    return Prism(Outline(rectangle(size.x, size.y)), size.z, at=(centre.x, centre.y, centre.z))
 
 
 def _stand(robot: Robot, sensor: RobotPart) -> Iterator[RobotPart]:
-    """A rod from what lies below the housing up to it, or up to the base plate where the housing hangs."""
+    """Yield the rod of a sensor: from the support below up to it, or up to the base plate if it hangs."""
     x, y, bottom, top = _extent(sensor)
     below = [z for z in _supports(robot, x, y) if z <= bottom]
     low, high = (max(below), bottom) if below else (top, layout.plate_undersides(robot)[0])
     if high - low > 1e-6:
         rod = Prism(_disc(STAND_RADIUS), high - low)
-        yield _made("stand", f"{sensor.name}_stand", "nylon", (rod,), (x, y, (low + high) / 2))
+        yield _material_part("stand", f"{sensor.name}_stand", "nylon", (rod,), (x, y, (low + high) / 2))
 
 
 def _disc(radius: float) -> Outline:
@@ -257,13 +269,14 @@ def _disc(radius: float) -> Outline:
 
 
 def _extent(sensor: RobotPart) -> tuple[float, float, float, float]:
-    """x and y of a housing's middle in base_link, and its lowest and highest z."""
+    """Return x and y of a housing's centre in base_link, and its minimum and maximum z."""
     box = sensor.solids[0]
     assert isinstance(box, Prism)
-    turn, size = rotation(sensor.pitch, sensor.yaw), _sides(box)
-    middle = turn @ np.array(box.at) + np.array(sensor.at)
-    half = float(np.abs(turn[2]) @ size) / 2
-    return float(middle[0]), float(middle[1]), float(middle[2]) - half, float(middle[2]) + half
+    rotation_matrix, size = rotation(sensor.pitch, sensor.yaw), _sides(box)
+    centre = rotation_matrix @ np.array(box.at) + np.array(sensor.at)
+    # Half the extent of a rotated box along z: |R_z| . size / 2.
+    half_height = float(np.abs(rotation_matrix[2]) @ size) / 2
+    return float(centre[0]), float(centre[1]), float(centre[2]) - half_height, float(centre[2]) + half_height
 
 
 def _sides(box: Prism) -> np.ndarray:
@@ -272,12 +285,12 @@ def _sides(box: Prism) -> np.ndarray:
 
 
 def _supports(robot: Robot, x: float, y: float) -> Iterator[float]:
-    """Heights of everything that a stand at (x, y) could be set on."""
-    for number in range(1, robot.plates.count + 1):
-        yield layout.plate_top(robot, number)
+    """Yield the heights of all surfaces at (x, y) that a sensor stand can rest on."""
+    for plate in range(1, robot.plates.count + 1):
+        yield layout.plate_top(robot, plate)
     for box in _boxes(robot):
         prism = box.solids[0]
         assert isinstance(prism, Prism)
-        a, b, c = _sides(prism)
-        if abs(x - box.at[0]) <= a / 2 and abs(y - box.at[1]) <= b / 2:
-            yield box.at[2] + c
+        length, width, height = _sides(prism)
+        if abs(x - box.at[0]) <= length / 2 and abs(y - box.at[1]) <= width / 2:
+            yield box.at[2] + height

@@ -1,1 +1,1 @@
-"""Bags: what was said on the wire, kept as rosbag2 keeps it, and said again."""
+"""Bags in rosbag2's format: recording topics, reading bags and playing them back."""

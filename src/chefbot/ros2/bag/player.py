@@ -1,4 +1,4 @@
-"""Saying again what a bag has kept."""
+"""Playback of a bag: its messages are published again."""
 
 from __future__ import annotations
 
@@ -18,112 +18,120 @@ from chefbot.ros2.rmw.publisher import Publisher
 from chefbot.ros2.rmw.qos import CLOCK, DEFAULT, QoS
 
 MATCH_WAIT = 1.0
-"""Seconds that those who listen already are waited for."""
+"""Maximum time to wait for existing subscribers to match, s."""
 LAST_WAIT = 0.2
-"""Seconds that the last messages have to get away."""
+"""Time for the last messages to be sent, s."""
 CLOCK_TOPIC = "/clock"
 CLOCK_PERIOD = 0.01
-"""Wall seconds between two tellings of the recorded time, as a simulated launch tells its own."""
+"""Wall-clock seconds between two /clock messages, as in a simulated launch."""
 
 
 class Played(NamedTuple):
-    """How it went."""
+    """The result of playing a bag: number of messages and duration in seconds."""
 
     messages: int
     seconds: float
 
 
 class Player:
-    """Publishers for all of a bag's topics, or for the chosen ones.
+    """A player with publishers for all topics of a bag, or for the chosen ones.
 
-    UserError when a chosen topic is not in the bag, or nothing of it can be said on the wire.
+    Raises UserError when a chosen topic is not in the bag, or when none of them can be published.
     """
 
     def __init__(
         self, node: WireNode, bag: Bag, topics: Collection[str] | None = None, *, clock: bool = False
     ) -> None:
-        """`clock`: tell the recorded time on /clock meanwhile; UserError when the bag holds one that is played."""
+        """Create the publishers of the topics to play.
+
+        With `clock` the recorded time is published on /clock; raises UserError when the bag has a /clock that
+        is played.
+        """
         self._bag = bag
         self._chosen = _choose(bag, topics)
         if clock and CLOCK_TOPIC in self._chosen:
             raise UserError(f"{bag.path} has {CLOCK_TOPIC} itself, which is played; leave --clock out")
         self.left_out: list[str] = []
-        """A sentence for each topic that cannot be said on the wire."""
+        """A sentence for each topic that cannot be published."""
         self._publishers: dict[tuple[str, WireType], Publisher[Any]] = {}
         for topic in bag.topics:
             if topic.name in self._chosen:
-                self._open(node, topic)
+                self._create_publisher(node, topic)
         self._clock = node.publisher(CLOCK_TOPIC, Clock, CLOCK) if clock else None
-        self._told_ns = 0
+        self._clock_ns = 0
         if not self._publishers:
             raise UserError(
                 f"nothing of {bag.path} can be played: " + ("; ".join(self.left_out) or "it is empty")
             )
 
     def await_listeners(self, node: WireNode) -> None:
-        """Until the publishers have found those who listen already, but not for long."""
-        listened = {name for name, named in node.wire.graph.topics().items() if named.takers}
-        waited = [one for (name, _), one in self._publishers.items() if name in listened]
-        until = time.monotonic() + MATCH_WAIT
-        while not all(one.heard for one in waited) and time.monotonic() < until:
+        """Wait up to MATCH_WAIT until the publishers have matched the existing subscribers."""
+        subscribed = {name for name, endpoints in node.wire.graph.topics().items() if endpoints.takers}
+        publishers = [publisher for (name, _), publisher in self._publishers.items() if name in subscribed]
+        deadline = time.monotonic() + MATCH_WAIT
+        while not all(publisher.heard for publisher in publishers) and time.monotonic() < deadline:
             time.sleep(0.01)
 
     def play(self, rate: float, stop: threading.Event) -> Played:
-        """Once, `rate` times as fast as it was recorded, until the end or `stop`."""
-        began, first_ns, count = time.monotonic(), None, 0
-        self._told_ns = 0
+        """Play the bag once, `rate` times as fast as it was recorded, until the end or `stop`."""
+        start, first_ns, count = time.monotonic(), None, 0
+        self._clock_ns = 0
         for message in self._bag.messages(self._chosen):
             first_ns = message.heard_ns if first_ns is None else first_ns
-            due = began + (message.heard_ns - first_ns) * 1e-9 / rate
+            # Time of the message on the monotonic clock, scaled by the playback rate
+            due = start + (message.heard_ns - first_ns) * 1e-9 / rate
             if not self._wait(due, message.heard_ns, rate, stop):
                 break
-            count += self._say(message)
+            count += self._publish(message)
         stop.wait(LAST_WAIT)
-        return Played(count, time.monotonic() - began)
+        return Played(count, time.monotonic() - start)
 
     def _wait(self, due: float, due_ns: int, rate: float, stop: threading.Event) -> bool:
-        """Until the monotonic clock says `due`, which was `due_ns` when it was recorded; False if stopped before."""
-        while (rest := due - time.monotonic()) > 0.0:
-            self._tell_time(due_ns - round(rest * rate * 1e9))
-            if stop.wait(min(rest, CLOCK_PERIOD) if self._clock else rest):
+        """Wait until the monotonic clock reaches `due`, publishing /clock meanwhile.
+
+        `due_ns` is the same instant in recorded time. Returns False if `stop` was set before.
+        """
+        while (remaining := due - time.monotonic()) > 0.0:
+            self._publish_clock(due_ns - round(remaining * rate * 1e9))
+            if stop.wait(min(remaining, CLOCK_PERIOD) if self._clock else remaining):
                 return False
-        self._tell_time(due_ns)
+        self._publish_clock(due_ns)
         return not stop.is_set()
 
-    def _tell_time(self, now_ns: int) -> None:
-        """At most every CLOCK_PERIOD, and never back."""
-        if self._clock is not None and now_ns - self._told_ns >= CLOCK_PERIOD * 1e9:
-            self._told_ns = now_ns
+    def _publish_clock(self, now_ns: int) -> None:
+        """Publish the recorded time, at most every CLOCK_PERIOD and never backward."""
+        if self._clock is not None and now_ns - self._clock_ns >= CLOCK_PERIOD * 1e9:
+            self._clock_ns = now_ns
             self._clock.publish(Clock(Time.of(now_ns)))
 
-    def _say(self, message: BagMessage) -> int:
+    def _publish(self, message: BagMessage) -> int:
         publisher = self._publishers.get((message.topic, message.kind))
         if publisher is None:
             return 0
         publisher.publish_cdr(message.data)
         return 1
 
-    def _open(self, node: WireNode, topic: BagTopic) -> None:
-        why_not = _why_not(topic)
-        if why_not:
-            self.left_out.append(f"{topic.name}: {why_not}")
+    def _create_publisher(self, node: WireNode, topic: BagTopic) -> None:
+        problem = _unplayable_reason(topic)
+        if problem:
+            self.left_out.append(f"{topic.name}: {problem}")
         else:
-            made = node.raw_publisher(topic.name, topic.kind, _offer(topic.offers))
-            self._publishers[topic.name, topic.kind] = made
+            publisher = node.raw_publisher(topic.name, topic.kind, _playback_qos(topic.offers))
+            self._publishers[topic.name, topic.kind] = publisher
 
 
 def _choose(bag: Bag, topics: Collection[str] | None) -> set[str]:
-    there = {topic.name for topic in bag.topics}
+    available = {topic.name for topic in bag.topics}
     if topics is None:
-        return there
+        return available
     chosen = {name if name.startswith("/") else f"/{name}" for name in topics}
-    for name in sorted(chosen - there):
-        raise UserError(f"{bag.path} has no topic {name}{nearest(name, there)}")
+    for name in sorted(chosen - available):
+        raise UserError(f"{bag.path} has no topic {name}{nearest(name, available)}")
     return chosen
 
 
-def _why_not(topic: BagTopic) -> str:
-    """Empty when it can be said."""
+def _unplayable_reason(topic: BagTopic) -> str:
+    """Return why a topic cannot be published; empty when it can."""
     if topic.encoding != "cdr":
         return f"its messages are {topic.encoding or 'of no named encoding'}, not CDR"
     if not topic.kind.hash:
@@ -136,8 +144,8 @@ def _why_not(topic: BagTopic) -> str:
     return ""
 
 
-def _offer(offers: tuple[QoS, ...]) -> QoS:
-    """What its publishers offered, if all the same; room for the last of each of them."""
-    if not offers or len({(one.reliability, one.durability) for one in offers}) > 1:
+def _playback_qos(offers: tuple[QoS, ...]) -> QoS:
+    """Return the QoS that its publishers offered if they agree, with room for the last messages of each."""
+    if not offers or len({(offer.reliability, offer.durability) for offer in offers}) > 1:
         return DEFAULT
-    return offers[0]._replace(depth=sum(one.depth for one in offers))
+    return offers[0]._replace(depth=sum(offer.depth for offer in offers))

@@ -1,4 +1,4 @@
-"""Bags as they are found: folders and files, whole or cut off, of rosbag2, chefbot and other recorders."""
+"""A tolerant bag reader for folders and files of rosbag2 and other recorders, complete or truncated."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from chefbot.ros2.rmw.qos import QoS
 DAMAGE = (
     McapError, ZstdError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError, OverflowError,
 )  # fmt: skip
-"""What the library raises where a file ends too early or holds something else."""
+"""Exceptions that the mcap library raises for truncated or invalid files."""
 MAX_METADATA = 50_000_000
 
 
 class BagMessage(NamedTuple):
-    """One message, as bytes."""
+    """A recorded message as CDR bytes, with its receive and publish times in ns."""
 
     topic: str
     kind: WireType
@@ -39,18 +39,18 @@ class BagMessage(NamedTuple):
 
 
 class BagTopic(NamedTuple):
-    """What a bag has of one topic and type."""
+    """A topic of a bag with one message type."""
 
     name: str
     kind: WireType
-    """The hash is '' where neither the bag nor we know it."""
+    """Message type; its hash is '' where it is known neither from the bag nor here."""
     encoding: str
     offers: tuple[QoS, ...]
     messages: int
 
 
 class Bag(NamedTuple):
-    """What is in it; its messages are read when asked for."""
+    """The contents of a bag; messages are read on demand."""
 
     path: Path
     files: tuple[Path, ...]
@@ -58,43 +58,51 @@ class Bag(NamedTuple):
     start_ns: int
     end_ns: int
     cut: tuple[str, ...]
-    """A sentence for each file that ends too early; what is before the cut is here."""
+    """A sentence for each truncated file; messages before the truncation are included."""
     distro: str
 
     @property
     def total(self) -> int:
-        """All messages."""
+        """Number of messages on all topics."""
         return sum(topic.messages for topic in self.topics)
 
     @property
     def size(self) -> int:
-        """Bytes on the disk."""
+        """Size of all files, bytes."""
         return sum(file.stat().st_size for file in self.files)
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[BagMessage]:
-        """In the order of time; of a file that is cut off, up to there, in the order of the file."""
+        """Iterate over the messages in time order, optionally of some topics only.
+
+        Truncated files are read up to the truncation, in file order.
+        """
         for file in self.files:
             yield from _messages(file, topics, cut=any(str(file) in sentence for sentence in self.cut))
 
 
 def read_bag(path: Path) -> Bag:
-    """Folder or MCAP file. UserError when it is neither, or nothing in it can be read."""
+    """Read a bag folder or an MCAP file.
+
+    Raises UserError when it is neither, or nothing in it can be read.
+    """
     folder = path.is_dir()
-    about = _read_metadata(path) if folder else {}
-    files = _files_of(path, about) if folder else [path]
-    found = [_look(file) for file in files]
-    cut = tuple(one.cut for one in found if one.cut)
-    if folder and not about and not cut:
+    metadata = _read_metadata(path) if folder else {}
+    files = _files_of(path, metadata) if folder else [path]
+    contents = [_read_contents(file) for file in files]
+    cut = tuple(content.cut for content in contents if content.cut)
+    if folder and not metadata and not cut:
         cut = (f"{path} has no {METADATA_FILE}: recording ended too early; all {len(files)} files are whole",)
-    starts = [one.start_ns for one in found if one.topics and one.start_ns]
-    ends = [one.end_ns for one in found]
-    distro = str(about.get("ros_distro") or next((one.distro for one in found if one.distro), ""))
+    starts = [content.start_ns for content in contents if content.topics and content.start_ns]
+    ends = [content.end_ns for content in contents]
+    distro = str(
+        metadata.get("ros_distro") or next((content.distro for content in contents if content.distro), "")
+    )
     start, end = min(starts, default=0), max(ends, default=0)
-    return Bag(path, tuple(files), _merge(found), start, end, cut, distro)
+    return Bag(path, tuple(files), _merge(contents), start, end, cut, distro)
 
 
 class _Contents(NamedTuple):
-    """Of one file."""
+    """Topics and times of one file."""
 
     topics: list[BagTopic]
     start_ns: int
@@ -108,9 +116,9 @@ def _read_metadata(folder: Path) -> dict[str, Any]:
     if not file.is_file():
         return {}
     try:
-        with file.open(encoding="utf-8") as text:
-            about = yaml.safe_load(text.read(MAX_METADATA))["rosbag2_bagfile_information"]
-            storage = about["storage_identifier"]
+        with file.open(encoding="utf-8") as stream:
+            metadata = yaml.safe_load(stream.read(MAX_METADATA))["rosbag2_bagfile_information"]
+            storage = metadata["storage_identifier"]
     except OSError as error:
         raise UserError(f"{file} cannot be read: {error.strerror}") from None
     except (yaml.YAMLError, KeyError, TypeError, ValueError):
@@ -121,42 +129,47 @@ def _read_metadata(folder: Path) -> dict[str, Any]:
         raise UserError(
             f"{folder} is stored as {storage}, only mcap is read; `ros2 bag convert` makes one of it"
         )
-    if about.get("compression_mode"):
+    if metadata.get("compression_mode"):
         raise UserError(f"{folder} is compressed by rosbag2 itself; `ros2 bag convert` unpacks it")
-    return dict(about)
+    return dict(metadata)
 
 
-def _files_of(folder: Path, about: dict[str, Any]) -> list[Path]:
-    named = [folder / str(name) for name in about.get("relative_file_paths") or []]
-    files = named or sorted(folder.glob("*.mcap"))
+def _files_of(folder: Path, metadata: dict[str, Any]) -> list[Path]:
+    listed = [folder / str(name) for name in metadata.get("relative_file_paths") or []]
+    files = listed or sorted(folder.glob("*.mcap"))
     if not files:
         raise UserError(f"{folder} holds no bag: no {METADATA_FILE} and no MCAP file")
     return files
 
 
-def _look(file: Path) -> _Contents:
+def _read_contents(file: Path) -> _Contents:
     try:
-        with file.open("rb") as opened:
-            return _summary(opened) or _scan(file, opened)
+        # Without a summary index the file is scanned record by record
+        with file.open("rb") as stream:
+            return _summary(stream) or _scan(file, stream)
     except FileNotFoundError:
         raise UserError(f"bag {file} does not exist; check the name") from None
     except OSError as error:
         raise UserError(f"bag {file} cannot be read: {error.strerror}") from None
 
 
-def _summary(opened: IO[bytes]) -> _Contents | None:
-    """From the index at the end; None where there is none."""
+def _summary(stream: IO[bytes]) -> _Contents | None:
+    """Read the summary index at the end of a file; None if there is none."""
     try:
-        reader = make_reader(opened)
+        reader = make_reader(stream)
         summary = reader.get_summary()
         if summary is None or summary.statistics is None:
             return None
         counts = summary.statistics.channel_message_counts
-        topics = [_topic(summary.schemas, one, counts.get(one.id, 0)) for one in summary.channels.values()]
+        topics = [
+            _topic(summary.schemas, channel, counts.get(channel.id, 0))
+            for channel in summary.channels.values()
+        ]
         distro = next(
-            (_distro(one.metadata) for one in reader.iter_metadata() if one.name == METADATA_RECORD), ""
+            (_distro(record.metadata) for record in reader.iter_metadata() if record.name == METADATA_RECORD),
+            "",
         )
-    except (*DAMAGE, OSError):  # it seeks to before the beginning of a short file; a scan tells what is wrong
+    except (*DAMAGE, OSError):  # seeks before the start of a short file; _scan reports the error
         return None
     statistics = summary.statistics
     return _Contents(topics, statistics.message_start_time, statistics.message_end_time, distro=distro)
@@ -169,16 +182,16 @@ def _distro(metadata: dict[str, str]) -> str:
         return ""
 
 
-def _scan(file: Path, opened: IO[bytes]) -> _Contents:
-    """Record by record, until it breaks off."""
-    opened.seek(0)
+def _scan(file: Path, stream: IO[bytes]) -> _Contents:
+    """Read a file record by record up to its end or truncation."""
+    stream.seek(0)
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
     counts: dict[int, int] = {}
     times: list[int] = []
     reason = ""
     try:
-        for record in StreamReader(opened, record_size_limit=None).records:
+        for record in StreamReader(stream, record_size_limit=None).records:
             if isinstance(record, Schema):
                 schemas[record.id] = record
             elif isinstance(record, Channel):
@@ -190,7 +203,7 @@ def _scan(file: Path, opened: IO[bytes]) -> _Contents:
         reason = str(error) or type(error).__name__
     if reason and not channels:
         raise UserError(f"{file} is no MCAP file, or cut off before its first message: {reason}")
-    topics = [_topic(schemas, one, counts.get(one.id, 0)) for one in channels.values()]
+    topics = [_topic(schemas, channel, counts.get(channel.id, 0)) for channel in channels.values()]
     total = sum(counts.values())
     cut = f"{file} was cut off or is damaged; the {total} messages before are whole" if reason else ""
     first, last = times or [0, 0]
@@ -200,45 +213,49 @@ def _scan(file: Path, opened: IO[bytes]) -> _Contents:
 def _topic(schemas: dict[int, Schema], channel: Channel, count: int) -> BagTopic:
     offers = tuple(read_profiles(channel.metadata.get("offered_qos_profiles", "")))
     return BagTopic(
-        channel.topic, _kind(schemas.get(channel.schema_id), channel), channel.message_encoding, offers, count
+        channel.topic,
+        _type_of(schemas.get(channel.schema_id), channel),
+        channel.message_encoding,
+        offers,
+        count,
     )
 
 
-def _kind(schema: Schema | None, channel: Channel) -> WireType:
-    """The hash as recorded, else that of our own type of the name."""
+def _type_of(schema: Schema | None, channel: Channel) -> WireType:
+    """Return the type with the recorded hash, else with that of our own type of the same name."""
     name = schema.name if schema else ""
     if name.count("/") == 1:
         name = name.replace("/", "/msg/")
-    given = channel.metadata.get("topic_type_hash", "")
-    if given:
-        return WireType(name, given)
+    recorded_hash = channel.metadata.get("topic_type_hash", "")
+    if recorded_hash:
+        return WireType(name, recorded_hash)
     try:
         return WireType.of(message_type(name))
     except KeyError:
         return WireType(name, "")
 
 
-def _merge(found: list[_Contents]) -> tuple[BagTopic, ...]:
-    """One for each topic and type, of all files and channels."""
+def _merge(contents: list[_Contents]) -> tuple[BagTopic, ...]:
+    """Merge the topics of all files and channels to one entry per topic and type."""
     merged: dict[tuple[str, WireType], BagTopic] = {}
-    for topic in (topic for one in found for topic in one.topics):
+    for topic in (topic for content in contents for topic in content.topics):
         key = topic.name, topic.kind
-        known = merged.get(key)
-        if known is None:
+        existing = merged.get(key)
+        if existing is None:
             merged[key] = topic
         else:
-            offers = tuple(dict.fromkeys((*known.offers, *topic.offers)))
-            merged[key] = known._replace(offers=offers, messages=known.messages + topic.messages)
+            offers = tuple(dict.fromkeys((*existing.offers, *topic.offers)))
+            merged[key] = existing._replace(offers=offers, messages=existing.messages + topic.messages)
     return tuple(merged[key] for key in sorted(merged))
 
 
 def _messages(file: Path, topics: Collection[str] | None, *, cut: bool) -> Iterator[BagMessage]:
     count = 0
     try:
-        with file.open("rb") as opened:
-            for schema, channel, message in _triples(opened, cut):
+        with file.open("rb") as stream:
+            for schema, channel, message in _records(stream, cut):
                 if topics is None or channel.topic in topics:
-                    kind = _kind(schema, channel)
+                    kind = _type_of(schema, channel)
                     yield BagMessage(
                         channel.topic, kind, message.data, message.log_time, message.publish_time
                     )
@@ -249,13 +266,13 @@ def _messages(file: Path, topics: Collection[str] | None, *, cut: bool) -> Itera
             raise UserError(f"{file} is damaged after {count} messages: {reason}") from None
 
 
-def _triples(opened: IO[bytes], cut: bool) -> Iterator[tuple[Schema | None, Channel, Message]]:
+def _records(stream: IO[bytes], cut: bool) -> Iterator[tuple[Schema | None, Channel, Message]]:
     if not cut:
-        yield from make_reader(opened).iter_messages()
+        yield from make_reader(stream).iter_messages()
         return
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
-    for record in StreamReader(opened, record_size_limit=None).records:
+    for record in StreamReader(stream, record_size_limit=None).records:
         if isinstance(record, Schema):
             schemas[record.id] = record
         elif isinstance(record, Channel):

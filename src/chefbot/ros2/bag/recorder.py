@@ -1,4 +1,4 @@
-"""Recording what is said on the wire, bytes as they are, of any type."""
+"""Recording of topics of any type as raw CDR bytes."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from chefbot.ros2.rmw.qos_matching import ask_for, types_said
 from chefbot.ros2.rmw.subscription import Receive
 
 FLUSH_PERIOD = 1.0
-"""Seconds; so much a recording loses at most when its process is killed."""
+"""Seconds between flushes, and so the most that is lost when the process is killed."""
 MAX_WAITING = 200_000_000
-"""Bytes that may wait for a slow disk; what comes beyond is counted as lost."""
+"""Maximum bytes queued for a slow disk; further messages are counted as lost."""
 _Sample = tuple[str, WireType, bytes, int, int]
 
 
 class BagRecorder:
-    """Writes all of the topics that `wants(name)`, also of those that appear later."""
+    """A recorder of all topics for which `wants(name)` holds, including topics that appear later."""
 
     def __init__(self, node: WireNode, writer: BagWriter, wants: Callable[[str], bool]) -> None:
         self.lost: dict[str, int] = {}
-        """Messages for which the disk was too slow, by topic."""
+        """Messages lost because the disk was too slow, by topic."""
         self._node, self._writer, self._wants = node, writer, wants
-        self._heard: set[tuple[str, WireType]] = set()
+        self._subscribed: set[tuple[str, WireType]] = set()
         self._waiting: deque[_Sample] = deque()
         self._bytes = 0
         self._lock = threading.Lock()
@@ -40,13 +40,18 @@ class BagRecorder:
         node.wire.graph.on_change(self._changed.set)
 
     def run(self, seconds: float | None, stop: threading.Event) -> None:
-        """For so long, or until `stop` is set. UserError when the disk is full."""
+        """Record for `seconds`, or until `stop` is set.
+
+        Raises UserError when the disk is full.
+        """
         now = time.monotonic()
-        until, flush_at = (None if seconds is None else now + seconds), now + FLUSH_PERIOD
-        while not stop.is_set() and (until is None or time.monotonic() < until):
+        deadline, flush_at = (None if seconds is None else now + seconds), now + FLUSH_PERIOD
+        while not stop.is_set() and (deadline is None or time.monotonic() < deadline):
+            # Subscribe to topics that appeared since the last turn
             if self._changed.is_set():
                 self._changed.clear()
                 self._subscribe()
+            # Write what the Zenoh threads have queued; the disk must not block them
             self._wake.wait(0.05)
             self._wake.clear()
             self.write_waiting()
@@ -55,33 +60,33 @@ class BagRecorder:
                 flush_at = time.monotonic() + FLUSH_PERIOD
 
     def write_waiting(self) -> None:
-        """Empty the queue."""
+        """Write all queued messages to the bag."""
         while self._waiting:
-            topic, kind, data, heard, said = self._waiting.popleft()
+            topic, kind, data, received_ns, published_ns = self._waiting.popleft()
             with self._lock:
                 self._bytes -= len(data)
-            self._writer.add(topic, kind, data, heard, said)
+            self._writer.add(topic, kind, data, received_ns, published_ns)
 
     def _subscribe(self) -> None:
-        """To what is new."""
-        for name, named in self._node.wire.graph.topics().items():
-            if named.givers and self._wants(name):
-                for kind in types_said(named):
-                    if (name, kind) not in self._heard:
-                        self._listen(named, kind)
+        """Subscribe to the wanted topics and types that have appeared."""
+        for name, topic in self._node.wire.graph.topics().items():
+            if topic.givers and self._wants(name):
+                for kind in types_said(topic):
+                    if (name, kind) not in self._subscribed:
+                        self._subscribe_to(topic, kind)
 
-    def _listen(self, named: Named, kind: WireType) -> None:
-        self._heard.add((named.name, kind))
-        offers = [one.end.qos for one in named.givers if one.end.type == kind]
-        self._writer.add_topic(named.name, kind, offers)
-        asked = ask_for(offers)
-        buffered = not asked.latched and maybe_buffered(kind)
+    def _subscribe_to(self, topic: Named, kind: WireType) -> None:
+        self._subscribed.add((topic.name, kind))
+        offers = [endpoint.end.qos for endpoint in topic.givers if endpoint.end.type == kind]
+        self._writer.add_topic(topic.name, kind, offers)
+        qos = ask_for(offers)
+        buffered = not qos.latched and maybe_buffered(kind)
         self._node.raw_subscription(
-            named.name, kind, self._keeper(named.name, kind), asked, buffered=buffered
+            topic.name, kind, self._queue_callback(topic.name, kind), qos, buffered=buffered
         )
 
-    def _keeper(self, topic: str, kind: WireType) -> Receive:
-        def keep(data: bytes, attachment: Attachment) -> None:
+    def _queue_callback(self, topic: str, kind: WireType) -> Receive:
+        def enqueue(data: bytes, attachment: Attachment) -> None:
             with self._lock:
                 if self._bytes + len(data) > MAX_WAITING:
                     self.lost[topic] = self.lost.get(topic, 0) + 1
@@ -90,11 +95,14 @@ class BagRecorder:
             self._waiting.append((topic, kind, data, time.time_ns(), attachment.stamp_ns))
             self._wake.set()
 
-        return keep
+        return enqueue
 
 
 def maybe_buffered(kind: WireType) -> bool:
-    """Whether newer rmw_zenoh may send this type by buffers; of types that we do not have it is assumed."""
+    """Return whether newer rmw_zenoh may send this type through its buffer backends.
+
+    Types that are not known here are assumed to be.
+    """
     try:
         return has_byte_array(message_type(kind.name))
     except KeyError:

@@ -1,4 +1,4 @@
-"""A bag being written: rosbag2's folder of an MCAP file and metadata.yaml, or an MCAP file alone."""
+"""A bag writer: rosbag2's folder with an MCAP file and metadata.yaml, or a single MCAP file."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from chefbot.storage.atomic_files import write_atomic
 from chefbot.storage.mcap_file import McapFile
 
 VERSION = 9
-"""Of metadata.yaml, as rosbag2 of Jazzy and Kilted writes it."""
+"""Version of metadata.yaml, as written by rosbag2 of Jazzy and Kilted."""
 DISTRO = "jazzy"
-"""Whose message definitions ours are, unless the environment names another."""
+"""Distribution whose message definitions ours are, unless the environment names another."""
 NEVER_NS = 2**63 - 1
-"""When a bag without messages begins (rosbag2)."""
+"""Start time of a bag without messages (rosbag2)."""
 METADATA_FILE, METADATA_RECORD = "metadata.yaml", "rosbag2"
 ROOM = 2000
-"""Bytes that the metadata take at most; for each topic the same and its QoS profiles."""
+"""Bytes reserved for the metadata; the same for each topic, plus its QoS profiles."""
 
 
 class _Topic:
-    """One topic of one type and what was counted of it."""
+    """A topic with one type, its channel and its message count."""
 
     def __init__(self, name: str, kind: WireType, channel: int, offers: list[QoS]) -> None:
         self.name, self.kind, self.channel, self.offers = name, kind, channel, offers
@@ -37,9 +37,9 @@ class _Topic:
 
 
 class BagWriter:
-    """Takes CDR bytes. `out` is a folder that does not exist yet, or a file NAME.mcap.
+    """A writer of CDR messages to a bag; `out` is a new folder, or a file NAME.mcap.
 
-    UserError when it exists already or cannot be written.
+    Raises UserError when it exists already or cannot be written.
     """
 
     def __init__(self, out: Path) -> None:
@@ -55,34 +55,37 @@ class BagWriter:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Messages of each topic."""
+        """Number of messages of each topic."""
         counts: dict[str, int] = {}
         for topic in self._topics.values():
             counts[topic.name] = counts.get(topic.name, 0) + topic.count
         return counts
 
     def add_topic(self, name: str, kind: WireType, offers: list[QoS]) -> None:
-        """Before its first message; `offers` of its publishers, for those who play the bag."""
+        """Add a topic before its first message.
+
+        `offers` are the QoS of its publishers, used by players of the bag.
+        """
         if (name, kind) in self._topics:
             return
-        about = {"offered_qos_profiles": profiles_text(offers), "topic_type_hash": kind.hash}
-        self._file.reserve(ROOM + 2 * len(about["offered_qos_profiles"]) + len(name) + len(kind.name))
-        channel = self._file.channel(name, kind.name, _definition(kind), about)
+        metadata = {"offered_qos_profiles": profiles_text(offers), "topic_type_hash": kind.hash}
+        self._file.reserve(ROOM + 2 * len(metadata["offered_qos_profiles"]) + len(name) + len(kind.name))
+        channel = self._file.channel(name, kind.name, _definition(kind), metadata)
         self._topics[name, kind] = _Topic(name, kind, channel, offers)
 
-    def add(self, name: str, kind: WireType, data: bytes, heard_ns: int, said_ns: int) -> None:
-        """One message: when it came here and when its publisher said it, ns since the epoch."""
+    def add(self, name: str, kind: WireType, data: bytes, received_ns: int, published_ns: int) -> None:
+        """Add one message with the times at which it was received and published, ns since the epoch."""
         topic = self._topics[name, kind]
-        self._file.add(topic.channel, data, heard_ns, said_ns, topic.count + 1)
+        self._file.add(topic.channel, data, received_ns, published_ns, topic.count + 1)
         topic.count += 1
-        self._first_ns, self._last_ns = min(self._first_ns, heard_ns), max(self._last_ns, heard_ns)
+        self._first_ns, self._last_ns = min(self._first_ns, received_ns), max(self._last_ns, received_ns)
 
     def flush(self) -> None:
-        """What was added so far survives from now on, even if this process is killed."""
+        """Flush to the file, so that the messages so far survive even if this process is killed."""
         self._file.flush()
 
     def close(self) -> None:
-        """Make it whole; also after `add` has found the disk full."""
+        """Finish the bag; also works after `add` has raised because the disk is full."""
         self._file.close()
         if self._folder is not None:
             text = _yaml({"rosbag2_bagfile_information": self._metadata()})
@@ -102,7 +105,7 @@ class BagWriter:
             "duration": duration,
             "starting_time": start,
             "message_count": count,
-            "topics_with_message_count": [_about(topic) for topic in self._topics.values()],
+            "topics_with_message_count": [_topic_metadata(topic) for topic in self._topics.values()],
             "compression_format": "",
             "compression_mode": "",
             "relative_file_paths": [name],
@@ -119,24 +122,24 @@ class BagWriter:
         }
 
 
-def _about(topic: _Topic) -> dict[str, Any]:
+def _topic_metadata(topic: _Topic) -> dict[str, Any]:
     metadata = {
         "name": topic.name,
         "type": topic.kind.name,
         "serialization_format": "cdr",
-        "offered_qos_profiles": [to_profile(one) for one in topic.offers],
+        "offered_qos_profiles": [to_profile(offer) for offer in topic.offers],
         "type_description_hash": topic.kind.hash,
     }
     return {"topic_metadata": metadata, "message_count": topic.count}
 
 
 def _definition(kind: WireType) -> str:
-    """Empty for a type that we do not have, or have in another version."""
+    """Return the text of a message definition; empty if the type is unknown or of another version."""
     try:
-        known = message_type(kind.name)
+        message = message_type(kind.name)
     except KeyError:
         return ""
-    return definition_text(known) if WireType.of(known) == kind else ""
+    return definition_text(message) if WireType.of(message) == kind else ""
 
 
 def _yaml(plain: dict[str, Any]) -> str:

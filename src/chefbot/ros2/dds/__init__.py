@@ -1,4 +1,4 @@
-"""A bridge to installations of ROS 2 that speak DDS: CDR bytes pass unchanged between Zenoh and Cyclone DDS.
+"""A bridge to ROS 2 installations on DDS: CDR bytes pass unchanged between Zenoh and Cyclone DDS.
 
-Needs the extra `chefbot[dds]`; nothing outside this package imports it but `chefbot dds`.
+Needs the extra `chefbot[dds]`; outside this package only `chefbot dds` imports it.
 """

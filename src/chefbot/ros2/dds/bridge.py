@@ -1,4 +1,4 @@
-"""Both sides of the bridge: who is there on Zenoh and on DDS, and what therefore has to be copied."""
+"""The bridge between Zenoh and DDS: it matches endpoints on both sides and copies the topics that need it."""
 
 from __future__ import annotations
 
@@ -27,156 +27,161 @@ from chefbot.ros2.rmw.session import Wire
 NODE = "chefbot_dds"
 LOOK_NS = 200_000_000
 SETTLE = 0.02
-"""Seconds in which news of the graph are gathered: a launch comes with hundreds of tokens."""
+"""Seconds over which graph changes are batched: a launch announces hundreds of tokens."""
 CHECK = 0.5
-"""Seconds between two looks for ends that DDS has not connected."""
+"""Seconds between two checks for endpoints that DDS has not matched."""
 _ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 Chosen = Callable[[str], bool]
 
 
 class Topics(NamedTuple):
-    """What is copied now, by topic."""
+    """The topics that are bridged at present, by direction."""
 
     outward: tuple[str, ...]
-    """From Zenoh to DDS."""
+    """Topics copied from Zenoh to DDS."""
     inward: tuple[str, ...]
-    """From DDS to Zenoh."""
+    """Topics copied from DDS to Zenoh."""
     left_out: dict[str, str]
-    """And why."""
+    """Topics not bridged, or only in part, each with the reason."""
 
 
 class DdsBridge:
-    """Copies between `wire` and a place in a DDS domain until `close`; `chosen` says which topics.
+    """A bridge between `wire` and a DDS participant; runs until `close`.
 
-    All DDS entities are made and ended in the bridge's own thread; Zenoh's threads write to DDS.
+    `chosen(name)` selects the topics. All DDS entities are created and deleted in the bridge's own thread;
+    Zenoh's threads write to DDS.
     """
 
     def __init__(self, wire: Wire, place: Place, chosen: Chosen) -> None:
         self.tally: Tally = wire.refused
         self._wire, self._place, self._chosen = wire, place, chosen
-        self._ends = WireNode(wire, NODE, remote_only=True)
+        self._node = WireNode(wire, NODE, remote_only=True)
         participant = place.participant
         self._discovery = Discovery(participant)
         self._nodes = Nodes(participant)
         self._outward: dict[str, Outward] = {}
         self._inward: dict[str, Inward] = {}
         self._kinds: dict[str, type[Message]] = {}
-        self._listeners: dict[str, list[str]] = {}
+        self._subscribers: dict[str, list[str]] = {}
         self._topics: dict[tuple[str, type[Message]], Any] = {}
         self._left_out: dict[str, str] = {}
         self._state = Topics((), (), {})
-        self._news, self._closing = threading.Event(), threading.Event()
+        self._graph_news, self._closing = threading.Event(), threading.Event()
         self._wake = GuardCondition(participant)
-        self._waiting = WaitSet(participant)
-        self._waiting.attach(self._wake)
+        self._waitset = WaitSet(participant)
+        self._waitset.attach(self._wake)
         for reader in self._discovery.readers:
-            self._waiting.attach(ReadCondition(reader, _ANY))
+            self._waitset.attach(ReadCondition(reader, _ANY))
         wire.graph.on_change(self._graph_changed)
         self._graph_changed()
-        self._thread = threading.Thread(target=self._work, name="dds", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="dds", daemon=True)
         self._thread.start()
 
     @property
     def topics(self) -> Topics:
-        """What is copied now; any thread."""
+        """The topics that are bridged at present; thread-safe."""
         return self._state
 
     def close(self) -> None:
-        """End all that was made on both sides."""
+        """Stop the bridge and delete its endpoints on both sides."""
         self._closing.set()
         self._wake.set(True)
         self._thread.join()
-        self._ends.close()
+        self._node.close()
         self._place.close()
 
     def _graph_changed(self) -> None:
-        """In Zenoh's thread."""
+        """Wake the bridge's thread; called in a Zenoh thread."""
         if not self._closing.is_set():
-            self._news.set()
+            self._graph_news.set()
             self._wake.set(True)
 
-    def _work(self) -> None:
+    def _run(self) -> None:
         due, check_at = 0.0, 0.0
         more = False
         while not self._closing.is_set():
             if not more:
-                self._waiting.wait(int(SETTLE * 1e9) if due else LOOK_NS)
+                self._waitset.wait(int(SETTLE * 1e9) if due else LOOK_NS)
             self._wake.set(False)
-            if self._do(self._discovery.look) or self._news.is_set():
+            # Batch graph changes of both sides for SETTLE seconds, then update the routes once
+            if self._guarded(self._discovery.look) or self._graph_news.is_set():
                 due = due or time.monotonic() + SETTLE
-                self._news.clear()
+                self._graph_news.clear()
             if due and time.monotonic() >= due:
                 due = 0.0
-                self._do(self._arrange)
+                self._guarded(self._update_routes)
+            # Check periodically for endpoints that DDS did not match
             if time.monotonic() >= check_at:
                 check_at = time.monotonic() + CHECK
-                self._do(self._check)
-            more = sum(bool(self._do(one.copy)) for one in self._inward.values()) > 0
+                self._guarded(self._check_matches)
+            # Copy new samples; skip the next wait if a route has more than it could copy in one turn
+            more = sum(bool(self._guarded(route.copy)) for route in self._inward.values()) > 0
         for name in list(self._outward):
-            self._end(name)
+            self._close_route(name)
 
-    def _do(self, job: Callable[[], Any]) -> Any:
-        """One topic's trouble is told and does not end the others."""
+    def _guarded(self, job: Callable[[], Any]) -> Any:
+        """Run a job; count an exception instead of raising it, so that one topic cannot stop the others."""
         try:
             return job()
         except Exception as fault:
             self.tally.add(f"bridge: {type(fault).__name__}: {fault}")
             return None
 
-    def _arrange(self) -> None:
-        """Make what is wanted now and end what is not."""
-        crowds = gather(self._wire, self._discovery)
+    def _update_routes(self) -> None:
+        """Create the routes that are needed now and delete the others."""
+        topics = gather(self._wire, self._discovery)
         left_out: dict[str, str] = {}
         routes = {}
-        for name, crowd in crowds.items():
+        for name, endpoints in topics.items():
             if self._chosen(name):
-                kind, why = choose_type(crowd)
-                if why := why or unheard(crowd):
-                    left_out[name] = why
+                kind, reason = choose_type(endpoints)
+                if reason := reason or unheard(endpoints):
+                    left_out[name] = reason
                 if kind is not None:
-                    routes[name] = (kind, crowd.of_type(WireType.of(kind)))
+                    routes[name] = (kind, endpoints.of_type(WireType.of(kind)))
         for name in (self._outward.keys() | self._inward.keys()) - routes.keys():
-            self._end(name)
-        for name, (kind, crowd) in routes.items():
-            self._do(partial(self._arrange_topic, name, kind, crowd))
-        self._do(self._tell_nodes)
+            self._close_route(name)
+        for name, (kind, endpoints) in routes.items():
+            self._guarded(partial(self._update_route, name, kind, endpoints))
+        self._guarded(self._publish_nodes)
         self._left_out = left_out
         self._state = Topics(*self._directions(routes), left_out)
 
-    def _check(self) -> None:
-        """Whom DDS itself refuses to connect."""
-        deaf = {name: why for name, one in self._inward.items() if (why := one.deaf())}
-        self._state = self._state._replace(left_out={**deaf, **self._left_out})
+    def _check_matches(self) -> None:
+        """Report the writers that DDS itself refuses to match."""
+        unmatched = {name: reason for name, route in self._inward.items() if (reason := route.deaf())}
+        self._state = self._state._replace(left_out={**unmatched, **self._left_out})
 
-    def _arrange_topic(self, name: str, kind: type[Message], crowd: Crowd) -> None:
+    def _update_route(self, name: str, kind: type[Message], endpoints: Crowd) -> None:
         if self._kinds.get(name, kind) is not kind:
-            self._end(name)
+            self._close_route(name)
         self._kinds[name] = kind
         if name not in self._outward:
             topic = self._topic(name, kind)
+            # Both directions of a topic share one DDS topic
             participant = self._place.participant
-            self._outward[name] = Outward(participant, topic, self._ends, name, kind)
-            here = (participant, topic, self._waiting)
-            self._inward[name] = Inward(here, self._ends, name, WireType.of(kind), self.tally)
-        self._outward[name].update(crowd.publishers, bool(crowd.readers))
-        self._inward[name].update(crowd.writers, crowd.listeners)
-        self._listeners[name] = [one.node.full_name for one in crowd.listeners]
+            self._outward[name] = Outward(participant, topic, self._node, name, kind)
+            dds = (participant, topic, self._waitset)
+            self._inward[name] = Inward(dds, self._node, name, WireType.of(kind), self.tally)
+        self._outward[name].update(endpoints.publishers, bool(endpoints.readers))
+        self._inward[name].update(endpoints.writers, endpoints.listeners)
+        self._subscribers[name] = [subscriber.node.full_name for subscriber in endpoints.listeners]
 
-    def _end(self, name: str) -> None:
+    def _close_route(self, name: str) -> None:
         for routes in (self._outward, self._inward):
             if name in routes:
-                self._do(routes.pop(name).close)
+                self._guarded(routes.pop(name).close)
         self._kinds.pop(name, None)
-        self._listeners.pop(name, None)
+        self._subscribers.pop(name, None)
 
     def _topic(self, name: str, kind: type[Message]) -> Any:
-        """DDS has one of each name and type, whoever reads and writes it."""
+        """Return the DDS topic of a name and type; readers and writers share it."""
         key = (name, kind)
         if key not in self._topics:
             self._topics[key] = Topic(self._place.participant, TOPIC_PREFIX + name, sample_type(kind))
         return self._topics[key]
 
-    def _tell_nodes(self) -> None:
+    def _publish_nodes(self) -> None:
         readers: dict[str, list[bytes]] = {}
         writers: dict[str, list[bytes]] = {}
         for route in self._outward.values():
@@ -184,15 +189,17 @@ class DdsBridge:
                 writers.setdefault(owner, []).append(gid)
         for name, inward in self._inward.items():
             if inward.gid is not None:
-                for owner in dict.fromkeys(self._listeners[name]):
+                for owner in dict.fromkeys(self._subscribers[name]):
                     readers.setdefault(owner, []).append(inward.gid)
-        there = [one for one in self._wire.graph.nodes() if one.zid != self._wire.zid]
-        self._nodes.tell([*there, self._ends.id], readers, writers)
+        others = [node for node in self._wire.graph.nodes() if node.zid != self._wire.zid]
+        self._nodes.tell([*others, self._node.id], readers, writers)
 
     @staticmethod
     def _directions(
         routes: dict[str, tuple[type[Message], Crowd]],
     ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        outward = tuple(name for name, (_, crowd) in routes.items() if crowd.publishers)
-        inward = tuple(name for name, (_, crowd) in routes.items() if crowd.writers or crowd.listeners)
+        outward = tuple(name for name, (_, endpoints) in routes.items() if endpoints.publishers)
+        inward = tuple(
+            name for name, (_, endpoints) in routes.items() if endpoints.writers or endpoints.listeners
+        )
         return outward, inward

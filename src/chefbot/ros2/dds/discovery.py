@@ -1,4 +1,4 @@
-"""Who reads and writes what on DDS, as ROS 2 names it."""
+"""Discovery of DDS readers and writers of ROS topics."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from chefbot.ros2.rmw.names import WireType, ros_name
 from chefbot.ros2.rmw.qos import QoS
 
 TOPIC_PREFIX = "rt"
-"""Of every ROS topic's DDS name; services and what is not ROS have others."""
-_MOST = 1000
+"""Prefix of a ROS topic's DDS name; services and other DDS topics have others."""
+_MAX_SAMPLES = 1000
 
 
 class Remote(NamedTuple):
-    """A reader or writer of somebody else."""
+    """A DDS reader or writer of another participant."""
 
     handle: int
-    """Cyclone's, by which samples name their writer."""
+    """Cyclone's instance handle, by which samples identify their writer."""
     writes: bool
     topic: str
-    """'/scan'"""
+    """ROS name of the topic, such as '/scan'."""
     type: WireType
-    """Its hash is empty if it tells none."""
+    """Message type; its hash is empty if the endpoint announces none."""
     qos: QoS
 
 
 class Discovery:
-    """Kept up to date by `look`, in the caller's thread. `own`: the participant that is not looked at."""
+    """The readers and writers of other participants, updated by `look` in the caller's thread."""
 
     def __init__(self, participant: Any) -> None:
         self._own = participant.guid
@@ -43,35 +43,35 @@ class Discovery:
             True: BuiltinDataReader(participant, BuiltinTopicDcpsPublication),
             False: BuiltinDataReader(participant, BuiltinTopicDcpsSubscription),
         }
-        self._found: dict[int, Remote] = {}
+        self._remotes: dict[int, Remote] = {}
 
     @property
     def readers(self) -> list[Any]:
-        """DDS readers that have data when there is news."""
+        """DDS readers that have data when endpoints have appeared or disappeared."""
         return list(self._readers.values())
 
     def look(self) -> bool:
-        """Take the news; whether there were any of ROS topics."""
+        """Process discovery updates; return whether any concerned ROS topics."""
         changed = False
         for writes, reader in self._readers.items():
-            for one in reader.take(_MOST):
-                changed |= self._learn(one, writes)
+            for sample in reader.take(_MAX_SAMPLES):
+                changed |= self._update(sample, writes)
         return changed
 
     def remotes(self, *, writing: bool) -> list[Remote]:
-        """All of them that write, or that read."""
-        return [one for one in self._found.values() if one.writes == writing]
+        """Return all discovered writers, or all readers."""
+        return [remote for remote in self._remotes.values() if remote.writes == writing]
 
-    def _learn(self, one: Any, writes: bool) -> bool:
-        handle = one.sample_info.instance_handle
-        if one.sample_info.instance_state != InstanceState.Alive:
-            return self._found.pop(handle, None) is not None
-        prefix, slash, name = one.topic_name.partition("/")
-        if one.participant_key == self._own or prefix != TOPIC_PREFIX:
+    def _update(self, sample: Any, writes: bool) -> bool:
+        handle = sample.sample_info.instance_handle
+        if sample.sample_info.instance_state != InstanceState.Alive:
+            return self._remotes.pop(handle, None) is not None
+        prefix, slash, name = sample.topic_name.partition("/")
+        if sample.participant_key == self._own or prefix != TOPIC_PREFIX:
             return False
         try:
-            kind = WireType(ros_name(one.type_name), type_hash_of(one.qos))
+            kind = WireType(ros_name(sample.type_name), type_hash_of(sample.qos))
         except WireError:
-            return False  # not one of ROS's, whatever its topic is called
-        self._found[handle] = Remote(handle, writes, slash + name, kind, from_dds(one.qos))
+            return False  # no ROS type, despite the topic's prefix
+        self._remotes[handle] = Remote(handle, writes, slash + name, kind, from_dds(sample.qos))
         return True

@@ -1,4 +1,4 @@
-"""A place in a DDS domain, as ROS 2's own processes have it."""
+"""A participant in a DDS domain, configured like those of ROS 2 processes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from chefbot.errors import UserError
 AUTO, LOOPBACK = "auto", "lo"
 CONFIGURATION = "CYCLONEDDS_URI"
 ENCLAVE = b"enclave=/;"
-"""ROS 2 writes it into every participant's user data (rmw_cyclonedds rmw_node.cpp)."""
+"""User data that ROS 2 sets on every participant (rmw_cyclonedds rmw_node.cpp)."""
 _GENERAL = '<Interfaces><NetworkInterface name="{}"/></Interfaces>'
 _LOCAL = (
     "<CycloneDDS><Domain><General>" + _GENERAL.format(LOOPBACK) + "<AllowMulticast>false</AllowMulticast>"
@@ -21,29 +21,30 @@ _LOCAL = (
     '<MaxAutoParticipantIndex>119</MaxAutoParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers>'
     "</Discovery></Domain></CycloneDDS>"
 )
-"""Without multicast, which loopback has not: participants are looked for at their well-known ports."""
-_ONE = "<CycloneDDS><Domain><General>" + _GENERAL + "</General></Domain></CycloneDDS>"
+"""Configuration without multicast, which loopback lacks: peers are found at their well-known ports."""
+_SINGLE_INTERFACE = "<CycloneDDS><Domain><General>" + _GENERAL + "</General></Domain></CycloneDDS>"
 
 
 def interface_of_environment() -> str:
-    """Loopback if ROS 2's own variables keep this user's nodes on the machine, else what Cyclone takes."""
+    """Return loopback if ROS 2's variables restrict discovery to this machine, else Cyclone's default."""
     local_range = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper() == "LOCALHOST"
     return LOOPBACK if local_range or os.environ.get("ROS_LOCALHOST_ONLY") == "1" else AUTO
 
 
 class Place:
-    """A participant in a domain; `interface`: a network interface's name, 'lo', or 'auto' for Cyclone's choice.
+    """A participant in a DDS domain.
 
-    What CYCLONEDDS_URI says goes on top. UserError when DDS cannot be opened so.
+    `interface` is a network interface's name, 'lo', or 'auto' for Cyclone's choice. Settings in
+    CYCLONEDDS_URI are applied on top. Raises UserError when DDS cannot be opened that way.
     """
 
     def __init__(self, number: int, interface: str) -> None:
-        given = os.environ.get(CONFIGURATION, "")
+        user_config = os.environ.get(CONFIGURATION, "")
         self._domain: Any = None
         try:
             if interface != AUTO:
-                own = _LOCAL if interface == LOOPBACK else _ONE.format(interface)
-                self._domain = Domain(number, ",".join(filter(None, (own, given))))
+                config = _LOCAL if interface == LOOPBACK else _SINGLE_INTERFACE.format(interface)
+                self._domain = Domain(number, ",".join(filter(None, (config, user_config))))
             self.participant = DomainParticipant(number, Qos(Policy.Userdata(ENCLAVE)))
         except DDSException:
             raise UserError(
@@ -53,6 +54,6 @@ class Place:
         self.gid: bytes = self.participant.guid.bytes
 
     def close(self) -> None:
-        """Leave; all that was made in it goes too."""
+        """Delete the participant and all entities created in it."""
         self.participant = None
         self._domain = None

@@ -1,4 +1,4 @@
-"""One topic from DDS to Zenoh: one DDS reader, and a Zenoh publisher for each DDS writer."""
+"""A route for one topic from DDS to Zenoh: one DDS reader, and a Zenoh publisher for each DDS writer."""
 
 from __future__ import annotations
 
@@ -21,76 +21,87 @@ from chefbot.ros2.rmw.qos import BEST_EFFORT, DEFAULT, RELIABLE, TRANSIENT_LOCAL
 from chefbot.ros2.rmw.qos_matching import ask_for
 
 AT_ONCE = 64
-"""Samples that one topic may hand over before another has its turn."""
+"""Maximum number of samples copied per turn, so that other topics are not delayed."""
 _PLAIN = HEADER[:2]
 _ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 
 
 class Inward:
-    """The reader is there while somebody on Zenoh listens, whether or not anybody on DDS speaks: so it is seen.
+    """A route from DDS to Zenoh.
 
-    `waiting`: what wakes the bridge when samples have come.
+    The DDS reader exists while there is a subscriber on Zenoh, even without a DDS writer, so that ROS 2 tools
+    see it. `dds` holds the participant, the DDS topic and the wait set that wakes the bridge for new samples.
     """
 
     def __init__(
-        self, place: tuple[Any, Any, Any], ends: WireNode, name: str, kind: WireType, tally: Tally
+        self, dds: tuple[Any, Any, Any], node: WireNode, name: str, kind: WireType, tally: Tally
     ) -> None:
-        self._participant, self._topic, self._waiting = place
-        self._ends, self._name, self._kind, self._tally = ends, name, kind, tally
+        self._participant, self._topic, self._waitset = dds
+        self._node, self._name, self._kind, self._tally = node, name, kind, tally
         self._publishers: dict[int, Publisher[Any]] = {}
         self._reader: Any = None
         self._condition: Any = None
-        self._asked: QoS | None = None
+        self._qos: QoS | None = None
         self._unmatched: set[int] = set()
         self._early: deque[Any] = deque(maxlen=AT_ONCE)
-        """Samples whose writer's publisher has not been made yet: a goal is often said once, at once."""
+        """Samples whose publisher does not exist yet: a goal is often published once, right after its writer
+        appears."""
 
     @property
     def gid(self) -> bytes | None:
-        """Of the reader, while there is one."""
+        """GID of the DDS reader, if there is one."""
         return None if self._reader is None else self._reader.guid.bytes
 
-    def update(self, writers: Iterable[Remote], listeners: Iterable[Endpoint]) -> None:
-        """Who writes on DDS and who listens on Zenoh now."""
-        there = {one.handle: one for one in writers}
-        for handle in self._publishers.keys() - there.keys():
-            self._ends.drop(self._publishers.pop(handle))
-        for handle in there.keys() - self._publishers.keys():
-            qos = _told_depth(there[handle].qos)
-            self._publishers[handle] = self._ends.raw_publisher(self._name, self._kind, qos)
+    def update(self, writers: Iterable[Remote], subscribers: Iterable[Endpoint]) -> None:
+        """Update the publishers and the reader for the current DDS writers and Zenoh subscribers."""
+        # One publisher per DDS writer
+        current = {writer.handle: writer for writer in writers}
+        for handle in self._publishers.keys() - current.keys():
+            self._node.drop(self._publishers.pop(handle))
+        for handle in current.keys() - self._publishers.keys():
+            qos = _assume_depth(current[handle].qos)
+            self._publishers[handle] = self._node.raw_publisher(self._name, self._kind, qos)
+        # Publish the samples that arrived before their publisher existed
         for _ in range(len(self._early)):
-            self._hand_over(self._early.popleft(), known=True)
-        asked = [one.end.qos for one in listeners]
-        self._read(_reader_qos(asked, [one.qos for one in there.values()]) if asked else None)
+            self._publish_sample(self._early.popleft(), matched=True)
+        requested = [subscriber.end.qos for subscriber in subscribers]
+        self._set_reader(
+            _reader_qos(requested, [writer.qos for writer in current.values()]) if requested else None
+        )
 
     def close(self) -> None:
-        """Nobody is here any more."""
+        """Delete the DDS reader and the publishers."""
         self.update([], [])
 
     def copy(self) -> bool:
-        """Hand over what has come; whether there may be more."""
+        """Copy new samples to Zenoh; return whether there may be more."""
         if self._reader is None:
             return False
         samples = self._reader.take(AT_ONCE)
-        for one in samples:
-            if one.sample_info.valid_data:
-                self._hand_over(one)
+        for sample in samples:
+            if sample.sample_info.valid_data:
+                self._publish_sample(sample)
         return len(samples) == AT_ONCE
 
     def deaf(self) -> str:
-        """Why a writer that is there is not heard; empty if all are. To be asked now and then, not at once."""
+        """Return why an existing writer is not matched; empty if all are.
+
+        A writer counts as unmatched only if it was so at the previous call too; call it periodically.
+        """
         matched = set() if self._reader is None else set(self._reader.get_matched_publications())
         unmatched = set() if self._reader is None else self._publishers.keys() - matched
-        lasting, self._unmatched = unmatched & self._unmatched, unmatched
+        still_unmatched, self._unmatched = unmatched & self._unmatched, unmatched
         return (
-            "a writer on DDS has other fields in its type, or other QoS, and is not heard" if lasting else ""
+            "a writer on DDS has other fields in its type, or other QoS, and is not heard"
+            if still_unmatched
+            else ""
         )
 
-    def _hand_over(self, sample: Any, *, known: bool = False) -> None:
-        """`known`: whoever is there has a publisher by now."""
+    def _publish_sample(self, sample: Any, *, matched: bool = False) -> None:
+        """Publish one sample; with `matched` all current writers have their publishers."""
         publisher = self._publishers.get(sample.sample_info.publication_handle)
         cdr = sample.cdr
-        if publisher is None and not known:
+        if publisher is None and not matched:
             self._early.append(sample)
         elif publisher is None:
             self._tally.add(f"{self._name}: its writer on DDS is gone, or of another type")
@@ -99,31 +110,33 @@ class Inward:
                 f"{self._name}: a message from DDS that is not little-endian CDR of the first version"
             )
         else:
-            # Cyclone notes the padding at the end in the header's last byte; ROS 2 has zero there
+            # Cyclone stores the length of the trailing padding in the header's last byte; ROS 2 has zero there
             publisher.publish_cdr(cdr if cdr[:4] == HEADER else HEADER + cdr[4:])
 
-    def _read(self, asked: QoS | None) -> None:
-        if asked == self._asked:
+    def _set_reader(self, qos: QoS | None) -> None:
+        if qos == self._qos:
             return
         if self._reader is not None:
-            self._waiting.detach(self._condition)
+            self._waitset.detach(self._condition)
             self._condition = self._reader = None
-        self._asked = asked
-        if asked is not None:
-            self._reader = DataReader(self._participant, self._topic, to_dds(asked, self._kind.hash))
+        self._qos = qos
+        if qos is not None:
+            self._reader = DataReader(self._participant, self._topic, to_dds(qos, self._kind.hash))
             self._condition = ReadCondition(self._reader, _ANY)
-            self._waiting.attach(self._condition)
+            self._waitset.attach(self._condition)
 
 
-def _reader_qos(asked: list[QoS], offered: list[QoS]) -> QoS:
-    """What the listeners ask for, or as much of it as all writers there offer: nobody is left unheard.
+def _reader_qos(requested: list[QoS], offered: list[QoS]) -> QoS:
+    """Return the QoS that the subscribers request, weakened to what all existing writers offer.
 
-    Without reason it does not change, since a reader made anew misses what is said meanwhile.
+    Thus no writer is left unmatched. It stays the same where possible, since a new reader misses the messages
+    published meanwhile.
     """
-    least = ask_for(offered)
-    reliable = any(one.reliable for one in asked) and least.reliable
-    latched = any(one.latched for one in asked) and (least.latched or not offered)
-    depth = max(AT_ONCE, *(one.depth for one in asked))  # room for a moment in which the bridge has no turn
+    offer = ask_for(offered)
+    reliable = any(qos.reliable for qos in requested) and offer.reliable
+    latched = any(qos.latched for qos in requested) and (offer.latched or not offered)
+    # deep enough to buffer samples while the bridge serves other topics
+    depth = max(AT_ONCE, *(qos.depth for qos in requested))
     return QoS(
         reliability=RELIABLE if reliable else BEST_EFFORT,
         durability=TRANSIENT_LOCAL if latched else VOLATILE,
@@ -131,6 +144,6 @@ def _reader_qos(asked: list[QoS], offered: list[QoS]) -> QoS:
     )
 
 
-def _told_depth(qos: QoS) -> QoS:
-    """DDS tells nobody how much a writer keeps; for latched topics what is usual is assumed."""
+def _assume_depth(qos: QoS) -> QoS:
+    """Return the QoS with at least the default depth; DDS does not announce a writer's history depth."""
     return QoS(reliability=qos.reliability, durability=qos.durability, depth=max(qos.depth, DEFAULT.depth))

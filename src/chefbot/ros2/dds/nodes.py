@@ -1,4 +1,4 @@
-"""Nodes on DDS: ROS 2 has one topic on which each participant tells which node has which ends."""
+"""ROS 2 nodes on DDS: each participant publishes which node has which endpoints, on one topic."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ TOPIC = "ros_discovery_info"
 
 
 class Nodes:
-    """Tells of nodes; what was told last is there for latecomers."""
+    """Publishes the nodes of the Zenoh side; the last message is latched for late-joining subscribers."""
 
     def __init__(self, participant: Any) -> None:
         self._gid = _gid(participant.guid.bytes)
         self._kind = sample_type(ParticipantEntitiesInfo)
         topic = Topic(participant, TOPIC, self._kind)
         self._writer: Any = DataWriter(participant, topic, to_dds_writer(LATCHED))
-        self._told = b""
+        self._published = b""
 
     def tell(
         self,
@@ -34,20 +34,23 @@ class Nodes:
         readers: Mapping[str, Iterable[bytes]],
         writers: Mapping[str, Iterable[bytes]],
     ) -> None:
-        """`readers` and `writers`: full names of nodes to GIDs of what they have. Nothing new is not told again."""
-        names = dict.fromkeys((one.namespace, one.name, one.full_name) for one in nodes)
+        """Publish the nodes and their endpoints, if anything has changed.
+
+        `readers` and `writers` map full node names to the GIDs of their endpoints.
+        """
+        names = dict.fromkeys((node.namespace, node.name, node.full_name) for node in nodes)
         entries = tuple(
             NodeEntitiesInfo(namespace, name, _gids(readers.get(full, ())), _gids(writers.get(full, ())))
             for namespace, name, full in sorted(names)
         )
-        told = ParticipantEntitiesInfo(self._gid, entries).to_cdr()
-        if told != self._told:
-            self._told = told
-            self._writer.write(sample(self._kind, told))
+        data = ParticipantEntitiesInfo(self._gid, entries).to_cdr()
+        if data != self._published:
+            self._published = data
+            self._writer.write(sample(self._kind, data))
 
 
-def _gids(them: Iterable[bytes]) -> tuple[Gid, ...]:
-    return tuple(_gid(one) for one in sorted(them))
+def _gids(gids: Iterable[bytes]) -> tuple[Gid, ...]:
+    return tuple(_gid(gid) for gid in sorted(gids))
 
 
 def _gid(data: bytes) -> Gid:

@@ -1,4 +1,4 @@
-"""One topic from Zenoh to DDS: a DDS writer stands for each publisher."""
+"""A route for one topic from Zenoh to DDS, with a DDS writer for each publisher."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from chefbot.ros2.rmw.qos_matching import ask_for
 from chefbot.ros2.rmw.subscription import Subscription
 
 EARLY = 16
-"""Messages kept of publishers whose tokens have not come yet: a latched one is often said at once and never again."""
+"""Messages kept for publishers whose tokens have not arrived yet: a latched one is often published only once."""
 
 ALIGNMENT = 4
-"""Bytes; of DDS submessages."""
+"""Alignment of DDS submessages, bytes."""
 _REFUSALS = {
     DDSException.DDS_RETCODE_BAD_PARAMETER: "not CDR of its type, DDS does not take it",
     DDSException.DDS_RETCODE_TIMEOUT: "a listener on DDS is too slow, it is lost there",
@@ -35,66 +35,74 @@ _REFUSALS = {
 
 
 class Outward:
-    """A writer a publisher keeps QoS and latched messages each publisher's own, and shows whose it is.
+    """A route from Zenoh to DDS.
 
-    Zenoh is listened to only while somebody on DDS does, or where something is latched.
+    One writer per publisher preserves each publisher's QoS and latched messages, and shows its node. The
+    topic is subscribed to on Zenoh only while there is a DDS reader, or for latched topics.
     """
 
-    def __init__(self, participant: Any, topic: Any, ends: WireNode, name: str, kind: type[Message]) -> None:
-        self._participant, self._topic, self._ends = participant, topic, ends
+    def __init__(self, participant: Any, topic: Any, node: WireNode, name: str, kind: type[Message]) -> None:
+        self._participant, self._topic, self._node = participant, topic, node
         self._name, self._kind, self._wire_type = name, kind, WireType.of(kind)
         self._writers: dict[bytes, Any] = {}
         self._owners: dict[bytes, str] = {}
         self._early: deque[tuple[bytes, Attachment]] = deque(maxlen=EARLY)
         self._lock = threading.Lock()
-        self._heard: Subscription | None = None
+        self._subscription: Subscription | None = None
 
     def gids(self) -> list[tuple[str, bytes]]:
-        """The full name of a publisher's node and the GID of its writer on DDS, for each."""
-        return [(self._owners[one], writer.guid.bytes) for one, writer in self._writers.items()]
+        """Return the full node name of each publisher with the GID of its DDS writer."""
+        return [(self._owners[gid], writer.guid.bytes) for gid, writer in self._writers.items()]
 
-    def update(self, publishers: Iterable[Endpoint], wanted: bool) -> None:
-        """Who publishes now, and whether somebody on DDS listens."""
-        there = {one.gid: one for one in publishers}
+    def update(self, publishers: Iterable[Endpoint], has_readers: bool) -> None:
+        """Update the writers for the current publishers.
+
+        The topic is subscribed to on Zenoh if it has readers on DDS, or is latched.
+        """
+        # One DDS writer per publisher
+        current = {publisher.gid: publisher for publisher in publishers}
         with self._lock:
-            for gid in self._writers.keys() - there.keys():
+            for gid in self._writers.keys() - current.keys():
                 del self._writers[gid], self._owners[gid]
-            for gid in there.keys() - self._writers.keys():
-                qos = to_dds_writer(there[gid].end.qos, self._wire_type.hash)
+            for gid in current.keys() - self._writers.keys():
+                qos = to_dds_writer(current[gid].end.qos, self._wire_type.hash)
                 self._writers[gid] = DataWriter(self._participant, self._topic, qos)
-                self._owners[gid] = there[gid].node.full_name
+                self._owners[gid] = current[gid].node.full_name
         self._flush()
-        offer = ask_for(one.end.qos for one in there.values())
-        self._listen(bool(there) and (wanted or offer.latched), offer)
+        offer = ask_for(publisher.end.qos for publisher in current.values())
+        self._set_subscription(bool(current) and (has_readers or offer.latched), offer)
 
     def close(self) -> None:
-        """Nobody publishes here any more."""
+        """Delete the writers and the subscription."""
         self.update([], False)
 
-    def _listen(self, wish: bool, offer: Any) -> None:
-        if self._heard is not None and (not wish or self._heard.qos != offer):
-            self._ends.drop(self._heard)
-            self._heard = None
-        if wish and self._heard is None:
-            buffered = has_byte_array(self._kind) and not offer.latched
-            self._heard = self._ends.raw_subscription(
-                self._name, self._wire_type, self._receive, offer, buffered=buffered
+    def _set_subscription(self, subscribed: bool, qos: Any) -> None:
+        if self._subscription is not None and (not subscribed or self._subscription.qos != qos):
+            self._node.drop(self._subscription)
+            self._subscription = None
+        if subscribed and self._subscription is None:
+            buffered = has_byte_array(self._kind) and not qos.latched
+            self._subscription = self._node.raw_subscription(
+                self._name, self._wire_type, self._receive, qos, buffered=buffered
             )
 
     def _flush(self) -> None:
-        """What came before its publisher was known."""
+        """Forward the messages that arrived before their publisher was known."""
         for _ in range(len(self._early)):
-            with contextlib.suppress(WireError, CdrError):  # one that never was a message of this type
+            with contextlib.suppress(WireError, CdrError):  # it was no valid message of this type
                 self._receive(*self._early.popleft())
 
     def _receive(self, cdr: bytes, attachment: Attachment) -> None:
-        """In Zenoh's thread; WireError or CdrError, which the subscription counts, when DDS does not take it."""
+        """Write a message to DDS; called in a Zenoh thread.
+
+        Raises WireError or CdrError, which the subscription counts, when DDS does not accept it.
+        """
         with self._lock:
             writer = self._writers.get(attachment.gid)
             if writer is None:
                 self._early.append((cdr, attachment))
                 return
-        if len(cdr) % ALIGNMENT:  # Cyclone fills it up with zeros: what was cut off would not be missed
+        if len(cdr) % ALIGNMENT:  # Cyclone pads with zeros and would hide a truncated message
             self._kind.from_cdr(cdr)
         try:
             writer.write(sample(writer.data_type, cdr), attachment.stamp_ns)

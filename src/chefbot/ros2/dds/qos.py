@@ -1,4 +1,4 @@
-"""QoS of Zenoh's tokens as DDS has it, and back; with what ROS 2 writes into a DDS endpoint's user data."""
+"""Conversion of QoS between Zenoh tokens and DDS, and the type hash in a DDS endpoint's user data."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from chefbot.ros2.rmw.qos import (
 )
 
 BLOCKING_NS = 10_000_000
-"""A listener on DDS that acknowledges nothing delays the others no longer than this, for each message."""
+"""Maximum time that a DDS reader without acknowledgements delays the others, per message, ns."""
 _TYPE_HASH = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
 _NO_LIMIT = -1
 
 
 def to_dds(qos: QoS, type_hash: str = "") -> Qos:
-    """QoS of a reader or writer; `type_hash` goes into its user data (rmw_dds_common qos.cpp).
+    """Return the DDS QoS of a reader or writer; `type_hash` goes into its user data (rmw_dds_common qos.cpp).
 
-    Samples are CDR of the first version, as ROS 2's, and never come back to this very participant.
+    Samples are CDR of the first version, like ROS 2's, and are never delivered to this same participant.
     """
     history = (
         Policy.History.KeepAll if qos.history == KEEP_ALL else Policy.History.KeepLast(max(1, qos.depth))
@@ -47,15 +47,15 @@ def to_dds(qos: QoS, type_hash: str = "") -> Qos:
 
 
 def to_dds_writer(qos: QoS, type_hash: str = "") -> Qos:
-    """As `to_dds`, with what only a writer has: how long a message is worth something, what latecomers get."""
-    made = to_dds(qos, type_hash) + Qos(Policy.Lifespan(_ns(qos.lifespan)))
+    """Return the DDS QoS of a writer, with lifespan and the history for late-joining readers."""
+    writer_qos = to_dds(qos, type_hash) + Qos(Policy.Lifespan(_ns(qos.lifespan)))
     if qos.latched:
-        made += Qos(Policy.DurabilityService(0, made[Policy.History.KeepLast], *[_NO_LIMIT] * 3))
-    return made
+        writer_qos += Qos(Policy.DurabilityService(0, writer_qos[Policy.History.KeepLast], *[_NO_LIMIT] * 3))
+    return writer_qos
 
 
 def from_dds(qos: Qos) -> QoS:
-    """What a discovered endpoint offers or asks for; it does not tell its history."""
+    """Return the QoS that a discovered endpoint offers or requests; its history is not announced."""
     reliability, durability = qos[Policy.Reliability], qos[Policy.Durability.Volatile]
     history = qos[Policy.History.KeepLast]
     return QoS(
@@ -67,12 +67,12 @@ def from_dds(qos: Qos) -> QoS:
 
 
 def type_hash_of(qos: Qos) -> str:
-    """'RIHS01_...' from an endpoint's user data; empty if it tells none, as Humble's."""
+    """Return 'RIHS01_...' from an endpoint's user data; empty if it has none, as with Humble."""
     data = qos[Policy.Userdata]
-    found = None if data is None else _TYPE_HASH.search(data.data)
-    return found.group(1).decode() if found else ""
+    match = None if data is None else _TYPE_HASH.search(data.data)
+    return match.group(1).decode() if match else ""
 
 
 def _ns(span: Span) -> int:
-    """Infinite is 2^63 - 1 ns both in rmw and in DDS."""
+    """Convert a duration to ns; infinity is 2^63 - 1 ns both in rmw and in DDS."""
     return min(span.sec * 1_000_000_000 + span.nanosec, 2**63 - 1)

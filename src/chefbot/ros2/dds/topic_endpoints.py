@@ -1,4 +1,4 @@
-"""Who meets on a topic, on both sides, and of which type they are."""
+"""The endpoints of a topic on both sides of the bridge, and their types."""
 
 from __future__ import annotations
 
@@ -15,91 +15,100 @@ from chefbot.ros2.rmw.session import Wire
 
 
 class Crowd(NamedTuple):
-    """All ends of one topic but the bridge's own."""
+    """All endpoints of one topic except the bridge's own."""
 
     publishers: tuple[Endpoint, ...] = ()
-    """On Zenoh."""
+    """Publishers on Zenoh."""
     listeners: tuple[Endpoint, ...] = ()
-    """On Zenoh."""
+    """Subscriptions on Zenoh."""
     writers: tuple[Remote, ...] = ()
-    """On DDS."""
+    """Writers on DDS."""
     readers: tuple[Remote, ...] = ()
-    """On DDS."""
+    """Readers on DDS."""
 
     @property
     def types(self) -> list[WireType]:
-        """Each once, Zenoh's first: there are the robot's."""
-        ours = [one.end.type for one in (*self.publishers, *self.listeners)]
-        return list(dict.fromkeys([*ours, *(one.type for one in (*self.writers, *self.readers))]))
+        """The distinct types of the endpoints; those on Zenoh, the robot's, come first."""
+        zenoh = [endpoint.end.type for endpoint in (*self.publishers, *self.listeners)]
+        return list(dict.fromkeys([*zenoh, *(remote.type for remote in (*self.writers, *self.readers))]))
 
     def of_type(self, kind: WireType) -> Crowd:
-        """Those who have this type, or on DDS at least its name and no hash."""
+        """Return the endpoints of a type; DDS endpoints without a hash match by name."""
         return Crowd(
-            tuple(one for one in self.publishers if one.end.type == kind),
-            tuple(one for one in self.listeners if one.end.type == kind),
-            tuple(one for one in self.writers if same(one.type, kind)),
-            tuple(one for one in self.readers if same(one.type, kind)),
+            tuple(publisher for publisher in self.publishers if publisher.end.type == kind),
+            tuple(subscriber for subscriber in self.listeners if subscriber.end.type == kind),
+            tuple(writer for writer in self.writers if same(writer.type, kind)),
+            tuple(reader for reader in self.readers if same(reader.type, kind)),
         )
 
 
 def gather(wire: Wire, discovery: Discovery) -> dict[str, Crowd]:
-    """By topic; hidden ones, which are the inside of actions and tools, are left alone."""
-    named = wire.graph.topics()
+    """Return the endpoints of each topic by name.
+
+    Hidden topics, which belong to actions and tools, are left out.
+    """
+    zenoh = wire.graph.topics()
     writers, readers = _by_topic(discovery.remotes(writing=True)), _by_topic(discovery.remotes(writing=False))
-    found = {}
-    for name in sorted(named.keys() | writers.keys() | readers.keys()):
+    topics = {}
+    for name in sorted(zenoh.keys() | writers.keys() | readers.keys()):
         if "/_" not in name:
-            ends = named.get(name)
-            publishers = _others(ends.givers, wire) if ends else ()
-            listeners = _others(ends.takers, wire) if ends else ()
-            found[name] = Crowd(
-                publishers, listeners, tuple(writers.get(name, ())), tuple(readers.get(name, ()))
+            endpoints = zenoh.get(name)
+            publishers = _without_own(endpoints.givers, wire) if endpoints else ()
+            subscribers = _without_own(endpoints.takers, wire) if endpoints else ()
+            topics[name] = Crowd(
+                publishers, subscribers, tuple(writers.get(name, ())), tuple(readers.get(name, ()))
             )
-    return found
+    return topics
 
 
-def choose_type(crowd: Crowd) -> tuple[type[Message] | None, str]:
-    """The type in which the topic is copied, None if there is none; and what is not copied, and why."""
-    known = [(kind, own) for kind in crowd.types if (own := _known(kind)) is not None]
-    others = [one.name for one in crowd.types if not known or not same(one, known[0][0])]
+def choose_type(endpoints: Crowd) -> tuple[type[Message] | None, str]:
+    """Return the type in which a topic is bridged, None if there is none.
+
+    The second value says what is not bridged and why; empty if everything is.
+    """
+    known = [(kind, message) for kind in endpoints.types if (message := _message_class(kind)) is not None]
+    others = [kind.name for kind in endpoints.types if not known or not same(kind, known[0][0])]
     if not known:
         return None, f"chefbot has no definition of {' or '.join(dict.fromkeys(others))} in this version"
-    chosen, own = known[0]
+    chosen, message = known[0]
     if not others:
-        return own, ""
-    return own, f"copied as {chosen.name} only; some have {' and '.join(others)}, or another version of it"
+        return message, ""
+    return (
+        message,
+        f"copied as {chosen.name} only; some have {' and '.join(others)}, or another version of it",
+    )
 
 
-def unheard(crowd: Crowd) -> str:
-    """Which publishers a reader on DDS cannot hear and why; empty if all are heard."""
+def unheard(endpoints: Crowd) -> str:
+    """Return which publishers a DDS reader cannot match and why; empty if all match."""
     reasons = {
         f"{publisher.node.full_name} is not heard by a reader on DDS: {reason}"
-        for publisher in crowd.publishers
-        for reader in crowd.readers
+        for publisher in endpoints.publishers
+        for reader in endpoints.readers
         for reason in incompatible(publisher.end.qos, reader.qos)
     }
     return "; ".join(sorted(reasons))
 
 
-def same(one: WireType, other: WireType) -> bool:
-    """Equal, where both tell a hash."""
-    return one.name == other.name and (one.hash == other.hash or not (one.hash and other.hash))
+def same(first: WireType, second: WireType) -> bool:
+    """Return whether two types have the same name and, where both have a hash, the same hash."""
+    return first.name == second.name and (first.hash == second.hash or not (first.hash and second.hash))
 
 
-def _known(kind: WireType) -> type[Message] | None:
+def _message_class(kind: WireType) -> type[Message] | None:
     try:
-        own = message_type(kind.name)
+        message = message_type(kind.name)
     except KeyError:
         return None
-    return own if same(WireType.of(own), kind) else None
+    return message if same(WireType.of(message), kind) else None
 
 
-def _others(ends: Iterable[Endpoint], wire: Wire) -> tuple[Endpoint, ...]:
-    return tuple(one for one in ends if one.node.zid != wire.zid)
+def _without_own(endpoints: Iterable[Endpoint], wire: Wire) -> tuple[Endpoint, ...]:
+    return tuple(endpoint for endpoint in endpoints if endpoint.node.zid != wire.zid)
 
 
 def _by_topic(remotes: Iterable[Remote]) -> dict[str, list[Remote]]:
     found: dict[str, list[Remote]] = {}
-    for one in remotes:
-        found.setdefault(one.topic, []).append(one)
+    for remote in remotes:
+        found.setdefault(remote.topic, []).append(remote)
     return found

@@ -1,7 +1,7 @@
-"""Message types as Cyclone DDS wants them, generated from our own definitions; samples stay bytes.
+"""Message types for Cyclone DDS, generated from our own definitions; samples stay CDR bytes.
 
-Cyclone checks every sample that is written against a description of its type, in C. Its Python serializer, which
-takes a tenth of a second for a picture, is never called: a sample here is its CDR bytes.
+Cyclone checks every written sample against a description of its type, in C. Its Python serializer, which
+takes a tenth of a second for an image, is never called.
 """
 
 from __future__ import annotations
@@ -20,34 +20,35 @@ _PRIMITIVES = {
     "int16": types.int16, "uint16": types.uint16, "int32": types.int32, "uint32": types.uint32,
     "int64": types.int64, "uint64": types.uint64, "float32": types.float32, "float64": types.float64,
 }  # fmt: skip
-"""A byte is uint8, as rmw_cyclonedds (dyntype.cpp) and rmw_fastrtps (TypeSupport_impl.cpp) tell it: DDS compares."""
+"""IDL types by ROS name. byte is uint8, as in rmw_cyclonedds (dyntype.cpp) and rmw_fastrtps
+(TypeSupport_impl.cpp), because DDS compares types."""
 
 
 @cache
 def sample_type(kind: type[Message]) -> type[Any]:
-    """The DDS type of a message; an instance has its CDR bytes as `cdr` and nothing else."""
-    made = idl_struct(kind)
-    made.serialize = _written
-    made.deserialize = classmethod(sample)
-    made.deserialize_key = classmethod(sample)
-    return made
+    """Return the DDS type of a message; an instance holds only its CDR bytes, as `cdr`."""
+    dds_type = idl_struct(kind)
+    dds_type.serialize = _serialize
+    dds_type.deserialize = classmethod(sample)
+    dds_type.deserialize_key = classmethod(sample)
+    return dds_type
 
 
 def sample(kind: Any, cdr: bytes) -> Any:
-    """A sample of a type that `sample_type` made."""
-    made = kind.__new__(kind)
-    made.cdr = cdr
-    return made
+    """Create a sample of a type returned by `sample_type` from CDR bytes."""
+    instance = kind.__new__(kind)
+    instance.cdr = cdr
+    return instance
 
 
-def _written(one: Any, **_: Any) -> bytes:
-    """In place of Cyclone's serializer, which is asked for one version or the other."""
-    return bytes(one.cdr)
+def _serialize(instance: Any, **_: Any) -> bytes:
+    """Return the CDR bytes; replaces Cyclone's serializer, which is called with the CDR version."""
+    return bytes(instance.cdr)
 
 
 @cache
 def idl_struct(kind: type[Message]) -> type[Any]:
-    """A plain IDL struct of the same name and fields (OMG DDS-XTypes; ROS names it `pkg::msg::dds_::Name_`)."""
+    """Return an IDL struct of the same name and fields (OMG DDS-XTypes; ROS uses `pkg::msg::dds_::Name_`)."""
     name = WireType(ros_type(kind), "").dds
     fields = {field.name: _idl_field(field) for field in fields_of(kind)}
     return make_idl_struct(name.rpartition("::")[2], name, fields)

@@ -1,1 +1,1 @@
-"""Publishers, subscriptions, services and actions by rmw_zenoh's protocol over Eclipse Zenoh."""
+"""Publishers, subscriptions, services and actions over Eclipse Zenoh, compatible with rmw_zenoh."""

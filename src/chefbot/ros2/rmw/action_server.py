@@ -1,6 +1,6 @@
-"""A server of an action as ROS 2 clients expect it: three services and two topics.
+"""An action server as ROS 2 clients expect it: three services and two topics.
 
-What clients of other distributions define differently (`msgs.editions`) is served in their form beside ours.
+Actions that other distributions define differently (`msgs.editions`) are also served in those versions.
 """
 
 from __future__ import annotations
@@ -44,27 +44,28 @@ from chefbot.ros2.rmw.service import Call
 Edition = Action[Any, Any, Any]
 ENDED = (STATUS_SUCCEEDED, STATUS_CANCELED, STATUS_ABORTED)
 KEPT = 16
-"""Ended goals whose results may still be asked for."""
+"""Number of finished goals whose results can still be requested."""
 CANCELABLE = (STATUS_ACCEPTED, STATUS_EXECUTING)
 OnGoal = Callable[[UUID, Any], bool]
 OnCancel = Callable[[UUID], bool]
 
 
 class _Goal:
-    """A goal and who waits for its result."""
+    """A goal with its status, its result and the pending result requests."""
 
     def __init__(self, info: GoalInfo) -> None:
         self.info = info
         self.status = STATUS_ACCEPTED
         self.result: Message | None = None
-        self.waiting: list[Callable[[int, Message], None]] = []
+        self.pending: list[Callable[[int, Message], None]] = []
 
 
 class ActionServer:
-    """Serves an action under `name`.
+    """A server of the action `name`.
 
-    `on_goal(goal_id, goal)` says whether it is accepted, `on_cancel(goal_id)` whether it will be given up; both
-    run in Zenoh's thread and must return at once. Then call `feedback`, and in the end `finish`, from any thread.
+    `on_goal(goal_id, goal)` returns whether the goal is accepted, `on_cancel(goal_id)` whether it will be
+    canceled; both run in a Zenoh thread and must return at once. After that, call `feedback` and finally
+    `finish`, from any thread.
     """
 
     def __init__(
@@ -75,60 +76,71 @@ class ActionServer:
         self._goals: dict[bytes, _Goal] = {}
         self._lock = threading.RLock()
         base = f"{name}/_action/"
-        forms = (action, *editions(action.ros_name))
+        versions = (action, *editions(action.ros_name))
         self._feedback = [
-            (one.feedback, node.publisher(base + "feedback", one.feedback_message), one.feedback_message)
-            for one in _each_once(forms, lambda one: type_hash(one.feedback_message))
+            (
+                version.feedback,
+                node.publisher(base + "feedback", version.feedback_message),
+                version.feedback_message,
+            )
+            for version in _distinct(versions, lambda version: type_hash(version.feedback_message))
         ]
         self._status = node.publisher(base + "status", GoalStatusArray, LATCHED)
-        for one in _each_once(forms, lambda one: one.send_goal_service.type_hash):
-            node.server(base + "send_goal", one.send_goal_service, partial(self._send_goal, one))
-        for one in _each_once(forms, lambda one: one.get_result_service.type_hash):
-            node.server(base + "get_result", one.get_result_service, partial(self._get_result, one))
+        for version in _distinct(versions, lambda version: version.send_goal_service.type_hash):
+            node.server(base + "send_goal", version.send_goal_service, partial(self._send_goal, version))
+        for version in _distinct(versions, lambda version: version.get_result_service.type_hash):
+            node.server(base + "get_result", version.get_result_service, partial(self._get_result, version))
         node.server(base + "cancel_goal", CancelGoal, self._cancel_goal)
 
     def feedback(self, goal_id: UUID, feedback: Message) -> None:
-        """How it goes."""
+        """Publish feedback on a goal in every version of the action."""
         for kind, publisher, wrap in self._feedback:
             publisher.publish(wrap(goal_id, convert(feedback, kind)))
 
     def begin(self, goal_id: UUID) -> None:
-        """Work has begun; also for goals that did not come over the wire, so that others see them."""
+        """Mark a goal as executing and publish its status.
+
+        Goals that did not come over the network can be marked too, so that other nodes see them.
+        """
         with self._lock:
             self._goals.setdefault(goal_id.key, _Goal(GoalInfo(goal_id, _now()))).status = STATUS_EXECUTING
-        self._tell()
+        self._publish_status()
 
     def finish(self, goal_id: UUID, status: int, result: Message) -> None:
-        """How it ended: succeeded, canceled or aborted. Those who wait get the result."""
+        """Set the final status (succeeded, canceled or aborted) and result of a goal.
+
+        Pending result requests are answered.
+        """
         with self._lock:
             goal = self._goals.setdefault(goal_id.key, _Goal(GoalInfo(goal_id, _now())))
             goal.status, goal.result = status, result
-            waiting, goal.waiting = goal.waiting, []
-            self._forget_old()
-        for answer in waiting:
-            answer(status, result)
-        self._tell()
+            pending, goal.pending = goal.pending, []
+            self._prune_finished()
+        for respond in pending:
+            respond(status, result)
+        self._publish_status()
 
-    def _send_goal(self, form: Edition, call: Call[Any, Any]) -> None:
+    def _send_goal(self, version: Edition, call: Call[Any, Any]) -> None:
         goal_id: UUID = call.request.goal_id
         with self._lock:
+            # The id is reserved before the callback, which runs without the lock
             new = goal_id.key not in self._goals
             info = self._goals.setdefault(goal_id.key, _Goal(GoalInfo(goal_id, _now()))).info
         accepted = new and self._on_goal(goal_id, convert(call.request.goal, self.action.goal))
         if new and not accepted:
             with self._lock:
                 del self._goals[goal_id.key]
-        call.answer(form.send_goal_service.response(accepted, info.stamp))
-        self._tell()
+        call.answer(version.send_goal_service.response(accepted, info.stamp))
+        self._publish_status()
 
-    def _get_result(self, form: Edition, call: Call[Any, Any]) -> None:
+    def _get_result(self, version: Edition, call: Call[Any, Any]) -> None:
         def answer(status: int, result: Message) -> None:
-            call.answer(form.get_result_service.response(status, convert(result, form.result)))
+            call.answer(version.get_result_service.response(status, convert(result, version.result)))
 
         with self._lock:
             goal = self._goals.get(call.request.goal_id.key)
             if goal is not None and goal.result is None:
-                goal.waiting.append(answer)
+                goal.pending.append(answer)
                 return
         if goal is None or goal.result is None:
             answer(STATUS_UNKNOWN, self.action.result())
@@ -136,51 +148,59 @@ class ActionServer:
             answer(goal.status, goal.result)
 
     def _cancel_goal(self, call: Call[Any, Any]) -> None:
-        """What is meant and answered is as rcl_action has it (`rcl_action_process_cancel_request`)."""
-        asked: GoalInfo = call.request.goal_info
+        """Handle a cancel request with the rules of rcl_action (`rcl_action_process_cancel_request`)."""
+        requested: GoalInfo = call.request.goal_info
         with self._lock:
-            chosen = [one for one in self._goals.values() if _is_meant(asked, one)]
-            known = asked.goal_id.key in self._goals
-        given_up = [one for one in chosen if self._on_cancel(one.info.goal_id)]
+            matching = [goal for goal in self._goals.values() if _matches(requested, goal)]
+            exists = requested.goal_id.key in self._goals
+        # The callback decides for each goal, without the lock
+        canceling = [goal for goal in matching if self._on_cancel(goal.info.goal_id)]
         with self._lock:
-            for one in given_up:
-                if one.status in CANCELABLE:
-                    one.status = STATUS_CANCELING
-        code = CANCEL_REJECTED if chosen and not given_up else CANCEL_NONE
-        if not chosen and _is_one(asked):
-            code = CANCEL_GOAL_TERMINATED if known else CANCEL_UNKNOWN_GOAL
-        call.answer(CancelGoal_Response(code, tuple(one.info for one in given_up)))
-        self._tell()
+            for goal in canceling:
+                if goal.status in CANCELABLE:
+                    goal.status = STATUS_CANCELING
+        # Error codes of action_msgs/srv/CancelGoal
+        code = CANCEL_REJECTED if matching and not canceling else CANCEL_NONE
+        if not matching and _is_single_goal(requested):
+            code = CANCEL_GOAL_TERMINATED if exists else CANCEL_UNKNOWN_GOAL
+        call.answer(CancelGoal_Response(code, tuple(goal.info for goal in canceling)))
+        self._publish_status()
 
-    def _tell(self) -> None:
+    def _publish_status(self) -> None:
         with self._lock:
-            status = tuple(GoalStatus(one.info, one.status) for one in self._goals.values())
+            status = tuple(GoalStatus(goal.info, goal.status) for goal in self._goals.values())
             self._status.publish(GoalStatusArray(status))
 
-    def _forget_old(self) -> None:
-        ended = [key for key, one in self._goals.items() if one.status in ENDED]
+    def _prune_finished(self) -> None:
+        ended = [key for key, goal in self._goals.items() if goal.status in ENDED]
         for key in ended[:-KEPT]:
             del self._goals[key]
 
 
-def _is_one(asked: GoalInfo) -> bool:
-    """Whether a single goal is named: an id and no time."""
-    return bool(np.any(asked.goal_id.uuid)) and asked.stamp.ns == 0
+def _is_single_goal(requested: GoalInfo) -> bool:
+    """Return whether the cancel request names a single goal: an id and a zero stamp."""
+    return bool(np.any(requested.goal_id.uuid)) and requested.stamp.ns == 0
 
 
-def _is_meant(asked: GoalInfo, goal: _Goal) -> bool:
-    """Neither id nor time means all, a time those accepted until then, an id that one too."""
+def _matches(requested: GoalInfo, goal: _Goal) -> bool:
+    """Return whether a cancel request covers a goal that can be canceled.
+
+    A request without id and stamp covers all goals; a stamp covers the goals accepted up to then; an id
+    covers that goal too.
+    """
     if goal.status not in CANCELABLE:
         return False
-    if asked.goal_id.key == goal.info.goal_id.key:
+    if requested.goal_id.key == goal.info.goal_id.key:
         return True
-    nameless = not np.any(asked.goal_id.uuid)
-    return (nameless and asked.stamp.ns == 0) or (asked.stamp.ns > 0 and goal.info.stamp.ns <= asked.stamp.ns)
+    no_id = not np.any(requested.goal_id.uuid)
+    return (no_id and requested.stamp.ns == 0) or (
+        requested.stamp.ns > 0 and goal.info.stamp.ns <= requested.stamp.ns
+    )
 
 
-def _each_once(forms: tuple[Edition, ...], key: Callable[[Edition], str]) -> list[Edition]:
-    """One edition, the newest, of those whose part is the same on the wire."""
-    return list({key(one): one for one in reversed(forms)}.values())[::-1]
+def _distinct(versions: tuple[Edition, ...], key: Callable[[Edition], str]) -> list[Edition]:
+    """Return the newest version of each group with the same type hash."""
+    return list({key(version): version for version in reversed(versions)}.values())[::-1]
 
 
 def _now() -> Time:

@@ -1,4 +1,4 @@
-"""The 33 bytes beside every sample, request and reply: which one, when, from whom."""
+"""The 33-byte attachment of every sample, request and reply: sequence number, time stamp and GID."""
 
 from __future__ import annotations
 
@@ -7,44 +7,51 @@ from typing import NamedTuple
 
 from chefbot.ros2.rmw.errors import WireError
 
-_FORM = struct.Struct("<qqB16s")
+_FORMAT = struct.Struct("<qqB16s")
 _FIELDS = struct.Struct("<qqx16s")
-_GID_SIZE_AT = 16
-SIZE = _FORM.size
+_GID_SIZE_OFFSET = 16
+SIZE = _FORMAT.size
 GID_SIZE = 16
 
 
 class Attachment(NamedTuple):
-    """Of a topic: the publisher's; of a service: the client's, and a reply repeats number and gid."""
+    """Metadata of a sample, request or reply.
+
+    On a topic it describes the publisher; on a service the client, whose sequence number and GID the reply
+    repeats.
+    """
 
     sequence: int
-    """Counts from 1."""
+    """Sequence number, starting at 1."""
     stamp_ns: int
-    """System clock of the sender."""
+    """System clock of the sender, ns since the epoch."""
     gid: bytes
-    """16 bytes."""
+    """GID of the publisher or client, 16 bytes."""
 
     def pack(self) -> bytes:
-        """Its bytes."""
+        """Serialize the attachment to its 33 bytes."""
         return pack(*self)
 
 
 def pack(sequence: int, stamp_ns: int, gid: bytes) -> bytes:
-    """As Zenoh's serializer writes (int64, int64, bytes)."""
-    return _FORM.pack(sequence, stamp_ns, GID_SIZE, gid)
+    """Serialize an attachment as Zenoh's serializer does (int64, int64, bytes)."""
+    return _FORMAT.pack(sequence, stamp_ns, GID_SIZE, gid)
 
 
 def unpack(data: bytes | None) -> Attachment:
-    """The attachment. WireError as `checked`."""
+    """Parse an attachment; raises WireError under the same conditions as `checked`."""
     return Attachment._make(_FIELDS.unpack(checked(data)))
 
 
 def checked(data: bytes | None) -> bytes:
-    """An attachment's bytes. WireError when there are none or of another form, e.g. that of Jazzy before 0.2.4."""
+    """Return the bytes of an attachment after checking their form.
+
+    Raises WireError when they are missing or of another form, e.g. that of rmw_zenoh on Jazzy before 0.2.4.
+    """
     if data is None:
         raise WireError("no attachment")
     if len(data) != SIZE:
         raise WireError(f"an attachment of {len(data)} bytes instead of {SIZE}")
-    if data[_GID_SIZE_AT] != GID_SIZE:
-        raise WireError(f"an attachment whose gid has {data[_GID_SIZE_AT]} bytes")
+    if data[_GID_SIZE_OFFSET] != GID_SIZE:
+        raise WireError(f"an attachment whose gid has {data[_GID_SIZE_OFFSET]} bytes")
     return data

@@ -1,4 +1,4 @@
-"""Which wire a program of this user means, from the environment as ROS 2's own tools take it."""
+"""ROS domain and router port from the environment variables that ROS 2 tools use."""
 
 from __future__ import annotations
 
@@ -11,19 +11,24 @@ DOMAIN_VARIABLE, PORT_VARIABLE = "ROS_DOMAIN_ID", "CHEFBOT_WIRE_PORT"
 
 
 def domain_of_environment() -> int:
-    """ROS_DOMAIN_ID, else 0. UserError when it is no domain."""
+    """Return ROS_DOMAIN_ID, or 0 if unset; raises UserError when it is no valid domain."""
     return _number(DOMAIN_VARIABLE, 0, MAX_DOMAIN, 0)
 
 
 def port_of_environment() -> int:
-    """CHEFBOT_WIRE_PORT, for several wires on one machine; else rmw_zenoh's 7447."""
+    """Return the router port: CHEFBOT_WIRE_PORT, else rmw_zenoh's 7447.
+
+    The variable allows several separate networks on one machine.
+    """
     return _number(PORT_VARIABLE, 1, 65535, PORT)
 
 
-def _number(variable: str, least: int, most: int, default: int) -> int:
+def _number(variable: str, minimum: int, maximum: int, default: int) -> int:
     text = os.environ.get(variable, "").strip()
     if not text:
         return default
-    if not (text.isascii() and text.isdigit() and least <= int(text) <= most):
-        raise UserError(f"the environment's {variable}={text} must be a number between {least} and {most}")
+    if not (text.isascii() and text.isdigit() and minimum <= int(text) <= maximum):
+        raise UserError(
+            f"the environment's {variable}={text} must be a number between {minimum} and {maximum}"
+        )
     return int(text)

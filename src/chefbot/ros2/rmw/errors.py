@@ -1,4 +1,4 @@
-"""What is refused on the wire, and the tally of it."""
+"""The error for malformed rmw_zenoh data, and a counter of rejected messages."""
 
 from __future__ import annotations
 
@@ -7,27 +7,30 @@ from collections import Counter
 
 
 class WireError(ValueError):
-    """A token, QoS string, attachment or name that is not of rmw_zenoh's form; says which and why."""
+    """Raised for a token, QoS string, attachment or name that does not have rmw_zenoh's form.
+
+    The message names the offending text and the reason.
+    """
 
 
 class Tally:
-    """Counts by reason; any thread. What is refused or dropped is counted here under a sentence."""
+    """A thread-safe counter of rejected or dropped messages, by reason."""
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
         self._lock = threading.Lock()
 
     def add(self, reason: str) -> None:
-        """Once more."""
+        """Count one more occurrence of a reason."""
         with self._lock:
             self._counts[reason] += 1
 
     def counts(self) -> dict[str, int]:
-        """Reason to how often, so far."""
+        """Return the number of occurrences of each reason so far."""
         with self._lock:
             return dict(self._counts)
 
     def total(self) -> int:
-        """All together."""
+        """Return the number of occurrences of all reasons."""
         with self._lock:
             return self._counts.total()

@@ -1,4 +1,4 @@
-"""Who is there: nodes and their ends, from liveliness tokens, and what of it cannot work together."""
+"""The ROS graph: nodes and their endpoints from liveliness tokens, and endpoints that do not match."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from chefbot.ros2.rmw.tokens import (
 
 _ACTION = "/_action/"
 HASHLESS = "TypeHashNotSupported"
-"""What Humble writes; its data never meets that of newer distributions."""
+"""Type hash that ROS 2 Humble announces; its endpoints never match those of newer distributions."""
 
 
 class Endpoint(NamedTuple):
-    """One end and the node that has it."""
+    """A publisher, subscription, server or client together with its node and GID."""
 
     node: NodeId
     end: End
@@ -39,21 +39,21 @@ class Endpoint(NamedTuple):
 
 
 class Named(NamedTuple):
-    """All ends of one topic or service."""
+    """All endpoints of one topic or service."""
 
     name: str
     types: tuple[WireType, ...]
-    """One, unless its ends disagree."""
+    """Types of the endpoints; more than one only if they disagree."""
     givers: tuple[Endpoint, ...]
-    """Publishers, or servers."""
+    """Publishers of the topic, or servers of the service."""
     takers: tuple[Endpoint, ...]
-    """Subscriptions, or clients."""
+    """Subscriptions of the topic, or clients of the service."""
 
 
 class Graph:
-    """Kept up to date by Zenoh's threads; every method may be called from any thread.
+    """A view of the ROS graph, kept up to date by Zenoh's threads. Thread-safe.
 
-    Tokens of ROS 2's own nodes are here like ours. Tokens that cannot be read are counted in `refused`.
+    Nodes of ROS 2 itself appear like our own. Tokens that cannot be parsed are counted in `refused`.
     """
 
     def __init__(self, session: zenoh.Session, domain: int, refused: Tally) -> None:
@@ -62,68 +62,72 @@ class Graph:
         self._refused = refused
         self._tokens: dict[str, Token] = {}
         self._changed = threading.Condition()
-        self._listeners: list[Callable[[], None]] = []
+        self._callbacks: list[Callable[[], None]] = []
         self._subscriber = session.liveliness().declare_subscriber(
             all_tokens(domain), self._receive, history=True
         )
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop observing the liveliness tokens."""
         self._subscriber.undeclare()
 
     def refresh(self, timeout: float = 1.0) -> None:
-        """Ask for all tokens now and wait for the answers: for programs that have only just come.
+        """Query all tokens and wait for the replies; meant for processes that have just started.
 
-        Over gates to machines that are just going, Zenoh may never say that the last answer has come.
+        The wait has a timeout because Zenoh may never report the last reply of a router that is shutting
+        down.
         """
         done = threading.Event()
 
-        def take(reply: zenoh.Reply) -> None:
+        def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
                 self._add(str(reply.ok.key_expr))
 
-        handler = handlers.Callback(take, done.set, indirect=False)
+        handler = handlers.Callback(on_reply, done.set, indirect=False)
         self._session.liveliness().get(all_tokens(self._domain), handler, timeout=timeout)
         done.wait(timeout)
 
-    def on_change(self, listener: Callable[[], None]) -> None:
-        """Call from Zenoh's thread whenever a token came or went; must return at once."""
-        self._listeners.append(listener)
+    def on_change(self, callback: Callable[[], None]) -> None:
+        """Register a callback for appearing and disappearing tokens; it must return at once."""
+        self._callbacks.append(callback)
 
     def wait_for(self, condition: Callable[[Graph], Any], timeout: float) -> bool:
-        """Wait until `condition(graph)` holds; False if it does not in `timeout` seconds."""
-        until = time.monotonic() + timeout
+        """Wait until `condition(graph)` holds; return False if it does not within `timeout` seconds."""
+        deadline = time.monotonic() + timeout
         while not condition(self):
-            rest = until - time.monotonic()
-            if rest <= 0:
+            remaining = deadline - time.monotonic()
+            if remaining <= 0:
                 return False
             with self._changed:
-                self._changed.wait(min(rest, 0.1))
+                self._changed.wait(min(remaining, 0.1))
         return True
 
     def tokens(self) -> list[Token]:
-        """All of them, sorted by their text."""
+        """Return all tokens, sorted by their text."""
         with self._changed:
             return [self._tokens[text] for text in sorted(self._tokens)]
 
     def nodes(self) -> list[NodeId]:
-        """All nodes; two may have one name."""
+        """Return all nodes; several may have the same name."""
         return [token.node for token in self.tokens() if token.end is None]
 
     def ends_of(self, full_name: str) -> list[Endpoint]:
-        """What the nodes called '/robot1/base' do."""
-        return [one for one in self._endpoints() if one.node.full_name == full_name]
+        """Return the endpoints of all nodes with a full name such as '/robot1/base'."""
+        return [endpoint for endpoint in self._endpoints() if endpoint.node.full_name == full_name]
 
     def topics(self) -> dict[str, Named]:
-        """By name, hidden ones of actions included."""
+        """Return all topics by name, including the hidden topics of actions."""
         return self._named(PUBLISHER, SUBSCRIPTION)
 
     def services(self) -> dict[str, Named]:
-        """By name, hidden ones of actions included."""
+        """Return all services by name, including the hidden services of actions."""
         return self._named(SERVER, CLIENT)
 
     def actions(self) -> dict[str, Named]:
-        """By name, each with its send_goal service's ends; types are the actions'."""
+        """Return all actions by name.
+
+        Each has the endpoints of its send_goal service, and the types of the action.
+        """
         found = {}
         for name, named in self.services().items():
             if name.endswith(_ACTION + "send_goal"):
@@ -135,24 +139,26 @@ class Graph:
         return found
 
     def mismatches(self) -> list[str]:
-        """What looks connected and is not: a sentence for each pair of ends that cannot work together."""
+        """Return one sentence for each pair of endpoints that share a name but cannot communicate."""
         found: list[str] = []
         for named in [*self.topics().values(), *self.services().values()]:
-            for giver in named.givers:
-                for taker in named.takers:
-                    if not _otherwise(named, giver, taker):
-                        found += _mismatch(named.name, giver, taker)
+            for provider in named.givers:
+                for consumer in named.takers:
+                    if not _matches_otherwise(named, provider, consumer):
+                        found += _mismatch(named.name, provider, consumer)
         return sorted(set(found))
 
     def _endpoints(self) -> list[Endpoint]:
-        return [Endpoint(one.node, one.end, one.gid) for one in self.tokens() if one.end is not None]
+        return [
+            Endpoint(token.node, token.end, token.gid) for token in self.tokens() if token.end is not None
+        ]
 
-    def _named(self, giver: str, taker: str) -> dict[str, Named]:
+    def _named(self, provider: str, consumer: str) -> dict[str, Named]:
         groups: dict[str, list[Endpoint]] = {}
-        for one in self._endpoints():
-            if one.end.kind in (giver, taker):
-                groups.setdefault(one.end.topic, []).append(one)
-        return {name: _group(name, ends, giver) for name, ends in sorted(groups.items())}
+        for endpoint in self._endpoints():
+            if endpoint.end.kind in (provider, consumer):
+                groups.setdefault(endpoint.end.topic, []).append(endpoint)
+        return {name: _group(name, ends, provider) for name, ends in sorted(groups.items())}
 
     def _receive(self, sample: zenoh.Sample) -> None:
         text = str(sample.key_expr)
@@ -162,8 +168,8 @@ class Graph:
             with self._changed:
                 self._tokens.pop(text, None)
                 self._changed.notify_all()
-        for listener in self._listeners:
-            listener()
+        for callback in self._callbacks:
+            callback()
 
     def _add(self, text: str) -> None:
         try:
@@ -176,30 +182,32 @@ class Graph:
             self._changed.notify_all()
 
 
-def _group(name: str, ends: list[Endpoint], giver: str) -> Named:
-    """What is published comes before what somebody would like to hear."""
-    givers = tuple(one for one in ends if one.end.kind == giver)
-    takers = tuple(one for one in ends if one.end.kind != giver)
-    types = tuple(dict.fromkeys(one.end.type for one in (*givers, *takers)))
-    return Named(name, types, givers, takers)
+def _group(name: str, endpoints: list[Endpoint], provider_kind: str) -> Named:
+    """Group the endpoints of one name; types that are offered come before types only requested."""
+    providers = tuple(endpoint for endpoint in endpoints if endpoint.end.kind == provider_kind)
+    consumers = tuple(endpoint for endpoint in endpoints if endpoint.end.kind != provider_kind)
+    types = tuple(dict.fromkeys(endpoint.end.type for endpoint in (*providers, *consumers)))
+    return Named(name, types, providers, consumers)
 
 
-def _otherwise(named: Named, giver: Endpoint, taker: Endpoint) -> bool:
-    """Whether the two nodes meet by another end of one of them: it speaks several editions of the type."""
-    given, taken = giver.end.type, taker.end.type
-    return given != taken and (
-        any(one.node == giver.node and one.end.type == taken for one in named.givers)
-        or any(one.node == taker.node and one.end.type == given for one in named.takers)
+def _matches_otherwise(named: Named, provider: Endpoint, consumer: Endpoint) -> bool:
+    """Return whether the two nodes match by another endpoint, in another version of the type."""
+    offered, requested = provider.end.type, consumer.end.type
+    return offered != requested and (
+        any(endpoint.node == provider.node and endpoint.end.type == requested for endpoint in named.givers)
+        or any(endpoint.node == consumer.node and endpoint.end.type == offered for endpoint in named.takers)
     )
 
 
-def _mismatch(name: str, giver: Endpoint, taker: Endpoint) -> list[str]:
-    who = f"{name}: {giver.node.full_name} and {taker.node.full_name}"
-    ours, theirs = giver.end.type, taker.end.type
-    if ours.name != theirs.name:
-        return [f"{who} do not hear each other: the one has {ours.name}, the other {theirs.name}"]
-    if ours.hash != theirs.hash:
-        if HASHLESS in (ours.hash, theirs.hash):
-            return [f"{who} do not hear each other: one of them is ROS 2 Humble, which tells no type hashes"]
-        return [f"{who} do not hear each other: they have {ours.name} in two versions, whose hashes differ"]
-    return [f"{who}: {reason}" for reason in incompatible(giver.end.qos, taker.end.qos)]
+def _mismatch(name: str, provider: Endpoint, consumer: Endpoint) -> list[str]:
+    pair = f"{name}: {provider.node.full_name} and {consumer.node.full_name}"
+    offered, requested = provider.end.type, consumer.end.type
+    if offered.name != requested.name:
+        return [f"{pair} do not hear each other: the one has {offered.name}, the other {requested.name}"]
+    if offered.hash != requested.hash:
+        if HASHLESS in (offered.hash, requested.hash):
+            return [f"{pair} do not hear each other: one of them is ROS 2 Humble, which tells no type hashes"]
+        return [
+            f"{pair} do not hear each other: they have {offered.name} in two versions, whose hashes differ"
+        ]
+    return [f"{pair}: {reason}" for reason in incompatible(provider.end.qos, consumer.end.qos)]

@@ -1,4 +1,4 @@
-"""Memory of large messages stays with the process."""
+"""Tuning of glibc's malloc so that the memory of large messages stays with the process."""
 
 from __future__ import annotations
 
@@ -7,19 +7,20 @@ import sys
 from functools import cache
 
 LARGE = 8 << 20
-"""Bytes; what is larger, such as a map of a whole site, is rare and goes back at once."""
+"""Size in bytes above which a block is returned to the system at once, such as the map of a whole site."""
 KEPT = 32 << 20
-"""Bytes that may lie free at the end of a heap before they are given back."""
+"""Free bytes at the end of the heap that are kept before they are returned to the system."""
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # malloc.h of the GNU C library
 
 
 @cache
 def keep_memory() -> None:
-    """Once in a process: picture after picture in the same memory.
+    """Keep freed memory in the process so that successive images reuse it.
 
-    The GNU C library gives blocks above 128 kB back when they are freed, at first each, later depending on what was
-    freed before; then every page of the next picture is a fault, which takes longer than sending it. Other C
-    libraries have no such call and are left as they are.
+    The GNU C library returns blocks above 128 kB to the system when they are freed: at first every block,
+    later depending on what was freed before. Every page of the next image is then a page fault, which takes
+    longer than sending the image. Other C libraries have no such call and are left unchanged. Only the first
+    call has an effect.
     """
     if sys.platform != "linux":
         return

@@ -1,6 +1,6 @@
-"""Names: of topics and nodes as ROS resolves them, of types as DDS writes them, and of both as key expressions.
+"""Names of topics, nodes and types: ROS name resolution, DDS type names, and Zenoh key expressions.
 
-Key expressions are those of rmw_zenoh: `<domain>/<topic>/<dds type>/<type hash>`.
+Key expressions have rmw_zenoh's form: `<domain>/<topic>/<dds type>/<type hash>`.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ _DDS = re.compile(rf"({_TOKEN})::(msg|srv|action)::dds_::({_TOKEN})_")
 
 
 class WireType(NamedTuple):
-    """A type on the wire: its ROS name, and the hash that both ends must have."""
+    """A type as announced on the network: its ROS name and the type hash that both endpoints must share."""
 
     name: str
-    """'sensor_msgs/msg/LaserScan', 'std_srvs/srv/SetBool'"""
+    """ROS name: 'sensor_msgs/msg/LaserScan', 'std_srvs/srv/SetBool'."""
     hash: str
-    """'RIHS01_...'"""
+    """Type hash: 'RIHS01_...'."""
 
     @property
     def dds(self) -> str:
-        """'sensor_msgs::msg::dds_::LaserScan_'"""
+        """DDS name of the type: 'sensor_msgs::msg::dds_::LaserScan_'."""
         if not _ROS.fullmatch(self.name):
             raise WireError(f"{self.name!r} is no ROS type name")
         package, folder, name = self.name.split("/")
@@ -40,7 +40,7 @@ class WireType(NamedTuple):
 
     @staticmethod
     def of(kind: type[Message] | Service[Any, Any] | Action[Any, Any, Any]) -> WireType:
-        """Of a message class, a service or an action."""
+        """Return the type of a message class, a service or an action."""
         if isinstance(kind, Service):
             return WireType(kind.name, kind.type_hash)
         if isinstance(kind, Action):
@@ -49,7 +49,10 @@ class WireType(NamedTuple):
 
 
 def ros_name(dds: str) -> str:
-    """'sensor_msgs/msg/LaserScan' of 'sensor_msgs::msg::dds_::LaserScan_'. WireError if it is none."""
+    """Convert a DDS type name to the ROS name; raises WireError if it is none.
+
+    'sensor_msgs::msg::dds_::LaserScan_' becomes 'sensor_msgs/msg/LaserScan'.
+    """
     match = _DDS.fullmatch(dds)
     if match is None:
         raise WireError(f"{dds!r} is no DDS type name")
@@ -57,7 +60,10 @@ def ros_name(dds: str) -> str:
 
 
 def resolve(name: str, namespace: str = "/", node: str = "") -> str:
-    """The full name of a topic or service: 'scan' in '/robot1' is '/robot1/scan', '~/x' is below the node."""
+    """Resolve a topic or service name to its full name; raises WireError for an invalid name.
+
+    'scan' in the namespace '/robot1' becomes '/robot1/scan'; '~/x' is resolved below the node.
+    """
     if name.startswith("~"):
         name = f"{node}/{name[1:].lstrip('/')}".rstrip("/")
     full = name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}"
@@ -67,32 +73,35 @@ def resolve(name: str, namespace: str = "/", node: str = "") -> str:
 
 
 def check_node_name(name: str) -> str:
-    """The name, if a node may be called so."""
+    """Return the name if it is a valid node name; raises WireError otherwise."""
     if not _NODE.fullmatch(name):
         raise WireError(f"{name!r} is no node name: letters, digits and _, no digit first")
     return name
 
 
 def check_namespace(namespace: str) -> str:
-    """'/' or a full name."""
+    """Return the namespace if it is '/' or a full name; raises WireError otherwise."""
     if namespace != "/" and not _NAME.fullmatch(namespace):
         raise WireError(f"{namespace!r} is no namespace: '/' or '/name'")
     return namespace
 
 
 def topic_key(domain: int, name: str, kind: WireType) -> str:
-    """The key expression of a topic or service; `name` is fully resolved."""
+    """Return the key expression of a topic or service whose name is fully resolved."""
     return f"{domain}/{name.strip('/')}/{kind.dds}/{kind.hash}"
 
 
 def has_byte_array(kind: type[Message]) -> bool:
-    """Whether newer rmw_zenoh may send it by buffers: some field is an unbounded `uint8[]`."""
-    return any(_is_byte_array(one) or _below(one) for one in fields_of(kind))
+    """Return whether some field of a message is an unbounded `uint8[]`.
+
+    Newer rmw_zenoh may send such messages through its buffer backends.
+    """
+    return any(_is_byte_array(field) or _contains_byte_array(field) for field in fields_of(kind))
 
 
 def _is_byte_array(field: FieldType) -> bool:
     return field.element == "uint8" and field.is_array and not field.fixed_size and not field.bound
 
 
-def _below(field: FieldType) -> bool:
+def _contains_byte_array(field: FieldType) -> bool:
     return field.message is not None and has_byte_array(field.message)

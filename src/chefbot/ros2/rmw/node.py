@@ -1,4 +1,4 @@
-"""A node on ROS 2's graph: what it has is declared on the wire and told by a token."""
+"""A node in the ROS graph: it creates endpoints and announces them with liveliness tokens."""
 
 from __future__ import annotations
 
@@ -30,13 +30,14 @@ M = TypeVar("M", bound=Message)
 Q = TypeVar("Q", bound=Message)
 S = TypeVar("S", bound=Message)
 CPU_BACKEND = "backends:cpu:"
-"""Asks newer rmw_zenoh for plain bytes of types with `uint8[]`; older ones do not look at it."""
+"""Requests plain bytes for types with `uint8[]` from newer rmw_zenoh; older versions ignore it."""
 
 
 class WireNode:
-    """One node; names are resolved in its namespace. WireError for a name that ROS would refuse.
+    """A node in the ROS graph; names are resolved in its namespace.
 
-    `remote_only`: its listeners and servers do not hear this very process.
+    With `remote_only` its subscriptions and servers ignore data from this process. Raises WireError for a
+    name that ROS would reject.
     """
 
     def __init__(self, wire: Wire, name: str, namespace: str = "/", *, remote_only: bool = False) -> None:
@@ -46,58 +47,66 @@ class WireNode:
         )
         self._remote_only = remote_only
         self._entities: dict[Any, zenoh.LivelinessToken] = {}
-        """What it has, each with the token that tells of it."""
-        self._tokens = [self._tell(Token(self.id))]
-        """Of the node itself, and of what other entities serve."""
+        """Publishers, subscriptions, servers and clients, each with its liveliness token."""
+        self._tokens = [self._declare(Token(self.id))]
+        """Tokens of the node itself and of endpoints that other entities serve."""
 
     @property
     def full_name(self) -> str:
-        """'/robot1/base'"""
+        """Full name of the node, such as '/robot1/base'."""
         return self.id.full_name
 
     def publisher(self, topic: str, kind: type[M], qos: QoS = DEFAULT) -> Publisher[M]:
-        """A publisher of messages of class `kind`."""
+        """Create a publisher of messages of class `kind`."""
         return self.raw_publisher(topic, WireType.of(kind), qos)
 
     def raw_publisher(self, topic: str, kind: WireType, qos: QoS = DEFAULT) -> Publisher[Any]:
-        """A publisher of CDR bytes, by `publish_cdr`: also of types that we have no class of."""
-        token = self._end(PUBLISHER, topic, kind, qos)
-        return self._keep(Publisher[Any](self.wire, self._key(token), qos, token.gid), token)
+        """Create a publisher of CDR bytes (`publish_cdr`), also for types without a message class here."""
+        token = self._endpoint_token(PUBLISHER, topic, kind, qos)
+        return self._add_entity(Publisher[Any](self.wire, self._key(token), qos, token.gid), token)
 
     def subscription(
         self, topic: str, kind: type[M], callback: Callable[[M], None], qos: QoS = DEFAULT
     ) -> Subscription:
-        """Call `callback(message)` in Zenoh's thread; what is no such message is counted and refused."""
+        """Create a subscription that calls `callback(message)` in a Zenoh thread.
 
-        def take(data: bytes, _: bytes) -> None:
+        Data that is no valid message of the type is counted and rejected.
+        """
+
+        def on_sample(data: bytes, _: bytes) -> None:
             callback(decode(kind, data))
 
         buffered = has_byte_array(kind) and not qos.latched
-        return self._subscribe(topic, WireType.of(kind), take, qos, buffered)
+        return self._subscribe(topic, WireType.of(kind), on_sample, qos, buffered)
 
     def raw_subscription(
         self, topic: str, kind: WireType, receive: Receive, qos: QoS = DEFAULT, *, buffered: bool = False
     ) -> Subscription:
-        """Call `receive(cdr bytes, attachment)`: also for types that we have no class of."""
+        """Create a subscription that calls `receive(cdr bytes, attachment)` in a Zenoh thread.
 
-        def take(data: bytes, beside: bytes) -> None:
-            receive(data, unpack(beside))
+        Types without a message class here can be received too.
+        """
 
-        return self._subscribe(topic, kind, take, qos, buffered)
+        def on_sample(data: bytes, attachment: bytes) -> None:
+            receive(data, unpack(attachment))
 
-    def _subscribe(self, topic: str, kind: WireType, take: Take, qos: QoS, buffered: bool) -> Subscription:
+        return self._subscribe(topic, kind, on_sample, qos, buffered)
+
+    def _subscribe(
+        self, topic: str, kind: WireType, on_sample: Take, qos: QoS, buffered: bool
+    ) -> Subscription:
         backends = CPU_BACKEND if buffered else ""
-        token = self._end(SUBSCRIPTION, topic, kind, qos, backends)
-        made = Subscription(
+        token = self._endpoint_token(SUBSCRIPTION, topic, kind, qos, backends)
+        subscription = Subscription(
             self.wire,
             self._key(token),
             qos,
-            take,
-            topic=_name(token),
+            on_sample,
+            topic=_topic_of(token),
             remote_only=self._remote_only,
             buffered=buffered,
         )
-        return self._keep(made, token)
+        return self._add_entity(subscription, token)
 
     def server(
         self,
@@ -106,39 +115,42 @@ class WireNode:
         handler: Callable[[Call[Q, S]], None],
         qos: QoS = DEFAULT,
     ) -> Server[Q, S]:
-        """Serve: `handler(call)` runs in Zenoh's thread; `call.answer(response)` now or later."""
-        token = self._end(SERVER, name, WireType.of(service), qos)
-        made = Server[Q, S](
+        """Create a service server; `handler(call)` runs in a Zenoh thread.
+
+        `call.answer(response)` may be called at once or later.
+        """
+        token = self._endpoint_token(SERVER, name, WireType.of(service), qos)
+        server = Server[Q, S](
             self.wire,
             self._key(token),
             service,
             handler,
-            name=_name(token),
+            name=_topic_of(token),
             remote_only=self._remote_only,
         )
-        return self._keep(made, token)
+        return self._add_entity(server, token)
 
     def client(
         self, name: str, service: Service[Q, S], qos: QoS = DEFAULT, timeout: float = TIMEOUT
     ) -> Client[Q, S]:
-        """A client; each call ends after `timeout` seconds at the latest."""
-        token = self._end(CLIENT, name, WireType.of(service), qos)
-        made = Client[Q, S](
-            self.wire, self._key(token), service, token.gid, name=_name(token), timeout=timeout
+        """Create a service client; each call times out after `timeout` seconds."""
+        token = self._endpoint_token(CLIENT, name, WireType.of(service), qos)
+        client = Client[Q, S](
+            self.wire, self._key(token), service, token.gid, name=_topic_of(token), timeout=timeout
         )
-        return self._keep(made, token)
+        return self._add_entity(client, token)
 
     def announce(self, kind: str, name: str, wire_type: WireType, qos: QoS = DEFAULT) -> None:
-        """Tell of an end that another entity of this session serves: `kind` MP, MS, SS or SC."""
-        self._tokens.append(self._tell(self._end(kind, name, wire_type, qos)))
+        """Announce an endpoint that another entity of this session serves: `kind` is MP, MS, SS or SC."""
+        self._tokens.append(self._declare(self._endpoint_token(kind, name, wire_type, qos)))
 
     def drop(self, entity: Any) -> None:
-        """Take back the token of a publisher, subscription, server or client that it has made, then end it."""
+        """Withdraw the token of a publisher, subscription, server or client of this node, then close it."""
         self._entities.pop(entity).undeclare()
         entity.close()
 
     def close(self) -> None:
-        """Take all tokens back, then end what they told of."""
+        """Withdraw all tokens of the node, then close its endpoints."""
         for token in reversed([*self._tokens, *self._entities.values()]):
             token.undeclare()
         for entity in reversed(self._entities):
@@ -151,7 +163,9 @@ class WireNode:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _end(self, kind: str, name: str, wire_type: WireType, qos: QoS, backends: str = "") -> Token:
+    def _endpoint_token(
+        self, kind: str, name: str, wire_type: WireType, qos: QoS, backends: str = ""
+    ) -> Token:
         full = resolve(name, self.id.namespace, self.full_name)
         return Token(self.id, End(self.wire.next_id(), kind, full, wire_type, qos, backends))
 
@@ -159,14 +173,14 @@ class WireNode:
         assert token.end is not None
         return topic_key(self.wire.domain, token.end.topic, token.end.type)
 
-    def _keep(self, entity: Any, token: Token) -> Any:
-        """First the data's end, then the token that promises it."""
-        self._entities[entity] = self._tell(token)
+    def _add_entity(self, entity: Any, token: Token) -> Any:
+        """Register an endpoint and declare its token; the endpoint exists before it is announced."""
+        self._entities[entity] = self._declare(token)
         return entity
 
-    def _tell(self, token: Token) -> zenoh.LivelinessToken:
+    def _declare(self, token: Token) -> zenoh.LivelinessToken:
         return self.wire.session.liveliness().declare_token(str(token))
 
 
-def _name(token: Token) -> str:
+def _topic_of(token: Token) -> str:
     return token.end.topic if token.end else ""

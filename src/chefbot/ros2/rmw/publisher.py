@@ -1,4 +1,4 @@
-"""A publisher as rmw_zenoh has it."""
+"""A publisher compatible with rmw_zenoh."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from chefbot.ros2.rmw.session import Wire
 
 M = TypeVar("M", bound=Message)
 HEARTBEAT = 0.5
-"""Seconds; how soon a late or lossy listener of a reliable latched topic notices what it missed (rmw_zenoh)."""
+"""Seconds within which a late-joining or lossy subscriber of a reliable latched topic detects missed samples
+(rmw_zenoh)."""
 
 
 class Publisher(Generic[M]):
-    """Speaks on one topic; made by `WireNode.publisher`. Any thread may publish."""
+    """A publisher on one topic, created by `WireNode.publisher`. Thread-safe."""
 
     def __init__(self, wire: Wire, key: str, qos: QoS, gid: bytes) -> None:
         self.key = key
@@ -32,32 +33,35 @@ class Publisher(Generic[M]):
 
     @property
     def heard(self) -> bool:
-        """Whether it is worth speaking: a latched topic is always, another if somebody outside listens."""
+        """Return whether publishing has a recipient.
+
+        Always true for a latched topic, else only if a subscriber outside this process matches.
+        """
         if self.qos.latched:
             return True
         return bool(getattr(self._zenoh.matching_status, "matching", False))
 
     def publish(self, message: M) -> None:
-        """To all who listen. CdrError when a value does not fit its field."""
+        """Publish a message; raises CdrError when a value does not fit its field."""
         self.publish_cdr(message.to_cdr())
 
     def publish_cdr(self, data: bytes) -> None:
-        """A message that is CDR already."""
-        with self._lock:  # the order of numbers is that of samples
+        """Publish a message that is already serialized as CDR."""
+        with self._lock:  # sequence numbers must have the order of the samples
             self._sequence += 1
-            beside = pack(self._sequence, time.time_ns(), self.gid)
-            self._zenoh.put(data, attachment=beside)
+            attachment = pack(self._sequence, time.time_ns(), self.gid)
+            self._zenoh.put(data, attachment=attachment)
 
     def close(self) -> None:
-        """Speak no more."""
+        """Undeclare the publisher from the Zenoh session."""
         self._zenoh.undeclare()
 
 
 def _declare(session: zenoh.Session, key: str, qos: QoS) -> Any:
-    """Congestion drops samples unless nothing at all may be lost (rmw_publisher_data)."""
-    keep = qos.reliable and qos.history == KEEP_ALL
+    """Declare the publisher; congestion drops samples unless reliable with keep all (rmw_publisher_data)."""
+    lossless = qos.reliable and qos.history == KEEP_ALL
     settings: dict[str, Any] = {
-        "congestion_control": zenoh.CongestionControl.BLOCK if keep else zenoh.CongestionControl.DROP,
+        "congestion_control": zenoh.CongestionControl.BLOCK if lossless else zenoh.CongestionControl.DROP,
         "reliability": zenoh.Reliability.RELIABLE if qos.reliable else zenoh.Reliability.BEST_EFFORT,
     }
     if not qos.latched:

@@ -1,4 +1,4 @@
-"""Quality of service, and rmw_zenoh's text for it: a part that equals its default is left empty."""
+"""Quality of service, and rmw_zenoh's text form, in which a part that equals its default is left empty."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TRANSIENT_LOCAL, VOLATILE = 1, 2
 KEEP_LAST, KEEP_ALL = 1, 2
 AUTOMATIC = 1
 RELIABILITY_BEST_AVAILABLE, LIVELINESS_BEST_AVAILABLE = 4, 5
-"""Whatever the other end has (rmw/types.h): no end is too weak for it."""
+"""Policies that match whatever the other endpoint has (rmw/types.h)."""
 DEFAULT_DEPTH = 42
 SENSOR_TYPES: tuple[type[Message], ...] = (
     CameraInfo,
@@ -24,11 +24,11 @@ SENSOR_TYPES: tuple[type[Message], ...] = (
     PointCloud2,
     Range,
 )
-"""Heard with best effort, since many drivers send them so."""
+"""Types subscribed to with best effort, since many drivers publish them that way."""
 
 
 class Span(NamedTuple):
-    """A span of time as two whole numbers."""
+    """A duration as whole seconds and nanoseconds."""
 
     sec: int
     nanosec: int
@@ -36,16 +36,16 @@ class Span(NamedTuple):
 
 INFINITE = Span(9223372036, 854775807)
 SPAN_BEST_AVAILABLE = Span(9223372036, 854775806)
-"""RMW_QOS_DEADLINE_BEST_AVAILABLE, and that of the lease: no length of time but a marker."""
+"""RMW_QOS_DEADLINE_BEST_AVAILABLE and its lease counterpart: a marker rather than a duration."""
 
 
 def is_unlimited(span: Span) -> bool:
-    """Whether it sets no limit: infinite, or whatever the other end has."""
+    """Return whether a duration sets no limit: infinite, or best available."""
     return span >= SPAN_BEST_AVAILABLE
 
 
 class QoS(NamedTuple):
-    """What a publisher offers or a subscription asks for; the defaults are rmw_zenoh's."""
+    """The QoS that a publisher offers or a subscription requests; the defaults are rmw_zenoh's."""
 
     reliability: int = RELIABLE
     durability: int = VOLATILE
@@ -58,34 +58,34 @@ class QoS(NamedTuple):
 
     @property
     def latched(self) -> bool:
-        """Whether late listeners get what was said before."""
+        """Return whether late-joining subscribers get earlier messages (transient local)."""
         return self.durability == TRANSIENT_LOCAL
 
     @property
     def reliable(self) -> bool:
-        """Whether nothing may be lost on the way."""
+        """Return whether delivery is reliable: any reliability policy but best effort."""
         return self.reliability != BEST_EFFORT
 
     def __str__(self) -> str:
-        """As in a liveliness token."""
+        """Return the text form used in liveliness tokens."""
         return ":".join(",".join(part) for part in _parts(self))
 
 
 DEFAULT = QoS(depth=10)
-"""Of topics, and of services."""
+"""Default QoS of topics and of services."""
 SENSOR = QoS(reliability=BEST_EFFORT, depth=5)
 LATCHED = QoS(durability=TRANSIENT_LOCAL, depth=1)
 PARAMETERS = QoS(depth=1000)
 ROSOUT = QoS(durability=TRANSIENT_LOCAL, depth=1000, lifespan=Span(10, 0))
 FRAMES = QoS(depth=100)
-"""Of /tf, as tf2_ros has it on both sides."""
+"""QoS of /tf, as in tf2_ros for both publishers and subscriptions."""
 FIXED_FRAMES = QoS(durability=TRANSIENT_LOCAL, depth=100)
-"""What a listener to /tf_static asks for (tf2_ros StaticListenerQoS); who speaks there keeps one message."""
+"""QoS of a /tf_static subscription (tf2_ros StaticListenerQoS); its publishers keep one message."""
 CLOCK = QoS(reliability=BEST_EFFORT, depth=1)
 
 
 def parse_qos(text: str) -> QoS:
-    """QoS of a token's last field. WireError when it is none."""
+    """Parse the QoS field of a token; raises WireError when it is malformed."""
     parts = [part.split(",") for part in text.split(":")]
     defaults = [[str(number) for number in group] for group in _numbers(QoS())]
     if len(parts) < len(defaults) or any(len(p) < len(d) for p, d in zip(parts, defaults, strict=False)):
@@ -100,20 +100,23 @@ def parse_qos(text: str) -> QoS:
     )
 
 
-def incompatible(offered: QoS, asked: QoS) -> list[str]:
-    """Why what is offered is less than what is asked for, in words; empty when it is enough.
+def incompatible(offered: QoS, requested: QoS) -> list[str]:
+    """Return the reasons why an offered QoS does not satisfy a requested one; empty if compatible.
 
-    The rules of DDS (OMG DDS 1.4, 2.2.3), which ROS 2 reports as "incompatible QoS".
+    The rules are those of DDS (OMG DDS 1.4, 2.2.3), which ROS 2 reports as "incompatible QoS".
     """
     reasons = []
-    if offered.reliability == BEST_EFFORT and asked.reliability == RELIABLE:
+    # Reliability and durability: the offer must be at least as strong as the request
+    if offered.reliability == BEST_EFFORT and requested.reliability == RELIABLE:
         reasons.append("best effort is offered, reliable is asked for")
-    if offered.durability == VOLATILE and asked.durability == TRANSIENT_LOCAL:
+    if offered.durability == VOLATILE and requested.durability == TRANSIENT_LOCAL:
         reasons.append("volatile is offered, transient local is asked for: nothing said earlier will come")
-    if offered.deadline > asked.deadline and not is_unlimited(asked.deadline):
+    # Deadline: the offered period must not exceed the requested one
+    if offered.deadline > requested.deadline and not is_unlimited(requested.deadline):
         reasons.append("the deadline offered is longer than the one asked for")
-    weaker = offered.liveliness < asked.liveliness != LIVELINESS_BEST_AVAILABLE
-    if weaker or (offered.lease > asked.lease and not is_unlimited(asked.lease)):
+    # Liveliness: kind and lease duration
+    weaker = offered.liveliness < requested.liveliness != LIVELINESS_BEST_AVAILABLE
+    if weaker or (offered.lease > requested.lease and not is_unlimited(requested.lease)):
         reasons.append("the liveliness offered is weaker than the one asked for")
     return reasons
 
@@ -134,7 +137,7 @@ def _parts(qos: QoS) -> list[list[str]]:
     return [["" if a == b else str(a) for a, b in zip(own, default, strict=True)] for own, default in pairs]
 
 
-def _number(text: str, whole: str) -> int:
+def _number(text: str, qos_text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 20):
-        raise WireError(f"{whole!r} is no QoS: {text!r} is no number")
+        raise WireError(f"{qos_text!r} is no QoS: {text!r} is no number")
     return int(text)

@@ -1,4 +1,4 @@
-"""What to ask of a topic so that all who speak there are heard."""
+"""QoS for a subscription that matches every publisher of a topic."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from chefbot.ros2.rmw.qos import BEST_EFFORT, DEFAULT, RELIABLE, TRANSIENT_LOCAL
 
 
 def ask_for(offered: Iterable[QoS]) -> QoS:
-    """QoS that all of these offers satisfy; the strongest such one (as rosbag2 chooses its own)."""
+    """Return the strongest QoS that all of these offers satisfy (chosen as in rosbag2)."""
     offers = list(offered)
     if not offers:
         return DEFAULT
     return QoS(
-        reliability=RELIABLE if all(one.reliable for one in offers) else BEST_EFFORT,
-        durability=TRANSIENT_LOCAL if all(one.latched for one in offers) else VOLATILE,
-        depth=max(DEFAULT.depth, *(one.depth for one in offers)),
+        reliability=RELIABLE if all(offer.reliable for offer in offers) else BEST_EFFORT,
+        durability=TRANSIENT_LOCAL if all(offer.latched for offer in offers) else VOLATILE,
+        depth=max(DEFAULT.depth, *(offer.depth for offer in offers)),
     )
 
 
 def types_said(named: Named) -> list[WireType]:
-    """The types of its publishers or servers; while there are none, those that others ask for."""
-    ends = named.givers or named.takers
-    return list(dict.fromkeys(one.end.type for one in ends))
+    """Return the types of the publishers or servers; if there are none, those of subscriptions or clients."""
+    endpoints = named.givers or named.takers
+    return list(dict.fromkeys(endpoint.end.type for endpoint in endpoints))

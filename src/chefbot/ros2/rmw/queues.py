@@ -1,4 +1,4 @@
-"""Hand-over between threads: bounded for each topic, the newest kept, what is lost counted by name."""
+"""Message queues between threads: bounded per topic, keeping the newest and counting what is dropped."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 
 class Queues(Generic[T]):
-    """Many small queues read as one, in the order in which things came. Any thread puts, any takes."""
+    """Bounded queues per key that are read as one, in order of arrival. Thread-safe."""
 
     def __init__(self, dropped: Tally, why: str) -> None:
         self._dropped = dropped
@@ -23,9 +23,9 @@ class Queues(Generic[T]):
         self._filled = threading.Condition()
 
     def put(self, key: Hashable, item: T, depth: int, *, newest: bool = False) -> None:
-        """Behind what is there; where `depth` things wait under `key` already, the oldest of them is lost.
+        """Append an item; if `depth` items already wait under `key`, the oldest of them is dropped.
 
-        `newest`: only the newest ever counts, so that this is no loss.
+        With `newest` only the latest item matters, so the drop is not counted.
         """
         with self._filled:
             queue = self._queues.setdefault(key, deque())
@@ -39,7 +39,7 @@ class Queues(Generic[T]):
             self._filled.notify()
 
     def take(self, timeout: float) -> T | None:
-        """The next thing, None after `timeout` seconds without one."""
+        """Remove and return the next item, or None if none arrives within `timeout` seconds."""
         with self._filled:
             if not self._order:
                 self._filled.wait(timeout)

@@ -1,4 +1,4 @@
-"""Servers and clients of services as rmw_zenoh has them: a queryable and a querier."""
+"""Service servers and clients compatible with rmw_zenoh: a queryable and a querier."""
 
 from __future__ import annotations
 
@@ -21,17 +21,23 @@ from chefbot.ros2.rmw.session import Wire
 Q = TypeVar("Q", bound=Message)
 S = TypeVar("S", bound=Message)
 TIMEOUT = 600.0
-"""Seconds that a client waits at most (rmw_zenoh's `queries_default_timeout`)."""
+"""Maximum time a client waits, s (rmw_zenoh's `queries_default_timeout`)."""
 FOREVER = 10 * 365 * 86400.0
-"""For results of actions: as long as the robot drives."""
+"""Timeout for results of actions, s: ten years, effectively none."""
 
 
 class NoAnswerError(Exception):
-    """Nobody serves, or the server has gone or refused; says which service."""
+    """Raised when a service has no server, or its server disappeared or refused the request.
+
+    The message names the service.
+    """
 
 
 class Call(Generic[Q, S]):
-    """One request; `answer` it once, now or later, from any thread. Dropped unanswered, the client learns it."""
+    """One service request; call `answer` once, at once or later, from any thread.
+
+    If it is dropped without an answer, the client is notified.
+    """
 
     def __init__(self, query: zenoh.Query, key: str, request: Q, attachment: Attachment) -> None:
         self.request = request
@@ -40,7 +46,10 @@ class Call(Generic[Q, S]):
         self._attachment = attachment
 
     def answer(self, response: S) -> None:
-        """The reply carries the request's number and gid. CdrError when a value does not fit."""
+        """Send the response, with the sequence number and GID of the request.
+
+        Raises CdrError when a value does not fit its field.
+        """
         query, self._query = self._query, None
         if query is None:
             return
@@ -50,7 +59,10 @@ class Call(Generic[Q, S]):
 
 
 class Server(Generic[Q, S]):
-    """Serves; made by `WireNode.server`. `handler(call)` runs in Zenoh's thread and must return at once."""
+    """A service server, created by `WireNode.server`.
+
+    `handler(call)` runs in a Zenoh thread and must return at once.
+    """
 
     def __init__(
         self,
@@ -68,14 +80,16 @@ class Server(Generic[Q, S]):
         self._name = name
         self._refused: Tally = wire.refused
         origin = zenoh.Locality.REMOTE if remote_only else zenoh.Locality.ANY
-        take = handlers.Callback(self._take, indirect=False)  # else it costs a thread
-        self._zenoh = wire.session.declare_queryable(key, take, complete=True, allowed_origin=origin)
+        callback = handlers.Callback(
+            self._on_query, indirect=False
+        )  # an indirect callback would cost a thread
+        self._zenoh = wire.session.declare_queryable(key, callback, complete=True, allowed_origin=origin)
 
     def close(self) -> None:
-        """Serve no more."""
+        """Undeclare the service server from the Zenoh session."""
         self._zenoh.undeclare()
 
-    def _take(self, query: zenoh.Query) -> None:
+    def _on_query(self, query: zenoh.Query) -> None:
         try:
             attachment = unpack(None if query.attachment is None else query.attachment.to_bytes())
             payload = b"" if query.payload is None else query.payload.to_bytes()
@@ -88,7 +102,7 @@ class Server(Generic[Q, S]):
 
 
 class Client(Generic[Q, S]):
-    """Calls; made by `WireNode.client`. Any thread."""
+    """A service client, created by `WireNode.client`. Thread-safe."""
 
     def __init__(
         self, wire: Wire, key: str, service: Service[Q, S], gid: bytes, *, name: str, timeout: float = TIMEOUT
@@ -108,40 +122,48 @@ class Client(Generic[Q, S]):
 
     @property
     def served(self) -> bool:
-        """Whether somebody serves it."""
+        """Return whether a matching service server is reachable."""
         return bool(getattr(self._zenoh.matching_status, "matching", False))
 
     def call(self, request: Q, timeout: float = 5.0) -> S:
-        """The response. NoAnswerError if there is none, TimeoutError after `timeout` seconds."""
+        """Call the service and return the response.
+
+        Raises NoAnswerError if there is none, TimeoutError after `timeout` seconds.
+        """
         return self.start(request).result(timeout)
 
     def start(self, request: Q) -> Future[S]:
-        """The response to come; its callbacks run in Zenoh's thread. It may fail with NoAnswerError."""
+        """Start a call and return a future of the response.
+
+        Its callbacks run in a Zenoh thread. It may fail with NoAnswerError.
+        """
         future: Future[S] = Future()
         with self._lock:
             self._sequence += 1
             attachment = Attachment(self._sequence, time.time_ns(), self.gid)
 
-        def take(reply: zenoh.Reply) -> None:
-            self._take(reply, future)
+        def on_reply(reply: zenoh.Reply) -> None:
+            self._on_reply(reply, future)
 
-        def end() -> None:
+        def on_done() -> None:
             if not future.done():
                 _fail(future, NoAnswerError(f"service {self._name}: nobody answered"))
 
-        self._zenoh.get(handlers.Callback(take, end), payload=request.to_cdr(), attachment=attachment.pack())
+        self._zenoh.get(
+            handlers.Callback(on_reply, on_done), payload=request.to_cdr(), attachment=attachment.pack()
+        )
         return future
 
     def close(self) -> None:
-        """Call no more."""
+        """Undeclare the service client from the Zenoh session."""
         self._zenoh.undeclare()
 
-    def _take(self, reply: zenoh.Reply, future: Future[S]) -> None:
+    def _on_reply(self, reply: zenoh.Reply, future: Future[S]) -> None:
         if future.done():
-            return  # two servers of one name: the first answer counts
+            return  # with two servers of one name the first response is used
         if reply.ok is None:
-            said = "" if reply.err is None else reply.err.payload.to_bytes()[:200].decode(errors="replace")
-            _fail(future, NoAnswerError(f"service {self._name}: the server refused: {said}"))
+            reason = "" if reply.err is None else reply.err.payload.to_bytes()[:200].decode(errors="replace")
+            _fail(future, NoAnswerError(f"service {self._name}: the server refused: {reason}"))
             return
         try:
             unpack(None if reply.ok.attachment is None else reply.ok.attachment.to_bytes())

@@ -1,8 +1,8 @@
-"""A place on the wire: this process's Zenoh session, and a router when the machine has none yet.
+"""The Zenoh session of this process, and a router when the machine has none yet.
 
-Each process tries to be the router of its machine; one wins the port (a running rmw_zenohd counts), the others
-are peers that find each other through it and then talk directly. When the router's process dies, another one
-takes its place within a fraction of a second.
+Each process tries to become the router of its machine; the first to bind the port does (a running rmw_zenohd
+counts), the others are peers that discover each other through it and then communicate directly. When the
+router's process dies, another one takes over within a fraction of a second.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ from chefbot.ros2.rmw.graph import Graph
 from chefbot.ros2.rmw.malloc_tuning import keep_memory
 
 PORT = 7447
-"""Where rmw_zenoh looks for its router."""
+"""Port on which rmw_zenoh expects its router."""
 LOOPBACK = "127.0.0.1"
 WATCH_PERIOD = 0.2
-"""Seconds between two looks whether there is a router."""
+"""Seconds between two checks for a router."""
 ROUTER_WAIT = 0.1
-"""Seconds that opening waits for a router at most; without one it goes on looking in the background."""
+"""Maximum time that opening waits for a router, s; afterwards the search goes on in the background."""
 MAX_DOMAIN = 232
 STUCK_US = 1_000_000
-"""A peer that takes nothing for so long is cut off. With Zenoh's 5 s a listener that dies while it is sent a large
-map keeps the sender from everybody else for that time."""
+"""Time after which a peer that accepts no data is disconnected, us. With Zenoh's default of 5 s, a subscriber
+that dies while it receives a large map blocks the publisher towards all others for that time."""
 
 THREADS = "(rx: (worker_threads: 1))"
-"""Zenoh's default of two receiving threads wake each other for every message: with one, a scan takes half the time
-and half the processor (docs/why.md). The environment's own ZENOH_RUNTIME goes before."""
+"""Zenoh's default of two receiving threads wake each other for every message; with one, a scan takes half the
+time and half the CPU (docs/why.md). ZENOH_RUNTIME in the environment takes precedence."""
 
 
 class Wire:
-    """One Zenoh session and what is known of the others in its ROS domain.
+    """A Zenoh session and the ROS graph of its domain.
 
-    `router`: take the router's place when nobody has it; programs that stay a moment only should not.
-    UserError when the wire cannot be opened at all.
+    With `router` it becomes the router when there is none; short-lived programs should not. Raises UserError
+    when the session cannot be opened.
     """
 
     def __init__(self, domain: int = 0, *, port: int = PORT, router: bool = True) -> None:
@@ -51,11 +51,12 @@ class Wire:
         keep_memory()
         self.domain = domain
         self.refused = Tally()
-        """What came in and was no message of its type, by reason; for diagnostics."""
+        """Counts of received data that was no valid message of its type, by reason; for diagnostics."""
         self._port = port
         self._numbers = count()
         self._closing = threading.Event()
         self._may_route = router
+        # The router is opened first, so that this process's own session can connect to it
         self._router = _open_router(port) if router else None
         self.session = _open_peer(port)
         self._await_router()
@@ -66,20 +67,20 @@ class Wire:
 
     @property
     def is_router(self) -> bool:
-        """Whether this process is the router of its machine."""
+        """Return whether this process is the router of its machine."""
         return self._router is not None
 
     @property
     def connected(self) -> bool:
-        """Whether there is a router, ours or another."""
+        """Return whether there is a router, in this or another process."""
         return bool(self.session.info.routers_zid())
 
     def next_id(self) -> str:
-        """Nodes and their ends are numbered through, from 0."""
+        """Return the next id for a node or endpoint of this session, counting from 0."""
         return str(next(self._numbers))
 
     def close(self) -> None:
-        """Say goodbye to all and free the port."""
+        """Close the session and the router, and free the port."""
         self._closing.set()
         if threading.current_thread() is not self._watcher:
             self._watcher.join()
@@ -96,15 +97,18 @@ class Wire:
         self.close()
 
     def _await_router(self) -> None:
-        """Zenoh connects behind our back and tries for ever; a router that is there answers in milliseconds."""
-        until = time.monotonic() + ROUTER_WAIT
-        while not self.connected and time.monotonic() < until:
+        """Wait briefly for a router.
+
+        Zenoh connects in the background and retries forever; a running router replies within milliseconds.
+        """
+        deadline = time.monotonic() + ROUTER_WAIT
+        while not self.connected and time.monotonic() < deadline:
             time.sleep(0.001)
 
     def _watch(self) -> None:
-        """Take the router's place when it is empty; close what a program that ends has left open.
+        """Become the router when there is none; close the session when the main thread has ended.
 
-        Zenoh's threads would keep it alive for ever, and `atexit` comes after them.
+        Zenoh's threads would keep the process alive forever, and `atexit` runs only after them.
         """
         while not self._closing.wait(WATCH_PERIOD):
             if not threading.main_thread().is_alive():
@@ -115,7 +119,7 @@ class Wire:
 
 
 def _open_router(port: int) -> zenoh.Session | None:
-    """A router on loopback, None when the port is taken: then somebody else is it."""
+    """Open a router on loopback; return None when the port is taken, because then another router runs."""
     config = {**_common(), "mode": "router", "listen": {"endpoints": [f"tcp/{LOOPBACK}:{port}"]}}
     try:
         return _open(config)
@@ -145,7 +149,7 @@ def _open_peer(port: int) -> zenoh.Session:
 
 
 def _common() -> dict[str, Any]:
-    """As rmw_zenoh's own configuration has it, but without its half second of scouting."""
+    """Return the configuration of rmw_zenoh, but without its scouting delay of half a second."""
     return {
         "scouting": {"delay": 0, "multicast": {"enabled": False}, "gossip": {"enabled": True}},
         "timestamping": {"enabled": True},
@@ -162,5 +166,5 @@ def _open(config: dict[str, Any]) -> zenoh.Session:
 
 
 def _short(error: zenoh.ZError) -> str:
-    """Without the library's own file names."""
+    """Return the error text without the library's own file names."""
     return str(error).partition(" at /")[0]

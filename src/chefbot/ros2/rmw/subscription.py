@@ -1,4 +1,4 @@
-"""A subscription as rmw_zenoh has it: what is no message of its type is counted and refused."""
+"""A subscription compatible with rmw_zenoh; data that is no message of its type is counted and rejected."""
 
 from __future__ import annotations
 
@@ -17,20 +17,22 @@ from chefbot.ros2.rmw.session import Wire
 from chefbot.ros2.rmw.threads import keep_state
 
 Receive = Callable[[bytes, Attachment], None]
-"""Called in Zenoh's thread with a sample's CDR bytes; a CdrError, InvalidMessageError or WireError is counted."""
+"""Callback for a sample's CDR bytes, in a Zenoh thread; CdrError, InvalidMessageError and WireError are
+counted."""
 Take = Callable[[bytes, bytes], None]
-"""The same with the attachment's bytes, which are of the right form: most do not look into them."""
+"""The same with the raw bytes of the attachment, already checked: most callbacks do not need its fields."""
 CPU_BUFFERS = "_buf_cpu"
-"""Where newer rmw_zenoh sends types with `uint8[]` to those who ask for it (`backends:cpu:`)."""
+"""Key suffix where newer rmw_zenoh sends types with `uint8[]` on request (`backends:cpu:`)."""
 
 MOST_PUBLISHERS = 100
-"""Whose numbers are kept; they come and go."""
+"""Maximum number of publishers whose sequence numbers are kept."""
 
 
 class Subscription:
-    """Listens to one topic; made by `WireNode.subscription`. `remote_only`: not to this very process.
+    """A subscription to one topic, created by `WireNode.subscription`.
 
-    `topic` names it in the tally of what was refused.
+    With `remote_only` samples from this process are ignored. `topic` is the name under which rejected samples
+    are counted.
     """
 
     def __init__(
@@ -46,53 +48,57 @@ class Subscription:
     ) -> None:
         self.key = key
         self.qos = qos
-        self._give = take
+        self._callback = take
         self._topic = topic
         self._refused: Tally = wire.refused
         origin = zenoh.Locality.REMOTE if remote_only else zenoh.Locality.ANY
-        callback = handlers.Callback(self._take, indirect=False)  # else each costs a thread, and a turn of it
+        # an indirect callback would cost a thread, and a context switch per sample
+        callback = handlers.Callback(self._on_sample, indirect=False)
         keys = [key, f"{key}/{CPU_BUFFERS}"] if buffered else [key]
         self._last: dict[bytes, int] | None = {} if buffered else None
-        """Of each publisher the last number, where one sample may come on both keys."""
-        self._zenoh = [_declare(wire.session, one, qos, callback, origin) for one in keys]
+        """Last sequence number of each publisher, where one sample may arrive on both keys."""
+        self._zenoh = [_declare(wire.session, each, qos, callback, origin) for each in keys]
 
     def close(self) -> None:
-        """Listen no more."""
-        for one in self._zenoh:
-            one.undeclare()
+        """Undeclare the subscription from the Zenoh session."""
+        for subscriber in self._zenoh:
+            subscriber.undeclare()
 
-    def _take(self, sample: zenoh.Sample) -> None:
+    def _on_sample(self, sample: zenoh.Sample) -> None:
         keep_state()
         try:
-            found = sample.attachment
-            beside = checked(None if found is None else found.to_bytes())
-            if self._last is None or self._is_new(unpack(beside), self._last):
-                self._give(sample.payload.to_bytes(), beside)
+            data = sample.attachment
+            attachment = checked(None if data is None else data.to_bytes())
+            if self._last is None or self._is_new(unpack(attachment), self._last):
+                self._callback(sample.payload.to_bytes(), attachment)
         except (WireError, CdrError, InvalidMessageError) as error:
             self._refused.add(f"{self._topic}: {error}")
 
     def _is_new(self, attachment: Attachment, last: dict[bytes, int]) -> bool:
-        """False for what came on the other key: newer rmw_zenoh speaks on both when older listeners are there."""
-        before = last.get(attachment.gid, 0)
+        """Return False for a sample that already arrived on the other key.
+
+        Newer rmw_zenoh publishes on both keys when older subscribers are present.
+        """
+        previous = last.get(attachment.gid, 0)
         if len(last) >= MOST_PUBLISHERS:
             last.clear()
-        last[attachment.gid] = max(before, attachment.sequence)
-        return attachment.sequence > before
+        last[attachment.gid] = max(previous, attachment.sequence)
+        return attachment.sequence > previous
 
 
 def _declare(
     session: zenoh.Session,
     key: str,
     qos: QoS,
-    take: handlers.Callback[zenoh.Sample],
+    callback: handlers.Callback[zenoh.Sample],
     origin: zenoh.Locality,
 ) -> Any:
     if not qos.latched:
-        return session.declare_subscriber(key, take, allowed_origin=origin)
+        return session.declare_subscriber(key, callback, allowed_origin=origin)
     return ext.declare_advanced_subscriber(
         session,
         key,
-        take,
+        callback,
         allowed_origin=origin,
         history=ext.HistoryConfig(detect_late_publishers=True, max_samples=qos.depth),
         recovery=ext.RecoveryConfig(periodic_queries=None, heartbeat=True) if qos.reliable else None,

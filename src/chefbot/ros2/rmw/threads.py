@@ -1,4 +1,4 @@
-"""Zenoh's threads as Python sees them."""
+"""Python thread states of Zenoh's threads."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ import ctypes
 from threading import get_native_id
 
 _known: set[int] = set()
-"""The system's numbers: Python's own are addresses, which come again."""
+"""Native thread ids; Python's own ids are addresses, which are reused."""
 
 
 def keep_state() -> None:
-    """The calling thread of Zenoh's keeps its Python thread state for good; called at the begin of a callback.
+    """Keep the Python thread state of the calling Zenoh thread; call at the start of a callback.
 
-    A thread that Python did not start gets a new state, with a stack of 16 kB from the operating system, whenever
-    it calls into Python, and gives it back behind the call. Where one such call never ends it stays (C API,
-    "Non-Python created threads"): a message then costs a fifth less. Zenoh changes its receiving thread hardly ever
-    (once at the start, then not while 60 processes came and went), so few states are left behind by threads that end.
+    A thread that Python did not start gets a new state, with a 16 kB stack from the operating system,
+    whenever it calls into Python, and releases it after the call. If one such call never ends the state stays
+    (C API, "Non-Python created threads"), and a message then costs a fifth less. Zenoh hardly ever changes
+    its receiving thread (once at the start, then not while 60 processes came and went), so few states leak
+    with threads that end.
     """
     thread = get_native_id()
     if thread not in _known:

@@ -1,4 +1,4 @@
-"""Liveliness tokens: how nodes and their ends make themselves known, and the GID that follows from each."""
+"""Liveliness tokens, which announce nodes and endpoints, and the GID derived from each."""
 
 from __future__ import annotations
 
@@ -17,78 +17,81 @@ _NODE_FIELDS, _END_FIELDS = 9, 13
 
 
 class NodeId(NamedTuple):
-    """A node, and in which session it lives."""
+    """A node and the Zenoh session that it belongs to."""
 
     domain: int
     zid: str
-    """The session's id as Zenoh writes it; opaque."""
+    """Id of the session as Zenoh writes it; opaque."""
     nid: str
-    """Counted within the session."""
+    """Number of the node within the session."""
     namespace: str
-    """'/' or '/robot1'"""
+    """Namespace, '/' or such as '/robot1'."""
     name: str
     enclave: str = "/"
 
     @property
     def full_name(self) -> str:
-        """'/robot1/base'"""
+        """Full name of the node, such as '/robot1/base'."""
         return f"{self.namespace.rstrip('/')}/{self.name}"
 
 
 class End(NamedTuple):
-    """What a node does on one topic or service."""
+    """A publisher, subscription, server or client of a node, as described in its token."""
 
     id: str
     kind: str
     """MP publisher, MS subscription, SS service server, SC service client."""
     topic: str
-    """'/robot1/scan'"""
+    """Full name of the topic or service, such as '/robot1/scan'."""
     type: WireType
     qos: QoS
     backends: str = ""
-    """Of newer rmw_zenoh: 'backends:cpu:' and the like."""
+    """Buffer backends of newer rmw_zenoh, such as 'backends:cpu:'."""
 
 
 class Token(NamedTuple):
-    """One token: of a node, or of one of its ends."""
+    """A liveliness token of a node, or of one of its endpoints."""
 
     node: NodeId
     end: End | None = None
 
     def __str__(self) -> str:
-        """The key expression."""
+        """Return the token's key expression."""
         node, end = self.node, self.end
         head = f"{ROOT}/{node.domain}/{node.zid}/{node.nid}/{end.id if end else node.nid}"
-        about = f"{_mangle(node.enclave)}/{_mangle(node.namespace)}/{node.name}"
+        node_part = f"{_mangle(node.enclave)}/{_mangle(node.namespace)}/{node.name}"
         if end is None:
-            return f"{head}/{NODE}/{about}"
+            return f"{head}/{NODE}/{node_part}"
         tail = f"{_mangle(end.topic)}/{end.type.dds}/{end.type.hash}/{end.qos}"
-        return f"{head}/{end.kind}/{about}/{tail}" + (f"/{end.backends}" if end.backends else "")
+        return f"{head}/{end.kind}/{node_part}/{tail}" + (f"/{end.backends}" if end.backends else "")
 
     @property
     def gid(self) -> bytes:
-        """16 bytes that tell this end from all others: XXH3-128 of the token, low half first."""
+        """GID of the endpoint, 16 bytes: XXH3-128 of the token, low half first."""
         return gid_of(str(self))
 
 
 def gid_of(token: str) -> bytes:
-    """The GID of a token's text."""
+    """Return the GID of a token's text."""
     return xxhash.xxh3_128_intdigest(token.encode()).to_bytes(16, "little")
 
 
 def all_tokens(domain: int) -> str:
-    """The key expression of every token of a domain."""
+    """Return the key expression that matches every token of a domain."""
     return f"{ROOT}/{domain}/**"
 
 
 def parse_token(text: str) -> Token:
-    """The token. WireError when it is none, e.g. with an empty field; more fields than known are allowed."""
+    """Parse a token's key expression; additional trailing fields are allowed.
+
+    Raises WireError when it is malformed, e.g. with an empty field.
+    """
     fields = text.split("/")
     if fields[0] != ROOT:
         raise WireError(f"{text!r} is no token: it does not begin with {ROOT}")
     if len(fields) < _NODE_FIELDS or not all(fields[:_END_FIELDS]):
         raise WireError(f"{text!r} is no token: a field is missing or empty")
-    _, domain, zid, nid, own, kind, enclave, namespace, name = fields[:_NODE_FIELDS]
+    _, domain, zid, nid, entity_id, kind, enclave, namespace, name = fields[:_NODE_FIELDS]
     if not (domain.isascii() and domain.isdigit() and len(domain) <= 4):
         raise WireError(f"{text!r} is no token: {domain!r} is no domain")
     node = NodeId(int(domain), zid, nid, _demangle(namespace), name, _demangle(enclave))
@@ -98,10 +101,12 @@ def parse_token(text: str) -> Token:
         raise WireError(f"{text!r} is no token: {kind!r} is no kind of end")
     if len(fields) < _END_FIELDS:
         raise WireError(f"{text!r} is no token: an end has {_END_FIELDS} fields, not {len(fields)}")
+    # Fields of endpoints only
     topic, dds, type_hash, qos = fields[_NODE_FIELDS:_END_FIELDS]
     backends = "/".join(fields[_END_FIELDS:])
     return Token(
-        node, End(own, kind, _demangle(topic), WireType(ros_name(dds), type_hash), parse_qos(qos), backends)
+        node,
+        End(entity_id, kind, _demangle(topic), WireType(ros_name(dds), type_hash), parse_qos(qos), backends),
     )
 
 

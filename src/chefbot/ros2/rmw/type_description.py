@@ -1,4 +1,4 @@
-"""What the types of a node look like, for programs that have not got them: get_type_description."""
+"""The get_type_description service (REP-2016): definitions of a node's types for programs without them."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from chefbot.ros2.rmw.service import Call
 
 
 class TypeDescriptions:
-    """Answers for one node, from the definitions that chefbot has."""
+    """The get_type_description service of one node, served from chefbot's own definitions."""
 
     def __init__(self, node: WireNode) -> None:
         node.server("~/get_type_description", GetTypeDescription, self._answer)
 
     def _answer(self, call: Call[Any, Any]) -> None:
-        name, asked = call.request.type_name, call.request.type_hash
+        name, requested_hash = call.request.type_name, call.request.type_hash
         try:
-            description, known = _find(name)
+            description, type_hash = _find(name)
         except KeyError as error:
             call.answer(GetTypeDescription_Response(False, str(error.args[0])))
             return
-        if asked and asked != known:
-            call.answer(GetTypeDescription_Response(False, f"{name} is known here with the hash {known}"))
+        if requested_hash and requested_hash != type_hash:
+            call.answer(GetTypeDescription_Response(False, f"{name} is known here with the hash {type_hash}"))
         else:
             sources = _sources(description) if call.request.include_type_sources else ()
             call.answer(GetTypeDescription_Response(True, "", TypeDescription.of(description), sources))
 
 
 def _find(name: str) -> tuple[Description, str]:
-    """Description and hash of any kind of type. KeyError when there is none."""
+    """Return description and hash of a message, service or action type; raises KeyError when unknown."""
     if "/srv/" in name:
         description = service_type(name).description
     elif "/action/" in name and "_" not in name.rpartition("/")[2]:
@@ -48,12 +48,15 @@ def _find(name: str) -> tuple[Description, str]:
 
 
 def _sources(description: Description) -> tuple[TypeSource, ...]:
-    """As rosidl keeps them: of the type and of all that it uses, in the order of the description."""
-    return tuple(_source(one.name) for one in (description, *description.uses))
+    """Return the sources of the type and of all types it uses, in the description's order (as rosidl)."""
+    return tuple(_source(used.name) for used in (description, *description.uses))
 
 
 def _source(name: str) -> TypeSource:
-    """What its file says without comments; a type that rosidl makes of a service or action has no file."""
+    """Return the definition text without comments.
+
+    Types that rosidl derives from services and actions have none.
+    """
     _, folder, short = name.split("/")
     if folder == "msg":
         return TypeSource(name, folder, own_text(message_type(name)))

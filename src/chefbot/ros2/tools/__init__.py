@@ -1,1 +1,1 @@
-"""Verbs that look at the wire and take part in it, as ROS 2's own tools do: its nodes are seen like ours."""
+"""Command line tools for the ROS graph, like the ros2 command's; ROS 2 nodes are shown like chefbot's own."""

@@ -1,4 +1,4 @@
-"""`chefbot action list` and `send`."""
+"""The commands `chefbot action list` and `send`."""
 
 from __future__ import annotations
 
@@ -36,30 +36,33 @@ from chefbot.ros2.tools.common import (
 )
 
 SERVED_WAIT, CANCEL_WAIT = 2.0, 5.0
-"""Seconds that a way to the server may take to be found, and that a cancelled goal has to end."""
+"""Maximum time to find the server, and for a canceled goal to finish, s."""
 SEND_GOAL = "_SendGoal"
-"""Ends the name of the service that takes goals."""
+"""Suffix of the type name of the send_goal service."""
 ENDINGS = {STATUS_SUCCEEDED: "succeeded", STATUS_CANCELED: "cancelled", STATUS_ABORTED: "aborted"}
 
 
 def run_list(verbose: bool) -> None:
-    """A name a line; with types and servers if `verbose`."""
+    """Print one action name per line; with types and servers if `verbose`."""
     with on_wire("action") as node:
         print_served(node.wire.graph.actions().values(), verbose)
 
 
-def run_send(name: str, words: Sequence[str], quiet: bool) -> int:
-    """Feedback and result as YAML; Ctrl-C cancels. Exit code: 1 unless it succeeded."""
-    given, plain = type_and_values(words)
+def run_send(name: str, arguments: Sequence[str], quiet: bool) -> int:
+    """Send a goal and print its feedback and result as YAML; Ctrl-C cancels it.
+
+    Returns the exit code: 1 unless the goal succeeded.
+    """
+    type_given, values = type_and_values(arguments)
     with on_wire("action") as node, stopping() as stop:
         named = find(node.wire.graph.actions, name, "action")
         action = _action(named)
-        if given and type_name(given, "action") != action.ros_name:
-            raise UserError(f"action {named.name} is a {action.ros_name}, not a {given}")
-        goal = from_plain(action.goal, plain, f"values for {named.name}", Time.of(time.time_ns()))
+        if type_given and type_name(type_given, "action") != action.ros_name:
+            raise UserError(f"action {named.name} is a {action.ros_name}, not a {type_given}")
+        goal = from_plain(action.goal, values, f"values for {named.name}", Time.of(time.time_ns()))
         client = ActionClient(node, named.name, action)
-        until = time.monotonic() + SERVED_WAIT
-        while not client.served and time.monotonic() < until:
+        deadline = time.monotonic() + SERVED_WAIT
+        while not client.served and time.monotonic() < deadline:
             time.sleep(0.01)
         if not client.served:
             raise UserError(
@@ -70,18 +73,18 @@ def run_send(name: str, words: Sequence[str], quiet: bool) -> int:
 
 
 def _action(named: Named) -> Action[Any, Any, Any]:
-    """Our types for what is served, in whichever edition we know. UserError when it is unknown."""
-    kinds = [one.end.type for one in named.givers]
-    kind = kinds[0] if len({one.name for one in kinds}) == 1 else only_type(named, "action")
-    own = kind.name.removesuffix(SEND_GOAL)
-    known = {one.send_goal_service.type_hash for one in editions(own)}
-    if not any(one.hash in known for one in kinds):
+    """Return our definition of a served action in any version known here; raises UserError when unknown."""
+    kinds = [server.end.type for server in named.givers]
+    kind = kinds[0] if len({kind.name for kind in kinds}) == 1 else only_type(named, "action")
+    action_name = kind.name.removesuffix(SEND_GOAL)
+    known = {version.send_goal_service.type_hash for version in editions(action_name)}
+    if not any(kind.hash in known for kind in kinds):
         definition(kind, _send_goal, f"action {named.name}")
-    return action_type(own)
+    return action_type(action_name)
 
 
 def _send_goal(name: str) -> Any:
-    """Its hash is what tells on the wire which version of the action is served."""
+    """Return the send_goal service of an action; its hash identifies the version of the action."""
     return action_type(name.removesuffix(SEND_GOAL)).send_goal_service
 
 
@@ -94,14 +97,14 @@ def _indented(message: Message) -> str:
 
 
 def _await(handle: GoalHandle, name: str, stop: Event) -> int:
-    """The end of the goal; when `stop` is set it is cancelled first."""
-    give_up: float | None = None
+    """Wait for the end of the goal, canceling it first when `stop` is set; return the exit code."""
+    deadline: float | None = None
     while True:
-        if stop.is_set() and give_up is None:
+        if stop.is_set() and deadline is None:
             errors.print(f"chefbot: cancelling {name}")
             handle.cancel()
-            give_up = time.monotonic() + CANCEL_WAIT
-        if give_up is not None and time.monotonic() > give_up:
+            deadline = time.monotonic() + CANCEL_WAIT
+        if deadline is not None and time.monotonic() > deadline:
             raise UserError(f"{name} did not end in {CANCEL_WAIT:g} s after it was cancelled; it may go on")
         try:
             status, result = handle.outcome.result(timeout=0.05)

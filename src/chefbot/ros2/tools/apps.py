@@ -1,4 +1,4 @@
-"""The verbs of the wire as the command line has them; what they do is imported when one is called."""
+"""The Typer apps of the ROS graph tools; implementations are imported only when a command is called."""
 
 from __future__ import annotations
 
@@ -16,23 +16,25 @@ bag_app = typer.Typer(no_args_is_help=True, help="Bags as rosbag2 keeps them: re
 _TOPIC = typer.Argument(help="a topic's name, such as /scan")
 _NODE = typer.Argument(help="a node's name, such as /base")
 _PARAMETER = typer.Argument(help="its name")
-_WORDS = typer.Argument(help="[TYPE] VALUES: YAML or JSON in quotes; fields left out have their defaults")
+_VALUES = typer.Argument(help="[TYPE] VALUES: YAML or JSON in quotes; fields left out have their defaults")
 _VERBOSE = typer.Option("-v", "--verbose", help="with types and who is at the ends")
 _ALL = typer.Option("--all", help="hidden ones too: the inside of actions, and tools")
 _SECONDS = typer.Option(min=0, help="how long, s; 0: until Ctrl-C")
 
 
 @topic_app.command("list")
-def topic_list(verbose: Annotated[bool, _VERBOSE] = False, everything: Annotated[bool, _ALL] = False) -> None:
-    """Topics that somebody publishes or hears."""
+def topic_list(
+    verbose: Annotated[bool, _VERBOSE] = False, include_hidden: Annotated[bool, _ALL] = False
+) -> None:
+    """List the topics that have a publisher or a subscription."""
     from chefbot.ros2.tools.topic_info import run_list
 
-    run_list(verbose, everything)
+    run_list(verbose, include_hidden)
 
 
 @topic_app.command("info")
 def topic_info(topic: Annotated[str, _TOPIC]) -> None:
-    """Who publishes and who hears it, with which QoS, and who of them cannot hear whom."""
+    """Show the publishers and subscriptions of a topic with their QoS, and which of them do not match."""
     from chefbot.ros2.tools.topic_info import run_info
 
     run_info(topic)
@@ -43,18 +45,18 @@ def topic_echo(
     topic: Annotated[str, _TOPIC],
     once: Annotated[bool, typer.Option("--once", help="one message, then stop")] = False,
     field: Annotated[str, typer.Option(help="only a part, such as pose.pose.position or ranges[0]")] = "",
-    whole: Annotated[bool, typer.Option("--whole", help="long arrays to their end")] = False,
+    full_length: Annotated[bool, typer.Option("--whole", help="long arrays to their end")] = False,
     duration: Annotated[float, _SECONDS] = 0.0,
 ) -> None:
-    """Messages as YAML, as they come."""
+    """Print the messages of a topic as YAML."""
     from chefbot.ros2.tools.topic_listen import run_echo
 
-    raise typer.Exit(run_echo(topic, once, field, whole, duration))
+    raise typer.Exit(run_echo(topic, once, field, full_length, duration))
 
 
 @topic_app.command("hz")
 def topic_hz(topic: Annotated[str, _TOPIC], duration: Annotated[float, _SECONDS] = 5.0) -> None:
-    """How often messages come, how regularly, how many bytes a second."""
+    """Measure the rate, jitter and bandwidth of a topic."""
     from chefbot.ros2.tools.topic_listen import run_hz
 
     raise typer.Exit(run_hz(topic, duration))
@@ -63,27 +65,27 @@ def topic_hz(topic: Annotated[str, _TOPIC], duration: Annotated[float, _SECONDS]
 @topic_app.command("pub")
 def topic_pub(
     topic: Annotated[str, _TOPIC],
-    values: Annotated[list[str], _WORDS],
+    values: Annotated[list[str], _VALUES],
     rate: Annotated[float, typer.Option(min=0.01, max=1000, help="messages a second")] = 1.0,
     once: Annotated[bool, typer.Option("--once", help="one message, then stop")] = False,
 ) -> None:
-    """Say something, until Ctrl-C; times may be written as now, headers as auto."""
+    """Publish messages until Ctrl-C; times may be written as now, headers as auto."""
     from chefbot.ros2.tools.topic_pub import run_pub
 
     run_pub(topic, values, rate, once)
 
 
 @node_app.command("list")
-def node_list(everything: Annotated[bool, _ALL] = False) -> None:
-    """Names of the nodes."""
+def node_list(include_hidden: Annotated[bool, _ALL] = False) -> None:
+    """List the names of all nodes."""
     from chefbot.ros2.tools.node import run_list
 
-    run_list(everything)
+    run_list(include_hidden)
 
 
 @node_app.command("info")
 def node_info(node: Annotated[str, _NODE]) -> None:
-    """What a node publishes, hears, serves and calls."""
+    """Show what a node publishes, subscribes to, serves and calls."""
     from chefbot.ros2.tools.node import run_info
 
     run_info(node)
@@ -91,21 +93,21 @@ def node_info(node: Annotated[str, _NODE]) -> None:
 
 @service_app.command("list")
 def service_list(
-    verbose: Annotated[bool, _VERBOSE] = False, everything: Annotated[bool, _ALL] = False
+    verbose: Annotated[bool, _VERBOSE] = False, include_hidden: Annotated[bool, _ALL] = False
 ) -> None:
-    """Services that somebody serves."""
+    """List the services that have a server."""
     from chefbot.ros2.tools.service import run_list
 
-    run_list(verbose, everything)
+    run_list(verbose, include_hidden)
 
 
 @service_app.command("call")
 def service_call(
     name: Annotated[str, typer.Argument(help="the service's name")],
-    values: Annotated[list[str] | None, _WORDS] = None,
+    values: Annotated[list[str] | None, _VALUES] = None,
     timeout: Annotated[float, typer.Option(min=0.1, max=3600, help="for the answer, s")] = 5.0,
 ) -> None:
-    """Call one and print the response."""
+    """Call a service and print the response."""
     from chefbot.ros2.tools.service import run_call
 
     run_call(name, values or [], timeout)
@@ -113,7 +115,7 @@ def service_call(
 
 @action_app.command("list")
 def action_list(verbose: Annotated[bool, _VERBOSE] = False) -> None:
-    """Actions that somebody serves."""
+    """List the actions that have a server."""
     from chefbot.ros2.tools.action import run_list
 
     run_list(verbose)
@@ -122,10 +124,10 @@ def action_list(verbose: Annotated[bool, _VERBOSE] = False) -> None:
 @action_app.command("send")
 def action_send(
     name: Annotated[str, typer.Argument(help="the action's name")],
-    values: Annotated[list[str] | None, _WORDS] = None,
+    values: Annotated[list[str] | None, _VALUES] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="without feedback")] = False,
 ) -> None:
-    """Give a goal and wait for its end; Ctrl-C cancels it. Exit code 1 unless it succeeded."""
+    """Send a goal and wait for its result; Ctrl-C cancels it. Exit code 1 unless it succeeded."""
     from chefbot.ros2.tools.action import run_send
 
     raise typer.Exit(run_send(name, values or [], quiet))
@@ -133,7 +135,7 @@ def action_send(
 
 @param_app.command("list")
 def param_list(node: Annotated[str, typer.Argument(help="a node; without one, all")] = "") -> None:
-    """Parameters and their values."""
+    """List parameters and their values."""
     from chefbot.ros2.tools.param import run_list
 
     run_list(node)
@@ -141,7 +143,7 @@ def param_list(node: Annotated[str, typer.Argument(help="a node; without one, al
 
 @param_app.command("get")
 def param_get(node: Annotated[str, _NODE], parameter: Annotated[str, _PARAMETER]) -> None:
-    """The value of one."""
+    """Print the value of a parameter."""
     from chefbot.ros2.tools.param import run_get
 
     run_get(node, parameter)
@@ -153,7 +155,7 @@ def param_set(
     parameter: Annotated[str, _PARAMETER],
     value: Annotated[str, typer.Argument(help="as YAML: 0.3, true, text, [1, 2]")],
 ) -> None:
-    """Another value; exit code 1 if the node refuses it."""
+    """Set a parameter; exit code 1 if the node rejects the value."""
     from chefbot.ros2.tools.param import run_set
 
     raise typer.Exit(run_set(node, parameter, value))
@@ -161,7 +163,7 @@ def param_set(
 
 @param_app.command("describe")
 def param_describe(node: Annotated[str, _NODE], parameter: Annotated[str, _PARAMETER]) -> None:
-    """What it means, its type and its bounds."""
+    """Show a parameter's description, type and bounds."""
     from chefbot.ros2.tools.param import run_describe
 
     run_describe(node, parameter)
@@ -172,7 +174,7 @@ def graph(
     as_json: Annotated[bool, typer.Option("--json", help="print it as JSON, without a picture")] = False,
     duration: Annotated[float, typer.Option(min=0, help="how long rates are measured, s")] = 3.0,
 ) -> None:
-    """Draw who says what to whom, with measured rates."""
+    """Draw the graph of nodes and topics with measured rates."""
     from chefbot.ros2.tools.graph import run_graph
 
     run_graph(out, as_json, duration)
@@ -185,13 +187,13 @@ def bag_record(
         Path | None,
         typer.Option("-o", "--out", help="a new folder, or a file NAME.mcap; default: by the time"),
     ] = None,
-    everything: Annotated[bool, _ALL] = False,
+    include_hidden: Annotated[bool, _ALL] = False,
     duration: Annotated[float, _SECONDS] = 0.0,
 ) -> None:
-    """Keep what is said, of any type."""
+    """Record topics of any type into a bag."""
     from chefbot.ros2.tools.bag import run_record
 
-    run_record(out, topics or [], everything, duration)
+    run_record(out, topics or [], include_hidden, duration)
 
 
 @bag_app.command("play")
@@ -206,7 +208,7 @@ def bag_play(
         bool, typer.Option("--clock", help="tell the recorded time on /clock meanwhile")
     ] = False,
 ) -> None:
-    """Say on the wire what a bag has kept."""
+    """Publish the messages of a bag."""
     from chefbot.ros2.tools.bag import run_play
 
     run_play(bag, rate, loop, topics or [], clock)
@@ -214,15 +216,15 @@ def bag_play(
 
 @bag_app.command("info")
 def bag_info(bag: Annotated[Path, typer.Argument(help="a bag's folder, or an MCAP file")]) -> None:
-    """What is in a bag; exit code 1 if it is cut off."""
+    """Show the contents of a bag; exit code 1 if it is truncated."""
     from chefbot.ros2.tools.bag import run_info
 
     raise typer.Exit(run_info(bag))
 
 
 def add_tools(app: typer.Typer) -> None:
-    """Give the command line these verbs."""
-    for name, verbs in (
+    """Add these commands to the command line app."""
+    for name, commands in (
         ("topic", topic_app),
         ("node", node_app),
         ("service", service_app),
@@ -230,5 +232,5 @@ def add_tools(app: typer.Typer) -> None:
         ("param", param_app),
         ("bag", bag_app),
     ):
-        app.add_typer(verbs, name=name)
+        app.add_typer(commands, name=name)
     app.command("graph")(graph)

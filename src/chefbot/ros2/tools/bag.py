@@ -1,4 +1,4 @@
-"""`chefbot bag record`, `play` and `info`."""
+"""The commands `chefbot bag record`, `play` and `info`."""
 
 from __future__ import annotations
 
@@ -18,38 +18,44 @@ from chefbot.ros2.tools.topic_info import seen
 from chefbot.ros2.tools.topic_listen import quantity
 
 
-def run_record(out: Path | None, topics: Sequence[str], everything: bool, seconds: float) -> None:
-    """Until Ctrl-C, or for so long; what was recorded is whole whatever happens."""
-    wanted = {full_name(one) for one in topics}
-    if wanted and everything:
+def run_record(out: Path | None, topics: Sequence[str], include_hidden: bool, seconds: float) -> None:
+    """Record topics until Ctrl-C, or for `seconds`.
+
+    The bag is finished properly even when recording fails.
+    """
+    requested = {full_name(topic) for topic in topics}
+    if requested and include_hidden:
         raise UserError("give topics or --all, not both")
     with on_wire("record") as node, stopping() as stop:
         writer = BagWriter(out or Path(f"rosbag2_{datetime.now(UTC).astimezone():%Y_%m_%d-%H_%M_%S}"))
-        for name in sorted(wanted - set(node.wire.graph.topics())):
+        for name in sorted(requested - set(node.wire.graph.topics())):
             errors.print(f"chefbot: nobody has {name} yet; it is recorded as soon as somebody speaks there")
         recorder = BagRecorder(
-            node, writer, lambda name: name in wanted if wanted else everything or not hidden(name)
+            node, writer, lambda name: name in requested if requested else include_hidden or not hidden(name)
         )
         try:
             recorder.run(seconds or None, stop)
-        except UserError as full:
-            with suppress(UserError):  # no room for metadata.yaml either: the MCAP file says the same
+        except UserError as error:
+            with suppress(UserError):  # no space for metadata.yaml either; the MCAP file contains it
                 writer.close()
-            kept = sum(writer.counts.values())
-            raise UserError(f"{full}; the {kept} messages before are whole") from None
+            count = sum(writer.counts.values())
+            raise UserError(f"{error}; the {count} messages before are whole") from None
         node.close()
         recorder.write_waiting()
         writer.close()
-    _tell(writer, recorder, wanted)
+    _print_summary(writer, recorder, requested)
 
 
 def run_play(path: Path, rate: float, loop: bool, topics: Sequence[str], clock: bool) -> None:
-    """Once, or over and over until Ctrl-C. `clock`: with the recorded time on /clock."""
+    """Play a bag once, or repeatedly until Ctrl-C.
+
+    With `clock` the recorded time is published on /clock.
+    """
     bag = read_bag(path)
     for sentence in bag.cut:
         errors.print(f"chefbot: {sentence}")
     with on_wire("bag_player", alone=True) as node, stopping() as stop:
-        player = Player(node, bag, topics or _not_live(node.wire.graph, bag), clock=clock)
+        player = Player(node, bag, topics or _topics_without_publishers(node.wire.graph, bag), clock=clock)
         for sentence in player.left_out:
             errors.print(f"chefbot: not played: {sentence}")
         player.await_listeners(node)
@@ -60,9 +66,12 @@ def run_play(path: Path, rate: float, loop: bool, topics: Sequence[str], clock: 
                 return
 
 
-def _not_live(graph: Graph, bag: Bag) -> list[str]:
-    """Topics on which nobody else speaks: a robot that runs must not hear its own past, least of all commands."""
-    live = {name for name, named in graph.topics().items() if seen(named.givers)}
+def _topics_without_publishers(graph: Graph, bag: Bag) -> list[str]:
+    """Return the topics without another publisher.
+
+    A running robot must not receive its own recorded messages, least of all commands.
+    """
+    live = {name for name, endpoints in graph.topics().items() if seen(endpoints.givers)}
     names = sorted({topic.name for topic in bag.topics})
     if left_out := [name for name in names if name in live]:
         errors.print(f"chefbot: not played, since others speak there now: {', '.join(left_out)}")
@@ -75,7 +84,7 @@ def _not_live(graph: Graph, bag: Bag) -> list[str]:
 
 
 def run_info(path: Path) -> int:
-    """What is in it. Exit code: 1 if it is cut off."""
+    """Print the contents of a bag; return the exit code, 1 if it is truncated."""
     bag = read_bag(path)
     for line in info_lines(bag):
         console.print(line)
@@ -83,7 +92,7 @@ def run_info(path: Path) -> int:
 
 
 def info_lines(bag: Bag) -> list[str]:
-    """What `bag info` prints."""
+    """Return the lines that `bag info` prints."""
     seconds = max(0, bag.end_ns - bag.start_ns) * 1e-9
     rows = [["topic", "type", "messages", "Hz"]]
     for topic in bag.topics:
@@ -92,23 +101,23 @@ def info_lines(bag: Bag) -> list[str]:
     files = ", ".join(file.name for file in bag.files)
     return [
         f"{bag.path}: {files}, {quantity(bag.size)}{f', made for {bag.distro}' if bag.distro else ''}",
-        f"from {_when(bag.start_ns)} to {_when(bag.end_ns)}, {seconds:.3f} s, {bag.total} messages",
+        f"from {_format_time(bag.start_ns)} to {_format_time(bag.end_ns)}, {seconds:.3f} s, {bag.total} messages",
         *columns(rows),
-        *(f"! {one}" for one in bag.cut),
+        *(f"! {sentence}" for sentence in bag.cut),
     ]
 
 
-def _when(time_ns: int) -> str:
-    """Local time, or seconds where the clock began with the recording."""
+def _format_time(time_ns: int) -> str:
+    """Format a time as local time, or as seconds where the clock started with the recording."""
     if time_ns < 10**9 * 365 * 86400:
         return f"{time_ns * 1e-9:.3f} s"
     return f"{datetime.fromtimestamp(time_ns * 1e-9).astimezone():%Y-%m-%d %H:%M:%S}.{time_ns // 10**6 % 1000:03d}"
 
 
-def _tell(writer: BagWriter, recorder: BagRecorder, wanted: set[str]) -> None:
+def _print_summary(writer: BagWriter, recorder: BagRecorder, requested: set[str]) -> None:
     counts = writer.counts
     console.print(f"{writer.out}: {sum(counts.values())} messages on {len(counts)} topics")
-    silent = sorted(wanted - {name for name, count in counts.items() if count})
+    silent = sorted(requested - {name for name, count in counts.items() if count})
     if silent:
         errors.print(f"chefbot: nothing came on {', '.join(silent)}")
     for name, count in recorder.lost.items():

@@ -1,4 +1,4 @@
-"""What the verbs of the wire share: being on it for a while, names, types, what people write and read."""
+"""Shared helpers of the graph tools: joining the graph, names, types, input and output."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from chefbot.signals import stop_on_signals
 
 T = TypeVar("T")
 START_WAIT, QUIET_WAIT = 30.0, 1.0
-"""Seconds that a launch which is only just starting is waited for, the first of them without a word."""
+"""Maximum wait for a launch that is starting, and the part of it before a message is printed, s."""
 LAUNCH = "/chefbot"
-"""A launch's own node, which is there some seconds before the others."""
+"""Name of a launch's own node, which appears some seconds before the others."""
 NAME_WAIT = 1.0
-"""Seconds that a name which is not there may take to come."""
+"""Maximum time to wait for a name that is not in the graph, s."""
 SETTLED, SETTLE_WAIT = 0.25, 2.0
-"""Seconds without news after which all are known, and how long that is waited for at most."""
+"""Time without graph changes after which the graph counts as complete, and its maximum wait, s."""
 SILENCE = 2.0
-"""Seconds without a message after which the reasons are told."""
+"""Time without a message after which the reasons are printed, s."""
 SHOWN = 128
-"""Elements of an array that are shown."""
+"""Maximum number of array elements shown."""
 SHORT_HASH = 19
 _TYPE = re.compile(r"[a-z]\w*/(?:(?:msg|srv|action)/)?[A-Z]\w*")
 console = Console(highlight=False, soft_wrap=True, markup=False, emoji=False)
@@ -44,16 +44,16 @@ errors = Console(highlight=False, soft_wrap=True, markup=False, emoji=False, std
 
 @contextmanager
 def on_wire(verb: str, *, alone: bool = False) -> Iterator[WireNode]:
-    """A node that is there for this command only, and knows all others.
+    """Provide a node for the duration of a command, with the complete graph.
 
-    UserError when nobody is there, unless it may be `alone`: then it opens the wire for those who come later, and
-    is seen as a node that is called `verb`; others are hidden, as tools are.
+    Raises UserError when there are no other nodes, unless `alone`: then the command opens the network for
+    late-joining nodes and its node is visible under the name `verb`; otherwise it is hidden, as tools are.
     """
     port, domain = port_of_environment(), domain_of_environment()
     with Wire(domain, port=port, router=alone) as wire:
-        if not alone and not wire.graph.wait_for(_somebody, QUIET_WAIT):
+        if not alone and not wire.graph.wait_for(_has_node, QUIET_WAIT):
             errors.print(f"chefbot: nobody is on the wire at {LOOPBACK}:{port} yet; waiting {START_WAIT:g} s")
-            if not wire.graph.wait_for(_somebody, START_WAIT):
+            if not wire.graph.wait_for(_has_node, START_WAIT):
                 raise UserError(
                     f"nobody is on the wire at {LOOPBACK}:{port}, domain {domain}; start a launch first, "
                     "or rmw_zenohd where ROS 2's own nodes run"
@@ -63,66 +63,73 @@ def on_wire(verb: str, *, alone: bool = False) -> Iterator[WireNode]:
             yield node
 
 
-def _somebody(graph: Graph) -> bool:
-    """Whether there is a node that is no tool, and not only a launch that is about to bring its nodes."""
-    return any(not hidden(one.full_name) and one.full_name != LAUNCH for one in graph.nodes())
+def _has_node(graph: Graph) -> bool:
+    """Return whether there is a node that is neither a tool nor a launch that is still starting its nodes."""
+    return any(not hidden(node.full_name) and node.full_name != LAUNCH for node in graph.nodes())
 
 
 def settle(graph: Graph) -> None:
-    """Until all tokens have come."""
+    """Wait until the graph no longer changes."""
     graph.refresh()
-    until = time.monotonic() + SETTLE_WAIT
-    count, since = -1, time.monotonic()
-    while time.monotonic() < until and (time.monotonic() - since < SETTLED or count < 2):
+    deadline = time.monotonic() + SETTLE_WAIT
+    count, unchanged_since = -1, time.monotonic()
+    while time.monotonic() < deadline and (time.monotonic() - unchanged_since < SETTLED or count < 2):
+        # Restart the quiet period whenever the number of tokens changes
         if (now := len(graph.tokens())) != count:
-            count, since = now, time.monotonic()
+            count, unchanged_since = now, time.monotonic()
         time.sleep(0.02)
 
 
 @contextmanager
 def stopping() -> Iterator[threading.Event]:
-    """An event that Ctrl-C and SIGTERM set, instead of ending the program."""
+    """Provide an event that Ctrl-C and SIGTERM set, instead of ending the program."""
     stop = threading.Event()
     with stop_on_signals(stop.set):
         yield stop
 
 
 def full_name(name: str) -> str:
-    """'scan' and '/scan' are the same. UserError for what is no name."""
+    """Return the full name of a topic or service; raises UserError for an invalid name."""
     try:
         return resolve(name)
     except WireError as error:
         raise UserError(str(error)) from None
 
 
-def find(look: Callable[[], Mapping[str, T]], name: str, what: str) -> T:
-    """Of a topic, service, action or node that may only just be coming; UserError with the nearest names."""
-    full, until = full_name(name), time.monotonic() + NAME_WAIT
-    while full not in (known := look()) and time.monotonic() < until:
+def find(lookup: Callable[[], Mapping[str, T]], name: str, what: str) -> T:
+    """Return the entry of a topic, service, action or node, waiting briefly for it to appear.
+
+    Raises UserError with the nearest names.
+    """
+    full, deadline = full_name(name), time.monotonic() + NAME_WAIT
+    while full not in (entries := lookup()) and time.monotonic() < deadline:
         time.sleep(0.05)
-    if full not in known:
-        shown = {one for one in known if not hidden(one)}
+    if full not in entries:
+        candidates = {candidate for candidate in entries if not hidden(candidate)}
         raise UserError(
-            f"there is no {what} {full} on the wire{nearest(full, shown) or '; there are none at all'}"
+            f"there is no {what} {full} on the wire{nearest(full, candidates) or '; there are none at all'}"
         )
-    return known[full]
+    return entries[full]
 
 
 def hidden(name: str) -> bool:
-    """Whether some part of the name begins with _, as those of tools and inside of actions do (ROS 2)."""
+    """Return whether some part of the name begins with _, as ROS 2 names tools and action internals."""
     return "/_" in name
 
 
 def only_type(named: Named, what: str) -> WireType:
-    """Of its publishers or servers. UserError when they disagree."""
-    types = list(dict.fromkeys(one.end.type for one in (named.givers or named.takers)))
+    """Return the type of the publishers or servers; raises UserError when they disagree."""
+    types = list(dict.fromkeys(endpoint.end.type for endpoint in (named.givers or named.takers)))
     if len(types) > 1:
         raise UserError(f"{what} {named.name} has more than one type: {', '.join(map(type_text, types))}")
     return types[0]
 
 
 def definition(kind: WireType, find_type: Callable[[str], T], what: str) -> T:
-    """Our class for a type of the wire. UserError when it is unknown or another version, with its hash."""
+    """Return our definition of a type in the graph.
+
+    Raises UserError with the hashes when it is unknown or of another version.
+    """
     try:
         found = find_type(kind.name)
     except KeyError:
@@ -137,36 +144,42 @@ def definition(kind: WireType, find_type: Callable[[str], T], what: str) -> T:
 
 
 def type_text(kind: WireType) -> str:
-    """Name and the beginning of the hash."""
+    """Return the name of a type and the beginning of its hash."""
     return f"{kind.name} ({kind.hash[:SHORT_HASH]}{'...' if len(kind.hash) > SHORT_HASH else ''})"
 
 
-def type_name(given: str, folder: str) -> str:
-    """'geometry_msgs/Twist' is 'geometry_msgs/msg/Twist' in `folder` msg."""
-    return given.replace("/", f"/{folder}/") if given.count("/") == 1 else given
+def type_name(name: str, folder: str) -> str:
+    """Return the full type name: 'geometry_msgs/Twist' becomes 'geometry_msgs/msg/Twist' in `folder` msg."""
+    return name.replace("/", f"/{folder}/") if name.count("/") == 1 else name
 
 
-def type_and_values(words: Sequence[str]) -> tuple[str, Any]:
-    """`[TYPE] [VALUES]` of the command line: ROS 2's tools want the type, we know it from the wire; '' for none."""
-    rest = list(words)
-    given = rest.pop(0) if rest and _TYPE.fullmatch(rest[0]) else ""
-    if len(rest) > 1:
+def type_and_values(arguments: Sequence[str]) -> tuple[str, Any]:
+    """Parse the arguments `[TYPE] [VALUES]`; the type is '' if it is left out.
+
+    ROS 2's tools need the type; here it is known from the graph.
+    """
+    remaining = list(arguments)
+    type_given = remaining.pop(0) if remaining and _TYPE.fullmatch(remaining[0]) else ""
+    if len(remaining) > 1:
         raise UserError("write [TYPE] VALUES, the values as YAML or JSON in quotes: '{linear: {x: 0.1}}'")
-    return given, parse_yaml(rest[0].encode(), "the values") if rest else None
+    return type_given, parse_yaml(remaining[0].encode(), "the values") if remaining else None
 
 
 def mismatches(graph: Graph, name: str = "") -> list[str]:
-    """Who cannot hear whom, of one topic or service or of all; tools left out."""
-    told = [one for one in graph.mismatches() if not hidden(one.partition(":")[2])]
-    return [one for one in told if not name or one.startswith(f"{name}:")]
+    """Return the sentences on incompatible endpoints of one name or of all, without those of tools."""
+    sentences = [sentence for sentence in graph.mismatches() if not hidden(sentence.partition(":")[2])]
+    return [sentence for sentence in sentences if not name or sentence.startswith(f"{name}:")]
 
 
 class _Dumper(yaml.SafeDumper):
-    """The library writes line ends of Unicode in single quotes, where they come back as others."""
+    """A YAML dumper that keeps Unicode line breaks.
+
+    PyYAML writes them in single quotes, where they are read back as other line breaks.
+    """
 
     def represent_str(self, data: str) -> yaml.ScalarNode:
-        """Escaped, in double quotes."""
-        folded = any(one in data for one in "\x85\u2028\u2029")
+        """Represent strings with Unicode line breaks escaped, in double quotes."""
+        folded = any(character in data for character in "\x85\u2028\u2029")
         return self.represent_scalar("tag:yaml.org,2002:str", data, style='"' if folded else None)
 
 
@@ -174,7 +187,7 @@ _Dumper.add_representer(str, _Dumper.represent_str)
 
 
 def to_yaml(plain: Any) -> str:
-    """As people read it; lists of plain values in one line."""
+    """Return readable YAML, with lists of plain values on one line."""
     text: str = yaml.dump(
         plain, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True
     )
@@ -182,19 +195,23 @@ def to_yaml(plain: Any) -> str:
 
 
 def columns(rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """Lines in which the columns stand below each other."""
+    """Align the rows of a table in columns and yield its lines."""
     table = [list(row) for row in rows]
     widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))] if table else []
     for row in table:
         yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
 
 
-def print_served(found: Iterable[Named], verbose: bool) -> None:
-    """Those that somebody serves, a name a line; with types and servers if `verbose`."""
+def print_served(entries: Iterable[Named], verbose: bool) -> None:
+    """Print the names that have a server, one per line; with types and servers if `verbose`."""
     rows = [
-        [one.name, ", ".join(dict.fromkeys(kind.name for kind in one.types)), one.givers[0].node.full_name]
-        for one in found
-        if one.givers
+        [
+            entry.name,
+            ", ".join(dict.fromkeys(kind.name for kind in entry.types)),
+            entry.givers[0].node.full_name,
+        ]
+        for entry in entries
+        if entry.givers
     ]
     for line in columns(rows if verbose else [row[:1] for row in rows]):
         console.print(line)

@@ -1,4 +1,4 @@
-"""`chefbot graph`: nodes, topics and what flows between them, measured; as a picture or as JSON."""
+"""The command `chefbot graph`: nodes, topics and measured data rates, as a picture or as JSON."""
 
 from __future__ import annotations
 
@@ -18,41 +18,41 @@ from chefbot.ros2.tools.topic_info import seen
 from chefbot.storage.atomic_files import write_into_folder
 
 HOUSEKEEPING = {"/rosout", "/parameter_events"}
-"""What every node of ROS 2 has, and what says nothing about this robot."""
+"""Topics that every ROS 2 node has and that are not specific to this robot."""
 
 
 def run_graph(out: Path, as_json: bool, seconds: float) -> None:
-    """Measure for so long, then write the picture, or print the numbers."""
+    """Measure rates for `seconds`, then write the picture, or print the graph as JSON."""
     with on_wire("graph") as node, stopping() as stop:
         rates = measure_rates(node, seconds, stop)
-        found = describe(node.wire.graph, rates)
+        graph = describe(node.wire.graph, rates)
     if as_json:
-        console.print(json.dumps(found, indent=2))
+        console.print(json.dumps(graph, indent=2))
         return
-    write_into_folder(out, to_svg(found).encode())
-    console.print(f"{out}: {len(found['nodes'])} nodes, {len(found['topics'])} topics")
-    for sentence in found["mismatches"]:
+    write_into_folder(out, to_svg(graph).encode())
+    console.print(f"{out}: {len(graph['nodes'])} nodes, {len(graph['topics'])} topics")
+    for sentence in graph["mismatches"]:
         console.print(f"! {sentence}")
 
 
 def measure_rates(node: WireNode, seconds: float, stop: threading.Event) -> dict[str, dict[str, float | int]]:
-    """Topic to messages, Hz and bytes per second; nothing is measured in no time."""
+    """Return messages, Hz and bytes per second of each topic; empty if `seconds` is 0."""
     if seconds <= 0:
         return {}
     meters: dict[str, Meter] = {}
-    for one in node.wire.graph.topics().values():
-        if one.givers and _shown(one):
-            meters[one.name] = Meter()
-            listen(node, one, _counter(meters[one.name]))
+    for topic in node.wire.graph.topics().values():
+        if topic.givers and _shown(topic):
+            meters[topic.name] = Meter()
+            listen(node, topic, _counter(meters[topic.name]))
     stop.wait(seconds)
-    return {name: _plain(meter.rate()) for name, meter in meters.items()}
+    return {name: _rate_fields(meter.rate()) for name, meter in meters.items()}
 
 
 def _counter(meter: Meter) -> Hear:
     return lambda _, data: meter.add(time.monotonic(), len(data))
 
 
-def _plain(rate: Rate) -> dict[str, float | int]:
+def _rate_fields(rate: Rate) -> dict[str, float | int]:
     return {
         "messages": rate.messages,
         "hz": round(rate.hz, 2),
@@ -61,15 +61,26 @@ def _plain(rate: Rate) -> dict[str, float | int]:
 
 
 def describe(graph: Graph, rates: dict[str, dict[str, float | int]]) -> dict[str, Any]:
-    """Plain data: nodes, topics with their ends and rates, services, actions, mismatches."""
-    nodes = sorted({one.full_name for one in graph.nodes() if not hidden(one.full_name)})
+    """Return nodes, topics, services, actions and mismatches of the graph as JSON data.
+
+    Tools, hidden names and `HOUSEKEEPING` topics are left out.
+    """
+    nodes = sorted({node.full_name for node in graph.nodes() if not hidden(node.full_name)})
     topics = [
-        {**_ends(one, "publishers", "subscriptions"), **rates.get(one.name, {}), "latched": _latched(one)}
-        for one in graph.topics().values()
-        if _shown(one) and (seen(one.givers) or seen(one.takers))
+        {
+            **_entry(topic, "publishers", "subscriptions"),
+            **rates.get(topic.name, {}),
+            "latched": _latched(topic),
+        }
+        for topic in graph.topics().values()
+        if _shown(topic) and (seen(topic.givers) or seen(topic.takers))
     ]
-    services = [_ends(one, "servers", "clients") for one in graph.services().values() if not hidden(one.name)]
-    actions = [_ends(one, "servers", "clients") for one in graph.actions().values()]
+    services = [
+        _entry(service, "servers", "clients")
+        for service in graph.services().values()
+        if not hidden(service.name)
+    ]
+    actions = [_entry(action, "servers", "clients") for action in graph.actions().values()]
     return {
         "nodes": nodes,
         "topics": topics,
@@ -84,17 +95,17 @@ def _shown(named: Named) -> bool:
 
 
 def _latched(named: Named) -> bool:
-    return any(one.end.qos.latched for one in named.givers)
+    return any(publisher.end.qos.latched for publisher in named.givers)
 
 
-def _ends(named: Named, givers: str, takers: str) -> dict[str, Any]:
+def _entry(named: Named, providers: str, consumers: str) -> dict[str, Any]:
     return {
         "name": named.name,
         "types": list(dict.fromkeys(kind.name for kind in named.types)),
-        givers: _names(named.givers),
-        takers: _names(named.takers),
+        providers: _node_names(named.givers),
+        consumers: _node_names(named.takers),
     }
 
 
-def _names(ends: tuple[Endpoint, ...]) -> list[str]:
-    return sorted({one.node.full_name for one in seen(ends)})
+def _node_names(endpoints: tuple[Endpoint, ...]) -> list[str]:
+    return sorted({endpoint.node.full_name for endpoint in seen(endpoints)})

@@ -1,4 +1,4 @@
-"""A directed graph in layers, from left to right (Sugiyama, Tagawa, Toda 1981): where its boxes and lines go."""
+"""Layered layout of a directed graph, from left to right (Sugiyama, Tagawa, Toda 1981)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Edge = tuple[str, str]
 
 
 class Box(NamedTuple):
-    """Left, top, width, height; px, y down."""
+    """A rectangle: left, top, width and height in px, y down."""
 
     x: float
     y: float
@@ -23,7 +23,7 @@ class Box(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """Boxes by name, and for each edge the points that its line passes, from its tail to its head."""
+    """Boxes by name, and polylines by edge from tail to head, in px."""
 
     boxes: dict[str, Box]
     lines: dict[Edge, list[tuple[float, float]]]
@@ -32,47 +32,54 @@ class Layout(NamedTuple):
 
 
 def lay_out(sizes: Mapping[str, tuple[float, float]], edges: Sequence[Edge]) -> Layout:
-    """`sizes` are (width, height) by name; edges join names, no edge joins a name to itself.
+    """Lay out the boxes and edges of a graph.
 
-    What is not joined stands apart: one under the other, it would push each other away for ever.
+    `sizes` are (width, height) in px by name; edges join names, and none joins a name to itself. Connected
+    components are stacked vertically: in one layout they would push each other apart without end.
     """
     boxes: dict[str, Box] = {}
     lines: dict[Edge, list[tuple[float, float]]] = {}
     width = top = 0.0
-    for part in _parts(sizes, edges):
+    for part in _components(sizes, edges):
         names = set(part)
-        shown = _lay_out({name: sizes[name] for name in part}, [edge for edge in edges if edge[0] in names])
+        shown = _lay_out_component(
+            {name: sizes[name] for name in part}, [edge for edge in edges if edge[0] in names]
+        )
         boxes |= {name: box._replace(y=box.y + top) for name, box in shown.boxes.items()}
         lines |= {edge: [(x, y + top) for x, y in points] for edge, points in shown.lines.items()}
         width, top = max(width, shown.width), top + shown.height + GAP_X
     return Layout(boxes, lines, width, max(0.0, top - GAP_X))
 
 
-def _parts(names: Iterable[str], edges: Sequence[Edge]) -> list[list[str]]:
-    """Names that are joined, by whatever way; the largest part first."""
-    near = _neighbours([*edges, *((b, a) for a, b in edges)])[1]
-    left, parts = dict.fromkeys(names), list[list[str]]()
-    while left:
-        part = [next(iter(left))]
-        del left[part[0]]
-        for name in part:  # grows on the way
-            found = [one for one in dict.fromkeys(near.get(name, [])) if one in left]
+def _components(names: Iterable[str], edges: Sequence[Edge]) -> list[list[str]]:
+    """Return the connected components, the largest first."""
+    neighbours = _neighbours([*edges, *((b, a) for a, b in edges)])[1]
+    remaining, parts = dict.fromkeys(names), list[list[str]]()
+    while remaining:
+        part = [next(iter(remaining))]
+        del remaining[part[0]]
+        for name in part:  # breadth-first search: the list grows while it is iterated
+            found = [other for other in dict.fromkeys(neighbours.get(name, [])) if other in remaining]
             part += found
-            for one in found:
-                del left[one]
+            for other in found:
+                del remaining[other]
         parts.append(part)
     return sorted(parts, key=len, reverse=True)
 
 
-def _lay_out(sizes: Mapping[str, tuple[float, float]], edges: Sequence[Edge]) -> Layout:
-    """Of what is joined."""
-    backward = _backward(sizes, edges)
+def _lay_out_component(sizes: Mapping[str, tuple[float, float]], edges: Sequence[Edge]) -> Layout:
+    """Lay out one connected component."""
+    # 1. Make the graph acyclic by reversing some edges
+    backward = _feedback_edges(sizes, edges)
     forward = [(b, a) if (a, b) in backward else (a, b) for a, b in edges]
-    layer_of = _layer(sizes, forward)
+    # 2. Assign layers, and split long edges with dummy nodes
+    layer_of = _assign_layers(sizes, forward)
     layers, chains = _with_dummies(layer_of, list(dict.fromkeys(forward)))
     below = [edge for chain in chains.values() for edge in itertools.pairwise(chain)]
-    _order(layers, below)
+    # 3. Order the nodes within layers to reduce crossings
+    _order_layers(layers, below)
     heights = {name: sizes[name][1] if name in sizes else DUMMY_HEIGHT for layer in layers for name in layer}
+    # 4. Assign coordinates
     centres = _centres(layers, below, heights)
     lefts, width = _columns(layers, sizes)
     boxes = {
@@ -86,33 +93,35 @@ def _lay_out(sizes: Mapping[str, tuple[float, float]], edges: Sequence[Edge]) ->
     return Layout(boxes, lines, width, max((box.y + box.height for box in boxes.values()), default=0.0))
 
 
-def _backward(names: Iterable[str], edges: Sequence[Edge]) -> set[Edge]:
-    """Few edges without which no cycle is left (Eades, Lin, Smyth 1993: sources first, sinks last)."""
-    left, order, end = dict.fromkeys(names), list[str](), list[str]()
-    while left:
-        out = dict.fromkeys(left, 0)
-        into = dict.fromkeys(left, 0)
+def _feedback_edges(names: Iterable[str], edges: Sequence[Edge]) -> set[Edge]:
+    """Return a small set of edges whose removal breaks all cycles (Eades, Lin, Smyth 1993)."""
+    remaining, order, sinks = dict.fromkeys(names), list[str](), list[str]()
+    while remaining:
+        out_degree = dict.fromkeys(remaining, 0)
+        in_degree = dict.fromkeys(remaining, 0)
         for a, b in edges:
-            if a in left and b in left:
-                out[a] += 1
-                into[b] += 1
-        sink = next((name for name in left if not out[name]), None)
-        source = next((name for name in left if not into[name]), None)
-        best = source or sink or max(left, key=lambda name: out[name] - into[name])
-        (end if source is None and sink is not None else order).append(best)
-        del left[best]
-    rank = {name: index for index, name in enumerate([*order, *reversed(end)])}
+            if a in remaining and b in remaining:
+                out_degree[a] += 1
+                in_degree[b] += 1
+        sink = next((name for name in remaining if not out_degree[name]), None)
+        source = next((name for name in remaining if not in_degree[name]), None)
+        # Remove a source or a sink, else the node of maximum out-degree minus in-degree
+        best = source or sink or max(remaining, key=lambda name: out_degree[name] - in_degree[name])
+        (sinks if source is None and sink is not None else order).append(best)
+        del remaining[best]
+    rank = {name: index for index, name in enumerate([*order, *reversed(sinks)])}
     return {(a, b) for a, b in edges if rank[a] > rank[b]}
 
 
-def _layer(names: Iterable[str], edges: Sequence[Edge]) -> dict[str, int]:
-    """The longest way from a source; then sources as far to the right as their heads allow."""
+def _assign_layers(names: Iterable[str], edges: Sequence[Edge]) -> dict[str, int]:
+    """Assign layers by the longest path from a source, then move sources right next to their successors."""
     heads: dict[str, list[str]] = {name: [] for name in names}
     waiting = dict.fromkeys(heads, 0)
     for a, b in edges:
         heads[a].append(b)
         waiting[b] += 1
     layer = dict.fromkeys(heads, 0)
+    # Longest-path layering in topological order
     ready = [name for name, count in waiting.items() if not count]
     sources = list(ready)
     for name in ready:
@@ -130,7 +139,7 @@ def _layer(names: Iterable[str], edges: Sequence[Edge]) -> dict[str, int]:
 def _with_dummies(
     layer_of: Mapping[str, int], edges: Sequence[Edge]
 ) -> tuple[list[list[str]], dict[Edge, list[str]]]:
-    """Names by layer, and each edge as a chain of names that pass one layer at a time."""
+    """Return the names by layer, and each edge as a chain of names with dummy nodes in the layers between."""
     layers: list[list[str]] = [[] for _ in range(max(layer_of.values(), default=-1) + 1)]
     for name, layer in layer_of.items():
         layers[layer].append(name)
@@ -153,19 +162,24 @@ def _neighbours(edges: Iterable[Edge]) -> tuple[dict[str, list[str]], dict[str, 
     return tails, heads
 
 
-def _order(layers: list[list[str]], edges: list[Edge]) -> None:
-    """Each layer by the mean place of its neighbours, forth and back; the order with fewest crossings stays."""
+def _order_layers(layers: list[list[str]], edges: list[Edge]) -> None:
+    """Order each layer by the barycenter of its neighbours, sweeping right and left alternately.
+
+    The order with the fewest crossings is kept.
+    """
     tails, heads = _neighbours(edges)
     best, fewest = [list(layer) for layer in layers], _crossings(layers, heads)
     for sweep in range(SWEEPS):
-        near, walk = (
+        neighbours, indices = (
             (tails, range(1, len(layers))) if sweep % 2 == 0 else (heads, range(len(layers) - 2, -1, -1))
         )
-        for index in walk:
+        for index in indices:
             other = layers[index - 1 if sweep % 2 == 0 else index + 1]
             place = {name: number for number, name in enumerate(other)}
             own = {name: number for number, name in enumerate(layers[index])}
-            layers[index].sort(key=lambda name: _mean([place[one] for one in near.get(name, [])], own[name]))
+            layers[index].sort(
+                key=lambda name: _mean([place[other] for other in neighbours.get(name, [])], own[name])
+            )
         if (crossings := _crossings(layers, heads)) < fewest:
             best, fewest = [list(layer) for layer in layers], crossings
     layers[:] = best
@@ -185,7 +199,7 @@ def _crossings(layers: list[list[str]], heads: Mapping[str, list[str]]) -> int:
 
 
 def _centres(layers: list[list[str]], edges: list[Edge], heights: Mapping[str, float]) -> dict[str, float]:
-    """Heights of the middles: each drawn to its neighbours, none over another."""
+    """Return the vertical centres of the nodes: each close to the mean of its neighbours, without overlap."""
     tails, heads = _neighbours(edges)
     centre: dict[str, float] = {}
     for layer in layers:
@@ -195,11 +209,12 @@ def _centres(layers: list[list[str]], edges: list[Edge], heights: Mapping[str, f
             y += heights[name] + GAP_Y
     for sweep in range(2 * SWEEPS):
         for layer in layers if sweep % 2 == 0 else layers[::-1]:
-            near = tails if sweep % 2 == 0 else heads
-            wanted = {
-                name: _middle([centre[one] for one in near.get(name, [])], centre[name]) for name in layer
+            neighbours = tails if sweep % 2 == 0 else heads
+            desired = {
+                name: _middle([centre[other] for other in neighbours.get(name, [])], centre[name])
+                for name in layer
             }
-            _spread(layer, wanted, heights, centre)
+            _spread(layer, desired, heights, centre)
     top = min((centre[name] - heights[name] / 2 for name in centre), default=0.0)
     return {name: y - top for name, y in centre.items()}
 
@@ -209,24 +224,27 @@ def _middle(values: list[float], default: float) -> float:
 
 
 def _spread(
-    layer: list[str], wanted: Mapping[str, float], heights: Mapping[str, float], centre: dict[str, float]
+    layer: list[str], desired: Mapping[str, float], heights: Mapping[str, float], centre: dict[str, float]
 ) -> None:
-    """Pushed down from above, then up from below, and the mean of both: no overlap, near to what is wanted."""
+    """Set the centres of a layer near to the desired ones, without overlap.
+
+    The mean of a pass from the top down and one from the bottom up is used.
+    """
     down: list[float] = []
     up: list[float] = []
     for names, found, sign in ((layer, down, 1.0), (layer[::-1], up, -1.0)):
         last, half = None, 0.0
         for name in names:
-            y = wanted[name] * sign
-            least = y if last is None else last + half + heights[name] / 2 + GAP_Y
-            last, half = max(y, least), heights[name] / 2
+            y = desired[name] * sign
+            min_y = y if last is None else last + half + heights[name] / 2 + GAP_Y
+            last, half = max(y, min_y), heights[name] / 2
             found.append(last * sign)
     for name, a, b in zip(layer, down, up[::-1], strict=True):
         centre[name] = (a + b) / 2
 
 
 def _columns(layers: list[list[str]], sizes: Mapping[str, tuple[float, float]]) -> tuple[list[float], float]:
-    """Left edge of each layer, and the whole width."""
+    """Return the left edge of each layer, and the total width."""
     lefts, x = [], 0.0
     for layer in layers:
         lefts.append(x)
@@ -241,7 +259,11 @@ def _points(
     lefts: Sequence[float],
     layer_of: Mapping[str, int],
 ) -> list[tuple[float, float]]:
-    """Right edge of the first box, both sides of each layer passed, left edge of the last."""
+    """Return the points of an edge.
+
+    They are the right edge of the first box, both sides of each layer passed, and the left edge of the last
+    box.
+    """
     first = boxes[chain[0]]
     points = [(first.x + first.width, centres[chain[0]])]
     for layer, name in enumerate(chain[1:-1], layer_of[chain[0]] + 1):

@@ -1,4 +1,4 @@
-"""The picture of a graph: nodes blue, topics white, actions violet, what flows back orange."""
+"""SVG drawing of a graph: nodes blue, topics white, actions violet, backward edges orange."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from chefbot.ros2.tools.graph_layout import Box, Edge, Layout, lay_out
 
 FONT, SMALL, LINE = 13.0, 11.0, 15.0
 CHARACTER = 0.6
-"""Mean width of a character in font sizes; a little more than sans-serif fonts have."""
+"""Mean character width in font sizes; slightly more than that of sans-serif fonts."""
 PAD, MARGIN = 9.0, 24.0
 INTO = "\N{LEFTWARDS ARROW}"
 BACK_SHIFT = 9.0
-"""What flows back stands beside what flows there."""
+"""Horizontal offset of backward edges, which are drawn beside the forward ones, px."""
 NODE, TOPIC, ACTION = "node", "topic", "action"
 STYLE = """
 text{font-family:Helvetica,Arial,'DejaVu Sans',sans-serif;fill:#1d2733}
@@ -26,14 +26,16 @@ text{font-family:Helvetica,Arial,'DejaVu Sans',sans-serif;fill:#1d2733}
 Texts = dict[str, list[str]]
 
 
-def to_svg(found: dict[str, Any]) -> str:
-    """An SVG file of what `chefbot graph --json` prints."""
-    kinds, texts, edges = _parts(found)
+def to_svg(graph: dict[str, Any]) -> str:
+    """Return an SVG picture of the graph that `chefbot graph --json` prints."""
+    kinds, texts, edges = _parts(graph)
     sizes = {name: _size(lines) for name, lines in texts.items()}
-    layout = _with_lonely(sizes, edges)
-    wrong = found["mismatches"]
-    width = max(layout.width, *(CHARACTER * 12 * len(one) for one in wrong), 200.0) + 2 * MARGIN
-    height = layout.height + 2 * MARGIN + LINE * (len(wrong) + 1)
+    layout = _with_isolated(sizes, edges)
+    mismatches = graph["mismatches"]
+    width = (
+        max(layout.width, *(CHARACTER * 12 * len(sentence) for sentence in mismatches), 200.0) + 2 * MARGIN
+    )
+    height = layout.height + 2 * MARGIN + LINE * (len(mismatches) + 1)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
         f'viewBox="{-MARGIN:.0f} {-MARGIN:.0f} {width:.0f} {height:.0f}">',
@@ -42,18 +44,18 @@ def to_svg(found: dict[str, Any]) -> str:
         *(_line(points) for points in layout.lines.values()),
         *(_box(kinds[name], layout.boxes[name], texts[name]) for name in texts),
         *(
-            f'<text class="wrong" x="0" y="{layout.height + LINE * (number + 2):.0f}">! {escape(one)}</text>'
-            for number, one in enumerate(wrong)
+            f'<text class="wrong" x="0" y="{layout.height + LINE * (number + 2):.0f}">! {escape(sentence)}</text>'
+            for number, sentence in enumerate(mismatches)
         ),
         "</svg>",
     ]
     return "\n".join(parts) + "\n"
 
 
-def _with_lonely(sizes: dict[str, tuple[float, float]], edges: list[Edge]) -> Layout:
-    """What speaks with nobody stands in a row at the bottom, out of the way of the others."""
+def _with_isolated(sizes: dict[str, tuple[float, float]], edges: list[Edge]) -> Layout:
+    """Lay out the graph, with unconnected nodes in a row at the bottom."""
     joined = {name for edge in edges for name in edge}
-    shown = _from_above(lay_out({name: sizes[name][::-1] for name in sizes if name in joined}, edges))
+    shown = _transposed(lay_out({name: sizes[name][::-1] for name in sizes if name in joined}, edges))
     boxes, x, y = dict(shown.boxes), 0.0, shown.height + (MARGIN if joined else 0.0)
     for name, (width, height) in sizes.items():
         if name not in joined:
@@ -63,37 +65,43 @@ def _with_lonely(sizes: dict[str, tuple[float, float]], edges: list[Edge]) -> La
     return Layout(boxes, shown.lines, max(shown.width, x), bottom)
 
 
-def _from_above(layout: Layout) -> Layout:
-    """Layers below each other: boxes are wide and low, side by side they would make a strip."""
+def _transposed(layout: Layout) -> Layout:
+    """Transpose the layout so that layers go downward.
+
+    Boxes are wide and flat; side by side they would form a long strip.
+    """
     boxes = {name: Box(box.y, box.x, box.height, box.width) for name, box in layout.boxes.items()}
     lines = {edge: [(y, x) for x, y in points] for edge, points in layout.lines.items()}
     return Layout(boxes, lines, layout.height, layout.width)
 
 
-def _parts(found: dict[str, Any]) -> tuple[dict[str, str], Texts, list[Edge]]:
-    """Kinds, lines of text and edges; a topic that has one end only stands in the box of its node."""
+def _parts(graph: dict[str, Any]) -> tuple[dict[str, str], Texts, list[Edge]]:
+    """Return kinds, text lines and edges.
+
+    A topic with endpoints on one side only is listed in the box of its node.
+    """
     kinds: dict[str, str] = {}
     texts: Texts = {}
     edges: dict[Edge, None] = {}
-    for name in found["nodes"]:
+    for name in graph["nodes"]:
         kinds[name], texts[name] = NODE, [name]
-    for topic in found["topics"]:
-        givers, takers = topic["publishers"], topic["subscriptions"]
-        if not takers or takers == givers:
-            for giver in givers:
-                texts[giver].append(f"{topic['name']}{_dot(_rate(topic))}")
+    for topic in graph["topics"]:
+        publishers, subscribers = topic["publishers"], topic["subscriptions"]
+        if not subscribers or subscribers == publishers:
+            for publisher in publishers:
+                texts[publisher].append(f"{topic['name']}{_dot(_rate(topic))}")
             continue
-        if not givers and len(takers) == 1:
-            texts[takers[0]].append(f"{INTO} {topic['name']}")
+        if not publishers and len(subscribers) == 1:
+            texts[subscribers[0]].append(f"{INTO} {topic['name']}")
             continue
-        own = f"topic {topic['name']}"
-        kinds[own], texts[own] = TOPIC, [topic["name"], f"{_short(topic['types'])}{_dot(_rate(topic))}"]
-        _join(edges, givers, own, takers)
-    for action in found["actions"]:
-        own = f"action {action['name']}"
+        key = f"topic {topic['name']}"
+        kinds[key], texts[key] = TOPIC, [topic["name"], f"{_short(topic['types'])}{_dot(_rate(topic))}"]
+        _join(edges, publishers, key, subscribers)
+    for action in graph["actions"]:
+        key = f"action {action['name']}"
         if action["servers"] and action["clients"]:
-            kinds[own], texts[own] = ACTION, [action["name"], _short(action["types"])]
-            _join(edges, action["clients"], own, action["servers"])
+            kinds[key], texts[key] = ACTION, [action["name"], _short(action["types"])]
+            _join(edges, action["clients"], key, action["servers"])
         else:
             for server in action["servers"]:
                 texts[server].append(f"{action['name']} (action)")
@@ -121,11 +129,11 @@ def _dot(text: str) -> str:
 
 
 def _short(types: list[str]) -> str:
-    return ", ".join(one.replace("/msg/", "/").replace("/action/", "/") for one in types)
+    return ", ".join(name.replace("/msg/", "/").replace("/action/", "/") for name in types)
 
 
 def _size(lines: list[str]) -> tuple[float, float]:
-    widths = [CHARACTER * FONT * len(lines[0]), *(CHARACTER * SMALL * 0.95 * len(one) for one in lines[1:])]
+    widths = [CHARACTER * FONT * len(lines[0]), *(CHARACTER * SMALL * 0.95 * len(line) for line in lines[1:])]
     return max(widths) + 2 * PAD, LINE * len(lines) + PAD
 
 
@@ -146,7 +154,7 @@ def _box(kind: str, box: Box, lines: list[str]) -> str:
 
 
 def _line(points: list[tuple[float, float]]) -> str:
-    """Upright where it meets boxes, a curve between."""
+    """Draw an edge that is vertical where it meets boxes and curved between them."""
     back = points[0][1] > points[-1][1]
     points = [(x + BACK_SHIFT * back, y) for x, y in points]
     path = f"M{points[0][0]:.1f},{points[0][1]:.1f}"

@@ -1,4 +1,4 @@
-"""What `chefbot doctor` says of the wire: who is there, and who of them cannot hear whom."""
+"""Graph checks of `chefbot doctor`: number of nodes, duplicate names and incompatible endpoints."""
 
 from __future__ import annotations
 
@@ -11,36 +11,39 @@ from chefbot.ros2.rmw.session import LOOPBACK, Wire
 from chefbot.ros2.tools.common import hidden, mismatches, settle
 
 LOOK = 0.5
-"""Seconds in which a router on this machine answers."""
+"""Maximum time in which a router on this machine responds, s."""
 RMW = "rmw_zenoh_cpp"
 
 
 def wire_lines() -> list[str]:
-    """A line, and one for each thing that is wrong."""
+    """Return a line on the state of the network, and one for each problem."""
     domain, port = domain_of_environment(), port_of_environment()
-    place = f"wire at {LOOPBACK}:{port}, domain {domain}"
+    address = f"wire at {LOOPBACK}:{port}, domain {domain}"
     with Wire(domain, port=port, router=False) as wire:
         if not wire.graph.wait_for(lambda _: wire.connected, LOOK):
-            return [f"{place}: nobody; a launch opens it, and ROS 2's tools then see the robot", *_ros()]
+            return [
+                f"{address}: nobody; a launch opens it, and ROS 2's tools then see the robot",
+                *_rmw_warnings(),
+            ]
         settle(wire.graph)
-        return [f"{place}: {_crowd(wire.graph)}", *_ros(), *troubles(wire.graph)]
+        return [f"{address}: {_counts_text(wire.graph)}", *_rmw_warnings(), *troubles(wire.graph)]
 
 
 def troubles(graph: Graph) -> list[str]:
-    """Names that stand for two nodes, and ends that cannot hear each other."""
-    names = Counter(one.full_name for one in graph.nodes() if not hidden(one.full_name))
-    twice = [f"! {count} nodes are called {name}" for name, count in names.items() if count > 1]
-    return [*twice, *(f"! {one}" for one in mismatches(graph))]
+    """Return a line for each duplicate node name and each pair of incompatible endpoints."""
+    names = Counter(node.full_name for node in graph.nodes() if not hidden(node.full_name))
+    duplicates = [f"! {count} nodes are called {name}" for name, count in names.items() if count > 1]
+    return [*duplicates, *(f"! {sentence}" for sentence in mismatches(graph))]
 
 
-def _crowd(graph: Graph) -> str:
-    nodes = {one.full_name for one in graph.nodes() if not hidden(one.full_name)}
+def _counts_text(graph: Graph) -> str:
+    nodes = {node.full_name for node in graph.nodes() if not hidden(node.full_name)}
     topics = [name for name in graph.topics() if not hidden(name)]
     return f"{len(nodes)} nodes, {len(topics)} topics"
 
 
-def _ros() -> list[str]:
-    """ROS 2 here, but on another wire."""
+def _rmw_warnings() -> list[str]:
+    """Return a warning if ROS 2 on this machine uses another RMW implementation."""
     distro, rmw = os.environ.get("ROS_DISTRO"), os.environ.get("RMW_IMPLEMENTATION")
     if not distro or rmw == RMW:
         return []

@@ -1,4 +1,4 @@
-"""Listening to one topic, whatever its types and QoS are, and telling why nothing comes."""
+"""Subscribing to a topic with any types and QoS, and the reasons why no message arrives."""
 
 from __future__ import annotations
 
@@ -19,41 +19,44 @@ from chefbot.ros2.tools.common import SILENCE, errors, mismatches
 from chefbot.ros2.tools.topic_info import seen
 
 MOST_WAITING = 1000
-"""Samples that wait for a slow terminal; what comes beyond is counted and not shown."""
+"""Maximum number of samples queued for a slow terminal; further samples are counted but not shown."""
 Hear = Callable[[WireType, bytes], None]
 
 
 class Heard(NamedTuple):
-    """One sample."""
+    """A received sample: its type and CDR bytes."""
 
     kind: WireType
     data: bytes
 
 
-def listen(node: WireNode, named: Named, hear: Hear) -> None:
-    """Call `hear(type, bytes)` in Zenoh's thread for all that is said on a topic."""
-    for kind in types_said(named):
-        asked = ask_for(one.end.qos for one in named.givers if one.end.type == kind)
-        buffered = not asked.latched and maybe_buffered(kind)
-        node.raw_subscription(named.name, kind, _of_type(kind, hear), asked, buffered=buffered)
+def listen(node: WireNode, topic: Named, callback: Hear) -> None:
+    """Subscribe to all types of a topic and call `hear(type, bytes)` in a Zenoh thread."""
+    for kind in types_said(topic):
+        qos = ask_for(publisher.end.qos for publisher in topic.givers if publisher.end.type == kind)
+        buffered = not qos.latched and maybe_buffered(kind)
+        node.raw_subscription(topic.name, kind, _of_type(kind, callback), qos, buffered=buffered)
 
 
 class Ear:
-    """Samples of a topic, one after the other, in the caller's thread."""
+    """An iterator over the samples of a topic, in the caller's thread."""
 
     def __init__(self, node: WireNode, named: Named) -> None:
         self.missed = 0
-        """Samples that came faster than they were taken."""
+        """Samples dropped because they arrived faster than they were processed."""
         self._graph: Graph = node.wire.graph
         self._name = named.name
         self._queue: queue.Queue[Heard] = queue.Queue(MOST_WAITING)
         listen(node, named, self._keep)
 
     def samples(self, seconds: float | None, stop: threading.Event) -> Iterator[Heard]:
-        """For so long, or until `stop`. After a while of silence the reasons go to the standard error, once."""
+        """Yield samples for `seconds`, or until `stop` is set.
+
+        If none arrive for a while, the reasons are printed once to the standard error.
+        """
         watch = SilenceWatch(self._graph, self._name)
-        until = None if seconds is None else time.monotonic() + seconds
-        while not stop.is_set() and (until is None or time.monotonic() < until):
+        deadline = None if seconds is None else time.monotonic() + seconds
+        while not stop.is_set() and (deadline is None or time.monotonic() < deadline):
             try:
                 yield self._queue.get(timeout=0.05)
                 watch.heard = True
@@ -68,7 +71,7 @@ class Ear:
 
 
 class SilenceWatch:
-    """Tells once why a topic is silent, when it has been for a while."""
+    """Prints once why a topic has no messages, after a while of silence."""
 
     def __init__(self, graph: Graph, name: str) -> None:
         self.heard = False
@@ -76,25 +79,31 @@ class SilenceWatch:
         self._since = time.monotonic()
 
     def look(self, *, last: bool = False) -> None:
-        """Now and then; `last`: nobody waits any longer."""
+        """Check for silence; call periodically.
+
+        With `last` the reasons are printed without further waiting.
+        """
         if not self.heard and (last or time.monotonic() - self._since > SILENCE):
             self.heard = True
             for sentence in why_silent(self._graph, self._name):
                 errors.print(f"chefbot: {sentence}")
 
 
-def _of_type(kind: WireType, hear: Hear) -> Receive:
+def _of_type(kind: WireType, callback: Hear) -> Receive:
     def receive(data: bytes, _: Attachment) -> None:
-        hear(kind, data)
+        callback(kind, data)
 
     return receive
 
 
 def why_silent(graph: Graph, name: str) -> list[str]:
-    """What the tokens say about a topic on which nothing comes."""
-    found = mismatches(graph, name)
+    """Return possible reasons from the graph why a topic has no messages."""
+    sentences = mismatches(graph, name)
     named = graph.topics().get(name)
-    speakers = [one.node.full_name for one in seen(named.givers)] if named else []
-    if not speakers:
-        return [f"nobody publishes {name}", *found]
-    return [f"{name} is silent, although {', '.join(dict.fromkeys(speakers))} could speak there", *found]
+    publishers = [endpoint.node.full_name for endpoint in seen(named.givers)] if named else []
+    if not publishers:
+        return [f"nobody publishes {name}", *sentences]
+    return [
+        f"{name} is silent, although {', '.join(dict.fromkeys(publishers))} could speak there",
+        *sentences,
+    ]

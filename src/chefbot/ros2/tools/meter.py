@@ -1,4 +1,4 @@
-"""How often something comes, how regularly, and how much of it: in constant memory, however long it is watched."""
+"""Measurement of message rate, jitter and bandwidth in constant memory."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 
 class Rate(NamedTuple):
-    """What was measured of a topic. Intervals in seconds."""
+    """Measured rate of a topic, with intervals between messages in s."""
 
     messages: int
     hz: float
-    """0 with less than two messages."""
+    """Mean rate, Hz; 0 with fewer than two messages."""
     shortest: float
     longest: float
     deviation: float
@@ -19,7 +19,7 @@ class Rate(NamedTuple):
 
 
 class Meter:
-    """Fed by one thread; mean and deviation are Welford's (1962)."""
+    """A rate meter for one thread; running mean and standard deviation after Welford (1962)."""
 
     def __init__(self) -> None:
         self._count = 0
@@ -30,16 +30,17 @@ class Meter:
 
     @property
     def span(self) -> float:
-        """Seconds from the first message to the last."""
+        """Time from the first message to the last, s."""
         return self._last - self._first
 
     def add(self, at: float, size: int) -> None:
-        """A message that came at `at` seconds and had so many bytes."""
+        """Add a message of `size` bytes that arrived at `at` seconds."""
         self._count += 1
         if self._count == 1:
             self._first = self._last = at
             return
         gap, self._last = at - self._last, at
+        # Welford's update of the mean and the sum of squared deviations
         difference = gap - self._mean
         self._mean += difference / (self._count - 1)
         self._squares += difference * (gap - self._mean)
@@ -47,10 +48,10 @@ class Meter:
         self._bytes += size
 
     def rate(self) -> Rate:
-        """So far."""
+        """Return the rate measured so far."""
         gaps = self._count - 1
         if gaps < 1 or self.span <= 0:
             return Rate(self._count, 0.0, 0.0, 0.0, 0.0, 0.0)
         deviation = math.sqrt(max(0.0, self._squares) / gaps)
-        speed = self._bytes / self.span
-        return Rate(self._count, gaps / self.span, self._shortest, self._longest, deviation, speed)
+        bandwidth = self._bytes / self.span
+        return Rate(self._count, gaps / self.span, self._shortest, self._longest, deviation, bandwidth)

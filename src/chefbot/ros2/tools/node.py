@@ -1,4 +1,4 @@
-"""`chefbot node list` and `info`."""
+"""The commands `chefbot node list` and `info`."""
 
 from __future__ import annotations
 
@@ -17,10 +17,14 @@ TITLES = {
 _ACTION = "/_action/"
 
 
-def run_list(everything: bool) -> None:
-    """A name a line."""
+def run_list(include_hidden: bool) -> None:
+    """Print one node name per line."""
     with on_wire("node") as node:
-        names = [one.full_name for one in node.wire.graph.nodes() if everything or not hidden(one.full_name)]
+        names = [
+            found.full_name
+            for found in node.wire.graph.nodes()
+            if include_hidden or not hidden(found.full_name)
+        ]
         for name in sorted(set(names)):
             console.print(name)
             if names.count(name) > 1:
@@ -30,39 +34,41 @@ def run_list(everything: bool) -> None:
 
 
 def run_info(name: str) -> None:
-    """What a node has."""
+    """Print the topics, services and actions of a node."""
     with on_wire("node") as node:
         graph = node.wire.graph
-        found = find(lambda: {one.full_name: one for one in graph.nodes()}, name, "node")
+        found = find(lambda: {entry.full_name: entry for entry in graph.nodes()}, name, "node")
         for line in info_lines(graph, found.full_name):
             console.print(line)
 
 
 def info_lines(graph: Graph, name: str) -> list[str]:
-    """What `node info` prints."""
-    ends = graph.ends_of(name)
+    """Return the lines that `node info` prints."""
+    endpoints = graph.ends_of(name)
     lines = [name]
     for kind, title in TITLES.items():
         rows = [
-            [one.end.topic, one.end.type.name] for one in ends if one.end.kind == kind and not _inside(one)
+            [endpoint.end.topic, endpoint.end.type.name]
+            for endpoint in endpoints
+            if endpoint.end.kind == kind and not _is_action_internal(endpoint)
         ]
         lines += _section(f"{title}:", rows)
     for kind, title in ((SERVER, "serves actions:"), (CLIENT, "calls actions:")):
-        lines += _section(title, list(_actions(ends, kind)))
+        lines += _section(title, list(_actions(endpoints, kind)))
     return lines
 
 
 def _section(title: str, rows: list[list[str]]) -> list[str]:
-    """What is there in several editions of its type stands once."""
+    """Return the lines of a section; endpoints in several versions of a type are listed once."""
     return [title, *(f"  {line}" for line in dict.fromkeys(columns(rows)))] if rows else []
 
 
-def _inside(one: Endpoint) -> bool:
-    return _ACTION in one.end.topic
+def _is_action_internal(endpoint: Endpoint) -> bool:
+    return _ACTION in endpoint.end.topic
 
 
-def _actions(ends: Iterable[Endpoint], kind: str) -> Iterator[list[str]]:
-    for one in ends:
-        name, inside, part = one.end.topic.partition(_ACTION)
-        if one.end.kind == kind and inside and part == "send_goal":
-            yield [name, one.end.type.name.removesuffix("_SendGoal")]
+def _actions(endpoints: Iterable[Endpoint], kind: str) -> Iterator[list[str]]:
+    for endpoint in endpoints:
+        name, separator, part = endpoint.end.topic.partition(_ACTION)
+        if endpoint.end.kind == kind and separator and part == "send_goal":
+            yield [name, endpoint.end.type.name.removesuffix("_SendGoal")]

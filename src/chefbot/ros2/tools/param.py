@@ -1,4 +1,4 @@
-"""`chefbot param list`, `get`, `set` and `describe`."""
+"""The commands `chefbot param list`, `get`, `set` and `describe`."""
 
 from __future__ import annotations
 
@@ -15,91 +15,98 @@ from chefbot.ros2.tools.common import columns, console, find, hidden, on_wire, t
 from chefbot.ros2.tools.service import call
 
 TIMEOUT = 5.0
-"""Seconds for one answer."""
+"""Timeout of one service call, s."""
 
 
-class _Form(NamedTuple):
-    """One of the nine types of a parameter."""
+class _ParameterType(NamedTuple):
+    """A parameter type and its field in ParameterValue."""
 
     name: str
     field: str
 
 
 FORMS = {
-    rcl.BOOL: _Form("bool", "bool_value"),
-    rcl.INTEGER: _Form("integer", "integer_value"),
-    rcl.DOUBLE: _Form("double", "double_value"),
-    rcl.STRING: _Form("string", "string_value"),
-    rcl.BYTE_ARRAY: _Form("byte array", "byte_array_value"),
-    rcl.BOOL_ARRAY: _Form("bool array", "bool_array_value"),
-    rcl.INTEGER_ARRAY: _Form("integer array", "integer_array_value"),
-    rcl.DOUBLE_ARRAY: _Form("double array", "double_array_value"),
-    rcl.STRING_ARRAY: _Form("string array", "string_array_value"),
+    rcl.BOOL: _ParameterType("bool", "bool_value"),
+    rcl.INTEGER: _ParameterType("integer", "integer_value"),
+    rcl.DOUBLE: _ParameterType("double", "double_value"),
+    rcl.STRING: _ParameterType("string", "string_value"),
+    rcl.BYTE_ARRAY: _ParameterType("byte array", "byte_array_value"),
+    rcl.BOOL_ARRAY: _ParameterType("bool array", "bool_array_value"),
+    rcl.INTEGER_ARRAY: _ParameterType("integer array", "integer_array_value"),
+    rcl.DOUBLE_ARRAY: _ParameterType("double array", "double_array_value"),
+    rcl.STRING_ARRAY: _ParameterType("string array", "string_array_value"),
 }
 
 
 def run_list(name: str) -> None:
-    """Names and values, of one node or all."""
+    """Print names and values of the parameters of one node or all."""
     with on_wire("param") as node:
-        nodes = [_owner(node.wire.graph, name)] if name else _owners(node.wire.graph)
+        nodes = [_find_owner(node.wire.graph, name)] if name else _owners(node.wire.graph)
         if not nodes:
             raise UserError("no node on the wire has parameters")
-        for one in nodes:
-            names = _names(node, one)
-            console.print(f"{one}:" if names else f"{one}: none")
-            values = [to_yaml(plain_value(value)) for value in _get(node, one, names)]
-            for line in columns([known, value] for known, value in zip(names, values, strict=True)):
+        for owner in nodes:
+            names = _names(node, owner)
+            console.print(f"{owner}:" if names else f"{owner}: none")
+            values = [to_yaml(plain_value(value)) for value in _get(node, owner, names)]
+            for line in columns([parameter, value] for parameter, value in zip(names, values, strict=True)):
                 console.print(f"  {line}")
 
 
 def run_get(name: str, parameter: str) -> None:
-    """One value."""
+    """Print the value of a parameter."""
     with on_wire("param") as node:
-        owner = _owner(node.wire.graph, name)
-        console.print(to_yaml(plain_value(_one(node, owner, parameter))))
+        owner = _find_owner(node.wire.graph, name)
+        console.print(to_yaml(plain_value(_get_one(node, owner, parameter))))
 
 
 def run_set(name: str, parameter: str, text: str) -> int:
-    """A new value, of the type that the old one has. Exit code: 1 if the node refuses it."""
+    """Set a parameter to a value of its present type.
+
+    Returns the exit code: 1 if the node rejects the value.
+    """
     with on_wire("param") as node:
-        owner = _owner(node.wire.graph, name)
-        kind = _one(node, owner, parameter).type
+        owner = _find_owner(node.wire.graph, name)
+        kind = _get_one(node, owner, parameter).type
         value = wire_value(kind, parse_yaml(text.encode(), f"value of {parameter}"), parameter)
         request = rcl.SetParameters_Request((rcl.Parameter(parameter, value),))
-        (done,) = call(node, f"{owner}/set_parameters", rcl.SetParameters, request, TIMEOUT).results
-        if done.successful:
+        (result,) = call(node, f"{owner}/set_parameters", rcl.SetParameters, request, TIMEOUT).results
+        if result.successful:
             console.print(f"{owner} {parameter}: {to_yaml(plain_value(value))}")
         else:
-            console.print(f"{owner} refuses {parameter}: {done.reason or 'it does not say why'}")
-        return 0 if done.successful else 1
+            console.print(f"{owner} refuses {parameter}: {result.reason or 'it does not say why'}")
+        return 0 if result.successful else 1
 
 
 def run_describe(name: str, parameter: str) -> None:
-    """Type, sentence and bounds."""
+    """Print the type, description and bounds of a parameter."""
     with on_wire("param") as node:
-        owner = _owner(node.wire.graph, name)
-        _one(node, owner, parameter)
+        owner = _find_owner(node.wire.graph, name)
+        _get_one(node, owner, parameter)
         request = rcl.DescribeParameters_Request((parameter,))
-        (told,) = call(
+        (descriptor,) = call(
             node, f"{owner}/describe_parameters", rcl.DescribeParameters, request, TIMEOUT
         ).descriptors
-        for line in describe_lines(told):
+        for line in describe_lines(descriptor):
             console.print(line)
 
 
-def describe_lines(told: rcl.ParameterDescriptor) -> list[str]:
-    """What `param describe` prints."""
-    form = FORMS.get(told.type)
-    lines = [f"{told.name}: {form.name if form else 'not set'}{', read only' if told.read_only else ''}"]
-    lines += [f"  {text}" for text in (told.description, told.additional_constraints) if text]
-    bounds: tuple[Any, ...] = (*told.floating_point_range, *told.integer_range)
-    for one in bounds:
-        lines.append(f"  from {one.from_value} to {one.to_value}{f', step {one.step}' if one.step else ''}")
+def describe_lines(descriptor: rcl.ParameterDescriptor) -> list[str]:
+    """Return the lines that `param describe` prints."""
+    form = FORMS.get(descriptor.type)
+    lines = [
+        f"{descriptor.name}: {form.name if form else 'not set'}{', read only' if descriptor.read_only else ''}"
+    ]
+    lines += [f"  {text}" for text in (descriptor.description, descriptor.additional_constraints) if text]
+    bounds: tuple[Any, ...] = (*descriptor.floating_point_range, *descriptor.integer_range)
+    for bound in bounds:
+        lines.append(
+            f"  from {bound.from_value} to {bound.to_value}{f', step {bound.step}' if bound.step else ''}"
+        )
     return lines
 
 
 def plain_value(value: rcl.ParameterValue) -> Any:
-    """As YAML has it; null for one that is not set."""
+    """Convert a parameter value to plain YAML data; None if it is not set."""
     form = FORMS.get(value.type)
     if form is None:
         return None
@@ -114,29 +121,31 @@ def plain_value(value: rcl.ParameterValue) -> Any:
 
 
 def wire_value(kind: int, plain: Any, name: str) -> rcl.ParameterValue:
-    """Of the type `kind`. UserError when `plain` is of another."""
-    wanted: dict[int, Any] = {rcl.BOOL: bool, rcl.INTEGER: int, rcl.DOUBLE: (int, float), rcl.STRING: str}
+    """Convert plain data to a parameter value of the type `kind`; raises UserError for another type."""
+    types: dict[int, Any] = {rcl.BOOL: bool, rcl.INTEGER: int, rcl.DOUBLE: (int, float), rcl.STRING: str}
     single = {rcl.BYTE_ARRAY: rcl.INTEGER}.get(kind, kind - rcl.BOOL_ARRAY + rcl.BOOL)
     array = kind in FORMS and kind >= rcl.BYTE_ARRAY
-    one = wanted[single if array else kind]
+    expected = types[single if array else kind]
     values = plain if array and isinstance(plain, list) else [plain]
-    fits = all(isinstance(value, one) and (one is bool or not isinstance(value, bool)) for value in values)
+    fits = all(
+        isinstance(value, expected) and (expected is bool or not isinstance(value, bool)) for value in values
+    )
     if not fits or isinstance(plain, list) != array:
         raise UserError(f"{name} is of type {FORMS[kind].name}, which {to_yaml(plain)} is not")
     if kind in (rcl.STRING_ARRAY,):
         plain = tuple(plain)
-    held: dict[str, Any] = {FORMS[kind].field: float(plain) if kind == rcl.DOUBLE else plain}
-    return rcl.ParameterValue(type=kind, **held)
+    field: dict[str, Any] = {FORMS[kind].field: float(plain) if kind == rcl.DOUBLE else plain}
+    return rcl.ParameterValue(type=kind, **field)
 
 
 def _owners(graph: Graph) -> list[str]:
-    served = {name for name, one in graph.services().items() if one.givers}
-    names = {one.full_name for one in graph.nodes() if not hidden(one.full_name)}
-    return sorted(one for one in names if f"{one}/list_parameters" in served)
+    served = {name for name, service in graph.services().items() if service.givers}
+    names = {node.full_name for node in graph.nodes() if not hidden(node.full_name)}
+    return sorted(name for name in names if f"{name}/list_parameters" in served)
 
 
-def _owner(graph: Graph, name: str) -> str:
-    found = find(lambda: {one.full_name: one for one in graph.nodes()}, name, "node").full_name
+def _find_owner(graph: Graph, name: str) -> str:
+    found = find(lambda: {node.full_name: node for node in graph.nodes()}, name, "node").full_name
     if found not in _owners(graph):
         raise UserError(f"node {found} has no parameters")
     return found
@@ -152,7 +161,7 @@ def _get(node: WireNode, owner: str, names: list[str]) -> list[rcl.ParameterValu
     return list(call(node, f"{owner}/get_parameters", rcl.GetParameters, request, TIMEOUT).values)
 
 
-def _one(node: WireNode, owner: str, parameter: str) -> rcl.ParameterValue:
+def _get_one(node: WireNode, owner: str, parameter: str) -> rcl.ParameterValue:
     names = _names(node, owner)
     if parameter not in names:
         raise UserError(f"{owner} has no parameter {parameter!r}{nearest(parameter, names)}")

@@ -1,4 +1,4 @@
-"""Types that we have no class of: the node that has one is asked for its definition, as REP-2016 lets one do."""
+"""Types without a class here: their definitions are requested from the nodes that use them (REP-2016)."""
 
 from __future__ import annotations
 
@@ -29,38 +29,45 @@ from chefbot.ros2.rmw.service import NoAnswerError
 from chefbot.ros2.tools.common import definition
 
 ASK_TIMEOUT = 2.0
-"""Seconds for one node."""
+"""Timeout of a request to one node, s."""
 SERVICE = "/get_type_description"
 _PRIMITIVES = {
     2: "int8", 3: "uint8", 4: "int16", 5: "uint16", 6: "int32", 7: "uint32", 8: "int64", 9: "uint64",
     10: "float32", 11: "float64", 13: "uint8", 15: "bool", 16: "byte", 17: "string", 21: "string",
 }  # fmt: skip
-"""Ids of type_description_interfaces/msg/FieldType that CDR here can carry."""
-_NESTED, _STEP, _FIXED, _TEXTS = 1, 48, 1, (17, 21)
-_MOST_FIELDS, _MOST_ELEMENTS = 10_000, 1_000_000
+"""Type ids of type_description_interfaces/msg/FieldType that our CDR decoder supports."""
+_NESTED, _ARRAY_OFFSET, _FIXED_ARRAY, _STRING_IDS = 1, 48, 1, (17, 21)
+_MAX_FIELDS, _MAX_ELEMENTS = 10_000, 1_000_000
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
-"""Of fields (ROS 2's interface definition); they become part of a program, so nothing else passes."""
+"""Valid field names (ROS 2 interface definition); they become part of generated code, so no others are
+accepted."""
 
 
 def definition_of(node: WireNode, kind: WireType, what: str) -> type[Message]:
-    """Our class, or one made of what a node tells. UserError, with the type's name and hash, if there is none."""
+    """Return our message class of a type, or one built from the definition that a node provides.
+
+    Raises UserError with the type's name and hash if there is none.
+    """
     try:
         return definition(kind, message_type, what)
     except UserError:
-        told = _ask(node, kind)
-        if told is None:
+        description = _request_description(node, kind)
+        if description is None:
             raise
-        return make_class(told)
+        return make_class(description)
 
 
 def make_class(description: Description) -> type[Message]:
-    """A message class of these fields. UserError for a field that cannot be read here, such as a wide text."""
-    below = {one.name: one for one in description.uses}
+    """Build a message class from a type description.
+
+    Raises UserError for a field that cannot be decoded here, such as a wide string.
+    """
+    nested = {used.name: used for used in description.uses}
 
     @cache
-    def build(one: Description) -> type[Message]:
-        fields = [_field(field, lambda name: build(below[name])) for field in one.fields]
-        package, _, name = one.name.rpartition("/")
+    def build(type_description: Description) -> type[Message]:
+        fields = [_field(field, lambda name: build(nested[name])) for field in type_description.fields]
+        package, _, name = type_description.name.rpartition("/")
         module = package.partition("/")[0]
         return cast(
             type[Message],
@@ -75,74 +82,80 @@ def make_class(description: Description) -> type[Message]:
         ) from None
 
 
-def _ask(node: WireNode, kind: WireType) -> Description | None:
-    """The first answer whose hash is the right one."""
+def _request_description(node: WireNode, kind: WireType) -> Description | None:
+    """Return the first description received whose hash is the right one."""
     graph = node.wire.graph
-    speakers = [
-        end.node.full_name
+    nodes = [
+        endpoint.node.full_name
         for named in graph.topics().values()
-        for end in (*named.givers, *named.takers)
-        if end.end.type == kind
+        for endpoint in (*named.givers, *named.takers)
+        if endpoint.end.type == kind
     ]
-    served = {name for name, one in graph.services().items() if one.givers}
-    for name in dict.fromkeys(one + SERVICE for one in speakers):
+    served = {name for name, service in graph.services().items() if service.givers}
+    for name in dict.fromkeys(full_name + SERVICE for full_name in nodes):
         if name in served:
-            told = _ask_one(node, name, kind)
-            if told is not None and description_hash(told) == kind.hash:
-                return told
+            description = _request_from(node, name, kind)
+            if description is not None and description_hash(description) == kind.hash:
+                return description
     return None
 
 
-def _ask_one(node: WireNode, service: str, kind: WireType) -> Description | None:
+def _request_from(node: WireNode, service: str, kind: WireType) -> Description | None:
     client = node.client(service, GetTypeDescription)
     request = GetTypeDescription_Request(kind.name, kind.hash, False)
     try:
-        answer = client.call(request, ASK_TIMEOUT)
+        response = client.call(request, ASK_TIMEOUT)
     except (NoAnswerError, NoTimeLeftError):
         return None
-    return _read(answer.type_description) if answer.successful else None
+    return _to_description(response.type_description) if response.successful else None
 
 
-def _read(told: TypeDescription) -> Description:
-    uses = tuple(_read_one(one) for one in told.referenced_type_descriptions)
-    return _read_one(told.type_description)._replace(uses=uses)
+def _to_description(message: TypeDescription) -> Description:
+    uses = tuple(_to_single_description(referenced) for referenced in message.referenced_type_descriptions)
+    return _to_single_description(message.type_description)._replace(uses=uses)
 
 
-def _read_one(told: IndividualTypeDescription) -> Description:
+def _to_single_description(message: IndividualTypeDescription) -> Description:
     fields = tuple(
         FieldDescription(
-            one.name, one.type.type_id, one.type.capacity, one.type.string_capacity, one.type.nested_type_name
+            field.name,
+            field.type.type_id,
+            field.type.capacity,
+            field.type.string_capacity,
+            field.type.nested_type_name,
         )
-        for one in told.fields[:_MOST_FIELDS]
+        for field in message.fields[:_MAX_FIELDS]
     )
-    return Description(told.type_name, fields, ())
+    return Description(message.type_name, fields, ())
 
 
 def _field(field: FieldDescription, nested: Any) -> tuple[str, Any, Any]:
-    """Name, annotation and default, as `chefbot.msgs.idl.message` wants them."""
-    form, base = divmod(field.type_id, _STEP)
-    if form > 3 or not _NAME.fullmatch(field.name) or keyword.iskeyword(field.name):
+    """Return name, annotation and default of a field, as `chefbot.msgs.idl.message` expects them."""
+    array_form, base_id = divmod(field.type_id, _ARRAY_OFFSET)
+    if array_form > 3 or not _NAME.fullmatch(field.name) or keyword.iskeyword(field.name):
         raise UserError(f"a field {field.name!r} of type id {field.type_id} cannot be read here")
-    if form == _FIXED and (base not in _PRIMITIVES or base in _TEXTS or field.capacity > _MOST_ELEMENTS):
+    if array_form == _FIXED_ARRAY and (
+        base_id not in _PRIMITIVES or base_id in _STRING_IDS or field.capacity > _MAX_ELEMENTS
+    ):
         raise UserError(
             f"a field {field.name} that is an array of {field.capacity} such things cannot be read here"
         )
-    size = ("", f"[{field.capacity}]", f"[<={field.capacity}]", "[]")[form]
-    if base == _NESTED:
-        below = nested(field.nested)
-        if not form:
-            return field.name, below, below()
-        kind: Any = tuple.__class_getitem__((below, ...))
-        return field.name, Annotated[kind, size.strip("[]")] if form != 3 else kind, ()
-    element = _PRIMITIVES.get(base)
+    size = ("", f"[{field.capacity}]", f"[<={field.capacity}]", "[]")[array_form]
+    if base_id == _NESTED:
+        nested_class = nested(field.nested)
+        if not array_form:
+            return field.name, nested_class, nested_class()
+        kind: Any = tuple.__class_getitem__((nested_class, ...))
+        return field.name, Annotated[kind, size.strip("[]")] if array_form != 3 else kind, ()
+    element = _PRIMITIVES.get(base_id)
     if element is None:
         raise UserError(f"a field {field.name} of type id {field.type_id} cannot be read here")
     if element == "string":
-        bound = f"<={field.string_capacity}" if base == 21 else ""
-        default: Any = () if form else ""
-        return field.name, Annotated[tuple[str, ...] if form else str, f"string{bound}{size}"], default
+        bound = f"<={field.string_capacity}" if base_id == 21 else ""
+        default: Any = () if array_form else ""
+        return field.name, Annotated[tuple[str, ...] if array_form else str, f"string{bound}{size}"], default
     number = np.dtype(NUMPY_TYPES[element])
-    if form:
-        default = np.zeros(field.capacity if form == _FIXED else 0, number)
+    if array_form:
+        default = np.zeros(field.capacity if array_form == _FIXED_ARRAY else 0, number)
         return field.name, Annotated[NDArray[Any], f"{element}{size}"], default
     return field.name, Annotated[type(number.type().item()), element], number.type().item()

@@ -1,4 +1,4 @@
-"""`chefbot service list` and `call`."""
+"""The commands `chefbot service list` and `call`."""
 
 from __future__ import annotations
 
@@ -28,34 +28,37 @@ from chefbot.ros2.tools.common import (
 )
 
 SERVED_WAIT = 2.0
-"""Seconds that the way to a server may take to be found."""
+"""Maximum time to find a server, s."""
 
 
-def run_list(verbose: bool, everything: bool) -> None:
-    """A name a line; with types and servers if `verbose`."""
+def run_list(verbose: bool, include_hidden: bool) -> None:
+    """Print one service name per line; with types and servers if `verbose`."""
     with on_wire("service") as node:
-        found = node.wire.graph.services().values()
-        print_served([one for one in found if everything or not hidden(one.name)], verbose)
+        services = node.wire.graph.services().values()
+        print_served([service for service in services if include_hidden or not hidden(service.name)], verbose)
 
 
-def run_call(name: str, words: Sequence[str], timeout: float) -> None:
-    """The response as YAML."""
-    given, plain = type_and_values(words)
+def run_call(name: str, arguments: Sequence[str], timeout: float) -> None:
+    """Call a service and print the response as YAML."""
+    type_given, values = type_and_values(arguments)
     with on_wire("service") as node:
         named = find(node.wire.graph.services, name, "service")
         kind = only_type(named, "service")
-        if given and type_name(given, "srv") != kind.name:
-            raise UserError(f"service {named.name} is a {kind.name}, not a {given}")
+        if type_given and type_name(type_given, "srv") != kind.name:
+            raise UserError(f"service {named.name} is a {kind.name}, not a {type_given}")
         service = definition(kind, service_type, f"service {named.name}")
-        request = from_plain(service.request, plain, f"values for {named.name}")
+        request = from_plain(service.request, values, f"values for {named.name}")
         console.print(to_yaml(to_plain(call(node, named.name, service, request, timeout))))
 
 
 def call(node: WireNode, name: str, service: Service[Any, Any], request: Message, timeout: float) -> Any:
-    """The response. UserError when nobody answers in time, or the server refuses."""
+    """Call a service and return the response.
+
+    Raises UserError when there is no response in time, or the server refuses.
+    """
     client = node.client(name, service)
-    until = time.monotonic() + min(SERVED_WAIT, timeout)
-    while not client.served and time.monotonic() < until:
+    deadline = time.monotonic() + min(SERVED_WAIT, timeout)
+    while not client.served and time.monotonic() < deadline:
         time.sleep(0.01)
     try:
         return client.call(request, timeout)

@@ -1,4 +1,4 @@
-"""`chefbot topic list` and `info`: who speaks and who listens, and who of them cannot hear whom."""
+"""The commands `chefbot topic list` and `info`: publishers, subscriptions, and QoS or type mismatches."""
 
 from __future__ import annotations
 
@@ -8,50 +8,50 @@ from chefbot.ros2.rmw.qos_matching import types_said
 from chefbot.ros2.tools.common import columns, console, find, hidden, mismatches, on_wire, type_text
 
 
-def run_list(verbose: bool, everything: bool) -> None:
-    """A name a line; with types and numbers of ends if `verbose`."""
+def run_list(verbose: bool, include_hidden: bool) -> None:
+    """Print one topic name per line; with types and numbers of endpoints if `verbose`."""
     with on_wire("topic") as node:
-        for line in list_lines(node.wire.graph, verbose, everything):
+        for line in list_lines(node.wire.graph, verbose, include_hidden):
             console.print(line)
 
 
 def run_info(name: str) -> None:
-    """Ends of one topic with QoS."""
+    """Print the endpoints of one topic with their QoS."""
     with on_wire("topic") as node:
         named = find(node.wire.graph.topics, name, "topic")
         for line in info_lines(node.wire.graph, named):
             console.print(line)
 
 
-def list_lines(graph: Graph, verbose: bool, everything: bool) -> list[str]:
-    """What `topic list` prints."""
-    topics = [one for one in graph.topics().values() if everything or not hidden(one.name)]
+def list_lines(graph: Graph, verbose: bool, include_hidden: bool) -> list[str]:
+    """Return the lines that `topic list` prints."""
+    topics = [topic for topic in graph.topics().values() if include_hidden or not hidden(topic.name)]
     if not verbose:
-        return [one.name for one in topics]
+        return [topic.name for topic in topics]
     rows = [["topic", "type", "publishers", "subscriptions"]]
-    for one in topics:
-        types = ", ".join(dict.fromkeys(kind.name for kind in types_said(one)))
-        rows.append([one.name, types, str(len(seen(one.givers))), str(len(seen(one.takers)))])
-    return [*columns(rows), *(f"! {one}" for one in mismatches(graph))]
+    for topic in topics:
+        types = ", ".join(dict.fromkeys(kind.name for kind in types_said(topic)))
+        rows.append([topic.name, types, str(len(seen(topic.givers))), str(len(seen(topic.takers)))])
+    return [*columns(rows), *(f"! {sentence}" for sentence in mismatches(graph))]
 
 
 def info_lines(graph: Graph, named: Named) -> list[str]:
-    """What `topic info` prints."""
+    """Return the lines that `topic info` prints."""
     lines = [named.name, *(f"type: {type_text(kind)}" for kind in named.types)]
-    for title, ends in (("published by", named.givers), ("heard by", named.takers)):
-        lines.append(f"{title}:" if seen(ends) else f"{title}: nobody")
-        lines += [f"  {row}" for row in columns(_row(one, named) for one in seen(ends))]
-    return [*lines, *(f"! {one}" for one in mismatches(graph, named.name))]
+    for title, endpoints in (("published by", named.givers), ("heard by", named.takers)):
+        lines.append(f"{title}:" if seen(endpoints) else f"{title}: nobody")
+        lines += [f"  {row}" for row in columns(_row(endpoint, named) for endpoint in seen(endpoints))]
+    return [*lines, *(f"! {sentence}" for sentence in mismatches(graph, named.name))]
 
 
-def seen(ends: tuple[Endpoint, ...]) -> tuple[Endpoint, ...]:
-    """Without those of tools."""
-    return tuple(one for one in ends if not hidden(one.node.full_name))
+def seen(endpoints: tuple[Endpoint, ...]) -> tuple[Endpoint, ...]:
+    """Return the endpoints without those of tools."""
+    return tuple(endpoint for endpoint in endpoints if not hidden(endpoint.node.full_name))
 
 
 def qos_words(qos: QoS) -> str:
-    """'reliable, volatile, keep last 10'"""
-    words = [
+    """Return readable QoS such as 'reliable, volatile, keep last 10'."""
+    parts = [
         {BEST_EFFORT: "best effort", RELIABILITY_BEST_AVAILABLE: "best available"}.get(
             qos.reliability, "reliable"
         ),
@@ -60,13 +60,13 @@ def qos_words(qos: QoS) -> str:
     ]
     for name, span in (("deadline", qos.deadline), ("lifespan", qos.lifespan), ("lease", qos.lease)):
         if not is_unlimited(span):
-            words.append(f"{name} {_seconds(span):g} s")
-    return ", ".join(words)
+            parts.append(f"{name} {_seconds(span):g} s")
+    return ", ".join(parts)
 
 
-def _row(one: Endpoint, named: Named) -> list[str]:
-    kind = [type_text(one.end.type)] if len(named.types) > 1 else []
-    return [one.node.full_name, qos_words(one.end.qos), *kind]
+def _row(endpoint: Endpoint, named: Named) -> list[str]:
+    kind = [type_text(endpoint.end.type)] if len(named.types) > 1 else []
+    return [endpoint.node.full_name, qos_words(endpoint.end.qos), *kind]
 
 
 def _seconds(span: Span) -> float:

@@ -1,4 +1,4 @@
-"""`chefbot topic echo` and `hz`: what is said, and how often."""
+"""The commands `chefbot topic echo` and `hz`: messages of a topic and their rate."""
 
 from __future__ import annotations
 
@@ -26,31 +26,37 @@ _STEP = re.compile(r"([A-Za-z_]\w*)|\[?(\d+)\]?")
 PREFIXES = ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"), (1.0, "B"))
 
 
-def run_echo(topic: str, once: bool, field: str, whole: bool, seconds: float) -> int:
-    """Messages as YAML documents. Exit code: 1 if `once` ended without a message."""
+def run_echo(topic: str, once: bool, field: str, full_length: bool, seconds: float) -> int:
+    """Print messages as YAML documents.
+
+    Returns the exit code: 1 if `once` ended without a message.
+    """
     with on_wire("echo") as node, stopping() as stop:
         named = find(node.wire.graph.topics, topic, "topic")
-        show = shower(node, topic, types_said(named), field, None if whole else SHOWN)
-        ear = Ear(node, named)
-        for heard in ear.samples(seconds or None, stop):
-            console.print(show(heard))
+        show = shower(node, topic, types_said(named), field, None if full_length else SHOWN)
+        stream = Ear(node, named)
+        for sample in stream.samples(seconds or None, stop):
+            console.print(show(sample))
             if once:
                 return 0
             console.print("---")
-        if ear.missed:
-            errors.print(f"chefbot: {ear.missed} messages came faster than they could be shown")
+        if stream.missed:
+            errors.print(f"chefbot: {stream.missed} messages came faster than they could be shown")
     return 1 if once else 0
 
 
 def run_hz(topic: str, seconds: float) -> int:
-    """Rate, intervals and bandwidth. Exit code: 1 if nothing came."""
+    """Print rate, intervals and bandwidth of a topic.
+
+    Returns the exit code: 1 if no message arrived.
+    """
     with on_wire("hz") as node, stopping() as stop:
         named = find(node.wire.graph.topics, topic, "topic")
         watch = SilenceWatch(node.wire.graph, named.name)
         meters = [Meter()]
         listen(node, named, lambda _, data: meters[-1].add(time.monotonic(), len(data)))
-        until = time.monotonic() + seconds
-        while not stop.wait(0.05) and (seconds == 0 or time.monotonic() < until):
+        deadline = time.monotonic() + seconds
+        while not stop.wait(0.05) and (seconds == 0 or time.monotonic() < deadline):
             watch.heard |= meters[-1].rate().messages > 0
             watch.look()
             if seconds == 0 and meters[-1].span >= 1.0:
@@ -65,7 +71,7 @@ def run_hz(topic: str, seconds: float) -> int:
 
 
 def rate_line(topic: str, rate: Rate) -> str:
-    """For people."""
+    """Format a measured rate as a readable line."""
     if rate.hz == 0.0:
         return f"{topic}: {('no message', 'one message, which makes no rate')[min(rate.messages, 1)]}"
     return (
@@ -75,26 +81,31 @@ def rate_line(topic: str, rate: Rate) -> str:
 
 
 def quantity(size: float) -> str:
-    """'12.3 kB'"""
-    factor, unit = next((one for one in PREFIXES if size >= one[0]), PREFIXES[-1])
+    """Format a number of bytes, such as '12.3 kB'."""
+    factor, unit = next((prefix for prefix in PREFIXES if size >= prefix[0]), PREFIXES[-1])
     return f"{size / factor:.1f} {unit}"
 
 
-def shower(node: WireNode, topic: str, kinds: list[WireType], field: str, longest: int | None) -> Show:
-    """From bytes to text. UserError when a type is unknown, or none of them has the field."""
+def shower(node: WireNode, topic: str, kinds: list[WireType], field: str, max_elements: int | None) -> Show:
+    """Return a function that converts received samples to text.
+
+    Raises UserError when all types are unknown, or none has the field.
+    """
     known, unknown = _definitions(node, topic, kinds)
 
-    def show(heard: Heard) -> str:
-        if heard.kind not in known:
-            return f"# not shown: {unknown[heard.kind]}"
+    def show(sample: Heard) -> str:
+        if sample.kind not in known:
+            return f"# not shown: {unknown[sample.kind]}"
         try:
-            message = known[heard.kind].from_cdr(heard.data)
+            message = known[sample.kind].from_cdr(sample.data)
         except CdrError as error:
             return f"# refused: {error}"
         value = _pick(message, field) if field else message
         if value is None:
             return f"# {field}: this message has no such element"
-        plain = to_plain(value, longest) if isinstance(value, Message) else _plain_part(value, longest)
+        plain = (
+            to_plain(value, max_elements) if isinstance(value, Message) else _plain_part(value, max_elements)
+        )
         return to_yaml(plain)
 
     for kind in known.values():
@@ -106,7 +117,10 @@ def shower(node: WireNode, topic: str, kinds: list[WireType], field: str, longes
 def _definitions(
     node: WireNode, topic: str, kinds: list[WireType]
 ) -> tuple[dict[WireType, type[Message]], dict[WireType, UserError]]:
-    """Classes by type, and why there is none. UserError when there is none at all."""
+    """Return message classes by type, and for the other types the reason why there is none.
+
+    Raises UserError when there is no class at all.
+    """
     known: dict[WireType, type[Message]] = {}
     unknown: dict[WireType, UserError] = {}
     for kind in kinds:
@@ -120,7 +134,7 @@ def _definitions(
 
 
 def _pick(message: Message, path: str) -> Any:
-    """Of 'pose.pose.position.x' or 'ranges[0]'."""
+    """Return the value at a path such as 'pose.pose.position.x' or 'ranges[0]'."""
     value: Any = message
     for name, index in _steps(path):
         if name:
@@ -145,10 +159,13 @@ def _steps(path: str) -> Iterator[tuple[str, int]]:
         yield match[1] or "", int(match[2] or 0)
 
 
-def _plain_part(value: Any, longest: int | None) -> Any:
-    """Of what is no message: a number, a text, or a list of either or of messages."""
+def _plain_part(value: Any, max_elements: int | None) -> Any:
+    """Convert a value that is no message to plain data: a number, a string or a list."""
     if isinstance(value, tuple):
-        return [to_plain(one, longest) if isinstance(one, Message) else one for one in value[:longest]]
+        return [
+            to_plain(element, max_elements) if isinstance(element, Message) else element
+            for element in value[:max_elements]
+        ]
     if isinstance(value, np.ndarray):
-        return [_plain_part(one, longest) for one in value[:longest]]
+        return [_plain_part(element, max_elements) for element in value[:max_elements]]
     return float(str(value)) if isinstance(value, np.floating) else getattr(value, "item", lambda: value)()

@@ -1,4 +1,4 @@
-"""`chefbot topic pub`: say something on a topic."""
+"""The command `chefbot topic pub`: publish messages on a topic."""
 
 from __future__ import annotations
 
@@ -31,26 +31,29 @@ from chefbot.ros2.tools.remote_types import definition_of
 from chefbot.ros2.tools.topic_info import seen
 
 LISTENER_WAIT = 2.0
-"""Seconds that those who listen already have to be found."""
+"""Maximum time to match existing subscribers, s."""
 LAST_WAIT = 0.1
-"""Seconds that the last message has to get away."""
+"""Time for the last message to be sent, s."""
 
 
-def run_pub(topic: str, words: Sequence[str], rate: float, once: bool) -> None:
-    """`rate` times a second until Ctrl-C, or once. Times written as `now` are those of each message."""
-    given, plain = type_and_values(words)
+def run_pub(topic: str, arguments: Sequence[str], rate: float, once: bool) -> None:
+    """Publish at `rate` Hz until Ctrl-C, or once.
+
+    Times written as `now` are set for each message.
+    """
+    type_given, values = type_and_values(arguments)
     with on_wire("pub") as node, stopping() as stop:
         name = full_name(topic)
-        kind, wire_type = _type(node, name, given)
-        make = _maker(kind, plain, name)
+        kind, wire_type = _message_type(node, name, type_given)
+        make = _maker(kind, values, name)
         make()
-        publisher = node.raw_publisher(name, wire_type, _offer(node.wire.graph, name))
-        _await_listeners(node.wire.graph, name, publisher)
-        count, began = 0, time.monotonic()
+        publisher = node.raw_publisher(name, wire_type, _publisher_qos(node.wire.graph, name))
+        _await_subscribers(node.wire.graph, name, publisher)
+        count, start = 0, time.monotonic()
         while not stop.is_set():
             publisher.publish(make())
             count += 1
-            if once or stop.wait(max(0.0, began + count / rate - time.monotonic())):
+            if once or stop.wait(max(0.0, start + count / rate - time.monotonic())):
                 break
         time.sleep(LAST_WAIT)
         console.print(f"published {count} on {name}")
@@ -60,23 +63,25 @@ def _maker(kind: type[Message], plain: object, name: str) -> Callable[[], Messag
     return lambda: from_plain(kind, plain, f"values for {name}", Time.of(time.time_ns()))
 
 
-def _type(node: WireNode, name: str, given: str) -> tuple[type[Message], WireType]:
-    """As given, else as the topic has it already."""
+def _message_type(node: WireNode, name: str, type_given: str) -> tuple[type[Message], WireType]:
+    """Return the message class and type: as given, else the type that the topic has already."""
     named = node.wire.graph.topics().get(name)
-    ends = [one for one in (*named.takers, *named.givers) if seen((one,))] if named else []
-    if given:
-        full = type_name(given, "msg")
-        there = next((one.end.type for one in ends if one.end.type.name == full), None)
-        kind = definition_of(node, there, name) if there else _ours(full)
-        return kind, there or WireType.of(kind)
-    if not ends:
-        others = nearest(name, (one for one in node.wire.graph.topics() if not hidden(one)))
+    endpoints = (
+        [endpoint for endpoint in (*named.takers, *named.givers) if seen((endpoint,))] if named else []
+    )
+    if type_given:
+        full = type_name(type_given, "msg")
+        existing = next((endpoint.end.type for endpoint in endpoints if endpoint.end.type.name == full), None)
+        kind = definition_of(node, existing, name) if existing else _local_definition(full)
+        return kind, existing or WireType.of(kind)
+    if not endpoints:
+        others = nearest(name, (topic for topic in node.wire.graph.topics() if not hidden(topic)))
         raise UserError(f"nobody has {name} yet, so its type must be written before the values{others}")
-    wire_type = ends[0].end.type
+    wire_type = endpoints[0].end.type
     return definition_of(node, wire_type, f"topic {name}"), wire_type
 
 
-def _ours(name: str) -> type[Message]:
+def _local_definition(name: str) -> type[Message]:
     try:
         return definition(WireType.of(message_type(name)), message_type, name)
     except KeyError:
@@ -85,19 +90,23 @@ def _ours(name: str) -> type[Message]:
         ) from None
 
 
-def _offer(graph: Graph, name: str) -> QoS:
-    """Latched where somebody asks for it."""
+def _publisher_qos(graph: Graph, name: str) -> QoS:
+    """Return latched QoS if a subscription requests it, else the default."""
     named = graph.topics().get(name)
-    return LATCHED if named and any(one.end.qos.latched for one in seen(named.takers)) else DEFAULT
+    return (
+        LATCHED
+        if named and any(subscription.end.qos.latched for subscription in seen(named.takers))
+        else DEFAULT
+    )
 
 
-def _await_listeners(graph: Graph, name: str, publisher: Publisher[Message]) -> None:
+def _await_subscribers(graph: Graph, name: str, publisher: Publisher[Message]) -> None:
     named = graph.topics().get(name)
     if named is None or not seen(named.takers):
         errors.print(f"chefbot: nobody listens to {name}")
         return
-    until = time.monotonic() + LISTENER_WAIT
-    while time.monotonic() < until and not publisher.heard:
+    deadline = time.monotonic() + LISTENER_WAIT
+    while time.monotonic() < deadline and not publisher.heard:
         time.sleep(0.01)
     time.sleep(0.0 if publisher.heard and not publisher.qos.latched else LAST_WAIT)
     for sentence in mismatches(graph, name):

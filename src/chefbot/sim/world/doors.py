@@ -1,4 +1,4 @@
-"""Doors that open and close at a walking pace and stop before they hit somebody."""
+"""Doors that open and close at walking speed and stop before they hit somebody."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from chefbot.sim.world.people import Disc
 from chefbot.sim.world.shapes import Shape, clearance
 from chefbot.sim.world.world_spec import Door
 
-SPEED = 0.5  # of the whole travel per second
-GAP = 0.03  # m that a leaf keeps to whoever stands in its way
+SPEED = 0.5  # share of the full travel per second
+GAP = 0.03  # m that a leaf keeps to a person or the robot
 
 
 class MovingDoor:
-    """The leaf of one door and how far it is open."""
+    """A door's leaf and its opening, 0 closed .. 1 open."""
 
     def __init__(self, door: Door) -> None:
         self.door = door
@@ -25,32 +25,32 @@ class MovingDoor:
 
     @property
     def moving(self) -> bool:
-        """Whether it is not yet where it should be."""
+        """Whether the door has not reached its target yet."""
         return self.open != self.target
 
     @property
     def pose(self) -> SE2:
-        """The leaf's frame in the world."""
+        """Pose of the leaf's frame in the world."""
         return door_pose(self.door, self.open)
 
     @property
     def shape(self) -> Shape:
-        """The leaf in the world."""
+        """The leaf's solid in the world."""
         return self.leaf.moved(self.pose)
 
     def advance(self, duration: float, others: Sequence[Disc]) -> bool:
-        """Move towards the target unless somebody is in the way; whether the leaf moved."""
+        """Move towards the target unless somebody is in the way; return whether the leaf moved."""
         if not self.moving:
             return False
         step = max(-SPEED * duration, min(SPEED * duration, self.target - self.open))
-        wanted = self.leaf.moved(door_pose(self.door, self.open + step))
-        if any(_hits(wanted, self.shape, other) for other in others):
+        next_leaf = self.leaf.moved(door_pose(self.door, self.open + step))
+        if any(_hits(next_leaf, self.shape, other) for other in others):
             return False
         self.open += step
         return True
 
 
-def _hits(wanted: Shape, now: Shape, other: Disc) -> bool:
+def _hits(next_leaf: Shape, leaf: Shape, other: Disc) -> bool:
     x, y, radius = other
-    gap = clearance([wanted], x, y, -math.inf, math.inf)
-    return gap < radius + GAP and gap < clearance([now], x, y, -math.inf, math.inf)
+    gap = clearance([next_leaf], x, y, -math.inf, math.inf)
+    return gap < radius + GAP and gap < clearance([leaf], x, y, -math.inf, math.inf)

@@ -1,4 +1,4 @@
-"""The world as a perfect map: what a mapper should find, and where a robot can go."""
+"""Ground-truth maps of a world: what a mapper should find, and where a robot can go."""
 
 from __future__ import annotations
 
@@ -17,58 +17,62 @@ from chefbot.sim.world.shapes import Shape, distance
 from chefbot.sim.world.world import World
 
 RESOLUTION = 0.05  # m
-MARGIN = 0.5  # m of grid round the world
+MARGIN = 0.5  # m of grid around the world
 MAX_CELLS = 50_000_000
 
 
 def floor_plan(world: World, low: float, high: float | None = None, resolution: float = RESOLUTION) -> Grid:
-    """What a sensor that sees the heights low..high finds, doors as open as the file says.
+    """Return the map that a sensor for the heights low..high (m) finds, doors opened as the file specifies.
 
-    low alone is the slice of a lidar; metres. Cells whose inner circle a solid touches are OCCUPIED; FREE is
-    what is joined to the start without crossing them; all else, as the room outside, is UNKNOWN.
+    low alone gives the slice of a lidar. Cells whose inscribed circle a solid touches are OCCUPIED; cells
+    connected to the start without crossing those are FREE; everything else, such as the outside, is UNKNOWN.
     """
     return _plan(world, low, low if high is None else high, resolution)
 
 
 def lidar_plan(world: World, robot: Robot) -> Grid:
-    """The map that the robot's lidar should make. UserError for a robot without one."""
+    """Return the map that the robot's lidar should produce. Raises UserError for a robot without one."""
     if robot.sensors.lidar is None:
         raise UserError(f"robot {robot.name} has no lidar")
     return floor_plan(world, robot.sensors.lidar.mount.z)
 
 
 def body_plan(world: World, robot: Robot) -> Grid:
-    """Everything that the robot could touch, from its base plate to the top of its payload."""
+    """Return the map of everything that the robot could touch, from base plate to the top of its payload."""
     return floor_plan(world, ground_clearance(robot), overall_height(robot))
 
 
 def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float = RESOLUTION) -> Grid:
-    """FREE where the robot's middle can get to from the start as a disc of its footprint plus `margin`."""
+    """Return a grid that is FREE where the robot's centre can get to from the start, OCCUPIED elsewhere.
+
+    The robot is a disc with its footprint radius plus `margin` metres.
+    """
     from scipy import ndimage  # takes half a second, and the first picture does not need it
 
-    plan = _raster(world, ground_clearance(robot), overall_height(robot), resolution)
+    plan = _rasterize(world, ground_clearance(robot), overall_height(robot), resolution)
     radius = robot.footprint_radius + margin
-    far = ndimage.distance_transform_edt(plan.cells != OCCUPIED) * resolution
-    open_cells = (far - resolution / 2 >= radius) & _inside(plan, world)
-    cells = np.where(_joined(open_cells, plan, world.start), FREE, OCCUPIED).astype(np.int8)
+    # Distance transform to the obstacles, thresholded at the circumscribed radius.
+    clearance_m = ndimage.distance_transform_edt(plan.cells != OCCUPIED) * resolution
+    free_cells = (clearance_m - resolution / 2 >= radius) & _within_bounds(plan, world)
+    cells = np.where(_connected_to_start(free_cells, plan, world.start), FREE, OCCUPIED).astype(np.int8)
     return Grid(cells, plan.resolution, plan.origin_x, plan.origin_y)
 
 
 def free_area(grid: Grid) -> float:
-    """Square metres of FREE cells."""
+    """Return the area of the FREE cells in square metres."""
     return float(np.count_nonzero(grid.cells == FREE)) * grid.resolution**2
 
 
 def _plan(world: World, low: float, high: float, resolution: float) -> Grid:
-    plan = _raster(world, low, high, resolution)
-    open_cells = (plan.cells == FREE) & _inside(plan, world)
-    hidden = (plan.cells == FREE) & ~_joined(open_cells, plan, world.start)
-    cells = np.where(hidden, np.int8(UNKNOWN), plan.cells)
+    plan = _rasterize(world, low, high, resolution)
+    free_cells = (plan.cells == FREE) & _within_bounds(plan, world)
+    unreachable = (plan.cells == FREE) & ~_connected_to_start(free_cells, plan, world.start)
+    cells = np.where(unreachable, np.int8(UNKNOWN), plan.cells)
     return Grid(cells, plan.resolution, plan.origin_x, plan.origin_y)
 
 
-def _raster(world: World, low: float, high: float, resolution: float) -> Grid:
-    """OCCUPIED and FREE, nothing else."""
+def _rasterize(world: World, low: float, high: float, resolution: float) -> Grid:
+    """Return a grid of OCCUPIED and FREE cells only."""
     x0, y0, x1, y1 = world.bounds
     left, bottom = _snap(x0 - MARGIN, resolution), _snap(y0 - MARGIN, resolution)
     width = math.ceil((x1 + MARGIN - left) / resolution)
@@ -80,7 +84,7 @@ def _raster(world: World, low: float, high: float, resolution: float) -> Grid:
     grid = Grid(np.zeros((height, width), dtype=np.int8), resolution, left, bottom)
     for shape in world.shapes_at_rest():
         if shape.bottom <= high and shape.top >= low:
-            _fill(grid, shape)
+            _mark_occupied(grid, shape)
     return grid
 
 
@@ -88,8 +92,8 @@ def _snap(value: float, resolution: float) -> float:
     return math.floor(value / resolution) * resolution
 
 
-def _fill(grid: Grid, shape: Shape) -> None:
-    """Mark the cells whose inner circle the shape touches: a chair's leg is not lost between centres."""
+def _mark_occupied(grid: Grid, shape: Shape) -> None:
+    """Mark cells whose inscribed circle the shape touches, which keeps thin legs between cell centres."""
     ex, ey = shape.extent
     r0, c0 = grid.cell(shape.x - ex, shape.y - ey)
     r1, c1 = grid.cell(shape.x + ex, shape.y + ey)
@@ -101,19 +105,19 @@ def _fill(grid: Grid, shape: Shape) -> None:
     grid.cells[r0:r1, c0:c1][near] = OCCUPIED
 
 
-def _inside(grid: Grid, world: World) -> NDArray[np.bool_]:
-    """Cells within the world's bounds: nobody explores the street."""
+def _within_bounds(grid: Grid, world: World) -> NDArray[np.bool_]:
+    """Return the mask of cells within the world's bounds, since the outside is not explored."""
     x0, y0, x1, y1 = world.bounds
     x = grid.origin_x + (np.arange(grid.width) + 0.5) * grid.resolution
     y = grid.origin_y + (np.arange(grid.height) + 0.5) * grid.resolution
     return ((y >= y0) & (y <= y1))[:, None] & ((x >= x0) & (x <= x1))[None, :]
 
 
-def _joined(open_cells: NDArray[np.bool_], grid: Grid, start: SE2) -> NDArray[np.bool_]:
-    """The open cells that hang together with the start's over their sides."""
+def _connected_to_start(free_cells: NDArray[np.bool_], grid: Grid, start: SE2) -> NDArray[np.bool_]:
+    """Return the free cells in the 4-connected component of the start."""
     from scipy import ndimage  # takes half a second, and the first picture does not need it
 
-    labels, _ = ndimage.label(open_cells)
+    labels, _ = ndimage.label(free_cells)
     label = labels[grid.cell(start.x, start.y)]
     if label == 0:
         raise UserError(f"the start ({start.x:.2f}, {start.y:.2f}) is not free in this world")
@@ -121,5 +125,5 @@ def _joined(open_cells: NDArray[np.bool_], grid: Grid, start: SE2) -> NDArray[np
 
 
 def reaches(grid: Grid, places: Sequence[SE2]) -> list[bool]:
-    """Whether each place lies in a FREE cell of the grid."""
+    """Return for each place whether it lies in a FREE cell of the grid."""
     return [grid.at(place.x, place.y) == FREE for place in places]

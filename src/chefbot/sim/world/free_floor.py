@@ -1,4 +1,4 @@
-"""Free floor of a map: where a robot fits, where it has the most room, and places drawn on it by seed."""
+"""Free floor of a map: where a robot fits, where it has the largest clearance, and randomly drawn places."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
 OCCUPIED_FROM = 65
-"""Percent from which a cell is a wall, as ROS's map_server reads maps."""
+"""Occupancy in percent from which a cell counts as a wall, as in ROS's map_server."""
 MARGIN = 0.05
-"""Metres beside the robot that a planner on cells needs."""
+"""Additional clearance in metres around the robot, for planning on cells."""
 TABLES = 5
-NEAREST = 0.3
-"""Metres between two places, at least."""
+MIN_PLACE_DISTANCE = 0.3
+"""Minimum distance between two places, metres."""
 KITCHEN = "kitchen"
-_DRAWN = 0x91ACE5
-"""Tells this chance from others of the same seed."""
+_SEED_SALT = 0x91ACE5
+"""Separates this random stream from others with the same seed."""
 
 
 class FreeFloor:
-    """The known free cells of a map, seen by a round robot of `radius` metres. Cells are (row, column)."""
+    """The known free cells of a map for a round robot of `radius` metres. Cells are (row, column)."""
 
     def __init__(self, grid: Grid, radius: float) -> None:
         self.grid, self.radius = grid, radius
@@ -33,94 +33,102 @@ class FreeFloor:
 
     @cached_property
     def room(self) -> NDArray[np.float64]:
-        """(h, w) metres from a cell's middle to the nearest wall, unknown cell or border; 0 on those."""
+        """Clearance (h, w), m: distance from a cell's centre to the nearest wall, unknown cell or map
+        border."""
         from scipy import ndimage  # takes half a second, and most worlds do not need it
 
+        # Euclidean distance transform with the border as an obstacle; half a cell to the cell's edge.
         padded = np.pad(self._free, 1)
         steps: NDArray[np.float64] = ndimage.distance_transform_edt(padded)[1:-1, 1:-1]
         return np.maximum(steps - 0.5, 0.0) * self.grid.resolution
 
     @cached_property
-    def _areas(self) -> NDArray[np.int32]:
-        """(h, w): 0 where the robot's middle cannot be, else the number of the area that hangs together."""
+    def _components(self) -> NDArray[np.int32]:
+        """Connected components (h, w) of cells where the robot's centre fits, from 1; 0 elsewhere."""
         from scipy import ndimage
 
         labels: NDArray[np.int32] = ndimage.label(self.room >= self.radius + MARGIN)[0]
         return labels
 
     def roomiest(self) -> tuple[SE2, float]:
-        """The pose with the most room in the largest area, looking along x, and the room in metres.
+        """Return the pose (yaw 0) with the largest clearance in the largest component, and that clearance, m.
 
-        Of equal ones the first from below and from the left. UserError where the robot fits nowhere.
+        Ties go to the first cell from the bottom, then from the left. Raises UserError if the robot fits
+        nowhere.
         """
-        self._check_fits()
-        sizes = np.bincount(self._areas.ravel())
+        self._check_robot_fits()
+        # Largest connected component, then its cell with the largest clearance.
+        sizes = np.bincount(self._components.ravel())
         sizes[0] = 0
-        inside = np.where(self._areas == int(sizes.argmax()), self.room, -1.0)
+        inside = np.where(self._components == int(sizes.argmax()), self.room, -1.0)
         row, column = np.unravel_index(int(inside.argmax()), inside.shape)
         return self._pose(int(row), int(column)), float(inside[row, column])
 
     def nearest(self, x: float, y: float) -> SE2:
-        """The pose nearest to a point at which the robot fits, looking along x. UserError where it fits nowhere."""
-        self._check_fits()
-        rows, columns = np.nonzero(self._areas)
-        xs, ys = self._middles(rows, columns)
-        found = int(np.argmin((xs - x) ** 2 + (ys - y) ** 2))
-        return self._pose(int(rows[found]), int(columns[found]))
+        """Return the pose (yaw 0) where the robot fits nearest to a point. Raises UserError if there is
+        none."""
+        self._check_robot_fits()
+        rows, columns = np.nonzero(self._components)
+        xs, ys = self._cell_centres(rows, columns)
+        index = int(np.argmin((xs - x) ** 2 + (ys - y) ** 2))
+        return self._pose(int(rows[index]), int(columns[index]))
 
     def draw_places(self, start: SE2, seed: int) -> dict[str, SE2]:
-        """`kitchen` and `table_1` to `table_5`, apart from each other and from `start`, in the start's area.
+        """Draw `kitchen` and `table_1` to `table_5` at random, spread out, in the component of the start.
 
-        As many as find room; none where there is none for a kitchen and a table.
+        Returns as many as fit, none if there is no room for a kitchen and a table. seed: random seed.
         """
         near = self.nearest(start.x, start.y)
-        cells = np.argwhere(self._areas == self._areas[self.grid.cell(near.x, near.y)])
-        rng = np.random.default_rng([seed, _DRAWN])
-        spots = np.column_stack(self._middles(*cells.T))
-        chosen = _apart(rng.permutation(spots), np.array([start.x, start.y]), 1 + TABLES)
+        cells = np.argwhere(self._components == self._components[self.grid.cell(near.x, near.y)])
+        rng = np.random.default_rng([seed, _SEED_SALT])
+        candidates = np.column_stack(self._cell_centres(*cells.T))
+        chosen = _spread_out(rng.permutation(candidates), np.array([start.x, start.y]), 1 + TABLES)
         names = [KITCHEN, *(f"table_{i + 1}" for i in range(TABLES))]
         if len(chosen) < 2:
             return {}
         yaws = rng.integers(4, size=len(names)) * math.pi / 2
         return {name: SE2(*xy, float(yaw)) for name, xy, yaw in zip(names, chosen, yaws, strict=False)}
 
-    def _check_fits(self) -> None:
-        if not self._areas.any():
+    def _check_robot_fits(self) -> None:
+        if not self._components.any():
             raise UserError(
                 f"there is no free floor that leaves a robot {self.radius + MARGIN:.2f} m to every side:"
                 f" the most room is {float(self.room.max(initial=0.0)):.2f} m"
             )
 
     def _pose(self, row: int, column: int) -> SE2:
-        x, y = self._middles(np.array([row]), np.array([column]))
+        x, y = self._cell_centres(np.array([row]), np.array([column]))
         return SE2(float(x[0]), float(y[0]), 0.0)
 
-    def _middles(
+    def _cell_centres(
         self, rows: NDArray[np.int64], columns: NDArray[np.int64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """x and y of the middles of cells, m."""
+        """Return x and y of the centres of cells, m."""
         grid = self.grid
         across, up = columns.astype(np.float64) + 0.5, rows.astype(np.float64) + 0.5
         return grid.origin_x + across * grid.resolution, grid.origin_y + up * grid.resolution
 
 
-def _apart(spots: NDArray[np.float64], start: NDArray[np.float64], count: int) -> list[tuple[float, float]]:
-    """Up to `count` of the spots (n, 2) in their order, as far from each other and the start as so many can be."""
-    gap = float(np.ptp(spots, axis=0).max(initial=0.0)) / 2
+def _spread_out(
+    candidates: NDArray[np.float64], start: NDArray[np.float64], count: int
+) -> list[tuple[float, float]]:
+    """Choose up to `count` candidates (n, 2) in their order, with the largest spacing at which they fit."""
+    gap = float(np.ptp(candidates, axis=0).max(initial=0.0)) / 2
+    # Shrink the spacing until enough places fit.
     while True:
-        chosen = _spaced(spots, start, max(gap, NEAREST), count)
-        if len(chosen) == count or gap <= NEAREST:
+        chosen = _greedy_spacing(candidates, start, max(gap, MIN_PLACE_DISTANCE), count)
+        if len(chosen) == count or gap <= MIN_PLACE_DISTANCE:
             return chosen
         gap *= 0.8
 
 
-def _spaced(
-    spots: NDArray[np.float64], start: NDArray[np.float64], gap: float, count: int
+def _greedy_spacing(
+    candidates: NDArray[np.float64], start: NDArray[np.float64], gap: float, count: int
 ) -> list[tuple[float, float]]:
-    """Greedily: the first spot left at least `gap` metres from all chosen, until there are `count`."""
+    """Choose greedily up to `count` candidates, each at least `gap` metres from all chosen before."""
     chosen: list[tuple[float, float]] = []
-    left = spots[np.hypot(*(spots - start).T) >= gap]
-    while len(left) and len(chosen) < count:
-        chosen.append((float(left[0, 0]), float(left[0, 1])))
-        left = left[np.hypot(*(left - left[0]).T) >= gap]
+    remaining = candidates[np.hypot(*(candidates - start).T) >= gap]
+    while len(remaining) and len(chosen) < count:
+        chosen.append((float(remaining[0, 0]), float(remaining[0, 1])))
+        remaining = remaining[np.hypot(*(remaining - remaining[0]).T) >= gap]
     return chosen

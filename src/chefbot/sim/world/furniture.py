@@ -1,4 +1,4 @@
-"""From what a world file names (a wall, a table, a person) to the solids of which it consists."""
+"""Solids of the objects in a world file: walls, tables, chairs, doors and people."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from chefbot.sim.world.world_spec import Box, Chair, Cylinder, Door, Opening, Ta
 TABLE_TOP, TABLE_LEG = 0.03, 0.05  # m: thickness of the top, side of a leg
 SEAT, SEAT_HEIGHT, SEAT_THICKNESS, CHAIR_LEG, BACK_HEIGHT = 0.40, 0.45, 0.03, 0.035, 0.88  # m
 CHAIR_GAP = 0.12
-"""Metres between the table's edge and the middle of a chair's seat, which stands partly under the table."""
+"""Metres from the table's edge to the centre of a chair's seat, which stands partly under the table."""
 PERSON_RADIUS, LEG_RADIUS, HIP_HEIGHT, SHOULDER_HEIGHT, PERSON_HEIGHT = 0.22, 0.075, 0.8, 1.45, 1.75  # m
 TROUSERS: Colour = (58, 66, 88)
 SKIN: Colour = (214, 168, 140)
@@ -19,12 +19,12 @@ SHIRTS: tuple[Colour, ...] = ((180, 60, 60), (60, 120, 170), (80, 150, 90), (190
 
 
 def rgb(colour: str) -> Colour:
-    """'#ff8000' to (255, 128, 0)."""
+    """Convert '#ff8000' to (255, 128, 0)."""
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
 def wall_shapes(wall: Wall, name: str) -> list[Shape]:
-    """The wall's pieces between, above and below its openings."""
+    """Return the boxes of a wall between, above and below its openings."""
     (x0, y0), (x1, y1) = wall.start, wall.end
     length, yaw = math.hypot(x1 - x0, y1 - y0), math.atan2(y1 - y0, x1 - x0)
     frame, colour = SE2(x0, y0, yaw), rgb(wall.colour)
@@ -37,7 +37,10 @@ def wall_shapes(wall: Wall, name: str) -> list[Shape]:
 
 
 def _wall_pieces(length: float, wall: Wall) -> list[tuple[float, float, float, float]]:
-    """(from, to, bottom, top) of every solid rectangle; ends reach half a thickness on, to close corners."""
+    """Return (from, to, bottom, top) of every solid rectangle of a wall.
+
+    The ends extend by half the thickness, to close corners.
+    """
     pieces, position = [], -wall.thickness / 2
     for opening in sorted(wall.openings, key=lambda o: o.at):
         a, b = opening.at - opening.width / 2, opening.at + opening.width / 2
@@ -57,28 +60,28 @@ def _lintel_and_sill(opening: Opening, height: float) -> list[tuple[float, float
 
 
 def table_shapes(table: Table) -> list[Shape]:
-    """Top, four legs, and the chairs round it."""
-    colour, under = rgb(table.colour), table.height - TABLE_TOP
-    shapes = [_table_top(table, under, colour)]
-    spread = table.size / 2 - TABLE_LEG if table.shape == "square" else 0.6 * table.size / 2
+    """Return the solids of a table: top, four legs, and the chairs around it."""
+    colour, underside = rgb(table.colour), table.height - TABLE_TOP
+    shapes = [_table_top(table, underside, colour)]
+    leg_offset = table.size / 2 - TABLE_LEG if table.shape == "square" else 0.6 * table.size / 2
     for i, (sx, sy) in enumerate(_CORNERS):
-        at = table.pose @ SE2(sx * spread, sy * spread, 0.0)
-        shapes.append(box(f"{table.name}/leg_{i}", at, 0.0, (TABLE_LEG, TABLE_LEG, under), colour))
+        at = table.pose @ SE2(sx * leg_offset, sy * leg_offset, 0.0)
+        shapes.append(box(f"{table.name}/leg_{i}", at, 0.0, (TABLE_LEG, TABLE_LEG, underside), colour))
     for i, bearing in enumerate(table.chairs):
-        away = SE2(0.0, 0.0, bearing) @ SE2(table.size / 2 + CHAIR_GAP, 0.0, math.pi)
-        shapes += _chair(f"{table.name}_chair_{i}", table.pose @ away, rgb("#6e4a2a"))
+        chair_pose = SE2(0.0, 0.0, bearing) @ SE2(table.size / 2 + CHAIR_GAP, 0.0, math.pi)
+        shapes += _chair(f"{table.name}_chair_{i}", table.pose @ chair_pose, rgb("#6e4a2a"))
     return shapes
 
 
-def _table_top(table: Table, under: float, colour: Colour) -> Shape:
+def _table_top(table: Table, underside: float, colour: Colour) -> Shape:
     name = f"{table.name}/top"
     if table.shape == "round":
-        return cylinder(name, (table.x, table.y), under, table.size / 2, TABLE_TOP, colour)
-    return box(name, table.pose, under, (table.size, table.size, TABLE_TOP), colour)
+        return cylinder(name, (table.x, table.y), underside, table.size / 2, TABLE_TOP, colour)
+    return box(name, table.pose, underside, (table.size, table.size, TABLE_TOP), colour)
 
 
 def chair_shapes(chair: Chair, name: str) -> list[Shape]:
-    """Seat, back and four legs."""
+    """Return the solids of a chair: seat, back and four legs."""
     return _chair(name, chair.pose, rgb(chair.colour))
 
 
@@ -86,16 +89,16 @@ _CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
 
 def _chair(name: str, pose: SE2, colour: Colour) -> list[Shape]:
-    low, spread = SEAT_HEIGHT - SEAT_THICKNESS, (SEAT - CHAIR_LEG) / 2
-    seat = box(f"{name}/seat", pose, low, (SEAT, SEAT, SEAT_THICKNESS), colour)
-    behind = pose @ SE2(-spread, 0.0, 0.0)
-    back = box(f"{name}/back", behind, SEAT_HEIGHT, (CHAIR_LEG, SEAT, BACK_HEIGHT - SEAT_HEIGHT), colour)
+    seat_bottom, leg_offset = SEAT_HEIGHT - SEAT_THICKNESS, (SEAT - CHAIR_LEG) / 2
+    seat = box(f"{name}/seat", pose, seat_bottom, (SEAT, SEAT, SEAT_THICKNESS), colour)
+    back_pose = pose @ SE2(-leg_offset, 0.0, 0.0)
+    back = box(f"{name}/back", back_pose, SEAT_HEIGHT, (CHAIR_LEG, SEAT, BACK_HEIGHT - SEAT_HEIGHT), colour)
     legs = [
         box(
             f"{name}/leg_{i}",
-            pose @ SE2(sx * spread, sy * spread, 0.0),
+            pose @ SE2(sx * leg_offset, sy * leg_offset, 0.0),
             0.0,
-            (CHAIR_LEG, CHAIR_LEG, low),
+            (CHAIR_LEG, CHAIR_LEG, seat_bottom),
             colour,
         )
         for i, (sx, sy) in enumerate(_CORNERS)
@@ -104,31 +107,31 @@ def _chair(name: str, pose: SE2, colour: Colour) -> list[Shape]:
 
 
 def box_shape(item: Box) -> Shape:
-    """One box."""
+    """Return the solid of a box."""
     x, y, z = item.size
     return box(item.name, item.pose, item.bottom, (x, y, z), rgb(item.colour))
 
 
 def cylinder_shape(item: Cylinder) -> Shape:
-    """One cylinder."""
+    """Return the solid of a cylinder."""
     return cylinder(item.name, (item.x, item.y), item.bottom, item.radius, item.height, rgb(item.colour))
 
 
 def door_leaf(door: Door) -> Shape:
-    """The leaf in the frame of its hinge, where closed means yaw 0."""
+    """Return the leaf of a door in the frame of its hinge; yaw 0 is closed."""
     size = (door.width, door.thickness, door.height)
     return box(door.name, SE2(door.width / 2, 0.0, 0.0), 0.0, size, rgb(door.colour))
 
 
 def door_pose(door: Door, fraction: float) -> SE2:
-    """The leaf's frame in the world when it is open by `fraction` (0 closed, 1 open)."""
+    """Return the pose of the leaf's frame in the world when the door is open by `fraction` (0..1)."""
     if door.kind == "slide":
         return door.pose @ SE2(-fraction * door.width, 0.0, 0.0)
     return door.pose @ SE2(0.0, 0.0, fraction * door.swing)
 
 
 def person_shapes(number: int) -> tuple[Shape, ...]:
-    """Legs, trunk and head of person `number` in their own frame, x forward."""
+    """Return legs, trunk and head of person `number` in their own frame, x forward."""
     name, shirt = f"person_{number}", SHIRTS[number % len(SHIRTS)]
     legs = [
         cylinder(f"{name}/leg_{i}", (0.0, side * 0.11), 0.0, LEG_RADIUS, HIP_HEIGHT, TROUSERS)
@@ -142,7 +145,7 @@ def person_shapes(number: int) -> tuple[Shape, ...]:
 
 
 def ceiling_shape(bounds: tuple[float, float, float, float], height: float) -> Shape:
-    """A slab over everything."""
+    """Return a slab at `height` metres over the bounds of the world."""
     x0, y0, x1, y1 = bounds
-    middle = SE2((x0 + x1) / 2, (y0 + y1) / 2, 0.0)
-    return box("ceiling", middle, height, (x1 - x0, y1 - y0, 0.1), (235, 235, 230))
+    centre = SE2((x0 + x1) / 2, (y0 + y1) / 2, 0.0)
+    return box("ceiling", centre, height, (x1 - x0, y1 - y0, 0.1), (235, 235, 230))

@@ -1,4 +1,4 @@
-"""A world drawn from above, for documents and for the eye."""
+"""Plan view of a world as an image, for documentation."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from chefbot.maths.se2 import SE2
 from chefbot.sim.world.shapes import BOX, Shape
 from chefbot.sim.world.world import World
 
-LOOK_IN_HEIGHT = 2.2  # m: what hangs above it is left out
+CUT_HEIGHT = 2.2  # m; objects entirely above it are omitted
 
 
 def plan_picture(world: World, path: Path, places: bool = True, dpi: int = 120) -> None:
-    """Write a PNG (or what the suffix says) of the world from above: solids, doors, routes, places."""
+    """Write an image (format by suffix) of the world from above: solids, doors, routes and places."""
     from matplotlib.figure import Figure
 
     x0, y0, x1, y1 = world.bounds
@@ -22,32 +22,32 @@ def plan_picture(world: World, path: Path, places: bool = True, dpi: int = 120) 
     axes = figure.add_subplot(aspect="equal", facecolor="#f4efe4")
     axes.set(xlim=(x0 - 0.2, x1 + 0.2), ylim=(y0 - 0.2, y1 + 0.2), xlabel="x [m]", ylabel="y [m]")
     for shape in sorted(world.shapes_at_rest(), key=lambda s: s.top):
-        if shape.bottom < LOOK_IN_HEIGHT:
+        if shape.bottom < CUT_HEIGHT:
             axes.add_patch(_patch(shape))
     for route in world.routes:
         axes.plot(*zip(*route.points, strict=True), ":", color="#3b7dd8", lw=1.2)
     if places:
         for name, place in world.places.items():
-            _place(axes, name, place)
+            _draw_place(axes, name, place)
     figure.savefig(path, dpi=dpi)
 
 
 def _patch(shape: Shape) -> Any:
     from matplotlib.patches import Circle, Rectangle
 
-    look: dict[str, Any] = {
+    style: dict[str, Any] = {
         "facecolor": [c / 255 for c in shape.colour],
         "edgecolor": "#40352b",
         "linewidth": 0.5,
     }
     if shape.kind != BOX:
-        return Circle((shape.x, shape.y), shape.half[0], **look)
+        return Circle((shape.x, shape.y), shape.half[0], **style)
     corner = SE2(shape.x, shape.y, shape.yaw) @ SE2(-shape.half[0], -shape.half[1], 0.0)
     size = 2 * shape.half[0], 2 * shape.half[1]
-    return Rectangle((corner.x, corner.y), *size, angle=math.degrees(shape.yaw), **look)
+    return Rectangle((corner.x, corner.y), *size, angle=math.degrees(shape.yaw), **style)
 
 
-def _place(axes: Any, name: str, place: SE2) -> None:
+def _draw_place(axes: Any, name: str, place: SE2) -> None:
     tip = place @ SE2(0.3, 0.0, 0.0)
     axes.plot([place.x, tip.x], [place.y, tip.y], "-", color="#c8102e", lw=1.5)
     axes.plot(place.x, place.y, "o", color="#c8102e", ms=5)

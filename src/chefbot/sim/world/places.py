@@ -1,4 +1,4 @@
-"""The places that a world's file names, for a robot that has no saved map yet."""
+"""Device that publishes the places named in a world file, for a robot without a saved map."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from chefbot.sim.world.load import load_any_world, with_places
 
 
 class WorldPlacesParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Of which world."""
+    """Parameters: the world whose places are published."""
 
     world: Annotated[str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")]
     start: Annotated[str, Meta(description="where the robot starts, as the simulator has it")] = ""
@@ -25,16 +25,16 @@ class WorldPlacesParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class WorldPlacesDevice(Device):
-    """Publishes them once, for all who come later too, on the map that begins where the robot starts.
+    """Publishes a world's places once, transient local, in the map frame that begins at the robot's start.
 
-    It is the owner who knows where the tables are; a mapper's drift shows as tables that seem to have moved.
+    The positions are true, as an owner would enter them; a mapper's drift shows as an offset of the tables.
     """
 
     params: WorldPlacesParams
     places: Out[Places] = topic(latched=True)
 
     def start(self) -> None:
-        """Read the world now, so that a fault stops the start; speak as soon as the loop runs."""
+        """Read the world now, so that an error aborts the start; publish as soon as the loop runs."""
         world = load_any_world(self.params.world, self.robot, self.params.start)
         world = with_places(world, self.robot, self.params.seed)
         self._places = {name: world.start.between(pose) for name, pose in world.places.items()}
@@ -42,5 +42,5 @@ class WorldPlacesDevice(Device):
 
     def _publish(self) -> None:
         header = Header.of(self.now_ns, "map")
-        named = (Place(name, PoseStamped(header, Pose.of(pose))) for name, pose in self._places.items())
-        self.places.publish(Places(tuple(named)))
+        places = (Place(name, PoseStamped(header, Pose.of(pose))) for name, pose in self._places.items())
+        self.places.publish(Places(tuple(places)))

@@ -1,4 +1,4 @@
-"""A simulated robot on a saved map: the map, its places, and where on it the robot starts."""
+"""Devices for a simulated robot on a saved map: the map, its places, and the start pose on it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Start = Annotated[str, Meta(description="where the robot starts, as the simulato
 
 
 class SavedMapParams(MapFileParams, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Which map, and the world that it is a map of."""
+    """Parameters of the saved map and of the world that it shows."""
 
     map: Annotated[
         str, Meta(description="path of a ROS map file; empty: the world's own, else what the demo has left")
@@ -29,12 +29,12 @@ class SavedMapParams(MapFileParams, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class SavedMapDevice(MapFileDevice):
-    """As MapFileDevice; where the world is made of the map itself, with that world's places."""
+    """A MapFileDevice that, if the world is made of the map itself, publishes that world's places."""
 
     params: SavedMapParams
 
     def read(self) -> None:
-        """The files, and the places of the world if it is made of this map."""
+        """Read the map files, and the places of the world if it is made of this map."""
         p = self.params
         self.read_map(map_of(p.world, p.map))
         if is_own_map(p.world, p.map):
@@ -43,7 +43,7 @@ class SavedMapDevice(MapFileDevice):
 
 
 class StartPoseParams(InitialPoseParams, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A pose on the map; three zeros: where the robot starts."""
+    """Parameters of the initial pose on the map; three zeros mean the robot's start pose."""
 
     map: Annotated[str, Meta(description="the map that localization uses; empty: the world's own")] = ""
     world: World
@@ -51,15 +51,15 @@ class StartPoseParams(InitialPoseParams, frozen=True, kw_only=True, forbid_unkno
 
 
 class StartPoseDevice(InitialPoseDevice):
-    """As InitialPoseDevice; without a pose, on a world that is made of the map itself, the robot's true start.
+    """An InitialPoseDevice that, without a given pose, uses the true start in a world made of the map itself.
 
-    Elsewhere the map begins where mapping began, which is where the simulated robot starts again.
+    In other worlds the map begins where mapping began, which is where the simulated robot starts again.
     """
 
     params: StartPoseParams
 
     def pose(self) -> SE2:
-        """On the map."""
+        """Return the initial pose on the map."""
         p = self.params
         given = super().pose()
         if given != IDENTITY or not is_own_map(p.world, p.map):

@@ -1,4 +1,4 @@
-"""The solids of which a world consists: upright boxes, cylinders and capsules, and their flat arrays."""
+"""Solids of a world: upright boxes, cylinders and capsules, and their flat arrays for kernels."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Colour = tuple[int, int, int]
 
 
 class Shape(NamedTuple):
-    """A solid standing upright; metres and radians in the frame of the world or of what carries it.
+    """An upright solid; metres and radians in the frame of the world or of the body that carries it.
 
-    x, y, z: centre. half: of a box half its sides; of a cylinder (radius, radius, half length); of a capsule
-    (radius, radius, half length of the straight part). name: "object/part", as collisions report it.
+    x, y, z: centre. half: half sides of a box; (radius, radius, half length) of a cylinder; (radius, radius,
+    half length of the straight part) of a capsule. name: "object/part", as collisions report it.
     """
 
     kind: int
@@ -33,40 +33,40 @@ class Shape(NamedTuple):
 
     @property
     def bottom(self) -> float:
-        """Lowest z."""
+        """Lowest z coordinate of the solid."""
         return self.z - self.half_height
 
     @property
     def top(self) -> float:
-        """Highest z."""
+        """Highest z coordinate of the solid."""
         return self.z + self.half_height
 
     @property
     def half_height(self) -> float:
-        """From the centre to the top."""
+        """Distance from the centre to the top."""
         return self.half[2] + (self.half[0] if self.kind == CAPSULE else 0.0)
 
     @property
     def reach(self) -> float:
-        """Radius of the circle about (x, y) that holds the shape seen from above."""
+        """Circumscribed radius about (x, y), seen from above."""
         return math.hypot(self.half[0], self.half[1]) if self.kind == BOX else self.half[0]
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Half the sides of the axis-parallel rectangle that holds the shape seen from above."""
+        """Half sides of the axis-aligned bounding rectangle, seen from above."""
         if self.kind != BOX:
             return self.half[0], self.half[0]
         c, s = abs(math.cos(self.yaw)), abs(math.sin(self.yaw))
         return c * self.half[0] + s * self.half[1], s * self.half[0] + c * self.half[1]
 
     def moved(self, pose: SE2) -> Shape:
-        """The shape in the parent frame when its own frame lies at `pose`."""
+        """Return the shape in the parent frame when its own frame lies at `pose`."""
         placed = pose @ SE2(self.x, self.y, self.yaw)
         return self._replace(x=placed.x, y=placed.y, yaw=placed.yaw)
 
 
 def box(name: str, at: SE2, bottom: float, size: tuple[float, float, float], colour: Colour) -> Shape:
-    """A box by its full sides, standing on the height `bottom`."""
+    """Return a box of full side lengths `size` whose lower side is at height `bottom`."""
     half = (size[0] / 2, size[1] / 2, size[2] / 2)
     return Shape(BOX, at.x, at.y, bottom + half[2], half, at.yaw, colour, name)
 
@@ -74,7 +74,7 @@ def box(name: str, at: SE2, bottom: float, size: tuple[float, float, float], col
 def cylinder(
     name: str, at: tuple[float, float], bottom: float, radius: float, height: float, colour: Colour
 ) -> Shape:
-    """A cylinder that stands on the height `bottom`."""
+    """Return an upright cylinder whose lower side is at height `bottom`."""
     half = (radius, radius, height / 2)
     return Shape(CYLINDER, at[0], at[1], bottom + height / 2, half, 0.0, colour, name)
 
@@ -82,13 +82,16 @@ def cylinder(
 def capsule(
     name: str, at: tuple[float, float], bottom: float, radius: float, height: float, colour: Colour
 ) -> Shape:
-    """An upright capsule of the whole height `height`."""
+    """Return an upright capsule of total height `height` from `bottom` up."""
     half = (radius, radius, height / 2 - radius)
     return Shape(CAPSULE, at[0], at[1], bottom + height / 2, half, 0.0, colour, name)
 
 
 class ShapeArrays(NamedTuple):
-    """Shapes as flat arrays for the kernels; n shapes, metres and radians as in Shape."""
+    """Shapes as flat arrays for the kernels, n shapes; metres and radians as in Shape.
+
+    kind: (n,). centre, half: (n, 3). yaw: (n,). colour: (n, 3).
+    """
 
     kind: NDArray[np.int8]
     centre: NDArray[np.float64]
@@ -98,7 +101,7 @@ class ShapeArrays(NamedTuple):
 
 
 def shape_arrays(shapes: Sequence[Shape]) -> ShapeArrays:
-    """Flat arrays of the shapes, in their order."""
+    """Return flat arrays of the shapes, in their order."""
     return ShapeArrays(
         np.array([s.kind for s in shapes], dtype=np.int8),
         np.array([(s.x, s.y, s.z) for s in shapes], dtype=np.float64).reshape(-1, 3),
@@ -109,7 +112,7 @@ def shape_arrays(shapes: Sequence[Shape]) -> ShapeArrays:
 
 
 def joined(a: ShapeArrays, b: ShapeArrays) -> ShapeArrays:
-    """Both, one after the other."""
+    """Return the concatenation of two sets of shapes."""
     return ShapeArrays(
         np.concatenate([a.kind, b.kind]),
         np.concatenate([a.centre, b.centre]),
@@ -120,10 +123,11 @@ def joined(a: ShapeArrays, b: ShapeArrays) -> ShapeArrays:
 
 
 def distance(shape: Shape, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Metres from points to the shape seen from above, 0 inside; any array shape."""
+    """Return the distances in metres from points to the shape seen from above, 0 inside; any array shape."""
     dx, dy = x - shape.x, y - shape.y
     if shape.kind != BOX:
         return np.maximum(np.hypot(dx, dy) - shape.half[0], 0.0)
+    # Point in the box frame: R(-yaw) (p - c); distance beyond each pair of sides.
     c, s = math.cos(shape.yaw), math.sin(shape.yaw)
     outside_x = np.maximum(np.abs(c * dx + s * dy) - shape.half[0], 0.0)
     outside_y = np.maximum(np.abs(-s * dx + c * dy) - shape.half[1], 0.0)
@@ -131,7 +135,10 @@ def distance(shape: Shape, x: NDArray[np.float64], y: NDArray[np.float64]) -> ND
 
 
 def clearance(shapes: Sequence[Shape], x: float, y: float, low: float, high: float) -> float:
-    """Metres from a point to the nearest shape that reaches into the heights low..high; inf without one."""
+    """Return the distance from a point to the nearest shape within the heights low..high, m.
+
+    It is inf if there is no such shape.
+    """
     px, py = np.array(x), np.array(y)
     near = [float(distance(s, px, py)) for s in shapes if s.bottom < high and s.top > low]
     return min(near, default=math.inf)

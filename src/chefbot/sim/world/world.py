@@ -1,4 +1,4 @@
-"""A world ready to be simulated: solids, doors, routes and places, read from a world file."""
+"""A world ready to be simulated: solids, doors, routes and named places, read from a world file."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ from chefbot.sim.world.world_spec import Door, Opening, Route, Wall, WorldSpec
 WORLD_FOLDER = Path(__file__).parents[1] / "worlds"
 MAX_SHAPES = 20_000
 ROBOT_SPACE = (0.02, 0.6)
-"""Heights in metres in which a place must be free."""
+"""Range of heights in metres in which a place must be free."""
 
-GIVEN_NAME = re.compile(r"^(wall|border|chair|person|dropped)_\d+$|_chair_\d+$|^ceiling$")
-"""What solids are called that the world file gives no name."""
+RESERVED_NAME = re.compile(r"^(wall|border|chair|person|dropped)_\d+$|_chair_\d+$|^ceiling$")
+"""Names that the simulator gives to solids without a name in the world file."""
 
 Bounds = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """Rooms and what stands in them. Metres and radians in the map frame; `home` is where the robot starts.
+    """A building with its furniture. Metres and radians in the map frame; `home` is where the robot starts.
 
-    static: solids that never move. bounds: (x0, y0, x1, y1) round all of them.
-    people: how many walk when nobody asks for another number.
+    static: solids that never move. bounds: (x0, y0, x1, y1) around all of them.
+    people: default number of pedestrians.
     """
 
     name: str
@@ -52,59 +52,59 @@ class World:
     places: dict[str, SE2]
     bounds: Bounds
     map: Grid | None = None
-    """The map that the world was made of, in the world's frame."""
+    """Map that the world was made from, in the world's frame."""
     start_note: str = ""
-    """Why the robot starts where it does, if that is not the file's `home`."""
+    """Reason for the start pose, if it is not the file's `home`."""
 
     @property
     def start(self) -> SE2:
-        """Where the robot stands at first: the place `home`."""
+        """Start pose of the robot: the place `home`."""
         return self.places["home"]
 
     def door(self, name: str) -> Door:
-        """The door of that name; UserError that names the nearest otherwise."""
+        """Return the door with this name. Raises UserError with the nearest known name if there is none."""
         for door in self.doors:
             if door.name == name:
                 return door
-        known = [door.name for door in self.doors]
-        raise UserError(f"world {self.name} has no door {name!r}{nearest(name, known)}")
+        names = [door.name for door in self.doors]
+        raise UserError(f"world {self.name} has no door {name!r}{nearest(name, names)}")
 
     def shapes_at_rest(self) -> tuple[Shape, ...]:
-        """All solids without people, doors as open as the file says."""
+        """Return all solids without people, with doors opened as the file specifies."""
         leaves = [door_leaf(door).moved(door_pose(door, door.open)) for door in self.doors]
         return (*self.static, *leaves)
 
 
 def built_in_worlds() -> dict[str, Path]:
-    """Name to file of the worlds that come with the package."""
+    """Return the worlds that come with the package as name to file path."""
     return {path.stem: path for path in sorted(WORLD_FOLDER.glob("*.yaml"))}
 
 
 def load_world(name_or_path: str) -> World:
-    """A built-in world by name, or a file by path. UserError with file, key and reason otherwise."""
+    """Load a built-in world by name or a world file by path. Raises UserError with file, key and reason."""
     path = _find(name_or_path)
     return parse_world(read_bytes(path, "world file"), f"world file {path}")
 
 
-@lru_cache(maxsize=4)  # demo, simulator and page each ask for the same world
+@lru_cache(maxsize=4)  # demo, simulator and web UI each load the same world
 def parse_world(data: bytes, where: str) -> World:
-    """A world from YAML text; `where` begins every error sentence."""
+    """Parse a world from YAML text; `where` begins every error message."""
     return build_world(parse_config(data, WorldSpec, where), where)
 
 
 def _find(name_or_path: str) -> Path:
-    known = built_in_worlds()
-    if name_or_path in known:
-        return known[name_or_path]
+    built_in = built_in_worlds()
+    if name_or_path in built_in:
+        return built_in[name_or_path]
     if name_or_path.endswith((".yaml", ".yml")) or "/" in name_or_path:
         return Path(name_or_path)
     raise UserError(
-        f"no world is called {name_or_path!r}{nearest(name_or_path, known)}; give one of these or a file"
+        f"no world is called {name_or_path!r}{nearest(name_or_path, built_in)}; give one of these or a file"
     )
 
 
 def build_world(spec: WorldSpec, where: str) -> World:
-    """The solids of a world file; UserError for what cannot be."""
+    """Build the solids of a world file. Raises UserError for contradictions in it."""
     _check_names(spec, where)
     _check_walls(spec, where)
     static = _static_shapes(spec)
@@ -133,7 +133,7 @@ def _static_shapes(spec: WorldSpec) -> tuple[Shape, ...]:
 
 
 def bounds_of(shapes: tuple[Shape, ...]) -> Bounds:
-    """(x0, y0, x1, y1) round the shapes; a 10 m square round the origin when there are none."""
+    """Return (x0, y0, x1, y1) around the shapes; a 10 m square around the origin if there are none."""
     if not shapes:
         return (-5.0, -5.0, 5.0, 5.0)
     return (
@@ -145,10 +145,10 @@ def bounds_of(shapes: tuple[Shape, ...]) -> Bounds:
 
 
 def _check_names(spec: WorldSpec, where: str) -> None:
-    """Every named thing has a name of its own: collisions are reported by it."""
+    """Check that names are unique and not reserved: collisions are reported by name."""
     for key in ("tables", "boxes", "cylinders", "doors"):
         for i, item in enumerate(getattr(spec, key)):
-            if GIVEN_NAME.search(item.name):
+            if RESERVED_NAME.search(item.name):
                 raise UserError(
                     f"{where}: {key}[{i}].name: {item.name!r} is a name that the simulator gives itself"
                 )
@@ -196,5 +196,5 @@ def _check_places(world: World, where: str) -> None:
 
 
 def nearest_name(shapes: tuple[Shape, ...], at: SE2) -> str:
-    """Name of the thing nearest to a point in the robot's space."""
+    """Return the name of the object nearest to a point within the robot's height range."""
     return min(shapes, key=lambda s: clearance([s], at.x, at.y, *ROBOT_SPACE)).name.split("/")[0]

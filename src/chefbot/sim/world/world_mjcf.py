@@ -1,4 +1,4 @@
-"""A world with a robot in it as one MuJoCo model, written as text."""
+"""A world with a robot in it as one MuJoCo model (MJCF)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TYPES = {BOX: "box", CAPSULE: "capsule"}
 
 
 class Mover(NamedTuple):
-    """A body that others move: its name, its solids in its own frame, and where it is."""
+    """A kinematic (mocap) body: its name, its solids in its own frame, and its pose."""
 
     name: str
     shapes: tuple[Shape, ...]
@@ -26,9 +26,9 @@ class Mover(NamedTuple):
 def world_mjcf(
     robot: Robot, static: Sequence[Shape], movers: Sequence[Mover], as_built: AsBuilt, start: SE2
 ) -> str:
-    """The model; geoms carry the names of their shapes, movers are mocap bodies in the order given."""
+    """Return the MJCF text; geoms are named as their shapes, movers are mocap bodies in the given order."""
     xml = robot_xml(robot, as_built, start)
-    # Resting solids stand in the world's body itself: a body each would cost a third of the speed.
+    # Static solids are geoms of the world body: a body each would cost a third of the speed.
     walls = "\n".join(geom_xml(shape) for shape in static)
     moving = "\n".join(_body(mover) for mover in movers)
     return f"""<mujoco>
@@ -52,7 +52,7 @@ def _body(mover: Mover) -> str:
 
 
 def geom_xml(shape: Shape) -> str:
-    """One solid; its name gets a prefix, so that a box may be called as a part of the robot is."""
+    """Return one solid as a geom; the name prefix lets a box have the same name as a part of the robot."""
     half = shape.half if shape.kind == BOX else (shape.half[0], shape.half[2])
     quaternion = numbers((math.cos(shape.yaw / 2), 0.0, 0.0, math.sin(shape.yaw / 2)))
     rgba = numbers([*(c / 255 for c in shape.colour), 1.0])

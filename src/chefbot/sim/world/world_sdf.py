@@ -1,4 +1,4 @@
-"""A world with a robot in it for Gazebo Harmonic: the same solids that our simulator has, as static models."""
+"""A world with a robot in it for Gazebo Harmonic: the simulator's solids as static models."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from chefbot.sim.world.shapes import BOX, CAPSULE, Shape
 from chefbot.sim.world.world import World
 
 STEP = 0.001
-"""Seconds; Gazebo's own default, with which its contacts are stable."""
+"""Physics step in seconds; Gazebo's default, at which its contacts are stable."""
 SYSTEMS = ("Physics", "UserCommands", "SceneBroadcaster", "Contact", "Imu")
-"""What a world needs besides the sensors that are rendered."""
+"""World plugins needed besides the rendered sensors."""
 PREFIX = "world_"
-"""Before every object's name: a box may be called as the robot is, and Gazebo gives `ground` and the like itself."""
+"""Prefix of all object names: a box may have the robot's name, and Gazebo reserves some, as `ground`."""
 REMARK = "People are left out, and doors stand still as open as the world's file says."
 FLOOR_COLOUR = (0.75, 0.7, 0.6, 1.0)
 
 
 def world_sdf(robot: Robot, world: World) -> str:
-    """The whole file: physics, systems, sun, floor, furniture and walls, and the robot at its start."""
+    """Return the SDF text: physics, systems, sun, floor, furniture and walls, and the robot at its start."""
     element = ET.Element("world", name=world.name)
     _physics(element)
     _systems(element)
@@ -45,8 +45,8 @@ def _physics(world: ET.Element) -> None:
 
 def _systems(world: ET.Element) -> None:
     for system in SYSTEMS:
-        words = "".join(f"-{letter.lower()}" if letter.isupper() else letter for letter in system)
-        world.append(plugin(f"gz-sim{words}-system", f"gz::sim::systems::{system}"))
+        suffix = "".join(f"-{letter.lower()}" if letter.isupper() else letter for letter in system)
+        world.append(plugin(f"gz-sim{suffix}-system", f"gz::sim::systems::{system}"))
     sensors = plugin("gz-sim-sensors-system", "gz::sim::systems::Sensors")
     said(sensors, "render_engine", "ogre2")
     world.append(sensors)
@@ -55,7 +55,7 @@ def _systems(world: ET.Element) -> None:
 def _sun(world: ET.Element) -> None:
     sun = ET.SubElement(world, "light", name="sun", type="directional")
     posed(sun, (0.0, 0.0, 10.0))
-    said(sun, "cast_shadows", False)  # below a ceiling all would be dark
+    said(sun, "cast_shadows", False)  # everything below a ceiling would be dark
     said(sun, "diffuse", (0.8, 0.8, 0.8, 1.0))
     said(sun, "specular", (0.2, 0.2, 0.2, 1.0))
     said(sun, "direction", (-0.4, 0.2, -0.9))
@@ -81,11 +81,11 @@ def _link(world: ET.Element, name: str) -> ET.Element:
 
 
 def _objects(shapes: Iterable[Shape]) -> dict[str, list[Shape]]:
-    """Object to its parts: shapes are called "object/part"."""
-    found: dict[str, list[Shape]] = {}
+    """Group the shapes by object: shapes are named "object/part"."""
+    objects: dict[str, list[Shape]] = {}
     for shape in shapes:
-        found.setdefault(shape.name.split("/")[0], []).append(shape)
-    return found
+        objects.setdefault(shape.name.split("/")[0], []).append(shape)
+    return objects
 
 
 def _static(world: ET.Element, name: str, shapes: list[Shape]) -> None:

@@ -1,4 +1,4 @@
-"""World files: what a person writes about rooms, furniture, doors, people's routes and named places."""
+"""World files: schema of rooms, furniture, doors, pedestrian routes and named places."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ Colour = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}$")]
 
 
 class Element(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A section of the world file."""
+    """Base class of the sections of a world file."""
 
 
 class Opening(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A hole in a wall: a passage, or with a sill a window."""
+    """An opening in a wall: a passage, or a window if it has a sill."""
 
     at: Annotated[float, Meta(ge=0, le=200, extra={"unit": "m"})]
-    """Middle of the opening, along the wall from its `start`."""
+    """Distance of the opening's centre from the wall's `start`."""
     width: Length
     sill: Height = 0.0
     height: Height = 2.1
-    """Upper edge above the floor."""
+    """Height of the upper edge above the floor."""
 
 
 class Wall(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A straight wall; `start` and `end` are on its middle line."""
+    """A straight wall; `start` and `end` lie on its centre line."""
 
     start: Point
     end: Point
@@ -48,7 +48,7 @@ class Wall(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Standing(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What stands somewhere."""
+    """Base class of objects with a pose on the floor."""
 
     x: Coordinate
     y: Coordinate
@@ -56,41 +56,41 @@ class Standing(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     @property
     def pose(self) -> SE2:
-        """Its frame in the world."""
+        """Pose of the object's frame in the world."""
         return SE2(self.x, self.y, self.yaw)
 
 
 class Table(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A table on four legs, with chairs round it."""
+    """A table on four legs, with chairs around it."""
 
     name: Name
     shape: Literal["square", "round"] = "square"
     size: Length = 0.8
-    """Side or diameter."""
+    """Side length or diameter."""
     height: Length = 0.74
     chairs: Annotated[list[Angle], Meta(max_length=12)] = []
-    """Bearings of the chairs from the table's middle; each one faces the table."""
+    """Bearings of the chairs from the table's centre; each chair faces the table."""
     colour: Colour = "#a5713c"
 
 
 class Chair(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A chair on four legs that faces its own x axis."""
+    """A chair on four legs that faces along its x axis."""
 
     colour: Colour = "#6e4a2a"
 
 
 class Box(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A box: bed, counter, cupboard, fridge."""
+    """A box such as a bed, counter, cupboard or fridge."""
 
     name: Name
     size: Annotated[list[Length], Meta(min_length=3, max_length=3)]
-    """Along its own x and y axes, and its height."""
+    """Side lengths along its own x and y axes, and its height."""
     bottom: Height = 0.0
     colour: Colour = "#9a8f80"
 
 
 class Cylinder(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An upright cylinder: column, plant pot, lamp."""
+    """An upright cylinder such as a column, plant pot or lamp."""
 
     name: Name
     x: Coordinate
@@ -102,7 +102,7 @@ class Cylinder(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Door(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A leaf that closes an opening; (x, y) is the hinge, closed it lies along its own x axis.
+    """A door leaf that closes an opening; (x, y) is the hinge, and a closed leaf lies along its own x axis.
 
     A hinged leaf swings by `swing` when open; a sliding one moves back by its own width.
     """
@@ -118,7 +118,7 @@ class Door(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Route(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A way that people walk to and fro."""
+    """A route that people walk back and forth."""
 
     points: Annotated[list[Point], Meta(min_length=2, max_length=100)]
     speed: Speed = 0.8
@@ -129,7 +129,7 @@ class Place(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class WorldSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The whole file."""
+    """The contents of a world file."""
 
     name: Name
     ceiling: Annotated[float, Meta(gt=0, le=20, extra={"unit": "m"})] | None = None

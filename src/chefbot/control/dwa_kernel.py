@@ -143,12 +143,8 @@ def best_twist(
         if blocked and (distance < braking_distance or v < MIN_FORWARD_SPEED):
             continue
         # from within the inscribed zone: those that leave it
-        if (
-            in_inscribed
-            and v > MIN_FORWARD_SPEED
-            and not blocked
-            and cost_at(cells, end_x, end_y) >= INSCRIBED
-        ):
+        drives_on = v > MIN_FORWARD_SPEED and not blocked
+        if in_inscribed and drives_on and cost_at(cells, end_x, end_y) >= INSCRIBED:
             continue
         # pose error at the end, with the progress of the time that remains after reaching the goal
         along_track, cross_track, heading_error = _deviation(

@@ -148,19 +148,13 @@ def _improved_neighbours(
 
 @njit(cache=True, nogil=True)
 def search(
-    weight: NDArray[np.float32],
-    heaviest: float,
-    stride: int,
-    source: int,
-    goal: int,
-    g: NDArray[np.float32],
-    written: NDArray[np.int32],
-) -> tuple[int, int]:
+    weight: NDArray[np.float32], heaviest: float, stride: int, source: int, goal: int,
+    g: NDArray[np.float32], written: NDArray[np.int32],
+) -> tuple[int, int]:  # fmt: skip
     """Compute the cost-to-come `g` from `source`: A* until `goal` is final or, if `goal` < 0, Dijkstra everywhere.
 
     weight: flat grid with a blocked border, rows of `stride` cells, none above `heaviest`. g: flat, filled with inf.
-    written: flat, receives every cell whose g was written (for a cheap reset). Returns the number of cells
-    written and the number of expansions.
+    written: flat, receives each cell whose g was written. Returns how many were, and the number of expansions.
     """
     # bucket width and weight of the heuristic: A* with a goal, Dijkstra without
     scale, h_gain = (BUCKETS_PER_UNIT, np.float32(1.0)) if goal >= 0 else (np.float32(1.0), np.float32(0.0))
@@ -172,15 +166,8 @@ def search(
     # initialize the open list with the source, in the bucket of its estimate f = h
     bucket = int(h_gain * _octile(source // stride, source % stride, goal_row, goal_column) * scale)
     cell, link, tail = _open_list(weight.shape[0], buckets, source, bucket & (buckets - 1))
-    g[source], written[0], n_written, n_expanded, n_entries, free, n_open = (
-        0.0,
-        source,
-        1,
-        0,
-        buckets + 1,
-        -1,
-        1,
-    )
+    g[source], written[0], n_written, n_expanded = 0.0, source, 1, 0
+    n_entries, free, n_open = buckets + 1, -1, 1
     while n_open > 0 and (goal < 0 or g[goal] * scale >= bucket):
         slot = bucket & (buckets - 1)
         while link[slot] >= 0:

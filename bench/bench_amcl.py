@@ -92,14 +92,14 @@ def parts(grid: Grid, params: AmclParams, n: int, repeats: int) -> list[tuple[fl
     points = (ranges[met] * np.stack([np.cos(angles[met]), np.sin(angles[met])])).T
     rng, field, bins = np.random.default_rng(0), LikelihoodField.of(grid, params), PoseBins(grid)
     particles = here.array() + rng.normal(size=(n, 3)) * (0.05, 0.05, 0.05)
-    even, scores = np.full(n, 1.0 / n), field.weigh(particles, points)
+    even, scores = np.full(n, 1.0 / n), field.log_likelihoods(particles, points)
 
     def temper() -> None:
         tempering.weights_of(scores, even, tempering.exponent_for(scores, even, 1.0, 0.25))
 
     return [
         milliseconds(lambda: odometry_motion.move(particles.copy(), STEP, params, rng), repeats),
-        milliseconds(lambda: field.weigh(particles, points), repeats),
+        milliseconds(lambda: field.log_likelihoods(particles, points), repeats),
         milliseconds(temper, repeats),
         milliseconds(lambda: resampling.resample(particles, even, bins, params, rng, n), repeats),
         milliseconds(lambda: clusters.heaviest(particles, even, bins), repeats),

@@ -20,7 +20,7 @@ import numpy as np
 
 from chefbot.cli.calibrate import CalibrateOptions, run_calibrate
 from chefbot.errors import UserError
-from chefbot.odometry.drive_model import Body
+from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.params import OdometryParams
 from chefbot.robot.load import load_robot
@@ -93,7 +93,7 @@ def hotel_drive(robot: str, seed: int) -> tuple[float, float]:
     hotel.ROBOT = load_robot(robot)
     _, sensed = hotel.drive(same)
     file = load_robot(str(OUT / f"{robot}_real_{seed}" / "robot.yaml"))
-    ekf = Ekf(Body.of(file, OdometryParams()))
+    ekf = Ekf(DriveModel.of(file, OdometryParams()))
     for one in sensed:
         ekf.add(one.imu)
         ekf.add(one.wheels)

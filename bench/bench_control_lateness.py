@@ -30,8 +30,8 @@ from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.nav2_msgs import Spin, Spin_Goal
 from chefbot.msgs.std_msgs import Float64
 from chefbot.ros2.rmw.action_client import ActionClient
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
@@ -73,7 +73,10 @@ def launch_file(folder: Path, mapper: dict[str, Any], port: Path | None) -> Path
         "nodes": nodes,
     }
     if port is not None:
-        nodes["board"] = {"kind": "chefbot.devices.board:BoardDevice", "params": {"port": str(port)}}
+        nodes["board"] = {
+            "kind": "chefbot.devices.motor_board:MotorBoardDevice",
+            "params": {"port": str(port)},
+        }
         nodes["lidar"] = {"kind": ROOM}
         launch |= {"clock": "wall", "include": ["base"]}
     for loop, topic in LOOPS.items():
@@ -85,14 +88,14 @@ def launch_file(folder: Path, mapper: dict[str, Any], port: Path | None) -> Path
     return path
 
 
-def measure(node: WireNode, one: Launched, seconds: float) -> tuple[dict[str, list[float]], float]:
+def measure(node: RmwNode, one: Launched, seconds: float) -> tuple[dict[str, list[float]], float]:
     """Offsets by loop, and the share of a core that the busy process used."""
     offsets: dict[str, list[float]] = {loop: [] for loop in LOOPS}
     for loop, said in offsets.items():
         node.subscription(f"/{loop}_offset", Float64, lambda told, to=said: to.append(told.data))
     spin = ActionClient(node, "/spin", Spin)
     wait_for(lambda: spin.served and offsets["base"])
-    spin.send(Spin_Goal(1e3, Duration.of(SETTLE + seconds + 60.0)))
+    spin.send_goal_async(Spin_Goal(1e3, Duration.of(SETTLE + seconds + 60.0)))
     wait_for(lambda: offsets["controller"])
     time.sleep(SETTLE)
     for said in offsets.values():
@@ -104,13 +107,13 @@ def measure(node: WireNode, one: Launched, seconds: float) -> tuple[dict[str, li
 
 
 @contextmanager
-def running(folder: Path, mapper: dict[str, Any], *, simulated: bool) -> Iterator[tuple[Launched, WireNode]]:
+def running(folder: Path, mapper: dict[str, Any], *, simulated: bool) -> Iterator[tuple[Launched, RmwNode]]:
     """It runs until this is left."""
     board = None if simulated else Emulator(folder, "chefbot_lidar")
     file = launch_file(folder, mapper, None if board is None else board.path)
     one = Launched(["launch", str(file), "headless:=true"], free_port())
     try:
-        with Wire(port=one.port, router=False) as wire, WireNode(wire, "bench") as node:
+        with RmwContext(port=one.port, router=False) as wire, RmwNode(wire, "bench") as node:
             yield one, node
     finally:
         one.process.terminate()

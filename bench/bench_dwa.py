@@ -7,7 +7,7 @@ import os
 import numpy as np
 from bench_costmap import INSCRIBED_RADIUS, RESOLUTION, milliseconds, office
 
-from chefbot.control.dwa import Dwa
+from chefbot.control.dwa import DwaController
 from chefbot.control.dwa_params import DwaParams
 from chefbot.costmap.inflation import cost_table, inflate
 from chefbot.maths.costs import Costmap
@@ -37,7 +37,9 @@ def main() -> None:
             continue  # two rooms without a door between them: draw again
     print(f"one core of {os.cpu_count()}; CPU ms per command, median over {POSES} poses (min, max)")
     for (v, w), peer in PEERS.items():
-        dwa = Dwa(Limits.of(load_robot("chefbot")), DwaParams(v_samples=v, w_samples=w, sim_time=1.7))
+        dwa = DwaController(
+            Limits.of(load_robot("chefbot")), DwaParams(v_samples=v, w_samples=w, sim_time=1.7)
+        )
         times = []
         for path in ways:
             pose = SE2.of(path[0])
@@ -47,7 +49,7 @@ def main() -> None:
             local = Costmap(window, RESOLUTION, left * RESOLUTION, top * RESOLUTION)
             dwa.set_path(path)
 
-            def call(dwa: Dwa = dwa, pose: SE2 = pose, local: Costmap = local) -> object:
+            def call(dwa: DwaController = dwa, pose: SE2 = pose, local: Costmap = local) -> object:
                 return dwa.command(pose, (0.3, 0.0), local)
 
             times.append(milliseconds(call, 30)[0])

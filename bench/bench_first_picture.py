@@ -106,7 +106,7 @@ def environment(caches: Path) -> dict[str, str]:
 
 def fill(caches: Path) -> None:
     """Let the compilation end that the cold start began."""
-    code = "from rich.console import Console as C; from chefbot.kernels.precompile import warm_kernels as w; w(C())"
+    code = "from rich.console import Console; from chefbot.kernels import precompile as p; p.compile_kernels(Console())"  # noqa: E501
     subprocess.run(
         [sys.executable, "-c", code], env=environment(caches), check=True, stdout=subprocess.DEVNULL
     )

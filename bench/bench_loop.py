@@ -24,7 +24,7 @@ from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import In, Node, NoParams, Out, topic
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.recorder import Recorder
 
 MESSAGES, REPEATS = 5000, 9
@@ -42,7 +42,7 @@ class First(Node):
 
     def on_start_here(self, message: Message) -> None:
         """The first node's part."""
-        self.speak("passed", message)
+        self.publish("passed", message)
 
 
 class Second(Node):
@@ -56,9 +56,9 @@ class Second(Node):
         self.kept = message
 
 
-def system_with(listeners: int) -> System:
+def system_with(listeners: int) -> NodeContainer:
     """One that passes on, so many that hear it."""
-    system = System(Loop(StepClock()), ROBOT, 1)
+    system = NodeContainer(Loop(StepClock()), ROBOT, 1)
     nodes = {"first": NodeEntry(kind=f"{__name__}:First")}
     nodes |= {f"second_{i}": NodeEntry(kind=f"{__name__}:Second") for i in range(listeners)}
     system.launch(Launch(name="bench", about="", args={}, nodes=nodes))
@@ -70,7 +70,7 @@ def measure(message: Message, listeners: int = 1, record: Path | None = None) ->
     system = system_with(listeners)
     recorder = Recorder(record, ROBOT, 1) if record else None
     if recorder is not None:
-        system.loop.tap(recorder)
+        system.loop.add_observer(recorder)
     times = []
     for _ in range(REPEATS):
         begun = time.thread_time()

@@ -17,16 +17,16 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.control.dwa import Dwa
+from chefbot.control.dwa import DwaController
 from chefbot.control.kinematics import wheel_speeds
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.demo.summary import true_plan
+from chefbot.demo.summary import ground_truth_map
 from chefbot.maths.angles import wrap
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.odometry.dead_reckoning import DeadReckoning
-from chefbot.odometry.drive_model import Body
+from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.estimate import MotionEstimate
 from chefbot.odometry.params import OdometryParams
@@ -36,8 +36,8 @@ from chefbot.robot.drivetrain import Calibration
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
 from chefbot.robot.spec import Robot
-from chefbot.safety.velocity_limiter import Limiter
-from chefbot.sim.board import Board
+from chefbot.safety.velocity_limiter import VelocityLimiter
+from chefbot.sim.board import SimulatedBoard
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.load import load_any_world
 
@@ -72,9 +72,9 @@ def drive(seed: int) -> tuple[Simulation, list[Sensed]]:
     """Stand for two seconds, then METRES from table to table."""
     sim = Simulation(ROBOT, WORLD, "real", seed, people=0)
     costs = LayeredCostmap(CostmapParams(), ROBOT.footprint_radius)
-    costs.set_static(true_plan(WORLD, ROBOT))
+    costs.set_static(ground_truth_map(WORLD, ROBOT))
     costmap, limits = costs.update(), Limits.of(ROBOT)
-    board, dwa, limiter = Board(ROBOT, sim), Dwa(limits), Limiter(limits)
+    board, dwa, limiter = SimulatedBoard(ROBOT, sim), DwaController(limits), VelocityLimiter(limits)
     paths, start = way(np.random.default_rng(seed), costmap, sim.truth().pose), sim.truth().pose
     sensed, gone, twist, last, tick = [], 0.0, (0.0, 0.0), start, 0
     while gone < METRES:
@@ -122,7 +122,7 @@ def calibrated(sim: Simulation, seed: int) -> Robot:
 
 def fused(sensed: list[Sensed], robot: Robot) -> MotionEstimate:
     """By wheels, gyro and accelerometer."""
-    ekf = Ekf(Body.of(robot, OdometryParams()))
+    ekf = Ekf(DriveModel.of(robot, OdometryParams()))
     for one in sensed:
         ekf.add(one.imu)
         ekf.add(one.wheels)

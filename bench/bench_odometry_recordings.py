@@ -34,7 +34,7 @@ def main() -> None:
             ekf.add(reading)
         micros = 1e6 * (time.perf_counter() - begun) / len(recording.readings)
         off = float(np.linalg.norm(ekf.belief.state[:3] - recording.end))
-        refused = ", ".join(f"{s.value} {w.refused}" for s, w in ekf.belief.watches.items() if w.refused)
+        refused = ", ".join(f"{s.value} {w.refused}" for s, w in ekf.belief.monitors.items() if w.refused)
         half = recording.tolerance / 2
         print(f"{number:3d} {len(recording.readings):10d} {off:8.4f} {half:23.4f} {micros:14.0f}   {refused}")
         missed |= off > half

@@ -15,7 +15,7 @@ import msgspec
 
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
-from chefbot.sim.board import TALK_NS, Board
+from chefbot.sim.board import EXCHANGE_PERIOD_NS, SimulatedBoard
 from chefbot.sim.depth_camera import DepthRenderer
 from chefbot.sim.simulation import STEP_NS, Simulation
 from chefbot.sim.world.world import load_world
@@ -54,12 +54,12 @@ def print_physics() -> None:
 def print_board() -> None:
     """CPU milliseconds of a simulated second: the physics alone, then with firmware, line and messages."""
     sim = Simulation(ROBOT, load_world("hotel"), "real", 1)
-    board = Board(ROBOT, sim)
+    board = SimulatedBoard(ROBOT, sim)
 
     def one_second() -> None:
-        for _ in range(1_000_000_000 // TALK_NS):
+        for _ in range(1_000_000_000 // EXCHANGE_PERIOD_NS):
             board.command(0.2, 0.25)
-            board.run_until(board.now_ns + TALK_NS)
+            board.run_until(board.now_ns + EXCHANGE_PERIOD_NS)
 
     median, least = measure(one_second, 15)
     print(f"{'with board, line and ultrasonic':34}{'':8}{1 / median:12.0f}{1 / least:8.0f}")

@@ -16,12 +16,12 @@ from pathlib import Path
 
 from rich.console import Console
 
-from chefbot.kernels.precompile import warm_kernels
+from chefbot.kernels.precompile import compile_kernels
 from chefbot.launcher.session import session, start
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch
-from chefbot.runtime.loop import Timing
-from chefbot.runtime.node_container import System
+from chefbot.runtime.loop import CallbackStatistics
+from chefbot.runtime.node_container import NodeContainer
 
 TARGETS = {"chefbot_lidar": 8.0, "chefbot": 3.0}
 """Times real time on two cores."""
@@ -48,7 +48,7 @@ def run(robot: str, world: str, seconds: float, profile: bool) -> None:
                 pstats.Stats(profiler, stream=sys.stdout).sort_stats("tottime").print_stats(40)
 
 
-def go_on(system: System, seconds: float, profiler: cProfile.Profile | None) -> tuple[float, float]:
+def go_on(system: NodeContainer, seconds: float, profiler: cProfile.Profile | None) -> tuple[float, float]:
     """(wall time, CPU time of all threads) of so many seconds of the robot's."""
     until = system.loop.now_ns + round(seconds * 1e9)
     wall, cpu = time.perf_counter(), time.process_time()
@@ -67,7 +67,7 @@ def print_factor(robot: str, world: str, seconds: float, wall: float, cpu: float
     )
 
 
-def print_handlers(timings: dict[str, Timing], seconds: float, wall: float) -> None:
+def print_handlers(timings: dict[str, CallbackStatistics], seconds: float, wall: float) -> None:
     """The dearest handlers; `rest` is the loop itself."""
     print(f"{'handler':44}{'calls/s':>9}{'mean ms':>9}{'worst ms':>10}{'share':>8}")
     dearest = sorted(timings.items(), key=lambda item: -item[1].total_ns)
@@ -89,7 +89,7 @@ def main() -> None:
         "--profile", action="store_true", help="and the dearest functions of the loop's thread"
     )
     given = parser.parse_args()
-    warm_kernels(Console())
+    compile_kernels(Console())
     print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
     for robot in [given.robot] if given.robot else TARGETS:
         run(robot, given.world, given.seconds, given.profile)

@@ -22,9 +22,9 @@ from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Float64, Header
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import LATCHED
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.session import RmwContext
 
 KINDS: tuple[type[Message], ...] = (Twist, LaserScan, Image)
 SIDE = 4000
@@ -35,7 +35,7 @@ WARMING = 10
 
 def child(port: int) -> None:
     """Echo everything; tell the processor time used when asked."""
-    with Wire(port=port, router=False) as wire, WireNode(wire, "echo") as node:
+    with RmwContext(port=port, router=False) as wire, RmwNode(wire, "echo") as node:
         for kind in KINDS:
             back = node.publisher(f"back/{kind.__name__}", kind)
             node.subscription(f"there/{kind.__name__}", kind, back.publish)
@@ -43,7 +43,9 @@ def child(port: int) -> None:
         listen(wire.session, "bare/there", bare.put)
         cells = np.random.default_rng(1).integers(-1, 100, SIDE * SIDE).astype(np.int8)
         info = MapMetaData(resolution=0.05, width=SIDE, height=SIDE)
-        node.publisher("map", OccupancyGrid, LATCHED).publish(OccupancyGrid(Header(), info, cells))
+        node.publisher("map", OccupancyGrid, TRANSIENT_LOCAL_QOS).publish(
+            OccupancyGrid(Header(), info, cells)
+        )
         used = node.publisher("used", Float64)
         node.subscription("ask", Float64, lambda _: used.publish(Float64(time.process_time())))
         sys.stdin.read()
@@ -78,11 +80,11 @@ def listen(session: zenoh.Session, key: str, take: Callable[[bytes], None]) -> z
 class Pair:
     """The bench's ends for one type, and those of the same bytes through Zenoh alone."""
 
-    def __init__(self, wire: Wire, kind: type[Message]) -> None:
+    def __init__(self, wire: RmwContext, kind: type[Message]) -> None:
         self.got: queue.SimpleQueue[object] = queue.SimpleQueue()
         self.lost = 0
         self._used: queue.SimpleQueue[Float64] = queue.SimpleQueue()
-        self._node = WireNode(wire, f"bench_{kind.__name__}")
+        self._node = RmwNode(wire, f"bench_{kind.__name__}")
         self._node.subscription(f"back/{kind.__name__}", kind, self.got.put)
         self._node.subscription("used", Float64, self._used.put)
         self._there = self._node.publisher(f"there/{kind.__name__}", kind)
@@ -90,7 +92,13 @@ class Pair:
         self._bare_back = listen(wire.session, "bare/back", self.got.put)
         drop = zenoh.CongestionControl.DROP
         self._bare = wire.session.declare_publisher("bare/there", congestion_control=drop)
-        wait_for(lambda: self._there.heard and self._ask.heard and self._bare.matching_status.matching)
+        wait_for(
+            lambda: (
+                self._there.has_subscribers
+                and self._ask.has_subscribers
+                and self._bare.matching_status.matching
+            )
+        )
         self._message = message_of(kind)
         self._bytes = self._message.to_cdr()
 
@@ -144,7 +152,7 @@ def round_trips(pair: Pair, send: Callable[[], None], count: int, hz: float) -> 
     return float(p50), float(p99), cpu
 
 
-def show(wire: Wire, kind: type[Message], count: int, hz: float) -> None:
+def show(wire: RmwContext, kind: type[Message], count: int, hz: float) -> None:
     """Ours and the bare engine in turns: the machine's speed changes. Medians of rounds, and of their differences."""
     pair = Pair(wire, kind)
     sends = {kind.__name__: pair.send, "  Zenoh alone": pair.send_bare}
@@ -164,12 +172,12 @@ def show(wire: Wire, kind: type[Message], count: int, hz: float) -> None:
 
 def late_joiner(port: int) -> float:
     """Milliseconds from asking for the 16 MB map to having it, in a session that is open."""
-    with Wire(port=port, router=False) as wire, WireNode(wire, "late") as node:
+    with RmwContext(port=port, router=False) as wire, RmwNode(wire, "late") as node:
         wait_for(lambda: wire.connected)
         wire.graph.refresh()
         got: queue.SimpleQueue[OccupancyGrid] = queue.SimpleQueue()
         began = time.perf_counter()
-        node.subscription("map", OccupancyGrid, got.put, LATCHED)
+        node.subscription("map", OccupancyGrid, got.put, TRANSIENT_LOCAL_QOS)
         assert got.get(timeout=10).data.size == SIDE * SIDE
         return (time.perf_counter() - began) * 1e3
 
@@ -177,7 +185,7 @@ def late_joiner(port: int) -> float:
 def opening(port: int) -> float:
     """Milliseconds to open the wire."""
     began = time.perf_counter()
-    with Wire(port=port):
+    with RmwContext(port=port):
         return (time.perf_counter() - began) * 1e3
 
 
@@ -187,7 +195,7 @@ def main() -> None:
         port = server.getsockname()[1]
     openings = [opening(port) for _ in range(10)]
     print(f"opening the wire: median {np.median(openings):.1f} ms, worst {max(openings):.1f} ms")
-    with Wire(port=port) as wire:
+    with RmwContext(port=port) as wire:
         command = [sys.executable, __file__, str(port)]
         process = subprocess.Popen(command, stdin=subprocess.PIPE)
         wait_for(lambda: "/map" in wire.graph.topics())

@@ -24,7 +24,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.robot.motion_limits import Limits
-from chefbot.runtime.replay import Log, read_log
+from chefbot.runtime.replay import RecordedLog, read_log
 
 GIVEN = Path(sys.argv[1]) if len(sys.argv) > 1 else None
 """The folder named on the command line, for runs and pictures; without one the repository's own pictures are made."""
@@ -50,7 +50,7 @@ def run(robot: str) -> Path:
 
 
 @cache
-def log_of(robot: str) -> Log:
+def log_of(robot: str) -> RecordedLog:
     """The log of that demo."""
     return read_log(run(robot) / "run.mcap")
 
@@ -188,7 +188,7 @@ def trajectory(
     """Where a twist leads in 1.5 s, with the ramp to it; red if it would touch something."""
     cell = costmap.resolution
     ramp = max(
-        abs(twist[0] - now[0]) / limits.acceleration, abs(twist[1] - now[1]) / limits.turn_acceleration
+        abs(twist[0] - now[0]) / limits.acceleration, abs(twist[1] - now[1]) / limits.angular_acceleration
     )
     points, blocked = [], False
     for end in np.linspace(0.075, 1.5, 20):

@@ -26,10 +26,10 @@ from chefbot.odometry.dead_reckoning import DeadReckoning
 from chefbot.odometry.gyro_ekf import GyroEkf
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
-from chefbot.safety.velocity_limiter import Limiter
+from chefbot.safety.velocity_limiter import VelocityLimiter
 from chefbot.scan.camera import CameraModel
 from chefbot.scan.depth_to_scan import DepthToScan, DepthToScanParams
-from chefbot.sim.board import Board
+from chefbot.sim.board import SimulatedBoard
 from chefbot.sim.depth_camera import DepthRenderer
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.world import load_world
@@ -59,15 +59,15 @@ def robot_from_its_file() -> None:
     limits = Limits.of(robot)
     v, w = np.meshgrid(np.linspace(0, 0.4, 201), np.linspace(-1.5, 1.5, 301))
     rim = v + np.abs(w) * limits.separation / 2
-    allowed = (rim <= limits.wheel_speed) & (v <= limits.speed) & (np.abs(w) <= limits.turn)
+    allowed = (rim <= limits.wheel_speed) & (v <= limits.speed) & (np.abs(w) <= limits.angular_speed)
     speeds.contourf(w, v, allowed.astype(float), levels=[0.5, 1.5], colors=["#cfe3ff"])
     turns = np.linspace(-1.5, 1.5, 301)
     speeds.plot(
         turns, limits.wheel_speed - np.abs(turns) * limits.separation / 2, color=ORANGE, label="motors"
     )
     speeds.axhline(limits.speed, color=GREEN, label="owner: speed")
-    speeds.axvline(-limits.turn, color=RED, label="owner: turn")
-    speeds.axvline(limits.turn, color=RED)
+    speeds.axvline(-limits.angular_speed, color=RED, label="owner: turn")
+    speeds.axvline(limits.angular_speed, color=RED)
     speeds.set(xlabel="turn rate [rad/s]", ylabel="speed [m/s]", ylim=(0, 0.42))
     speeds.set_title("twists that the base may drive", fontsize=10)
     speeds.legend(fontsize=8, loc="lower center")
@@ -123,7 +123,7 @@ def odometry() -> None:
     """Wheels alone and wheels with gyro, against the truth."""
     robot = load_robot("chefbot")
     sim = Simulation(robot, load_world("empty"), "real", seed=SEED)
-    board, limiter = Board(robot, sim), Limiter(Limits.of(robot))
+    board, limiter = SimulatedBoard(robot, sim), VelocityLimiter(Limits.of(robot))
     wheels, both = DeadReckoning(robot), GyroEkf(robot)
     rows, covariance = [], []
     for tick in range(1, 50 * 170):

@@ -26,10 +26,10 @@ from picture_tools import (
     write,
 )
 
-from chefbot.control.dwa import Dwa
+from chefbot.control.dwa import DwaController
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.demo.summary import true_plan
+from chefbot.demo.summary import ground_truth_map
 from chefbot.exploration.explorer import Explorer
 from chefbot.exploration.frontiers import find_frontiers
 from chefbot.localization.amcl import Amcl
@@ -43,7 +43,7 @@ from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
 from chefbot.sim.world.world import load_world
 from chefbot.slam.gmapping import Gmapping
-from chefbot.slam.occupancy_accumulator import Canvas
+from chefbot.slam.occupancy_accumulator import OccupancyAccumulator
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.scan_beams import beams_of
 from chefbot.storage.map_files import load_map
@@ -59,14 +59,14 @@ def slam() -> None:
     ticks = [m for t, m in said("chefbot_lidar", "wheel_ticks", WheelTicks) if t < end]
     by_wheels = {m.header.stamp.ns / 1e9: wheels.update(m.left, m.right, 0.02).pose for m in ticks}
     params = GmappingParams(seed=SEED)
-    drawn, mapper = Canvas(params.resolution, params.max_cells), Gmapping(params, mount)
+    drawn, mapper = OccupancyAccumulator(params.resolution, params.max_cells), Gmapping(params, mount)
     for stamp, scan, _ in scans_with_odometry("chefbot_lidar", 0.0, end):
         pose = by_wheels[stamp]
         if mapper.update(scan.angles, scan.ranges, pose, scan.range_max):
             ranges = np.where(scan.ranges >= scan.range_max, np.float32(np.inf), scan.ranges)
             beams = beams_of(scan.angles, ranges, mount, params.max_range, params.clear_range)
-            drawn.draw(beams, pose.array())
-    plan = true_plan(load_world("hotel"), robot)
+            drawn.add_scan(beams, pose.array())
+    plan = ground_truth_map(load_world("hotel"), robot)
     figure, axes = canvas(3, 11.0, 3.4)
     draw_grid(axes[0], drawn.grid(), "scans at the poses of the wheels alone")
     draw_grid(axes[1], mapper.map(), f"the same, with {params.particles} particles")
@@ -82,7 +82,7 @@ def exploration() -> None:
     camera = robot.sensors.depth_camera
     assert camera is not None
     maps = [(t, m) for t, m in said("chefbot", "map", OccupancyGrid) if t < second_launch("chefbot")]
-    plan = true_plan(load_world("hotel"), robot)
+    plan = ground_truth_map(load_world("hotel"), robot)
     times, poses = truth("chefbot")
     figure, axes = canvas(4, 12.0, 2.8)
     for one, share in zip(axes, (0.05, 0.2, 0.5, 0.95), strict=True):
@@ -93,8 +93,10 @@ def exploration() -> None:
         costs.set_static(grid)
         goal = explorer.decide(grid, GridPlanner().potential(costs.update(), here), here).goal
         draw_grid(one, grid, f"{time:.0f} s")
-        for frontier in find_frontiers(grid, explorer.params.free_below, explorer.params.longest):
-            if frontier.length >= explorer.least_length:
+        for frontier in find_frontiers(
+            grid, explorer.params.free_threshold, explorer.params.max_frontier_length
+        ):
+            if frontier.length >= explorer.min_frontier_length:
                 x, y = (frontier.cells[:, ::-1] + 0.5).T * grid.resolution
                 one.plot(x + grid.origin_x, y + grid.origin_y, ".", color=ORANGE, ms=1.5)
         if goal:
@@ -163,13 +165,13 @@ def dwa() -> None:
             np.arctan2(-0.45 * math.pi / 1.8 * np.cos(line / 1.8 * math.pi), 1),
         ]
     )
-    controller = Dwa(limits)
+    controller = DwaController(limits)
     controller.set_path(path)
     v, w, _ = controller.command(here, now, costmap)
     figure, axes = canvas(1, 6.4, 4.0)
     draw_costs(axes, costmap)
     for speed in (0.12, 0.23, limits.speed):
-        for turn in np.linspace(-limits.turn, limits.turn, 25):
+        for turn in np.linspace(-limits.angular_speed, limits.angular_speed, 25):
             if speed + abs(turn) * limits.separation / 2 <= limits.wheel_speed:
                 trajectory(axes, costmap, now, (speed, float(turn)), limits)
     axes.plot(path[:, 0], path[:, 1], color=BLUE, lw=1.2, ls="--", label="path")
@@ -200,7 +202,7 @@ def delivery() -> None:
 def hotel() -> None:
     """The first picture of the README."""
     robot, world = load_robot("chefbot"), load_world("hotel")
-    folder, plan = run("chefbot"), true_plan(load_world("hotel"), robot)
+    folder, plan = run("chefbot"), ground_truth_map(load_world("hotel"), robot)
     times, poses = truth("chefbot")
     mapping = times < second_launch("chefbot")
     figure, (left, right) = canvas(2, 11.0, 4.9)

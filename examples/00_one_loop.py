@@ -3,8 +3,8 @@
 import sys
 from pathlib import Path
 
-from chefbot.control.controller import Status
-from chefbot.control.dwa import Dwa
+from chefbot.control.controller import ControllerStatus
+from chefbot.control.dwa import DwaController
 from chefbot.control.kinematics import wheel_speeds
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
@@ -14,8 +14,8 @@ from chefbot.odometry.gyro_ekf import GyroEkf
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
-from chefbot.safety.velocity_limiter import Limiter
-from chefbot.sim.board import Board
+from chefbot.safety.velocity_limiter import VelocityLimiter
+from chefbot.sim.board import SimulatedBoard
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.world import load_world
@@ -32,14 +32,14 @@ assert lidar is not None
 angles, mount = lidar_angles(lidar), lidar.mount.planar
 
 sim = Simulation(robot, world, profile="real", seed=1)
-board = Board(robot, sim)  # holds the wheels' speeds, and stops by itself when nobody commands
+board = SimulatedBoard(robot, sim)  # holds the wheels' speeds, and stops by itself when nobody commands
 odometry = GyroEkf(robot)
 slam = Gmapping(GmappingParams(seed=1), sensor=mount)
 costs = LayeredCostmap(CostmapParams(), robot.footprint_radius)
 explorer, planner = Explorer(robot.footprint_radius), GridPlanner()
-controller, limiter = Dwa(limits), Limiter(limits)
+controller, limiter = DwaController(limits), VelocityLimiter(limits)
 
-goal, status, twist, way, tick = None, Status.NO_PATH, (0.0, 0.0), 0.0, 0
+goal, status, twist, way, tick = None, ControllerStatus.NO_PATH, (0.0, 0.0), 0.0, 0
 while True:
     tick += 1
     board.run_until(round(tick * TICK * 1e9))  # the world goes on
@@ -54,18 +54,18 @@ while True:
     costs.mark_and_clear("lidar", slam.pose @ mount, angles, ranges)
     costmap = costs.update()
 
-    if tick > LOOK and (tick % PLAN == 0 or status is not Status.RUNNING):
+    if tick > LOOK and (tick % PLAN == 0 or status is not ControllerStatus.RUNNING):
         grid = slam.map()
-        if goal and status is Status.REACHED and explorer.still_there(grid, goal):
-            explorer.fruitless(goal)  # it has been there, and still sees nothing
-        if not goal or status is Status.REACHED or not explorer.still_there(grid, goal):
+        if goal and status is ControllerStatus.REACHED and explorer.frontier_remains(grid, goal):
+            explorer.mark_failed(goal)  # it has been there, and still sees nothing
+        if not goal or status is ControllerStatus.REACHED or not explorer.frontier_remains(grid, goal):
             goal = explorer.decide(grid, planner.potential(costmap, slam.pose), slam.pose).goal
         if not goal and slam.pose.distance(HOME) < 0.1:
             break  # nothing left to see, and at home again
         controller.set_path(planner.plan(costmap, slam.pose, goal.pose if goal else HOME))
 
     v, w, status = controller.command(slam.pose, twist, costmap)
-    twist = limiter.step(v, w if tick > LOOK else limits.turn, age=0.0, dt=SCAN * TICK)
+    twist = limiter.step(v, w if tick > LOOK else limits.angular_speed, age=0.0, dt=SCAN * TICK)
     left, right = wheel_speeds(*twist, robot)
     board.command(left * robot.wheel_radius, right * robot.wheel_radius)
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.planning.params import PlannerParams
-from chefbot.planning.planner import Failure, PlanningError
+from chefbot.planning.planner import PlanningError, PlanningFailure
 
 STEPS = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
 STRIDE = 4  # cells between two poses of the path: fewer would only draw the staircase
@@ -36,17 +36,17 @@ class Wavefront:
         free = costmap.cells < INSCRIBED
         a, b = cell_of(costmap, start), cell_of(costmap, goal)
         for cell, pose, failure in (
-            (a, start, Failure.START_OUTSIDE_MAP),
-            (b, goal, Failure.GOAL_OUTSIDE_MAP),
+            (a, start, PlanningFailure.START_OUTSIDE_MAP),
+            (b, goal, PlanningFailure.GOAL_OUTSIDE_MAP),
         ):
             if not (0 <= cell[0] < free.shape[0] and 0 <= cell[1] < free.shape[1]):
                 raise PlanningError(failure, pose)
         free[a] = True  # the robot is where it is
         if not free[b]:
-            raise PlanningError(Failure.GOAL_OCCUPIED, goal)
+            raise PlanningError(PlanningFailure.GOAL_OCCUPIED, goal)
         cells = walk_down(wave(free, b, a), a)
         if not cells:
-            raise PlanningError(Failure.NO_VALID_PATH, goal)
+            raise PlanningError(PlanningFailure.NO_VALID_PATH, goal)
         inner = np.array(cells[STRIDE:-STRIDE:STRIDE]).reshape(-1, 2)[:, ::-1]
         middles = (inner + 0.5) * costmap.resolution + (costmap.origin_x, costmap.origin_y)
         points = np.vstack([[start[:2]], middles, [goal[:2]]])
@@ -117,12 +117,12 @@ def main() -> None:
     )
     record = Path(sys.argv[1]) if len(sys.argv) > 1 else None
     with session(load_robot("chefbot_lidar"), 1, launch.clock, 0.0, record) as system:
-        system.loop.tap(look)
+        system.loop.add_observer(look)
         start(system, launch)
         system.loop.run(until_ns=300_000_000_000, until=lambda: status[0].done)
         planner = type(system.nodes["planner"]._planner).__name__  # type: ignore[attr-defined]
     print(f"planner: {planner}, {paths[0]} paths")
-    print(f"{system.loop.now_ns / 1e9:.0f} s: {status[0].sentence} Touched {touched[0]} things.")
+    print(f"{system.loop.now_ns / 1e9:.0f} s: {status[0].description} Touched {touched[0]} things.")
 
 
 if __name__ == "__main__":

@@ -12,9 +12,9 @@ import numpy as np
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.ui.commands import Command, Deliver, Loaded
-from chefbot.ui.layers import Delivery, Status
-from chefbot.ui.server import PageServer
+from chefbot.ui.commands import Deliver, Loaded, OperatorCommand
+from chefbot.ui.layers import DeliveryView, StatusView
+from chefbot.ui.server import WebUiServer
 
 PLACES = {
     "home": (0.0, 0.0, 0.0),
@@ -31,11 +31,11 @@ class FakeRobot:
 
     def __init__(self, fate: str = "home") -> None:
         self.fate = fate
-        self.heard: queue.Queue[Command] = queue.Queue()
-        self.server = PageServer(0, "127.0.0.1", self._receive)
+        self.heard: queue.Queue[OperatorCommand] = queue.Queue()
+        self.server = WebUiServer(0, "127.0.0.1", self._receive)
         self.url = self.server.start()
         self.port = urlsplit(self.url).port or 0
-        self.server.show("status", Status(phase="Waiting."))
+        self.server.set_layer("status", StatusView(phase="Waiting."))
         self._stopping = threading.Event()
         self._threads: list[threading.Thread] = []
 
@@ -46,7 +46,7 @@ class FakeRobot:
             thread.join()
 
     def know_places(self) -> None:
-        self.server.show("places", PLACES)
+        self.server.set_layer("places", PLACES)
 
     def wait_for_orders(self) -> None:
         self._say("idle", "Waiting for an order.")
@@ -54,10 +54,10 @@ class FakeRobot:
     def map_a_room(self) -> Grid:
         cells = np.random.default_rng(3).choice(np.array([-1, 0, 100], np.int8), size=(30, 40))
         grid = Grid(cells, 0.05, -1.0, -0.5)
-        self.server.show("map", grid)
+        self.server.set_layer("map", grid)
         return grid
 
-    def _receive(self, command: Command) -> None:
+    def _receive(self, command: OperatorCommand) -> None:
         if self.fate == "refused":
             raise UserError("not today")
         self.heard.put(command)
@@ -85,10 +85,10 @@ class FakeRobot:
             self._say("idle", "At home, waiting for an order.", tables)
 
     def wait_for_food(self) -> None:
-        waiting = Delivery(
-            state="loading", place="kitchen", waits_for="loaded", step="In the kitchen.", in_hand=True
+        waiting = DeliveryView(
+            state="loading", place="kitchen", waits_for="loaded", step="In the kitchen.", round_active=True
         )
-        self.server.show("delivery", waiting)
+        self.server.set_layer("delivery", waiting)
 
     def _say(
         self,
@@ -97,8 +97,8 @@ class FakeRobot:
         delivered: list[str] | None = None,
         orders: tuple[tuple[str, ...], ...] = (),
     ) -> None:
-        view = Delivery(state=state, step=sentence, delivered=tuple(delivered or ()), orders=orders)
-        self.server.show("delivery", view)
+        view = DeliveryView(state=state, step=sentence, delivered=tuple(delivered or ()), orders=orders)
+        self.server.set_layer("delivery", view)
         self._stopping.wait(STEP)
 
 

@@ -59,9 +59,9 @@ def localized(grid: Grid, steps: list[tuple[SE2, SE2, NDArray[np.float32]]], kno
 def weighed(grid: Grid) -> str:
     """Of the log-likelihoods of poses all over the map, for numbers of beams that leave lanes unfilled."""
     rng, field = np.random.default_rng(1), LikelihoodField.of(grid, AmclParams())
-    particles = field.scatter(2000, rng)
+    particles = field.sample_free_space(2000, rng)
     numbers = (1, 2, 3, 5, 60, 61, 62, 63, 64, 181)
-    return short(*(field.weigh(particles, rng.uniform(-REACH, REACH, (n, 2))) for n in numbers))
+    return short(*(field.log_likelihoods(particles, rng.uniform(-REACH, REACH, (n, 2))) for n in numbers))
 
 
 def lines() -> list[str]:

@@ -11,10 +11,10 @@ import hashlib
 import sys
 from pathlib import Path
 
-from chefbot.runtime.replay import Logged, read_log
+from chefbot.runtime.replay import LoggedMessage, read_log
 
 
-def messages(folder: Path) -> list[Logged]:
+def messages(folder: Path) -> list[LoggedMessage]:
     """Of run.mcap in their order, without the launches, which name the folder."""
     return [one for one in read_log(folder / "run.mcap").messages if one.topic != "chefbot/launch"]
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.config import MAX_BYTES, build, parse_config, parse_yaml, read_bytes, read_config
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 
 
 class Inner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -169,6 +169,6 @@ def test_any_plain_data_is_a_value_or_a_sentence(value):
 
 def test_of_many_names_the_nearest_few_are_shown() -> None:
     topics = [f"/robot1/topic_{n}" for n in range(40)] + ["/scan"]
-    said = nearest("/qqq/zzz", topics)
+    said = name_hint("/qqq/zzz", topics)
     assert said.startswith(" (of 41, the nearest: ") and said.count(",") == 5
-    assert nearest("zzz", ["a", "b"]) == " (known: a, b)"
+    assert name_hint("zzz", ["a", "b"]) == " (known: a, b)"

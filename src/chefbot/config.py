@@ -12,7 +12,7 @@ import msgspec
 import yaml
 from msgspec import inspect as types
 
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.maths.units import to_si
 
 T = TypeVar("T")
@@ -158,7 +158,7 @@ def _struct_to_si(value: Any, kind: types.StructType, where: str, key: str) -> A
     fields = {field.encode_name: field for field in kind.fields}
     for name in value:
         if name not in fields:
-            raise UserError(f"{where}: unknown key {_join(key, name)!r}{nearest(str(name), fields)}")
+            raise UserError(f"{where}: unknown key {_join(key, name)!r}{name_hint(str(name), fields)}")
     missing = [f.encode_name for f in kind.fields if f.required and f.encode_name not in value]
     if missing:
         raise UserError(f"{where}: {_join(key, missing[0])!r} is missing")

@@ -19,12 +19,12 @@ SUGGESTED_NAMES = 5
 """Number of closest names shown of a longer list."""
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
+def name_hint(name: str, names: Iterable[str]) -> str:
     """Return a hint for an unknown name: `" (did you mean 'x'?)"`, or else the list of known names.
 
     The suggestion is a known name that begins with `name`, or the closest one.
     """
-    names = sorted(known)
+    names = sorted(names)
     completions = [candidate for candidate in names if len(name) > 1 and candidate.startswith(name)]
     suggestions = completions or difflib.get_close_matches(name, names, n=1)
     if suggestions:

@@ -300,25 +300,27 @@ def test_the_firmware_header_follows(robots) -> None:
 
 def test_kinematics_follow(robots) -> None:
     from chefbot.control.kinematics import twist, wheel_speeds
-    from chefbot.odometry.drive_model import Body, OdometryParams
+    from chefbot.odometry.drive_model import DriveModel, OdometryParams
 
     assert both(robots, lambda robot: wheel_speeds(0.09, 0.0, robot)[0]) == [0.09 / BEFORE, 0.09 / AFTER]
     assert both(robots, lambda robot: twist(1.0, 1.0, robot)[0]) == [BEFORE, AFTER]
     ticks = robots[0].motor.ticks_per_turn
-    rolled = [Body.of(robot, OdometryParams()).metres_per_tick * ticks / (2 * math.pi) for robot in robots]
+    rolled = [
+        DriveModel.of(robot, OdometryParams()).metres_per_tick * ticks / (2 * math.pi) for robot in robots
+    ]
     assert rolled == pytest.approx([BEFORE, AFTER], rel=1e-9)
 
 
 def test_the_simulated_drive_follows(robots) -> None:
     """Told the same speed, both go as far, the larger wheels with fewer ticks: as the demo's robot does."""
-    from chefbot.sim.board import Board
+    from chefbot.sim.board import SimulatedBoard
     from chefbot.sim.simulation import Simulation
     from chefbot.sim.world.world import load_world
 
     ways, ticks = [], []
     for robot in robots:
         sim = Simulation(robot, load_world("empty"), profile="perfect", seed=1)
-        start, board = sim.truth().pose, Board(robot, sim)
+        start, board = sim.truth().pose, SimulatedBoard(robot, sim)
         for step in range(1, 151):
             board.command(0.3, 0.3)
             board.run_until(step * 20_000_000)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.behavior.behavior import Progress, free_ahead
-from chefbot.behavior.motions import Spin, Straight, Wait
+from chefbot.behavior.behavior import BehaviorProgress, free_ahead
+from chefbot.behavior.motions import DriveStraight, Spin, Wait
 from chefbot.maths.costs import INSCRIBED, LETHAL, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
@@ -25,7 +25,7 @@ def run(behavior, costmap, pose=SE2(0.0, 0.0, 0.3), limit=4000):  # noqa: B008
     turned = 0.0
     for _ in range(limit):
         v, w, progress = behavior.update(pose, costmap, DT)
-        if progress is not Progress.RUNNING:
+        if progress is not BehaviorProgress.RUNNING:
             assert (v, w) == (0.0, 0.0)
             return pose, turned, progress
         pose = pose @ SE2(v * DT, 0.0, w * DT)
@@ -38,7 +38,7 @@ def run(behavior, costmap, pose=SE2(0.0, 0.0, 0.3), limit=4000):  # noqa: B008
 def test_spin_turns_by_its_angle(angle, sign):
     spin = Spin(sign * angle, max_turn(ROBOT), max_turn_acceleration(ROBOT))
     _, turned, progress = run(spin, floor())
-    assert progress is Progress.DONE
+    assert progress is BehaviorProgress.DONE
     assert turned == pytest.approx(sign * angle, abs=0.05)
     assert spin.turned == pytest.approx(turned), "it knows"
 
@@ -47,9 +47,9 @@ def test_spin_turns_by_its_angle(angle, sign):
 @given(st.floats(0.05, 1.5), st.sampled_from([-1, 1]), st.floats(-3.1, 3.1))
 def test_straight_goes_its_distance(distance, sign, yaw):
     start = SE2(0.0, 0.0, yaw)
-    straight = Straight(sign * distance, 0.2, max_acceleration(ROBOT))
+    straight = DriveStraight(sign * distance, 0.2, max_acceleration(ROBOT))
     pose, _, progress = run(straight, floor(), start)
-    assert progress is Progress.DONE
+    assert progress is BehaviorProgress.DONE
     assert start.between(pose).x == pytest.approx(sign * distance, abs=0.025)
     assert straight.driven == pytest.approx(start.between(pose).x), "it knows"
 
@@ -60,8 +60,10 @@ def test_straight_stops_before_an_obstacle(gap, sign):
     costmap = floor()
     column = costmap.cell(sign * gap, 0.0)[1]
     costmap.cells[:, column : column + 1] = INSCRIBED
-    pose, _, progress = run(Straight(sign * 1.5, 0.3, max_acceleration(ROBOT)), costmap, SE2(0.0, 0.0, 0.0))
-    assert progress is Progress.BLOCKED
+    pose, _, progress = run(
+        DriveStraight(sign * 1.5, 0.3, max_acceleration(ROBOT)), costmap, SE2(0.0, 0.0, 0.0)
+    )
+    assert progress is BehaviorProgress.BLOCKED
     assert costmap.at(pose.x, pose.y) == 0
 
 
@@ -75,13 +77,13 @@ def test_it_may_leave_the_inscribed_zone_but_not_cross_a_wall():
 
 
 def test_a_robot_that_cannot_move_times_out():
-    straight = Straight(0.5, 0.2, max_acceleration(ROBOT), timeout=1.0)
+    straight = DriveStraight(0.5, 0.2, max_acceleration(ROBOT), timeout=1.0)
     steps = [straight.update(SE2(0.0, 0.0, 0.0), floor(), DT).progress for _ in range(30)]
-    assert steps[10] is Progress.RUNNING
-    assert steps[-1] is Progress.TIMED_OUT
+    assert steps[10] is BehaviorProgress.RUNNING
+    assert steps[-1] is BehaviorProgress.TIMED_OUT
 
 
 def test_wait_waits():
     wait = Wait(1.0)
-    running = [wait.update(SE2(0, 0, 0), floor(), DT).progress is Progress.RUNNING for _ in range(30)]
+    running = [wait.update(SE2(0, 0, 0), floor(), DT).progress is BehaviorProgress.RUNNING for _ in range(30)]
     assert sum(running) == pytest.approx(19, abs=1)

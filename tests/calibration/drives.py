@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.calibration.alignment import Link
-from chefbot.calibration.drive import Leg, Square
-from chefbot.calibration.wheels import Wheels
+from chefbot.calibration.alignment import ScanMatch
+from chefbot.calibration.drive import DriveSegment, Square
+from chefbot.calibration.wheels import WheelParams
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.robot.load import load_robot
 
-DRAWN = Wheels.drawn(load_robot("chefbot"))
+DRAWN = WheelParams.nominal(load_robot("chefbot"))
 SENSOR = SE2(0.07, 0.0, 0.0)
 FIRM = np.diag([1e6, 1e6, 1e7])
 """Links to a millimetre and a third of a milliradian."""
@@ -30,8 +30,10 @@ class Built(NamedTuple):
     gyro_offset: float = 0.0
 
     @property
-    def wheels(self) -> Wheels:
-        return Wheels(DRAWN.left * self.left, DRAWN.right * self.right, DRAWN.separation * self.separation)
+    def wheels(self) -> WheelParams:
+        return WheelParams(
+            DRAWN.left * self.left, DRAWN.right * self.right, DRAWN.separation * self.separation
+        )
 
     @property
     def sensor(self) -> SE2:
@@ -55,10 +57,10 @@ class Track:
 
     def __init__(self, built: Built) -> None:
         self.built, self.pose, self.poses = built, IDENTITY, [built.sensor]
-        self.legs: list[Leg] = []
+        self.legs: list[DriveSegment] = []
         self.counts = np.zeros(2)
 
-    def go(self, metres: float, angle: float, slip: float = 0.0) -> Leg:
+    def go(self, metres: float, angle: float, slip: float = 0.0) -> DriveSegment:
         """An arc as the driver means it; `slip`: metres that the left wheel rolls without getting on."""
         rim = angle * DRAWN.separation / 2
         counts = np.array([(metres - rim) / DRAWN.left + slip / DRAWN.left, (metres + rim) / DRAWN.right])
@@ -71,7 +73,7 @@ class Track:
         self.pose = self.pose @ motion
         self.poses.append(self.pose @ self.built.sensor)
         last = len(self.poses) - 1
-        leg = Leg(np.rint(ticks), gyro, seconds, self.poses[-2], self.poses[-1], (last - 1, last))
+        leg = DriveSegment(np.rint(ticks), gyro, seconds, self.poses[-2], self.poses[-1], (last - 1, last))
         self.legs.append(leg)
         return leg
 
@@ -82,10 +84,10 @@ class Track:
             legs += [self.go(side, 0.0), self.go(0.0, turn * math.pi / 2)]
         return Square(turn, side, tuple(legs))
 
-    def links(self) -> list[Link]:
+    def links(self) -> list[ScanMatch]:
         """Each stand to the last one and to the first."""
         return [
-            Link(first, second, self.poses[first].between(self.poses[second]), FIRM)
+            ScanMatch(first, second, self.poses[first].between(self.poses[second]), FIRM)
             for second in range(1, len(self.poses))
             for first in {0, second - 1}
         ]

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.calibration.alignment import match, placed
+from chefbot.calibration.alignment import localize_station, match
 from chefbot.calibration.surface import Surface
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
@@ -86,11 +86,13 @@ def test_a_stand_is_placed_by_all_earlier_ones_and_where_no_wall_holds_it_as_gue
     surfaces = [Surface(seen(WORKSHOP, pose, rng, LIDAR, 360)) for pose in poses]
     truth = SE2(0.1, -0.05, 0.3)
     guess = SE2(truth.x + 0.06, truth.y - 0.05, truth.yaw + 0.06)
-    found = placed(Surface(seen(WORKSHOP, truth, rng, LIDAR, 360)), guess, poses, surfaces)
+    found = localize_station(Surface(seen(WORKSHOP, truth, rng, LIDAR, 360)), guess, poses, surfaces)
     assert found.distance(truth) < 0.01
     assert found.yaw == pytest.approx(truth.yaw, abs=0.005)
     alone = [Surface(seen(WALL, SE2(0.0, 0.0, LEFT), rng))]
     guess = SE2(0.1, 0.04, LEFT + 0.03)
-    found = placed(Surface(seen(WALL, SE2(0.0, 0.0, LEFT), rng)), guess, [SE2(0.0, 0.0, LEFT)], alone)
+    found = localize_station(
+        Surface(seen(WALL, SE2(0.0, 0.0, LEFT), rng)), guess, [SE2(0.0, 0.0, LEFT)], alone
+    )
     assert found.y == pytest.approx(0.0, abs=0.01)
     assert found.x == pytest.approx(guess.x, abs=0.03)

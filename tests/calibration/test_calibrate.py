@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from chefbot.calibration.calibrate import Calibrated, Drive, calibrate
-from chefbot.calibration.drive import Square, Stand
+from chefbot.calibration.calibrate import CalibrationDrive, CalibrationResult, calibrate
+from chefbot.calibration.drive import Square, Station
 from chefbot.calibration.umbmark import return_errors
 from chefbot.maths.se2 import SE2
 
@@ -25,7 +25,7 @@ class Driven(NamedTuple):
     """The robot's way, and what was measured on it."""
 
     track: Track
-    drive: Drive
+    drive: CalibrationDrive
 
 
 def square(track: Track, turn: int, slip: float = 0.0) -> Square:
@@ -62,15 +62,15 @@ def driven(view: float, seed: int, drift: float, slip: float = 0.0) -> Driven:
     wander -= wander[0]  # the first stand is where the frame begins
     first, beams = track.poses[0], 120 if view == CAMERA else 240
     stands = [
-        Stand(SE2.of(first.between(pose).array() + off), seen(WORKSHOP, pose, rng, view, beams))
+        Station(SE2.of(first.between(pose).array() + off), seen(WORKSHOP, pose, rng, view, beams))
         for pose, off in zip(track.poses, wander, strict=True)
     ]
-    return Driven(track, Drive(stands, track.legs, squares[:2], squares[2:]))
+    return Driven(track, CalibrationDrive(stands, track.legs, squares[:2], squares[2:]))
 
 
-def true_return(one: Driven, result: Calibrated) -> float:
+def true_return(one: Driven, result: CalibrationResult) -> float:
     """E_max,syst of the check by where the robot really was."""
-    checks = [check.between(one.track.poses) for check in one.drive.checks]
+    checks = [check.between(one.track.poses) for check in one.drive.validation_squares]
     return return_errors(checks, result.solution.wheels, BUILT.sensor).worst
 
 
@@ -84,11 +84,11 @@ def test_a_narrow_view_whose_stands_were_misjudged_still_tells_the_robot(view: f
         (BUILT.left, BUILT.right, BUILT.separation), rel=1e-3
     )
     assert not result.solution.slipped.any()
-    assert not result.again.slipped.any()
+    assert not result.validation.slipped.any()
     first = one.track.poses[0]
     off = [
         pose.distance(first.between(truth))
-        for pose, truth in zip(result.again.poses, one.track.poses, strict=True)
+        for pose, truth in zip(result.validation.poses, one.track.poses, strict=True)
     ]
     assert max(off) < 0.04
     assert result.after.worst < 0.05 * result.before.worst
@@ -103,4 +103,4 @@ def test_the_check_owns_up_to_wheels_that_slipped_on_it() -> None:
     truth = true_return(one, result)
     assert truth > 0.03
     assert result.after.worst == pytest.approx(truth, abs=0.005)
-    assert result.again.slipped.sum() == 2
+    assert result.validation.slipped.sum() == 2

@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 
-from chefbot.calibration.drive import Leg
-from chefbot.calibration.wiring import explained, miswired
+from chefbot.calibration.drive import DriveSegment
+from chefbot.calibration.wiring import explain_board_message, wiring_fault
 from chefbot.maths.se2 import IDENTITY, SE2
 
 
-def leg(left: float, right: float, seen: SE2, gyro: float) -> Leg:
+def leg(left: float, right: float, seen: SE2, gyro: float) -> DriveSegment:
     ticks = np.array([[0.0, 0.0], [left, right]])
-    return Leg(ticks, gyro, 1.0, IDENTITY, seen)
+    return DriveSegment(ticks, gyro, 1.0, IDENTITY, seen)
 
 
 def test_a_robot_that_does_as_it_is_told_is_well() -> None:
-    assert miswired(leg(900, 900, SE2(0.15, 0.0, 0.0), 0.0), 0.15, 0.0) is None
-    assert miswired(leg(-500, 500, SE2(0.0, 0.0, 0.6), 0.6), 0.0, 0.6) is None
-    assert miswired(leg(500, -500, SE2(0.0, 0.0, -0.6), -0.6), 0.0, -0.6) is None
+    assert wiring_fault(leg(900, 900, SE2(0.15, 0.0, 0.0), 0.0), 0.15, 0.0) is None
+    assert wiring_fault(leg(-500, 500, SE2(0.0, 0.0, 0.6), 0.6), 0.0, 0.6) is None
+    assert wiring_fault(leg(500, -500, SE2(0.0, 0.0, -0.6), -0.6), 0.0, -0.6) is None
 
 
 @pytest.mark.parametrize(
@@ -30,12 +30,12 @@ def test_a_robot_that_does_as_it_is_told_is_well() -> None:
         (leg(-500, 500, SE2(0.0, 0.0, 0.6), -0.6), 0.0, 0.6, "upside down"),
     ],
 )
-def test_each_fault_has_its_sentence(measured: Leg, metres: float, angle: float, words: str) -> None:
-    assert words in (miswired(measured, metres, angle) or "")
+def test_each_fault_has_its_sentence(measured: DriveSegment, metres: float, angle: float, words: str) -> None:
+    assert words in (wiring_fault(measured, metres, angle) or "")
 
 
 def test_what_the_board_says_of_an_encoder_becomes_what_to_do() -> None:
     board = "The left encoder is silent or counts against the motor. The motors are off; press STOP."
-    assert "swap its wires" in explained(board, 300, 0)
-    assert "counted nothing" in explained(board, 0, 300)
-    assert explained("The battery is empty. The motors are off.", 9, 9) == "the battery is empty"
+    assert "swap its wires" in explain_board_message(board, 300, 0)
+    assert "counted nothing" in explain_board_message(board, 0, 300)
+    assert explain_board_message("The battery is empty. The motors are off.", 9, 9) == "the battery is empty"

@@ -20,7 +20,7 @@ from chefbot.ros2.rmw.action_client import new_goal_id
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop, Publication
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.load import load_any_world
 from chefbot.sim.world.shapes import clearance
@@ -32,10 +32,10 @@ WAY = 2.4
 """Metres of path."""
 NODES = {
     "simulator": "chefbot.sim.device:SimulatorDevice",
-    "frames": "chefbot.nodes.robot_state_publisher:FramesNode",
+    "frames": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
     "odometry": "chefbot.nodes.odometry:OdometryNode",
     "depth_to_scan": "chefbot.nodes.depth_to_scan:DepthToScanNode",
-    "base": "chefbot.nodes.drive_base:BaseNode",
+    "base": "chefbot.nodes.drive_base:DriveBaseNode",
     "controller": "chefbot.nodes.controller:ControllerNode",
 }
 
@@ -93,10 +93,10 @@ class BlindDrive:
     def __init__(
         self, robot: Robot, at: SE2 | None, world: str = "hotel", profile: str = "real", seed: int = 1
     ):
-        self.system = System(Loop(StepClock()), robot, seed)
+        self.system = NodeContainer(Loop(StepClock()), robot, seed)
         self.loop = self.system.loop
         self.published: list[Publication] = []
-        self.loop.tap(self._keep)
+        self.loop.add_observer(self._keep)
         params: dict[str, Any] = {"world": world, "profile": profile, "people": 0, "picture_hz": 0}
         nodes = {name: NodeEntry(kind=kind) for name, kind in NODES.items()}
         nodes["simulator"] = NodeEntry(kind=NODES["simulator"], params=params)

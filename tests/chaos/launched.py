@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 from tests.processes import children_of, is_alive
 from tests.waiting import PATIENCE
 
@@ -79,12 +79,12 @@ class Launched:
 
 
 @contextmanager
-def running(*words: str) -> Iterator[tuple[Launched, WireNode]]:
+def running(*words: str) -> Iterator[tuple[Launched, RmwNode]]:
     """`chefbot` with these words; whatever happens in between, nothing of it is left."""
     one = Launched(words, free_port())
     children: list[int] = []
     try:
-        with Wire(port=one.port, router=False) as wire, WireNode(wire, "outsider") as node:
+        with RmwContext(port=one.port, router=False) as wire, RmwNode(wire, "outsider") as node:
             yield one, node
             children = children_of(one.process.pid)
     finally:
@@ -95,7 +95,7 @@ def running(*words: str) -> Iterator[tuple[Launched, WireNode]]:
 
 
 @contextmanager
-def launched(name: str, *arguments: str) -> Iterator[tuple[Launched, WireNode]]:
+def launched(name: str, *arguments: str) -> Iterator[tuple[Launched, RmwNode]]:
     """`chefbot launch` of a file in this folder."""
     with running("launch", str(HERE / name), *arguments) as both:
         yield both

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.geometry_msgs import Quaternion
-from chefbot.msgs.idl.fields import NUMPY_TYPES, FieldType, fields_of
+from chefbot.msgs.idl.fields import NUMPY_TYPES, MessageField, fields_of
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
 from chefbot.msgs.sensor_msgs import Image, LaserScan
@@ -70,7 +70,7 @@ class Messages:
             new = self._value(field, 0.2)
         return msgspec.structs.replace(message, **{field.name: new})
 
-    def _value(self, field: FieldType, plausible: float = PLAUSIBLE) -> Any:
+    def _value(self, field: MessageField, plausible: float = PLAUSIBLE) -> Any:
         if field.is_array:
             return self._array(field, plausible)
         if field.message is not None:
@@ -79,7 +79,7 @@ class Messages:
             return self._pick(TEXTS)
         return self._number(field.element, plausible)
 
-    def _array(self, field: FieldType, plausible: float) -> Any:
+    def _array(self, field: MessageField, plausible: float) -> Any:
         n = field.fixed_size or int(self._pick(LENGTHS))
         n = min(n, field.bound or n)
         if field.message is not None:

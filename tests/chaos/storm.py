@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from chefbot.bridge.inbox import WIRE
-from chefbot.bridge.local_only import INNER, NEVER_HEARD
+from chefbot.bridge.inbox import WIRE_PUBLISHER
+from chefbot.bridge.local_only import LOCAL_ONLY_TYPES, LOCAL_TOPICS
 from chefbot.bridge.ports import ports_of
 from chefbot.launcher.session import session, start
 from chefbot.maths.se2 import SE2
@@ -43,7 +43,7 @@ from chefbot.msgs.validity import InvalidMessageError, check, check_stamp
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import Publication
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from tests.chaos.messages import Messages
 
 SECOND = 1_000_000_000
@@ -69,7 +69,7 @@ class Target(NamedTuple):
 class Storm:
     """One launch under fire."""
 
-    def __init__(self, system: System, seed: int, leave_out: tuple[str, ...]) -> None:
+    def __init__(self, system: NodeContainer, seed: int, leave_out: tuple[str, ...]) -> None:
         self._system, self._leave_out = system, leave_out
         self._messages = Messages(seed)
         self._rng = np.random.default_rng([seed, 1])
@@ -83,10 +83,10 @@ class Storm:
         self.remarks: dict[str, int] = {}
         """What the robot says for people, and when last."""
         self.ours: Counter[str] = Counter()
-        system.loop.tap(self._watch)
+        system.loop.add_observer(self._watch)
 
     def _watch(self, one: Publication) -> None:
-        if one.publisher == WIRE:
+        if one.publisher == WIRE_PUBLISHER:
             return
         self._seen[one.topic] = one.message
         if not self.counts["sent"]:
@@ -116,12 +116,12 @@ class Storm:
         found: dict[str, type[Message]] = {"tf": TFMessage, "tf_static": TFMessage}
         for node in self._system.nodes.values():
             ports = ports_of(node)
-            found.update({one.name: one.kind for one in ports.ins})
-            for name, action in (*ports.serves, *ports.calls):
+            found.update({one.name: one.kind for one in ports.subscriptions})
+            for name, action in (*ports.action_servers, *ports.action_clients):
                 found[f"{name}/_action/send_goal"] = action.send_goal
                 found[f"{name}/_action/feedback"] = action.feedback_message
                 found[f"{name}/_action/get_result"] = action.outcome
-        inside = {name for name, kind in found.items() if name in NEVER_HEARD or kind in INNER}
+        inside = {name for name, kind in found.items() if name in LOCAL_TOPICS or kind in LOCAL_ONLY_TYPES}
         left_out = inside | set(self._leave_out)
         return [Target(name, kind) for name, kind in found.items() if name not in left_out]
 
@@ -147,7 +147,7 @@ class Storm:
             self.refused[f"{target.topic}: {error}"[:120]] += 1
             return
         self.counts["taken"] += 1
-        self._system.loop.publish(target.topic, message, WIRE, from_device=True)
+        self._system.loop.publish(target.topic, message, WIRE_PUBLISHER, from_device=True)
 
     def _made(self, target: Target) -> Message:
         seen = self._seen.get(target.topic)
@@ -210,9 +210,11 @@ def main() -> None:
     with session(load_robot(options.robot), options.seed, "simulation", 0.0, None) as system:
         storm = Storm(system, options.seed, WORLD_CHANGES if options.goal else ())
         fixed: list[Message] = []
-        system.loop.tap(
+        system.loop.add_observer(
             lambda one: (
-                fixed.append(one.message) if one.topic == "tf_static" and one.publisher != WIRE else None
+                fixed.append(one.message)
+                if one.topic == "tf_static" and one.publisher != WIRE_PUBLISHER
+                else None
             )
         )
         start(system, launch)
@@ -229,7 +231,7 @@ def main() -> None:
             result["state"] = f"{storm.navigation.state} {storm.navigation.reason}"
         assert system.faults is not None
         result["faults"] = dict(system.faults.counts)
-        result["unexpected"] = system.faults.unexpected
+        result["unexpected"] = system.faults.bug_count
         result["worst"] = {
             k: v.worst_ns / 1e9
             for k, v in sorted(system.loop.timings.items(), key=lambda x: -x[1].worst_ns)[:8]

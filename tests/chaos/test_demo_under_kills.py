@@ -13,8 +13,8 @@ import pytest
 from chefbot.demo.processes import PROCESSES
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, ExplorationStatus
 from chefbot.msgs.rosgraph_msgs import Clock
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import CLOCK, LATCHED
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import CLOCK, TRANSIENT_LOCAL_QOS
 from tests.chaos.launched import Launched, running, tell, wait_for
 
 SEED = 8
@@ -27,15 +27,15 @@ PATIENCE = 1800.0
 class Show:
     """What an outsider sees of the demo."""
 
-    def __init__(self, one: Launched, node: WireNode) -> None:
+    def __init__(self, one: Launched, node: RmwNode) -> None:
         self._one = one
         self._rng = np.random.default_rng([SEED, 0xD1F])
         self.now = 0.0
         """Seconds of the robot's time."""
         self.exploring = self.delivering = False
         node.subscription("/clock", Clock, self._tick, CLOCK)
-        node.subscription("/exploration_status", ExplorationStatus, self._explore, LATCHED)
-        node.subscription("/delivery_status", DeliveryStatus, self._deliver, LATCHED)
+        node.subscription("/exploration_status", ExplorationStatus, self._explore, TRANSIENT_LOCAL_QOS)
+        node.subscription("/delivery_status", DeliveryStatus, self._deliver, TRANSIENT_LOCAL_QOS)
 
     def _tick(self, said: Clock) -> None:
         self.now = said.clock.ns / 1e9

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from chefbot.demo.processes import PROCESSES
-from chefbot.demo.summary import true_plan
+from chefbot.demo.summary import ground_truth_map
 from chefbot.mapping.compare import quality
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.robot.load import load_robot
-from chefbot.ros2.rmw.qos import LATCHED
+from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
 from chefbot.sim.world.load import load_any_world
 from tests.chaos.launched import running, tell, wait_for
 from tests.chaos.waiter import ARRIVED_M, ROBOT, WORLD, Blow, Watched, demo_launch, waiting_robot
@@ -52,11 +52,13 @@ def test_a_mapper_that_dies_goes_on_with_its_map(tmp_path: Path) -> None:
     path, launch = demo_launch(tmp_path, "explore", headless="true")
     with running("launch", str(path)) as (one, node):
         watched, maps = Watched(one, node, launch), list[OccupancyGrid]()
-        node.subscription("/map", OccupancyGrid, maps.append, LATCHED)
+        node.subscription("/map", OccupancyGrid, maps.append, TRANSIENT_LOCAL_QOS)
         wait_for(lambda: watched.travelled() > FAR_M)
         struck(watched, "slam")
         known = len(maps)
         wait_for(lambda: len(maps) >= known + 3)
-        found = quality(maps[-1].grid, true_plan(load_any_world(WORLD, load_robot(ROBOT)), load_robot(ROBOT)))
+        found = quality(
+            maps[-1].grid, ground_truth_map(load_any_world(WORLD, load_robot(ROBOT)), load_robot(ROBOT))
+        )
         tell(f"{100 * found.precision:.1f} % of the map's walls are there")
         assert found.precision > 0.95

@@ -25,7 +25,7 @@ PONDERING = """
 about: A step that takes long, in a process of its own.
 clock: wall
 nodes:
-  frames: {kind: "chefbot.nodes.robot_state_publisher:FramesNode"}
+  frames: {kind: "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode"}
   ponder: {kind: "tests.chaos.lateness:PonderNode", process: thought, params: {seconds: %g, compiles: %s}}
 """
 
@@ -80,7 +80,7 @@ def test_who_thinks_for_long_on_a_busy_machine_is_waited_for(tmp_path: Path, com
         done: list[float] = []
         node.subscription("/done", Float64, lambda said: done.append(said.data))
         ticks = node.publisher("/ticks", Twist)
-        wait_for(lambda: ticks.heard)
+        wait_for(lambda: ticks.has_subscribers)
         pid = one.child("thought")
         with other_work(os.cpu_count() or 1):
             ticks.publish(Twist.of(0.0, 0.0))

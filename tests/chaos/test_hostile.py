@@ -12,7 +12,7 @@ from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Float64
-from chefbot.ros2.rmw.names import WireType
+from chefbot.ros2.rmw.names import InterfaceType
 from tests.chaos.launched import launched, tell, wait_for
 from tests.waiting import in_time
 
@@ -38,9 +38,9 @@ def test_nonsense_is_named_and_a_flood_does_not_hold_the_base_up() -> None:
         node.subscription("/diagnostics", DiagnosticArray, note)
         teleop = node.publisher("/cmd_vel_teleop", Twist)
         stranger = node.raw_publisher(
-            "/cmd_vel_nav", WireType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64)
+            "/cmd_vel_nav", InterfaceType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64)
         )
-        wait_for(lambda: teleop.heard and len(came) > 40)
+        wait_for(lambda: teleop.has_subscribers and len(came) > 40)
         teleop.publish(Twist.of(math.nan, 0.0))
         teleop.publish_cdr(Twist.of(0.1, 0.0).to_cdr()[:20])
         stranger.publish_cdr(Twist.of(0.1, 0.0).to_cdr())

@@ -12,7 +12,7 @@ from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.nav2_msgs import Spin, Spin_Goal
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.ros2.rmw.action_client import ActionClient
-from chefbot.ros2.rmw.qos import LATCHED
+from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
 from tests.chaos.launched import launched, tell, wait_for
 from tests.processes import children_of, is_alive
 from tests.waiting import PATIENCE, in_time
@@ -28,14 +28,14 @@ def test_the_robot_stops_when_its_controller_dies_and_drives_again_when_it_is_ba
         speeds: list[WheelSpeeds] = []
         maps: list[OccupancyGrid] = []
         node.subscription("/wheel_speeds", WheelSpeeds, speeds.append)
-        node.subscription("/map", OccupancyGrid, maps.append, LATCHED)
+        node.subscription("/map", OccupancyGrid, maps.append, TRANSIENT_LOCAL_QOS)
         spin = ActionClient(node, "/spin", Spin)
         wait_for(lambda: spin.served and maps)
 
         def drives() -> bool:
             return bool(speeds) and abs(speeds[-1].left) > 0.05
 
-        going = spin.send(Spin_Goal(30.0, Duration.of(60.0)))
+        going = spin.send_goal_async(Spin_Goal(30.0, Duration.of(60.0)))
         wait_for(drives)
         killed_ns, killed = speeds[-1].header.stamp.ns, time.monotonic()
         one.kill("control")
@@ -45,7 +45,7 @@ def test_the_robot_stops_when_its_controller_dies_and_drives_again_when_it_is_ba
         )
         tell(f"stood {(stood_ns - killed_ns) / 1e6:.0f} ms of simulated time after the kill")
         assert in_time(stood_ns - killed_ns, STOP_NS)
-        assert going.outcome.exception(PATIENCE) or going.outcome.result()[0] == STATUS_ABORTED
+        assert going.result.exception(PATIENCE) or going.result.result()[0] == STATUS_ABORTED
         wait_for(lambda: not spin.served or time.monotonic() - killed > 1.0)
         wait_for(lambda: spin.served)
         tell(f"control was back after {time.monotonic() - killed:.1f} s")
@@ -54,7 +54,7 @@ def test_the_robot_stops_when_its_controller_dies_and_drives_again_when_it_is_ba
         wait_for(lambda: one.child("slam") not in (None, killed_pid))
         children = children_of(one.process.pid)
         wait_for(lambda: spin.served)
-        spin.send(Spin_Goal(30.0, Duration.of(60.0)))
+        spin.send_goal_async(Spin_Goal(30.0, Duration.of(60.0)))
         wait_for(drives)
         one.stop()
         assert not any(map(is_alive, children))

@@ -26,7 +26,7 @@ BUILT = """
 include: [robot_standalone]
 nodes:
   odometry: {kind: "chefbot.nodes.odometry:OdometryNode", process: senses}
-  frames: {kind: "chefbot.nodes.robot_state_publisher:FramesNode", process: frames}
+  frames: {kind: "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode", process: frames}
 """
 
 

@@ -7,7 +7,7 @@ from threading import Condition
 import pytest
 
 from chefbot.runtime import clock as module
-from chefbot.runtime.clock import LeadingClock
+from chefbot.runtime.clock import LeaderClock
 
 SECOND = 1_000_000_000
 
@@ -27,13 +27,13 @@ class Waits(Condition):
 
 def test_a_change_of_pace_counts_from_now_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "wall_ns", lambda: 5 * SECOND)
-    clock, wake = LeadingClock(4.0), Waits()
+    clock, wake = LeaderClock(4.0), Waits()
     clock.start(0)
     clock.wait_until(8 * SECOND, wake)
-    clock.change_pace(1.0, 6 * SECOND)
+    clock.set_real_time_factor(1.0, 6 * SECOND)
     clock.wait_until(8 * SECOND, wake)
-    clock.change_pace(1.0, 7 * SECOND)
+    clock.set_real_time_factor(1.0, 7 * SECOND)
     clock.wait_until(8 * SECOND, wake)
-    clock.change_pace(4.0, 7 * SECOND)
+    clock.set_real_time_factor(4.0, 7 * SECOND)
     clock.wait_until(8 * SECOND, wake)
     assert wake.asked == [2.0, 2.0, 2.0, 0.25]

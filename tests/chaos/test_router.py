@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from chefbot.msgs.std_msgs import Float64
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 from tests.chaos.launched import PATIENCE, Launched, free_port, tell, wait_for
 
 COUNTING = """
@@ -27,8 +27,8 @@ nodes:
 """
 ROUTER = """
 import sys
-from chefbot.ros2.rmw.session import Wire
-with Wire(port=int(sys.argv[1])) as wire:
+from chefbot.ros2.rmw.session import RmwContext
+with RmwContext(port=int(sys.argv[1])) as wire:
     print(wire.is_router, flush=True)
     sys.stdin.read()
 """
@@ -87,7 +87,7 @@ def next_rate(lines: queue.SimpleQueue[str]) -> float:
 def hears(port: int) -> bool:
     """Whether a newcomer is told who is there, and hears it."""
     got: queue.SimpleQueue[Float64] = queue.SimpleQueue()
-    with Wire(port=port, router=False) as wire, WireNode(wire, "newcomer") as node:
+    with RmwContext(port=port, router=False) as wire, RmwNode(wire, "newcomer") as node:
         node.subscription("/double", Float64, got.put)
         found = wire.graph.wait_for(lambda graph: "/double" in graph.topics(), PATIENCE)
         return found and got.get(timeout=PATIENCE).data > 0.0

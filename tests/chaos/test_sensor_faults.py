@@ -7,7 +7,7 @@ import math
 import pytest
 
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_SUCCEEDED
-from chefbot.nodes.standing import PATIENCE
+from chefbot.nodes.waiting_state import WAIT_TIMEOUT
 from tests.chaos.driven_blind import ROBOTS, SIDE, BlindDrive, drive_into, free_ways, sensors_of
 
 TITLES = {"scan": "lidar", "depth": "depth camera"}
@@ -30,7 +30,7 @@ def check(robot: str, sensor: str, fault: str, places: list[int], seed: int) -> 
     for place in places:
         outcome = drive_into(ROBOTS[robot], ways[place], fault, sensor, side_of(place), seed + place)
         assert outcome.contact <= CONTACT and outcome.stood_after <= STAND, (place, outcome)
-        assert TITLES[sensor] in outcome.sentence and outcome.status == 0, (place, outcome)
+        assert TITLES[sensor] in outcome.description and outcome.status == 0, (place, outcome)
 
 
 @pytest.mark.slow
@@ -92,7 +92,7 @@ def test_two_sensors_in_turn_are_named_in_turn() -> None:
 def test_a_sensor_that_does_not_come_back_ends_the_order_with_its_name() -> None:
     drive = at_full_speed()
     drive.fault("stop", "scan")
-    drive.run(PATIENCE + 2.0)
+    drive.run(WAIT_TIMEOUT + 2.0)
     (outcome,) = drive.topic("follow_path/_action/get_result")
     assert outcome.status == STATUS_ABORTED and TITLES["scan"] in outcome.result.error_msg
     assert math.isclose(drive.simulation.truth().v, 0.0, abs_tol=0.01)

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.session import RmwContext
 from tests.chaos.launched import launched, tell, wait_for
 from tests.processes import children_of, is_alive
 from tests.waiting import in_time
@@ -28,7 +28,7 @@ def once() -> float:
         took = time.monotonic() - began
         assert one.process.returncode == 0
         assert not any(map(is_alive, children))
-    with Wire(port=one.port) as again:
+    with RmwContext(port=one.port) as again:
         assert again.is_router
     return took
 

@@ -23,7 +23,7 @@ from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.node import RmwNode
 from tests.chaos.launched import launched, wait_for
 from tests.chaos.messages import Messages
 
@@ -56,12 +56,12 @@ KILLERS: dict[str, tuple[Message, str]] = {
 """Each ended a launch, or held its loop up, before."""
 
 
-def inputs_of(node: WireNode) -> dict[str, type[Message]]:
+def inputs_of(node: RmwNode) -> dict[str, type[Message]]:
     """Every topic that somebody on the wire subscribes to, and its type; not what is part of an action."""
     return {
         name: message_type(found.types[0].name)
         for name, found in sorted(node.wire.graph.topics().items())
-        if found.takers and "/_action/" not in name and name not in SPOKEN_BY_THE_ROBOT
+        if found.consumers and "/_action/" not in name and name not in SPOKEN_BY_THE_ROBOT
     }
 
 
@@ -81,7 +81,7 @@ def test_what_ended_a_launch_is_refused_by_name_and_chance_ends_it_neither() -> 
         inputs = inputs_of(node)
         ends = {name: node.publisher(name, kind) for name, kind in inputs.items()}
         for topic, (message, words) in KILLERS.items():
-            wait_for(lambda: ends[topic].heard)  # noqa: B023
+            wait_for(lambda: ends[topic].has_subscribers)  # noqa: B023
             ends[topic].publish(message)
             wait_for(lambda: any(key.startswith(f"{topic}: ") and words in key for key in named))  # noqa: B023
         messages, rng = Messages(5), np.random.default_rng(5)

@@ -17,9 +17,9 @@ import pytest
 from chefbot.msgs.std_msgs import Bool
 from chefbot.runtime.launch import Launch
 from chefbot.supervision import supervisor as module
-from chefbot.supervision.state_handover import Word
-from chefbot.supervision.supervisor import Hooks, Supervisor
-from chefbot.supervision.worker_process import Order
+from chefbot.supervision.state_handover import StoredMessage
+from chefbot.supervision.supervisor import Supervisor, SupervisorCallbacks
+from chefbot.supervision.worker_process import WorkerSpec
 from tests.chaos.launched import wait_for
 from tests.processes import is_alive
 from tests.waiting import in_time
@@ -27,16 +27,16 @@ from tests.waiting import in_time
 NOTING = """
 import json, os, sys
 preparation, order = json.loads(sys.stdin.readline()), json.loads(sys.stdin.readline())
-words = [len(word["cdr"]) for word in order["last_words"]]
+words = [len(word["cdr"]) for word in order["restored_messages"]]
 with open(sys.argv[1], "a") as file:
     print(json.dumps([os.getpid(), preparation["spare"], words]), file=file)
 sys.stdin.read()
 """
 """Notes who it is and what it was told."""
 SEEN_S = 0.1
-LONG = Word("map", "nav_msgs/msg/OccupancyGrid", bytes(300_000))
+LONG = StoredMessage("map", "nav_msgs/msg/OccupancyGrid", bytes(300_000))
 """More than a pipe holds."""
-SHORT = Word.of("localized", Bool(True))
+SHORT = StoredMessage.serialize("localized", Bool(True))
 
 
 class Kept:
@@ -48,18 +48,18 @@ class Kept:
         self.told: list[str] = []
         self.ready = True
 
-    def hooks(self) -> Hooks:
-        return Hooks(
-            lost=lambda name: self.lost.append((time.monotonic(), name)),
-            ready=lambda _: self.ready,
-            back=self.back.append,
-            last_words=lambda _: (LONG, SHORT),
+    def hooks(self) -> SupervisorCallbacks:
+        return SupervisorCallbacks(
+            on_down=lambda name: self.lost.append((time.monotonic(), name)),
+            is_ready=lambda _: self.ready,
+            on_up=self.back.append,
+            restored_messages=lambda _: (LONG, SHORT),
         )
 
 
 @contextmanager
 def supervised(kept: Kept, notes: Path) -> Iterator[Supervisor]:
-    order = Order(Launch(name="x", about="", args={}, nodes={}), "a", ".", 0, 7447)
+    order = WorkerSpec(Launch(name="x", about="", args={}, nodes={}), "a", ".", 0, 7447)
     command = (sys.executable, "-c", NOTING, str(notes))
     one = Supervisor([order], kept.told.append, command, hooks=kept.hooks())
     try:

@@ -12,18 +12,18 @@ import numpy as np
 import yaml
 import zenoh
 
-from chefbot.demo.processes import in_processes
-from chefbot.demo.summary import true_plan
+from chefbot.demo.processes import split_into_processes
+from chefbot.demo.summary import ground_truth_map
 from chefbot.maths.se2 import IDENTITY
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order, WheelSpeeds
 from chefbot.msgs.geometry_msgs import PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.robot.load import load_robot
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import LATCHED
-from chefbot.ros2.rmw.tokens import NODE, ROOT, parse_token
-from chefbot.runtime.launch import Launch, load_launch, split
+from chefbot.ros2.rmw.liveliness import NODE, ROOT, parse_token
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
+from chefbot.runtime.launch import Launch, load_launch, split_by_process
 from chefbot.sim.world.load import load_any_world
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
@@ -42,7 +42,7 @@ def waiter(folder: Path) -> tuple[Path, Launch]:
     """The demo's second half, with a map as a perfect mapper would draw it."""
     robot = load_robot(ROBOT)
     world = load_any_world(WORLD, robot)
-    saved = save_map(folder / "map", true_plan(world, robot))
+    saved = save_map(folder / "map", ground_truth_map(world, robot))
     save_places(places_path(saved), {name: world.start.between(at) for name, at in world.places.items()})
     return demo_launch(folder, "waiter", map_file=str(saved))
 
@@ -50,7 +50,7 @@ def waiter(folder: Path) -> tuple[Path, Launch]:
 def demo_launch(folder: Path, name: str, **arguments: str) -> tuple[Path, Launch]:
     """A launch file with every node in the process that `chefbot demo --processes` gives it."""
     given = {"world": WORLD, "robot": ROBOT, "port": str(free_port()), "people": "0", **arguments}
-    launch = in_processes(load_launch(name, given))
+    launch = split_into_processes(load_launch(name, given))
     nodes = {
         name: {"kind": one.kind, "params": one.params, "remap": one.remap, "process": one.process}
         for name, one in launch.nodes.items()
@@ -63,9 +63,9 @@ def demo_launch(folder: Path, name: str, **arguments: str) -> tuple[Path, Launch
 class Watched:
     """What an outsider sees of it."""
 
-    def __init__(self, one: Launched, node: WireNode, launch: Launch) -> None:
+    def __init__(self, one: Launched, node: RmwNode, launch: Launch) -> None:
         self.one, self.node = one, node
-        self.parts = split(launch)[1]
+        self.parts = split_by_process(launch)[1]
         self.speeds: list[tuple[float, WheelSpeeds]] = []
         self.deliveries: list[DeliveryStatus] = []
         self.found: list[bool] = []
@@ -74,11 +74,11 @@ class Watched:
         self.places = {place: world.start.between(at) for place, at in world.places.items()}
         node.subscription("/wheel_speeds", WheelSpeeds, self._drive)
         self._loaded = node.publisher("/loaded", Empty)
-        node.subscription("/delivery_status", DeliveryStatus, self._see, LATCHED)
-        node.subscription("/localized", Bool, lambda said: self.found.append(said.data), LATCHED)
+        node.subscription("/delivery_status", DeliveryStatus, self._see, TRANSIENT_LOCAL_QOS)
+        node.subscription("/localized", Bool, lambda said: self.found.append(said.data), TRANSIENT_LOCAL_QOS)
         self.estimates: list[PoseWithCovarianceStamped] = []
         node.subscription("/ground_truth", Odometry, self.truth.append)
-        node.subscription("/amcl_pose", PoseWithCovarianceStamped, self.estimates.append, LATCHED)
+        node.subscription("/amcl_pose", PoseWithCovarianceStamped, self.estimates.append, TRANSIENT_LOCAL_QOS)
         self.seen_there: list[tuple[float, frozenset[str]]] = []
         """When which processes had all their nodes on the wire, by the order in which it came over the wire."""
         self._nodes: dict[str, str] = {}
@@ -129,15 +129,15 @@ class Watched:
 
     def await_arrival(self, table: str) -> None:
         """With the food; AssertionError with the robot's reason if it gives up."""
-        wait_for(lambda: self.has("waiting", table) or self.deliveries[-1].missed)
-        assert self.has("waiting", table), self.deliveries[-1].missed
+        wait_for(lambda: self.has("waiting", table) or self.deliveries[-1].skipped_reasons)
+        assert self.has("waiting", table), self.deliveries[-1].skipped_reasons
 
     def find_itself(self) -> None:
         """Told where it stands, which is no longer where it began: a lost robot turns to look around."""
         wait_for(
             lambda: (
                 all(map(self.there, self.parts))
-                and all(one.heard for one in (self._click, self._order, self._loaded))
+                and all(one.has_subscribers for one in (self._click, self._order, self._loaded))
                 and self.truth
             )
         )

@@ -41,7 +41,7 @@ def test_a_robot_that_was_never_calibrated_gets_a_file_that_knows_it(tmp_path: P
     assert worst["after"] < 0.1 * worst["before"]
     assert worst["check_squares_with_old_numbers"] > 0.5 * worst["before"]
     robot, drawn = load_robot(str(tmp_path / "robot.yaml")), load_robot("chefbot_lidar")
-    assert robot.left_radius == pytest.approx(drawn.wheel_radius * truth["left_wheel"], rel=1e-3)
+    assert robot.left_wheel_radius == pytest.approx(drawn.wheel_radius * truth["left_wheel"], rel=1e-3)
     assert robot.wheels == drawn.wheels
     assert (tmp_path / "calibration.png").read_bytes()[:4] == b"\x89PNG"
     with pytest.raises(UserError, match="like itself"):

@@ -19,7 +19,7 @@ from chefbot.ui.commands import Deliver, Loaded
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remote, "PATIENCE", 0.5)
+    monkeypatch.setattr(remote, "RESPONSE_TIMEOUT", 0.5)
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,8 @@ from rich.console import Console
 
 from chefbot.demo.demo import DemoOptions, run_demo
 from chefbot.kernels import cache_stamp
-from chefbot.kernels.groups import FIRST, GROUPS, kernel_files
-from chefbot.kernels.precompile import Warming, remember, start_warming
+from chefbot.kernels.groups import FIRST_PICTURE_GROUPS, GROUPS, kernel_files
+from chefbot.kernels.precompile import KernelCompilation, record_stamp, start_compilation
 
 
 def signatures() -> dict[str, int]:
@@ -47,12 +47,12 @@ def test_a_worker_compiles_a_group_and_names_the_files_of_its_kernels(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    warming = Warming(Console(quiet=True), ["odometry"])
+    warming = KernelCompilation(Console(quiet=True), ["odometry"])
     warming.start()
     told: list[tuple[int, int]] = []
     warming.wait(show=lambda progress: told.append((progress.done, progress.total)))
     assert told[-1] == (1, 1) and not warming.busy
-    assert cache_stamp.all_there(cache_stamp.stamp_path())
+    assert cache_stamp.is_complete(cache_stamp.stamp_path())
     assert "kalman_update.correct" in cache_stamp.stamp_path().read_text()
 
 
@@ -62,17 +62,17 @@ def test_with_a_stamp_nothing_is_compiled_and_without_its_files_it_is_void(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     held = tmp_path / "kernel.nbi"
     held.touch()
-    remember(Console(quiet=True), {str(held)})
-    assert not start_warming(Console(quiet=True)).busy
+    record_stamp(Console(quiet=True), {str(held)})
+    assert not start_compilation(Console(quiet=True)).busy
     held.unlink()
-    assert not cache_stamp.all_there(cache_stamp.stamp_path())
+    assert not cache_stamp.is_complete(cache_stamp.stamp_path())
 
 
 def test_a_stamp_that_was_cut_off_counts_as_none(tmp_path: Path) -> None:
     stamp = tmp_path / "stamp"
     for content in ("", '["/a', "[]", "{}"):
         stamp.write_text(content)
-        assert not cache_stamp.all_there(stamp)
+        assert not cache_stamp.is_complete(stamp)
 
 
 def test_the_stamp_depends_on_what_numba_depends_on(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,7 +84,7 @@ def test_the_stamp_depends_on_what_numba_depends_on(monkeypatch: pytest.MonkeyPa
 
 def test_a_failing_worker_is_told_of_and_does_not_stop_the_start() -> None:
     console = Console(record=True, quiet=False, file=open(os.devnull, "w"))  # noqa: SIM115, PTH123
-    warming = Warming(console, ["no such group"])
+    warming = KernelCompilation(console, ["no such group"])
     warming.start()
     warming.wait()
     assert not warming.busy
@@ -94,15 +94,15 @@ def test_a_failing_worker_is_told_of_and_does_not_stop_the_start() -> None:
 def test_an_unwritable_cache_folder_is_told_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    assert not cache_stamp.all_there(cache_stamp.stamp_path())
+    assert not cache_stamp.is_complete(cache_stamp.stamp_path())
     console = Console(record=True, file=open(os.devnull, "w"))  # noqa: SIM115, PTH123
-    remember(console, {"a"})
+    record_stamp(console, {"a"})
     assert "cannot be remembered" in console.export_text()
 
 
 def test_the_first_picture_needs_groups_that_exist() -> None:
-    assert set(FIRST) <= set(GROUPS)
-    assert tuple(GROUPS)[: len(FIRST)] == FIRST
+    assert set(FIRST_PICTURE_GROUPS) <= set(GROUPS)
+    assert tuple(GROUPS)[: len(FIRST_PICTURE_GROUPS)] == FIRST_PICTURE_GROUPS
 
 
 def test_kernel_files_are_those_of_compiled_kernels() -> None:

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.control.controller import Status
-from chefbot.control.dwa import Dwa
+from chefbot.control.controller import ControllerStatus
+from chefbot.control.dwa import DwaController
 from chefbot.control.goal_checkers import GoalChecker, ProgressChecker
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
@@ -15,7 +15,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner, path_length
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
-from chefbot.safety.velocity_limiter import Limiter
+from chefbot.safety.velocity_limiter import VelocityLimiter
 
 ROBOT = load_robot("chefbot")
 LIMITS = Limits.of(ROBOT)
@@ -48,12 +48,12 @@ def drive(cells, start, goal, seconds=90.0):
     """(status, end, way, least clearance, speeds)."""
     costmap = costs_of(cells)
     path = GridPlanner().plan(costmap, start, goal)
-    dwa, limiter, pose, now = Dwa(LIMITS), Limiter(LIMITS), start, (0.0, 0.0)
+    dwa, limiter, pose, now = DwaController(LIMITS), VelocityLimiter(LIMITS), start, (0.0, 0.0)
     dwa.set_path(path)
     way, least, speeds = 0.0, np.inf, []
     for _ in range(round(seconds / PERIOD)):
         v, w, status = dwa.command(pose, now, costmap)
-        if status is Status.REACHED and now == (0.0, 0.0):
+        if status is ControllerStatus.REACHED and now == (0.0, 0.0):
             break
         now = limiter.step(v, w, 0.0, PERIOD)
         for _ in range(5):
@@ -78,7 +78,7 @@ def drive(cells, start, goal, seconds=90.0):
 )
 def test_arrives_without_touching_or_stopping(walls, start, goal):
     status, pose, way, least, speeds, planned = drive(world(*walls), SE2(*start), SE2(*goal))
-    assert status is Status.REACHED
+    assert status is ControllerStatus.REACHED
     assert pose.distance(SE2(*goal)) < 0.15
     assert abs(pose.yaw - goal[2]) < 0.15
     assert least > 0.03
@@ -103,9 +103,9 @@ def test_from_any_twist_it_can_stop_after_its_command(seed, speed, turn, x, y, y
     for r, c in rng.integers(5, 110, (25, 2)):
         cells[r : r + 3, c : c + 3] = 100
     costmap = costs_of(cells)
-    v, w = speed * LIMITS.speed, turn * LIMITS.turn
+    v, w = speed * LIMITS.speed, turn * LIMITS.angular_speed
     now = (v * LIMITS.scale(v, w), w * LIMITS.scale(v, w))
-    dwa, pose = Dwa(LIMITS), SE2(x, y, yaw)
+    dwa, pose = DwaController(LIMITS), SE2(x, y, yaw)
     dwa.set_path(np.column_stack([np.linspace(x, 5.0, 60), np.linspace(y, 5.0, 60), np.zeros(60)]))
     if clearance(cells, pose) < 0.08 or _braked(cells, pose, now, now) < 0.06:
         return
@@ -115,7 +115,7 @@ def test_from_any_twist_it_can_stop_after_its_command(seed, speed, turn, x, y, y
 
 def _braked(cells, pose, now, command):
     """Least clearance over one period with the command and then braking to a stand."""
-    limiter, least = Limiter(LIMITS), np.inf
+    limiter, least = VelocityLimiter(LIMITS), np.inf
     limiter._v, limiter._w = now
     v, w = limiter.step(*command, 0.0, PERIOD)
     while True:
@@ -130,26 +130,30 @@ def _braked(cells, pose, now, command):
 
 def test_a_wall_across_the_path_blocks():
     cells = world()
-    dwa = Dwa(LIMITS)
+    dwa = DwaController(LIMITS)
     dwa.set_path(np.column_stack([np.linspace(1, 5, 80), np.full(80, 3.0), np.zeros(80)]))
     cells[:, 24:30] = 100
     v, _, status = dwa.command(SE2(0.96, 3.0, 0.0), (0.0, 0.0), costs_of(cells))
-    assert status is Status.BLOCKED
+    assert status is ControllerStatus.BLOCKED
     assert v == 0.0
 
 
 def test_without_a_path_it_stands():
-    assert Dwa(LIMITS).command(SE2(1, 1, 0), (0.0, 0.0), costs_of(world())) == (0.0, 0.0, Status.NO_PATH)
+    assert DwaController(LIMITS).command(SE2(1, 1, 0), (0.0, 0.0), costs_of(world())) == (
+        0.0,
+        0.0,
+        ControllerStatus.NO_PATH,
+    )
 
 
 def test_the_goal_checker_latches():
     checker, goal = GoalChecker(), SE2(1.0, 1.0, 0.0)
-    assert not checker.near(SE2(0.8, 1.0, 0.0), goal)
-    assert checker.near(SE2(0.95, 1.0, 0.0), goal)
-    assert checker.near(SE2(0.8, 1.0, 0.0), goal)
+    assert not checker.position_reached(SE2(0.8, 1.0, 0.0), goal)
+    assert checker.position_reached(SE2(0.95, 1.0, 0.0), goal)
+    assert checker.position_reached(SE2(0.8, 1.0, 0.0), goal)
 
 
 def test_the_progress_checker_notices_standing_and_accepts_turning():
     checker = ProgressChecker(patience=1.0)
-    assert all(checker.moving(SE2(0.0, 0.0, 0.6 * i), 0.5) for i in range(10))
-    assert [checker.moving(SE2(0.0, 0.0, 5.4), 0.5) for _ in range(3)][-1] is False
+    assert all(checker.is_progressing(SE2(0.0, 0.0, 0.6 * i), 0.5) for i in range(10))
+    assert [checker.is_progressing(SE2(0.0, 0.0, 5.4), 0.5) for _ in range(3)][-1] is False

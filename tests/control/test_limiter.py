@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from chefbot.control.kinematics import twist, wheel_speeds
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
-from chefbot.safety.velocity_limiter import Limiter
+from chefbot.safety.velocity_limiter import VelocityLimiter
 
 ROBOT = load_robot("chefbot")
 LIMITS = Limits.of(ROBOT)
@@ -16,14 +16,14 @@ anything = st.floats(allow_nan=True, allow_infinity=True)
 
 @given(st.lists(st.tuples(anything, anything, anything, st.floats(0.0, 0.2)), max_size=30))
 def test_never_exceeds_a_limit_whatever_comes_in(commands):
-    limiter, last = Limiter(LIMITS), (0.0, 0.0)
+    limiter, last = VelocityLimiter(LIMITS), (0.0, 0.0)
     for v, w, age, dt in commands:
         now = limiter.step(v, w, age, dt)
         assert abs(now[0]) <= LIMITS.speed + 1e-9
-        assert abs(now[1]) <= LIMITS.turn + 1e-9
+        assert abs(now[1]) <= LIMITS.angular_speed + 1e-9
         assert abs(now[0]) + abs(now[1]) * LIMITS.separation / 2 <= LIMITS.wheel_speed + 1e-9
         assert abs(now[0] - last[0]) <= LIMITS.acceleration * dt + 1e-9
-        assert abs(now[1] - last[1]) <= LIMITS.turn_acceleration * dt + 1e-9
+        assert abs(now[1] - last[1]) <= LIMITS.angular_acceleration * dt + 1e-9
         last = now
 
 
@@ -35,13 +35,13 @@ def settle(limiter, v, w, age=0.0):
 
 @given(st.floats(0.01, 20.0), st.floats(-20.0, 20.0))
 def test_scaling_keeps_the_curvature(v, w):
-    got = settle(Limiter(LIMITS), v, w)
+    got = settle(VelocityLimiter(LIMITS), v, w)
     assert got[1] * v == pytest.approx(w * got[0], abs=1e-9)
 
 
 @pytest.mark.parametrize(("v", "age"), [(math.nan, 0.0), (math.inf, 0.0), (0.3, 0.31), (0.3, math.nan)])
 def test_nonsense_and_stale_commands_stop_and_say_why(v, age):
-    limiter = Limiter(LIMITS)
+    limiter = VelocityLimiter(LIMITS)
     settle(limiter, 0.3, 0.0)
     assert settle(limiter, v, 0.0, age) == (0.0, 0.0)
     assert limiter.remark

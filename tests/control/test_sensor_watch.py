@@ -8,24 +8,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import SE2
-from chefbot.safety.sensor_freshness import AHEAD_NS, GOOD_AGAIN, SensorWatch, View
+from chefbot.safety.sensor_freshness import (
+    CLOCK_TOLERANCE_NS,
+    VALID_MESSAGES_REQUIRED,
+    ObstacleSensorMonitor,
+    SensorView,
+)
 
 BEAMS = 360
 MS = 1_000_000
 HERE = SE2(0.0, 0.0, 0.0)
 
 
-def view(stamp_ns: int, ranges: np.ndarray) -> View:
+def view(stamp_ns: int, ranges: np.ndarray) -> SensorView:
     ranges = np.asarray(ranges, np.float32)
     met = np.isfinite(ranges) & (ranges > 0.0)
-    return View(stamp_ns, ranges[:, None], met, met, ~(ranges > 0.0), bool((ranges[met] < 4.0).any()))
+    return SensorView(stamp_ns, ranges[:, None], met, met, ~(ranges > 0.0), bool((ranges[met] < 4.0).any()))
 
 
 class Bench:
     """A lidar of 10 Hz in a room, its clock and the robot's pose."""
 
     def __init__(self, noise: float = 0.01, quantum: float = 0.0) -> None:
-        self.watch = SensorWatch("lidar", 0.1)
+        self.watch = ObstacleSensorMonitor("lidar", 0.1)
         self.rng, self.noise, self.quantum = np.random.default_rng(2), noise, quantum
         self.now_ns, self.pose = 1_000_000_000, HERE
         self.walls = self.rng.uniform(1.0, 3.0, BEAMS)
@@ -36,9 +41,11 @@ class Bench:
 
     def send(self, ranges: np.ndarray | None = None, age_ms: float = 0.0, placed: bool = True) -> None:
         stamp = self.now_ns - round(age_ms * MS)
-        self.watch.see(view(stamp, self.measure() if ranges is None else ranges), self.now_ns, self.pose)
+        self.watch.process_view(
+            view(stamp, self.measure() if ranges is None else ranges), self.now_ns, self.pose
+        )
         if placed:
-            self.watch.place(stamp)
+            self.watch.note_marked(stamp)
 
     def run(
         self,
@@ -106,7 +113,7 @@ def test_a_sensor_of_half_its_rate_will_do_and_one_of_a_third_will_not(
 
 def test_one_message_does_not_end_a_silence(bench: Bench) -> None:
     bench.run(1.0, period_ms=0)
-    for _ in range(GOOD_AGAIN - 1):
+    for _ in range(VALID_MESSAGES_REQUIRED - 1):
         bench.run(0.1)
         assert bench.fault
     bench.run(1.0, period_ms=0)
@@ -200,7 +207,9 @@ def test_whatever_comes_no_twist_without_young_and_new_data(steps: list[tuple[in
             if not bench.fault:
                 assert bench.now_ns - newest <= bench.watch.limit_ns
                 assert bench.watch._last is not None
-                assert -AHEAD_NS <= bench.now_ns - bench.watch._last.stamp_ns <= bench.watch.limit_ns
+                assert (
+                    -CLOCK_TOLERANCE_NS <= bench.now_ns - bench.watch._last.stamp_ns <= bench.watch.limit_ns
+                )
         ranges = bench.measure() if new else ranges
         newest = max(newest, bench.now_ns - age_ms * MS) if new else newest
         bench.send(ranges, age_ms)

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.control.keyboard_teleop import Teleop
+from chefbot.control.keyboard_teleop import KeyboardTeleop
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
 
@@ -29,12 +29,12 @@ def hold(teleop, key, seconds):
     ],
 )
 def test_the_chapters_keys(key, signs):
-    v, w = hold(Teleop(LIMITS), key, 3.0)
+    v, w = hold(KeyboardTeleop(LIMITS), key, 3.0)
     assert ((v > 0) - (v < 0), (w > 0) - (w < 0)) == signs
 
 
 def test_silence_stops_after_half_a_second():
-    teleop = Teleop(LIMITS)
+    teleop = KeyboardTeleop(LIMITS)
     v, _ = hold(teleop, "i", 3.0)
     assert hold(teleop, None, 0.4)[0] == v
     assert 0 < hold(teleop, None, 0.3)[0] < v
@@ -43,7 +43,7 @@ def test_silence_stops_after_half_a_second():
 
 @pytest.mark.parametrize(("key", "left"), [(" ", 0.0), ("k", 0.0), ("y", 1.0)])
 def test_stop_keys_stop_at_once_and_others_smoothly(key, left):
-    teleop = Teleop(LIMITS)
+    teleop = KeyboardTeleop(LIMITS)
     v, _ = hold(teleop, "i", 3.0)
     now, _ = teleop.update(key, 0.1)
     assert now == pytest.approx(left * (v - 0.02))
@@ -51,16 +51,16 @@ def test_stop_keys_stop_at_once_and_others_smoothly(key, left):
 
 @given(st.text(alphabet="qzwxec uiojklm,.y", max_size=60))
 def test_never_beyond_the_robot(keys):
-    teleop = Teleop(LIMITS)
+    teleop = KeyboardTeleop(LIMITS)
     for key in keys:
         v, w = teleop.update(key, 0.1)
         assert abs(v) <= LIMITS.speed + 1e-9
-        assert abs(w) <= LIMITS.turn + 1e-9
+        assert abs(w) <= LIMITS.angular_speed + 1e-9
         assert LIMITS.scale(v, w) > 1.0 - 1e-9
 
 
 def test_speed_keys_change_speed_and_turn():
-    teleop = Teleop(LIMITS)
+    teleop = KeyboardTeleop(LIMITS)
     v, w = teleop.speed, teleop.turn
     for key in "qwx":
         teleop.update(key, 0.1)

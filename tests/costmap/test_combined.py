@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from chefbot.costmap.inflation import inflate
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.update_window import NOTHING, Window
+from chefbot.costmap.update_window import EMPTY_WINDOW, CellWindow
 from chefbot.maths.costs import Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -63,9 +63,9 @@ def do_something(costs: LayeredCostmap, seed: int) -> None:
     elif kind == 4:
         costs.set_static(static_of(seed))
     elif kind == 6:
-        costs.retune(msgspec.structs.replace(costs.params, inflation_radius=rng.uniform(0.1, 1.0)))
+        costs.reconfigure(msgspec.structs.replace(costs.params, inflation_radius=rng.uniform(0.1, 1.0)))
     elif kind == 7:
-        costs.mark_and_clear("laser", pose, ANGLES, ranges_of(seed), also="camera")
+        costs.mark_and_clear("laser", pose, ANGLES, ranges_of(seed), also_clear="camera")
 
 
 def anew(costs: LayeredCostmap) -> Costmap:
@@ -78,7 +78,7 @@ def anew(costs: LayeredCostmap) -> Costmap:
 @given(st.integers(0, 2**20), st.booleans(), st.booleans(), st.booleans())
 def test_what_changed_only_gives_the_bytes_of_all(seed: int, rolling: bool, wary: bool, track: bool) -> None:
     params = msgspec.structs.replace(PARAMS, track_unknown=track)
-    costs, whole = (LayeredCostmap(params, RADIUS, rolling=rolling, wary=wary) for _ in range(2))
+    costs, whole = (LayeredCostmap(params, RADIUS, rolling=rolling, avoid_unknown=wary) for _ in range(2))
     if not rolling:
         costs.set_static(static_of(seed))
         whole.set_static(static_of(seed))
@@ -120,8 +120,8 @@ def test_one_scan_inflates_only_what_is_near(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_windows_join_and_stay_on_the_grid() -> None:
-    a, b = Window(1, 2, 3, 4), Window(10, 0, 12, 3)
-    assert a.joined(b) == b.joined(a) == Window(1, 0, 12, 4)
-    assert a.joined(NOTHING) == NOTHING.joined(a) == a
-    assert a.grown(5, (6, 6)) == Window(0, 0, 6, 6)
-    assert Window.around(50.0, 50.0, 2.0).grown(0, (9, 9)).empty
+    a, b = CellWindow(1, 2, 3, 4), CellWindow(10, 0, 12, 3)
+    assert a.union(b) == b.union(a) == CellWindow(1, 0, 12, 4)
+    assert a.union(EMPTY_WINDOW) == EMPTY_WINDOW.union(a) == a
+    assert a.expanded(5, (6, 6)) == CellWindow(0, 0, 6, 6)
+    assert CellWindow.around(50.0, 50.0, 2.0).expanded(0, (9, 9)).empty

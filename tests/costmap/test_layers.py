@@ -51,7 +51,7 @@ def test_beams_may_clear_another_layer_which_they_do_not_mark():
     costs = window(inflation_radius=0.0)
     for y in (0.01, 0.41):
         costs.mark_and_clear("camera", SE2(0.0, y, 0.0), AHEAD, ray(1.0), (ray(0.0), ray(0.9)))
-    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.5), also="camera")
+    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.5), also_clear="camera")
     costs.clear_around(SE2(1.5, 0.0, 0.0), 0.2, "lidar")
     now = costs.update()
     assert now.at(1.01, 0.01) == FREE
@@ -61,7 +61,7 @@ def test_beams_may_clear_another_layer_which_they_do_not_mark():
 
 def test_another_layer_that_does_not_exist_is_not_made():
     costs = window()
-    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0), also="camera")
+    costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0), also_clear="camera")
     alone = window()
     alone.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0))
     np.testing.assert_array_equal(costs.update().cells, alone.update().cells)
@@ -164,7 +164,7 @@ def seen_from(openings: Sequence[tuple[int, int]]) -> Grid:
 
 
 def costs_of(grid: Grid, *, wary: bool):
-    costs = LayeredCostmap(CostmapParams(), RADIUS, wary=wary)
+    costs = LayeredCostmap(CostmapParams(), RADIUS, avoid_unknown=wary)
     costs.set_static(grid)
     return costs.update()
 
@@ -185,7 +185,7 @@ def test_a_gap_between_beams_hides_nothing():
 
 
 def test_what_is_seen_later_may_be_driven_on():
-    costs = LayeredCostmap(CostmapParams(), RADIUS, wary=True)
+    costs = LayeredCostmap(CostmapParams(), RADIUS, avoid_unknown=True)
     costs.set_static(seen_from([]))
     for angle in np.linspace(-0.6, 0.6, 200):
         costs.mark_and_clear("camera", SE2(0.1, 1.0, angle), AHEAD, ray(np.inf))

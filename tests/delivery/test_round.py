@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from chefbot.delivery.mission import ENDED_BY_PERSON, UNKNOWN_PLACE, Outcome, Round
+from chefbot.delivery.mission import ENDED_BY_PERSON, UNKNOWN_PLACE, DeliveryRound, OrderOutcome
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.msgs.geometry_msgs import PoseStamped
@@ -32,8 +32,8 @@ class Waiter:
     """A round whose outcomes are noted."""
 
     def __init__(self) -> None:
-        self.outcomes: list[Outcome] = []
-        self.round = Round("kitchen", "home", resolve, self.outcomes.append)
+        self.outcomes: list[OrderOutcome] = []
+        self.round = DeliveryRound("kitchen", "home", resolve, self.outcomes.append)
 
     def at(self, table: str, *orders: tuple[str, ...]) -> Waiter:
         """Waiting there, with further orders behind."""
@@ -48,7 +48,7 @@ class Waiter:
     @property
     def now(self) -> tuple[str, str, str]:
         status = self.round.status
-        return status.state, status.place, status.held
+        return status.state, status.place, status.hold_reason
 
 
 def test_it_leaves_the_kitchen_and_the_table_when_a_person_says_so() -> None:
@@ -58,7 +58,7 @@ def test_it_leaves_the_kitchen_and_the_table_when_a_person_says_so() -> None:
     assert waiter.now == ("driving", "kitchen", "") and one.leg
     one.arrived()
     assert waiter.now == ("loading", "kitchen", "") and one.leg is None
-    assert "table 1 and table 2" in one.status.sentence
+    assert "table 1 and table 2" in one.status.description
     one.taken()
     assert waiter.now == ("loading", "kitchen", ""), "nothing was taken in the kitchen"
     one.loaded()
@@ -74,15 +74,17 @@ def test_it_leaves_the_kitchen_and_the_table_when_a_person_says_so() -> None:
     one.arrived("a box is in the way")
     assert waiter.now == ("returning", "home", "")
     one.arrived()
-    assert one.status.state == "failed" and "table 2 was not reached" in one.status.sentence
-    assert waiter.outcomes == [Outcome("a", ("table_1",), 2, "table 2 was not reached: a box is in the way")]
+    assert one.status.state == "failed" and "table 2 was not reached" in one.status.description
+    assert waiter.outcomes == [
+        OrderOutcome("a", ("table_1",), 2, "table 2 was not reached: a box is in the way")
+    ]
 
 
 def test_food_that_nobody_takes_is_not_delivered() -> None:
     waiter = Waiter().at("table_1", ("table_1", "table_2"))
     waiter.round.skip()
     assert waiter.now == ("driving", "table_2", "")
-    assert waiter.round.status.delivered == () and "nobody took" in waiter.round.status.missed[0]
+    assert waiter.round.status.delivered == () and "nobody took" in waiter.round.status.skipped_reasons[0]
 
 
 @pytest.mark.parametrize("choice", ["go_on", "kitchen", "end"])
@@ -91,12 +93,16 @@ def test_stop_keeps_the_round_and_a_person_chooses_how_it_goes_on(choice: str) -
     one = waiter.round
     one.stop(True)
     one.order(Order(("table_2",), "while stopped"))
-    assert waiter.now == ("waiting", "table_2", "stop") and one.leg is None and len(one.status.orders) == 2
+    assert (
+        waiter.now == ("waiting", "table_2", "stop")
+        and one.leg is None
+        and len(one.status.pending_orders) == 2
+    )
     with pytest.raises(UserError, match="Resume"):
         one.choose(choice)
     one.stop(False)
     assert waiter.now == ("waiting", "table_2", "choice") and one.leg is None
-    assert "go on to table 2" in one.status.sentence and "kitchen" in one.status.sentence
+    assert "go on to table 2" in one.status.description and "kitchen" in one.status.description
     one.choose(choice)
     assert one.status.delivered == ("table_1",)
     if choice == "go_on":
@@ -108,7 +114,7 @@ def test_stop_keeps_the_round_and_a_person_chooses_how_it_goes_on(choice: str) -
         assert waiter.now == ("idle", "", "choice") and one.leg is None, (
             "the next order does not start by itself"
         )
-        assert len(one.status.missed) == 2
+        assert len(one.status.skipped_reasons) == 2
         one.choose("go_on")
         assert waiter.now == ("driving", "kitchen", "")
 
@@ -119,7 +125,7 @@ def test_an_order_given_while_stopped_is_kept_and_waits_for_a_choice() -> None:
     one.stop(True)
     one.order(Order(("table_1",), "a"))
     one.stop(False)
-    assert waiter.now == ("idle", "", "choice") and len(one.status.orders) == 1
+    assert waiter.now == ("idle", "", "choice") and len(one.status.pending_orders) == 1
     one.choose("go_on")
     assert waiter.now == ("driving", "kitchen", "")
 
@@ -130,7 +136,7 @@ def test_food_taken_while_stop_is_pressed_is_taken() -> None:
     waiter.round.taken()
     assert waiter.round.status.delivered == ("table_1",) and waiter.round.leg is None
     waiter.round.stop(False)
-    assert "go on to table 2" in waiter.round.status.sentence
+    assert "go on to table 2" in waiter.round.status.description
     waiter.round.choose("go_on")
     assert waiter.now == ("driving", "table_2", "")
 
@@ -160,14 +166,14 @@ def test_now_keeps_the_round_and_delivers_nothing() -> None:
     waiter = Waiter().at("table_1", ("table_1", "table_2"), ("table_3",))
     one = waiter.round
     one.go(errand("now"))
-    assert one.leg and one.leg.place == "reception" and one.status.held == "errand"
+    assert one.leg and one.leg.place == "reception" and one.status.hold_reason == "errand"
     one.taken()
     assert one.status.delivered == (), "it has left the table with the food"
     one.arrived()
-    assert one.leg is None and one.status.held == "choice"
+    assert one.leg is None and one.status.hold_reason == "choice"
     one.choose("go_on")
     assert waiter.now == ("driving", "table_1", "") and one.status.queue == ("table_2",)
-    assert len(one.status.orders) == 1 and not one.status.errands and not waiter.outcomes
+    assert len(one.status.pending_orders) == 1 and not one.status.errands and not waiter.outcomes
 
 
 def test_to_go_on_before_an_errand_is_done_drops_it() -> None:
@@ -202,10 +208,10 @@ def test_instead_ends_the_round_and_says_what_was_not_served() -> None:
 
 def test_what_somebody_else_does_to_the_robot_holds_the_round() -> None:
     waiter = Waiter().at("table_1", ("table_1",))
-    waiter.round.diverted()
+    waiter.round.on_diverted()
     waiter.round.taken()
     assert waiter.round.leg is None and waiter.round.status.delivered == ()
-    assert "Somebody sent the robot elsewhere" in waiter.round.status.sentence
+    assert "Somebody sent the robot elsewhere" in waiter.round.status.description
     waiter.round.choose("go_on")
     assert waiter.now == ("driving", "table_1", "")
 
@@ -227,8 +233,8 @@ class AnyDay(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.outcomes: list[Outcome] = []
-        self.round = Round("kitchen", "home", resolve, self.outcomes.append)
+        self.outcomes: list[OrderOutcome] = []
+        self.round = DeliveryRound("kitchen", "home", resolve, self.outcomes.append)
         self.given: list[str] = []
         self.taken: Counter[str] = Counter()
         self.may_start = True
@@ -292,29 +298,29 @@ class AnyDay(RuleBasedStateMachine):
 
     @rule()
     def somebody_else_sends_it_away(self) -> None:
-        self.round.diverted()
+        self.round.on_diverted()
 
     @rule(which=st.integers(0, 3))
     def an_action_goal_is_cancelled(self, which: int) -> None:
-        waiting = [self.state.order_id, *(one.id for one in self.state.orders)]
+        waiting = [self.state.order_id, *(one.id for one in self.state.pending_orders)]
         if which < len(waiting) and waiting[which]:
             before = len(self.outcomes)
             self.round.withdraw(waiting[which])
             if len(self.outcomes) == before:  # it waited: whoever cancelled it knows
-                self.outcomes.append(Outcome(waiting[which], (), ENDED_BY_PERSON, ""))
+                self.outcomes.append(OrderOutcome(waiting[which], (), ENDED_BY_PERSON, ""))
 
     @rule()
     def cancel(self) -> None:
         self.round.cancel()
-        assert self.round.leg is None and not self.state.orders and not self.round.in_hand
+        assert self.round.leg is None and not self.state.pending_orders and not self.round.in_progress
 
     @rule()
     def the_process_dies(self) -> None:
         """All that is known comes over the wire again."""
         told, stopped = DeliveryStatus.from_cdr(self.state.to_cdr()), self.round.stopped
-        self.round = Round("kitchen", "home", resolve, self.outcomes.append)
+        self.round = DeliveryRound("kitchen", "home", resolve, self.outcomes.append)
         self.round.resume(told)
-        if stopped or told.held == "stop":
+        if stopped or told.hold_reason == "stop":
             self.round.stop(True)
             self.round.stop(stopped)
 
@@ -325,27 +331,27 @@ class AnyDay(RuleBasedStateMachine):
     @invariant()
     def a_round_that_is_held_does_not_drive_to_a_table(self) -> None:
         leg = self.round.leg
-        assert not (self.state.held and leg) or (leg is not None and leg.place == "reception")
+        assert not (self.state.hold_reason and leg) or (leg is not None and leg.place == "reception")
 
     @invariant()
     def every_order_is_in_one_place(self) -> None:
-        in_hand = [self.state.order_id] if self.round.in_hand else []
-        waiting = [one.id for one in self.state.orders]
+        in_hand = [self.state.order_id] if self.round.in_progress else []
+        waiting = [one.id for one in self.state.pending_orders]
         assert Counter([*in_hand, *waiting, *(one.order_id for one in self.outcomes)]) == Counter(self.given)
 
     @invariant()
     def delivered_is_what_was_taken(self) -> None:
         for one in self.outcomes:
             assert len(one.delivered) == self.taken[one.order_id]
-        if self.round.in_hand:
+        if self.round.in_progress:
             assert len(self.state.delivered) == self.taken[self.state.order_id]
 
     @invariant()
     def a_robot_that_stands_says_what_it_waits_for(self) -> None:
-        waits = self.state.state in ("idle", "failed", "loading", "waiting") or self.state.held
-        assert self.round.leg or (waits and self.state.sentence)
+        waits = self.state.state in ("idle", "failed", "loading", "waiting") or self.state.hold_reason
+        assert self.round.leg or (waits and self.state.description)
         assert not (
-            self.round.in_hand and not self.round.leg and not self.state.held
+            self.round.in_progress and not self.round.leg and not self.state.hold_reason
         ) or self.state.state in (
             "loading",
             "waiting",
@@ -353,8 +359,8 @@ class AnyDay(RuleBasedStateMachine):
 
     @invariant()
     def orders_do_not_wait_for_nothing(self) -> None:
-        busy = self.round.in_hand or self.state.held or self.state.state == "errand"
-        assert busy or not self.state.orders
+        busy = self.round.in_progress or self.state.hold_reason or self.state.state == "errand"
+        assert busy or not self.state.pending_orders
 
 
 AnyDay.TestCase.settings = settings(

@@ -23,7 +23,7 @@ from chefbot.design.export.links import links
 from chefbot.design.solids.bill_of_materials import bill, bill_csv, box
 from chefbot.design.solids.glb import glb, part_glb
 from chefbot.design.solids.rasterizer import rasterize
-from chefbot.design.solids.renderer import Body, picture
+from chefbot.design.solids.renderer import RenderedBody, picture
 from chefbot.design.solids.stl_obj import Piece, lying, obj, pieces, stl, whole
 from chefbot.design.solids.triangulation import Mesh, part_mesh
 from chefbot.errors import UserError
@@ -38,13 +38,13 @@ from chefbot.robot.geometry.shapes import (
     Solid,
     mass_properties,
     rotation,
-    spread,
+    volume_moments,
 )
 from chefbot.robot.geometry.solids import RobotPart, payload, solids
 from chefbot.robot.load import built_in_robots, load_robot
-from chefbot.robot.section import Place, Size
+from chefbot.robot.section import MountingPosition, Size
 from chefbot.robot.spec import Robot
-from chefbot.robot.validation import check_possible
+from chefbot.robot.validation import check_buildable
 
 ROBOTS = sorted(built_in_robots())
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -62,7 +62,7 @@ def as_trimesh(mesh: Mesh) -> trimesh.Trimesh:
 
 def difference(mesh: Mesh, part: RobotPart) -> float:
     """Largest relative error of volume, centre and inertia against the exact ones, in the part's frame."""
-    exact = mass_properties([(spread(solid), 1.0) for solid in part.solids])
+    exact = mass_properties([(volume_moments(solid), 1.0) for solid in part.solids])
     found = as_trimesh(mesh)
     found.density = 1.0
     return unlike(exact, found.volume, found.center_mass, found.moment_inertia)
@@ -146,7 +146,7 @@ def test_whatever_the_measures_the_assembly_is_closed(
         wheels=scaled(robot.wheels, "diameter", wheel),
     )
     try:
-        check_possible(robot, "robot")
+        check_buildable(robot, "robot")
         parts = solids(robot)
     except (UserError, IndexError):  # an impossible one, or a box on a plate that is gone
         assume(False)
@@ -215,7 +215,9 @@ def test_colours_are_what_a_screen_shows_once_the_viewer_has_undone_linear_light
 def test_equipment_with_a_taken_name_is_refused_in_a_sentence() -> None:
     robot = load_robot("chefbot")
     for name in ("base_link", "payload_link", "assembly"):
-        box_of_tricks = Equipment(name=name, place=Place(), size=Size(x=0.01, y=0.01, z=0.01), mass=0.1)
+        box_of_tricks = Equipment(
+            name=name, place=MountingPosition(), size=Size(x=0.01, y=0.01, z=0.01), mass=0.1
+        )
         other: Robot = msgspec.structs.replace(robot, equipment=(box_of_tricks,))
         with pytest.raises(UserError, match=name):
             glb(other)
@@ -311,7 +313,7 @@ def test_a_pixel_shows_the_nearest_triangle_that_holds_its_middle(drawn: list[An
 
 
 def test_a_picture_shows_what_stands_there_in_its_colour() -> None:
-    red = Body(part_mesh((Prism(Outline(rectangle(0.1, 0.1)), 0.1),)), (0.9, 0.1, 0.1, 1.0))
+    red = RenderedBody(part_mesh((Prism(Outline(rectangle(0.1, 0.1)), 0.1),)), (0.9, 0.1, 0.1, 1.0))
     image = picture([red], (120, 100)).astype(int)
     assert image.shape == (100, 120, 3)
     middle = image[50, 60]
@@ -341,7 +343,7 @@ def test_the_cad_kernel_finds_the_same_volume_centre_and_inertia() -> None:
     from chefbot.design.solids.step import cad_part
 
     for part in all_parts():
-        exact = mass_properties([(spread(solid), 1.0) for solid in part.solids])
+        exact = mass_properties([(volume_moments(solid), 1.0) for solid in part.solids])
         assert kernel_error(cad_part(part), exact) < 1e-6, part.name
 
 

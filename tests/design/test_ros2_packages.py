@@ -30,9 +30,9 @@ from tests.design.sdf_checker import read_by_libsdformat
 
 from chefbot.cli.ros2 import run_ros2
 from chefbot.launcher.launch import parse_arguments
-from chefbot.nodes.drive_base import BaseNode
+from chefbot.nodes.drive_base import DriveBaseNode
 from chefbot.nodes.odometry import OdometryNode
-from chefbot.nodes.robot_state_publisher import FramesNode
+from chefbot.nodes.robot_state_publisher import RobotStatePublisherNode
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch, node_class, node_params
 
@@ -249,9 +249,9 @@ def test_nav2s_commands_reach_the_base_and_nothing_else_does(
     params = yaml.safe_load((made[1] / "chefbot_bringup/config/nav2_params.yaml").read_text())
     monitor = params["collision_monitor"]["ros__parameters"]
     assert monitor["cmd_vel_in_topic"] == "cmd_vel_smoothed"  # the smoother's own name for what it gives
-    assert monitor["cmd_vel_out_topic"] in BaseNode.__annotations__
+    assert monitor["cmd_vel_out_topic"] in DriveBaseNode.__annotations__
     teleop = of(made, "chefbot_bringup/launch/keyboard_teleop.launch.py", monkeypatch, stack="nav2")
-    assert dict(teleop.nodes[0][0].remappings)["cmd_vel"] in BaseNode.__annotations__
+    assert dict(teleop.nodes[0][0].remappings)["cmd_vel"] in DriveBaseNode.__annotations__
 
 
 def test_one_tells_odometry_and_nobody_of_ours_tells_the_map(
@@ -279,7 +279,7 @@ def test_one_tells_the_model(made: tuple[str, Path], monkeypatch: pytest.MonkeyP
         started = of(made, "chefbot_bringup/launch/base.launch.py", monkeypatch, base=base, odometry=odometry)
         (words,) = started.commands
         launch = load_launch(words[2], parse_arguments(words[3:]))
-        ours = [one for one in launch.nodes.values() if node_class(one.kind, "") is FramesNode]
+        ours = [one for one in launch.nodes.values() if node_class(one.kind, "") is RobotStatePublisherNode]
         theirs = [node for node, _ in started.nodes if node.package == "robot_state_publisher"]
         assert len(ours) + len(theirs) == 1
 
@@ -289,8 +289,8 @@ def test_our_navigation_for_another_base_is_a_launch(made: tuple[str, Path]) -> 
     file = str(made[1] / "chefbot_bringup" / "chefbot" / "your_robot.yaml")
     check_command(("chefbot", "launch", file, f"robot:={made[0]}", "map_file:=runs/map.yaml"))
     kinds = {entry.kind.rpartition(":")[2] for entry in load_launch(file).nodes.values()}
-    assert {"BaseNode", "AmclNode", "PlannerNode", "ControllerNode", "NavigatorNode"} <= kinds
-    assert not {"OdometryNode", "FramesNode", "BoardDevice", "SimulatorDevice"} & kinds
+    assert {"DriveBaseNode", "AmclNode", "PlannerNode", "ControllerNode", "NavigatorNode"} <= kinds
+    assert not {"OdometryNode", "RobotStatePublisherNode", "MotorBoardDevice", "SimulatorDevice"} & kinds
 
 
 def test_bridges_meet_the_topics_of_the_model(made: tuple[str, Path]) -> None:

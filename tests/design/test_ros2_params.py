@@ -28,7 +28,7 @@ from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_turn_acceleration
 from chefbot.robot.spec import Robot
-from chefbot.robot.validation import check_possible
+from chefbot.robot.validation import check_buildable
 
 FLOOR = Doubt(slip=0.003, diameter_error=0.003, separation_error=0.005)
 ROBOTS = sorted(built_in_robots())
@@ -147,7 +147,7 @@ def test_physics_and_names_of_robots_nobody_built(
     drive = msgspec.structs.replace(robot.drive, max_speed=speed, max_acceleration=acceleration)
     robot = msgspec.structs.replace(robot, wheels=wheels, drive=drive)
     try:
-        check_possible(robot, "a robot")
+        check_buildable(robot, "a robot")
     except UserError:
         assume(False)
     assume(max_speed(robot) > 0.01)

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from tests.devices.emulated import Cable
 from tests.waiting import PATIENCE
 
-from chefbot.board.messages import Motion, Status
-from chefbot.board.status_codes import LATCHED, Flag
-from chefbot.devices.board import BoardDevice, BoardParams
+from chefbot.board.messages import MotionLine, StatusLine
+from chefbot.board.status_codes import LATCHED, BoardFlag
+from chefbot.devices.motor_board import BoardParams, MotorBoardDevice
 from chefbot.msgs.chefbot_msgs import WheelSpeeds, WheelTicks
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.idl.message import Message
@@ -19,7 +19,7 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import WallClock
 from chefbot.runtime.loop import DEVICE, Loop
 from chefbot.runtime.node import Context
-from chefbot.runtime.transform_buffer import Transforms
+from chefbot.runtime.transform_buffer import TransformBuffer
 
 PERIOD_NS = 50_000_000
 
@@ -35,9 +35,9 @@ class Driven:
         self.turn = 0.0
         """m/s that the right wheel is faster by than the mean, and the left one slower."""
         self.stamp_age_ns = 0
-        self.loop.tap(lambda one: self.heard.setdefault(one.topic, []).append(one.message))
-        context = Context("board", self.loop, load_robot(robot), Transforms())
-        self.device = BoardDevice(context, BoardParams(port=port))
+        self.loop.add_observer(lambda one: self.heard.setdefault(one.topic, []).append(one.message))
+        context = Context("board", self.loop, load_robot(robot), TransformBuffer())
+        self.device = MotorBoardDevice(context, BoardParams(port=port))
         self.device.start()
         self._command()
 
@@ -54,7 +54,7 @@ class Driven:
             self.loop.publish(
                 "wheel_speeds", WheelSpeeds(header, self.speed - self.turn, self.speed + self.turn), "base"
             )
-        self.loop.at(now + PERIOD_NS, DEVICE, self._command)
+        self.loop.schedule(now + PERIOD_NS, DEVICE, self._command)
 
     def until(self, condition: Callable[[], bool], what: str) -> None:
         limit = time.monotonic() + PATIENCE
@@ -82,15 +82,16 @@ class Driven:
 
 
 def set_speed(cable: Cable) -> int:
-    status = cable.newest(Status)
-    return status.set_left if isinstance(status, Status) else 0
+    status = cable.newest(StatusLine)
+    return status.set_left if isinstance(status, StatusLine) else 0
 
 
 def standing(cable: Cable, since: int, lines: int = 5) -> bool:
     """So many status lines in a row, none before `since`, with no speed in force and no duty."""
-    last = cable.since(since, Status)[-lines:]
+    last = cable.since(since, StatusLine)[-lines:]
     return len(last) == lines and all(
-        isinstance(line, Status) and line.set_left == line.set_right == line.duty_left == line.duty_right == 0
+        isinstance(line, StatusLine)
+        and line.set_left == line.set_right == line.duty_left == line.duty_right == 0
         for line in last
     )
 
@@ -109,8 +110,8 @@ def push(driven: Driven, cable: Cable, speed: float, reached: Callable[[], bool]
     """As a person does: lets go where the board asks for it, as it does after a pause of a busy computer."""
 
     def trying() -> bool:
-        motion = cable.newest(Motion)
-        waits = isinstance(motion, Motion) and motion.flags & Flag.NEUTRAL_FIRST
+        motion = cable.newest(MotionLine)
+        waits = isinstance(motion, MotionLine) and motion.flags & BoardFlag.NEUTRAL_FIRST
         driven.speed = 0.0 if waits else speed
         return reached()
 
@@ -121,8 +122,8 @@ def clear_faults(driven: Driven, cable: Cable) -> None:
     """STOP pressed and let go; again where a clear came before the board knew that the cause is gone."""
 
     def latched() -> bool:
-        motion = cable.newest(Motion)
-        return isinstance(motion, Motion) and bool(motion.flags & LATCHED)
+        motion = cable.newest(MotionLine)
+        return isinstance(motion, MotionLine) and bool(motion.flags & LATCHED)
 
     for _ in range(10):
         driven.press(True)
@@ -135,7 +136,7 @@ def clear_faults(driven: Driven, cable: Cable) -> None:
 
 
 def ready(cable: Cable) -> bool:
-    motion = cable.newest(Motion)
-    return isinstance(motion, Motion) and not motion.flags & (
-        Flag.NO_SESSION | Flag.NEUTRAL_FIRST | Flag.NO_SPEED
+    motion = cable.newest(MotionLine)
+    return isinstance(motion, MotionLine) and not motion.flags & (
+        BoardFlag.NO_SESSION | BoardFlag.NEUTRAL_FIRST | BoardFlag.NO_SPEED
     )

@@ -20,11 +20,11 @@ import numpy as np
 from tests.devices.chapter_board import ChapterBoard
 from tests.firmware.host_board import HostBoard
 
-from chefbot.board.autodetect import Probe
+from chefbot.board.autodetect import ProtocolProbe
 from chefbot.board.chapter_board import ChapterLink
-from chefbot.board.framing import LONGEST_LINE
+from chefbot.board.framing import MAX_LINE_LENGTH
 from chefbot.board.link import BoardLink
-from chefbot.board.sequence_filter import Heard
+from chefbot.board.sequence_filter import ReceivedLine
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.sensor_msgs import Imu
@@ -40,14 +40,14 @@ RAMP_NS = 2_000_000_000
 SAID = re.compile(rb"(v|x|h|c|r|s) (\d{1,9})(?: (-?\d{1,9}))?(?: (-?\d{1,9}))?", re.ASCII)
 FIELDS = {b"v": 2, b"x": 1, b"h": 1, b"c": 1, b"s": 3}
 LETTERS = {
-    "Motion": b"e",
-    "Inertia": b"i",
-    "Status": b"s",
-    "Echo": b"u",
-    "Battery": b"b",
-    "Uptime": b"t",
-    "Version": b"v",
-    "OtherVersion": b"v",
+    "MotionLine": b"e",
+    "InertiaLine": b"i",
+    "StatusLine": b"s",
+    "EchoLine": b"u",
+    "BatteryLine": b"b",
+    "UptimeLine": b"t",
+    "VersionLine": b"v",
+    "UnsupportedVersionLine": b"v",
 }
 EXTREMES = (
     b"0",
@@ -87,7 +87,7 @@ class Judge:
     def good(self, data: bytes) -> list[bytes]:
         """Lines that end in `data` and whose CRC holds."""
         *ended, self._rest = (self._rest + data).split(b"\n")
-        return [line for line in ended if len(line) <= LONGEST_LINE and self._holds(line)]
+        return [line for line in ended if len(line) <= MAX_LINE_LENGTH and self._holds(line)]
 
     def forget(self) -> None:
         """The cable was pulled in the middle of a line."""
@@ -169,7 +169,7 @@ class Talk:
         self.chance = random.Random(seed)
         self.board, self.link = HostBoard(), BoardLink(ROBOT, seed)
         self.chapter, self.chapter_board = ChapterLink(ROBOT), ChapterBoard()
-        self.probe = Probe(1, 0)
+        self.probe = ProtocolProbe(1, 0)
         self.wire, self.judge = Wire(self.chance, forges), Judge()
         self.forges = forges
         self.now = 0
@@ -179,12 +179,12 @@ class Talk:
         self._driven_ns = self._wished_ns = -RAMP_NS
         self._stamp_ns = 0
         self._sequence = 65535
-        self._kept: list[Heard] = []
+        self._kept: list[ReceivedLine] = []
         self.newest: WheelTicks | None = None
-        self.hear = self.link.session.hear
-        self.link.session.hear = self._note  # type: ignore[method-assign]
+        self.hear = self.link.session.receive_data
+        self.link.session.receive_data = self._note  # type: ignore[method-assign]
 
-    def _note(self, data: bytes, now_ns: int) -> list[Heard]:
+    def _note(self, data: bytes, now_ns: int) -> list[ReceivedLine]:
         self._kept = self.hear(data, now_ns)
         return self._kept
 
@@ -215,7 +215,7 @@ class Talk:
             self.say(self.link.stop(self.now))
             self.link.clear(self.now + BEAT_NS)
         if self.chance.random() < 0.001:
-            self.link.lost_line()
+            self.link.connection_lost()
             self.judge.forget()
         if self.now % (100 * BEAT_NS) == 0:
             self.link.report("fuzz", self.now)
@@ -245,7 +245,7 @@ class Talk:
         if moves and self.now - self._driven_ns > RAMP_NS:
             raise FindingError("it moves long after the last command to move")
 
-    def listen(self, data: bytes) -> list[Heard]:
+    def listen(self, data: bytes) -> list[ReceivedLine]:
         """What our end makes of it."""
         self.bytes += len(data)
         good = self.judge.good(data)

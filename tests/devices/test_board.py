@@ -19,8 +19,8 @@ from tests.devices.driven import Driven, clear_faults, drive, ready, standing
 from tests.devices.emulated import Cable, Emulator
 
 from chefbot.board.framing import frame
-from chefbot.board.messages import Motion
-from chefbot.board.status_codes import Flag
+from chefbot.board.messages import MotionLine
+from chefbot.board.status_codes import BoardFlag
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import WheelTicks
 
@@ -68,9 +68,9 @@ def test_no_more_commands_is_a_stop(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
     driven.speed, count = None, len(cable.lines)
     driven.until(lambda: standing(cable, count), "standstill")
-    motion = cable.newest(Motion)
-    assert isinstance(motion, Motion) and motion.flags & Flag.NO_SPEED
-    assert not motion.flags & Flag.NO_SESSION  # it still says that it lives
+    motion = cable.newest(MotionLine)
+    assert isinstance(motion, MotionLine) and motion.flags & BoardFlag.NO_SPEED
+    assert not motion.flags & BoardFlag.NO_SESSION  # it still says that it lives
     drive(driven, cable)
 
 
@@ -129,7 +129,10 @@ def test_stop_latches_until_it_is_released_and_a_stop_was_commanded(driven: Driv
     assert "Resume releases them" in driven.health and "refused a line" not in driven.health
     driven.press(False)
     driven.until(
-        lambda: isinstance(m := cable.newest(Motion), Motion) and not m.flags & Flag.ESTOP_COMMAND, "release"
+        lambda: (
+            isinstance(m := cable.newest(MotionLine), MotionLine) and not m.flags & BoardFlag.ESTOP_COMMAND
+        ),
+        "release",
     )
     count = len(cable.lines)
     driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from tests.devices.chapter_board import PERIOD, ROBOT, ChapterBoard
 from tests.devices.test_board import Driven
 
-from chefbot.board.chapter_board import FRESH_NS, NOTICE, SPEED_CAP, ChapterLink
+from chefbot.board.chapter_board import COMMAND_TIMEOUT_NS, MAX_SPEED, NOTICE, ChapterLink
 from chefbot.board.chapter_messages import ChapterReader, parse_chapter
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.idl.message import Message
@@ -61,7 +61,7 @@ def test_the_host_holds_the_speed_that_the_board_cannot() -> None:
 def test_it_is_never_asked_for_more_than_the_cap(left: float, right: float) -> None:
     link = ChapterLink(ROBOT)
     link.command(left, right, 0)
-    assert max(map(abs, link._target)) <= SPEED_CAP + 1e-12
+    assert max(map(abs, link._target)) <= MAX_SPEED + 1e-12
     assert math.isclose(link._target[0] * right, link._target[1] * left, abs_tol=1e-9)
 
 
@@ -69,7 +69,7 @@ def test_it_drives_no_faster_than_the_cap() -> None:
     desk = Desk()
     desk.run(20, 0.0)
     desk.run(200, 1.0)
-    assert math.isclose(desk.board.rim, SPEED_CAP, rel_tol=0.05)
+    assert math.isclose(desk.board.rim, MAX_SPEED, rel_tol=0.05)
 
 
 @pytest.mark.parametrize("fault", ["no commands", "not a number", "stop", "no ticks"])
@@ -82,7 +82,10 @@ def test_zero_is_said_and_said_again(fault: str) -> None:
         desk.board.hear(desk.link.stop(desk.now))
     if fault == "no ticks":
         desk.board.turn = lambda: b"t\t1\t0.02\n"  # type: ignore[method-assign]
-    desk.run(FRESH_NS // STEP_NS + 20, {"stop": 0.1, "no ticks": 0.1, "not a number": math.nan}.get(fault))
+    desk.run(
+        COMMAND_TIMEOUT_NS // STEP_NS + 20,
+        {"stop": 0.1, "no ticks": 0.1, "not a number": math.nan}.get(fault),
+    )
     assert desk.board.duty == [0, 0]
     assert desk.link.speak(desk.now) == b"s 0 0\r"
 
@@ -137,7 +140,7 @@ def test_boot_chatter_is_no_line() -> None:
     for line in (b"Initializing I2C devices...\r", b"Reset Done\r", b"e\t1\t2\r", b"e 1 2", b"e\t1", b"x\t1"):
         assert parse_chapter(line) is None
     reader = ChapterReader()
-    assert reader.read(b"Reset Done\r\n" * 3) == [] and reader.strange == 3
+    assert reader.read(b"Reset Done\r\n" * 3) == [] and reader.malformed == 3
 
 
 @pytest.fixture

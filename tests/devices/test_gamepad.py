@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from tests.fake_robot import fake_robot
 from tests.waiting import PATIENCE
 
-from chefbot.control.gamepad_teleop import GamepadDrive, GamepadParams, PadEvent
+from chefbot.control.gamepad_teleop import GamepadEvent, GamepadParams, GamepadTeleop
 from chefbot.devices.joystick import AXIS, BUTTON, EVENT, INIT, decode
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
@@ -26,7 +26,7 @@ from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop, Publication
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.ui.commands import Drive, Stop
 
 ROBOT = load_robot("chefbot")
@@ -70,9 +70,9 @@ class Driven:
 
     def __init__(self, path: Path, **params: Any) -> None:
         self.loop = Loop(StepClock())
-        self.system = System(self.loop, ROBOT, 1)
+        self.system = NodeContainer(self.loop, ROBOT, 1)
         self.said: list[Publication] = []
-        self.loop.tap(self.said.append)
+        self.loop.add_observer(self.said.append)
         entry = NodeEntry(
             kind="chefbot.devices.gamepad:GamepadDevice", params={"device": str(path), **params}
         )
@@ -174,7 +174,7 @@ def test_a_named_pad_that_is_not_there_is_a_sentence(tmp_path: Path) -> None:
 @given(st.binary(max_size=200), st.integers(1, 17))
 def test_any_bytes_in_any_pieces_are_events_within_bounds(data: bytes, piece: int) -> None:
     whole, left = decode(data)
-    pieces, rest = list[PadEvent](), b""
+    pieces, rest = list[GamepadEvent](), b""
     for at in range(0, len(data), piece):
         events, rest = decode(rest + data[at : at + piece])
         pieces += events
@@ -183,7 +183,7 @@ def test_any_bytes_in_any_pieces_are_events_within_bounds(data: bytes, piece: in
 
 
 EVENTS = st.builds(
-    PadEvent,
+    GamepadEvent,
     st.sampled_from(["axis", "button"]),
     st.sampled_from([TURN, FORWARD, CROSS, STOP, DEAD_MAN]),
     st.sampled_from([-1.0, -0.3, 0.0, 0.05, 1.0]),
@@ -193,13 +193,13 @@ EVENTS = st.builds(
 
 @given(st.lists(st.one_of(EVENTS, st.just("gone")), max_size=30))
 def test_nothing_drives_but_a_button_seen_up_then_pressed_and_still_held(events: list[Any]) -> None:
-    drive, up, held = GamepadDrive(LIMITS, GamepadParams()), False, False
+    drive, up, held = GamepadTeleop(LIMITS, GamepadParams()), False, False
     for event in events:
         if event == "gone":
-            drive.forget()
+            drive.reset()
             up = held = False
             continue
-        stops = drive.hear(event)
+        stops = drive.process_event(event)
         assert stops == (event.kind == "button" and event.number == STOP and event.value != 0.0)
         if event.kind == "button" and event.number == DEAD_MAN:
             pressed = event.value != 0.0
@@ -208,8 +208,11 @@ def test_nothing_drives_but_a_button_seen_up_then_pressed_and_still_held(events:
         assert (twist is not None) == held
         if twist is not None:
             v, w = twist
-            assert LIMITS.scale(v, w) == pytest.approx(1.0) and abs(v) <= drive.share * LIMITS.speed + 1e-9
-        assert 0.1 <= drive.share <= 1.0
+            assert (
+                LIMITS.scale(v, w) == pytest.approx(1.0)
+                and abs(v) <= drive.speed_fraction * LIMITS.speed + 1e-9
+            )
+        assert 0.1 <= drive.speed_fraction <= 1.0
 
 
 @pytest.mark.slow
@@ -224,7 +227,7 @@ def test_gamepad_teleop_drives_and_stops_a_running_robot(pad: Pad) -> None:
         pad.push(FORWARD, -1.0)
         pad.press(DEAD_MAN)
         drive = robot.heard.get(timeout=PATIENCE)
-        while isinstance(drive, Drive) and drive.still:
+        while isinstance(drive, Drive) and drive.is_zero:
             drive = robot.heard.get(timeout=PATIENCE)
         assert isinstance(drive, Drive) and drive.v == pytest.approx(0.5) and drive.w == 0.0
         pad.press(STOP)

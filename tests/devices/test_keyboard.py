@@ -24,7 +24,7 @@ from chefbot.robot.motion_limits import max_speed
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop, Publication
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 
 SECOND = 1_000_000_000
 KEYBOARD = "chefbot.devices.keyboard:KeyboardDevice"
@@ -68,9 +68,9 @@ class Driven:
 
     def __init__(self, *more: str) -> None:
         self.loop = Loop(StepClock())
-        self.system = System(self.loop, load_robot("chefbot"), 1)
+        self.system = NodeContainer(self.loop, load_robot("chefbot"), 1)
         self.said: list[tuple[int, float, float]] = []
-        self.loop.tap(self._hear)
+        self.loop.add_observer(self._hear)
         self.entries = {kind: NodeEntry(kind=kind) for kind in (KEYBOARD, *more)}
 
     def start(self) -> None:

@@ -10,11 +10,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from tests.firmware.lines import framed
 
-from chefbot.board import Heard, LineSplitter, Sensors, Session, frame, parse, unframe
-from chefbot.board.clock_sync import BoardTime
-from chefbot.board.counter_unwrap import Unwrapped
-from chefbot.board.framing import LONGEST_LINE
-from chefbot.board.messages import BoardLine, Motion
+from chefbot.board import BoardSession, LineSplitter, ReceivedLine, SensorConverter, frame, parse, unframe
+from chefbot.board.clock_sync import ClockSync
+from chefbot.board.counter_unwrap import CounterUnwrapper
+from chefbot.board.framing import MAX_LINE_LENGTH
+from chefbot.board.messages import BoardLine, MotionLine
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import Imu
 from chefbot.robot.load import load_robot
@@ -51,9 +51,9 @@ def stream(count: int, first: int = 0) -> list[bytes]:
     ]
 
 
-def heard_in(data: bytes, session: Session | None = None) -> list[BoardLine]:
-    session = session or Session(ROBOT)
-    return [heard.line for heard in session.hear(data, 0)]
+def heard_in(data: bytes, session: BoardSession | None = None) -> list[BoardLine]:
+    session = session or BoardSession(ROBOT)
+    return [heard.line for heard in session.receive_data(data, 0)]
 
 
 def lines_of(raw: list[bytes]) -> list[BoardLine]:
@@ -76,14 +76,14 @@ def test_the_splitter_is_bounded_and_indifferent_to_chunks(chunks: list[bytes]) 
     splitter, whole = LineSplitter(), LineSplitter()
     pieces = [line for chunk in chunks for line in splitter.push(chunk)]
     assert pieces == whole.push(b"".join(chunks))
-    assert all(0 < len(line) <= LONGEST_LINE for line in pieces)
-    assert len(splitter._part) <= LONGEST_LINE
+    assert all(0 < len(line) <= MAX_LINE_LENGTH for line in pieces)
+    assert len(splitter._part) <= MAX_LINE_LENGTH
 
 
 @given(st.binary(max_size=300))
 def test_random_bytes_are_no_lines(data: bytes) -> None:
-    session = Session(ROBOT)
-    assert session.hear(data + b"\n", 0) == []
+    session = BoardSession(ROBOT)
+    assert session.receive_data(data + b"\n", 0) == []
     assert not session.is_open and session.silent(0)
 
 
@@ -101,12 +101,12 @@ def test_a_crc_alone_does_not_make_a_line(text: str, sequence: int) -> None:
 
 def test_every_letter_is_understood() -> None:
     names = [type(line).__name__ for line in lines_of(stream(6))]
-    assert names == ["Motion", "Inertia", "Status", "Echo", "Battery", "Uptime"]
+    assert names == ["MotionLine", "InertiaLine", "StatusLine", "EchoLine", "BatteryLine", "UptimeLine"]
     answer = "v 37 7 chefbot 1 host 5C093193 8400000 100 1000 10909 10399 10695 14854 4136 03"
     other = "v 37 7 chefbot 2 host whatever it says then"
     assert [type(parse(framed(text)[:-1])).__name__ for text in (answer, other)] == [
-        "Version",
-        "OtherVersion",
+        "VersionLine",
+        "UnsupportedVersionLine",
     ]
 
 
@@ -148,10 +148,10 @@ def test_of_a_damaged_stream_only_true_lines_come_out(hurt: tuple[list[bytes], i
     assert first is not None
     original = [parse(raw[:-1]) for raw in _unhurt(lines)]
     data = b"".join(lines)
-    session = Session(ROBOT)
-    said: list[Heard] = []
+    session = BoardSession(ROBOT)
+    said: list[ReceivedLine] = []
     for at in range(0, len(data), chunk):
-        said += session.hear(data[at : at + chunk], 0)
+        said += session.receive_data(data[at : at + chunk], 0)
     numbers = [original.index(heard.line) for heard in said]
     assert numbers == sorted(set(numbers))
     assert set(range(last + 2, LINES)) <= set(numbers)
@@ -168,8 +168,8 @@ def _unhurt(lines: list[bytes]) -> list[bytes]:
 @example([0, 26, 27])
 def test_lines_out_of_order_are_never_told_twice_or_late(order: list[int]) -> None:
     lines = stream(31)
-    session = Session(ROBOT)
-    numbers = [heard.line.sequence for n in order for heard in session.hear(lines[n], 0)]
+    session = BoardSession(ROBOT)
+    numbers = [heard.line.sequence for n in order for heard in session.receive_data(lines[n], 0)]
     assert numbers == sorted(set(numbers))
     assert session.stream.restarts == 0
 
@@ -177,12 +177,14 @@ def test_lines_out_of_order_are_never_told_twice_or_late(order: list[int]) -> No
 @pytest.mark.parametrize(("uptime", "doubted"), [(100_000_000, 1), (0, 19)])
 def test_a_board_that_restarts_is_followed(uptime: int, doubted: int) -> None:
     """At once where its time tells; where it was just switched on, repeated lines must be told apart first."""
-    session, sensors = Session(ROBOT), Sensors(ROBOT)
+    session, sensors = BoardSession(ROBOT), SensorConverter(ROBOT)
     for n in range(50):
-        for heard in session.hear(motion(n, uptime + n * STEP_US, left=90 * n), n * 10 * MS):
+        for heard in session.receive_data(motion(n, uptime + n * STEP_US, left=90 * n), n * 10 * MS):
             sensors.messages(heard)
     now = 60 * 10 * MS
-    again = [h for n in range(40) for h in session.hear(motion(n, n * STEP_US, left=n), now + n * 10 * MS)]
+    again = [
+        h for n in range(40) for h in session.receive_data(motion(n, n * STEP_US, left=n), now + n * 10 * MS)
+    ]
     assert [heard.line.sequence for heard in again] == list(range(doubted, 40))
     assert [heard.restarted for heard in again] == [True] + [False] * (39 - doubted)
     assert session.stream.restarts == 1
@@ -193,11 +195,11 @@ def test_a_board_that_restarts_is_followed(uptime: int, doubted: int) -> None:
 @given(st.integers(1, 5000), st.integers(0, 65535), st.integers(0, BITS - 1), st.integers(0, 900 * MS))
 def test_lost_lines_are_no_restart(lost: int, first: int, uptime: int, late_ns: int) -> None:
     """However many were lost, and however late the computer read the one before them."""
-    session = Session(ROBOT)
+    session = BoardSession(ROBOT)
     numbers = (0, 1, lost + 2, lost + 3)
     heard_ns = (late_ns, late_ns, *(max(late_ns, n * STEP_US * 1000) for n in numbers[2:]))
     for n, now in zip(numbers, heard_ns, strict=True):
-        assert session.hear(motion(first + n, uptime + n * STEP_US), now)
+        assert session.receive_data(motion(first + n, uptime + n * STEP_US), now)
     assert session.stream.restarts == 0 and session.stream.lost == lost
 
 
@@ -206,7 +208,7 @@ def test_lost_lines_are_no_restart(lost: int, first: int, uptime: int, late_ns: 
 
 @given(st.integers(-(2**40), 2**40), st.lists(st.integers(-(2**31) + 1, 2**31 - 1), max_size=30))
 def test_a_wrapped_counter_goes_on(start: int, steps: list[int]) -> None:
-    counter, true = Unwrapped(), wrapped(start)
+    counter, true = CounterUnwrapper(), wrapped(start)
     assert counter.update(wrapped(start)) == true
     for step in steps:
         true += step
@@ -219,14 +221,14 @@ def test_a_wrapped_counter_goes_on(start: int, steps: list[int]) -> None:
 )
 def test_the_boards_time_goes_on_over_its_wrap(start: int, steps: list[tuple[int, int]]) -> None:
     """Steps in us, delays in ns: stamps are never in the future, nor later than the true time plus a delay."""
-    clock = BoardTime(start, 0)
+    clock = ClockSync(start, 0)
     now, board = 0, start
     for step_us, delay_ns in steps:
         now, board = now + step_us * 1000, board + step_us
         full = clock.unwrap(board % BITS, now + delay_ns)
         assert full == board
         assert (
-            now <= clock.stamp(full, now + delay_ns) + 1_000_000 and clock.late_ns(full, now + delay_ns) >= 0
+            now <= clock.stamp(full, now + delay_ns) + 1_000_000 and clock.delay_ns(full, now + delay_ns) >= 0
         )
 
 
@@ -234,7 +236,7 @@ def test_the_boards_time_goes_on_over_its_wrap(start: int, steps: list[tuple[int
 def test_stamps_never_run_backwards_however_late_lines_come(steps: list[tuple[int, int]]) -> None:
     """Steps in us; delays in ns, up to a second as on a computer that is busy starting."""
     now = board = 0
-    clock, stamps = BoardTime(0, 10**9), [10**9]
+    clock, stamps = ClockSync(0, 10**9), [10**9]
     for step_us, delay_ns in steps:
         now, board = now + step_us * 1000, board + step_us
         stamps.append(clock.stamp(board, max(now + delay_ns, stamps[-1])))
@@ -252,12 +254,12 @@ def test_ticks_and_turn_survive_wraps_and_lost_lines(
     t: int, start: int, speed: int, rate: int, lost: set[int]
 ) -> None:
     """speed: ticks a step; rate: 1e-8 rad a step."""
-    session, sensors = Session(ROBOT), Sensors(ROBOT)
+    session, sensors = BoardSession(ROBOT), SensorConverter(ROBOT)
     ticks: list[WheelTicks] = []
     turned, before = 0.0, 0
     for n in (n for n in range(60) if n not in lost):
         line = motion(n, t + n * STEP_US, start + speed * n, start - speed * n, start + rate * n, n)
-        for heard in session.hear(line, n * 10 * MS):
+        for heard in session.receive_data(line, n * 10 * MS):
             for message in sensors.messages(heard):
                 if isinstance(message, WheelTicks):
                     ticks.append(message)
@@ -271,12 +273,12 @@ def test_ticks_and_turn_survive_wraps_and_lost_lines(
 
 
 def test_over_missing_gyro_samples_no_turn_is_told() -> None:
-    session, sensors = Session(ROBOT), Sensors(ROBOT)
+    session, sensors = BoardSession(ROBOT), SensorConverter(ROBOT)
     samples = [0, 1, 2, 2, 3, 4]
     told = [
         isinstance(message, Imu)
         for n, count in enumerate(samples)
-        for heard in session.hear(motion(n, n * STEP_US, samples=count), n * 10 * MS)
+        for heard in session.receive_data(motion(n, n * STEP_US, samples=count), n * 10 * MS)
         for message in sensors.messages(heard)
     ]
     assert told.count(True) == 4  # five gaps, one without its sample
@@ -293,15 +295,15 @@ def _spoken(data: bytes) -> Iterator[list[str]]:
             yield text.split(" ")
 
 
-def opened(first: int = 100) -> Session:
+def opened(first: int = 100) -> BoardSession:
     """A session with an answered handshake and a stop commanded, at 1 s."""
-    session = Session(ROBOT, token=6)
-    (hello,) = _spoken(session.speak(0))
+    session = BoardSession(ROBOT, token=6)
+    (hello,) = _spoken(session.data_to_send(0))
     ticks = round(1000 * ROBOT.motor.ticks_per_turn)
     answer = f"chefbot 1 test 00000000 {ticks} 100 1000 9000 9000 9000 9000 {first} 03"
-    session.hear(framed(f"v 0 {hello[1]} {answer}"), 0)
+    session.receive_data(framed(f"v 0 {hello[1]} {answer}"), 0)
     assert session.is_open and session.refused is None
-    session.hear(motion(1, 1_000_000), 1000 * MS)
+    session.receive_data(motion(1, 1_000_000), 1000 * MS)
     session.command(0.0, 0.0, 1000 * MS)
     return session
 
@@ -311,8 +313,10 @@ def speeds(data: bytes) -> list[tuple[int, int]]:
 
 
 def test_nothing_but_handshakes_before_an_answer() -> None:
-    session = Session(ROBOT)
-    said = b"".join(session.speak(n * 20 * MS) + session.command(0.2, 0.2, n * 20 * MS) for n in range(100))
+    session = BoardSession(ROBOT)
+    said = b"".join(
+        session.data_to_send(n * 20 * MS) + session.command(0.2, 0.2, n * 20 * MS) for n in range(100)
+    )
     assert {words[0] for words in _spoken(said)} == {"v"}
 
 
@@ -320,7 +324,7 @@ def test_nothing_but_handshakes_before_an_answer() -> None:
 def test_what_is_no_number_is_not_said(bad: float, left: bool) -> None:
     session = opened()
     assert session.command(bad if left else 0.1, 0.1 if left else bad, 1001 * MS) == b""
-    assert speeds(session.speak(1060 * MS)) == []
+    assert speeds(session.data_to_send(1060 * MS)) == []
 
 
 @given(st.lists(st.tuples(st.floats(-2.0, 2.0), st.integers(1, 400)), min_size=1, max_size=30))
@@ -329,11 +333,11 @@ def test_an_old_speed_is_never_repeated(commands: list[tuple[float, int]]) -> No
     session, now = opened(), 1000
     for speed, pause in commands:
         now += pause
-        session.hear(motion(now % 65536, now * 1000), now * MS)
+        session.receive_data(motion(now % 65536, now * 1000), now * MS)
         ticks = round(speed / ROBOT.metres_per_tick)
         assert speeds(session.command(speed, speed, now * MS)) == [(ticks, ticks)]
         for age in range(10, 300, 10):
-            said = speeds(session.speak((now + age) * MS))
+            said = speeds(session.data_to_send((now + age) * MS))
             assert said == ([(ticks, ticks)] if age < 40 else [])
         now += 300
 
@@ -353,10 +357,10 @@ def test_after_a_clear_nothing_drives_before_a_stop() -> None:
     session.clear(1100 * MS)
     said = b""
     for n in range(30):
-        said += session.speak((1100 + 20 * n) * MS) + session.command(0.2, 0.2, (1110 + 20 * n) * MS)
+        said += session.data_to_send((1100 + 20 * n) * MS) + session.command(0.2, 0.2, (1110 + 20 * n) * MS)
     assert set(speeds(said)) == {(0, 0)}
     assert "c" in {words[0] for words in _spoken(said)}
-    session.hear(motion(2, 1_800_000), 1800 * MS)
+    session.receive_data(motion(2, 1_800_000), 1800 * MS)
     session.command(0.0, 0.0, 1800 * MS)
     assert speeds(session.command(0.2, 0.2, 1820 * MS))[0][0] > 0
 
@@ -364,18 +368,20 @@ def test_after_a_clear_nothing_drives_before_a_stop() -> None:
 def test_without_ticks_from_the_board_a_stop_is_said_instead() -> None:
     session = opened()
     ticks = round(0.2 / ROBOT.metres_per_tick)
-    assert not session.blind(1250 * MS) and speeds(session.command(0.2, 0.2, 1250 * MS)) == [(ticks, ticks)]
-    assert session.blind(1260 * MS) and speeds(session.command(0.2, 0.2, 1260 * MS)) == [(0, 0)]
-    session.hear(motion(2, 1_300_000), 1300 * MS)
+    assert not session.ticks_stale(1250 * MS) and speeds(session.command(0.2, 0.2, 1250 * MS)) == [
+        (ticks, ticks)
+    ]
+    assert session.ticks_stale(1260 * MS) and speeds(session.command(0.2, 0.2, 1260 * MS)) == [(0, 0)]
+    session.receive_data(motion(2, 1_300_000), 1300 * MS)
     assert speeds(session.command(0.2, 0.2, 1300 * MS)) == [(ticks, ticks)]
 
 
 def test_an_emergency_stop_is_said_until_the_board_has_it() -> None:
     session = opened()
-    said = [session.stop(1100 * MS)] + [session.speak((1100 + 20 * n) * MS) for n in range(1, 30)]
+    said = [session.stop(1100 * MS)] + [session.data_to_send((1100 + 20 * n) * MS) for n in range(1, 30)]
     assert all("x" in {words[0] for words in _spoken(data)} for data in said)
-    session.hear(framed("e 2 1700000 0 0 0 0 0302"), 1700 * MS)
-    later = b"".join(session.speak((1710 + 20 * n) * MS) for n in range(10))
+    session.receive_data(framed("e 2 1700000 0 0 0 0 0302"), 1700 * MS)
+    later = b"".join(session.data_to_send((1710 + 20 * n) * MS) for n in range(10))
     assert "x" not in {words[0] for words in _spoken(later)}
 
 
@@ -384,22 +390,22 @@ def test_a_board_of_another_version_or_with_other_ticks_is_refused_in_a_sentence
         ("chefbot 2 future", "version 2"),
         ("chefbot 1 test 00000000 8400000 100 1000 9000 9000 9000 9000 7 03", "8400 ticks per turn"),
     ):
-        session = Session(ROBOT)
-        (hello,) = _spoken(session.speak(0))
-        session.hear(framed(f"v 0 {hello[1]} {answer}"), 0)
+        session = BoardSession(ROBOT)
+        (hello,) = _spoken(session.data_to_send(0))
+        session.receive_data(framed(f"v 0 {hello[1]} {answer}"), 0)
         assert not session.is_open
         assert session.refused is not None and word in session.refused and "chefbot flash" in session.refused
         assert session.command(0.1, 0.1, 20 * MS) == b""
 
 
 def test_an_answer_to_somebody_else_opens_nothing() -> None:
-    session = Session(ROBOT)
-    session.speak(0)
+    session = BoardSession(ROBOT)
+    session.data_to_send(0)
     ticks = round(1000 * ROBOT.motor.ticks_per_turn)
-    session.hear(framed(f"v 0 77777 chefbot 1 test 00000000 {ticks} 100 1000 9 9 9 9 7 03"), 0)
+    session.receive_data(framed(f"v 0 77777 chefbot 1 test 00000000 {ticks} 100 1000 9 9 9 9 7 03"), 0)
     assert not session.is_open
 
 
 def test_motion_lines_are_typed() -> None:
     (line,) = heard_in(motion(3, 20_000, -5, 6, -7, 2))
-    assert line == Motion(3, 20_000, -5, 6, -7, 2, 0)
+    assert line == MotionLine(3, 20_000, -5, 6, -7, 2, 0)

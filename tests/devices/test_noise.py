@@ -10,7 +10,7 @@ from typing import NamedTuple
 import pytest
 from tests.firmware.host_board import HostBoard
 
-from chefbot.board import Sensors, Session
+from chefbot.board import BoardSession, SensorConverter
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.robot.load import load_robot
 
@@ -55,7 +55,7 @@ class Rig:
     """Wheels that turn as the board wants them, both counted where they turn and as heard over the wire."""
 
     def __init__(self, wire: Wire, seed: int) -> None:
-        self.board, self.session, self.sensors = HostBoard(), Session(ROBOT), Sensors(ROBOT)
+        self.board, self.session, self.sensors = HostBoard(), BoardSession(ROBOT), SensorConverter(ROBOT)
         self.wire, self.chance = wire, random.Random(seed)
         self.now, self.disturbed = 0, False
         self.rest = [0.0, 0.0]
@@ -70,7 +70,7 @@ class Rig:
         self._roll()
         self.board.live_imu()
         self.board.lib.chefbot_board_advance(self.board.handle, STEP_NS // 1000)
-        for heard in self.session.hear(self._over(self.board.read()), self.now):
+        for heard in self.session.receive_data(self._over(self.board.read()), self.now):
             for message in self.sensors.messages(heard):
                 if isinstance(message, WheelTicks):
                     self._hear(message)
@@ -78,7 +78,7 @@ class Rig:
         if command is not None and self.now % (5 * STEP_NS) == 0:
             said += self.session.command(*command, self.now)
         elif self.now % (2 * STEP_NS) == 0:
-            said += self.session.speak(self.now)
+            said += self.session.data_to_send(self.now)
         if data := self._over(said):
             self.board.write(data)
 

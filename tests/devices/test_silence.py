@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from tests.firmware.host_board import HostBoard
 
-from chefbot.board import Session
+from chefbot.board import BoardSession
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import max_speed
 
@@ -19,7 +19,7 @@ class Line:
     """Session and board, a millisecond at a time; bytes need theirs on the wire."""
 
     def __init__(self, speak_phase_ms: int) -> None:
-        self.board, self.session, self._phase = HostBoard(), Session(ROBOT), speak_phase_ms
+        self.board, self.session, self._phase = HostBoard(), BoardSession(ROBOT), speak_phase_ms
         self.ms = 0
         self._wire: list[tuple[int, bytes]] = []
 
@@ -30,7 +30,7 @@ class Line:
 
     def step(self, driver_lives: bool = True) -> None:
         if driver_lives and self.ms % 20 == self._phase:
-            self.say(self.session.speak(self.ms * MS))
+            self.say(self.session.data_to_send(self.ms * MS))
         while self._wire and self._wire[0][0] <= self.ms * 1000:
             self.board.write(self._wire.pop(0)[1])
         if self.ms % 10 == 0:
@@ -39,7 +39,7 @@ class Line:
             self.board.lib.chefbot_board_turn(self.board.handle, wheel, self.board.state.set[wheel] // 1000)
         self.board.lib.chefbot_board_advance(self.board.handle, 1000)
         self.ms += 1
-        self.session.hear(self.board.read(), self.ms * MS)
+        self.session.receive_data(self.board.read(), self.ms * MS)
 
     @property
     def drives(self) -> bool:

@@ -16,13 +16,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.waiting import PATIENCE
 
-from chefbot.devices.stop_memory import NOT_KNOWN, STOPPED, StopFile
+from chefbot.devices.stop_memory import ESTOP_RESTORED, ESTOP_STATE_UNKNOWN, StopFile
 from chefbot.msgs.std_msgs import Bool
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 
 ROBOT = load_robot("chefbot")
 LAUNCH = """
@@ -30,8 +30,8 @@ about: What remembers a STOP, and the base.
 clock: wall
 args: {wire: "off"}
 nodes:
-  base: {kind: "chefbot.nodes.drive_base:BaseNode"}
-  memory: {kind: "chefbot.devices.stop_memory:StopMemoryDevice"}
+  base: {kind: "chefbot.nodes.drive_base:DriveBaseNode"}
+  memory: {kind: "chefbot.devices.stop_memory:EmergencyStopStore"}
   finger: {kind: "finger:Finger"}
 """
 FINGER = '''
@@ -56,15 +56,15 @@ class Life:
 
     def __init__(self) -> None:
         self.loop = Loop(StepClock())
-        self.system = System(self.loop, ROBOT, 1)
+        self.system = NodeContainer(self.loop, ROBOT, 1)
         self.said: list[bool] = []
         self.remarks: list[str] = []
         self.loop.subscribe("emergency_stop", "test", lambda one: self.said.append(one.data))  # type: ignore[attr-defined]
         self.loop.subscribe("memory/remark", "test", lambda one: self.remarks.append(one.data))  # type: ignore[attr-defined]
         nodes = {
-            "base": NodeEntry(kind="chefbot.nodes.drive_base:BaseNode"),
+            "base": NodeEntry(kind="chefbot.nodes.drive_base:DriveBaseNode"),
             "memory": NodeEntry(
-                kind="chefbot.devices.stop_memory:StopMemoryDevice",
+                kind="chefbot.devices.stop_memory:EmergencyStopStore",
                 remap={"stop_memory/remark": "memory/remark"},
             ),
         }
@@ -99,7 +99,7 @@ def test_it_starts_as_it_ended(
     for words in lives:
         life = Life()
         assert life.said[-1] is stopped
-        assert life.remarks == [STOPPED] * stopped
+        assert life.remarks == [ESTOP_RESTORED] * stopped
         for word in words:
             life.ask(word)
             stopped = word
@@ -113,7 +113,7 @@ def test_who_cannot_know_is_stopped_and_can_be_released(
     (tmp_path / "file").write_text("where a folder should be")
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path / "file"))
     life = Life()
-    assert life.said[-1] is True and life.remarks[0].startswith(NOT_KNOWN)
+    assert life.said[-1] is True and life.remarks[0].startswith(ESTOP_STATE_UNKNOWN)
     life.ask(False)
     assert life.said[-1] is False
     life.end()
@@ -155,4 +155,4 @@ def test_a_robot_that_is_killed_while_stopped_is_stopped_when_it_is_started_agai
     first.send_signal(signal.SIGKILL)
     first.communicate()
     path.write_text(LAUNCH.replace("  finger:", "  # finger:"))
-    assert STOPPED in run("duration:=1").communicate(timeout=PATIENCE)[0]
+    assert ESTOP_RESTORED in run("duration:=1").communicate(timeout=PATIENCE)[0]

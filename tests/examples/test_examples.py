@@ -22,7 +22,7 @@ from tests.waiting import PATIENCE
 from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.planning.params import PlannerParams
-from chefbot.planning.planner import Failure, PlanningError
+from chefbot.planning.planner import PlanningError, PlanningFailure
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -122,12 +122,14 @@ def test_own_planner_begins_at_the_robot_and_ends_at_the_goal(own_planner: Modul
 @pytest.mark.parametrize(
     ("goal", "failure"),
     [
-        (SE2(9.0, 2.5, 0.0), Failure.GOAL_OUTSIDE_MAP),
-        (SE2(0.55, 2.5, 0.0), Failure.GOAL_OCCUPIED),
-        (SE2(1.55, 2.5, 0.0), Failure.NO_VALID_PATH),
+        (SE2(9.0, 2.5, 0.0), PlanningFailure.GOAL_OUTSIDE_MAP),
+        (SE2(0.55, 2.5, 0.0), PlanningFailure.GOAL_OCCUPIED),
+        (SE2(1.55, 2.5, 0.0), PlanningFailure.NO_VALID_PATH),
     ],
 )
-def test_own_planner_says_why_there_is_no_path(own_planner: ModuleType, goal: SE2, failure: Failure) -> None:
+def test_own_planner_says_why_there_is_no_path(
+    own_planner: ModuleType, goal: SE2, failure: PlanningFailure
+) -> None:
     free = np.ones((20, 30), bool)
     free[:, 15] = False  # a wall across the map
     with pytest.raises(PlanningError) as raised:

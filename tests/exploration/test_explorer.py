@@ -79,9 +79,9 @@ def explore(field, reach, start):
         decision = explorer.decide(mapper.grid(), planner.potential(costmap, pose), pose)
         last, goal = goal, decision.goal
         if goal is None:
-            return way, turns, mapper, decision.left
+            return way, turns, mapper, decision.skipped
         if last is not None and math.hypot(goal.x - last.x, goal.y - last.y) < 0.3:
-            explorer.fruitless(goal)
+            explorer.mark_failed(goal)
         path = planner.plan(costmap, pose, goal.pose)
         for p in path[::8]:
             mapper.look(SE2.of(p))
@@ -143,15 +143,15 @@ def test_the_goal_looks_at_the_frontier():
 
 
 def test_every_left_frontier_has_its_reason():
-    assert "unreachable" in decide(ROOM, False).left[0].reason
-    assert "too small" in decide(["#####", "#...#", "##.##", "##?##"], True).left[0].reason
+    assert "unreachable" in decide(ROOM, False).skipped[0].reason
+    assert "too small" in decide(["#####", "#...#", "##.##", "##?##"], True).skipped[0].reason
     explorer = Explorer(RADIUS)
     goal = decide(ROOM, True, explorer).goal
-    for _ in range(explorer.params.attempts):
-        explorer.fruitless(goal)
+    for _ in range(explorer.params.max_attempts):
+        explorer.mark_failed(goal)
     decision = decide(ROOM, True, explorer)
     assert decision.goal is None
-    assert "failed 2 times" in decision.left[0].reason
+    assert "failed 2 times" in decision.skipped[0].reason
 
 
 def test_a_known_map_is_done():
@@ -180,11 +180,11 @@ def test_a_blocked_door_is_looked_at_again_before_the_rest_is_given_up():
     explorer = Explorer(RADIUS)
     goal = decide_at_the_door(explorer, True)
     assert goal.blocked and goal.look_around and goal.pose.x == pytest.approx(4.8, abs=0.2)
-    explorer.fruitless(goal)
+    explorer.mark_failed(goal)
     free = decide_at_the_door(explorer, False)
     assert free is not None and not free.blocked
     for _ in range(20):
         if (goal := decide_at_the_door(explorer, True)) is None:
             return
-        explorer.fruitless(goal)
+        explorer.mark_failed(goal)
     raise AssertionError("it never ends")

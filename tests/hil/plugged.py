@@ -9,8 +9,8 @@ import time
 import tty
 from pathlib import Path
 
-from chefbot.board.messages import Motion, parse
-from chefbot.board.status_codes import Flag
+from chefbot.board.messages import MotionLine, parse
+from chefbot.board.status_codes import BoardFlag
 from tests.firmware.benches import MegaAsSold
 
 STEP_US = 10_000
@@ -59,8 +59,8 @@ class PluggedMega:
     def has_session(self) -> bool:
         """The newest line that tells the board's flags says so."""
         lines = [parse(raw) for raw in self._bench.said[-2000:].splitlines()]
-        newest = next((line for line in reversed(lines) if isinstance(line, Motion)), None)
-        return newest is not None and not newest.flags & Flag.NO_SESSION
+        newest = next((line for line in reversed(lines) if isinstance(line, MotionLine)), None)
+        return newest is not None and not newest.flags & BoardFlag.NO_SESSION
 
     def close(self) -> None:
         self._ending.set()

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.board.autodetect import PATIENCE_NS, Probe
+from chefbot.board.autodetect import DETECTION_TIMEOUT_NS, ProtocolProbe
 from chefbot.board.link import BoardLink
-from chefbot.board.messages import Motion, parse
-from chefbot.board.status_codes import Flag
+from chefbot.board.messages import MotionLine, parse
+from chefbot.board.status_codes import BoardFlag
 from chefbot.robot.load import load_robot
 from tests.devices.driven import Driven
 from tests.firmware.benches import MegaAsSold
@@ -45,14 +45,14 @@ def modem_manager(now_ns: int) -> bytes:
 def time_to_find(board: MegaAsSold, others: Chatter, token: int = 7) -> int:
     """Nanoseconds of the board's time from the opening of its port to the verdict."""
     board.reset()
-    probe, now = Probe(token, 0), 0
-    while not probe.over(now):
-        board.write(others(now) + probe.ask(now))
+    probe, now = ProtocolProbe(token, 0), 0
+    while not probe.timed_out(now):
+        board.write(others(now) + probe.data_to_send(now))
         said = board.run(STEP_NS // 1000).said
         now += STEP_NS
         if probe.hear(said, now) == "board":
             return now
-    raise AssertionError(f"not found within {PATIENCE_NS / 1e9:g} s")
+    raise AssertionError(f"not found within {DETECTION_TIMEOUT_NS / 1e9:g} s")
 
 
 def test_it_is_found_as_soon_as_its_boot_loader_has_ended(board: MegaAsSold) -> None:
@@ -93,8 +93,8 @@ def test_after_a_restart_its_boot_loader_comes_first_and_hides_the_reason(board:
     board.say("r")
     board.run(BOOT_NS // 1000)
     said = board.run(MARGIN_NS // 1000).said.splitlines()
-    motions = [line for raw in said if isinstance(line := parse(raw), Motion)]
-    assert motions and not any(line.flags & Flag.WATCHDOG_RESTART for line in motions)
+    motions = [line for raw in said if isinstance(line := parse(raw), MotionLine)]
+    assert motions and not any(line.flags & BoardFlag.WATCHDOG_RESTART for line in motions)
 
 
 @pytest.mark.slow

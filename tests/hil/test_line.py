@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.board.messages import Status, Version
-from chefbot.board.status_codes import Flag, State
+from chefbot.board.messages import StatusLine, VersionLine
+from chefbot.board.status_codes import BoardFlag, BoardState
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
 from tests.devices.driven import Driven, clear_faults, drive, ready, standing
@@ -50,8 +50,8 @@ def test_handshake_drive_and_what_it_senses(desk: Desk, driven: Driven, cable: C
     desk.happen(lambda board: board.set("echo", 5831))
     desk.happen(lambda board: board.set("battery", 12500))
     drive(driven, cable, SPEED)
-    answer = cable.newest(Version)
-    assert isinstance(answer, Version)
+    answer = cable.newest(VersionLine)
+    assert isinstance(answer, VersionLine)
     assert (answer.name, answer.port) == ("chefbot", "mega2560")
     driven.turn = 0.05
     driven.until(lambda: driven.ticks > 4000, "ticks")
@@ -82,8 +82,12 @@ def test_the_estop_button_latches(desk: Desk, driven: Driven, cable: Cable) -> N
     desk.happen(lambda board: board.set("estop", 0))
     count = len(cable.lines)
     driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
-    status = cable.newest(Status)
-    assert isinstance(status, Status) and status.state == State.STOPPED and status.flags & Flag.ESTOP_INPUT
+    status = cable.newest(StatusLine)
+    assert (
+        isinstance(status, StatusLine)
+        and status.state == BoardState.STOPPED
+        and status.flags & BoardFlag.ESTOP_INPUT
+    )
     clear_faults(driven, cable)
     drive(driven, cable, SPEED)
 

@@ -15,8 +15,8 @@ from chefbot.launcher.launch import run_launch
 from chefbot.launcher.session import session, start
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import built_in_launches, load_launch
-from chefbot.ui.page import PageDevice
-from chefbot.ui.remote import RemotePage
+from chefbot.ui.web_ui import WebUiDevice
+from chefbot.ui.web_ui_client import WebUiClient
 
 QUICK = ["headless:=true", "speed:=0", "duration:=0.1"]
 
@@ -92,7 +92,9 @@ def test_the_words_of_the_page_and_of_the_board_mean_one_thing_each() -> None:
         args, nodes = load_launch(name).args, load_launch(name).nodes
         assert isinstance(args.get("port", 0), int), name
         assert str(args.get("page", "http://")).startswith("http://"), name
-        boards = [entry.params["port"] for entry in nodes.values() if entry.kind.endswith(":BoardDevice")]
+        boards = [
+            entry.params["port"] for entry in nodes.values() if entry.kind.endswith(":MotorBoardDevice")
+        ]
         assert boards == [args.get("board_port")] * len(boards), name
 
 
@@ -135,8 +137,8 @@ def test_a_program_sees_the_simulated_robot_on_its_page() -> None:
     with session(load_robot("chefbot"), 1, launch.clock, 0.0, None) as system:
         start(system, launch)
         page = system.nodes["page"]
-        assert isinstance(page, PageDevice)
-        with RemotePage(page.url) as remote:
+        assert isinstance(page, WebUiDevice)
+        with WebUiClient(page.url) as remote:
             system.loop.run(until_ns=2_000_000_000)
             assert remote.wait_for("robot", PATIENCE)["radius"] == system.robot.footprint_radius
             assert remote.wait_for("status", PATIENCE)["simulation"] is True

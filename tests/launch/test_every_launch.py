@@ -20,7 +20,7 @@ from chefbot.msgs.geometry_msgs import Twist
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import built_in_launches, load_launch, node_class, node_params
 from chefbot.runtime.loop import Publication
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.replay import Replay, read_log
 from chefbot.sim.world.floor_plan import lidar_plan
 from chefbot.sim.world.load import load_any_world
@@ -83,7 +83,7 @@ def run(name: str, arguments: dict[str, str], record: Path | None = None) -> lis
 
     robot = load_robot(str(launch.args["robot"]))
     with session(robot, int(launch.args["seed"]), launch.clock, 0.0, record) as system:
-        system.loop.tap(hear)
+        system.loop.add_observer(hear)
         start(system, launch)
         for _ in range(NUDGES):
             nudge(system)
@@ -91,7 +91,7 @@ def run(name: str, arguments: dict[str, str], record: Path | None = None) -> lis
     return said
 
 
-def nudge(system: System) -> None:
+def nudge(system: NodeContainer) -> None:
     system.loop.post(lambda: system.loop.publish("cmd_vel_teleop", DRIVING, "person", from_device=True))
 
 
@@ -155,7 +155,7 @@ def test_the_depth_camera_alone_makes_a_scan_on_the_map(saved_map: Path) -> None
     launch = load_launch("3dsensor", given("3dsensor", saved_map))
     topics: set[str] = set()
     with session(load_robot("chefbot"), SEED, launch.clock, 0.0, None) as system:
-        system.loop.tap(lambda one: topics.add(one.topic))
+        system.loop.add_observer(lambda one: topics.add(one.topic))
         start(system, launch)
         system.loop.run(until_ns=2 * SECOND)
         system.transforms.lookup("map", "camera_depth_frame")

@@ -45,7 +45,7 @@ def test_localization_and_truth_share_the_maps_frame(given: dict[str, str], room
             places.append(one.message)
 
     with session(ROBOT, 5, launch.clock, 0.0, None) as system:
-        system.loop.tap(hear)
+        system.loop.add_observer(hear)
         start(system, launch)
         for _ in range(12):
             system.loop.post(lambda: system.loop.publish("cmd_vel_teleop", TURN, "person", from_device=True))

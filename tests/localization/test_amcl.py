@@ -13,7 +13,7 @@ from chefbot.errors import UserError
 from chefbot.localization.amcl import Amcl
 from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
-from chefbot.localization.particle_filter import Beams, Belief, Model
+from chefbot.localization.particle_filter import BeamEnds, FilterModels, ParticleFilter
 from chefbot.localization.pose_bins import PoseBins
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -81,14 +81,14 @@ def test_a_lidar_finds_itself_in_a_hotel_of_similar_rooms(
 def test_between_two_equal_rooms_it_keeps_both(twin_rooms: Any, lidar: Any, seed: int) -> None:
     params, rng = AmclParams(seed=seed), np.random.default_rng(seed)
     field = LikelihoodField.of(twin_rooms.grid, params)
-    model = Model(params, field, PoseBins(twin_rooms.grid), rng)
+    model = FilterModels(params, field, PoseBins(twin_rooms.grid), rng)
     rooms = np.array([[2.48, 2.0, 0.0], [8.48, 2.0, 0.0]])
-    belief = Belief(np.repeat(rooms, 2500, axis=0) + rng.normal(size=(5000, 3)) * 0.1, model)
+    belief = ParticleFilter(np.repeat(rooms, 2500, axis=0) + rng.normal(size=(5000, 3)) * 0.1, model)
     for k in range(60):
         ranges = lidar.scan(twin_rooms, SE2(2.48, 2.0, 0.1 * k), rng)
         ends = np.stack([ranges * np.cos(lidar.angles), ranges * np.sin(lidar.angles)], axis=1)
-        belief.move(SE2(0.0, 0.0, 0.1 if k else 0.0))
-        belief.correct(Beams.of(lidar.angles, ends, params))
+        belief.propagate(SE2(0.0, 0.0, 0.1 if k else 0.0))
+        belief.correct(BeamEnds.of(lidar.angles, ends, params))
         left = float(belief.weights[belief.particles[:, 0] < 5.0].sum())
         assert 0.2 < left < 0.8 and not belief.is_narrow
 

@@ -58,7 +58,7 @@ def test_the_kernel_adds_up_each_beams_logarithm(seed: int) -> None:
             far = PARAMS.laser_likelihood_max_dist
             d = field.distance[row + PAD, col + PAD] if inside else far
             expected[i] += log_likelihood(np.array([d], np.float64), PARAMS)[0]
-    got = field.weigh(particles, points)
+    got = field.log_likelihoods(particles, points)
     assert (np.abs(got - expected) > 1e-3).sum() <= border
 
 
@@ -72,7 +72,7 @@ def test_a_perfect_hit_scores_zero_and_a_stranger_the_floor() -> None:
 def test_scattered_poses_are_on_free_cells_and_everywhere() -> None:
     grid = random_grid(4, 12, 17, 0.3)
     field = LikelihoodField.of(grid, PARAMS)
-    poses = field.scatter(40_000, np.random.default_rng(1))
+    poses = field.sample_free_space(40_000, np.random.default_rng(1))
     rows, cols = zip(*(grid.cell(x, y) for x, y, _ in poses), strict=True)
     counts = np.zeros((12, 17))
     np.add.at(counts, (rows, cols), 1)

@@ -25,7 +25,7 @@ lengths = st.floats(-2.0, 2.0)
 def test_the_three_parts_make_up_the_motion(x: float, y: float, yaw: float) -> None:
     turn, travel, second = odometry_motion.decompose(SE2(x, y, yaw))
     again = SE2(0, 0, turn) @ SE2(travel, 0, 0) @ SE2(0, 0, second)
-    assert again.distance(SE2(x, y, 0)) < odometry_motion.STANDING + 1e-9
+    assert again.distance(SE2(x, y, 0)) < odometry_motion.MIN_TRANSLATION + 1e-9
     assert abs(math.remainder(again.yaw - yaw, 2 * math.pi)) < 1e-9
     assert abs(turn) <= math.pi / 2 + 1e-9
 
@@ -42,7 +42,7 @@ def test_particles_move_on_average_as_odometry_and_spread_as_said(
     first, length, second = odometry_motion.spread(motion, AmclParams())
     side = math.hypot(length, first * math.hypot(x, y))
     assert np.abs(particles[:, :2].mean(axis=0) - (wanted.x, wanted.y)).max() < (
-        odometry_motion.STANDING + 0.05 * side + first**2 * math.hypot(x, y)
+        odometry_motion.MIN_TRANSLATION + 0.05 * side + first**2 * math.hypot(x, y)
     )
     off = np.remainder(particles[:, 2] - wanted.yaw + math.pi, 2 * math.pi) - math.pi
     assert off.mean() == pytest.approx(0.0, abs=0.04 * math.hypot(first, second) + 1e-9)
@@ -117,7 +117,7 @@ def test_the_heaviest_hump_is_reported_and_not_the_mean_of_all() -> None:
     cluster = clusters.heaviest(both, np.full(1000, 1e-3), bins)
     assert cluster.mean.distance(SE2(2.0, 2.0, 0)) < 0.01
     assert abs(math.remainder(cluster.mean.yaw - math.pi, 2 * math.pi)) < 0.01
-    assert cluster.share == pytest.approx(0.7)
+    assert cluster.weight == pytest.approx(0.7)
     np.testing.assert_allclose(np.sqrt(np.diag(cluster.covariance)), 0.05, rtol=0.1)
     assert np.all(bins.labels == -1)
     reversed_weights = np.concatenate([np.full(700, 0.1 / 700), np.full(300, 0.9 / 300)])
@@ -135,21 +135,21 @@ def test_roughening_parts_copies_and_keeps_the_spread() -> None:
 
 
 def test_doubt_rises_when_the_fit_falls_and_ends_when_it_returns() -> None:
-    doubt = recovery.Doubt(0.02, 0.3)
-    assert doubt.share == 0.0
+    doubt = recovery.RecoveryEstimator(0.02, 0.3)
+    assert doubt.random_particle_probability == 0.0
     for _ in range(50):
-        doubt.see(0.8)
-    assert doubt.share == 0.0
+        doubt.update(0.8)
+    assert doubt.random_particle_probability == 0.0
     for _ in range(8):
-        doubt.see(0.3)
-    assert 0.3 < doubt.share < 1.0
+        doubt.update(0.3)
+    assert 0.3 < doubt.random_particle_probability < 1.0
     for _ in range(20):
-        doubt.see(0.8)
-    assert doubt.share == 0.0
-    never = recovery.Doubt(0.0, 0.0)
-    never.see(0.8)
-    never.see(0.1)
-    assert never.share == 0.0
+        doubt.update(0.8)
+    assert doubt.random_particle_probability == 0.0
+    never = recovery.RecoveryEstimator(0.0, 0.0)
+    never.update(0.8)
+    never.update(0.1)
+    assert never.random_particle_probability == 0.0
 
 
 def test_what_is_deep_within_a_solid_is_no_surface() -> None:

@@ -19,7 +19,7 @@ from chefbot.msgs.chefbot_msgs import Order
 from chefbot.msgs.idl.action import Action
 from chefbot.msgs.idl.cdr import CdrError
 from chefbot.msgs.idl.definition import definition_text, type_hash
-from chefbot.msgs.idl.fields import NUMPY_TYPES, FieldType, fields_of, ros_type
+from chefbot.msgs.idl.fields import NUMPY_TYPES, MessageField, fields_of, ros_type
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.registry import action_type, message_type, service_type
 from chefbot.msgs.idl.service import Service
@@ -50,7 +50,7 @@ KNOWN = [one for one in all_messages() if ros_type(one) in STORE.fielddefs]
 INTEGERS = {"int8": 8, "int16": 16, "int32": 32, "int64": 64}
 
 
-def values_of(field: FieldType) -> st.SearchStrategy:
+def values_of(field: MessageField) -> st.SearchStrategy:
     if field.message is not None:
         one = instances_of(field.message)
         return st.lists(one, max_size=field.bound or 3).map(tuple) if field.is_array else one

@@ -14,7 +14,7 @@ from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.geometry_msgs import PoseStamped, Twist
 from chefbot.msgs.idl.fields import fields_of, ros_type
 from chefbot.msgs.idl.message import Message
-from chefbot.msgs.idl.yaml_conversion import from_plain, to_plain
+from chefbot.msgs.idl.yaml_conversion import message_from_dict, message_to_dict
 from chefbot.msgs.sensor_msgs import Image, Imu, LaserScan, Range
 from chefbot.msgs.std_msgs import Float32, String
 from chefbot.ros2.tools.common import to_yaml
@@ -28,7 +28,10 @@ MESSAGES = {ros_type(one): one for one in all_messages()}
 def test_every_message_goes_through_yaml_and_comes_back(data: st.DataObject) -> None:
     kind = MESSAGES[data.draw(st.sampled_from(sorted(MESSAGES)))]
     message = data.draw(instances_of(kind))
-    assert from_plain(kind, yaml.safe_load(to_yaml(to_plain(message))), "it").to_cdr() == message.to_cdr()
+    assert (
+        message_from_dict(kind, yaml.safe_load(to_yaml(message_to_dict(message))), "it").to_cdr()
+        == message.to_cdr()
+    )
 
 
 @pytest.mark.parametrize("text", ["\x85", "a\u2028b", "\n", " a\n\n b", "", "null", "é"])
@@ -40,35 +43,39 @@ def test_any_text_comes_back(text: str) -> None:
 @pytest.mark.parametrize("name", sorted(MESSAGES))
 def test_nothing_given_is_the_default(name: str) -> None:
     kind = MESSAGES[name]
-    assert from_plain(kind, None, "it").to_cdr() == from_plain(kind, {}, "it").to_cdr() == kind().to_cdr()
-    assert set(to_plain(kind())) == {field.name for field in fields_of(kind)}
+    assert (
+        message_from_dict(kind, None, "it").to_cdr()
+        == message_from_dict(kind, {}, "it").to_cdr()
+        == kind().to_cdr()
+    )
+    assert set(message_to_dict(kind())) == {field.name for field in fields_of(kind)}
 
 
 def test_no_number_and_no_end_are_written_as_yaml_has_them() -> None:
     for value, text in ((math.nan, ".nan"), (math.inf, ".inf"), (-math.inf, "-.inf")):
-        written = yaml.safe_dump(to_plain(Float32(value)))
+        written = yaml.safe_dump(message_to_dict(Float32(value)))
         assert text in written
-        assert repr(from_plain(Float32, yaml.safe_load(written), "it").data) == repr(value)
+        assert repr(message_from_dict(Float32, yaml.safe_load(written), "it").data) == repr(value)
 
 
 def test_single_precision_is_shown_as_it_was_written() -> None:
-    assert to_plain(Float32(0.1)) == {"data": 0.1}
+    assert message_to_dict(Float32(0.1)) == {"data": 0.1}
 
 
 def test_long_arrays_are_cut_and_say_so() -> None:
-    plain = to_plain(LaserScan(ranges=[1.0] * 640), longest=3)
+    plain = message_to_dict(LaserScan(ranges=[1.0] * 640), max_elements=3)
     assert plain["ranges"] == [1.0, 1.0, 1.0, "... 637 more"]
 
 
 def test_now_is_the_time_and_auto_a_header_of_it() -> None:
     now = Time(5, 6)
-    assert from_plain(PoseStamped, {"header": "auto"}, "it", now).header.stamp.ns == now.ns
-    made = from_plain(PoseStamped, {"header": {"stamp": "now", "frame_id": "map"}}, "it", now)
+    assert message_from_dict(PoseStamped, {"header": "auto"}, "it", now).header.stamp.ns == now.ns
+    made = message_from_dict(PoseStamped, {"header": {"stamp": "now", "frame_id": "map"}}, "it", now)
     assert (made.header.stamp.ns, made.header.frame_id) == (now.ns, "map")
 
 
 def test_yaml_takes_1e3_for_a_text_and_we_do_not() -> None:
-    assert from_plain(Twist, yaml.safe_load("{linear: {x: 1e-3}}"), "it").linear.x == 1e-3
+    assert message_from_dict(Twist, yaml.safe_load("{linear: {x: 1e-3}}"), "it").linear.x == 1e-3
 
 
 @pytest.mark.parametrize(
@@ -91,5 +98,5 @@ def test_yaml_takes_1e3_for_a_text_and_we_do_not() -> None:
 )
 def test_what_does_not_fit_is_refused_in_one_sentence(kind: type[Message], plain: object, said: str) -> None:
     with pytest.raises(UserError) as error:
-        from_plain(kind, plain, "values", Time(1, 0))
+        message_from_dict(kind, plain, "values", Time(1, 0))
     assert said in str(error.value) and str(error.value).startswith("values: ")

@@ -9,8 +9,8 @@ from tests.nodes.test_last_words import ROOM, Life
 
 from chefbot.msgs.chefbot_msgs import Errand, Order
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
-from chefbot.nodes.delivery import DRIVER_PATIENCE, NO_WAY, NOBODY_DROVE, WAY_PATIENCE
-from chefbot.runtime.actions import serves
+from chefbot.nodes.delivery import BLOCKED_PATH_TIMEOUT, NAVIGATOR_TIMEOUT, NO_NAVIGATOR, NO_VALID_PATH
+from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams
 
 KINDS = {
@@ -24,13 +24,15 @@ class Driver(Node):
     """A navigator that takes 2 s to everywhere; it finds the way to `place` blocked for `seconds` from the start."""
 
     params: NoParams
-    navigate_to_pose = serves(NavigateToPose)
+    navigate_to_pose = action_server(NavigateToPose)
     place, seconds = "", 0.0
 
     async def on_navigate_to_pose(self, goal: NavigateToPose_Goal, _: Any) -> NavigateToPose_Result:
         await self.sleep(2.0)
         blocked = self.now_ns < self.seconds * 1e9 and goal.pose.pose.position.x == ROOM.get(self.place)
-        return NavigateToPose_Result(NO_WAY, "no way leads there") if blocked else NavigateToPose_Result()
+        return (
+            NavigateToPose_Result(NO_VALID_PATH, "no way leads there") if blocked else NavigateToPose_Result()
+        )
 
 
 @pytest.mark.parametrize(
@@ -54,34 +56,34 @@ def test_who_stands_in_the_way_is_waited_for_where_nothing_else_can_be_done(
     monkeypatch.setattr(Driver, "seconds", seconds)
     life = Life(KINDS, {})
     life.loop.publish("order", Order(("table_1", "table_2"), "one"), "somebody", from_device=True)
-    life.run(WAY_PATIENCE + 60.0)
+    life.run(BLOCKED_PATH_TIMEOUT + 60.0)
     status = life.heard("delivery_status")[-1]
-    assert (status.state, status.delivered, len(status.missed)) == (state, delivered, missed)
+    assert (status.state, status.delivered, len(status.skipped_reasons)) == (state, delivered, missed)
 
 
 class MortalDriver(Node):
     """A navigator that dies 100 s after the start, on its way, and is away for `seconds`."""
 
     params: NoParams
-    navigate_to_pose = serves(NavigateToPose)
+    navigate_to_pose = action_server(NavigateToPose)
     seconds = 0.0
 
     async def on_navigate_to_pose(self, _: NavigateToPose_Goal, __: Any) -> NavigateToPose_Result:
         if self.now_ns < 100e9:
             await self.sleep(100.0)
         if self.now_ns < (100.0 + self.seconds) * 1e9:
-            return NavigateToPose_Result(NOBODY_DROVE, "nobody answered")
+            return NavigateToPose_Result(NO_NAVIGATOR, "nobody answered")
         await self.sleep(2.0)
         return NavigateToPose_Result()
 
 
-@pytest.mark.parametrize(("away", "missed"), [(DRIVER_PATIENCE / 2, 0), (DRIVER_PATIENCE * 2, 1)])
+@pytest.mark.parametrize(("away", "missed"), [(NAVIGATOR_TIMEOUT / 2, 0), (NAVIGATOR_TIMEOUT * 2, 1)])
 def test_a_navigator_that_dies_late_on_a_long_way_is_waited_for(
     monkeypatch: pytest.MonkeyPatch, away: float, missed: int
 ) -> None:
     monkeypatch.setattr(MortalDriver, "seconds", away)
     life = Life({**KINDS, "driver": "tests.nodes.test_blocked_way:MortalDriver"}, {})
     life.loop.publish("errand", Errand("table_1"), "somebody", from_device=True)
-    life.run(100.0 + 3 * DRIVER_PATIENCE)
+    life.run(100.0 + 3 * NAVIGATOR_TIMEOUT)
     status = life.heard("delivery_status")[-1]
     assert (status.state == "failed") == bool(missed), status

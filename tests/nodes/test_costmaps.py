@@ -24,7 +24,7 @@ from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams
 from chefbot.sim.depth_camera import DepthRenderer
 from chefbot.sim.simulation import OPTICAL, Capture
 from chefbot.sim.world.furniture import chair_shapes, person_shapes
-from chefbot.sim.world.shapes import Shape, shape_arrays
+from chefbot.sim.world.shapes import SimulatedShape, shape_arrays
 from chefbot.sim.world.world_spec import Chair
 
 HERE = SE2(0.0, 0.0, 0.0)
@@ -120,7 +120,7 @@ class Eye:
         self._scanner = ObstacleScanner(CameraModel.of(camera), camera.mount, top, ObstacleScanParams())
         self._frames = 0
 
-    def look(self, costs: LayeredCostmap, things: list[Shape]) -> None:
+    def look(self, costs: LayeredCostmap, things: list[SimulatedShape]) -> None:
         """One image of them, in the frame of the robot."""
         place = np.array([self.foot.x, 0.0, self._height])
         frame = self._renderer.frame(Capture(place, OPTICAL, shape_arrays(things)), self._frames)
@@ -134,7 +134,7 @@ class Eye:
         mark_obstacles(costs, self.foot, msgspec.structs.replace(message, **arrays), plane_of(ROBOT))
 
 
-def left_of(things: list[list[Shape]]) -> list[int]:
+def left_of(things: list[list[SimulatedShape]]) -> list[int]:
     """Cells that stay lethal of each when it has gone and the lidar has looked all round."""
     eye = Eye()
     beams = np.full(3600, np.inf, np.float32)
@@ -158,11 +158,11 @@ def places(count: int, near: float, far: float) -> list[SE2]:
 
 
 def test_of_people_who_stepped_close_nothing_is_left() -> None:
-    people = [[shape.moved(pose) for shape in person_shapes(1)] for pose in places(200, 0.35, 0.7)]
+    people = [[shape.transformed(pose) for shape in person_shapes(1)] for pose in places(200, 0.35, 0.7)]
     assert np.count_nonzero(left_of(people)) <= 2, "of 200; measured: none"
 
 
 def test_of_chairs_the_seat_is_left() -> None:
     chair = chair_shapes(Chair(x=0.0, y=0.0), "chair")
-    chairs = [[shape.moved(pose) for shape in chair] for pose in places(40, 0.9, 1.5)]
+    chairs = [[shape.transformed(pose) for shape in chair] for pose in places(40, 0.9, 1.5)]
     assert min(left_of(chairs)) >= 3

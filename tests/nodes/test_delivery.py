@@ -20,13 +20,13 @@ from chefbot.msgs.nav2_msgs import (
 )
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
-from chefbot.runtime.actions import serves
+from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams
 from chefbot.safety.emergency_stop import REFUSED
 
 RECEPTION = 9.0
 KINDS = {
-    "base": "chefbot.nodes.drive_base:BaseNode",
+    "base": "chefbot.nodes.drive_base:DriveBaseNode",
     "navigator": "chefbot.nodes.navigator:NavigatorNode",
     "delivery": "chefbot.nodes.delivery:DeliveryNode",
     "legs": "tests.nodes.test_delivery:Legs",
@@ -37,8 +37,8 @@ class Legs(Node):
     """Planner and controller that need 2 s to everywhere; `reached` notes where the robot came."""
 
     params: NoParams
-    compute_path_to_pose = serves(ComputePathToPose)
-    follow_path = serves(FollowPath)
+    compute_path_to_pose = action_server(ComputePathToPose)
+    follow_path = action_server(FollowPath)
 
     def start(self) -> None:
         self.reached: list[float] = []
@@ -137,12 +137,16 @@ def test_a_go_to_on_the_way_to_a_table_loses_no_order(way: str) -> None:
     waiter.until("driving", "table_1")
     waiter.say("goal_pose", pose(RECEPTION)) if way == "stranger" else waiter.say("errand", go("now"))
     waiter.run(5.0)
-    assert waiter.reached[-1] == "reception" and waiter.now.held == "choice"
-    assert (waiter.now.place, waiter.now.queue, len(waiter.now.orders)) == ("table_1", ("table_2",), 1)
+    assert waiter.reached[-1] == "reception" and waiter.now.hold_reason == "choice"
+    assert (waiter.now.place, waiter.now.queue, len(waiter.now.pending_orders)) == (
+        "table_1",
+        ("table_2",),
+        1,
+    )
     waiter.say("round_choice", String("go_on"))
     waiter.until("idle", "")
     assert waiter.reached[2:] == ["table_1", "table_2", "home", "kitchen", "table_2", "home"]
-    assert not waiter.now.missed
+    assert not waiter.now.skipped_reasons
 
 
 @pytest.mark.parametrize("way", ["stranger", "now"])
@@ -152,7 +156,7 @@ def test_a_go_to_while_it_is_loaded_is_driven_to_its_end(way: str) -> None:
     waiter.say("goal_pose", pose(RECEPTION)) if way == "stranger" else waiter.say("errand", go("now"))
     waiter.say("loaded", Empty())
     waiter.run(60.0)
-    assert waiter.reached == ["kitchen", "reception"] and waiter.now.held == "choice"
+    assert waiter.reached == ["kitchen", "reception"] and waiter.now.hold_reason == "choice"
     waiter.say("round_choice", String("go_on"))
     waiter.run(5.0)
     assert (waiter.now.state, waiter.reached[-1]) == ("loading", "kitchen")
@@ -172,7 +176,7 @@ def test_a_go_to_from_a_table_does_not_count_its_food_as_delivered(way: str) -> 
     assert waiter.reached[-1] == "reception"
     if way == "instead":
         assert waiter.now.state == "idle"
-        assert any("ended before it was served" in one for one in waiter.now.missed)
+        assert any("ended before it was served" in one for one in waiter.now.skipped_reasons)
 
 
 def test_stop_keeps_the_round_and_nothing_starts_by_itself() -> None:
@@ -184,9 +188,9 @@ def test_stop_keeps_the_round_and_nothing_starts_by_itself() -> None:
     waiter.run(60.0)
     waiter.press_stop(False)
     waiter.run(60.0)
-    assert waiter.reached == ["kitchen", "table_1"] and waiter.now.held == "choice"
+    assert waiter.reached == ["kitchen", "table_1"] and waiter.now.hold_reason == "choice"
     kept = (waiter.now.place, waiter.now.queue, waiter.now.delivered)
-    assert kept == (before.place, before.queue, before.delivered) and len(waiter.now.orders) == 1
+    assert kept == (before.place, before.queue, before.delivered) and len(waiter.now.pending_orders) == 1
     waiter.say("round_choice", String("go_on"))
     waiter.until("idle", "")
     assert waiter.reached[2:] == ["table_2", "home", "kitchen", "table_1", "home"]

@@ -15,7 +15,7 @@ from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.robot_state_publisher import CAMERA_FRAME, transform
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.spec import Robot
-from chefbot.runtime.transform_buffer import Transforms
+from chefbot.runtime.transform_buffer import TransformBuffer
 
 PITCH, YAW = 0.35, 0.2
 
@@ -65,8 +65,8 @@ def test_a_camera_that_looks_down_does_so_in_the_message() -> None:
 
 
 def test_seen_from_above_the_camera_is_where_its_mount_is() -> None:
-    robot, tree = tilted(), Transforms()
-    tree.receive(TFMessage(tuple(transform(0, frame) for frame in fixed_frames(robot))), static=True)
+    robot, tree = tilted(), TransformBuffer()
+    tree.add_transforms(TFMessage(tuple(transform(0, frame) for frame in fixed_frames(robot))), static=True)
     camera = robot.sensors.depth_camera
     assert camera is not None
     assert tree.lookup("base_footprint", CAMERA_FRAME) == pytest.approx(camera.mount.planar, abs=1e-12)

@@ -14,12 +14,12 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 
 
 @pytest.mark.parametrize("odom", [SE2(0.0, 0.0, 0.0), SE2(1.5, -0.7, 2.0)])
 def test_home_is_where_odometry_began_however_late_the_mapper_comes(odom: SE2) -> None:
-    system = System(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
+    system = NodeContainer(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
     entry = NodeEntry(kind="chefbot.nodes.gmapping:GmappingNode")
     system.launch(Launch(name="test", about="", args={}, nodes={"gmapping": entry}))
     said: list[TransformStamped] = []

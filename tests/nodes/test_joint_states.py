@@ -23,7 +23,7 @@ from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry, load_launch
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 
 ROBOTS = {name: load_robot(name) for name in sorted(built_in_robots())}
 TICK_NS = 20_000_000
@@ -34,8 +34,11 @@ class Told:
 
     def __init__(self, robot: Robot, ticks: list[tuple[int, int]], silence: float = 0.0) -> None:
         loop = Loop(StepClock())
-        system = System(loop, robot, 1)
-        kinds = {"joint_states": "joint_states:JointStatesNode", "frames": "robot_state_publisher:FramesNode"}
+        system = NodeContainer(loop, robot, 1)
+        kinds = {
+            "joint_states": "joint_states:JointStatesNode",
+            "frames": "robot_state_publisher:RobotStatePublisherNode",
+        }
         nodes = {name: NodeEntry(kind=f"chefbot.nodes.{kind}") for name, kind in kinds.items()}
         self.joints: list[JointState] = []
         self.frames: list[TFMessage] = []

@@ -17,26 +17,26 @@ from chefbot.msgs.chefbot_msgs import (
     Deliver,
     Deliver_Goal,
     DeliveryStatus,
+    EmergencyStopStatus,
     ExplorationStatus,
     Order,
     Place,
     Places,
-    StopStatus,
 )
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, Twist
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.nodes.delivery import NOBODY_DROVE
-from chefbot.nodes.drive_base import NOT_KNOWN
+from chefbot.nodes.delivery import NO_NAVIGATOR
+from chefbot.nodes.drive_base import ESTOP_STATE_UNKNOWN
 from chefbot.robot.load import load_robot
-from chefbot.runtime.actions import serves
+from chefbot.runtime.actions import action_server
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop, Publication
-from chefbot.runtime.node import LAST_WORDS, In, Node, NoParams, Out
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node import RESTORED_PREFIX, In, Node, NoParams, Out
+from chefbot.runtime.node_container import NodeContainer
 
 ROBOT = load_robot("chefbot_lidar")
 ROOM = {"home": 0.0, "kitchen": 1.0, "table_1": 2.0, "table_2": 3.0}
@@ -46,7 +46,7 @@ class Driver(Node):
     """A navigator that takes 2 s to everywhere and notes where; it fails as often as `fails` says."""
 
     params: NoParams
-    navigate_to_pose = serves(NavigateToPose)
+    navigate_to_pose = action_server(NavigateToPose)
     fails = 0
 
     def start(self) -> None:
@@ -55,7 +55,7 @@ class Driver(Node):
     async def on_navigate_to_pose(self, goal: NavigateToPose_Goal, _: Any) -> NavigateToPose_Result:
         self.driven.append(goal.pose.pose.position.x)
         if len(self.driven) <= type(self).fails:
-            return NavigateToPose_Result(NOBODY_DROVE, "nobody answered")
+            return NavigateToPose_Result(NO_NAVIGATOR, "nobody answered")
         await self.sleep(2.0)
         return NavigateToPose_Result()
 
@@ -84,16 +84,16 @@ class Life:
     def __init__(
         self, kinds: dict[str, str], words: dict[str, Message], params: dict[str, Any] | None = None
     ) -> None:
-        self.system = System(Loop(StepClock()), ROBOT, 1)
+        self.system = NodeContainer(Loop(StepClock()), ROBOT, 1)
         self.said: list[Publication] = []
         self.loop = self.system.loop
-        self.loop.tap(self.said.append)
+        self.loop.add_observer(self.said.append)
         nodes = {
             name: NodeEntry(kind=kind, params=(params or {}).get(name, {})) for name, kind in kinds.items()
         }
         self.system.launch(Launch(name="second life", about="", args={}, nodes=nodes))
         for topic, word in words.items():
-            self.loop.publish(LAST_WORDS + topic, word, "wire", from_device=True)
+            self.loop.publish(RESTORED_PREFIX + topic, word, "wire", from_device=True)
         places = tuple(
             Place(name, PoseStamped(Header(), Pose.of(SE2(x, 0.0, 0.0)))) for name, x in ROOM.items()
         )
@@ -174,12 +174,12 @@ def test_orders_that_waited_and_what_was_missed_outlive_the_waiter(waiter: Calla
     )
     life = waiter(delivery_status=told)
     life.run(0.5)
-    assert [one.missed for one in life.heard("delivery_status")] == [told.missed]
+    assert [one.skipped_reasons for one in life.heard("delivery_status")] == [told.skipped_reasons]
     life.run(60.0)
     assert driven(life) == ["home", "kitchen", "table_2", "home"]
     said: list[DeliveryStatus] = life.heard("delivery_status")
-    assert any(one.state == "failed" and one.missed == told.missed for one in said)
-    assert said[-1].delivered == ("table_2",) and not said[-1].orders and not said[-1].missed
+    assert any(one.state == "failed" and one.skipped_reasons == told.skipped_reasons for one in said)
+    assert said[-1].delivered == ("table_2",) and not said[-1].pending_orders and not said[-1].skipped_reasons
 
 
 @settings(max_examples=60, deadline=None)
@@ -216,13 +216,13 @@ def test_every_accepted_order_is_served_once_and_in_turn_whenever_the_waiter_die
 def test_a_waiter_that_was_not_there_when_stop_was_pressed_does_not_go_on(
     waiter: Callable[..., Life], released: bool
 ) -> None:
-    stop = StopStatus(Header(), not released, Time.of(5))
+    stop = EmergencyStopStatus(Header(), not released, Time.of(5))
     life = waiter(delivery_status=status("driving", "table_1", ("table_2",)), stop_status=stop)
     life.loop.publish("emergency_stop", Bool(not released), "base")
     life.run(60.0)
     last = life.heard("delivery_status")[-1]
     assert not driven(life) and (last.state, last.place, last.queue) == ("driving", "table_1", ("table_2",))
-    assert last.held == ("choice" if released else "stop")
+    assert last.hold_reason == ("choice" if released else "stop")
     life.loop.publish("order", Order(("table_1",)), "page")
     life.loop.publish("round_choice", String("go_on"), "page")
     life.run(60.0)
@@ -233,7 +233,7 @@ def test_a_stop_holds_what_is_resumed_before_it_has_begun(waiter: Callable[..., 
     life = waiter(delivery_status=status("driving", "table_1"))
     life.loop.publish("emergency_stop", Bool(True), "base")
     life.run(60.0)
-    assert not driven(life) and life.heard("delivery_status")[-1].held == "stop"
+    assert not driven(life) and life.heard("delivery_status")[-1].hold_reason == "stop"
 
 
 def test_a_goal_of_somebody_elses_takes_its_turn_behind_the_orders(waiter: Callable[..., Life]) -> None:
@@ -289,7 +289,7 @@ def test_a_navigator_that_died_is_asked_again_for_a_while(
 @pytest.mark.parametrize(
     ("kind", "topic", "word"),
     [
-        ("chefbot.nodes.global_localizer:FinderNode", "localized", Bool(True)),
+        ("chefbot.nodes.global_localizer:GlobalLocalizerNode", "localized", Bool(True)),
         ("chefbot.nodes.explorer:ExplorerNode", "exploration_status", ExplorationStatus(Header(), True)),
     ],
 )
@@ -302,7 +302,7 @@ def test_what_was_found_is_not_looked_for_again(kind: str, topic: str, word: Mes
 
 
 def test_a_robot_stands_until_all_its_processes_are_there() -> None:
-    life = Life({"base": "chefbot.nodes.drive_base:BaseNode"}, {})
+    life = Life({"base": "chefbot.nodes.drive_base:DriveBaseNode"}, {})
 
     def drive(topic: str) -> float:
         """m/s after a second of such commands."""
@@ -329,7 +329,7 @@ class Stops(Life):
     """A base, and what it says of STOP."""
 
     def __init__(self, **words: Message) -> None:
-        super().__init__({"base": "chefbot.nodes.drive_base:BaseNode"}, words)
+        super().__init__({"base": "chefbot.nodes.drive_base:DriveBaseNode"}, words)
         self.run(0.001)
 
     def ask(self, topic: str, word: bool) -> None:
@@ -341,9 +341,9 @@ class Stops(Life):
         return bool(self.heard("emergency_stop")[-1].data)
 
     @property
-    def status(self) -> StopStatus:
+    def status(self) -> EmergencyStopStatus:
         found = self.heard("stop_status")[-1]
-        assert isinstance(found, StopStatus)
+        assert isinstance(found, EmergencyStopStatus)
         return found
 
     def drives(self) -> bool:
@@ -365,10 +365,10 @@ def test_whatever_is_asked_by_whom_there_is_one_state_and_the_wheels_obey_it(
     for topic, word in words:
         life.ask(topic, word)
         stopped = word if topic == "stop_request" else stopped or word
-        assert life.told == life.status.stopped == stopped
+        assert life.told == life.status.active == stopped
     assert life.drives() != stopped
     again = Stops(stop_status=life.status, life=Empty())
-    assert again.told == again.status.stopped == stopped
+    assert again.told == again.status.active == stopped
     assert again.status.pressed_at == life.status.pressed_at
     assert again.drives() != stopped
     again.ask("stop_request", False)
@@ -378,7 +378,7 @@ def test_whatever_is_asked_by_whom_there_is_one_state_and_the_wheels_obey_it(
 def test_a_base_that_does_not_know_how_it_stood_is_stopped_and_says_so() -> None:
     life = Stops(life=Empty())
     assert life.told and not life.drives()
-    assert life.heard("base/remark")[-1].data == life.status.sentence == NOT_KNOWN
+    assert life.heard("base/remark")[-1].data == life.status.description == ESTOP_STATE_UNKNOWN
     life.ask("stop_request", False)
     assert life.drives()
     first = Stops()
@@ -397,5 +397,5 @@ def test_a_table_that_is_not_there_is_refused_with_the_nearest_name(waiter: Call
     life.loop.publish("order", Order(("1", "tabel_2"), "x"), "person")
     life.run(1.0)
     last = life.heard("delivery_status")[-1]
-    assert last.sentence == "On this map there is no place called 'tabel_2' (did you mean 'table_2'?)."
+    assert last.description == "On this map there is no place called 'tabel_2' (did you mean 'table_2'?)."
     assert driven(life) == [] and last.state == "failed"

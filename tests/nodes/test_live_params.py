@@ -21,7 +21,7 @@ from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry, built_in_launches, load_launch, node_class, node_params
 from chefbot.runtime.live_params import is_live
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 
 ENTRIES = {entry.kind: entry for name in built_in_launches() for entry in load_launch(name).nodes.values()}
 THINKING = ("amcl", "base", "controller", "delivery", "explorer", "gmapping", "navigator", "planner")
@@ -53,11 +53,14 @@ def other_value(value: Any, kind: types.Type) -> Any:
     return near if low < near < high else value - 1 if isinstance(value, int) else 0.9 * value + 0.1 * low
 
 
-def thinking() -> System:
+def thinking() -> NodeContainer:
     modules = {"base": "drive_base"}
-    kinds = {name: f"{modules.get(name, name)}:{name.capitalize()}Node" for name in THINKING}
+    kinds = {
+        name: f"{modules.get(name, name)}:{'DriveBase' if name == 'base' else name.capitalize()}Node"
+        for name in THINKING
+    }
     entries = {name: NodeEntry(kind=f"chefbot.nodes.{kind}") for name, kind in kinds.items()}
-    system = System(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
+    system = NodeContainer(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
     system.launch(Launch(name="test", about="", args={}, nodes=entries))
     return system
 

@@ -25,10 +25,10 @@ from chefbot.msgs.nav2_msgs import (
     Spin_Result,
 )
 from chefbot.msgs.std_msgs import Header, String
-from chefbot.nodes.navigator import PATIENCE_EXCEEDED, PIECES, SURE_FOR
-from chefbot.nodes.standing import LOST
+from chefbot.nodes.navigator import LOCALIZED_UPDATES_REQUIRED, MAX_SPIN_STEPS, PATIENCE_EXCEEDED
+from chefbot.nodes.waiting_state import LOST
 from chefbot.ros2.rmw.action_client import new_goal_id
-from chefbot.runtime.actions import serves
+from chefbot.runtime.actions import action_server
 from chefbot.runtime.coroutines import Future
 from chefbot.runtime.node import Node, NoParams
 
@@ -39,9 +39,9 @@ class Legs(Node):
     """Plans and follows without an end; notes what it is asked for. A turn takes a second."""
 
     params: NoParams
-    compute_path_to_pose = serves(ComputePathToPose)
-    follow_path = serves(FollowPath)
-    spin = serves(Spin)
+    compute_path_to_pose = action_server(ComputePathToPose)
+    follow_path = action_server(FollowPath)
+    spin = action_server(Spin)
 
     def start(self) -> None:
         self.turns = 0
@@ -96,7 +96,7 @@ def test_whoever_gets_lost_lets_go_of_the_path_turns_and_goes_on() -> None:
     assert not lost.legs.follow_path.busy and lost.legs.turns == 1 and lost.state == "recovering"
     lost.life.run(2.5)
     assert lost.legs.turns == 3
-    lost.say(True, SURE_FOR)
+    lost.say(True, LOCALIZED_UPDATES_REQUIRED)
     lost.life.run(1.5)
     assert lost.legs.follow_path.busy and lost.state == "driving"
     assert lost.life.heard("navigation_status")[-1].recoveries == 0, "to look around is no recovery"
@@ -105,7 +105,7 @@ def test_whoever_gets_lost_lets_go_of_the_path_turns_and_goes_on() -> None:
 def test_to_be_sure_for_a_moment_is_not_enough() -> None:
     lost = Lost()
     lost.say(False)
-    lost.say(True, SURE_FOR - 1)
+    lost.say(True, LOCALIZED_UPDATES_REQUIRED - 1)
     lost.say(False)
     lost.life.run(3.0)
     assert not lost.legs.follow_path.busy and lost.legs.turns > 2
@@ -114,13 +114,13 @@ def test_to_be_sure_for_a_moment_is_not_enough() -> None:
 def test_who_does_not_find_itself_gives_the_goal_up_and_says_so() -> None:
     lost = Lost()
     lost.say(False)
-    lost.life.run(PIECES + 5.0)
+    lost.life.run(MAX_SPIN_STEPS + 5.0)
     (outcome,) = lost.life.heard("navigate_to_pose/_action/get_result")
     assert (
         outcome.result.error_code == PATIENCE_EXCEEDED
         and "do not know where I am" in outcome.result.error_msg
     )
-    assert lost.legs.turns == PIECES
+    assert lost.legs.turns == MAX_SPIN_STEPS
 
 
 def test_somebody_elses_turn_is_not_fought_against() -> None:

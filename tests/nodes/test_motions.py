@@ -32,7 +32,7 @@ from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.controller import ControllerNode
 from chefbot.ros2.rmw.action_client import new_goal_id
-from chefbot.runtime.actions import serves
+from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams
 
 INVALID = {"backup": 713, "drive_on_heading": 724}
@@ -133,8 +133,8 @@ class Halfway(Node):
     """Plans nothing and drives for three seconds; half of the way is left, at a pace of its own."""
 
     params: NoParams
-    compute_path_to_pose = serves(ComputePathToPose)
-    follow_path = serves(FollowPath)
+    compute_path_to_pose = action_server(ComputePathToPose)
+    follow_path = action_server(FollowPath)
 
     async def on_compute_path_to_pose(self, _: ComputePathToPose_Goal, __: Any) -> ComputePathToPose_Result:
         """Some path."""

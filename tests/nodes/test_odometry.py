@@ -11,14 +11,14 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import DEVICE, Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 
 PERIOD = 20_000_000
 
 
 def health(silent_from: float) -> list[tuple[int, str]]:
     """Level and sentence of every second of a straight drive; the gyro is silent from `silent_from` s on."""
-    system = System(Loop(StepClock()), load_robot("chefbot"), 1)
+    system = NodeContainer(Loop(StepClock()), load_robot("chefbot"), 1)
     entry = NodeEntry(kind="chefbot.nodes.odometry:OdometryNode")
     system.launch(Launch(name="test", about="", args={}, nodes={"odometry": entry}))
     heard: list[tuple[int, str]] = []
@@ -34,7 +34,7 @@ def health(silent_from: float) -> list[tuple[int, str]]:
 
     system.loop.subscribe("diagnostics", "test", listen)
     for i in range(1, 200):
-        system.loop.at(i * PERIOD, DEVICE, lambda i=i: sense(i))
+        system.loop.schedule(i * PERIOD, DEVICE, lambda i=i: sense(i))
     system.loop.run(until_ns=4_000_000_000)
     return heard
 

@@ -22,7 +22,7 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import DEVICE, Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 
 PERIOD = 100_000_000
 AHEAD = 1.5
@@ -31,7 +31,7 @@ AHEAD = 1.5
 def marked(beliefs: list[SE2]) -> set[tuple[int, int]]:
     """Cells that are lethal on an empty map after the robot stood still, a thing 1.5 m ahead of it, and believed
     in turn to be at these poses."""
-    system = System(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
+    system = NodeContainer(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
     entry = NodeEntry(kind="chefbot.nodes.planner:PlannerNode")
     system.launch(Launch(name="test", about="", args={}, nodes={"planner": entry}))
     heard: list[OccupancyGrid] = []
@@ -54,7 +54,7 @@ def marked(beliefs: list[SE2]) -> set[tuple[int, int]]:
         system.loop.publish("scan", LaserScan(header, -0.02, 0.02, 0.02, 0.0, 0.1, 0.1, 8.0, ranges), "test")
 
     for i in range(1, 5 * len(beliefs) + 15):
-        system.loop.at(i * PERIOD, DEVICE, lambda i=i: sense(i))
+        system.loop.schedule(i * PERIOD, DEVICE, lambda i=i: sense(i))
     system.loop.run(until_ns=(5 * len(beliefs) + 15) * PERIOD)
     data = np.asarray(heard[-1].data).reshape(200, 200)
     rows, columns = np.nonzero(data == 100)
@@ -87,9 +87,11 @@ def test_a_door_out_of_sight_may_be_open_again() -> None:
     for here in (far, near):
         with pytest.raises(PlanningError):
             planner.plan(costs.update(), here, home)
-    assert len(planner.plan(costs.without_far_marks(far), far, home)) > 10
+    assert len(planner.plan(costs.costs_without_far_marks(far), far, home)) > 10
     with pytest.raises(PlanningError):
-        planner.plan(costs.without_far_marks(near), near, home)  # it is in sight: the person stands there
+        planner.plan(
+            costs.costs_without_far_marks(near), near, home
+        )  # it is in sight: the person stands there
 
 
 def test_a_small_correction_forgets_nothing() -> None:

@@ -24,12 +24,12 @@ from chefbot.msgs.nav2_msgs import (
 )
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
-from chefbot.runtime.actions import serves
+from chefbot.runtime.actions import action_server
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop, Publication
 from chefbot.runtime.node import Node, NoParams
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 
 NO_WAY = 208
 
@@ -38,10 +38,10 @@ class Walled(Node):
     """A planner that finds no way, and motions that are over at once."""
 
     params: NoParams
-    compute_path_to_pose = serves(ComputePathToPose)
-    follow_path = serves(FollowPath)
-    spin = serves(Spin)
-    backup = serves(BackUp)
+    compute_path_to_pose = action_server(ComputePathToPose)
+    follow_path = action_server(FollowPath)
+    spin = action_server(Spin)
+    backup = action_server(BackUp)
 
     async def on_compute_path_to_pose(self, _: ComputePathToPose_Goal, __: Any) -> ComputePathToPose_Result:
         """Never one."""
@@ -62,9 +62,9 @@ class Walled(Node):
 
 def tried(robot: str) -> list[str]:
     """Topics of what a navigator without a way asked for, in their order, until it gave up."""
-    system = System(Loop(StepClock()), load_robot(robot), 1)
+    system = NodeContainer(Loop(StepClock()), load_robot(robot), 1)
     said: list[Publication] = []
-    system.loop.tap(said.append)
+    system.loop.add_observer(said.append)
     kinds = {"navigator": "chefbot.nodes.navigator:NavigatorNode", "walled": f"{__name__}:Walled"}
     nodes = {name: NodeEntry(kind=kind) for name, kind in kinds.items()}
     system.launch(Launch(name="test", about="", args={}, nodes=nodes))

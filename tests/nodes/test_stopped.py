@@ -10,7 +10,7 @@ from tests.nodes.test_last_words import Life
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Duration, Time
-from chefbot.msgs.chefbot_msgs import ExplorationStatus, StopStatus
+from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, ExplorationStatus
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped, Twist
 from chefbot.msgs.nav2_msgs import (
     BackUp,
@@ -45,7 +45,7 @@ class Robot(Life):
 
     def __init__(self) -> None:
         kinds = {
-            "base": "drive_base:BaseNode",
+            "base": "drive_base:DriveBaseNode",
             "controller": "controller:ControllerNode",
             "navigator": "navigator:NavigatorNode",
         }
@@ -105,7 +105,7 @@ def test_an_explorer_that_was_not_there_when_stop_was_pressed_does_not_go_on(
     stopped: bool, pressed_at: int, goes_on: bool
 ) -> None:
     told = ExplorationStatus(Header(Time(4)), False)
-    stop = StopStatus(Header(), stopped, Time(pressed_at))
+    stop = EmergencyStopStatus(Header(), stopped, Time(pressed_at))
     words = {"exploration_status": told, "stop_status": stop, "life": Empty()}
     life = Life({"explorer": "chefbot.nodes.explorer:ExplorerNode"}, words)
     life.run(1.0)
@@ -114,7 +114,7 @@ def test_an_explorer_that_was_not_there_when_stop_was_pressed_does_not_go_on(
 
 
 def test_a_finder_gives_up_and_says_so() -> None:
-    life = Life({"finder": "chefbot.nodes.global_localizer:FinderNode"}, {})
+    life = Life({"finder": "chefbot.nodes.global_localizer:GlobalLocalizerNode"}, {})
     life.run(1.0)
     assert life.heard("spin/_action/send_goal")
     life.loop.publish("emergency_stop", Bool(True), "base")
@@ -127,7 +127,7 @@ class Base(Life):
     """The gate alone, and a stick that is held at some rate."""
 
     def __init__(self) -> None:
-        super().__init__({"base": "chefbot.nodes.drive_base:BaseNode"}, {})
+        super().__init__({"base": "chefbot.nodes.drive_base:DriveBaseNode"}, {})
         self.run(0.0)
 
     def hold(self, topic: str, v: float, times: int) -> bool:

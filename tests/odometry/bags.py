@@ -16,16 +16,16 @@ import numpy as np
 import yaml
 
 from chefbot.maths.angles import wrap
-from chefbot.odometry.drive_model import Body
+from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.readings import ImuReading, Reading, WheelTwist
 
 FASTEST_SPEED, FASTEST_TURN, HARDEST_TURN = 2.0, 2.0, 10.0
 """m/s, rad/s, rad/s^2: beyond what a Husky and a Jackal can do (their data sheets: 1.0 and 2.0 m/s)."""
-BODY = Body(
+BODY = DriveModel(
     separation=0.5,  # any: speeds are told, not counts
-    fastest_rim=FASTEST_SPEED,
-    fastest_turn=3.0 * FASTEST_TURN,
-    hardest_turn=HARDEST_TURN,
+    max_wheel_speed=FASTEST_SPEED,
+    max_yaw_rate=3.0 * FASTEST_TURN,
+    max_yaw_acceleration=HARDEST_TURN,
     gyro_noise=0.01,  # never asked for: every reading tells its own
     gyro_bias=math.radians(1.0),
     gyro_bias_walk=2e-5,

@@ -8,7 +8,7 @@ import numpy as np
 from faulty_drive import RATE, Faults, drive, hotel_round
 
 from chefbot.maths.se2 import SE2
-from chefbot.odometry.drive_model import Body
+from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.params import OdometryParams
 from chefbot.odometry.readings import ImuReading, Reading, WheelCounts
@@ -16,7 +16,7 @@ from chefbot.robot.load import load_robot
 from chefbot.robot.spec import GRAVITY
 
 ROBOT = load_robot("chefbot")
-BODY = Body.of(ROBOT, OdometryParams())
+BODY = DriveModel.of(ROBOT, OdometryParams())
 PERIOD = round(1e9 / RATE)
 Change = Callable[[ImuReading], ImuReading | None]
 

@@ -12,7 +12,7 @@ from sensed import BODY, PERIOD, ROBOT, sensed, through, weave
 from chefbot.errors import UserError
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.odometry.diagnostics import complaint
+from chefbot.odometry.diagnostics import diagnostic_message
 from chefbot.odometry.ekf import HORIZON_NS, Ekf
 from chefbot.odometry.out_of_sequence import History
 from chefbot.odometry.readings import ImuReading, PoseReading, WheelCounts
@@ -213,7 +213,7 @@ def test_one_spike_of_the_gyro_does_not_turn_the_robot(spike):
         return reading._replace(rates=(x, y, z + spike)) if hit else reading
 
     clean, hit = through(READINGS), through(READINGS, damaged)
-    assert hit.belief.watches[Source.GYRO].refused == 1
+    assert hit.belief.monitors[Source.GYRO].refused == 1
     # one step by the wheels alone, whose slip is 0.06 deg (one sigma); the spike itself would be 0.6 deg or more
     assert abs(wrap(hit.estimate.pose.yaw - clean.estimate.pose.yaw)) < math.radians(0.2)
     assert hit.estimate.pose.distance(clean.estimate.pose) < 5e-3
@@ -224,7 +224,7 @@ def test_an_outlier_of_scans_or_accelerometer_moves_nothing():
     before, stamp = ekf.belief, READINGS[399].stamp_ns
     x, y, yaw = ekf.estimate.pose
     ekf.add(PoseReading(stamp, SE2(x + 1.0, y, yaw), SURE))
-    assert same(before, ekf.belief) and ekf.belief.watches[Source.SCANS].refused == 1
+    assert same(before, ekf.belief) and ekf.belief.monitors[Source.SCANS].refused == 1
 
     def hit(reading):
         return reading._replace(force=(9.0, 0.0, GRAVITY)) if reading.stamp_ns == 400 * PERIOD else reading
@@ -278,10 +278,10 @@ def test_a_gyro_that_fails_is_named_and_turns_nobody(name):
     error, ekf, well = failing(change)
     now = READINGS[-1].stamp_ns
     assert ekf.condition(Source.GYRO, now) is condition
-    assert well.condition(Source.GYRO, now) is Condition.FRESH and complaint(well, now) is None
+    assert well.condition(Source.GYRO, now) is Condition.FRESH and diagnostic_message(well, now) is None
     assert error < math.radians(6.0)
     assert ekf.estimate.covariance[2, 2] > 2.0 * well.estimate.covariance[2, 2]
-    assert "gyro" in (complaint(ekf, now) or "")
+    assert "gyro" in (diagnostic_message(ekf, now) or "")
 
 
 @pytest.mark.parametrize("name", ["sticks turning", "sticks at zero", "saturates", "stops"])
@@ -306,7 +306,7 @@ def test_a_gyro_that_comes_back_is_used_again():
 
     ekf = through(READINGS, repaired)
     assert ekf.condition(Source.GYRO, READINGS[-1].stamp_ns) is Condition.FRESH
-    assert ekf.silent_for(Source.GYRO, READINGS[-1].stamp_ns) == 0.0
+    assert ekf.time_since_used(Source.GYRO, READINGS[-1].stamp_ns) == 0.0
 
 
 def test_without_wheels_it_neither_freezes_silently_nor_goes_on():
@@ -317,7 +317,7 @@ def test_without_wheels_it_neither_freezes_silently_nor_goes_on():
             ekf.add(reading)
     assert ekf.condition(Source.WHEELS, last + 200_000_000) is Condition.FRESH
     assert ekf.condition(Source.WHEELS, last + 400_000_000) is Condition.LOST
-    assert "No wheels for 1.0 s" in (complaint(ekf, last + 1_000_000_000) or "")
+    assert "No wheels for 1.0 s" in (diagnostic_message(ekf, last + 1_000_000_000) or "")
     here, soon, later = (ekf.at(last + s * 1_000_000_000) for s in (0, 1, 3))
     assert later.pose.distance(here.pose) < 1e-3 and abs(later.v) < 1e-3
     assert here.covariance[0, 0] < soon.covariance[0, 0] < later.covariance[0, 0]
@@ -352,7 +352,7 @@ def test_a_dead_encoder_is_named_and_the_way_grows_uncertain(side):
     ekf, told = Ekf(BODY), None
     for reading in map(dead, straight):
         ekf.add(reading)
-        sentence = complaint(ekf, reading.stamp_ns) or ""
+        sentence = diagnostic_message(ekf, reading.stamp_ns) or ""
         if f"The {side} wheel counts nothing" in sentence and told is None:
             told = reading.stamp_ns
     assert told is not None and told - 200 * PERIOD <= 300_000_000
@@ -371,12 +371,12 @@ def test_a_stuck_accelerometer_is_left_out():
     stopping, _ = sensed(weave(8.0) + [(0.0, 0.0)] * 40)
     ekf = through(stopping, frozen)
     assert ekf.condition(Source.ACCELEROMETER, stopping[-1].stamp_ns) is Condition.STUCK
-    assert "accelerometer" in (complaint(ekf, stopping[-1].stamp_ns) or "")
+    assert "accelerometer" in (diagnostic_message(ekf, stopping[-1].stamp_ns) or "")
 
 
 def test_before_anything_is_heard_nothing_is_wrong():
     ekf = Ekf(BODY)
-    assert ekf.estimate.pose == IDENTITY and complaint(ekf, 10**10) is None
+    assert ekf.estimate.pose == IDENTITY and diagnostic_message(ekf, 10**10) is None
     assert ekf.condition(Source.WHEELS, 0) is Condition.ABSENT
     ekf.add(WheelCounts(PERIOD, 5, 5))
-    assert "No gyro so far" in (complaint(ekf, PERIOD) or "")
+    assert "No gyro so far" in (diagnostic_message(ekf, PERIOD) or "")

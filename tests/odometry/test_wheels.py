@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.odometry.dead_reckoning import DeadReckoning
-from chefbot.odometry.drive_model import Body
-from chefbot.odometry.motion_model import BIAS_X, BIAS_Y, INPUTS, SIZE, YAW, arc, predict
+from chefbot.odometry.drive_model import DriveModel
+from chefbot.odometry.motion_model import GYRO_BIAS_X, GYRO_BIAS_Y, INPUTS, SIZE, YAW, arc, predict
 from chefbot.odometry.params import OdometryParams
 from chefbot.odometry.readings import WheelCounts
-from chefbot.odometry.wheel_travel import Counters, count, tick_difference
+from chefbot.odometry.wheel_travel import EncoderState, tick_difference, travel_from_counts
 from chefbot.robot.load import load_robot
 
 ROBOT = load_robot("chefbot")
@@ -119,7 +119,7 @@ def test_on_a_slope_the_way_leads_up(roll, pitch, yaw, step):
     assert moved[2] == pytest.approx(-step * math.sin(pitch), abs=1e-12)
     assert np.linalg.norm(moved[:3]) == pytest.approx(abs(step), abs=1e-12)
     assert np.allclose(moved[3:6], state[3:6])
-    assert not moved[[BIAS_X, BIAS_Y]].any()
+    assert not moved[[GYRO_BIAS_X, GYRO_BIAS_Y]].any()
 
 
 @given(steps)
@@ -164,10 +164,10 @@ def test_a_restarted_board_does_not_throw_the_robot_across_the_room():
 
 
 def test_the_fastest_possible_motion_is_no_restart():
-    body, counters = Body.of(ROBOT, OdometryParams(), 32), Counters(counts=(0, 0))
+    body, counters = DriveModel.of(ROBOT, OdometryParams(), 32), EncoderState(counts=(0, 0))
     full = int(ROBOT.motor.no_load_speed * ROBOT.wheel_radius * DT / ROBOT.metres_per_tick)
     for k in range(10):
-        counters, rolled = count(body, counters, WheelCounts(0, full * k, -full * k), 20_000_000)
+        counters, rolled = travel_from_counts(body, counters, WheelCounts(0, full * k, -full * k), 20_000_000)
     assert counters.restarts == 0
     assert rolled.left == -rolled.right == pytest.approx(full * ROBOT.metres_per_tick)
 

@@ -12,9 +12,9 @@ from scipy.sparse.csgraph import dijkstra
 
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
-from chefbot.planning.grid_planner import GridPlanner, path_length, weights_of
+from chefbot.planning.grid_planner import GridPlanner, cost_to_weight, path_length
 from chefbot.planning.params import PlannerParams
-from chefbot.planning.planner import Failure, PlanningError
+from chefbot.planning.planner import PlanningError, PlanningFailure
 
 maps = arrays(
     np.uint8,
@@ -26,7 +26,7 @@ RAW = PlannerParams(smooth=False, tolerance=0.0, escape=0.0)
 
 def reference(cells, params):
     """Cost between all pairs of cells by scipy's Dijkstra on the same graph."""
-    weight = weights_of(params)[cells].astype(float)
+    weight = cost_to_weight(params)[cells].astype(float)
     h, w = cells.shape
     edges = []
     for r, c in np.ndindex(h, w):
@@ -41,7 +41,7 @@ def reference(cells, params):
 
 
 def chain_cost(path, cells, params):
-    weight = weights_of(params)[cells].astype(float)
+    weight = cost_to_weight(params)[cells].astype(float)
     at = np.floor(path[:, :2]).astype(int)
     w = weight[at[:, 1], at[:, 0]]
     return float((np.hypot(*np.diff(at, axis=0).T) * (w[1:] + w[:-1]) / 2).sum())
@@ -51,7 +51,7 @@ def chain_cost(path, cells, params):
 @given(maps, st.data(), st.booleans())
 def test_cost_is_that_of_scipys_dijkstra(cells, data, unknown):
     params = PlannerParams(smooth=False, tolerance=0.0, escape=0.0, allow_unknown=unknown, spacing=0.01)
-    free = np.argwhere(weights_of(params)[cells] > 0)
+    free = np.argwhere(cost_to_weight(params)[cells] > 0)
     assume(len(free) >= 2)
     (r0, c0), (r1, c1) = (free[data.draw(st.integers(0, len(free) - 1))] for _ in range(2))
     truth = reference(cells, params)
@@ -67,7 +67,7 @@ def test_cost_is_that_of_scipys_dijkstra(cells, data, unknown):
     else:
         with pytest.raises(PlanningError) as error:
             planner.plan(costmap, start, goal)
-        assert error.value.failure is Failure.NO_VALID_PATH
+        assert error.value.failure is PlanningFailure.NO_VALID_PATH
 
 
 @settings(max_examples=80)
@@ -119,10 +119,10 @@ def test_the_path_is_even_straight_and_looks_ahead():
 @pytest.mark.parametrize(
     ("start", "goal", "failure"),
     [
-        ((-1.0, 1.0), (3.0, 1.0), Failure.START_OUTSIDE_MAP),
-        ((1.0, 1.0), (9.0, 1.0), Failure.GOAL_OUTSIDE_MAP),
-        ((1.0, 1.0), (2.02, 0.5), Failure.GOAL_OCCUPIED),
-        ((2.02, 0.5), (1.0, 1.0), Failure.START_OCCUPIED),
+        ((-1.0, 1.0), (3.0, 1.0), PlanningFailure.START_OUTSIDE_MAP),
+        ((1.0, 1.0), (9.0, 1.0), PlanningFailure.GOAL_OUTSIDE_MAP),
+        ((1.0, 1.0), (2.02, 0.5), PlanningFailure.GOAL_OCCUPIED),
+        ((2.02, 0.5), (1.0, 1.0), PlanningFailure.START_OCCUPIED),
     ],
 )
 def test_failures_have_names_and_sentences(start, goal, failure):

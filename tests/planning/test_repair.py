@@ -5,18 +5,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.control.controller import Status
-from chefbot.control.dwa import Dwa
+from chefbot.control.controller import ControllerStatus
+from chefbot.control.dwa import DwaController
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner, path_length
-from chefbot.planning.local_replanning import DETOUR, REACH, TOLERANCE, near_planner, repaired
+from chefbot.planning.local_replanning import (
+    CHECK_DISTANCE,
+    GOAL_TOLERANCE,
+    MAX_DETOUR,
+    local_planner,
+    replan_locally,
+)
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
-from chefbot.safety.velocity_limiter import Limiter
+from chefbot.safety.velocity_limiter import VelocityLimiter
 
 ROBOT = load_robot("chefbot")
 CELL, PERIOD = 0.05, 0.1
@@ -43,21 +49,29 @@ def beside(costmap: Costmap, start: SE2, goal: SE2, off: tuple[float, float]) ->
     return path - np.array([*off, 0.0])
 
 
-def drive(costmap: Costmap, goal: SE2, start: SE2, off: tuple[float, float], *, mend: bool) -> Status:
+def drive(
+    costmap: Costmap, goal: SE2, start: SE2, off: tuple[float, float], *, mend: bool
+) -> ControllerStatus:
     """How it ends after 60 s of planning each second and control ten times a second."""
     limits = Limits.of(ROBOT)
-    dwa, limiter, planner, pose, now = Dwa(limits), Limiter(limits), near_planner(), start, (0.0, 0.0)
-    status = Status.NO_PATH
+    dwa, limiter, planner, pose, now = (
+        DwaController(limits),
+        VelocityLimiter(limits),
+        local_planner(),
+        start,
+        (0.0, 0.0),
+    )
+    status = ControllerStatus.NO_PATH
     for step in range(600):
         if step % 10 == 0:
             path = given = beside(costmap, pose, goal, off)
             dwa.set_path(path, same_goal=step > 0)
-        new = repaired(path, pose, costmap, planner) if mend else path
+        new = replan_locally(path, pose, costmap, planner) if mend else path
         if new is not given:
             given = new
             dwa.set_path(given, same_goal=True)
         v, w, status = dwa.command(pose, now, costmap)
-        if status is Status.REACHED:
+        if status is ControllerStatus.REACHED:
             break
         now = limiter.step(v, w, 0.0, PERIOD)
         turn = SE2(0.0, 0.0, now[1] * PERIOD / 2)
@@ -69,38 +83,38 @@ def drive(costmap: Costmap, goal: SE2, start: SE2, off: tuple[float, float], *, 
 @pytest.mark.parametrize("off", [(0.0, 0.08), (0.05, -0.08), (-0.08, 0.06)])
 def test_who_is_a_cell_or_two_beside_the_map_gets_through_a_narrow_passage(off):
     start, goal = SE2(1.0, 2.0, 0.0), SE2(5.0, 4.5, 0.0)
-    assert drive(NARROW, goal, start, off, mend=True) is Status.REACHED
+    assert drive(NARROW, goal, start, off, mend=True) is ControllerStatus.REACHED
 
 
 def test_without_mending_it_does_not():
     start, goal = SE2(1.0, 2.0, 0.0), SE2(5.0, 4.5, 0.0)
-    assert drive(NARROW, goal, start, (0.0, 0.08), mend=False) is Status.BLOCKED
+    assert drive(NARROW, goal, start, (0.0, 0.08), mend=False) is ControllerStatus.BLOCKED
 
 
 def test_a_free_path_is_left_alone():
     costmap = costs_of((58, 62, 0, 40))
     path = GridPlanner().plan(costmap, SE2(1.0, 1.0, 0.0), SE2(5.0, 5.0, 0.0))
-    assert repaired(path, SE2(1.0, 1.0, 0.0), costmap, near_planner()) is path
+    assert replan_locally(path, SE2(1.0, 1.0, 0.0), costmap, local_planner()) is path
 
 
 def test_a_long_way_around_is_the_planners_business():
     path = np.column_stack([np.arange(1.0, 5.0, 0.05), np.full(80, 3.0), np.zeros(80)])
     costmap = costs_of((20, 119, 40, 44))
-    assert repaired(path, SE2(1.0, 3.0, 0.0), costmap, near_planner()) is path
+    assert replan_locally(path, SE2(1.0, 3.0, 0.0), costmap, local_planner()) is path
 
 
 def test_a_goal_a_cell_inside_what_is_seen_is_taken_beside_it():
     path = np.column_stack([np.arange(1.0, 1.65, 0.05), np.full(13, 3.0), np.zeros(13)])
     costmap = costs_of((50, 70, 36, 50))
-    mended = repaired(path, SE2(1.0, 3.0, 0.0), costmap, near_planner())
+    mended = replan_locally(path, SE2(1.0, 3.0, 0.0), costmap, local_planner())
     assert costmap.at(path[-1, 0], path[-1, 1]) == INSCRIBED > costmap.at(mended[-1, 0], mended[-1, 1])
-    assert np.hypot(*(mended[-1, :2] - path[-1, :2])) <= TOLERANCE
+    assert np.hypot(*(mended[-1, :2] - path[-1, :2])) <= GOAL_TOLERANCE
 
 
 def test_a_goal_far_inside_stays_blocked():
     path = np.column_stack([np.arange(1.0, 2.0, 0.05), np.full(20, 3.0), np.zeros(20)])
     costmap = costs_of((50, 70, 36, 50))
-    assert repaired(path, SE2(1.0, 3.0, 0.0), costmap, near_planner()) is path
+    assert replan_locally(path, SE2(1.0, 3.0, 0.0), costmap, local_planner()) is path
 
 
 @settings(max_examples=60)
@@ -114,10 +128,10 @@ def test_a_mended_path_is_free_begins_here_and_ends_there(a, b, off, before):
     path = beside(NARROW, SE2(*a, 0.0), SE2(*b, 0.0), off)
     blocked = next(i for i, (x, y, _) in enumerate(path) if NARROW.at(x, y) >= INSCRIBED)
     here = SE2.of(path[max(0, blocked - round(before / 0.045))])
-    mended = repaired(path, here, NARROW, near_planner())
+    mended = replan_locally(path, here, NARROW, local_planner())
     assert mended is not path
-    assert path_length(mended) <= path_length(path) + DETOUR + 0.2
+    assert path_length(mended) <= path_length(path) + MAX_DETOUR + 0.2
     assert np.hypot(*(mended[0, :2] - np.array([here.x, here.y]))) < 1e-6
     assert (mended[-1] == path[-1]).all()
     way = np.cumsum(np.hypot(*np.diff(mended[:, :2], axis=0).T))
-    assert all(NARROW.at(x, y) < INSCRIBED for x, y, _ in mended[1:][way <= REACH - before])
+    assert all(NARROW.at(x, y) < INSCRIBED for x, y, _ in mended[1:][way <= CHECK_DISTANCE - before])

@@ -13,7 +13,7 @@ from chefbot.errors import UserError
 from chefbot.robot.catalogue import KINDS, load_catalogue
 from chefbot.robot.geometry.layout import body_height, ground_clearance, overall_height
 from chefbot.robot.geometry.mass import robot_mass_properties, total_mass, unloaded_mass
-from chefbot.robot.load import built_in_robots, load_robot, robot_of
+from chefbot.robot.load import build_robot, built_in_robots, load_robot
 from chefbot.robot.motion_limits import (
     max_acceleration,
     max_speed,
@@ -22,7 +22,7 @@ from chefbot.robot.motion_limits import (
     max_wheel_speed,
 )
 from chefbot.robot.spec import GRAVITY, Robot
-from chefbot.robot.validation import check_possible
+from chefbot.robot.validation import check_buildable
 
 CHEFBOT = load_robot("chefbot")
 TEXT = built_in_robots()["chefbot"].read_text()
@@ -54,14 +54,14 @@ def changed(**sections):
 
 
 def load(data):
-    return robot_of(data, "robot file r.yaml")
+    return build_robot(data, "robot file r.yaml")
 
 
 @pytest.mark.parametrize("name", sorted(built_in_robots()))
 def test_built_in_robots_load_and_can_be(name):
     robot = load_robot(name)
     assert robot.name == name
-    check_possible(robot, name)
+    check_buildable(robot, name)
     assert hash(robot) == hash(load_robot(name)) and robot == load_robot(name)
 
 
@@ -280,7 +280,7 @@ FIGURES = (
 @given(robots())
 def test_a_possible_robot_has_finite_numbers_and_an_impossible_one_a_sentence(robot):
     try:
-        check_possible(robot, "robot file r.yaml")
+        check_buildable(robot, "robot file r.yaml")
     except UserError as error:
         assert str(error).startswith("robot file r.yaml: ")
         return

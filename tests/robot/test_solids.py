@@ -10,9 +10,18 @@ from hypothesis import strategies as st
 
 from chefbot.maths.outline import Outline, circle, points, rectangle
 from chefbot.robot.geometry import layout
-from chefbot.robot.geometry.mass import link_mass, robot_mass_properties, unloaded_mass
+from chefbot.robot.geometry.mass import link_mass_properties, robot_mass_properties, unloaded_mass
 from chefbot.robot.geometry.outlines import base_plate_outline
-from chefbot.robot.geometry.shapes import AXES, Ball, Prism, mass_properties, moved, rotation, spread, volume
+from chefbot.robot.geometry.shapes import (
+    AXES,
+    Ball,
+    Prism,
+    mass_properties,
+    rotation,
+    transform_moments,
+    volume,
+    volume_moments,
+)
 from chefbot.robot.geometry.solids import link_origin, solids
 from chefbot.robot.load import built_in_robots, load_robot
 
@@ -71,7 +80,7 @@ def some_solids(draw):
 @settings(max_examples=25)
 @given(some_solids())
 def test_exact_moments_are_those_of_points_thrown_at_random(solid):
-    exact = spread(solid)
+    exact = volume_moments(solid)
     thrown, filled = sampled(solid)
     assert filled == pytest.approx(exact.volume, rel=0.03)
     centre = exact.first / exact.volume
@@ -85,8 +94,8 @@ def test_exact_moments_are_those_of_points_thrown_at_random(solid):
 @given(some_solids(), angles, angles, places, places, places)
 def test_turning_and_moving_keep_what_a_body_is(solid, pitch, yaw, x, y, z):
     turn, shift = rotation(pitch, yaw), np.array([x, y, z])
-    before = mass_properties([(spread(solid), 500.0)])
-    after = mass_properties([(moved(spread(solid), turn, shift), 500.0)])
+    before = mass_properties([(volume_moments(solid), 500.0)])
+    after = mass_properties([(transform_moments(volume_moments(solid), turn, shift), 500.0)])
     assert after.mass == pytest.approx(before.mass)
     assert after.centre == pytest.approx((turn @ before.centre + shift).tolist(), abs=1e-9)
     assert principal(after) == pytest.approx(principal(before), rel=1e-5)
@@ -99,10 +108,10 @@ def principal(properties):
 
 
 def test_known_bodies():
-    ball = mass_properties([(spread(Ball(0.2)), 1000.0)])
+    ball = mass_properties([(volume_moments(Ball(0.2)), 1000.0)])
     mass = 1000 * 4 / 3 * math.pi * 0.008
     assert ball.inertia == pytest.approx((*[0.4 * mass * 0.04] * 3, 0, 0, 0), abs=1e-12)
-    wheel = mass_properties([(spread(Prism(Outline(circle(0.1)), 0.02, "y")), 1000.0)])
+    wheel = mass_properties([(volume_moments(Prism(Outline(circle(0.1)), 0.02, "y")), 1000.0)])
     across = wheel.mass * (3 * 0.01 + 0.0004) / 12
     assert wheel.inertia == pytest.approx((across, wheel.mass * 0.005, across, 0, 0, 0), abs=1e-12)
 
@@ -120,7 +129,7 @@ def test_the_whole_is_the_sum_of_its_parts(name):
         (moment / unloaded_mass(robot)).tolist(), abs=1e-12
     )
     links = {part.link for part in parts}
-    assert sum(link_mass(robot, link).mass for link in links) == pytest.approx(
+    assert sum(link_mass_properties(robot, link).mass for link in links) == pytest.approx(
         unloaded_mass(robot), rel=1e-12
     )
     for part in parts:

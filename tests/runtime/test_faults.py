@@ -15,13 +15,13 @@ from chefbot.msgs.geometry_msgs import TransformStamped, Twist
 from chefbot.msgs.std_msgs import Float64, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.load import load_robot
-from chefbot.runtime.actions import FAILED, calls, serves
-from chefbot.runtime.callback_faults import WINDOW_NS, Fault
+from chefbot.runtime.actions import SERVER_EXCEPTION, action_client, action_server
+from chefbot.runtime.callback_faults import FAULT_WINDOW_NS, Fault
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import Device, In, Node, NoParams, Out, every
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.recorder import Recorder
 from chefbot.runtime.replay import Replay, read_log
 
@@ -59,7 +59,7 @@ class Clumsy(Node):
 
 class BurntCook(Node):
     params: NoParams
-    deliver = serves(Deliver)
+    deliver = action_server(Deliver)
 
     async def on_deliver(self, goal: Deliver_Goal, _: object) -> Deliver_Result:
         await self.sleep(0.1)
@@ -70,7 +70,7 @@ class BurntCook(Node):
 
 class Guest(Node):
     params: NoParams
-    deliver = calls(Deliver)
+    deliver = action_client(Deliver)
     got: Out[String]
 
     def start(self) -> None:
@@ -92,8 +92,8 @@ class Quitter(Device):
         raise UserError("the device is gone")
 
 
-def system_of() -> System:
-    return System(Loop(StepClock()), load_robot("chefbot"), 5)
+def system_of() -> NodeContainer:
+    return NodeContainer(Loop(StepClock()), load_robot("chefbot"), 5)
 
 
 def launch_of(*kinds: type[Node]) -> Launch:
@@ -102,41 +102,41 @@ def launch_of(*kinds: type[Node]) -> Launch:
 
 
 @pytest.fixture
-def isolated() -> Iterator[tuple[System, list[Fault]]]:
+def isolated() -> Iterator[tuple[NodeContainer, list[Fault]]]:
     system, new = system_of(), list[Fault]()
-    system.isolate(new.append)
+    system.isolate_faults(new.append)
     yield system, new
     system.stop()
 
 
-def said_on(system: System, topic: str) -> list[tuple[int, object]]:
+def said_on(system: NodeContainer, topic: str) -> list[tuple[int, object]]:
     said: list[tuple[int, object]] = []
     system.loop.subscribe(topic, "", lambda message: said.append((system.loop.now_ns, message)))
     return said
 
 
-def test_a_fault_costs_its_message_and_is_reported(isolated: tuple[System, list[Fault]]) -> None:
+def test_a_fault_costs_its_message_and_is_reported(isolated: tuple[NodeContainer, list[Fault]]) -> None:
     system, new = isolated
     said, reports = said_on(system, "said"), said_on(system, "diagnostics")
     system.launch(launch_of(Source, Clumsy))
     system.loop.run(until_ns=3_000 * MS)
     assert len(said) == 60 - 5
     assert [one.sentence for one in new] == ["clumsy <- count: ZeroDivisionError: it is that number again"]
-    assert system.faults is not None and system.faults.unexpected == 5
+    assert system.faults is not None and system.faults.bug_count == 5
     last = reports[-1][1]
     assert isinstance(last, DiagnosticArray)
     assert (last.status[0].level, last.status[0].values[0].value) == (ERROR, "5")
     assert len(reports) == 2  # at once, and a second later with what had come until then
 
 
-def test_a_node_that_keeps_failing_does_not_drive(isolated: tuple[System, list[Fault]]) -> None:
+def test_a_node_that_keeps_failing_does_not_drive(isolated: tuple[NodeContainer, list[Fault]]) -> None:
     """Counts 10 to 14 come from 0.5 to 0.7 s: the third fault silences, until a second after the third last."""
     system, _ = isolated
     driven = said_on(system, "cmd_vel")
     system.launch(launch_of(Source, Clumsy))
     system.loop.run(until_ns=3_000 * MS)
     times = [time // MS for time, _ in driven]
-    assert times == [*range(50, 600, 50), *range(600 + WINDOW_NS // MS + 50, 3_001, 50)]
+    assert times == [*range(50, 600, 50), *range(600 + FAULT_WINDOW_NS // MS + 50, 3_001, 50)]
 
 
 def test_without_isolation_the_first_fault_ends_the_run() -> None:
@@ -146,17 +146,20 @@ def test_without_isolation_the_first_fault_ends_the_run() -> None:
         system.loop.run(until_ns=3_000 * MS)
 
 
-def test_a_goal_whose_server_fails_is_answered(isolated: tuple[System, list[Fault]]) -> None:
+def test_a_goal_whose_server_fails_is_answered(isolated: tuple[NodeContainer, list[Fault]]) -> None:
     system, new = isolated
     got = said_on(system, "got")
     system.launch(launch_of(BurntCook, Guest))
     system.loop.run(until_ns=1_000 * MS)
-    assert [message.data for _, message in got] == [f"soup {FAILED} deliver failed: 'salt'", "salad 0 "]  # type: ignore[attr-defined]
+    assert [message.data for _, message in got] == [
+        f"soup {SERVER_EXCEPTION} deliver failed: 'salt'",
+        "salad 0 ",
+    ]  # type: ignore[attr-defined]
     assert [one.callback for one in new] == ["burntcook.sleep"]
 
 
 def test_who_waits_for_a_transform_is_served_whatever_others_raise(
-    isolated: tuple[System, list[Fault]],
+    isolated: tuple[NodeContainer, list[Fault]],
 ) -> None:
     system, new = isolated
     served: list[SE2] = []
@@ -164,8 +167,10 @@ def test_who_waits_for_a_transform_is_served_whatever_others_raise(
     def fail(_: SE2) -> None:
         raise IndexError("out of the map")
 
-    system.loop.subscribe("go", "first", lambda _: system.transforms.when("odom", "base", 0, fail))
-    system.loop.subscribe("go", "second", lambda _: system.transforms.when("odom", "base", 0, served.append))
+    system.loop.subscribe("go", "first", lambda _: system.transforms.on_available("odom", "base", 0, fail))
+    system.loop.subscribe(
+        "go", "second", lambda _: system.transforms.on_available("odom", "base", 0, served.append)
+    )
     system.loop.publish("go", String("go"), "test")
     transform = TransformStamped.of(0, "odom", "base", SE2(1.0, 2.0, 0.0))
     system.loop.publish("tf", TFMessage((transform,)), "test")
@@ -174,10 +179,12 @@ def test_who_waits_for_a_transform_is_served_whatever_others_raise(
     assert [one.callback for one in new] == ["first <- go"]
 
 
-def test_a_run_with_faults_replays_to_the_byte(isolated: tuple[System, list[Fault]], tmp_path: Path) -> None:
+def test_a_run_with_faults_replays_to_the_byte(
+    isolated: tuple[NodeContainer, list[Fault]], tmp_path: Path
+) -> None:
     system, _ = isolated
     recorder = Recorder(tmp_path / "run.mcap", system.robot, 5)
-    system.loop.tap(recorder)
+    system.loop.add_observer(recorder)
     system.launch(launch_of(Source, Clumsy, BurntCook, Guest))
     system.loop.run(until_ns=3_000 * MS)
     recorder.close()
@@ -187,7 +194,7 @@ def test_a_run_with_faults_replays_to_the_byte(isolated: tuple[System, list[Faul
     assert system.faults is not None and replay.faults.counts == system.faults.counts
 
 
-def test_a_device_that_gives_up_ends_the_run(isolated: tuple[System, list[Fault]]) -> None:
+def test_a_device_that_gives_up_ends_the_run(isolated: tuple[NodeContainer, list[Fault]]) -> None:
     system, _ = isolated
     system.launch(launch_of(Quitter))
     with pytest.raises(UserError, match="the device is gone"):

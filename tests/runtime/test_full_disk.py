@@ -17,13 +17,13 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 
 from chefbot.errors import UserError
-from chefbot.launcher.session import TELL_NS, session, start
+from chefbot.launcher.session import DIAGNOSTICS_PERIOD_NS, session, start
 from chefbot.msgs.diagnostic_msgs import WARN, DiagnosticArray
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.replay import Replay, read_log
-from chefbot.storage.mcap_file import McapFile
+from chefbot.storage.mcap_writer import McapWriter
 
 needs_root = pytest.mark.skipif(
     os.geteuid() != 0 or shutil.which("mount") is None, reason="needs root to mount a small disk"
@@ -70,7 +70,7 @@ def messages_in(path: Path) -> list[bytes]:
 def fill(path: Path, seed: int, largest: int) -> list[bytes]:
     """Messages of chance until the disk is full; those that were taken."""
     rng = np.random.default_rng(seed)
-    file = McapFile(path, lambda: ("last", {"words": "x" * 100}))
+    file = McapWriter(path, lambda: ("last", {"words": "x" * 100}))
     file.reserve(200)
     taken: list[bytes] = []
     channels: list[int] = []
@@ -129,7 +129,7 @@ def test_a_robot_goes_on_when_its_log_is_full_and_says_so(
         name: NodeEntry(kind=f"tests.runtime.toys:{name.title()}") for name in ("counter", "doubler", "dice")
     }
     with files_up_to(60_000), session(load_robot("chefbot"), 1, "simulation", 0.0, path) as system:
-        system.loop.tap(said.append)
+        system.loop.add_observer(said.append)
         start(system, Launch(name="toys", about="", args={}, nodes=nodes))
         system.loop.run(until_ns=200_000_000_000)
     told = [one for one in said if isinstance(one.message, DiagnosticArray)]
@@ -138,7 +138,9 @@ def test_a_robot_goes_on_when_its_log_is_full_and_says_so(
     }
     full_ns = told[0].time_ns
     assert 5_000_000_000 < full_ns < 190_000_000_000
-    assert len(told) == 1 + (200_000_000_000 - full_ns) // TELL_NS, "who comes late hears it too"
+    assert len(told) == 1 + (200_000_000_000 - full_ns) // DIAGNOSTICS_PERIOD_NS, (
+        "who comes late hears it too"
+    )
     assert sum(one.topic == "double" for one in said) == 2000, "nothing else has changed"
     lines = capfd.readouterr().err.splitlines()
     assert len(lines) == 2 and len(set(lines)) == 1 and "the robot goes on" in lines[0]
@@ -152,7 +154,7 @@ def test_where_the_system_cannot_promise_room_it_is_written_all_the_same(
 ) -> None:
     """A Mac's C library has no fallocate."""
     monkeypatch.setattr("chefbot.storage.disk_reservation.ctypes.CDLL", lambda *_, **__: object())
-    file = McapFile(tmp_path / "some.mcap")
+    file = McapWriter(tmp_path / "some.mcap")
     channel = file.channel("chatter", "std_msgs/msg/String", "string data", {})
     file.add(channel, b"\0\1\0\0", 1, 1, 1)
     file.close()

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.errors import UserError
-from chefbot.runtime.hosts import check_host, hosts_of, part_on
+from chefbot.runtime.hosts import check_host, hosts_of, part_for_machine
 from chefbot.runtime.launch import Launch, NodeEntry, load_launch
 
 HOSTS = ("", "nuc", "laptop")
@@ -19,7 +19,7 @@ HOSTS = ("", "nuc", "laptop")
 def test_each_node_runs_on_exactly_one_machine(homes: dict[str, str]) -> None:
     nodes = {name: NodeEntry(kind="a:B", host=host) for name, host in homes.items()}
     launch = Launch(name="x", about="", args={}, nodes=nodes)
-    parts = {machine: part_on(launch, machine) for machine in ("robot1", "nuc", "laptop")}
+    parts = {machine: part_for_machine(launch, machine) for machine in ("robot1", "nuc", "laptop")}
     known = set(hosts_of(launch)) | {"robot1"}
     run = [name for machine, part in parts.items() if machine in known for name in part.nodes]
     assert sorted(run) == sorted(homes)

@@ -16,13 +16,13 @@ from chefbot.runtime.clock import PacedClock, StepClock
 from chefbot.runtime.coroutines import Cancelled
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import DEVICE, MESSAGE, TIMER, Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 
 HERE = "tests.runtime.toys"
 
 
-def make(nodes: dict[str, str], seed: int = 1, start_ns: int = 0) -> System:
-    system = System(Loop(StepClock(), start_ns), load_robot("chefbot"), seed)
+def make(nodes: dict[str, str], seed: int = 1, start_ns: int = 0) -> NodeContainer:
+    system = NodeContainer(Loop(StepClock(), start_ns), load_robot("chefbot"), seed)
     entries = {name: NodeEntry(kind=f"{HERE}:{kind}") for name, kind in nodes.items()}
     system.launch(Launch(name="test", about="", args={}, nodes=entries))
     return system
@@ -33,7 +33,7 @@ def test_events_happen_by_time_then_rank_then_sequence(events: list[tuple[int, i
     loop = Loop(StepClock())
     seen: list[tuple[int, int, int]] = []
     for i, (time, rank) in enumerate(events):
-        loop.at(time, rank, lambda key=(time, rank, i): seen.append(key))
+        loop.schedule(time, rank, lambda key=(time, rank, i): seen.append(key))
     loop.run()
     assert seen == sorted(seen) and len(seen) == len(events)
 
@@ -43,8 +43,8 @@ def test_messages_are_done_before_timers_of_the_same_instant() -> None:
     seen: list[str] = []
     loop.subscribe("a", "first", lambda m: loop.publish("b", m, "first"))
     loop.subscribe("b", "second", lambda _: seen.append("b"))
-    loop.at(5, TIMER, lambda: seen.append("timer"))
-    loop.at(5, DEVICE, lambda: loop.publish("a", String("x"), "device"))
+    loop.schedule(5, TIMER, lambda: seen.append("timer"))
+    loop.schedule(5, DEVICE, lambda: loop.publish("a", String("x"), "device"))
     loop.run()
     assert seen == ["b", "timer"]
 
@@ -52,7 +52,7 @@ def test_messages_are_done_before_timers_of_the_same_instant() -> None:
 def test_what_threads_post_gets_a_time_of_its_own() -> None:
     loop = Loop(PacedClock(100.0))
     seen: list[int] = []
-    loop.at(10**9, TIMER, lambda: None)
+    loop.schedule(10**9, TIMER, lambda: None)
     threads = [threading.Thread(target=lambda: loop.post(lambda: seen.append(loop.now_ns))) for _ in range(4)]
     for thread in threads:
         thread.start()
@@ -66,7 +66,7 @@ def test_the_same_seed_gives_the_same_publications_and_another_does_not() -> Non
     def run(seed: int) -> list[tuple[str, int, bytes]]:
         system = make({"counter": "Counter", "doubler": "Doubler", "dice": "Dice"}, seed)
         out: list[tuple[str, int, bytes]] = []
-        system.loop.tap(lambda p: out.append((p.topic, p.time_ns, p.message.to_cdr())))
+        system.loop.add_observer(lambda p: out.append((p.topic, p.time_ns, p.message.to_cdr())))
         system.loop.run(until_ns=3 * 10**9)
         return out
 

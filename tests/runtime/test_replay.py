@@ -12,7 +12,7 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.recorder import Recorder
 from chefbot.runtime.replay import Replay, read_log
 
@@ -20,9 +20,9 @@ NODES = {"counter": "Counter", "doubler": "Doubler", "dice": "Dice", "cook": "Co
 
 
 def record(path: Path, *, step: float = 1.0) -> None:
-    system = System(Loop(StepClock()), load_robot("chefbot"), 5)
+    system = NodeContainer(Loop(StepClock()), load_robot("chefbot"), 5)
     recorder = Recorder(path, system.robot, 5)
-    system.loop.tap(recorder)
+    system.loop.add_observer(recorder)
     entries = {name: NodeEntry(kind=f"tests.runtime.toys:{kind}") for name, kind in NODES.items()}
     first = Launch(name="first", about="", args={}, nodes=entries)
     system.launch(first)

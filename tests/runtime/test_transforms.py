@@ -8,13 +8,13 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.msgs.validity import AHEAD_NS
+from chefbot.msgs.validity import MAX_FUTURE_NS
 from chefbot.robot.load import load_robot
 from chefbot.runtime.callback_faults import Fault
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.loop import DEVICE, Loop
-from chefbot.runtime.node_container import System
-from chefbot.runtime.transform_buffer import MAX_FRAMES, TransformError, Transforms
+from chefbot.runtime.node_container import NodeContainer
+from chefbot.runtime.transform_buffer import MAX_FRAMES, TransformBuffer, TransformError
 
 SECOND = 1_000_000_000
 
@@ -23,16 +23,16 @@ def moved(stamp_ns: int, x: float, child: str = "base_footprint") -> TFMessage:
     return TFMessage((TransformStamped.of(stamp_ns, "odom", child, SE2(x, 0.0, 0.0)),))
 
 
-def system_that_hears(said: list[tuple[int, str, Message]]) -> tuple[System, list[Fault]]:
-    system, faults = System(Loop(StepClock()), load_robot("chefbot"), 1), list[Fault]()
-    system.isolate(faults.append)
+def system_that_hears(said: list[tuple[int, str, Message]]) -> tuple[NodeContainer, list[Fault]]:
+    system, faults = NodeContainer(Loop(StepClock()), load_robot("chefbot"), 1), list[Fault]()
+    system.isolate_faults(faults.append)
     for time_ns, topic, message in said:
-        system.loop.at(time_ns, DEVICE, lambda t=topic, m=message: system.loop.publish(t, m, "test"))  # type: ignore[misc]
+        system.loop.schedule(time_ns, DEVICE, lambda t=topic, m=message: system.loop.publish(t, m, "test"))  # type: ignore[misc]
     system.loop.run()
     return system, faults
 
 
-@pytest.mark.parametrize("ahead", [AHEAD_NS + 1, 3600 * SECOND])
+@pytest.mark.parametrize("ahead", [MAX_FUTURE_NS + 1, 3600 * SECOND])
 def test_a_transform_from_the_future_is_refused_and_the_frame_goes_on(ahead: int) -> None:
     late = moved(SECOND + ahead, 99.0)
     system, faults = system_that_hears(
@@ -50,20 +50,20 @@ def test_a_fixed_frame_can_be_corrected_whatever_its_stamps() -> None:
 
 
 def test_names_of_frames_without_end_are_refused_and_the_known_ones_go_on() -> None:
-    tree = Transforms()
+    tree = TransformBuffer()
     for number in range(MAX_FRAMES):
-        tree.receive(moved(0, float(number), f"frame_{number}"), static=False)
+        tree.add_transforms(moved(0, float(number), f"frame_{number}"), static=False)
     with pytest.raises(TransformError, match="1000 frames already; one_more is left out"):
-        tree.receive(moved(0, 0.0, "one_more"), static=False)
-    tree.receive(moved(1, 7.0, "frame_3"), static=False)
+        tree.add_transforms(moved(0, 0.0, "one_more"), static=False)
+    tree.add_transforms(moved(1, 7.0, "frame_3"), static=False)
     assert tree.lookup("odom", "frame_3").x == 7.0
 
 
 def test_no_message_closes_a_circle_of_frames_or_takes_a_sensor_off_the_robot() -> None:
-    tree = Transforms()
+    tree = TransformBuffer()
 
     def hear(parent: str, child: str, static: bool) -> None:
-        tree.receive(TFMessage((TransformStamped.of(0, parent, child, SE2(1.0, 0.0, 0.0)),)), static)
+        tree.add_transforms(TFMessage((TransformStamped.of(0, parent, child, SE2(1.0, 0.0, 0.0)),)), static)
 
     hear("odom", "base", False)
     hear("base", "laser", True)
@@ -79,10 +79,10 @@ def test_no_message_closes_a_circle_of_frames_or_takes_a_sensor_off_the_robot() 
 
 
 def test_the_rest_of_a_message_is_taken_when_a_part_is_refused() -> None:
-    tree = Transforms()
-    tree.receive(moved(0, 1.0), static=True)
+    tree = TransformBuffer()
+    tree.add_transforms(moved(0, 1.0), static=True)
     good = TransformStamped.of(0, "odom", "other", SE2(3.0, 0.0, 0.0))
     bad = TransformStamped.of(0, "odom", "base_footprint", SE2(9.0, 0.0, 0.0))
     with pytest.raises(TransformError):
-        tree.receive(TFMessage((bad, good)), static=False)
+        tree.add_transforms(TFMessage((bad, good)), static=False)
     assert (tree.lookup("odom", "other").x, tree.lookup("odom", "base_footprint").x) == (3.0, 1.0)

@@ -10,7 +10,7 @@ from msgspec import Meta
 from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result, WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Float64, String
-from chefbot.runtime.actions import calls, serves
+from chefbot.runtime.actions import action_client, action_server
 from chefbot.runtime.node import Device, In, Node, NoParams, Out, every, topic
 
 
@@ -80,7 +80,7 @@ class Cook(Node):
     """Serves food, one dish a second."""
 
     params: NoParams
-    deliver = serves(Deliver)
+    deliver = action_server(Deliver)
     dishes: Out[String] = topic(latched=True)
 
     async def on_deliver(self, goal: Deliver_Goal, _: object) -> Deliver_Result:
@@ -96,7 +96,7 @@ class Guest(Node):
     """Orders at once and remembers what came of it."""
 
     params: NoParams
-    deliver = calls(Deliver)
+    deliver = action_client(Deliver)
 
     def start(self) -> None:
         self.results: list[object] = []

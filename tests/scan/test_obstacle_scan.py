@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from chefbot.errors import UserError
 from chefbot.robot.section import Mount
 from chefbot.scan.camera import CameraModel
-from chefbot.scan.obstacle_scan import ObstacleScan, ObstacleScanner, ObstacleScanParams
+from chefbot.scan.obstacle_scan import ObstaclePoints, ObstacleScanner, ObstacleScanParams
 
 HEIGHT = 0.3
 TOP = 0.63
@@ -50,7 +50,7 @@ def scanner(pitch: float = 0.0) -> ObstacleScanner:
     return ObstacleScanner(CAMERA, Mount(x=0.0, z=HEIGHT, pitch=pitch), TOP, ObstacleScanParams())
 
 
-def look(boxes: list[Box], mounted: float = 0.0, nod: float = 0.0) -> tuple[ObstacleScanner, ObstacleScan]:
+def look(boxes: list[Box], mounted: float = 0.0, nod: float = 0.0) -> tuple[ObstacleScanner, ObstaclePoints]:
     eye = scanner(mounted)
     return eye, eye.scan(render(boxes, mounted + nod))
 

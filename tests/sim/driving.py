@@ -9,7 +9,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.idl.message import Message
 from chefbot.robot.load import load_robot
-from chefbot.sim.board import TALK_NS, Board
+from chefbot.sim.board import EXCHANGE_PERIOD_NS, SimulatedBoard
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.world import load_world
 
@@ -19,13 +19,15 @@ BEAT_NS = 50_000_000
 """The node that commands the wheels does so at 20 Hz."""
 
 
-def robot_in(world: str, profile: str = "perfect", seed: int = 0, name: str = "") -> tuple[Simulation, Board]:
+def robot_in(
+    world: str, profile: str = "perfect", seed: int = 0, name: str = ""
+) -> tuple[Simulation, SimulatedBoard]:
     robot = load_robot(name) if name else ROBOT
     sim = Simulation(robot, load_world(world), profile, seed)  # type: ignore[arg-type]
-    return sim, Board(robot, sim)
+    return sim, SimulatedBoard(robot, sim)
 
 
-def drive(board: Board, left: float, right: float, seconds: float) -> list[Message]:
+def drive(board: SimulatedBoard, left: float, right: float, seconds: float) -> list[Message]:
     """Rim speeds, m/s, as a node commands them; what the board tells meanwhile."""
     told = []
     for _ in range(round(seconds * SECOND / BEAT_NS)):
@@ -37,7 +39,7 @@ def drive(board: Board, left: float, right: float, seconds: float) -> list[Messa
 class Walker:
     """Dead reckoning on the ticks that the board tells, and legs by it."""
 
-    def __init__(self, sim: Simulation, board: Board) -> None:
+    def __init__(self, sim: Simulation, board: SimulatedBoard) -> None:
         self.board, self.robot, self.pose = board, sim.robot, SE2(0.0, 0.0, 0.0)
         self.ticks: WheelTicks | None = None
 
@@ -45,7 +47,7 @@ class Walker:
         """20 ms at the speeds v and w; ramps are the board's."""
         half = self.robot.wheels.separation / 2
         self.board.command(v - w * half, v + w * half)
-        for message in self.board.run_until(self.board.now_ns + TALK_NS):
+        for message in self.board.run_until(self.board.now_ns + EXCHANGE_PERIOD_NS):
             if isinstance(message, WheelTicks):
                 self.count(message)
 

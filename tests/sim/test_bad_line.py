@@ -11,14 +11,14 @@ from tests.sim.driving import Walker, drive, robot_in
 
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.std_msgs import Header
-from chefbot.sim.board import Board
-from chefbot.sim.motor_board import MotorBoard
+from chefbot.sim.board import SimulatedBoard
+from chefbot.sim.motor_board import SimulatedMotorBoard
 
 
 class BadMotors:
     """The board behind a line that loses a fifth of all lines, both ways, and turns one bit in a hundred."""
 
-    def __init__(self, motors: MotorBoard, bit_errors: float, lost: float) -> None:
+    def __init__(self, motors: SimulatedMotorBoard, bit_errors: float, lost: float) -> None:
         self._motors, self.bit_errors, self.lost = motors, bit_errors, lost
         self._chance = np.random.default_rng(11)
         self._rest = b""
@@ -39,7 +39,7 @@ class BadMotors:
         return np.packbits(bits ^ (self._chance.random(bits.size) < self.bit_errors)).tobytes()
 
 
-def weave(bit_errors: float, lost: float) -> tuple[float, float, Board]:
+def weave(bit_errors: float, lost: float) -> tuple[float, float, SimulatedBoard]:
     """Curves and rests for a minute, then a good line for a second: metres driven, and how far dead reckoning on the
     ticks that were heard is from that on all ticks."""
     sim, board = robot_in("empty", "perfect", 1, "chefbot")

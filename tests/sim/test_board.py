@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from tests.sim.driving import ROBOT, SECOND, Walker, drive, robot_in
 
-from chefbot.board.messages import Inertia, Motion
-from chefbot.board.status_codes import Flag
+from chefbot.board.messages import InertiaLine, MotionLine
+from chefbot.board.status_codes import BoardFlag
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
 from chefbot.robot.motion_limits import max_acceleration, max_speed
 from chefbot.robot.spec import GRAVITY
-from chefbot.sim.board import TALK_NS, Board
+from chefbot.sim.board import EXCHANGE_PERIOD_NS, SimulatedBoard
 from chefbot.sim.firmware import BUILDER, LIBRARY, Firmware, library
-from chefbot.sim.motor_board import MotorBoard
+from chefbot.sim.motor_board import SimulatedMotorBoard
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.world import load_world
 
@@ -130,7 +130,7 @@ def test_an_emergency_stop_holds_until_it_is_cleared_and_a_stop_was_commanded() 
     board.stop()
     drive(board, 0.3, 0.3, 0.5)
     assert abs(sim.truth().v) < 0.002
-    assert board.motors.state.flags & Flag.ESTOP_COMMAND
+    assert board.motors.state.flags & BoardFlag.ESTOP_COMMAND
     board.clear()
     drive(board, 0.3, 0.3, 1.0)  # an old wish
     assert abs(sim.truth().v) < 0.002
@@ -144,7 +144,7 @@ def test_a_blocked_robot_switches_its_motors_off() -> None:
     sim.drop_box(0.5, 0.0, (0.2, 2.0, 0.5))
     sim._model.geom_friction[sim._wheels, 0] = 5.0  # so that no wheel spins on the spot
     drive(board, max_speed(ROBOT), max_speed(ROBOT), 6.0)
-    assert board.motors.state.flags & (Flag.STALL_LEFT | Flag.STALL_RIGHT | Flag.ENCODER_LEFT)
+    assert board.motors.state.flags & (BoardFlag.STALL_LEFT | BoardFlag.STALL_RIGHT | BoardFlag.ENCODER_LEFT)
     assert list(board.motors.state.duty) == [0, 0]
     assert "wheel" in board.link.report("simulated", board.now_ns).message
 
@@ -228,10 +228,10 @@ def test_the_imu_has_the_chips_steps_and_the_robots_noise() -> None:
     sim, board = robot_in("empty", "real", 5)
     motion, inertia = [], []
     for _ in range(1000):
-        board.motors.run_until(sim.time_ns + TALK_NS)
-        for heard in board.link.session.hear(board.motors.read(), board.now_ns):
-            (motion if isinstance(heard.line, Motion) else inertia).append(heard.line)
-    rates = np.array([line.gz for line in inertia if isinstance(line, Inertia)]) * 1e-6
+        board.motors.run_until(sim.time_ns + EXCHANGE_PERIOD_NS)
+        for heard in board.link.session.receive_data(board.motors.read(), board.now_ns):
+            (motion if isinstance(heard.line, MotionLine) else inertia).append(heard.line)
+    rates = np.array([line.gz for line in inertia if isinstance(line, InertiaLine)]) * 1e-6
     lsb = math.radians(1.0) / 65.5
     assert np.abs(rates / lsb - np.rint(rates / lsb)).max() < 0.02
     assert rates.std() == pytest.approx(ROBOT.sensors.imu.gyro_noise, rel=0.15)
@@ -248,7 +248,7 @@ def test_a_spin_beyond_the_gyros_range_is_told_as_bad() -> None:
         board.imu[3] = temperature
         board.step((0, 0), 13000)
         flags.append(board.state.flags)
-    assert flags[-1] & Flag.IMU_BAD
+    assert flags[-1] & BoardFlag.IMU_BAD
 
 
 # -- order
@@ -257,12 +257,12 @@ def test_a_spin_beyond_the_gyros_range_is_told_as_bad() -> None:
 def test_the_same_seed_gives_the_same_bytes() -> None:
     def bytes_of(seed: int) -> tuple[bytes, str]:
         sim = Simulation(ROBOT, load_world("room"), "real", seed)
-        board = Board(ROBOT, sim)
+        board = SimulatedBoard(ROBOT, sim)
         said = b""
         for beat in range(60):
             board.command(0.1, 0.1 + 0.002 * beat)
             board.motors.write(board.link.speak(board.now_ns))
-            board.motors.run_until(sim.time_ns + TALK_NS)
+            board.motors.run_until(sim.time_ns + EXCHANGE_PERIOD_NS)
             said += (part := board.motors.read())
             board.link.hear(part, board.now_ns)
         return said, sim.state_hash()
@@ -277,7 +277,7 @@ def test_pieces_of_time_make_no_difference() -> None:
 
     def lines(pieces: int) -> bytes:
         sim = Simulation(ROBOT, load_world("empty"), "real", 2)
-        board = MotorBoard(ROBOT, sim)
+        board = SimulatedMotorBoard(ROBOT, sim)
         said = b""
         for end in np.linspace(0, SECOND, pieces + 1)[1:]:
             board.run_until(int(end))

@@ -15,7 +15,7 @@ from chefbot.robot.load import load_robot
 from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
 from chefbot.sim.depth_raycast import FLOOR, NOTHING
 from chefbot.sim.simulation import OPTICAL, Capture, Simulation
-from chefbot.sim.world.shapes import Shape, box, capsule, cylinder, shape_arrays
+from chefbot.sim.world.shapes import SimulatedShape, box, capsule, cylinder, shape_arrays
 from chefbot.sim.world.world import load_world
 from chefbot.sim.world.world_mjcf import geom_xml
 
@@ -26,7 +26,9 @@ SMALL = msgspec.structs.replace(CAMERA, width=80, height=60)
 RENDERER = DepthRenderer(SMALL)
 
 
-def depth_by_mujoco(capture: Capture, shapes: list[Shape], rows: int, columns: int) -> NDArray[np.float64]:
+def depth_by_mujoco(
+    capture: Capture, shapes: list[SimulatedShape], rows: int, columns: int
+) -> NDArray[np.float64]:
     """(rows, columns) depth of the same view by mj_multiRay."""
     geoms = "".join(geom_xml(s._replace(name=f"s{i}")) for i, s in enumerate(shapes))
     floor = '<geom type="plane" size="0 0 1"/>'
@@ -46,7 +48,7 @@ def depth_by_mujoco(capture: Capture, shapes: list[Shape], rows: int, columns: i
     return np.where(hit >= 0, reach / length, np.inf).reshape(rows, columns)
 
 
-def compare(capture: Capture, shapes: list[Shape]) -> None:
+def compare(capture: Capture, shapes: list[SimulatedShape]) -> None:
     ours = RENDERER.render(capture).depth.astype(np.float64)
     theirs = depth_by_mujoco(capture, shapes, *ours.shape)
     near = np.minimum(ours, theirs) < 50.0  # beyond, float32 itself is coarser than a millimetre
@@ -69,7 +71,7 @@ def attitude(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
 @given(st.integers(0, 2**32 - 1))
 def test_any_pile_of_solids_from_any_side_is_as_mujoco_sees_it(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    shapes: list[Shape] = []
+    shapes: list[SimulatedShape] = []
     for i in range(15):
         x, y, bottom = rng.uniform(-3, 3), rng.uniform(-3, 3), rng.uniform(0, 1)
         a, b, c = rng.uniform(0.02, 1.0, 3)
@@ -86,7 +88,7 @@ def test_any_pile_of_solids_from_any_side_is_as_mujoco_sees_it(seed: int) -> Non
     compare(Capture(position, rotation, shape_arrays(solid)), solid)
 
 
-def inside(shape: Shape, at: NDArray[np.float64]) -> bool:
+def inside(shape: SimulatedShape, at: NDArray[np.float64]) -> bool:
     """Within the solid or nearly so: what a camera sees from there is not defined."""
     near = math.hypot(at[0] - shape.x, at[1] - shape.y) < shape.reach + 0.05
     return near and shape.bottom - 0.05 < at[2] < shape.top + 0.05

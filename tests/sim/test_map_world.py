@@ -17,7 +17,13 @@ from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.free_floor import MARGIN, FreeFloor
-from chefbot.sim.world.load import is_own_map, load_any_world, map_of, parse_start, with_places
+from chefbot.sim.world.load import (
+    load_any_world,
+    map_to_localize_on,
+    parse_start_pose,
+    shares_map_frame,
+    with_drawn_places,
+)
 from chefbot.sim.world.map_world import world_from_map
 from chefbot.sim.world.shapes import clearance
 from chefbot.sim.world.world import ROBOT_SPACE, load_world
@@ -71,7 +77,7 @@ def test_what_is_drawn_is_free_apart_and_reachable(seed: int) -> None:
     places = floor.draw_places(start, seed)
     assert places == floor.draw_places(start, seed)
     spots = [start, *places.values()]
-    areas = ndimage.label(floor.room >= RADIUS + MARGIN)[0]
+    areas = ndimage.label(floor.clearance >= RADIUS + MARGIN)[0]
     assert len({areas[floor.grid.cell(p.x, p.y)] for p in spots} | {0}) == 2, "one area, and no place off it"
     gaps = [math.dist(a[:2], b[:2]) for i, a in enumerate(spots) for b in spots[:i]]
     assert min(gaps, default=1.0) >= 0.3 - 1e-9
@@ -80,16 +86,16 @@ def test_what_is_drawn_is_free_apart_and_reachable(seed: int) -> None:
 
 def test_a_hall_has_a_kitchen_and_five_tables_and_another_seed_others() -> None:
     world = world_from_map("halls", halls(), RADIUS)
-    one, other = (with_places(world, ROBOT, seed) for seed in (1, 2))
+    one, other = (with_drawn_places(world, ROBOT, seed) for seed in (1, 2))
     assert set(one.places) == {"home", "kitchen", *(f"table_{i}" for i in range(1, 6))}
     assert one.places["home"] == world.start
     assert one.places != other.places
 
 
 def test_a_built_in_world_without_places_gets_them_and_one_with_keeps_its_own() -> None:
-    workshop = with_places(load_world("workshop"), ROBOT, 1)
+    workshop = with_drawn_places(load_world("workshop"), ROBOT, 1)
     assert {"home", "kitchen", "table_1", "table_3"} <= set(workshop.places)
-    assert with_places(load_world("hotel"), ROBOT, 1).places == load_world("hotel").places
+    assert with_drawn_places(load_world("hotel"), ROBOT, 1).places == load_world("hotel").places
 
 
 @pytest.mark.parametrize(
@@ -103,7 +109,7 @@ def test_a_built_in_world_without_places_gets_them_and_one_with_keeps_its_own() 
 def test_a_start_where_nothing_can_stand_names_the_nearest_that_is_free(start: SE2, sentence: str) -> None:
     with pytest.raises(UserError, match=sentence) as caught:
         world_from_map("halls", halls(), RADIUS, start)
-    told = parse_start("[" + str(caught.value).rsplit("[", 1)[1].rstrip("'"))
+    told = parse_start_pose("[" + str(caught.value).rsplit("[", 1)[1].rstrip("'"))
     assert world_from_map("halls", halls(), RADIUS, told).start == told
 
 
@@ -124,7 +130,7 @@ def test_the_robot_cannot_leave_the_map() -> None:
 )
 def test_a_start_that_is_none_is_refused(text: str) -> None:
     with pytest.raises(UserError, match=r"start:='"):
-        parse_start(text)
+        parse_start_pose(text)
 
 
 def test_a_map_file_with_places_beside_it_is_a_world(tmp_path: Path) -> None:
@@ -134,22 +140,22 @@ def test_a_map_file_with_places_beside_it_is_a_world(tmp_path: Path) -> None:
     save_places(places_path(path), {"home": SE2(0.5, 3.0, 1.0), "kitchen": SE2(1.0, 4.0, 0.0)})
     named = load_any_world(str(path), ROBOT)
     assert (named.start.x, named.start.y, named.start.yaw) == pytest.approx((0.5, 3.0, 1.0), abs=1e-3)
-    assert with_places(named, ROBOT, 1).places["kitchen"] == SE2(1.0, 4.0, 0.0)
+    assert with_drawn_places(named, ROBOT, 1).places["kitchen"] == SE2(1.0, 4.0, 0.0)
     assert load_any_world(str(path), ROBOT, "[6, 4, 0.3]").start == SE2(6.0, 4.0, 0.3)
 
 
 def test_which_map_is_localized_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = str(save_map(tmp_path / "halls", halls()))
-    assert is_own_map(path, "") and is_own_map(path, path)
-    assert not is_own_map(path, "another.yaml") and not is_own_map("room", "")
-    assert map_of(path, "") == Path(path)
-    assert map_of(path, "mine.yaml") == Path("mine.yaml")
+    assert shares_map_frame(path, "") and shares_map_frame(path, path)
+    assert not shares_map_frame(path, "another.yaml") and not shares_map_frame("room", "")
+    assert map_to_localize_on(path, "") == Path(path)
+    assert map_to_localize_on(path, "mine.yaml") == Path("mine.yaml")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UserError, match=r"`chefbot demo` makes runs/demo/map\.yaml"):
-        map_of("room", "")
+        map_to_localize_on("room", "")
     Path("runs/demo").mkdir(parents=True)
     save_map(Path("runs/demo/map"), halls())
-    assert map_of("room", "") == Path("runs/demo/map.yaml")
+    assert map_to_localize_on("room", "") == Path("runs/demo/map.yaml")
 
 
 @pytest.mark.parametrize("text", ["resolution: 0.05\norigin: [0, 0, 0]", "free_thresh: 0.2"])

@@ -12,7 +12,7 @@ from chefbot.robot.geometry import layout
 from chefbot.robot.geometry.layout import CASTER_GAP
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import GRAVITY, Robot
-from chefbot.sim.battery import Battery
+from chefbot.sim.battery import SimulatedBattery
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.world import load_world
@@ -272,12 +272,12 @@ def test_a_start_inside_furniture_is_said() -> None:
 
 
 def test_battery_lasts_as_long_as_its_charge_and_sags_under_load() -> None:
-    battery = Battery(ROBOT)
+    battery = SimulatedBattery(ROBOT)
     resting = battery.voltage
     battery.drain((1.0, 1.0), (1.0, 1.0), 1.0)
     assert battery.voltage < resting < ROBOT.battery.full_voltage
     hours = 0
-    battery = Battery(ROBOT)
+    battery = SimulatedBattery(ROBOT)
     while battery.voltage > 0.0:
         battery.drain((0.0, 0.0), (0.0, 0.0), 36.0)
         hours += 36

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from chefbot.errors import UserError
 from chefbot.maths.grid import UNKNOWN
 from chefbot.maths.se2 import SE2
-from chefbot.slam.occupancy_accumulator import Canvas
+from chefbot.slam.occupancy_accumulator import OccupancyAccumulator
 from chefbot.slam.scan_beams import Beams, beams_of
 
 ANGLES = np.linspace(-np.pi, np.pi, 720, endpoint=False).astype(np.float32)
@@ -22,10 +22,10 @@ def look(world, x: float, y: float, reach: float = 8.0) -> tuple[Beams, np.ndarr
     return beams_of(ANGLES, ranges, SE2(0, 0, 0), reach, 2.0), np.array([x, y, 0.0])
 
 
-def drawn(*scans: tuple[Beams, np.ndarray]) -> Canvas:
-    canvas = Canvas(0.05, 10_000_000)
+def drawn(*scans: tuple[Beams, np.ndarray]) -> OccupancyAccumulator:
+    canvas = OccupancyAccumulator(0.05, 10_000_000)
     for beams, pose in scans:
-        canvas.draw(beams, pose)
+        canvas.add_scan(beams, pose)
     return canvas
 
 
@@ -68,15 +68,15 @@ def test_a_person_who_left_is_erased(ring) -> None:
 def test_a_copy_is_independent(ring) -> None:
     canvas = drawn(look(ring, 1.3, 1.3))
     before = canvas.grid()
-    canvas.copy().draw(*look(ring, 10.6, 6.5))
+    canvas.copy().add_scan(*look(ring, 10.6, 6.5))
     assert np.array_equal(canvas.grid().cells, before.cells)
 
 
 def test_absurd_size_is_refused() -> None:
     far = Beams(np.zeros(2, np.float32), np.array([[1e4, 1e4]], np.float32), np.array([True]))
     with pytest.raises(UserError, match="max_cells"):
-        Canvas(0.05, 1_000_000).draw(far, HERE)
+        OccupancyAccumulator(0.05, 1_000_000).add_scan(far, HERE)
 
 
 def test_nothing_drawn_is_one_unknown_cell() -> None:
-    assert Canvas(0.05, 10_000).grid().cells.tolist() == [[UNKNOWN]]
+    assert OccupancyAccumulator(0.05, 10_000).grid().cells.tolist() == [[UNKNOWN]]

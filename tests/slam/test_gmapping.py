@@ -46,7 +46,14 @@ def test_a_depth_camera_improves_good_odometry(ring, drive, odometry, seed: int)
     truth = drive(2.0)
     odom = odometry(truth, seed, 0.02, 0.02, 0.005)
     lost = max(math.hypot(*truth[0].between(t).between(o)[:2]) for t, o in zip(truth, odom, strict=True))
-    params = GmappingParams(particles=30, seed=seed, srr=0.05, str=0.05, srt=0.05, stt=0.05)
+    params = GmappingParams(
+        particles=30,
+        seed=seed,
+        translation_noise_from_translation=0.05,
+        translation_noise_from_rotation=0.05,
+        rotation_noise_from_translation=0.05,
+        rotation_noise_from_rotation=0.05,
+    )
     _, errors = run(ring, truth, odom, params, CAMERA, SE2(0.1, 0, 0), near=0.45)
     assert lost > 0.7
     assert np.hypot(errors[:, 0], errors[:, 1]).max() < 0.3

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from tests.slam.conftest import CORRIDOR, RING, World
 
 from chefbot.maths.se2 import SE2
-from chefbot.slam.gmapping import levels_of
-from chefbot.slam.map_pyramid import Belief, Climb, Level
+from chefbot.slam.gmapping import create_levels
+from chefbot.slam.map_pyramid import HillClimbParams, MapLevel, OdometryPrior
 from chefbot.slam.matching import score
 from chefbot.slam.params import GmappingParams
 
 ANGLES = np.linspace(-np.pi, np.pi, 360, endpoint=False)
-CLIMB = Climb(0.05, 0.05, 5)
+CLIMB = HillClimbParams(0.05, 0.05, 5)
 LOOSE = np.array([0.04, 0.04, 0.04])
 
 
@@ -26,9 +26,9 @@ def seen(world: World, pose: SE2, reach: float = 8.0) -> np.ndarray:
     return (r[keep, None] * np.column_stack([np.cos(ANGLES[keep]), np.sin(ANGLES[keep])])).astype(np.float32)
 
 
-def mapped(world: World, poses: list[SE2], reach: float = 8.0) -> Level:
-    level = Level(1, 0.05, 0.05, CLIMB, 30.0, 10_000_000)
-    level.cover(np.array([[-35.0, -5, 0], [35, 15, 0]]), 10.0)
+def mapped(world: World, poses: list[SE2], reach: float = 8.0) -> MapLevel:
+    level = MapLevel(1, 0.05, 0.05, CLIMB, 30.0, 10_000_000)
+    level.grow_to(np.array([[-35.0, -5, 0], [35, 15, 0]]), 10.0)
     for pose in poses:
         level.add(level.points(seen(world, pose, reach)), pose.array()[None])
     return level
@@ -58,9 +58,9 @@ def test_the_score_is_highest_at_the_true_pose(x, y, yaw, direction, off) -> Non
 def test_a_displaced_start_is_put_right(dx: float, dy: float, turn: float) -> None:
     world, pose = World.of(RING), SE2(1.3, 1.3, 0.3)
     start = (pose @ SE2(dx, dy, turn)).array()[None]
-    poses, belief = start, Belief(start, LOOSE, start[:, 2])
-    for level in levels_of(GmappingParams(particles=1)):
-        level.cover(start, 10.0)
+    poses, belief = start, OdometryPrior(start, LOOSE, start[:, 2])
+    for level in create_levels(GmappingParams(particles=1)):
+        level.grow_to(start, 10.0)
         level.add(level.points(seen(world, pose)), pose.array()[None])
         poses, _ = level.match(level.points(seen(world, pose)), poses, belief)
     assert poses[0, :2] == pytest.approx(pose[:2], abs=0.015)
@@ -75,7 +75,7 @@ def test_along_a_corridor_odometry_decides_and_across_it_the_walls(along: float,
     start = np.array([[0.11 + along, across, 0.02]])
     variance = np.array([0.02**2, 0.05**2, 0.05**2])
     poses, _ = level.match(
-        level.points(seen(world, SE2(0.11, 0, 0))), start, Belief(start, variance, np.zeros(1))
+        level.points(seen(world, SE2(0.11, 0, 0))), start, OdometryPrior(start, variance, np.zeros(1))
     )
     assert abs(poses[0, 0] - start[0, 0]) < 0.04
     assert abs(poses[0, 1]) < 0.015
@@ -86,7 +86,7 @@ def test_a_scan_of_unknown_places_leaves_the_pose_to_odometry() -> None:
     level = mapped(World.of(RING), [])
     start = np.array([[1.0, 2.0, 0.5]])
     poses, fits = level.match(
-        level.points(seen(World.of(RING), SE2(1, 2, 0.5))), start, Belief(start, LOOSE, start[:, 2])
+        level.points(seen(World.of(RING), SE2(1, 2, 0.5))), start, OdometryPrior(start, LOOSE, start[:, 2])
     )
     assert poses == pytest.approx(start, abs=1e-9)
     assert fits == pytest.approx(0)

@@ -14,7 +14,7 @@ import pytest
 from chefbot.maths.se2 import SE2
 from chefbot.slam import GmappingParams, run_log
 from chefbot.slam.carmen import CarmenScan, beam_angles, parse
-from chefbot.slam.no_return import find_no_return
+from chefbot.slam.no_return import detect_no_return
 
 from .conftest import CORRIDOR, World
 
@@ -52,11 +52,11 @@ def test_the_values_that_many_beams_share_at_the_top_end(
     reach: float, nothing: list[float], least: float
 ) -> None:
     scans = recorded(HALL, ACROSS, reach, nothing)
-    found = find_no_return(scans)
+    found = detect_no_return(scans)
     assert found is not None
-    assert least * 0.995 <= found.least <= least + 1e-3
+    assert least * 0.995 <= found.min_range <= least + 1e-3
     values = np.concatenate([scan.ranges for scan in scans])
-    assert found.share == pytest.approx(np.mean(values >= found.least))
+    assert found.share == pytest.approx(np.mean(values >= found.min_range))
 
 
 @pytest.mark.parametrize("world", [HALL, World.of(CORRIDOR)], ids=["hall", "corridor"])
@@ -64,7 +64,7 @@ def test_the_values_that_many_beams_share_at_the_top_end(
 def test_walls_are_walls_however_far(world: World, poses: list[SE2]) -> None:
     """Of a hall and a long corridor, and while the robot stands and repeats its ranges."""
     inside = [SE2(p.x - 25.0, 0.1 * p.y - 0.5, p.yaw) if world is not HALL else p for p in poses]
-    assert find_no_return(recorded(world, inside, 200.0, [200.0])) is None
+    assert detect_no_return(recorded(world, inside, 200.0, [200.0])) is None
 
 
 def test_a_single_glass_door_far_away_is_no_rule() -> None:
@@ -73,13 +73,13 @@ def test_a_single_glass_door_far_away_is_no_rule() -> None:
     scans[7] = replace(
         scans[7], ranges=np.where(np.arange(180) < 5, 80.0, scans[7].ranges).astype(np.float32)
     )
-    assert find_no_return(scans) is None
+    assert detect_no_return(scans) is None
 
 
 def test_no_wall_is_drawn_where_nothing_was_seen() -> None:
     """Below max_range too; what was near is drawn as before."""
     result = run_log(recorded(HALL, ACROSS[:20], 12.0, [51.15]), GmappingParams(particles=2))
-    assert result.no_return is not None and result.no_return.least == pytest.approx(51.15, abs=0.01)
+    assert result.no_return is not None and result.no_return.min_range == pytest.approx(51.15, abs=0.01)
     occupied = np.argwhere(result.grid.cells >= 65)
     far = max(result.grid.width, result.grid.height) * result.grid.resolution
     assert len(occupied) > 300 and far < 40.0
@@ -98,13 +98,14 @@ LOGS = {
 def test_public_recordings(log: str, shared: Callable[[str], Path]) -> None:
     text = gzip.decompress(shared(f"data/slam/{log}.log.gz").read_bytes()).decode()
     scans = [record for record in parse(text) if isinstance(record, CarmenScan)]
-    found = find_no_return(scans)
+    found = detect_no_return(scans)
     assert found is not None
-    assert found.least == pytest.approx(LOGS[log][0], rel=0.003)
+    assert found.min_range == pytest.approx(LOGS[log][0], rel=0.003)
     assert found.share == pytest.approx(LOGS[log][1], abs=0.001)
     seen = [
-        replace(s, ranges=np.where(s.ranges >= found.least, 0, s.ranges).astype(np.float32)) for s in scans
+        replace(s, ranges=np.where(s.ranges >= found.min_range, 0, s.ranges).astype(np.float32))
+        for s in scans
     ]
-    assert find_no_return(seen) is None
+    assert detect_no_return(seen) is None
     for begin in range(0, len(seen) - 20, 20):  # a short piece has few ranges, which look alike more easily
-        assert find_no_return(seen[begin : begin + 20]) is None
+        assert detect_no_return(seen[begin : begin + 20]) is None

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import SE2
-from chefbot.slam.motion_model import Step, compose
+from chefbot.slam.motion_model import OdometryStep, compose
 from chefbot.slam.params import GmappingParams
-from chefbot.slam.particle_ancestry import Ancestry
+from chefbot.slam.particle_ancestry import ParticleAncestry
 from chefbot.slam.resampling import effective_number, normalized, systematic
 from chefbot.slam.scan_beams import beams_of, reach, thinned
 
@@ -54,15 +54,15 @@ def test_systematic_resampling_gives_each_its_share(logs: list[float], offset: f
 @given(st.integers(0, 10_000), st.lists(st.booleans(), min_size=1, max_size=40))
 def test_paths_are_those_of_naive_copies(seed: int, resample: list[bool]) -> None:
     rng, n = np.random.default_rng(seed), 6
-    tree, naive = Ancestry(n), [[] for _ in range(n)]
+    tree, naive = ParticleAncestry(n), [[] for _ in range(n)]
     for again in resample:
         if again:
             parents = np.sort(rng.integers(0, n, n))
             tree.resample(parents)
             naive = [list(naive[j]) for j in parents]
-            before = len(tree.trunk)
-            settled = tree.settle()
-            assert len(tree.trunk) == before + len(settled)
+            before = len(tree.common_path)
+            settled = tree.collapse_common_ancestors()
+            assert len(tree.common_path) == before + len(settled)
         poses = rng.normal(size=(n, 3))
         tree.append(poses)
         for path, pose in zip(naive, poses, strict=True):
@@ -72,10 +72,10 @@ def test_paths_are_those_of_naive_copies(seed: int, resample: list[bool]) -> Non
 
 
 def test_memory_of_paths_stays_bounded() -> None:
-    rng, tree = np.random.default_rng(3), Ancestry(30)
+    rng, tree = np.random.default_rng(3), ParticleAncestry(30)
     for _ in range(500):
         tree.resample(np.sort(rng.integers(0, 30, 30)))
-        tree.settle()
+        tree.collapse_common_ancestors()
         tree.append(np.zeros((30, 3)))
         assert len(tree.branch(0)) < 250
     assert len(tree.path(0)) == 500
@@ -90,7 +90,7 @@ def test_composing_many_is_composing_each(x, y, yaw, dx, dy, turn) -> None:
 
 
 def test_a_detour_is_less_certain_than_the_straight_way() -> None:
-    straight, detour = Step(), Step()
+    straight, detour = OdometryStep(), OdometryStep()
     straight.add(SE2(1, 0, 0))
     for part in (SE2(2, 0, 0), SE2(0, 0, 0.5), SE2(0, 0, -0.5), SE2(-1, 0, 0)):
         detour.add(part)

@@ -12,7 +12,7 @@ from tests.slam.test_gmapping import LIDAR
 from chefbot.maths.grid import UNKNOWN, Grid
 from chefbot.maths.se2 import IDENTITY
 from chefbot.slam import Gmapping, GmappingParams
-from chefbot.slam.occupancy_accumulator import Canvas
+from chefbot.slam.occupancy_accumulator import OccupancyAccumulator
 
 SAID = st.sampled_from([UNKNOWN, 1, 3, 9, 24, 50, 76, 91, 97, 99])
 """What few scans make of a cell."""
@@ -20,8 +20,8 @@ SAID = st.sampled_from([UNKNOWN, 1, 3, 9, 24, 50, 76, 91, 97, 99])
 
 @given(arrays(np.int8, (5, 7), elements=SAID), st.integers(-50, 50), st.integers(-50, 50))
 def test_a_canvas_that_begins_with_a_grid_shows_it(cells, column: int, row: int) -> None:
-    canvas = Canvas(0.05, 10_000)
-    canvas.begin_with(Grid(cells, 0.05, 0.05 * column, 0.05 * row))
+    canvas = OccupancyAccumulator(0.05, 10_000)
+    canvas.initialize_from(Grid(cells, 0.05, 0.05 * column, 0.05 * row))
     shown = canvas.grid()
     assert (shown.origin_x, shown.origin_y) == (pytest.approx(0.05 * column), pytest.approx(0.05 * row))
     assert np.array_equal(shown.cells == UNKNOWN, cells == UNKNOWN)

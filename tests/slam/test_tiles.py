@@ -14,7 +14,7 @@ from chefbot.slam.shared_tiles import EMPTY, SHIFT, SIDE, STRIDE, TileMaps
 
 def covered(particles: int, reach: float = 60.0) -> TileMaps:
     maps = TileMaps(particles, 10_000_000)
-    maps.cover(np.array([-reach, -reach]), np.array([reach, reach]))
+    maps.grow_to(np.array([-reach, -reach]), np.array([reach, reach]))
     return maps
 
 
@@ -101,7 +101,7 @@ def test_growing_moves_no_hit() -> None:
     add(maps, 1, np.array([[2.25, -3.75]]))
     before = mean(maps, 1, 2, -4)
     for reach in (100.0, 900.0):
-        maps.cover(np.array([-reach, -3.0]), np.array([5.0, reach]))
+        maps.grow_to(np.array([-reach, -3.0]), np.array([5.0, reach]))
         assert mean(maps, 1, 2, -4) == before == (2.25, -3.75, 1)
         assert mean(maps, 0, 2, -4) is None
 
@@ -110,4 +110,4 @@ def test_growing_moves_no_hit() -> None:
 def test_absurd_extent_is_refused(far: float) -> None:
     maps = covered(1)
     with pytest.raises(UserError, match="check odometry and scans"):
-        maps.cover(np.zeros(2), np.array([far, far]))
+        maps.grow_to(np.zeros(2), np.array([far, far]))

@@ -12,21 +12,21 @@ import pytest
 from tests.waiting import PATIENCE
 from websockets.sync.client import ClientConnection, connect
 
-from chefbot.ui.commands import Command
-from chefbot.ui.server import PageServer
+from chefbot.ui.commands import OperatorCommand
+from chefbot.ui.server import WebUiServer
 
 
 class Page:
     """A server on any free port; `heard` holds the commands that it passed on."""
 
     def __init__(self) -> None:
-        self.heard: queue.Queue[Command] = queue.Queue()
-        self.on_command: Callable[[Command], None] = self.heard.put
-        self.server = PageServer(0, "127.0.0.1", lambda command: self.on_command(command))
+        self.heard: queue.Queue[OperatorCommand] = queue.Queue()
+        self.on_command: Callable[[OperatorCommand], None] = self.heard.put
+        self.server = WebUiServer(0, "127.0.0.1", lambda command: self.on_command(command))
         self.url = self.server.start()
         self.live = self.url.replace("http", "ws") + "live"
 
-    def next_command(self) -> Command:
+    def next_command(self) -> OperatorCommand:
         return self.heard.get(timeout=PATIENCE)
 
     def browser(self, **options: Any) -> ClientConnection:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from chefbot.msgs.chefbot_msgs import Order
 from chefbot.msgs.std_msgs import Bool
-from chefbot.ui.pending_requests import UNANSWERED, UNCONFIRMED, Asked
+from chefbot.ui.pending_requests import ORDER_UNCONFIRMED, STOP_UNCONFIRMED, PendingRequests
 
 TICK = 200_000_000
 STEPS = st.lists(
@@ -20,7 +20,7 @@ class Waiter:
 
     def __init__(self) -> None:
         self.there, self.stopped, self.taken = True, False, list[Order]()
-        self.asked = Asked("page", self.hear_stop, self.hear_order)
+        self.asked = PendingRequests("page", self.hear_stop, self.hear_order)
 
     def hear_stop(self, press: Bool) -> None:
         if self.there:
@@ -32,9 +32,9 @@ class Waiter:
 
     def answer(self, now_ns: int) -> None:
         if self.stopped:
-            self.asked.stop_is_known()
+            self.asked.confirm_stop()
         if self.taken:
-            self.asked.order_is_known([one.id for one in self.taken], now_ns)
+            self.asked.confirm_orders([one.id for one in self.taken], now_ns)
 
 
 @given(STEPS)
@@ -59,15 +59,15 @@ def test_in_the_end_the_robot_knows_all_that_still_counts(steps: list[str]) -> N
         if step == "cancel":
             waiter.asked.cancel()
             wanted = [order.places[0] for order in waiter.taken]
-        waiter.asked.again(now)
+        waiter.asked.repeat_unconfirmed(now)
     waiter.there = True
     for _ in range(6 * (len(wanted) + 1)):
         now += TICK
-        waiter.asked.again(now)
+        waiter.asked.repeat_unconfirmed(now)
         waiter.answer(now)
     assert [order.places[0] for order in waiter.taken] == wanted
     assert waiter.stopped or not pressed
-    assert not waiter.asked.stop and not waiter.asked.order_step(now)
+    assert not waiter.asked.stop and not waiter.asked.order_warning(now)
 
 
 def test_what_nobody_hears_is_said_to_people() -> None:
@@ -75,5 +75,8 @@ def test_what_nobody_hears_is_said_to_people() -> None:
     waiter.there = False
     waiter.asked.press(0, stopped=False)
     waiter.asked.deliver(("table_1",), 0)
-    assert (waiter.asked.why(TICK), waiter.asked.order_step(TICK)) == ("", "")
-    assert (waiter.asked.why(6 * TICK), waiter.asked.order_step(6 * TICK)) == (UNCONFIRMED, UNANSWERED)
+    assert (waiter.asked.stop_warning(TICK), waiter.asked.order_warning(TICK)) == ("", "")
+    assert (waiter.asked.stop_warning(6 * TICK), waiter.asked.order_warning(6 * TICK)) == (
+        STOP_UNCONFIRMED,
+        ORDER_UNCONFIRMED,
+    )

@@ -12,7 +12,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from chefbot.errors import UserError
-from chefbot.ui.commands import KINDS, NAMES, Command, Deliver, Drive, Goal, parse_command
+from chefbot.ui.commands import KINDS, NAMES, Deliver, Drive, Goal, OperatorCommand, parse_command
 
 json_values = st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=8) | st.sampled_from(NAMES),
@@ -53,7 +53,7 @@ def test_any_text_is_a_bounded_command_or_is_refused(text: str) -> None:
     except UserError as error:
         assert len(str(error)) < 400
         return
-    assert isinstance(command, Command)
+    assert isinstance(command, OperatorCommand)
     numbers = [value for value in msgspec.structs.asdict(command).values() if isinstance(value, float)]
     assert all(math.isfinite(value) and abs(value) <= 10_000 for value in numbers)
 
@@ -84,5 +84,5 @@ def test_plain_examples() -> None:
     assert parse_command('{"do":"goal","x":1,"y":2,"yaw":-3}') == Goal(1.0, 2.0, -3.0)
     assert parse_command('{"do":"deliver","tables":["table_2","table_7"]}') == Deliver(["table_2", "table_7"])
     assert parse_command('{"do":"drive","v":0,"w":0}') == Drive(0.0, 0.0)
-    assert Drive(0.0, 0.0).still
-    assert not Drive(0.0, 0.1).still
+    assert Drive(0.0, 0.0).is_zero
+    assert not Drive(0.0, 0.1).is_zero

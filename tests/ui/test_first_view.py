@@ -12,7 +12,7 @@ from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 from tests.ui.test_browser import show_a_room
 
 from chefbot.ui.commands import Drive, GoPlace
-from chefbot.ui.layers import Delivery, Status
+from chefbot.ui.layers import DeliveryView, StatusView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 LOADS = 5
@@ -75,7 +75,7 @@ def test_the_whole_map_is_there_at_the_first_load(tab: Tab, width: int, height: 
 def test_it_stays_whole_when_a_warning_takes_room(page: Any, tab: Tab) -> None:
     tab.wait_for(f"JSON.parse({WHOLE})[1] >= 0")
     high = tab.ask("document.getElementById('canvas').height")
-    page.server.show("status", Status(warnings=("The battery is low. " * 12,)))
+    page.server.set_layer("status", StatusView(warnings=("The battery is low. " * 12,)))
     tab.wait_for(f"document.getElementById('canvas').height < {high}")
     tab.ask(FRAMES)
     drawn = tab.ask(WHOLE)
@@ -112,8 +112,10 @@ def test_arrows_drive_on_the_joystick_and_choose_elsewhere(page: Any, tab: Tab) 
 
 
 def test_a_go_to_during_a_round_asks_and_what_the_round_waits_for_is_a_button(page: Any, tab: Tab) -> None:
-    waiting = Delivery(state="waiting", place="table_1", waits_for="taken", in_hand=True, queue=("table_2",))
-    page.server.show("delivery", waiting)
+    waiting = DeliveryView(
+        state="waiting", place="table_1", waits_for="taken", round_active=True, queue=("table_2",)
+    )
+    page.server.set_layer("delivery", waiting)
     tab.wait_for("!document.getElementById('taken').hidden")
     tab.ask("document.querySelector('#places button').click()")
     assert not tab.ask("document.getElementById('when').hidden") and page.heard.empty()
@@ -123,13 +125,13 @@ def test_a_go_to_during_a_round_asks_and_what_the_round_waits_for_is_a_button(pa
     tab.ask("document.getElementById('taken').click()")
     command = page.next_command()
     assert (type(command).__name__, command.place) == ("Taken", "table_1")
-    page.server.show(
+    page.server.set_layer(
         "delivery",
-        Delivery(
+        DeliveryView(
             state="driving",
             place="table_2",
             waits_for="choice",
-            in_hand=True,
+            round_active=True,
             choices=("go_on", "kitchen", "end"),
         ),
     )

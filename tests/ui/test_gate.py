@@ -18,9 +18,9 @@ from tests.waiting import PATIENCE
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from chefbot.ui import protocols
+from chefbot.ui import http_limits
 from chefbot.ui.files import static_files
-from chefbot.ui.server import PageServer
+from chefbot.ui.server import WebUiServer
 
 NAMED = re.compile(r"""(?:from ?|import\()["'](\.[\w/.]+)["']|(?:src|href)="([\w.]+)"|: ?"(\./[\w/.]+)\"""")
 STATIC = resources.files("chefbot.ui") / "static"
@@ -112,7 +112,7 @@ def test_no_name_can_become_markup() -> None:
 
 
 def test_a_connection_that_says_nothing_is_ended(page: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(protocols, "HEADER_LIMIT", 0.2)
+    monkeypatch.setattr(http_limits, "HEADER_TIMEOUT", 0.2)
     url = urlsplit(page.url)
     with socket.create_connection((url.hostname, url.port), timeout=PATIENCE) as slow:
         slow.sendall(b"GET / HTTP/1.1\r\nX-Slow: ")
@@ -122,8 +122,8 @@ def test_a_connection_that_says_nothing_is_ended(page: Any, monkeypatch: pytest.
 def test_a_flood_of_connections_is_cut_and_the_operator_stays(
     page: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(protocols, "MAX_CONNECTIONS", 4)
-    monkeypatch.setattr(protocols, "HEADER_LIMIT", 0.5)
+    monkeypatch.setattr(http_limits, "MAX_CONNECTIONS", 4)
+    monkeypatch.setattr(http_limits, "HEADER_TIMEOUT", 0.5)
     url = urlsplit(page.url)
     with page.browser() as operator:
         flood = [socket.create_connection((url.hostname, url.port), timeout=PATIENCE) for _ in range(40)]
@@ -143,7 +143,7 @@ def _ended(connection: socket.socket) -> bool:
 
 
 def test_on_a_network_the_token_opens_the_page_and_nothing_else_does() -> None:
-    server = PageServer(0, "0.0.0.0", print)
+    server = WebUiServer(0, "0.0.0.0", print)
     url = urlsplit(server.start())
     base = f"http://127.0.0.1:{url.port}"
     live = f"ws://127.0.0.1:{url.port}/live"

@@ -7,35 +7,35 @@ import pytest
 import segno
 
 from chefbot.errors import UserError
-from chefbot.launcher.lan_access import EVERYWHERE, served_at
+from chefbot.launcher.lan_access import ALL_ADDRESSES, with_ui_address
 from chefbot.runtime.launch import load_launch
 from chefbot.ui.qr import qr_code
-from chefbot.ui.server import PageServer
+from chefbot.ui.server import WebUiServer
 
 
 @pytest.mark.parametrize(
     "name", ["amcl_demo", "explore", "waiter", "robot_standalone", "remote_page", "model_robot"]
 )
 def test_every_launch_with_a_page_can_serve_it_to_the_network(name: str) -> None:
-    launch = served_at(load_launch(name), EVERYWHERE)
-    hosts = [one.params.get("host") for one in launch.nodes.values() if one.kind.endswith(":PageDevice")]
-    assert hosts == [EVERYWHERE]
+    launch = with_ui_address(load_launch(name), ALL_ADDRESSES)
+    hosts = [one.params.get("host") for one in launch.nodes.values() if one.kind.endswith(":WebUiDevice")]
+    assert hosts == [ALL_ADDRESSES]
     assert len(launch.nodes) == len(load_launch(name).nodes)
 
 
 def test_a_launch_without_a_page_says_so() -> None:
     with pytest.raises(UserError, match="has no page: headless:=true leaves it out"):
-        served_at(load_launch("amcl_demo", {"headless": "true"}), EVERYWHERE)
+        with_ui_address(load_launch("amcl_demo", {"headless": "true"}), ALL_ADDRESSES)
     with pytest.raises(UserError, match="keyboard_teleop has no page"):
-        served_at(load_launch("keyboard_teleop"), EVERYWHERE)
+        with_ui_address(load_launch("keyboard_teleop"), ALL_ADDRESSES)
 
 
 def test_a_phone_gets_in_with_the_token_by_any_address_of_this_machine() -> None:
-    server = PageServer(0, EVERYWHERE, print)
+    server = WebUiServer(0, ALL_ADDRESSES, print)
     url = server.start()
     try:
         port, token = httpx.URL(url).port, httpx.URL(url).params["token"]
-        assert server.asks_for_token
+        assert server.requires_token
         here = f"http://127.0.0.1:{port}/"
         headers = {"host": f"192.168.7.23:{port}"}
         assert httpx.get(here, headers=headers).status_code == 403

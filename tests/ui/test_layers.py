@@ -16,13 +16,13 @@ from hypothesis.extra import numpy as arrays
 from PIL import Image
 
 from chefbot.maths.grid import Grid
-from chefbot.ui import wire
-from chefbot.ui.hub import Hub
-from chefbot.ui.layers import LAYERS, DepthView, RobotView, Scan, Status
-from chefbot.ui.picture import false_colour, jpeg
+from chefbot.ui import protocol
+from chefbot.ui.hub import LayerStore
+from chefbot.ui.image_encoding import colorize_depth, jpeg
+from chefbot.ui.layers import LAYERS, DepthView, RobotView, ScanView, StatusView
 
 
-def split(frame: wire.Frame) -> tuple[dict[str, Any], bytes]:
+def split(frame: protocol.Frame) -> tuple[dict[str, Any], bytes]:
     assert isinstance(frame, bytes)
     (size,) = struct.unpack_from("<H", frame)
     return json.loads(frame[2 : 2 + size]), frame[2 + size :]
@@ -36,17 +36,17 @@ def split(frame: wire.Frame) -> tuple[dict[str, Any], bytes]:
     )
 )
 def test_points_never_wrap(rows: np.ndarray) -> None:
-    header, body = split(wire.points("particles", rows.copy()))
+    header, body = split(protocol.points("particles", rows.copy()))
     sent = np.frombuffer(body, "<i2").reshape(-1, header["columns"]) * header["unit"]
     extent = float(np.abs(rows[:, :2] - rows[0, :2]).max())
-    tolerance = max(0.5 * wire.CENTIMETRE, 0.51 * extent / 32767) + 1e-6
+    tolerance = max(0.5 * protocol.CENTIMETRE, 0.51 * extent / 32767) + 1e-6
     assert np.abs(sent[:, :2] + [header["x"], header["y"]] - rows[:, :2]).max() <= tolerance
     assert np.abs(np.exp(1j * sent[:, 2]) - np.exp(1j * rows[:, 2])).max() <= 1e-3
 
 
 def test_a_grid_arrives_cell_by_cell() -> None:
     cells = np.arange(-1, 101, dtype=np.int8).repeat(5).reshape(17, 30)
-    value = LAYERS["map"].take(Grid(cells, 0.05, -1.0, 2.0))
+    value = LAYERS["map"].validate(Grid(cells, 0.05, -1.0, 2.0))
     header, body = split(LAYERS["map"].encode("map", value))
     assert (header["width"], header["height"], header["kind"]) == (30, 17, "int8")
     assert (header["x"], header["y"], header["resolution"]) == (-1.0, 2.0, 0.05)
@@ -54,8 +54,10 @@ def test_a_grid_arrives_cell_by_cell() -> None:
 
 
 def test_the_scan_is_put_into_the_frame_of_its_pose() -> None:
-    scan = Scan((1.0, 2.0, np.pi / 2), np.array([0.0, np.pi / 2, 1.0]), np.array([2.0, 1.0, np.inf]), "laser")
-    points, frame = LAYERS["scan"].take(scan)
+    scan = ScanView(
+        (1.0, 2.0, np.pi / 2), np.array([0.0, np.pi / 2, 1.0]), np.array([2.0, 1.0, np.inf]), "laser"
+    )
+    points, frame = LAYERS["scan"].validate(scan)
     assert np.allclose(points, [[1.0, 4.0], [0.0, 2.0]])
     header, body = split(LAYERS["scan"].encode("scan", (points, frame)))
     assert header["frame"] == "laser"
@@ -68,7 +70,7 @@ def test_thinned_depth_is_where_the_camera_saw_it(width: int, height: int, wall:
     depth[0, 0] = np.nan
     focal, cx = 500.0, (width - 1) / 2
     header, body = split(
-        LAYERS["depth"].encode("depth", LAYERS["depth"].take(DepthView(depth, focal, cx, 0.0, "eye")))
+        LAYERS["depth"].encode("depth", LAYERS["depth"].validate(DepthView(depth, focal, cx, 0.0, "eye")))
     )
     metres = np.frombuffer(zlib.decompress(body), "<u2").reshape(header["height"], header["width"]) / 1000
     step = -(-width // 80)
@@ -80,14 +82,14 @@ def test_thinned_depth_is_where_the_camera_saw_it(width: int, height: int, wall:
 
 
 def test_points_that_are_not_finite_are_left_out_and_none_at_all_is_fine() -> None:
-    assert len(LAYERS["path"].take([[0, 0], [np.nan, 1], [1, np.inf], [2, 2]])) == 2
-    header, body = split(LAYERS["path"].encode("path", LAYERS["path"].take([])))
+    assert len(LAYERS["path"].validate([[0, 0], [np.nan, 1], [1, np.inf], [2, 2]])) == 2
+    header, body = split(LAYERS["path"].encode("path", LAYERS["path"].validate([])))
     assert (header["columns"], body) == (2, b"")
 
 
 def test_what_is_shown_is_a_copy() -> None:
-    hub, points = Hub(), np.zeros((2, 2))
-    hub.show("path", points)
+    hub, points = LayerStore(), np.zeros((2, 2))
+    hub.set_layer("path", points)
     points[:] = 7.0
     hub.encode_due(lambda: 0.0)
     header, body = split(hub.frames["path"])
@@ -113,15 +115,15 @@ def test_what_is_shown_is_a_copy() -> None:
 )
 def test_a_wrong_payload_is_told_to_its_sender(layer: str, payload: Any) -> None:
     with pytest.raises((ValueError, TypeError)):
-        Hub().show(layer, payload)
+        LayerStore().set_layer(layer, payload)
 
 
 def test_a_layer_waits_for_its_turn_and_then_gives_its_newest_value() -> None:
-    hub, now = Hub(), 0.0
-    hub.show("status", Status(phase="old"))
+    hub, now = LayerStore(), 0.0
+    hub.set_layer("status", StatusView(phase="old"))
     assert hub.encode_due(lambda: now) == ["status"]
     for number in range(1000):
-        hub.show("status", Status(phase=str(number)))
+        hub.set_layer("status", StatusView(phase=str(number)))
     now = 0.05
     assert hub.encode_due(lambda: now) == []
     now = 0.11
@@ -132,18 +134,18 @@ def test_a_layer_waits_for_its_turn_and_then_gives_its_newest_value() -> None:
 
 
 def test_a_layer_that_is_slow_to_encode_comes_less_often() -> None:
-    hub, times = Hub(), iter([0.0, 0.0, 0.4])
-    hub.show("path", np.zeros((2, 2)))
+    hub, times = LayerStore(), iter([0.0, 0.0, 0.4])
+    hub.set_layer("path", np.zeros((2, 2)))
     hub.encode_due(lambda: next(times))
-    hub.show("path", np.ones((2, 2)))
+    hub.set_layer("path", np.ones((2, 2)))
     assert hub.encode_due(lambda: 3.9) == []
     assert hub.encode_due(lambda: 4.0) == ["path"]
 
 
 def test_none_clears_a_layer_and_numbers_not_finite_are_not_known() -> None:
-    hub = Hub()
-    hub.show("goal", None)
-    hub.show("robot", RobotView(x=float("nan"), y=0.0, yaw=0.0, radius=0.2))
+    hub = LayerStore()
+    hub.set_layer("goal", None)
+    hub.set_layer("robot", RobotView(x=float("nan"), y=0.0, yaw=0.0, radius=0.2))
     hub.encode_due(lambda: 0.0)
     assert json.loads(hub.frames["goal"]) == {"layer": "goal", "value": None}
     assert json.loads(hub.frames["robot"])["value"]["x"] is None
@@ -152,8 +154,8 @@ def test_none_clears_a_layer_and_numbers_not_finite_are_not_known() -> None:
 def test_pictures_are_small_jpegs_and_near_differs_from_far_and_from_unknown() -> None:
     picture = Image.open(io.BytesIO(jpeg(np.zeros((480, 640, 3), np.uint8))))
     assert (picture.format, picture.size) == ("JPEG", (320, 240))
-    near, far, unknown, millimetres = false_colour(np.array([[0.5, 4.5, np.nan, 0.5]]))[0].astype(int)
+    near, far, unknown, millimetres = colorize_depth(np.array([[0.5, 4.5, np.nan, 0.5]]))[0].astype(int)
     assert near[0] > near[2]
     assert far[2] > far[0]
     assert not unknown.any()
-    assert (false_colour(np.array([[500]], np.uint16))[0, 0] == millimetres).all()
+    assert (colorize_depth(np.array([[500]], np.uint16))[0, 0] == millimetres).all()

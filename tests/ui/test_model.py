@@ -22,9 +22,9 @@ from chefbot.design.export.urdf import urdf
 from chefbot.maths.grid import Grid
 from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.load import load_robot
-from chefbot.ui.commands import Command, Goal
-from chefbot.ui.layers import DepthView, FrameView, Scan
-from chefbot.ui.server import PageServer
+from chefbot.ui.commands import Goal, OperatorCommand
+from chefbot.ui.layers import DepthView, FrameView, ScanView
+from chefbot.ui.server import WebUiServer
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 ROBOT = load_robot("chefbot")
@@ -34,7 +34,7 @@ SIZES = {
     "wheel_right_link": (0.09, 0.01, 0.09),
     "payload_link": (0.2, 0.2, 0.3),
 }
-HEARD: queue.Queue[Command] = queue.Queue()
+HEARD: queue.Queue[OperatorCommand] = queue.Queue()
 FLAT = (0.0, 0.0, 0.0, 1.0)
 QUARTER = (0.0, 0.0, 0.5**0.5, 0.5**0.5)
 LOADED = "globalThis.modelView && modelView.body.links.size === 4 && modelView.frames.has('imu_link')"
@@ -42,10 +42,10 @@ MATRIX = "modelView.frames.settle(), modelView.frames.group({!r}).matrixWorld.to
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[PageServer]:
-    one = PageServer(0, "127.0.0.1", HEARD.put, lambda: boxes_glb(SIZES))
-    one.show("description", urdf(ROBOT))
-    one.show(
+def server() -> Iterator[WebUiServer]:
+    one = WebUiServer(0, "127.0.0.1", HEARD.put, lambda: boxes_glb(SIZES))
+    one.set_layer("description", urdf(ROBOT))
+    one.set_layer(
         "fixed_frames", [FrameView(name="base_link", parent="base_footprint", at=(0, 0, 0.01), turn=FLAT)]
     )
     yield one
@@ -53,7 +53,7 @@ def server() -> Iterator[PageServer]:
 
 
 @pytest.fixture(scope="module")
-def tab(server: PageServer, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+def tab(server: WebUiServer, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
     url = server.start()
     with open_tab(f"{url}#3d", tmp_path_factory.mktemp("profile"), SOFTWARE_GL) as one:
         one.url = url  # type: ignore[attr-defined]
@@ -62,11 +62,11 @@ def tab(server: PageServer, tmp_path_factory: pytest.TempPathFactory) -> Iterato
 
 
 def stand(
-    server: PageServer, at: tuple[float, float, float], turn: tuple[float, float, float, float]
+    server: WebUiServer, at: tuple[float, float, float], turn: tuple[float, float, float, float]
 ) -> None:
     """The robot stands there in the frame odom; the map is a metre aside."""
     odom = FrameView(name="odom", parent="map", at=(1, 0, 0), turn=FLAT)
-    server.show("frames", [odom, FrameView(name="base_footprint", parent="odom", at=at, turn=turn)])
+    server.set_layer("frames", [odom, FrameView(name="base_footprint", parent="odom", at=at, turn=turn)])
 
 
 def pose(tab: Tab, frame: str) -> np.ndarray:
@@ -111,7 +111,7 @@ def test_it_is_drawn_and_turning_the_picture_changes_it(tab: Tab) -> None:
     assert (np.abs(pixels(tab) - before).max(axis=2) > 20).mean() > 0.02
 
 
-def test_a_slider_turns_its_wheel_forward_until_the_robot_turns_it(tab: Tab, server: PageServer) -> None:
+def test_a_slider_turns_its_wheel_forward_until_the_robot_turns_it(tab: Tab, server: WebUiServer) -> None:
     tab.ask(
         "(() => { const slider = document.querySelector('[name=wheel_left_joint]'); slider.value = 0.5;"
         " slider.dispatchEvent(new Event('input')); })()"
@@ -121,13 +121,13 @@ def test_a_slider_turns_its_wheel_forward_until_the_robot_turns_it(tab: Tab, ser
     assert top[:3] == pytest.approx([np.sin(0.5), 0, np.cos(0.5)], abs=1e-6)
     assert np.allclose((np.linalg.inv(base) @ other)[:3, :3], np.eye(3), atol=1e-9)
     assert "29°" in tab.ask("document.getElementById('joints').textContent")
-    server.show("joints", {"wheel_left_joint": 1.0, "wheel_right_joint": 6.0})
+    server.set_layer("joints", {"wheel_left_joint": 1.0, "wheel_right_joint": 6.0})
     tab.wait_for("document.querySelector('[name=wheel_left_joint]').disabled")
     turned = np.linalg.inv(pose(tab, "base_link")) @ pose(tab, "wheel_right_link") @ [0, 0, 1, 0]
     assert turned[:3] == pytest.approx([np.sin(6.0), 0, np.cos(6.0)], abs=1e-6)
 
 
-def test_the_fixed_frame_stands_still_and_the_others_move(tab: Tab, server: PageServer) -> None:
+def test_the_fixed_frame_stands_still_and_the_others_move(tab: Tab, server: WebUiServer) -> None:
     stand(server, (2.0, 1.0, 0.0), QUARTER)
     tab.wait_for("modelView.frames.told.has('odom')")
     expected = {"map": (3.0, 1.0, 0.01), "odom": (2.0, 1.0, 0.01), "base_link": (0.0, 0.0, 0.0)}
@@ -138,11 +138,11 @@ def test_the_fixed_frame_stands_still_and_the_others_move(tab: Tab, server: Page
     assert pose(tab, "odom")[:3, 3] == pytest.approx((-1.0, 2.0, -0.01), abs=1e-9)
 
 
-def test_scan_points_lie_at_the_height_of_their_sensor(tab: Tab, server: PageServer) -> None:
-    server.show("map", Grid(np.zeros((40, 60), np.int8), 0.05, -1.0, -1.0))
-    server.show("path", [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
-    server.show(
-        "scan", Scan((1.0, 0.0, 0.0), np.array([0.0, np.pi / 2]), np.array([2.0, 1.0]), "camera_link")
+def test_scan_points_lie_at_the_height_of_their_sensor(tab: Tab, server: WebUiServer) -> None:
+    server.set_layer("map", Grid(np.zeros((40, 60), np.int8), 0.05, -1.0, -1.0))
+    server.set_layer("path", [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    server.set_layer(
+        "scan", ScanView((1.0, 0.0, 0.0), np.array([0.0, np.pi / 2]), np.array([2.0, 1.0]), "camera_link")
     )
     tab.wait_for("['map', 'path', 'scan'].every((layer) => modelView.live.objects.has(layer))")
     points = tab.ask("[...modelView.live.objects.get('scan').geometry.attributes.position.array]")
@@ -153,10 +153,10 @@ def test_scan_points_lie_at_the_height_of_their_sensor(tab: Tab, server: PageSer
     assert tab.ask("modelView.live.objects.get('map').position.toArray()") == pytest.approx([0.5, 0.0, 0.0])
 
 
-def test_the_depth_cameras_points_lie_ahead_of_it(tab: Tab, server: PageServer) -> None:
+def test_the_depth_cameras_points_lie_ahead_of_it(tab: Tab, server: WebUiServer) -> None:
     depth = np.full((3, 5), np.nan, np.float32)
     depth[2, 4] = 2.0
-    server.show("depth", DepthView(depth, 100.0, 2.0, 1.0, "camera_depth_optical_frame"))
+    server.set_layer("depth", DepthView(depth, 100.0, 2.0, 1.0, "camera_depth_optical_frame"))
     tab.wait_for("modelView.live.objects.has('depth')")
     parent = tab.ask("modelView.live.objects.get('depth').parent.name")
     points = tab.ask("[...modelView.live.objects.get('depth').geometry.attributes.position.array]")
@@ -261,7 +261,7 @@ def test_names_of_frames_are_words_that_do_not_lie_on_each_other(tab: Tab) -> No
             assert apart
 
 
-def test_back_to_the_map_and_again_to_the_robot(tab: Tab, server: PageServer) -> None:
+def test_back_to_the_map_and_again_to_the_robot(tab: Tab, server: WebUiServer) -> None:
     tab.click("#solid")
     assert tab.ask("location.hash + getComputedStyle(document.getElementById('tools')).display") == "flex"
     assert tab.ask("document.getElementById('canvas').clientWidth") > 100
@@ -271,7 +271,7 @@ def test_back_to_the_map_and_again_to_the_robot(tab: Tab, server: PageServer) ->
     tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")
 
 
-def test_things_glide_between_two_news(tab: Tab, server: PageServer) -> None:
+def test_things_glide_between_two_news(tab: Tab, server: WebUiServer) -> None:
     stand(server, (0.0, 0.0, 0.0), FLAT)
     tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")
     places = tab.ask(
@@ -286,16 +286,16 @@ def test_things_glide_between_two_news(tab: Tab, server: PageServer) -> None:
 
 
 def test_without_solids_it_says_why_shows_the_frames_and_asks_again(tmp_path: Path) -> None:
-    one = PageServer(0, "127.0.0.1", print)
-    one.show("description", "<robot><link name='bro")
+    one = WebUiServer(0, "127.0.0.1", print)
+    one.set_layer("description", "<robot><link name='bro")
     url = one.start()
     with open_tab(f"{url}#3d", tmp_path, SOFTWARE_GL) as tab:
         tab.wait_for("document.getElementById('model-note').textContent.includes('not XML')")
-        one.show("description", urdf(ROBOT))
+        one.set_layer("description", urdf(ROBOT))
         tab.wait_for("modelView.axes.get('imu_link')?.visible")
         one.stop()
         assert "no robot" in tab.ask("document.getElementById('model-note').textContent")
-        robot = PageServer(urlsplit(url).port or 0, "127.0.0.1", print, lambda: boxes_glb(SIZES))
+        robot = WebUiServer(urlsplit(url).port or 0, "127.0.0.1", print, lambda: boxes_glb(SIZES))
         assert robot.start() == url
         tab.wait_for(LOADED)
         assert tab.ask("document.getElementById('model-note').hidden")
@@ -303,7 +303,7 @@ def test_without_solids_it_says_why_shows_the_frames_and_asks_again(tmp_path: Pa
 
 
 def test_a_browser_without_3d_goes_on_with_the_map(tmp_path: Path) -> None:
-    one = PageServer(0, "127.0.0.1", print)
+    one = WebUiServer(0, "127.0.0.1", print)
     flags = ["--disable-gpu", "--disable-3d-apis"]
     with open_tab(f"{one.start()}#3d", tmp_path, flags) as tab:
         tab.wait_for("document.getElementById('notice').textContent.includes('cannot show the robot in 3-D')")

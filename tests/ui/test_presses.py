@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.ui.stop_requests import Presses
+from chefbot.ui.stop_requests import StopPresses
 
 STEPS = st.lists(
     st.tuples(st.sampled_from(["press", "latch", "release", "withdraw"]), st.sampled_from("abc")), max_size=20
@@ -14,7 +14,7 @@ STEPS = st.lists(
 
 @given(STEPS)
 def test_a_press_that_was_confirmed_or_withdrawn_never_counts_again(steps: list[tuple[str, str]]) -> None:
-    presses, stopped, over = Presses(), False, set[str]()
+    presses, stopped, over = StopPresses(), False, set[str]()
     for step, key in steps:
         if step == "press":
             assert presses.press(key, stopped=stopped) == (key not in over)
@@ -32,7 +32,7 @@ def test_a_press_that_was_confirmed_or_withdrawn_never_counts_again(steps: list[
 
 
 def test_a_press_is_confirmed_only_by_a_latch_that_follows_it() -> None:
-    presses = Presses()
+    presses = StopPresses()
     presses.latched()
     assert presses.press("a", stopped=False) and presses.confirmed == ()
     presses.latched()

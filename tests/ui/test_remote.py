@@ -15,11 +15,11 @@ from tests.waiting import PATIENCE
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.ui import wire
+from chefbot.ui import protocol
 from chefbot.ui.commands import Drive, Goal, Stop
-from chefbot.ui.layers import Status
-from chefbot.ui.remote import PageGoneError, RemotePage, decode
-from chefbot.ui.server import PageServer
+from chefbot.ui.layers import StatusView
+from chefbot.ui.server import WebUiServer
+from chefbot.ui.web_ui_client import ConnectionLostError, WebUiClient, decode
 
 SIZES = st.tuples(st.integers(1, 20), st.integers(1, 20))
 
@@ -27,7 +27,7 @@ SIZES = st.tuples(st.integers(1, 20), st.integers(1, 20))
 @given(SIZES, st.integers(0, 99), st.floats(0.01, 1.0), st.floats(-50, 50))
 def test_a_map_survives_the_wire(size: tuple[int, int], seed: int, resolution: float, x: float) -> None:
     cells = np.random.default_rng(seed).integers(-1, 101, size).astype(np.int8)
-    layer, grid = decode(wire.grid("map", wire.GridImage(cells, resolution, x, 1.0)))
+    layer, grid = decode(protocol.grid("map", protocol.GridImage(cells, resolution, x, 1.0)))
     assert layer == "map"
     assert np.array_equal(grid.cells, cells)
     assert (grid.resolution, grid.origin_x, grid.origin_y) == (resolution, x, 1.0)
@@ -41,7 +41,7 @@ def test_what_is_no_frame_is_a_value_error(frame: bytes | str) -> None:
 
 @given(st.integers(0, 60), st.integers(0, 255))
 def test_a_damaged_map_is_a_value_error_or_a_map(position: int, byte: int) -> None:
-    frame = bytearray(wire.grid("map", wire.GridImage(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0)))
+    frame = bytearray(protocol.grid("map", protocol.GridImage(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0)))
     frame[position] = byte
     try:
         decode(bytes(frame))
@@ -50,14 +50,14 @@ def test_a_damaged_map_is_a_value_error_or_a_map(position: int, byte: int) -> No
 
 
 def test_a_map_larger_than_it_says_is_refused() -> None:
-    bomb = wire.grid("map", wire.GridImage(np.zeros((1000, 1000), np.int8), 0.05, 0.0, 0.0))
+    bomb = protocol.grid("map", protocol.GridImage(np.zeros((1000, 1000), np.int8), 0.05, 0.0, 0.0))
     liar = bomb.replace(b'"width":1000,"height":1000', b'"width":9000,"height":9999')
     with pytest.raises(ValueError):
         decode(liar)
 
 
 def test_layers_come_and_commands_go() -> None:
-    with fake_robot() as robot, RemotePage(robot.url) as page:
+    with fake_robot() as robot, WebUiClient(robot.url) as page:
         assert page.wait_for("status", PATIENCE)["phase"] == "Waiting."
         assert page.wait_for("map", 0.05) is None
         grid = robot.map_a_room()
@@ -70,12 +70,12 @@ def test_layers_come_and_commands_go() -> None:
 
 
 def test_a_robot_that_ends_is_told() -> None:
-    with fake_robot() as robot, RemotePage(robot.url) as page:
+    with fake_robot() as robot, WebUiClient(robot.url) as page:
         robot.server.stop()
-        with pytest.raises(PageGoneError, match="has ended"):
+        with pytest.raises(ConnectionLostError, match="has ended"):
             while True:
                 page.receive(20)
-        with pytest.raises(PageGoneError):
+        with pytest.raises(ConnectionLostError):
             page.send(Stop())
 
 
@@ -84,14 +84,14 @@ def test_a_robot_that_ends_is_told() -> None:
 )
 def test_what_is_no_address_is_told(url: str) -> None:
     with pytest.raises(UserError, match="not the address of a page"):
-        RemotePage(url)
+        WebUiClient(url)
 
 
 def test_where_nothing_listens_no_robot_runs() -> None:
     with fake_robot() as robot:
         url = robot.url
     with pytest.raises(UserError, match=r"no robot runs at .*chefbot launch"):
-        RemotePage(url)
+        WebUiClient(url)
 
 
 class Elsewhere(http.server.BaseHTTPRequestHandler):
@@ -119,17 +119,17 @@ def elsewhere() -> Iterator[str]:
 
 def test_another_server_is_no_robot(elsewhere: str) -> None:
     with pytest.raises(UserError, match="not a robot's page"):
-        RemotePage(elsewhere)
+        WebUiClient(elsewhere)
 
 
 def test_a_page_on_the_network_wants_its_token() -> None:
-    server = PageServer(0, "0.0.0.0", print)
+    server = WebUiServer(0, "0.0.0.0", print)
     url = server.start()
     try:
         with pytest.raises(UserError, match=r"\?token="):
-            RemotePage(url.partition("?")[0])
-        server.show("status", Status(phase="Here."))
-        with RemotePage(url) as page:
+            WebUiClient(url.partition("?")[0])
+        server.set_layer("status", StatusView(phase="Here."))
+        with WebUiClient(url) as page:
             assert page.wait_for("status", PATIENCE)["phase"] == "Here."
     finally:
         server.stop()

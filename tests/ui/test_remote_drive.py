@@ -16,9 +16,9 @@ from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.ui.commands import Drive
-from chefbot.ui.remote import RemotePage
+from chefbot.ui.web_ui_client import WebUiClient
 
 SECOND = 1_000_000_000
 TICK = SECOND // 10
@@ -29,7 +29,7 @@ class Driver:
 
     def __init__(self, url: str) -> None:
         self.loop = Loop(StepClock())
-        self.system = System(self.loop, load_robot("chefbot"), 1)
+        self.system = NodeContainer(self.loop, load_robot("chefbot"), 1)
         self.remarks: list[str] = []
         self.loop.subscribe("remote_drive/remark", "test", self._hear)
         entry = NodeEntry(kind="chefbot.ui.remote_drive:RemoteDriveDevice", params={"page": url})
@@ -41,7 +41,7 @@ class Driver:
 
     def say(self, v: float, w: float, after_ns: int = TICK) -> None:
         at = self.loop.now_ns + after_ns
-        self.loop.at(at, 0, lambda: self.loop.publish("cmd_vel_teleop", Twist.of(v, w), "hand"))
+        self.loop.schedule(at, 0, lambda: self.loop.publish("cmd_vel_teleop", Twist.of(v, w), "hand"))
         self.loop.run(until_ns=at)
 
     def run_until_remark(self) -> None:
@@ -64,7 +64,7 @@ def test_twists_arrive_as_shares_of_the_limits() -> None:
     with fake_robot() as robot:
         driver = Driver(robot.url)
         limits = Limits.of(driver.system.robot)
-        driver.say(limits.speed / 2, -limits.turn)
+        driver.say(limits.speed / 2, -limits.angular_speed)
         assert heard(robot) == Drive(0.5, -1.0)
         driver.say(9.0, -9.0)
         assert heard(robot) == Drive(1.0, -1.0)
@@ -80,14 +80,14 @@ def test_too_many_twists_are_thinned_out_but_a_stop_never() -> None:
             driver.say(0.1, 0.0, SECOND // 100)
         driver.say(0.0, 0.0, 1)
         count = 1
-        while not heard(robot).still:
+        while not heard(robot).is_zero:
             count += 1
         assert 8 <= count <= 12
         driver.system.stop()
 
 
 def test_who_is_refused_is_told_why() -> None:
-    with fake_robot() as robot, RemotePage(robot.url) as other:
+    with fake_robot() as robot, WebUiClient(robot.url) as other:
         driver = Driver(robot.url)
         for _ in range(500):  # until our word and theirs meet within the page's patience
             other.send(Drive(1.0, 0.0))
@@ -110,9 +110,9 @@ def test_leaving_lets_the_robot_stand() -> None:
     with fake_robot() as robot:
         driver = Driver(robot.url)
         driver.say(0.1, 0.1)
-        assert not heard(robot).still
+        assert not heard(robot).is_zero
         driver.system.stop()
-        assert heard(robot).still
+        assert heard(robot).is_zero
 
 
 def test_a_robot_that_ends_ends_the_driving() -> None:

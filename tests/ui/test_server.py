@@ -18,9 +18,9 @@ from websockets.exceptions import ConnectionClosed
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui import client, dead_man
-from chefbot.ui.commands import Command, Drive, GoPlace, Stop
-from chefbot.ui.layers import RobotView, Status, StopView
-from chefbot.ui.server import MAX_CLIENTS, ONLY_STOP, PageServer
+from chefbot.ui.commands import Drive, GoPlace, OperatorCommand, Stop
+from chefbot.ui.layers import RobotView, StatusView, StopView
+from chefbot.ui.server import MAX_CLIENTS, ONLY_STOP, WebUiServer
 
 LOOPBACK = "127.0.0.1"
 PATIENCE = 20.0
@@ -28,10 +28,10 @@ GO = '{"do":"go_place","name":"kitchen"}'
 
 
 def test_who_comes_late_gets_all_layers(page: Any, hear: Any) -> None:
-    page.server.show("map", Grid(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0))
-    page.server.show("places", {"kitchen": (1, 2, 3)})
-    page.server.show("status", Status(phase="Waiting."))
-    page.server.show("status", Status(phase="Driving."))
+    page.server.set_layer("map", Grid(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0))
+    page.server.set_layer("places", {"kitchen": (1, 2, 3)})
+    page.server.set_layer("status", StatusView(phase="Waiting."))
+    page.server.set_layer("status", StatusView(phase="Driving."))
     for _ in range(2):
         with page.browser() as browser:
             seen = dict(hear(browser) for _ in range(3))
@@ -52,7 +52,7 @@ def test_a_bad_command_is_refused_and_the_next_one_obeyed(page: Any, hear: Any) 
 
 
 def test_a_refusal_by_the_robot_reaches_only_its_operator(page: Any, hear: Any) -> None:
-    def refuse(command: Command) -> None:
+    def refuse(command: OperatorCommand) -> None:
         raise UserError("There is no place 'moon'")
 
     page.on_command = refuse
@@ -89,7 +89,7 @@ def test_who_sends_too_much_is_shown_the_door(page: Any) -> None:
 def test_a_driver_who_leaves_lets_the_robot_stand(
     page: Any, polite: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dead_man, "SILENCE", 60.0)
+    monkeypatch.setattr(dead_man, "COMMAND_TIMEOUT", 60.0)
     with page.browser() as browser:
         browser.send('{"do":"drive","v":0.5,"w":-0.25}')
         assert page.next_command() == Drive(0.5, -0.25)
@@ -113,7 +113,7 @@ def test_a_silent_driver_lets_the_robot_stand_and_may_drive_again(page: Any) -> 
 def test_one_drives_at_a_time_but_anyone_may_stop(
     page: Any, hear: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dead_man, "SILENCE", 60.0)
+    monkeypatch.setattr(dead_man, "COMMAND_TIMEOUT", 60.0)
     with page.browser() as driver, page.browser() as other:
         driver.send('{"do":"drive","v":1,"w":0}')
         assert page.next_command() == Drive(1.0, 0.0)
@@ -129,7 +129,7 @@ def test_a_flood_of_layers_is_thinned_out_and_the_last_value_arrives(page: Any, 
         wait_for(lambda: page.server.clients == 1)
         start = time.monotonic()
         for number in range(20_000):
-            page.server.show("robot", RobotView(x=float(number), y=0.0, yaw=0.0, radius=0.2))
+            page.server.set_layer("robot", RobotView(x=float(number), y=0.0, yaw=0.0, radius=0.2))
         seen: list[float] = []
         while not seen or seen[-1] != 19_999:
             seen.append(hear(browser)[1]["x"])
@@ -140,7 +140,7 @@ def test_a_flood_of_layers_is_thinned_out_and_the_last_value_arrives(page: Any, 
 def test_a_browser_that_never_reads_is_dropped_and_stalls_nobody(
     page: Any, hear: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(client, "SEND_LIMIT", 0.3)
+    monkeypatch.setattr(client, "SEND_TIMEOUT", 0.3)
     noise = np.random.default_rng(1).integers(0, 100, (4000, 4000), np.int8)
     url = urlsplit(page.url)
     with socket.create_connection((url.hostname, url.port)) as deaf, page.browser() as other:
@@ -149,18 +149,18 @@ def test_a_browser_that_never_reads_is_dropped_and_stalls_nobody(
             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
         )
         wait_for(lambda: page.server.clients == 2)
-        page.server.show("map", Grid(noise, 0.05, 0.0, 0.0))
+        page.server.set_layer("map", Grid(noise, 0.05, 0.0, 0.0))
         assert hear(other)[0] == "map"
-        page.server.show("status", Status(phase="Too much for the deaf one."))
+        page.server.set_layer("status", StatusView(phase="Too much for the deaf one."))
         assert hear(other)[0] == "status"
         wait_for(lambda: page.server.clients == 1)
-        page.server.show("status", Status(phase="Still here."))
+        page.server.set_layer("status", StatusView(phase="Still here."))
         assert hear(other)[1]["phase"] == "Still here."
 
 
 def test_however_many_screens_are_open_stop_comes_through(page: Any, hear: Any) -> None:
-    page.server.show("stop", StopView())
-    page.server.show("map", Grid(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0))
+    page.server.set_layer("stop", StopView())
+    page.server.set_layer("map", Grid(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0))
     with ExitStack() as screens:
         for _ in range(MAX_CLIENTS):
             screens.enter_context(page.browser())
@@ -188,7 +188,7 @@ def test_a_ping_is_answered_behind_what_was_sent_before_it(page: Any, hear: Any)
 
 
 def test_stop_frees_the_port_and_ends_the_thread_with_clients_connected() -> None:
-    server = PageServer(0, LOOPBACK, print)
+    server = WebUiServer(0, LOOPBACK, print)
     port = urlsplit(server.start()).port
     assert port is not None
     idle = socket.create_connection(("127.0.0.1", port))
@@ -196,16 +196,16 @@ def test_stop_frees_the_port_and_ends_the_thread_with_clients_connected() -> Non
     server.stop()
     server.stop()
     assert "page" not in [thread.name for thread in threading.enumerate()]
-    again = PageServer(port, LOOPBACK, print)
+    again = WebUiServer(port, LOOPBACK, print)
     assert urlsplit(again.start()).port == port
     again.stop()
     idle.close()
 
 
 def test_the_next_free_port_is_taken_and_said() -> None:
-    first = PageServer(0, LOOPBACK, print)
+    first = WebUiServer(0, LOOPBACK, print)
     port = urlsplit(first.start()).port or 0
-    second = PageServer(port, LOOPBACK, print)
+    second = WebUiServer(port, LOOPBACK, print)
     other = urlsplit(second.start()).port or 0
     assert port < other < port + 20
     second.stop()
@@ -214,4 +214,4 @@ def test_the_next_free_port_is_taken_and_said() -> None:
 
 def test_an_address_that_is_not_ours_is_a_sentence() -> None:
     with pytest.raises(UserError, match="cannot be served"):
-        PageServer(8080, "192.0.2.7", print).start()
+        WebUiServer(8080, "192.0.2.7", print).start()

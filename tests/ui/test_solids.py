@@ -28,12 +28,12 @@ from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch
-from chefbot.runtime.node_container import System
-from chefbot.ui.browser import in_view
-from chefbot.ui.page import PageDevice
-from chefbot.ui.remote import RemotePage
+from chefbot.runtime.node_container import NodeContainer
+from chefbot.ui.browser import url_for_view
 from chefbot.ui.robot_view import make_glb, wheel_angles
-from chefbot.ui.server import PageServer
+from chefbot.ui.server import WebUiServer
+from chefbot.ui.web_ui import WebUiDevice
+from chefbot.ui.web_ui_client import WebUiClient
 
 ROBOT = load_robot("chefbot")
 LOOPBACK = "127.0.0.1"
@@ -42,7 +42,7 @@ SECOND = 1_000_000_000
 
 @contextmanager
 def served(model: object) -> Iterator[str]:
-    server = PageServer(0, LOOPBACK, print, model)  # type: ignore[arg-type]
+    server = WebUiServer(0, LOOPBACK, print, model)  # type: ignore[arg-type]
     yield server.start()
     server.stop()
 
@@ -96,7 +96,7 @@ def test_every_link_with_mass_has_a_solid_of_its_name_and_no_other_file_is_neede
 
 
 def test_on_a_network_the_solids_need_the_token() -> None:
-    server = PageServer(0, "0.0.0.0", print, lambda: b"glTF")
+    server = WebUiServer(0, "0.0.0.0", print, lambda: b"glTF")
     port = server.start().split(":")[2].split("/")[0]
     assert httpx.get(f"http://{LOOPBACK}:{port}/robot.glb").status_code == 403
     server.stop()
@@ -114,16 +114,16 @@ def test_wheels_turn_as_far_as_they_roll(v: float, w: float, seconds: float) -> 
 
 
 def test_the_address_opens_what_was_asked_for() -> None:
-    assert in_view("http://robot:8080/?token=x", "3d") == "http://robot:8080/?token=x#3d"
-    assert in_view("http://robot:8080/#3d", "3d") == "http://robot:8080/#3d"
-    assert in_view("http://robot:8080/#3d", "2d") == "http://robot:8080/"
+    assert url_for_view("http://robot:8080/?token=x", "3d") == "http://robot:8080/?token=x#3d"
+    assert url_for_view("http://robot:8080/#3d", "3d") == "http://robot:8080/#3d"
+    assert url_for_view("http://robot:8080/#3d", "2d") == "http://robot:8080/"
 
 
-def look_at(system: System, layers: set[str]) -> dict[str, object]:
+def look_at(system: NodeContainer, layers: set[str]) -> dict[str, object]:
     """What the page of a running system shows."""
     page = system.nodes["page"]
-    assert isinstance(page, PageDevice)
-    with RemotePage(page.url) as remote:
+    assert isinstance(page, WebUiDevice)
+    with WebUiClient(page.url) as remote:
         for _ in range(50):
             system.loop.run(until_ns=system.loop.now_ns + SECOND // 10)
             while remote.receive(0.1):

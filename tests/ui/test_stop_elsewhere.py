@@ -14,21 +14,21 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import PacedClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.ui.commands import Resume, Stop
-from chefbot.ui.pending_requests import UNCONFIRMED
-from chefbot.ui.remote import RemotePage
+from chefbot.ui.pending_requests import STOP_UNCONFIRMED
+from chefbot.ui.web_ui_client import WebUiClient
 
-BASE = NodeEntry(kind="chefbot.nodes.drive_base:BaseNode")
+BASE = NodeEntry(kind="chefbot.nodes.drive_base:DriveBaseNode")
 
 
 class Robot:
     """Two pages in a loop that runs, and a base unless it has died."""
 
     def __init__(self, *, base: bool) -> None:
-        self.system = System(Loop(PacedClock(1.0)), load_robot("chefbot_lidar"), 1)
+        self.system = NodeContainer(Loop(PacedClock(1.0)), load_robot("chefbot_lidar"), 1)
         pages = {
-            name: NodeEntry(kind="chefbot.ui.page:PageDevice", params={"port": free_port()})
+            name: NodeEntry(kind="chefbot.ui.web_ui:WebUiDevice", params={"port": free_port()})
             for name in ("here", "there")
         }
         nodes = {**pages, "base": BASE} if base else pages
@@ -41,8 +41,8 @@ class Robot:
         self._thread = threading.Thread(target=loop.run)
         self._thread.start()
 
-    def page(self, name: str) -> RemotePage:
-        return RemotePage(self.system.nodes[name].url)  # type: ignore[attr-defined]
+    def page(self, name: str) -> WebUiClient:
+        return WebUiClient(self.system.nodes[name].url)  # type: ignore[attr-defined]
 
     def say(self, topic: str, word: bool) -> None:
         loop = self.system.loop
@@ -61,7 +61,7 @@ def robot(request: pytest.FixtureRequest) -> Iterator[Robot]:
     one.stop()
 
 
-def shows(page: RemotePage, **wanted: object) -> bool:
+def shows(page: WebUiClient, **wanted: object) -> bool:
     """Whether the page's status does so before long."""
     for _ in range(200):
         status = page.latest.get("status")
@@ -76,7 +76,7 @@ def test_stop_pressed_on_one_page_shows_on_the_other_and_either_takes_it_back(ro
         assert shows(here, stopped=False)
         here.send(Stop())
         assert shows(there, stopped=True, reason="STOP was pressed.")
-        assert shows(here, stopped=True, stop_asked=False)
+        assert shows(here, stopped=True, stop_pending=False)
         there.send(Resume())
         assert shows(here, stopped=False)
         assert shows(there, stopped=False)
@@ -102,11 +102,11 @@ def test_a_stop_that_nobody_confirms_is_asked_for_until_somebody_does(robot: Rob
     with robot.page("here") as page:
         assert shows(page, stopped=False)
         page.send(Stop())
-        assert shows(page, stopped=False, stop_asked=True)
-        assert shows(page, stopped=False, stop_asked=True, reason=UNCONFIRMED)
+        assert shows(page, stopped=False, stop_pending=True)
+        assert shows(page, stopped=False, stop_pending=True, reason=STOP_UNCONFIRMED)
         assert len(robot.asked) > 3 and all(robot.asked)
         robot.say("emergency_stop", True)
-        assert shows(page, stopped=True, stop_asked=False)
+        assert shows(page, stopped=True, stop_pending=False)
         count = len(robot.asked)
         page.receive(PATIENCE)
         assert len(robot.asked) == count

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from chefbot.fleet.keyring import Keyring
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.session import RmwContext
 from tests.waiting import PATIENCE
 from tests.wire.network import Network, admit
 
@@ -27,9 +27,9 @@ def port() -> int:
 
 
 @pytest.fixture
-def wire(port: int) -> Iterator[Wire]:
+def wire(port: int) -> Iterator[RmwContext]:
     """This process on the wire; it becomes the router unless another one is it already."""
-    with Wire(port=port) as one:
+    with RmwContext(port=port) as one:
         yield one
 
 
@@ -65,7 +65,7 @@ def network(tmp_path: Path) -> Iterator[Network]:
 def fleet(tmp_path: Path) -> Keyring:
     """Two robots and an operator, who all know each other."""
     office = Keyring(tmp_path / "site")
-    office.found("hotel", datetime.now(UTC))
+    office.create_fleet("hotel", datetime.now(UTC))
     members = {"robot1": "robot", "robot2": "robot", "alice": "operator"}
     for name, role in members.items():
         admit(tmp_path, office, name, role)

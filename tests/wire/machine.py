@@ -13,17 +13,17 @@ from pathlib import Path
 
 from chefbot.errors import UserError
 from chefbot.fleet.keyring import Keyring
-from chefbot.fleet.secure_router import Doors, Gate
+from chefbot.fleet.secure_router import ExternalEndpoints, SecureRouter
 from chefbot.msgs.std_msgs import String
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 
 
 def main(name: str, keys: str, *join: str) -> None:
     ring = Keyring(Path(keys))
     heard: list[list[str]] = []
-    with Wire() as wire, WireNode(wire, "tester", f"/{name}") as node:
-        gate = Gate(ring.identity() if ring.is_member else None, Doors(join))
+    with RmwContext() as wire, RmwNode(wire, "tester", f"/{name}") as node:
+        gate = SecureRouter(ring.identity() if ring.is_member else None, ExternalEndpoints(join))
         answer("ready")
         publishers = {}
         for line in sys.stdin:
@@ -42,9 +42,9 @@ def main(name: str, keys: str, *join: str) -> None:
                 wire.graph.refresh()
                 answer(sorted(one.full_name for one in wire.graph.nodes()))
             elif verb == "refused":
-                answer(gate.refused.counts())
+                answer(gate.errors.counts())
             elif verb == "listens":
-                answer(gate.listens)
+                answer(gate.listen_endpoints)
         gate.close()
 
 

@@ -149,4 +149,4 @@ class Network:
 
 def admit(folder: Path, office: Keyring, name: str, role: str) -> None:
     ring, now = Keyring(folder / name), datetime.now(UTC)
-    ring.accept(office.sign(ring.ask(name, role), now)[0])  # type: ignore[arg-type]
+    ring.accept(office.admit(ring.request_membership(name, role), now)[0])  # type: ignore[arg-type]

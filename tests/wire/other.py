@@ -14,16 +14,16 @@ from chefbot.msgs.sensor_msgs import Image
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.std_srvs import SetBool, SetBool_Response
 from chefbot.ros2.rmw.action_server import ActionServer
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import LATCHED
-from chefbot.ros2.rmw.service import Call
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.service import ServiceCall
+from chefbot.ros2.rmw.session import RmwContext
 
 
 class Walker:
     """An action server whose goals take three steps, or end when cancelled."""
 
-    def __init__(self, node: WireNode) -> None:
+    def __init__(self, node: RmwNode) -> None:
         self.cancelled = threading.Event()
         self.server = ActionServer(
             node, "navigate_to_pose", NavigateToPose, self.accept, lambda _: not self.cancelled.set()
@@ -37,28 +37,28 @@ class Walker:
         return True
 
     def work(self, goal_id: Message, how: str) -> None:
-        self.server.begin(goal_id)
+        self.server.execute(goal_id)
         for step in range(600 if how == "slow" else 3):
-            self.server.feedback(goal_id, NavigateToPose_Feedback(distance_remaining=float(3 - step)))
+            self.server.publish_feedback(goal_id, NavigateToPose_Feedback(distance_remaining=float(3 - step)))
             if self.cancelled.wait(0.05):
                 self.server.finish(goal_id, STATUS_CANCELED, NavigateToPose_Result())
                 return
         self.server.finish(goal_id, STATUS_SUCCEEDED, NavigateToPose_Result(0, "there"))
 
 
-def answer(call: Call) -> None:
+def answer(call: ServiceCall) -> None:
     """A service's."""
-    call.answer(SetBool_Response(call.request.data, "from the other process"))
+    call.respond(SetBool_Response(call.request.data, "from the other process"))
 
 
 def main(port: int, router: bool) -> None:
     """Until standard input ends."""
-    with Wire(port=port, router=router) as wire, WireNode(wire, "other", "/far") as node:
+    with RmwContext(port=port, router=router) as wire, RmwNode(wire, "other", "/far") as node:
         echo = node.publisher("echo", Twist)
         node.subscription("said", Twist, echo.publish)
         image = node.publisher("image_back", Image)
         node.subscription("image", Image, image.publish)
-        node.publisher("latched", String, LATCHED).publish(String("early"))
+        node.publisher("latched", String, TRANSIENT_LOCAL_QOS).publish(String("early"))
         node.server("switch", SetBool, answer)
         Walker(node)
         until = time.monotonic() + 10

@@ -17,7 +17,7 @@ import msgspec
 
 from chefbot.errors import UserError
 from chefbot.ui.commands import Drive, parse_command
-from chefbot.ui.remote import PageGoneError, RemotePage
+from chefbot.ui.web_ui_client import ConnectionLostError, WebUiClient
 from tests.waiting import PATIENCE
 
 
@@ -30,12 +30,12 @@ class Browser:
         self.pages = 1
         threading.Thread(target=self.look, daemon=True).start()
 
-    def come(self) -> RemotePage:
+    def come(self) -> WebUiClient:
         """As soon as a page is served."""
         until = time.monotonic() + PATIENCE
         while True:
             try:
-                return RemotePage(self.url)
+                return WebUiClient(self.url)
             except UserError:
                 if time.monotonic() > until:
                     raise
@@ -45,7 +45,7 @@ class Browser:
         while True:
             try:
                 self.page.receive()
-            except PageGoneError:
+            except ConnectionLostError:
                 self.page = self.come()
                 self.pages += 1
 

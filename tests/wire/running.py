@@ -10,12 +10,12 @@ from pathlib import Path
 
 from chefbot.bridge.bridge import Bridge
 from chefbot.robot.load import load_robot
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.clock import PacedClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.recorder import Recorder
 
 ALL = {
@@ -39,17 +39,17 @@ class Running:
     """A system that runs at the wall's pace in a thread, and an outsider on the same wire."""
 
     def __init__(self, port: int, names: tuple[str, ...], record: Path | None) -> None:
-        self.system = System(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
+        self.system = NodeContainer(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
         self.recorder = Recorder(record, self.system.robot, 5) if record else None
         if self.recorder:
-            self.system.loop.tap(self.recorder)
-        self.wire = Wire(port=port)
+            self.system.loop.add_observer(self.recorder)
+        self.wire = RmwContext(port=port)
         self.bridge = Bridge(self.system, self.wire, simulated=True)
-        self.outside = Wire(port=port, router=False)
-        self.outsider = WireNode(self.outside, "outsider")
+        self.outside = RmwContext(port=port, router=False)
+        self.outsider = RmwNode(self.outside, "outsider")
         self.system.launch(launch_of(names))
         self.bridge.represent(self.system.nodes.values())
-        assert self.bridge.settle()
+        assert self.bridge.flush()
         self.thread = threading.Thread(target=self.system.loop.run, args=(60 * 10**9,))
         self.thread.start()
 

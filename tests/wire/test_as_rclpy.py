@@ -20,9 +20,9 @@ from chefbot.nodes.amcl import AmclNode
 from chefbot.nodes.controller import ControllerNode
 from chefbot.nodes.planner import PlannerNode
 from chefbot.ros2.rmw.attachment import Attachment
-from chefbot.ros2.rmw.names import WireType, topic_key
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.names import InterfaceType, topic_key
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.node import Node
 from tests.waiting import PATIENCE, wait_for
 from tests.wire.running import running
@@ -141,11 +141,14 @@ def test_ranges_are_told_where_there_are_some() -> None:
     assert (whole.from_value, whole.to_value, whole.step) == (1, 9, 0)
 
 
-def test_a_picture_that_newer_ros_says_on_both_keys_is_heard_once(wire: Wire, peer: zenoh.Session) -> None:  # noqa: F811
+def test_a_picture_that_newer_ros_says_on_both_keys_is_heard_once(
+    wire: RmwContext,
+    peer: zenoh.Session,  # noqa: F811
+) -> None:
     got: queue.Queue[Image] = queue.Queue()
-    with WireNode(wire, "viewer") as node:
+    with RmwNode(wire, "viewer") as node:
         node.subscription("/image", Image, got.put)
-        key = topic_key(0, "/image", WireType.of(Image))
+        key = topic_key(0, "/image", InterfaceType.of(Image))
         wait_for(lambda: peer.declare_publisher(key).matching_status.matching)
         for number in (1, 2, 3):
             told = Attachment(number, time.time_ns(), b"n" * 16).pack()

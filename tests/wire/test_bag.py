@@ -26,18 +26,18 @@ from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import String
 from chefbot.ros2.bag.player import Player
-from chefbot.ros2.bag.profile import profiles_text, read_profiles
+from chefbot.ros2.bag.qos_profile import parse_qos_profiles, qos_profiles_to_yaml
 from chefbot.ros2.bag.reader import read_bag
 from chefbot.ros2.bag.recorder import BagRecorder
 from chefbot.ros2.bag.writer import BagWriter
-from chefbot.ros2.rmw.names import WireType
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import CLOCK, DEFAULT, LATCHED, ROSOUT, SENSOR
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.names import InterfaceType
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import CLOCK, DEFAULT, ROSOUT, SENSOR_DATA, TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.session import RmwContext
 from tests.waiting import PATIENCE, wait_for
 
-TWIST, TEXT = WireType.of(Twist), WireType.of(String)
-FOREIGN = WireType("their_msgs/msg/Thing", "RIHS01_" + "ab" * 32)
+TWIST, TEXT = InterfaceType.of(Twist), InterfaceType.of(String)
+FOREIGN = InterfaceType("their_msgs/msg/Thing", "RIHS01_" + "ab" * 32)
 NEVER = threading.Event()
 
 
@@ -54,38 +54,42 @@ def write(out: Path, count: int = 100) -> list[bytes]:
     return said
 
 
-def test_what_is_said_is_recorded_and_said_again(wire: Wire, port: int, tmp_path: Path) -> None:
+def test_what_is_said_is_recorded_and_said_again(wire: RmwContext, port: int, tmp_path: Path) -> None:
     with (
-        Wire(port=port, router=False) as far,
-        WireNode(far, "talker") as talker,
-        WireNode(wire, "_rec") as rec,
+        RmwContext(port=port, router=False) as far,
+        RmwNode(far, "talker") as talker,
+        RmwNode(wire, "_rec") as rec,
     ):
-        talker.publisher("map_name", String, LATCHED).publish(String("hotel"))
+        talker.publisher("map_name", String, TRANSIENT_LOCAL_QOS).publish(String("hotel"))
         said = talker.publisher("cmd_vel", Twist)
         assert wire.graph.wait_for(lambda graph: {"/map_name", "/cmd_vel"} <= graph.topics().keys(), PATIENCE)
         writer, stop = BagWriter(tmp_path / "bag"), threading.Event()
         recorder = BagRecorder(rec, writer, lambda name: name != "/left_out")
         thread = threading.Thread(target=recorder.run, args=(None, stop))
         thread.start()
-        wait_for(lambda: said.heard)
+        wait_for(lambda: said.has_subscribers)
         for number in range(50):
             said.publish(Twist.of(0.1 * number, 1.0))
         late = talker.raw_publisher("late", FOREIGN)
-        talker.publisher("left_out", String, LATCHED).publish(String("x"))
-        wait_for(lambda: late.heard)
+        talker.publisher("left_out", String, TRANSIENT_LOCAL_QOS).publish(String("x"))
+        wait_for(lambda: late.has_subscribers)
         late.publish_cdr(b"\0\1\0\0anything")
         wait_for(lambda: writer.counts.get("/late") == 1 and writer.counts.get("/cmd_vel") == 50)
         wait_for(lambda: writer.counts.get("/map_name") == 1)
         stop.set()
         thread.join()
         writer.close()
-        assert set(writer.counts) == {"/map_name", "/cmd_vel", "/late"} and not recorder.lost
+        assert set(writer.counts) == {"/map_name", "/cmd_vel", "/late"} and not recorder.dropped
     bag = read_bag(tmp_path / "bag")
-    assert not bag.cut and bag.total == 52
+    assert not bag.truncated and bag.total == 52
     twists = [Twist.from_cdr(one.data).linear.x for one in bag.messages(["/cmd_vel"])]
     assert twists == [0.1 * number for number in range(50)]
     (thing,) = bag.messages(["/late"])
-    assert thing.kind == FOREIGN and thing.data == b"\0\1\0\0anything" and thing.said_ns <= thing.heard_ns
+    assert (
+        thing.kind == FOREIGN
+        and thing.data == b"\0\1\0\0anything"
+        and thing.publish_time_ns <= thing.log_time_ns
+    )
 
 
 def test_an_independent_reader_finds_the_same(tmp_path: Path) -> None:
@@ -125,9 +129,9 @@ def test_the_metadata_has_the_fields_of_version_9(tmp_path: Path) -> None:
     assert "&" not in (tmp_path / "bag" / "metadata.yaml").read_text()
 
 
-@pytest.mark.parametrize("offers", [[DEFAULT], [SENSOR, LATCHED], [ROSOUT], []])
+@pytest.mark.parametrize("offers", [[DEFAULT], [SENSOR_DATA, TRANSIENT_LOCAL_QOS], [ROSOUT], []])
 def test_offers_are_read_back_by_us_and_others(offers: list, tmp_path: Path) -> None:
-    assert read_profiles(profiles_text(offers)) == offers
+    assert parse_qos_profiles(qos_profiles_to_yaml(offers)) == offers
     writer = BagWriter(tmp_path / "bag")
     writer.add_topic("/x", TEXT, offers)
     writer.add("/x", TEXT, String("a").to_cdr(), 1, 1)
@@ -144,9 +148,9 @@ def test_profiles_by_number_are_read_too() -> None:
     old = (
         "- history: 1\n  depth: 7\n  reliability: 2\n  durability: 1\n  deadline: {sec: 2147483647, nsec: 1}"
     )
-    (one,) = read_profiles(old)
-    assert one == SENSOR._replace(depth=7, durability=LATCHED.durability)
-    assert read_profiles("nonsense: [") == read_profiles("") == []
+    (one,) = parse_qos_profiles(old)
+    assert one == SENSOR_DATA._replace(depth=7, durability=TRANSIENT_LOCAL_QOS.durability)
+    assert parse_qos_profiles("nonsense: [") == parse_qos_profiles("") == []
 
 
 @given(st.integers(0, 10**6))
@@ -164,7 +168,7 @@ def test_a_file_cut_anywhere_gives_all_whole_chunks(
     except UserError as error:
         assert "cut off before its first message" in str(error) and at < 2000
         return
-    assert len(bag.cut) == 1 and "was cut off" in bag.cut[0]
+    assert len(bag.truncated) == 1 and "was cut off" in bag.truncated[0]
     kept = [one.data for one in bag.messages()]
     assert kept == said[: bag.total] and bag.total % 10 == 0
 
@@ -186,26 +190,30 @@ def test_a_damaged_file_is_read_or_refused(
         assert str(folder / "bag.mcap") in str(error)
 
 
-def test_a_cut_bag_is_played_to_the_cut(wire: Wire, port: int, tmp_path: Path) -> None:
+def test_a_cut_bag_is_played_to_the_cut(wire: RmwContext, port: int, tmp_path: Path) -> None:
     said = write(tmp_path / "whole.mcap")
     data = (tmp_path / "whole.mcap").read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) // 2])
     bag = read_bag(tmp_path / "cut.mcap")
     assert 0 < bag.total < 100
     heard: list[Twist] = []
-    with Wire(port=port, router=False) as far, WireNode(far, "ear") as ear, WireNode(wire, "_play") as node:
+    with (
+        RmwContext(port=port, router=False) as far,
+        RmwNode(far, "ear") as ear,
+        RmwNode(wire, "_play") as node,
+    ):
         ear.subscription("cmd_vel", Twist, heard.append)
         assert wire.graph.wait_for(lambda graph: "/cmd_vel" in graph.topics(), PATIENCE)
         player = Player(node, bag)
-        player.await_listeners(node)
+        player.wait_for_subscribers(node)
         assert player.play(100.0, NEVER).messages == bag.total
         wait_for(lambda: len(heard) == bag.total)
     assert [one.to_cdr() for one in heard] == said[: bag.total]
 
 
-def test_a_bag_is_played_as_fast_as_asked_and_stops_when_told(wire: Wire, tmp_path: Path) -> None:
+def test_a_bag_is_played_as_fast_as_asked_and_stops_when_told(wire: RmwContext, tmp_path: Path) -> None:
     write(tmp_path / "bag.mcap")
-    with WireNode(wire, "_play") as node:
+    with RmwNode(wire, "_play") as node:
         player = Player(node, read_bag(tmp_path / "bag.mcap"))
         assert player.play(4.0, NEVER).seconds >= 0.99 / 4.0
         stop = threading.Event()
@@ -213,21 +221,21 @@ def test_a_bag_is_played_as_fast_as_asked_and_stops_when_told(wire: Wire, tmp_pa
         assert player.play(0.01, stop).messages == 0
 
 
-def test_the_recorded_time_is_told_while_a_bag_is_played(wire: Wire, tmp_path: Path) -> None:
+def test_the_recorded_time_is_told_while_a_bag_is_played(wire: RmwContext, tmp_path: Path) -> None:
     write(tmp_path / "bag.mcap", 100)
     told: list[int] = []
-    with WireNode(wire, "player") as node, WireNode(wire, "listener") as listener:
+    with RmwNode(wire, "player") as node, RmwNode(wire, "listener") as listener:
         listener.subscription("/clock", Clock, lambda message: told.append(message.clock.ns), CLOCK)
         bag = read_bag(tmp_path / "bag.mcap")
         player = Player(node, bag, clock=True)
-        player.await_listeners(node)
+        player.wait_for_subscribers(node)
         player.play(1.0, threading.Event())
     assert told == sorted(told) and len(told) > 5
     assert bag.start_ns <= told[0] <= told[-1] <= bag.end_ns
     assert told[-1] - told[0] > 0.8 * (bag.end_ns - bag.start_ns)
 
 
-def test_topics_that_cannot_be_said_are_named_and_left_out(wire: Wire, tmp_path: Path) -> None:
+def test_topics_that_cannot_be_said_are_named_and_left_out(wire: RmwContext, tmp_path: Path) -> None:
     path = tmp_path / "other.mcap"
     with path.open("wb") as file:
         writer = Writer(file)
@@ -238,10 +246,10 @@ def test_topics_that_cannot_be_said_are_named_and_left_out(wire: Wire, tmp_path:
             writer.add_message(writer.register_channel(topic, encoding, schema), 1, b"\0\1\0\0", 1)
         writer.add_message(writer.register_channel("/said", "cdr", known), 2, String("a").to_cdr(), 2)
         writer.finish()
-    with WireNode(wire, "_play") as node:
+    with RmwNode(wire, "_play") as node:
         player = Player(node, read_bag(path))
-        assert len(player.left_out) == 3 and player.play(1.0, NEVER).messages == 1
-        assert "their_msgs/msg/Thing" in player.left_out[0] and "json" in player.left_out[1]
+        assert len(player.skipped_topics) == 3 and player.play(1.0, NEVER).messages == 1
+        assert "their_msgs/msg/Thing" in player.skipped_topics[0] and "json" in player.skipped_topics[1]
         with pytest.raises(UserError, match="did you mean '/said'"):
             Player(node, read_bag(path), ["/sad"])
         with pytest.raises(UserError, match="nothing of"):
@@ -276,13 +284,13 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
 RECORD = "from chefbot.cli.app import main; main()"
 
 
-def start_recording(wire: Wire, out: Path, **more: object) -> subprocess.Popen[str]:
+def start_recording(wire: RmwContext, out: Path, **more: object) -> subprocess.Popen[str]:
     command = [sys.executable, "-c", RECORD, "bag", "record", "-o", str(out), "--duration", "60"]
     environment = {**os.environ, "CHEFBOT_WIRE_PORT": str(wire._port), "ROS_DOMAIN_ID": str(wire.domain)}
     return subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True, **more)  # type: ignore[call-overload]
 
 
-def talk(node: WireNode, ended: Callable[[], bool]) -> None:
+def talk(node: RmwNode, ended: Callable[[], bool]) -> None:
     """Large scans that do not compress well, until `ended`."""
     said = node.publisher("scan", LaserScan)
     until, number = time.monotonic() + 2 * PATIENCE, 0
@@ -293,33 +301,33 @@ def talk(node: WireNode, ended: Callable[[], bool]) -> None:
 
 
 @pytest.mark.slow
-def test_a_killed_recording_is_readable_up_to_then(wire: Wire, tmp_path: Path) -> None:
-    with WireNode(wire, "talker") as talker:
+def test_a_killed_recording_is_readable_up_to_then(wire: RmwContext, tmp_path: Path) -> None:
+    with RmwNode(wire, "talker") as talker:
         process = start_recording(wire, tmp_path / "bag")
         file = tmp_path / "bag" / "bag_0.mcap"
         talk(talker, lambda: file.exists() and file.stat().st_size > 100_000)
         process.send_signal(signal.SIGKILL)
         process.communicate(timeout=PATIENCE)
     bag = read_bag(tmp_path / "bag")
-    assert bag.total > 10 and bag.cut
+    assert bag.total > 10 and bag.truncated
     assert len({LaserScan.from_cdr(one.data).ranges.tobytes() for one in bag.messages()}) == bag.total
 
 
 @pytest.mark.slow
-def test_a_full_disk_ends_a_recording_in_one_sentence(wire: Wire, tmp_path: Path) -> None:
+def test_a_full_disk_ends_a_recording_in_one_sentence(wire: RmwContext, tmp_path: Path) -> None:
     """A file that may not grow beyond some bytes stands for a disk that is full."""
 
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (600_000, 600_000))
 
-    with WireNode(wire, "talker") as talker:
+    with RmwNode(wire, "talker") as talker:
         process = start_recording(wire, tmp_path / "bag", preexec_fn=limit)
         talk(talker, lambda: process.poll() is not None)
         said = process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == 2
     assert said.splitlines()[-1].startswith("chefbot: recording") and "Traceback" not in said
     bag = read_bag(tmp_path / "bag")
-    assert not bag.cut and f"the {bag.total} messages before are whole" in said
+    assert not bag.truncated and f"the {bag.total} messages before are whole" in said
 
 
 @pytest.mark.slow
@@ -338,7 +346,7 @@ def test_a_bag_is_played_where_nobody_is_yet(port: int, tmp_path: Path) -> None:
     environment = {**os.environ, "CHEFBOT_WIRE_PORT": str(port), "ROS_DOMAIN_ID": "0"}
     process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
     heard: list[Twist] = []
-    with Wire(port=port, router=False) as wire, WireNode(wire, "late") as node:
+    with RmwContext(port=port, router=False) as wire, RmwNode(wire, "late") as node:
         node.subscription("/cmd_vel", Twist, heard.append)
         wait_for(lambda: len(heard) > 10)
         assert "/bag_player" in {one.full_name for one in wire.graph.nodes()}

@@ -9,11 +9,11 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from chefbot.bridge.attach import attached
-from chefbot.bridge.bridged_actions import WITHOUT_REASON
-from chefbot.bridge.inbox import WIRE
+from chefbot.bridge.attach import open_wire_and_bridge
+from chefbot.bridge.bridged_actions import ABORTED_WITHOUT_REASON
+from chefbot.bridge.inbox import WIRE_PUBLISHER
 from chefbot.errors import UserError
-from chefbot.fleet.secure_router import Doors
+from chefbot.fleet.secure_router import ExternalEndpoints
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED
 from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result, WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
@@ -39,13 +39,13 @@ from chefbot.robot.load import load_robot
 from chefbot.ros2.rmw.action_client import ActionClient
 from chefbot.ros2.rmw.action_server import ActionServer
 from chefbot.ros2.rmw.attachment import Attachment
-from chefbot.ros2.rmw.names import WireType, topic_key
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import CLOCK, LATCHED, ROSOUT
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.names import InterfaceType, topic_key
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import CLOCK, ROSOUT, TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.clock import PacedClock
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.replay import Replay, read_log
 from tests.waiting import PATIENCE, in_time, wait_for
 from tests.wire.running import launch_of, running
@@ -55,7 +55,11 @@ def test_what_nodes_say_goes_out_and_what_comes_in_is_heard(port: int) -> None:
     with running(port, "doubler") as one:
         double = one.hear("/double", Float64)
         count = one.outsider.publisher("/count", Float64)
-        wait_for(lambda: count.heard and one.bridge._there.publishers["doubler", "double"].heard)
+        wait_for(
+            lambda: (
+                count.has_subscribers and one.bridge._proxies.publishers["doubler", "double"].has_subscribers
+            )
+        )
         count.publish(Float64(21.0))
         assert double.get(timeout=PATIENCE).data == 42.0
 
@@ -67,11 +71,11 @@ def test_nodes_are_on_the_graph_with_what_they_have(port: int) -> None:
         wanted |= {"/chefbot", "/chefbot_tf", "/outsider"}
         assert graph.wait_for(lambda graph: {node.full_name for node in graph.nodes()} == wanted, PATIENCE)
         assert graph.wait_for(lambda graph: "/tf_static" in graph.topics(), PATIENCE)
-        assert [end.node.name for end in graph.topics()["/count"].givers] == ["counter"]
-        assert [end.node.name for end in graph.topics()["/count"].takers] == ["doubler"]
+        assert [end.node.name for end in graph.topics()["/count"].providers] == ["counter"]
+        assert [end.node.name for end in graph.topics()["/count"].consumers] == ["doubler"]
         action = graph.actions()["/deliver"]
-        assert [end.node.name for end in action.givers] == ["cook"]
-        assert [end.node.name for end in action.takers] == ["guest"]
+        assert [end.node.name for end in action.providers] == ["cook"]
+        assert [end.node.name for end in action.consumers] == ["guest"]
         assert action.types[0].name == "chefbot_msgs/action/Deliver"
         assert graph.mismatches() == []
 
@@ -87,7 +91,7 @@ def test_the_clock_of_the_simulation_is_told(port: int) -> None:
 def test_what_was_latched_before_anybody_came_is_heard(port: int) -> None:
     with running(port, "cook", "guest") as one:
         wait_for(lambda: one.system.nodes["guest"].results)
-        dishes = one.hear("/dishes", String, LATCHED)
+        dishes = one.hear("/dishes", String, TRANSIENT_LOCAL_QOS)
         wait_for(lambda: dishes.get(timeout=PATIENCE).data == "salad")  # "soup" may still be on its way
 
 
@@ -96,8 +100,12 @@ def test_damaged_and_impossible_messages_are_named_and_nobody_hears_them(port: i
         double, diagnostics = one.hear("/double", Float64), one.hear("/diagnostics", DiagnosticArray)
         logs = one.hear("/rosout", Log, ROSOUT)
         count = one.outsider.publisher("/count", Float64)
-        key = topic_key(0, "/count", WireType.of(Float64))
-        wait_for(lambda: count.heard and one.bridge._there.publishers["doubler", "double"].heard)
+        key = topic_key(0, "/count", InterfaceType.of(Float64))
+        wait_for(
+            lambda: (
+                count.has_subscribers and one.bridge._proxies.publishers["doubler", "double"].has_subscribers
+            )
+        )
         count.publish(Float64(float("nan")))
         one.outside.session.put(key, b"\0\1\0\0abc", attachment=Attachment(1, 1, b"\0" * 16).pack())
         one.outside.session.put(key, Float64(1.0).to_cdr())
@@ -122,7 +130,7 @@ def test_who_publishes_on_cmd_vel_is_shown_the_right_topic_once(port: int) -> No
     with running(port, "base") as one:
         logs = one.hear("/rosout", Log, ROSOUT)
         remarks: list[str] = []
-        one.system.loop.tap(
+        one.system.loop.add_observer(
             lambda said: remarks.append(said.message.data) if said.topic == "wire/remark" else None
         )
         one.outsider.publisher("/cmd_vel", Twist)
@@ -139,23 +147,28 @@ def test_the_wheels_obey_the_robots_own_processes_only(port: int) -> None:
     with running(port, "wheels") as one:
         obeyed = one.hear("/obeyed", Float64)
         stranger = one.outsider.publisher("/wheel_speeds", WheelSpeeds)
-        wait_for(lambda: stranger.heard and one.bridge._there.publishers["wheels", "obeyed"].heard)
+        wait_for(
+            lambda: (
+                stranger.has_subscribers
+                and one.bridge._proxies.publishers["wheels", "obeyed"].has_subscribers
+            )
+        )
         refused = "/wheel_speeds: /outsider may not say this"
 
         def is_refused() -> bool:
             stranger.publish(
                 WheelSpeeds(left=1.0)
             )  # a first word may be lost on the way to a listener just found
-            return any(reason.startswith(refused) for reason in one.wire.refused.counts())
+            return any(reason.startswith(refused) for reason in one.wire.rejected.counts())
 
         wait_for(is_refused)
         with (
-            Wire(port=port, router=False) as other,
-            WireNode(other, "chefbot_drive"),
-            WireNode(other, "base") as node,
+            RmwContext(port=port, router=False) as other,
+            RmwNode(other, "chefbot_drive"),
+            RmwNode(other, "base") as node,
         ):
             base = node.publisher("/wheel_speeds", WheelSpeeds)
-            wait_for(lambda: base.heard)
+            wait_for(lambda: base.has_subscribers)
 
             def is_obeyed() -> bool:
                 base.publish(WheelSpeeds(left=2.0))  # its token may come after its first words
@@ -166,8 +179,8 @@ def test_the_wheels_obey_the_robots_own_processes_only(port: int) -> None:
 
 
 def test_who_comes_late_hears_what_others_said_before(port: int) -> None:
-    with Wire(port=port) as wire, WireNode(wire, "elsewhere") as node:
-        node.publisher("/count", Float64, LATCHED).publish(Float64(3.0))
+    with RmwContext(port=port) as wire, RmwNode(wire, "elsewhere") as node:
+        node.publisher("/count", Float64, TRANSIENT_LOCAL_QOS).publish(Float64(3.0))
         with running(port, "doubler") as one:
             heard = one.system.nodes["doubler"].count
             wait_for(lambda: heard.last is not None)
@@ -177,13 +190,13 @@ def test_who_comes_late_hears_what_others_said_before(port: int) -> None:
 def test_who_comes_later_than_the_listener_is_asked_for_all_it_said(port: int) -> None:
     with running(port, "doubler") as one:
         heard = one.system.nodes["doubler"].count
-        with Wire(port=port, router=False) as wire, WireNode(wire, "elsewhere") as node:
-            node.publisher("/count", Float64, LATCHED).publish(Float64(5.0))
+        with RmwContext(port=port, router=False) as wire, RmwNode(wire, "elsewhere") as node:
+            node.publisher("/count", Float64, TRANSIENT_LOCAL_QOS).publish(Float64(5.0))
             wait_for(lambda: heard.last is not None and heard.last.data == 5.0)
-            ear = one.bridge._there._heard["count"]
-            wait_for(lambda: one.bridge._there._heard["count"] is not ear or ear.latched)
-            takers = lambda: one.outside.graph.topics()["/count"].takers  # noqa: E731
-            wait_for(lambda: [end.end.qos.latched for end in takers()] == [True])
+            ear = one.bridge._proxies._subscriptions["count"]
+            wait_for(lambda: one.bridge._proxies._subscriptions["count"] is not ear or ear.latched)
+            takers = lambda: one.outside.graph.topics()["/count"].consumers  # noqa: E731
+            wait_for(lambda: [end.info.qos.latched for end in takers()] == [True])
 
 
 @pytest.mark.timed
@@ -198,16 +211,16 @@ def test_a_flood_is_cut_and_the_loop_stays_on_time(port: int) -> None:
                 late.append(now - last[0] - 0.1)
                 last[0] = now
 
-        one.system.loop.tap(look)
+        one.system.loop.add_observer(look)
         count = one.outsider.publisher("/count", Float64)
-        wait_for(lambda: count.heard and len(late) > 1)
+        wait_for(lambda: count.has_subscribers and len(late) > 1)
         late.clear()
         until = time.monotonic() + 1.5
         while time.monotonic() < until:
             for _ in range(100):
                 count.publish(Float64(1.0))
             time.sleep(0.005)
-        counts = one.wire.refused.counts()
+        counts = one.wire.rejected.counts()
         assert counts["/count: more comes in than can be heard, the oldest is lost"] > 1000
         assert late and in_time(sorted(late)[len(late) // 2], 0.05), late
 
@@ -216,19 +229,21 @@ def test_an_action_of_the_loop_serves_others(port: int) -> None:
     with running(port, "cook") as one:
         client = ActionClient(one.outsider, "/deliver", Deliver)
         wait_for(lambda: client.served)
-        status, result = client.send(Deliver_Goal(("tea",))).outcome.result(PATIENCE)
+        status, result = client.send_goal_async(Deliver_Goal(("tea",))).result.result(PATIENCE)
         assert (status, result.delivered) == (STATUS_SUCCEEDED, ("tea",))
-        slow = client.send(Deliver_Goal(("a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k", "l")))
+        slow = client.send_goal_async(
+            Deliver_Goal(("a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k", "l"))
+        )
         wait_for(lambda: one.system.nodes["cook"].deliver.busy)
         slow.cancel().result(PATIENCE)
-        assert slow.outcome.result(PATIENCE)[0] == STATUS_CANCELED
+        assert slow.result.result(PATIENCE)[0] == STATUS_CANCELED
 
 
 def test_a_node_of_the_loop_calls_a_server_elsewhere(port: int) -> None:
-    with Wire(port=port) as wire, WireNode(wire, "far_cook") as node:
+    with RmwContext(port=port) as wire, RmwNode(wire, "far_cook") as node:
 
         def accept(goal_id, goal) -> bool:
-            server.begin(goal_id)
+            server.execute(goal_id)
             server.finish(goal_id, STATUS_SUCCEEDED, Deliver_Result(goal.places))
             return True
 
@@ -244,10 +259,10 @@ def test_a_node_of_the_loop_calls_a_server_elsewhere(port: int) -> None:
 
 def test_what_a_server_gave_up_without_a_reason_has_not_succeeded(port: int) -> None:
     """Nav2 ends a goal so when another one takes its place: aborted, and a result that names no fault."""
-    with Wire(port=port) as wire, WireNode(wire, "far_cook") as node:
+    with RmwContext(port=port) as wire, RmwNode(wire, "far_cook") as node:
 
         def accept(goal_id, goal) -> bool:
-            server.begin(goal_id)
+            server.execute(goal_id)
             server.finish(goal_id, STATUS_ABORTED, Deliver_Result())
             return True
 
@@ -255,7 +270,7 @@ def test_what_a_server_gave_up_without_a_reason_has_not_succeeded(port: int) -> 
         with running(port, "guest") as one:
             wait_for(lambda: one.system.nodes["guest"].results)
             result = one.system.nodes["guest"].results[0]
-            assert result.error_code == WITHOUT_REASON
+            assert result.error_code == ABORTED_WITHOUT_REASON
             assert result.error_msg.startswith("deliver gave the goal up")
 
 
@@ -295,7 +310,7 @@ def test_params_are_set_where_a_node_can_take_them(port: int, monkeypatch: pytes
     with running(port, "counter") as one:
         events = one.hear("/parameter_events", ParameterEvent)
         client = one.outsider.client("/counter/set_parameters", SetParameters)
-        wait_for(lambda: client.served)
+        wait_for(lambda: client.server_is_ready)
         value = ParameterValue(DOUBLE, double_value=5.0)
         answer = client.call(SetParameters_Request((Parameter("step", value),)), PATIENCE)
         assert answer.results[0].successful
@@ -307,14 +322,14 @@ def test_a_run_with_outsiders_replays_to_the_byte(port: int, tmp_path: Path) -> 
     path = tmp_path / "run.mcap"
     with running(port, "doubler", "cook", record=path) as one:
         count = one.outsider.publisher("/count", Float64)
-        wait_for(lambda: count.heard)
+        wait_for(lambda: count.has_subscribers)
         for number in range(30):
             count.publish(Float64(float(number)))
             time.sleep(0.01)
         client = ActionClient(one.outsider, "/deliver", Deliver)
-        assert client.send(Deliver_Goal(("tea",))).outcome.result(PATIENCE)[0] == STATUS_SUCCEEDED
+        assert client.send_goal_async(Deliver_Goal(("tea",))).result.result(PATIENCE)[0] == STATUS_SUCCEEDED
     log = read_log(path)
-    assert sum(one.publisher == WIRE for one in log.messages) > 10
+    assert sum(one.publisher == WIRE_PUBLISHER for one in log.messages) > 10
     replay = Replay(log)
     replay.run()
     assert replay.differences == []
@@ -332,18 +347,21 @@ def test_a_second_launch_of_the_same_names_stays_off_and_says_so(
     monkeypatch.setenv("ROS_DOMAIN_ID", "0")
     said: list[str] = []
     with running(port, "cook"):
-        system = System(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
+        system = NodeContainer(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
         args = {"wire": "auto", "speed": 1.0, "namespace": ""}
         launch = msgspec.structs.replace(launch_of(("cook",)), args=args)
-        with attached(system, launch, Doors(), said.append) as bridge:
+        with open_wire_and_bridge(system, launch, ExternalEndpoints(), said.append) as bridge:
             assert bridge is None
         assert re.search(TAKEN, said[0])
         insists = msgspec.structs.replace(launch, args={**args, "wire": "on"})
-        with pytest.raises(UserError, match=TAKEN), attached(system, insists, Doors(), said.append):
+        with (
+            pytest.raises(UserError, match=TAKEN),
+            open_wire_and_bridge(system, insists, ExternalEndpoints(), said.append),
+        ):
             pass
     odd = msgspec.structs.replace(launch, args={**args, "wire": "of"})
     with (
         pytest.raises(UserError, match="wire:=of must be one of"),
-        attached(system, odd, Doors(), said.append),
+        open_wire_and_bridge(system, odd, ExternalEndpoints(), said.append),
     ):
         pass

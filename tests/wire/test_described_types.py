@@ -5,7 +5,7 @@ from __future__ import annotations
 from chefbot.msgs.chefbot_msgs import Deliver
 from chefbot.msgs.std_msgs import Float64
 from chefbot.msgs.type_description_interfaces import GetTypeDescription, GetTypeDescription_Request
-from chefbot.ros2.rmw.names import WireType
+from chefbot.ros2.rmw.names import InterfaceType
 from tests.waiting import PATIENCE
 from tests.wire.running import running
 
@@ -13,7 +13,7 @@ from tests.wire.running import running
 def test_types_are_described_to_those_who_lack_them(port: int) -> None:
     with running(port, "cook") as one:
         client = one.outsider.client("/cook/get_type_description", GetTypeDescription)
-        for kind in (WireType.of(Float64), WireType.of(Deliver)):
+        for kind in (InterfaceType.of(Float64), InterfaceType.of(Deliver)):
             answer = client.call(GetTypeDescription_Request(kind.name, kind.hash), PATIENCE)
             assert answer.successful
             assert answer.type_description.type_description.type_name == kind.name
@@ -25,7 +25,7 @@ def test_their_sources_come_with_them_when_they_are_asked_for(port: int) -> None
     """In the order of the description; types that rosidl makes of an action have no file."""
     with running(port, "cook") as one:
         client = one.outsider.client("/cook/get_type_description", GetTypeDescription)
-        kind = WireType.of(Deliver)
+        kind = InterfaceType.of(Deliver)
         told = client.call(GetTypeDescription_Request(kind.name, kind.hash, True), PATIENCE)
         described = told.type_description
         names = [described.type_description, *described.referenced_type_descriptions]

@@ -25,29 +25,29 @@ from chefbot.msgs.action_msgs import (
     GoalInfo,
 )
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.idl.editions import convert, editions
+from chefbot.msgs.idl.editions import convert, older_editions
 from chefbot.msgs.idl.fields import fields_of, ros_type
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav2_msgs import FollowPath, Spin, Spin_Feedback, Spin_Goal, Spin_Result
 from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.ros2.rmw.action_client import ActionClient, new_goal_id
 from chefbot.ros2.rmw.action_server import ActionServer
-from chefbot.ros2.rmw.attachment import SIZE, Attachment, unpack
-from chefbot.ros2.rmw.names import WireType, topic_key
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
-from chefbot.ros2.rmw.tokens import CLIENT
+from chefbot.ros2.rmw.attachment import SIZE, Attachment, parse
+from chefbot.ros2.rmw.liveliness import CLIENT
+from chefbot.ros2.rmw.names import InterfaceType, topic_key
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 from chefbot.ros2.tools.node import info_lines
 from tests.waiting import PATIENCE, wait_for
 
-JAZZY, EARLY_JAZZY = editions("nav2_msgs/action/Spin")
+JAZZY, EARLY_JAZZY = older_editions("nav2_msgs/action/Spin")
 GID = bytes(range(16))
 
 
 class Turner:
     """Serves `/spin`, remembers the goals and ends them at once unless they are to turn by more than 10 rad."""
 
-    def __init__(self, node: WireNode) -> None:
+    def __init__(self, node: RmwNode) -> None:
         self.goals: list[Spin_Goal] = []
         self.stubborn = False
         self.ends: list[threading.Timer] = []
@@ -55,8 +55,8 @@ class Turner:
 
     def accept(self, goal_id: UUID, goal: Spin_Goal) -> bool:
         self.goals.append(goal)
-        self.server.begin(goal_id)
-        self.server.feedback(goal_id, Spin_Feedback(goal.target_yaw))
+        self.server.execute(goal_id)
+        self.server.publish_feedback(goal_id, Spin_Feedback(goal.target_yaw))
         if goal.target_yaw <= 10.0:
             self.ends.append(threading.Timer(0.2, partial(self.end, goal_id, STATUS_SUCCEEDED)))
             self.ends[-1].start()
@@ -67,8 +67,8 @@ class Turner:
 
 
 @pytest.fixture
-def turner(wire: Wire) -> Iterator[Turner]:
-    with WireNode(wire, "controller") as node:
+def turner(wire: RmwContext) -> Iterator[Turner]:
+    with RmwNode(wire, "controller") as node:
         turner = Turner(node)
         yield turner
         for end in turner.ends:
@@ -76,7 +76,7 @@ def turner(wire: Wire) -> Iterator[Turner]:
 
 
 @pytest.fixture
-def peer(port: int, wire: Wire) -> Iterator[zenoh.Session]:
+def peer(port: int, wire: RmwContext) -> Iterator[zenoh.Session]:
     """A session as rmw_zenoh configures it, with nothing of ours."""
     config = zenoh.Config()
     config.insert_json5("mode", '"peer"')
@@ -93,7 +93,7 @@ def call(peer: zenoh.Session, key: str, request: Message) -> bytes:
     assert reply.ok is not None and reply.ok.attachment is not None
     assert str(reply.ok.key_expr) == key
     told = reply.ok.attachment.to_bytes()
-    assert len(told) == SIZE and unpack(told)[::2] == (7, GID)
+    assert len(told) == SIZE and parse(told)[::2] == (7, GID)
     return reply.ok.payload.to_bytes()
 
 
@@ -115,7 +115,7 @@ def replies_to(peer: zenoh.Session, key: str, request: Message) -> list[zenoh.Re
 
 
 def key_of(part: str, kind: object) -> str:
-    return topic_key(0, f"/spin/_action/{part}", WireType.of(kind))  # type: ignore[arg-type]
+    return topic_key(0, f"/spin/_action/{part}", InterfaceType.of(kind))  # type: ignore[arg-type]
 
 
 def names(kind: type[Message]) -> list[str]:
@@ -130,7 +130,7 @@ def test_what_each_edition_has() -> None:
     assert names(FollowPath.result) == ["result", "error_code", "error_msg"]
     assert len({one.send_goal_service.type_hash for one in (Spin, JAZZY, EARLY_JAZZY)}) == 2
     assert ros_type(JAZZY.send_goal_service.event) == "nav2_msgs/action/Spin_SendGoal_Event"
-    assert editions("chefbot_msgs/action/Deliver") == ()
+    assert older_editions("chefbot_msgs/action/Deliver") == ()
     assert convert(JAZZY.goal(1.0), Spin_Goal).to_cdr() == Spin_Goal(1.0).to_cdr()
 
 
@@ -155,20 +155,20 @@ def test_a_bare_client_of_each_distribution_is_served(turner: Turner, peer: zeno
 
 
 def test_what_is_served_in_several_editions_is_shown_once_and_is_no_mismatch(
-    turner: Turner, wire: Wire
+    turner: Turner, wire: RmwContext
 ) -> None:
     assert wire.graph.wait_for(lambda graph: "/spin" in graph.actions(), PATIENCE)
     goals = "/spin/_action/send_goal"
     assert wire.graph.wait_for(lambda graph: len(graph.services()[goals].types) == 2, PATIENCE)
     assert info_lines(wire.graph, "/controller").count("  /spin  nav2_msgs/action/Spin") == 1
-    with WireNode(wire, "jazzy") as node:
+    with RmwNode(wire, "jazzy") as node:
         node.client("/spin/_action/send_goal", JAZZY.send_goal_service)
         node.client("/spin/_action/get_result", EARLY_JAZZY.get_result_service)
         assert wire.graph.wait_for(
             lambda graph: "/jazzy" in {one.full_name for one in graph.nodes()}, PATIENCE
         )
         assert wire.graph.mismatches() == []
-        newer = WireType("nav2_msgs/action/Spin_SendGoal", "RIHS01_" + "1" * 64)
+        newer = InterfaceType("nav2_msgs/action/Spin_SendGoal", "RIHS01_" + "1" * 64)
         node.announce(CLIENT, "/spin/_action/send_goal", newer)
         assert wire.graph.wait_for(lambda graph: len(graph.mismatches()) > 0, PATIENCE)
         assert "in two versions" in wire.graph.mismatches()[0]
@@ -177,12 +177,12 @@ def test_what_is_served_in_several_editions_is_shown_once_and_is_no_mismatch(
 class OldServer:
     """`/spin` as Nav2 of early Jazzy serves it."""
 
-    def __init__(self, node: WireNode) -> None:
+    def __init__(self, node: RmwNode) -> None:
         base = "/spin/_action/"
         self.feedback = node.publisher(base + "feedback", EARLY_JAZZY.feedback_message)
         node.server(base + "send_goal", EARLY_JAZZY.send_goal_service, self.accept)
         node.server(base + "get_result", EARLY_JAZZY.get_result_service, self.end)
-        node.server(base + "cancel_goal", CancelGoal, lambda call: call.answer(CancelGoal_Response()))
+        node.server(base + "cancel_goal", CancelGoal, lambda call: call.respond(CancelGoal_Response()))
 
     def accept(self, call) -> None:
         call.answer(EARLY_JAZZY.send_goal_service.response(True, Time()))
@@ -194,14 +194,14 @@ class OldServer:
         call.answer(EARLY_JAZZY.get_result_service.response(STATUS_CANCELED, result))
 
 
-def test_a_server_of_another_distribution_is_called_in_its_own_edition(wire: Wire, port: int) -> None:
-    with Wire(port=port, router=False) as far, WireNode(far, "behavior_server") as theirs:
-        client_node = WireNode(wire, "finder")
+def test_a_server_of_another_distribution_is_called_in_its_own_edition(wire: RmwContext, port: int) -> None:
+    with RmwContext(port=port, router=False) as far, RmwNode(far, "behavior_server") as theirs:
+        client_node = RmwNode(wire, "finder")
         client = ActionClient(client_node, "spin", Spin)
         OldServer(theirs)
         assert wire.graph.wait_for(lambda _: client.served, PATIENCE)
         heard: queue.Queue[Spin_Feedback] = queue.Queue()
-        status, result = client.send(Spin_Goal(1.5), heard.put).outcome.result(PATIENCE)
+        status, result = client.send_goal_async(Spin_Goal(1.5), heard.put).result.result(PATIENCE)
         assert (status, result.error_code, type(result)) == (STATUS_CANCELED, 701, Spin_Result)
         assert heard.get(timeout=PATIENCE).angular_distance_traveled == 1.5
         assert wire.graph.mismatches() == []

@@ -13,11 +13,20 @@ from chefbot.msgs.sensor_msgs import CompressedImage, Image, LaserScan, PointClo
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.std_srvs import SetBool, Trigger
 from chefbot.msgs.tf2_msgs import LookupTransform, TFMessage
-from chefbot.ros2.rmw.attachment import Attachment, unpack
-from chefbot.ros2.rmw.errors import WireError
-from chefbot.ros2.rmw.names import WireType, has_byte_array, resolve, ros_name, topic_key
-from chefbot.ros2.rmw.qos import DEFAULT, LATCHED, PARAMETERS, ROSOUT, SENSOR, QoS, Span, parse_qos
-from chefbot.ros2.rmw.tokens import End, NodeId, Token, gid_of, parse_token
+from chefbot.ros2.rmw.attachment import Attachment, parse
+from chefbot.ros2.rmw.errors import RmwError
+from chefbot.ros2.rmw.liveliness import EndpointInfo, NodeId, Token, gid_of, parse_token
+from chefbot.ros2.rmw.names import InterfaceType, has_byte_array, resolve, ros_name, topic_key
+from chefbot.ros2.rmw.qos import (
+    DEFAULT,
+    PARAMETERS,
+    ROSOUT,
+    SENSOR_DATA,
+    TRANSIENT_LOCAL_QOS,
+    QoS,
+    QosDuration,
+    parse_qos,
+)
 
 PEER = "@ros2_lv/0/0c6db189a654dce58034f6cdc40249c7/0"
 OURS = "a1b2c3d4e5f60718293a4b5c6d7e8f90"
@@ -55,24 +64,39 @@ TOKENS = [
 
 BASE = NodeId(0, OURS, "0", "/robot1", "base")
 MADE = [
-    ("c80fcdbab2ac2097d6e638cb1ea27a07", End("1", "MP", "/robot1/odom", WireType.of(Odometry), DEFAULT)),
-    ("c0f81855773bfb1b7a5f66dff90fc4a3", End("2", "MS", "/robot1/cmd_vel", WireType.of(Twist), DEFAULT)),
-    ("0451ac2736c5dcd61b9fc6f66bb4fd32", End("3", "MP", "/tf_static", WireType.of(TFMessage), LATCHED)),
-    ("d0ec4ba7b00ff3582cedf41b42608c1a", End("4", "SS", "/robot1/base/reset", WireType.of(Trigger), DEFAULT)),
-    ("092b96a77615d7020fed18c92a1dfc45", End("5", "SC", "/map_server/map", WireType.of(GetMap), DEFAULT)),
+    (
+        "c80fcdbab2ac2097d6e638cb1ea27a07",
+        EndpointInfo("1", "MP", "/robot1/odom", InterfaceType.of(Odometry), DEFAULT),
+    ),
+    (
+        "c0f81855773bfb1b7a5f66dff90fc4a3",
+        EndpointInfo("2", "MS", "/robot1/cmd_vel", InterfaceType.of(Twist), DEFAULT),
+    ),
+    (
+        "0451ac2736c5dcd61b9fc6f66bb4fd32",
+        EndpointInfo("3", "MP", "/tf_static", InterfaceType.of(TFMessage), TRANSIENT_LOCAL_QOS),
+    ),
+    (
+        "d0ec4ba7b00ff3582cedf41b42608c1a",
+        EndpointInfo("4", "SS", "/robot1/base/reset", InterfaceType.of(Trigger), DEFAULT),
+    ),
+    (
+        "092b96a77615d7020fed18c92a1dfc45",
+        EndpointInfo("5", "SC", "/map_server/map", InterfaceType.of(GetMap), DEFAULT),
+    ),
 ]
 
 QOS = [
     (QoS(), "::,:,:,:,,"),
     (DEFAULT, "::,10:,:,:,,"),
-    (SENSOR, "2::,5:,:,:,,"),
-    (LATCHED, ":1:,1:,:,:,,"),
+    (SENSOR_DATA, "2::,5:,:,:,,"),
+    (TRANSIENT_LOCAL_QOS, ":1:,1:,:,:,,"),
     (PARAMETERS, "::,1000:,:,:,,"),
     (ROSOUT, ":1:,1000:,:10,0:,,"),
     (QoS(reliability=2, durability=1), "2:1:,:,:,:,,"),
     (QoS(history=2), "::2,:,:,:,,"),
-    (QoS(depth=10, deadline=Span(0, 500_000_000)), "::,10:0,500000000:,:,,"),
-    (QoS(depth=1, liveliness=3, lease=Span(2, 0)), "::,1:,:,:3,2,0"),
+    (QoS(depth=10, deadline=QosDuration(0, 500_000_000)), "::,10:0,500000000:,:,,"),
+    (QoS(depth=1, liveliness=3, lease=QosDuration(2, 0)), "::,1:,:,:3,2,0"),
 ]
 
 REFUSED = [
@@ -90,8 +114,8 @@ REFUSED = [
 
 @pytest.mark.parametrize(("domain", "name", "kind", "key"), KEYS, ids=lambda value: str(value)[:40])
 def test_key_expressions(domain: int, name: str, kind, key: str) -> None:
-    assert topic_key(domain, name, WireType.of(kind)) == key
-    assert ros_name(key.split("/")[-2]) == WireType.of(kind).name
+    assert topic_key(domain, name, InterfaceType.of(kind)) == key
+    assert ros_name(key.split("/")[-2]) == InterfaceType.of(kind).name
 
 
 @pytest.mark.parametrize(("gid", "text"), TOKENS)
@@ -102,24 +126,24 @@ def test_tokens_of_ros_are_read_and_their_gids_are_the_same(gid: str, text: str)
 
 
 @pytest.mark.parametrize(("gid", "end"), MADE)
-def test_our_own_tokens_have_the_gids_that_ros_would_give_them(gid: str, end: End) -> None:
+def test_our_own_tokens_have_the_gids_that_ros_would_give_them(gid: str, end: EndpointInfo) -> None:
     assert Token(BASE, end).gid.hex() == gid
 
 
 def test_what_a_token_says() -> None:
     token = parse_token(TOKENS[5][1])
-    assert token.end is not None
-    assert (token.node.full_name, token.end.topic, token.end.kind) == ("/ros_peer", "/scan", "MS")
-    assert token.end.type == WireType.of(LaserScan)
-    assert token.end.qos == SENSOR
+    assert token.endpoint is not None
+    assert (token.node.full_name, token.endpoint.topic, token.endpoint.kind) == ("/ros_peer", "/scan", "MS")
+    assert token.endpoint.type == InterfaceType.of(LaserScan)
+    assert token.endpoint.qos == SENSOR_DATA
     newer = parse_token(TOKENS[5][1] + "/backends:cpu:")
-    assert newer.end is not None and newer.end.backends == "backends:cpu:"
+    assert newer.endpoint is not None and newer.endpoint.backends == "backends:cpu:"
     assert str(newer).endswith("/backends:cpu:")
 
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_what_is_no_token_is_refused(text: str) -> None:
-    with pytest.raises(WireError):
+    with pytest.raises(RmwError):
         parse_token(text)
 
 
@@ -137,15 +161,15 @@ def test_gids_are_xxh3() -> None:
 def test_attachments() -> None:
     ours = Attachment(1, 1_700_000_000_000_000_000, bytes.fromhex("c80fcdbab2ac2097d6e638cb1ea27a07"))
     assert ours.pack().hex() == "010000000000000000002a36fe9c971710c80fcdbab2ac2097d6e638cb1ea27a07"
-    theirs = unpack(bytes.fromhex("0100000000000000d8542e54cdeae9181077b36143d147b006b78a57b0f0cc82e1"))
+    theirs = parse(bytes.fromhex("0100000000000000d8542e54cdeae9181077b36143d147b006b78a57b0f0cc82e1"))
     assert theirs.sequence == 1
     assert theirs.gid.hex() == TOKENS[7][0]
 
 
 @pytest.mark.parametrize("data", [None, b"", b"\0" * 32, b"\0" * 34, b"\0" * 33])
 def test_what_is_no_attachment_is_refused(data: bytes | None) -> None:
-    with pytest.raises(WireError, match="attachment"):
-        unpack(data)
+    with pytest.raises(RmwError, match="attachment"):
+        parse(data)
 
 
 def test_types_with_byte_arrays() -> None:
@@ -159,5 +183,5 @@ def test_names_are_resolved_as_ros_does() -> None:
     assert resolve("/tf", "/robot1") == "/tf"
     assert resolve("~/get_parameters", "/robot1", "/robot1/base") == "/robot1/base/get_parameters"
     for bad in ("", "/", "a//b", "1a", "a-b", "scan/", "a b", "/a/*"):
-        with pytest.raises(WireError):
+        with pytest.raises(RmwError):
             resolve(bad)

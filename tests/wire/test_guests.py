@@ -139,7 +139,7 @@ def test_stop_is_one_for_all_pages_of_all_machines(network: Network) -> None:
     def shows(page: Machine, stopped: bool, asked: bool = False) -> bool:
         status = page.ask("now status")
         assert isinstance(status, dict)
-        return (status["stopped"], status["stop_asked"]) == (stopped, asked)
+        return (status["stopped"], status["stop_pending"]) == (stopped, asked)
 
     until(lambda: place_of(there) is not None)
     there.ask('do {"do":"stop"}')

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from chefbot.bridge.wire_health import RECENT_NS, Health
+from chefbot.bridge.wire_health import RECENT_NS, WireHealth
 from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticStatus
-from chefbot.ros2.rmw.errors import Tally
+from chefbot.ros2.rmw.errors import ErrorCounter
 
 SECOND = 1_000_000_000
 
@@ -18,33 +18,33 @@ SECOND = 1_000_000_000
 def parts() -> SimpleNamespace:
     """Health with all that it speaks to; `told` is what came into the loop."""
     told: list[DiagnosticStatus] = []
-    graph, tally = SimpleNamespace(mismatches=list), Tally()
+    graph, tally = SimpleNamespace(mismatches=list), ErrorCounter()
     own = SimpleNamespace(publisher=lambda *_: SimpleNamespace(heard=False))
     there: Any = SimpleNamespace(
         own_rosout=SimpleNamespace(say=lambda *_: None), own=own, strangers=lambda _: []
     )
     inbox: Any = SimpleNamespace(say=lambda _, message: told.append(message.status[0]))
-    return SimpleNamespace(health=Health(tally, graph, there, inbox), tally=tally, graph=graph, told=told)  # type: ignore[arg-type]
+    return SimpleNamespace(health=WireHealth(tally, graph, there, inbox), tally=tally, graph=graph, told=told)  # type: ignore[arg-type]
 
 
 def test_a_burst_is_warned_of_for_a_while_and_then_only_counted(parts: SimpleNamespace) -> None:
     parts.tally.add("/tf: more is said than can be sent, the oldest is lost")
     for second in range(20):
-        parts.health.tell(second * SECOND)
+        parts.health.publish(second * SECOND)
     assert [one.level for one in parts.told] == [WARN, OK]
     assert all(one.message.startswith("1 messages refused or lost") for one in parts.told)
     parts.tally.add("/tf: more is said than can be sent, the oldest is lost")
-    parts.health.tell(20 * SECOND)
+    parts.health.publish(20 * SECOND)
     assert (parts.told[-1].level, parts.told[-1].values[0].value) == (WARN, "2")
 
 
 def test_who_cannot_hear_whom_is_warned_of_as_long_as_it_lasts(parts: SimpleNamespace) -> None:
     parts.graph.mismatches = lambda: ["/scan: best effort does not reach reliable"]
-    parts.health.look()
+    parts.health.check_graph()
     for second in range(0, 3 * RECENT_NS // SECOND):
-        parts.health.tell(second * SECOND)
+        parts.health.publish(second * SECOND)
     assert [one.level for one in parts.told] == [WARN]
     parts.graph.mismatches = list
-    parts.health.look()
-    parts.health.tell(4 * RECENT_NS)
+    parts.health.check_graph()
+    parts.health.publish(4 * RECENT_NS)
     assert parts.told[-1].level == OK

@@ -14,15 +14,15 @@ import pytest
 from chefbot.bridge.robot_time import RobotTime
 from chefbot.design.export.urdf import urdf
 from chefbot.errors import UserError
-from chefbot.launcher.join import Meeting, guest_name, meet, watching
+from chefbot.launcher.join import JoinedRobot, join_robot, joining_node_name, watch_robot
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.load import load_robot
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import CLOCK, LATCHED
-from chefbot.ros2.rmw.session import Wire
-from chefbot.runtime.clock import FollowedClock
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import CLOCK, TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.session import RmwContext
+from chefbot.runtime.clock import FollowerClock
 from chefbot.runtime.launch import Launch, load_launch
 from chefbot.runtime.loop import Loop
 from tests.waiting import PATIENCE
@@ -38,8 +38,8 @@ def robot(port: int) -> Iterator[Start]:
 
     def start(space: str = "/", *nodes: str, simulated: bool = False, description: str = "") -> ExitStack:
         one = running.enter_context(ExitStack())
-        there = one.enter_context(Wire(port=port, router=False))
-        leader = one.enter_context(WireNode(there, "chefbot", space))
+        there = one.enter_context(RmwContext(port=port, router=False))
+        leader = one.enter_context(RmwNode(there, "chefbot", space))
         if simulated:
             clock = leader.publisher("clock", Clock, CLOCK)
             told = threading.Event()
@@ -51,9 +51,9 @@ def robot(port: int) -> Iterator[Start]:
 
             threading.Thread(target=tell, daemon=True).start()
         for name in nodes:
-            one.enter_context(WireNode(there, name, space))
+            one.enter_context(RmwNode(there, name, space))
         if description:
-            leader.publisher("robot_description", String, LATCHED).publish(String(description))
+            leader.publisher("robot_description", String, TRANSIENT_LOCAL_QOS).publish(String(description))
         return one
 
     with running:
@@ -65,40 +65,40 @@ def guest(**args: str) -> Launch:
     return msgspec.structs.replace(launch, args={**launch.args, **args})
 
 
-def met(wire: Wire, launch: Launch) -> tuple[Meeting, list[str]]:
+def met(wire: RmwContext, launch: Launch) -> tuple[JoinedRobot, list[str]]:
     said: list[str] = []
-    meeting = meet(wire, launch, ROBOT, said.append)
+    meeting = join_robot(wire, launch, ROBOT, said.append)
     assert meeting is not None
     return meeting, said
 
 
-def test_the_only_robot_is_joined_in_its_namespace_and_its_time(wire: Wire, robot: Start) -> None:
+def test_the_only_robot_is_joined_in_its_namespace_and_its_time(wire: RmwContext, robot: Start) -> None:
     robot("/robot1", "base", simulated=True, description=urdf(ROBOT))
     meeting, said = met(wire, guest())
     assert meeting.launch.args["namespace"] == "/robot1"
     assert meeting.launch.clock == "simulation"
     assert said == ["Joined robot /robot1, in its simulated time."]
-    with WireNode(wire, "listener", "/robot1") as node:
+    with RmwNode(wire, "listener", "/robot1") as node:
         told = RobotTime(node)
         loop = Loop(told.clock, told.start_ns)
-        told.drive(loop)
-        assert isinstance(told.clock, FollowedClock)
-        loop.at(told.start_ns + 200_000_000, 0, loop.stop)
+        told.attach(loop)
+        assert isinstance(told.clock, FollowerClock)
+        loop.schedule(told.start_ns + 200_000_000, 0, loop.stop)
         loop.run()
         assert loop.now_ns == told.start_ns + 200_000_000
 
 
-def test_of_several_robots_one_must_be_named(wire: Wire, robot: Start) -> None:
+def test_of_several_robots_one_must_be_named(wire: RmwContext, robot: Start) -> None:
     robot("/robot1")
     robot("/robot2")
     with pytest.raises(UserError, match=r"several robots, /robot1, /robot2; say namespace:=NAME"):
-        meet(wire, guest(), ROBOT, lambda _: None)
+        join_robot(wire, guest(), ROBOT, lambda _: None)
     meeting, said = met(wire, guest(namespace="/robot2"))
     assert meeting.launch.args["namespace"] == "/robot2"
     assert meeting.launch.clock == "wall" and said == ["Joined robot /robot2."]
 
 
-def test_another_kind_of_robot_and_taken_names_are_refused(wire: Wire, robot: Start) -> None:
+def test_another_kind_of_robot_and_taken_names_are_refused(wire: RmwContext, robot: Start) -> None:
     with (
         robot("/robot1", description=urdf(load_robot("chefbot"))),
         pytest.raises(UserError, match="is a chefbot, not"),
@@ -113,21 +113,21 @@ def test_another_kind_of_robot_and_taken_names_are_refused(wire: Wire, robot: St
 
 
 @pytest.mark.slow
-def test_who_comes_before_the_robot_says_so_and_waits(wire: Wire, robot: Start) -> None:
+def test_who_comes_before_the_robot_says_so_and_waits(wire: RmwContext, robot: Start) -> None:
     said: queue.Queue[str] = queue.Queue()
     threading.Timer(3.0, robot).start()
-    meeting = meet(wire, guest(), ROBOT, said.put)
+    meeting = join_robot(wire, guest(), ROBOT, said.put)
     assert meeting is not None and meeting.zid
     assert said.get() == "Waiting for a robot on the wire."
     assert said.get() == "Joined a robot."
 
 
 @pytest.mark.slow
-def test_a_robot_that_comes_again_is_a_new_one(wire: Wire, robot: Start) -> None:
+def test_a_robot_that_comes_again_is_a_new_one(wire: RmwContext, robot: Start) -> None:
     first = robot("/robot1")
     meeting, _ = met(wire, guest())
     stopped = threading.Event()
-    with watching(wire, meeting, stopped.set) as anew:
+    with watch_robot(wire, meeting, stopped.set) as anew:
         first.close()
         assert not stopped.wait(1.5)  # gone is not anew: its link may be cut
         robot("/robot1")
@@ -135,6 +135,6 @@ def test_a_robot_that_comes_again_is_a_new_one(wire: Wire, robot: Start) -> None
 
 
 def test_each_guest_has_a_node_of_its_own() -> None:
-    assert guest_name(guest()) == "chefbot_remote_page"
+    assert joining_node_name(guest()) == "chefbot_remote_page"
     launch = load_launch("several_machines", {"slam": "nuc.local", "screen": ""})
-    assert guest_name(launch) == "chefbot_nuc_local"
+    assert joining_node_name(launch) == "chefbot_nuc_local"

@@ -17,7 +17,7 @@ from chefbot.errors import UserError
 from chefbot.fleet.access_control import access_control, own_keys
 from chefbot.fleet.keyring import Keyring
 from chefbot.fleet.membership import Card, Fleet, check_name
-from chefbot.fleet.secure_router import Doors, endpoint, gate_config, turned_away
+from chefbot.fleet.secure_router import ExternalEndpoints, endpoint, rejection_sentence, router_config
 
 NOW = datetime(2026, 11, 21, tzinfo=UTC)
 
@@ -25,13 +25,13 @@ NOW = datetime(2026, 11, 21, tzinfo=UTC)
 @pytest.fixture
 def office(tmp_path: Path) -> Keyring:
     ring = Keyring(tmp_path / "office")
-    ring.found("hotel", NOW)
+    ring.create_fleet("hotel", NOW)
     return ring
 
 
 def member(folder: Path, office: Keyring, name: str, role: str = "robot") -> Keyring:
     ring = Keyring(folder / name)
-    ring.accept(office.sign(ring.ask(name, role), NOW)[0])  # type: ignore[arg-type]
+    ring.accept(office.admit(ring.request_membership(name, role), NOW)[0])  # type: ignore[arg-type]
     return ring
 
 
@@ -39,13 +39,13 @@ def test_a_member_knows_itself_and_the_others(tmp_path: Path, office: Keyring) -
     robot = member(tmp_path, office, "robot1")
     me = robot.identity()
     assert (me.name, me.role, me.fleet.members) == ("robot1", "robot", {"site": "site", "robot1": "robot"})
-    assert me.ends - NOW > timedelta(days=365)
+    assert me.expires - NOW > timedelta(days=365)
 
 
 def test_private_keys_are_their_owners_and_in_no_file_that_travels(tmp_path: Path, office: Keyring) -> None:
     robot = Keyring(tmp_path / "robot1")
-    request = robot.ask("robot1", "robot")
-    card, _ = office.sign(request, NOW)
+    request = robot.request_membership("robot1", "robot")
+    card, _ = office.admit(request, NOW)
     for ring in (office, robot):
         for key in ring.folder.glob("*.key"):
             assert stat.S_IMODE(key.stat().st_mode) == 0o600
@@ -55,10 +55,10 @@ def test_private_keys_are_their_owners_and_in_no_file_that_travels(tmp_path: Pat
 def test_the_card_of_another_tells_of_it_and_is_not_mine(tmp_path: Path, office: Keyring) -> None:
     first, second = member(tmp_path, office, "robot1"), Keyring(tmp_path / "robot2")
     mine = (first.folder / "me.pem").read_bytes()
-    card, _ = office.sign(second.ask("robot2", "robot"), NOW)
+    card, _ = office.admit(second.request_membership("robot2", "robot"), NOW)
     assert "robot2" in first.accept(card).members and (first.folder / "me.pem").read_bytes() == mine
     late = Keyring(tmp_path / "late")
-    late.ask("robot3", "robot")
+    late.request_membership("robot3", "robot")
     with pytest.raises(UserError, match="not for this machine's key"):
         late.accept(card)
 
@@ -74,7 +74,7 @@ def test_an_older_list_a_changed_one_and_a_foreign_one_are_refused(tmp_path: Pat
     with pytest.raises(UserError, match="changed"):
         robot.accept(msgspec.structs.replace(old, fleet=more))
     thieves = Keyring(tmp_path / "thieves")
-    thieves.found("hotel", NOW)
+    thieves.create_fleet("hotel", NOW)
     with pytest.raises(UserError, match="another authority"):
         robot.accept(thieves.card())
 
@@ -93,7 +93,7 @@ def _some_card() -> Card:
 
     with tempfile.TemporaryDirectory() as folder:
         ring = Keyring(Path(folder))
-        ring.found("hotel", NOW)
+        ring.create_fleet("hotel", NOW)
         return ring.card()
 
 
@@ -112,9 +112,9 @@ def test_a_robot_may_only_use_keys_below_its_own_name() -> None:
 
 
 def test_without_keys_nothing_listens_and_tls_is_refused() -> None:
-    assert gate_config(None, Doors())["listen"]["endpoints"] == []
+    assert router_config(None, ExternalEndpoints())["listen"]["endpoints"] == []
     with pytest.raises(UserError, match="member of a fleet"):
-        gate_config(None, Doors(("tls/robot1:7447",)))
+        router_config(None, ExternalEndpoints(("tls/robot1:7447",)))
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_names_that_are_no_namespace_are_refused(name: str) -> None:
 def test_zenohs_log_tells_who_was_turned_away() -> None:
     who = "77 on Interface(eth0)+CertCommonName(robot2)+Transport(Tls)+77"
     denied = f"x TRACE a: {who} is unauthorized to Put (ingress) on 0/robot1/cmd_vel"
-    assert turned_away(denied, {"robot2": "robot"}) == "robot2 may not write 0/robot1/cmd_vel"
+    assert rejection_sentence(denied, {"robot2": "robot"}) == "robot2 may not write 0/robot1/cmd_vel"
     members = {"robot2": "robot", "robot1": "robot", "alice": "operator"}
     node = denied.replace("0/robot1/cmd_vel", "@ros2_lv/0/1b/0/0/NN/%/{}/{}")
     told = {
@@ -150,11 +150,11 @@ def test_zenohs_log_tells_who_was_turned_away() -> None:
         node.format("%alice", "page"): None,
     }
     for line, sentence in told.items():
-        assert turned_away(line, members) == sentence
+        assert rejection_sentence(line, members) == sentence
     ends = "10.0.0.1:7447: 10.0.0.2:1"
     accepted = f"x DEBUG zenoh_link_tls::unicast: Accepted TLS connection on {ends}. Common Name: robot2.\n"
-    assert turned_away(accepted, {"robot2": "robot"}) is None
-    assert turned_away(accepted, {"robot1": "robot"}) == "robot2 is not on the fleet's list"
+    assert rejection_sentence(accepted, {"robot2": "robot"}) is None
+    assert rejection_sentence(accepted, {"robot1": "robot"}) == "robot2 is not on the fleet's list"
 
 
 def test_the_verbs_lead_a_robot_into_the_fleet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

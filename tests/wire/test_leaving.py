@@ -6,20 +6,20 @@ import subprocess
 import sys
 
 from chefbot.msgs.std_msgs import String
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 from tests.chaos.launched import free_port
 from tests.waiting import wait_for
 
 LEAVES = """
 import sys, time
 from chefbot.msgs.std_msgs import String
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 
 heard = []
-wire = Wire(port=int(sys.argv[1]), router=False)
-WireNode(wire, "leaves").subscription("talk", String, heard.append)
+wire = RmwContext(port=int(sys.argv[1]), router=False)
+RmwNode(wire, "leaves").subscription("talk", String, heard.append)
 while len(heard) < 10:
     time.sleep(0.01)
 sys.exit(3)
@@ -28,7 +28,7 @@ sys.exit(3)
 
 def test_a_program_ends_though_messages_come_and_it_has_not_closed_the_wire() -> None:
     port = free_port()
-    with Wire(port=port) as wire, WireNode(wire, "talks") as node:
+    with RmwContext(port=port) as wire, RmwNode(wire, "talks") as node:
         talk = node.publisher("talk", String)
         program = subprocess.Popen([sys.executable, "-c", LEAVES, str(port)])
 

@@ -65,7 +65,7 @@ def test_over_the_site_robots_and_operators_meet(network: Network, fleet: Keyrin
 
 def test_strangers_and_former_members_stay_outside(network: Network, fleet: Keyring, tmp_path: Path) -> None:
     foreign = Keyring(tmp_path / "foreign")
-    foreign.found("thieves", datetime.now(UTC))
+    foreign.create_fleet("thieves", datetime.now(UTC))
     Keyring(tmp_path / "robot1").accept(fleet.remove("robot2"))
     robot1 = network.start("robot1")
     there = f"tls/{network.address('robot1')}:7447"

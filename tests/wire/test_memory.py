@@ -7,9 +7,9 @@ import sys
 
 MEASURE = """
 import resource, sys
-from chefbot.ros2.rmw.malloc_tuning import keep_memory
+from chefbot.ros2.rmw.malloc_tuning import tune_malloc
 if sys.argv[1] == "kept":
-    keep_memory()
+    tune_malloc()
 def faults():
     return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
 def pictures():

@@ -18,11 +18,11 @@ from chefbot.msgs.action_msgs import STATUS_SUCCEEDED
 from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal
 from chefbot.msgs.std_msgs import Float64, String
 from chefbot.ros2.rmw.action_client import ActionClient
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import LATCHED
-from chefbot.ros2.rmw.session import Wire
-from chefbot.runtime.launch import Launch, NodeEntry, load_launch, split
-from chefbot.supervision.supervisor import PERIOD, Order, Supervisor
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.session import RmwContext
+from chefbot.runtime.launch import Launch, NodeEntry, load_launch, split_by_process
+from chefbot.supervision.supervisor import PERIOD, Supervisor, WorkerSpec
 from tests.processes import children_of, is_alive
 from tests.waiting import PATIENCE, in_time, wait_for
 
@@ -38,8 +38,8 @@ nodes:
 TOYS = Path(__file__).parents[1] / "runtime" / "toys.py"
 
 
-def order(name: str) -> Order:
-    return Order(Launch(name="x", about="", args={}, nodes={}), name, ".", 0, 7447)
+def order(name: str) -> WorkerSpec:
+    return WorkerSpec(Launch(name="x", about="", args={}, nodes={}), name, ".", 0, 7447)
 
 
 SLEEPY = "import sys; sys.stdin.readline(); sys.stdin.read()"
@@ -87,7 +87,7 @@ def test_children_end_with_their_input_and_stubborn_ones_are_killed() -> None:
 def test_parts_of_a_launch(tmp_path: Path) -> None:
     path = tmp_path / "parts.yaml"
     path.write_text(LAUNCH)
-    own, others = split(load_launch(str(path)))
+    own, others = split_by_process(load_launch(str(path)))
     assert list(own.nodes) == ["counter", "guest"]
     assert {name: list(one.nodes) for name, one in others.items()} == {
         "sums": ["doubler"],
@@ -113,8 +113,8 @@ class Launched:
             stderr=subprocess.STDOUT,
             text=True,
         )
-        self.wire = Wire(port=port, router=False)
-        self.node = WireNode(self.wire, "outsider")
+        self.wire = RmwContext(port=port, router=False)
+        self.node = RmwNode(self.wire, "outsider")
 
     def there(self, *names: str) -> bool:
         return set(names) <= {one.name for one in self.wire.graph.nodes()}
@@ -137,7 +137,7 @@ def test_processes_talk_come_back_and_leave_nothing(launched: Launched, port: in
     double: queue.Queue[Float64] = queue.Queue()
     dishes: queue.Queue[String] = queue.Queue()
     launched.node.subscription("/double", Float64, double.put)
-    launched.node.subscription("/dishes", String, dishes.put, LATCHED)
+    launched.node.subscription("/dishes", String, dishes.put, TRANSIENT_LOCAL_QOS)
     assert launched.wire.graph.wait_for(lambda _: launched.there("cook", "doubler", "counter"), PATIENCE)
     assert double.get(timeout=PATIENCE).data % 2.0 == 0.0
     # the guest's order; who comes late is told the last dish only
@@ -157,7 +157,7 @@ def test_processes_talk_come_back_and_leave_nothing(launched: Launched, port: in
     assert double.get(timeout=PATIENCE).data % 2.0 == 0.0
     client = ActionClient(launched.node, "/deliver", Deliver)
     wait_for(lambda: client.served)
-    assert client.send(Deliver_Goal(("tea",))).outcome.result(PATIENCE)[0] == STATUS_SUCCEEDED
+    assert client.send_goal_async(Deliver_Goal(("tea",))).result.result(PATIENCE)[0] == STATUS_SUCCEEDED
 
     children = children_of(launched.process.pid)
     launched.process.send_signal(signal.SIGINT)
@@ -165,7 +165,7 @@ def test_processes_talk_come_back_and_leave_nothing(launched: Launched, port: in
     assert launched.process.returncode == 0
     assert "process sums ended (signal 9); again in 0.5 s" in said
     assert not any(map(is_alive, children))
-    with Wire(port=port) as again:
+    with RmwContext(port=port) as again:
         assert again.is_router  # the port is free
 
 

@@ -1,32 +1,32 @@
-"""Whatever is written can be read back; whatever else is read is refused with a WireError and nothing worse."""
+"""Whatever is written can be read back; whatever else is read is refused with a RmwError and nothing worse."""
 
 from __future__ import annotations
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.ros2.rmw.attachment import Attachment, unpack
-from chefbot.ros2.rmw.errors import WireError
-from chefbot.ros2.rmw.names import WireType
-from chefbot.ros2.rmw.qos import INFINITE, QoS, Span, incompatible, parse_qos
-from chefbot.ros2.rmw.tokens import End, NodeId, Token, parse_token
+from chefbot.ros2.rmw.attachment import Attachment, parse
+from chefbot.ros2.rmw.errors import RmwError
+from chefbot.ros2.rmw.liveliness import EndpointInfo, NodeId, Token, parse_token
+from chefbot.ros2.rmw.names import InterfaceType
+from chefbot.ros2.rmw.qos import INFINITE, QoS, QosDuration, incompatible, parse_qos
 
 word = st.from_regex(r"[a-z_][a-z0-9_]{0,8}", fullmatch=True)
 path = st.lists(word, min_size=1, max_size=3).map(lambda parts: "/" + "/".join(parts))
 maybe_root = st.one_of(st.just("/"), path)
 small = st.integers(0, 5)
 number = st.integers(0, 2**63 - 1)
-span = st.builds(Span, number, st.integers(0, 999_999_999))
+span = st.builds(QosDuration, number, st.integers(0, 999_999_999))
 qos = st.builds(QoS, small, small, small, number, span, span, small, span)
 types = st.builds(
-    lambda package, folder, name, digest: WireType(f"{package}/{folder}/{name}", f"RIHS01_{digest}"),
+    lambda package, folder, name, digest: InterfaceType(f"{package}/{folder}/{name}", f"RIHS01_{digest}"),
     word, st.sampled_from(["msg", "srv", "action"]), word, st.from_regex(r"[0-9a-f]{64}", fullmatch=True),
 )  # fmt: skip
 ids = st.integers(0, 10**6).map(str)
 zid = st.from_regex(r"[1-9a-f][0-9a-f]{0,31}", fullmatch=True)
 nodes = st.builds(NodeId, st.integers(0, 232), zid, ids, maybe_root, word, maybe_root)
 ends = st.builds(
-    End, ids, st.sampled_from(["MP", "MS", "SS", "SC"]), path, types, qos,
+    EndpointInfo, ids, st.sampled_from(["MP", "MS", "SS", "SC"]), path, types, qos,
     st.sampled_from(["", "backends:cpu:", "backends:cpu:;cuda:x"]),
 )  # fmt: skip
 tokens = st.builds(Token, nodes, st.one_of(st.none(), ends))
@@ -51,17 +51,17 @@ def test_damaged_tokens_are_refused_or_read(token: Token, place: int, put: str, 
     damaged = text[:place] + put + text[place + cut :]
     try:
         read = parse_token(damaged)
-    except WireError:
+    except RmwError:
         return
     assert parse_token(str(read)) == read
 
 
 @given(st.text(max_size=60))
 def test_any_text_is_refused_or_read(text: str) -> None:
-    for parse in (parse_token, parse_qos):
+    for parser in (parse_token, parse_qos):
         try:
-            parse(text)  # type: ignore[operator]
-        except WireError:
+            parser(text)  # type: ignore[operator]
+        except RmwError:
             continue
 
 
@@ -70,14 +70,14 @@ def test_any_text_is_refused_or_read(text: str) -> None:
 )
 def test_attachments_are_read_back(sequence: int, stamp: int, gid: bytes) -> None:
     one = Attachment(sequence, stamp, gid)
-    assert unpack(one.pack()) == one
+    assert parse(one.pack()) == one
 
 
 @given(st.binary(max_size=40))
 def test_any_bytes_are_an_attachment_or_refused(data: bytes) -> None:
     try:
-        one = unpack(data)
-    except WireError:
+        one = parse(data)
+    except RmwError:
         return
     assert one.pack() == data
 
@@ -86,6 +86,11 @@ def test_an_end_that_takes_what_there_is_fits_every_other() -> None:
     """As rmw_zenoh writes a subscription with BEST_AVAILABLE: markers, no times."""
     marker = "9223372036,854775806"
     asked = parse_qos(f"4:4:1,10:{marker}:,:5,{marker}")
-    for offered in (QoS(), QoS(reliability=2), QoS(liveliness=3, lease=Span(1, 0)), QoS(deadline=Span(1, 0))):
+    for offered in (
+        QoS(),
+        QoS(reliability=2),
+        QoS(liveliness=3, lease=QosDuration(1, 0)),
+        QoS(deadline=QosDuration(1, 0)),
+    ):
         assert incompatible(offered, asked) == []
         assert incompatible(asked, offered._replace(deadline=INFINITE, lease=INFINITE, liveliness=1)) == []

@@ -13,60 +13,71 @@ from hypothesis import strategies as st
 
 from chefbot.runtime.clock import WallClock
 from chefbot.runtime.loop import TIMER, Loop
-from chefbot.supervision.heartbeat import BEAT, ENDLESS, HANGS, LONG, SILENT, THINKS, TURNS, Heart, Pulse
+from chefbot.supervision.heartbeat import (
+    BUSY,
+    HEARTBEAT_PERIOD,
+    HEARTBEAT_TIMEOUT,
+    MAX_SILENCE,
+    MAX_STEP_TIME,
+    PROGRESSING,
+    STEP_TIMEOUT,
+    HeartbeatMonitor,
+    HeartbeatSender,
+)
 from chefbot.supervision.supervisor import PERIOD
 from tests.waiting import wait_for
 
 looks = st.lists(
-    st.tuples(st.sampled_from([b"", TURNS, THINKS, THINKS + TURNS]), st.floats(0.0, 2 * PERIOD)), max_size=300
+    st.tuples(st.sampled_from([b"", PROGRESSING, BUSY, BUSY + PROGRESSING]), st.floats(0.0, 2 * PERIOD)),
+    max_size=300,
 )
 
 
 @given(looks)
 def test_it_is_weak_or_ended_for_what_was_not_heard_only(said: list[tuple[bytes, float]]) -> None:
-    pulse, silent, thinks, begun = Pulse(), 0.0, 0.0, False
+    pulse, silent, thinks, begun = HeartbeatMonitor(), 0.0, 0.0, False
     for signs, elapsed in said:
-        pulse.feel(signs, elapsed)
+        pulse.update(signs, elapsed)
         begun |= bool(signs)
         silent = 0.0 if signs else silent + elapsed
-        thinks = 0.0 if TURNS in signs else thinks + elapsed
-        assert pulse.is_weak == (begun and (silent > SILENT or thinks > LONG))
-        assert bool(pulse.verdict) == (begun and silent > HANGS)
+        thinks = 0.0 if PROGRESSING in signs else thinks + elapsed
+        assert pulse.is_unresponsive == (begun and (silent > MAX_SILENCE or thinks > MAX_STEP_TIME))
+        assert bool(pulse.kill_reason) == (begun and silent > HEARTBEAT_TIMEOUT)
 
 
-def after(signs: bytes, seconds: float) -> Pulse:
+def after(signs: bytes, seconds: float) -> HeartbeatMonitor:
     """Felt every PERIOD; a last look is beyond."""
-    pulse = Pulse()
-    pulse.feel(TURNS, PERIOD)
+    pulse = HeartbeatMonitor()
+    pulse.update(PROGRESSING, PERIOD)
     for _ in range(round(seconds / PERIOD) + 1):
-        pulse.feel(signs, PERIOD)
+        pulse.update(signs, PERIOD)
     return pulse
 
 
 def test_silence_makes_it_weak_and_then_ends_it() -> None:
-    assert not after(b"", SILENT - 2 * PERIOD).is_weak
-    assert after(b"", SILENT).is_weak
-    assert BEAT + SILENT + 2 * PERIOD < 0.2, "the robot stands within 200 ms"
-    assert after(b"", HANGS - 2 * PERIOD).verdict == ""
-    assert after(b"", HANGS).verdict == "no sign of life for 2.0 s"
+    assert not after(b"", MAX_SILENCE - 2 * PERIOD).is_unresponsive
+    assert after(b"", MAX_SILENCE).is_unresponsive
+    assert HEARTBEAT_PERIOD + MAX_SILENCE + 2 * PERIOD < 0.2, "the robot stands within 200 ms"
+    assert after(b"", HEARTBEAT_TIMEOUT - 2 * PERIOD).kill_reason == ""
+    assert after(b"", HEARTBEAT_TIMEOUT).kill_reason == "no sign of life for 2.0 s"
 
 
 def test_who_thinks_for_long_is_not_relied_on_but_ended_only_if_there_is_no_end() -> None:
-    assert not after(THINKS, LONG - 2 * PERIOD).is_weak
-    assert after(THINKS, LONG).is_weak
-    assert after(THINKS, 10 * HANGS).verdict == ""
-    assert after(THINKS, ENDLESS).verdict == "at one step for 30 s"
+    assert not after(BUSY, MAX_STEP_TIME - 2 * PERIOD).is_unresponsive
+    assert after(BUSY, MAX_STEP_TIME).is_unresponsive
+    assert after(BUSY, 10 * HEARTBEAT_TIMEOUT).kill_reason == ""
+    assert after(BUSY, STEP_TIMEOUT).kill_reason == "at one step for 30 s"
 
 
 def test_one_that_loads_has_time() -> None:
-    pulse = Pulse()
+    pulse = HeartbeatMonitor()
     for _ in range(round(59.0 / PERIOD)):
-        pulse.feel(b"", PERIOD)
-    assert not pulse.is_weak
-    assert pulse.verdict == ""
+        pulse.update(b"", PERIOD)
+    assert not pulse.is_unresponsive
+    assert pulse.kill_reason == ""
     for _ in range(round(2.0 / PERIOD)):
-        pulse.feel(b"", PERIOD)
-    assert pulse.verdict == "it has not begun after 60 s"
+        pulse.update(b"", PERIOD)
+    assert pulse.kill_reason == "it has not begun after 60 s"
 
 
 @contextmanager
@@ -74,11 +85,11 @@ def beating() -> Iterator[tuple[Loop, socket.socket]]:
     """A loop in a thread of its own, and the launch's end of its line."""
     ours, theirs = socket.socketpair()
     loop = Loop(WallClock(), time.monotonic_ns())
-    loop.at(loop.now_ns + 600_000_000_000, TIMER, lambda: None)
+    loop.schedule(loop.now_ns + 600_000_000_000, TIMER, lambda: None)
     thread = threading.Thread(target=loop.run)
     with ours, theirs:
         ours.settimeout(10.0)
-        Heart(loop, theirs.fileno())
+        HeartbeatSender(loop, theirs.fileno())
         thread.start()
         yield loop, ours
         loop.stop()
@@ -87,14 +98,14 @@ def beating() -> Iterator[tuple[Loop, socket.socket]]:
 
 def test_a_loop_that_waits_turns_and_one_that_is_held_up_thinks() -> None:
     with beating() as (loop, line):
-        assert line.recv(1) == TURNS
+        assert line.recv(1) == PROGRESSING
         let_go = threading.Event()
         loop.post(lambda: let_go.wait(10.0))
-        wait_for(lambda: line.recv(1) == THINKS)
-        assert [line.recv(1) for _ in range(5)] == [THINKS] * 5
+        wait_for(lambda: line.recv(1) == BUSY)
+        assert [line.recv(1) for _ in range(5)] == [BUSY] * 5
         let_go.set()
-        wait_for(lambda: line.recv(1) == TURNS)
-        assert [line.recv(1) for _ in range(5)] == [TURNS] * 5
+        wait_for(lambda: line.recv(1) == PROGRESSING)
+        assert [line.recv(1) for _ in range(5)] == [PROGRESSING] * 5
 
 
 def test_the_heart_ends_with_the_line_and_a_launch_that_does_not_read_holds_nobody_up() -> None:

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.msgs.chefbot_msgs import StopStatus, WheelSpeeds
+from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Bool
-from chefbot.nodes.drive_base import STILL_STOPPED
-from chefbot.ros2.rmw.node import WireNode
+from chefbot.nodes.drive_base import ESTOP_RESTORED
+from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.publisher import Publisher
-from chefbot.ros2.rmw.qos import LATCHED
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.session import RmwContext
 from tests.chaos.launched import Launched, running, wait_for
 
 LAUNCH = """
@@ -22,7 +22,7 @@ about: The gate before the wheels in a process of its own.
 clock: wall
 nodes:
   odometry: {kind: "chefbot.nodes.odometry:OdometryNode"}
-  base: {kind: "chefbot.nodes.drive_base:BaseNode", process: gate}
+  base: {kind: "chefbot.nodes.drive_base:DriveBaseNode", process: gate}
 """
 
 
@@ -30,18 +30,20 @@ class Late:
     """Somebody who comes after all was said, in a process's session of its own."""
 
     def __init__(self, port: int) -> None:
-        self._wire = Wire(port=port, router=False)
-        self._node = WireNode(self._wire, "late")
+        self._wire = RmwContext(port=port, router=False)
+        self._node = RmwNode(self._wire, "late")
         self.said: list[bool] = []
-        self.why: list[StopStatus] = []
-        self._node.subscription("/emergency_stop", Bool, lambda one: self.said.append(one.data), LATCHED)
-        self._node.subscription("/stop_status", StopStatus, self.why.append, LATCHED)
+        self.why: list[EmergencyStopStatus] = []
+        self._node.subscription(
+            "/emergency_stop", Bool, lambda one: self.said.append(one.data), TRANSIENT_LOCAL_QOS
+        )
+        self._node.subscription("/stop_status", EmergencyStopStatus, self.why.append, TRANSIENT_LOCAL_QOS)
 
     def first(self) -> bool:
         """What it is told; one word and no other."""
         wait_for(lambda: self.said and self.why)
         found = self.said[0]
-        assert self.said == [found] and self.why[0].stopped is found
+        assert self.said == [found] and self.why[0].active is found
         self.close()
         return found
 
@@ -53,18 +55,20 @@ class Late:
 class Gate:
     """The launch above, two people who can press STOP, and one who drives."""
 
-    def __init__(self, one: Launched, node: WireNode) -> None:
+    def __init__(self, one: Launched, node: RmwNode) -> None:
         self.one, self.node = one, node
         self.speeds: list[float] = []
         self.people = [node.publisher("/stop_request", Bool) for _ in range(2)]
         self._driver = node.publisher("/cmd_vel_teleop", Twist)
         self._states: list[bool] = []
-        node.subscription("/emergency_stop", Bool, lambda said: self._states.append(said.data), LATCHED)
+        node.subscription(
+            "/emergency_stop", Bool, lambda said: self._states.append(said.data), TRANSIENT_LOCAL_QOS
+        )
         node.subscription("/wheel_speeds", WheelSpeeds, lambda said: self.speeds.append(said.left))
         self.wait_until_there()
 
     def wait_until_there(self) -> None:
-        wait_for(lambda: all(one.heard for one in (*self.people, self._driver)))
+        wait_for(lambda: all(one.has_subscribers for one in (*self.people, self._driver)))
 
     def say(self, person: Publisher[Bool], word: bool) -> None:
         """Whoever comes before the base has answered would receive the old state and the new one."""
@@ -75,7 +79,7 @@ class Gate:
     def kill(self) -> None:
         """And wait for its next life."""
         killed = self.one.kill("gate")
-        wait_for(lambda: not self.people[0].heard)
+        wait_for(lambda: not self.people[0].has_subscribers)
         wait_for(lambda: self.one.child("gate") not in (None, killed))
         self.wait_until_there()
 
@@ -103,10 +107,10 @@ def test_a_late_listener_hears_one_word_and_a_new_life_of_the_base_says_the_same
         assert not gate.moves()
         gate.kill()
         late = Late(one.port)
-        assert late.first() is True and late.why[0].sentence == STILL_STOPPED
+        assert late.first() is True and late.why[0].description == ESTOP_RESTORED
         assert not gate.moves()
         gate.say(second, False)
         assert gate.moves()
         gate.kill()
         assert Late(one.port).first() is False and gate.moves()  # who was not stopped goes on
-        assert STILL_STOPPED in one.stop()
+        assert ESTOP_RESTORED in one.stop()

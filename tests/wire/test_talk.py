@@ -16,31 +16,31 @@ from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.msgs.std_srvs import SetBool, SetBool_Request, Trigger, Trigger_Request
-from chefbot.ros2.rmw.action_client import ActionClient, RejectedError
+from chefbot.ros2.rmw.action_client import ActionClient, GoalRejectedError
 from chefbot.ros2.rmw.attachment import Attachment
-from chefbot.ros2.rmw.names import WireType, topic_key
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import LATCHED, SENSOR
-from chefbot.ros2.rmw.service import NoAnswerError
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.names import InterfaceType, topic_key
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import SENSOR_DATA, TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.service import NoResponseError
+from chefbot.ros2.rmw.session import RmwContext
 from tests.waiting import PATIENCE, in_time
 
 
 @pytest.fixture
-def node(wire: Wire, other: Callable) -> WireNode:
+def node(wire: RmwContext, other: Callable) -> RmwNode:
     other("peer")
     assert wire.graph.wait_for(lambda graph: "/far/navigate_to_pose" in graph.actions(), PATIENCE)
-    return WireNode(wire, "tester", "/far")
+    return RmwNode(wire, "tester", "/far")
 
 
 def heard_by(publisher) -> None:
     until = time.monotonic() + PATIENCE
-    while not publisher.heard:
+    while not publisher.has_subscribers:
         assert time.monotonic() < until
         time.sleep(0.005)
 
 
-def test_a_twist_goes_there_and_comes_back(node: WireNode) -> None:
+def test_a_twist_goes_there_and_comes_back(node: RmwNode) -> None:
     got: queue.Queue[Twist] = queue.Queue()
     node.subscription("echo", Twist, got.put)
     said = node.publisher("said", Twist)
@@ -50,7 +50,7 @@ def test_a_twist_goes_there_and_comes_back(node: WireNode) -> None:
         assert got.get(timeout=PATIENCE).to_cdr() == Twist.of(0.1 * count, -0.5).to_cdr()
 
 
-def test_a_receiving_thread_keeps_its_python_state(node: WireNode) -> None:
+def test_a_receiving_thread_keeps_its_python_state(node: RmwNode) -> None:
     """A new state for each message would cost a fifth more; what hangs on it would be gone, too."""
     calls = threading.local()
     counts: queue.Queue[tuple[int, int]] = queue.Queue()
@@ -70,7 +70,7 @@ def test_a_receiving_thread_keeps_its_python_state(node: WireNode) -> None:
         assert mine == list(range(1, len(mine) + 1))
 
 
-def test_a_picture_goes_there_and_comes_back(node: WireNode) -> None:
+def test_a_picture_goes_there_and_comes_back(node: RmwNode) -> None:
     got: queue.Queue[Image] = queue.Queue()
     node.subscription("image_back", Image, got.put)
     said = node.publisher("image", Image)
@@ -80,15 +80,15 @@ def test_a_picture_goes_there_and_comes_back(node: WireNode) -> None:
     assert np.array_equal(got.get(timeout=PATIENCE).pixels, picture)
 
 
-def test_a_late_listener_gets_what_was_latched(node: WireNode) -> None:
+def test_a_late_listener_gets_what_was_latched(node: RmwNode) -> None:
     got: queue.Queue[String] = queue.Queue()
-    node.subscription("latched", String, got.put, LATCHED)
+    node.subscription("latched", String, got.put, TRANSIENT_LOCAL_QOS)
     assert got.get(timeout=PATIENCE).data == "early"
 
 
-def test_a_latched_listener_hears_a_speaker_that_latches_nothing(node: WireNode) -> None:
+def test_a_latched_listener_hears_a_speaker_that_latches_nothing(node: RmwNode) -> None:
     got: queue.Queue[Twist] = queue.Queue()
-    node.subscription("echo", Twist, got.put, LATCHED)
+    node.subscription("echo", Twist, got.put, TRANSIENT_LOCAL_QOS)
     said = node.publisher("said", Twist)
     heard_by(said)
     until = time.monotonic() + PATIENCE
@@ -98,25 +98,27 @@ def test_a_latched_listener_hears_a_speaker_that_latches_nothing(node: WireNode)
     assert got.get(timeout=PATIENCE).linear.x == 1.0
 
 
-def test_a_service_answers(node: WireNode) -> None:
+def test_a_service_answers(node: RmwNode) -> None:
     client = node.client("switch", SetBool)
     for wish in (True, False, True):
         response = client.call(SetBool_Request(wish), PATIENCE)
         assert (response.success, response.message) == (wish, "from the other process")
 
 
-def test_nobody_answers_for_a_service_that_is_not_there(node: WireNode) -> None:
-    with pytest.raises(NoAnswerError, match="/far/nothing"):
+def test_nobody_answers_for_a_service_that_is_not_there(node: RmwNode) -> None:
+    with pytest.raises(NoResponseError, match="/far/nothing"):
         node.client("nothing", Trigger).call(Trigger_Request(), PATIENCE)
 
 
-def test_an_action_tells_how_it_goes_and_ends(node: WireNode) -> None:
+def test_an_action_tells_how_it_goes_and_ends(node: RmwNode) -> None:
     status: queue.Queue[GoalStatusArray] = queue.Queue()
-    node.subscription("navigate_to_pose/_action/status", GoalStatusArray, status.put, LATCHED)
+    node.subscription("navigate_to_pose/_action/status", GoalStatusArray, status.put, TRANSIENT_LOCAL_QOS)
     client = ActionClient(node, "navigate_to_pose", NavigateToPose)
     heard: list[float] = []
-    handle = client.send(NavigateToPose_Goal(), lambda feedback: heard.append(feedback.distance_remaining))
-    ended, result = handle.outcome.result(PATIENCE)
+    handle = client.send_goal_async(
+        NavigateToPose_Goal(), lambda feedback: heard.append(feedback.distance_remaining)
+    )
+    ended, result = handle.result.result(PATIENCE)
     assert (ended, result.error_msg) == (STATUS_SUCCEEDED, "there")
     assert heard == [3.0, 2.0, 1.0]
     states = []
@@ -124,40 +126,40 @@ def test_an_action_tells_how_it_goes_and_ends(node: WireNode) -> None:
         states = [one.status for one in status.get(timeout=PATIENCE).status_list]
 
 
-def test_an_action_is_given_up(node: WireNode) -> None:
+def test_an_action_is_given_up(node: RmwNode) -> None:
     client = ActionClient(node, "navigate_to_pose", NavigateToPose)
     begun: queue.Queue[object] = queue.Queue()
-    handle = client.send(NavigateToPose_Goal(behavior_tree="slow"), begun.put)
+    handle = client.send_goal_async(NavigateToPose_Goal(behavior_tree="slow"), begun.put)
     begun.get(timeout=PATIENCE)
     response = handle.cancel().result(PATIENCE)
     assert response.return_code == CANCEL_NONE
     assert [one.goal_id.key for one in response.goals_canceling] == [handle.goal_id.key]
-    assert handle.outcome.result(PATIENCE)[0] == STATUS_CANCELED
+    assert handle.result.result(PATIENCE)[0] == STATUS_CANCELED
 
 
-def test_a_goal_that_is_not_wanted_is_rejected(node: WireNode) -> None:
+def test_a_goal_that_is_not_wanted_is_rejected(node: RmwNode) -> None:
     client = ActionClient(node, "navigate_to_pose", NavigateToPose)
-    with pytest.raises(RejectedError):
-        client.send(NavigateToPose_Goal(behavior_tree="unwanted")).outcome.result(PATIENCE)
+    with pytest.raises(GoalRejectedError):
+        client.send_goal_async(NavigateToPose_Goal(behavior_tree="unwanted")).result.result(PATIENCE)
 
 
-def test_the_graph_names_what_the_other_process_has(node: WireNode) -> None:
+def test_the_graph_names_what_the_other_process_has(node: RmwNode) -> None:
     graph = node.wire.graph
     names = {"/far/other", "/far/tester"}
     assert graph.wait_for(lambda graph: names == {one.full_name for one in graph.nodes()}, PATIENCE)
     topics = graph.topics()
-    assert topics["/far/echo"].types == (WireType.of(Twist),)
-    assert [one.node.full_name for one in topics["/far/echo"].givers] == ["/far/other"]
-    assert [one.node.full_name for one in graph.services()["/far/switch"].givers] == ["/far/other"]
+    assert topics["/far/echo"].types == (InterfaceType.of(Twist),)
+    assert [one.node.full_name for one in topics["/far/echo"].providers] == ["/far/other"]
+    assert [one.node.full_name for one in graph.services()["/far/switch"].providers] == ["/far/other"]
     assert graph.actions()["/far/navigate_to_pose"].types[0].name == "nav2_msgs/action/NavigateToPose"
     assert graph.mismatches() == []
 
 
-def test_ends_that_cannot_work_together_are_named(node: WireNode) -> None:
+def test_ends_that_cannot_work_together_are_named(node: RmwNode) -> None:
     graph = node.wire.graph
     node.subscription("echo", LaserScan, lambda _: None)
-    node.publisher("said", Twist, SENSOR)
-    old = WireType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64)
+    node.publisher("said", Twist, SENSOR_DATA)
+    old = InterfaceType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64)
     node.raw_subscription("echo", old, lambda *_: None)
     assert graph.wait_for(lambda one: len(one.mismatches()) == 3, PATIENCE), graph.mismatches()
     text = "\n".join(graph.mismatches())
@@ -166,11 +168,11 @@ def test_ends_that_cannot_work_together_are_named(node: WireNode) -> None:
     assert "/far/said: /far/tester and /far/other: best effort is offered" in text
 
 
-def test_what_is_no_message_is_counted_and_refused(node: WireNode) -> None:
+def test_what_is_no_message_is_counted_and_refused(node: RmwNode) -> None:
     got: queue.Queue[Twist] = queue.Queue()
     wire = node.wire
     node.subscription("strange", Twist, got.put)
-    key = topic_key(0, "/far/strange", WireType.of(Twist))
+    key = topic_key(0, "/far/strange", InterfaceType.of(Twist))
     good = Attachment(1, 1, b"\0" * 16).pack()
     wire.session.put(key, Twist().to_cdr())
     wire.session.put(key, Twist().to_cdr(), attachment=b"short")
@@ -178,18 +180,18 @@ def test_what_is_no_message_is_counted_and_refused(node: WireNode) -> None:
     wire.session.put(key, b"", attachment=good)
     wire.session.put(key, Twist.of(1.0, 2.0).to_cdr(), attachment=good)
     assert got.get(timeout=PATIENCE).linear.x == 1.0
-    assert wire.refused.total() == 4
-    assert all(reason.startswith("/far/strange: ") for reason in wire.refused.counts())
+    assert wire.rejected.total() == 4
+    assert all(reason.startswith("/far/strange: ") for reason in wire.rejected.counts())
 
 
-def test_a_token_of_nobody_known_is_counted_and_refused(wire: Wire) -> None:
+def test_a_token_of_nobody_known_is_counted_and_refused(wire: RmwContext) -> None:
     token = wire.session.liveliness().declare_token("@ros2_lv/0/abc/0/0/XX/%/%/ghost")
-    assert wire.graph.wait_for(lambda _: wire.refused.total() == 1, PATIENCE)
-    assert "ghost" in next(iter(wire.refused.counts()))
+    assert wire.graph.wait_for(lambda _: wire.rejected.total() == 1, PATIENCE)
+    assert "ghost" in next(iter(wire.rejected.counts()))
     token.undeclare()
 
 
-def test_who_leaves_is_gone_from_the_graph(wire: Wire, other: Callable) -> None:
+def test_who_leaves_is_gone_from_the_graph(wire: RmwContext, other: Callable) -> None:
     process = other("peer")
     assert wire.graph.wait_for(lambda graph: "/far/echo" in graph.topics(), PATIENCE)
     process.kill()
@@ -198,7 +200,7 @@ def test_who_leaves_is_gone_from_the_graph(wire: Wire, other: Callable) -> None:
 
 def test_a_killed_router_is_replaced_and_all_find_each_other_again(port: int, other: Callable) -> None:
     router = other("router")
-    with Wire(port=port) as wire, WireNode(wire, "tester", "/far") as node:
+    with RmwContext(port=port) as wire, RmwNode(wire, "tester", "/far") as node:
         other("peer")
         assert not wire.is_router
         others = lambda graph: len([one for one in graph.nodes() if one.name == "other"])  # noqa: E731
@@ -216,17 +218,17 @@ def test_opening_and_closing_is_quick(port: int) -> None:
     times = []
     for _ in range(5):
         began = time.perf_counter()
-        with Wire(port=port) as wire:
+        with RmwContext(port=port) as wire:
             times.append(time.perf_counter() - began)
             assert wire.is_router
     assert in_time(min(times), 0.020)
 
 
 def test_who_comes_before_the_router_finds_it_later(port: int) -> None:
-    with Wire(port=port, router=False) as early, WireNode(early, "early"):
+    with RmwContext(port=port, router=False) as early, RmwNode(early, "early"):
         time.sleep(0.3)
         assert not early.connected
-        with Wire(port=port) as late:
+        with RmwContext(port=port) as late:
             assert early.graph.wait_for(lambda _: early.connected, PATIENCE)
             assert late.graph.wait_for(
                 lambda graph: [one.name for one in graph.nodes()] == ["early"], PATIENCE

@@ -34,16 +34,16 @@ from chefbot.msgs.type_description_interfaces import (
     GetTypeDescription_Response,
     TypeDescription,
 )
-from chefbot.ros2.rmw.names import WireType
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import LATCHED, SENSOR
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.names import InterfaceType
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import SENSOR_DATA, TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.session import RmwContext
 from chefbot.ros2.tools.graph_layout import lay_out
 from chefbot.ros2.tools.graph_svg import to_svg
 from chefbot.ros2.tools.meter import Meter
-from chefbot.ros2.tools.param import plain_value, wire_value
+from chefbot.ros2.tools.param import parameter_to_plain, plain_to_parameter
 from chefbot.ros2.tools.remote_types import make_class
-from chefbot.ros2.tools.topic_listen import rate_line
+from chefbot.ros2.tools.topic_echo import rate_line
 from tests.msgs.test_cdr import all_messages, instances_of
 from tests.waiting import PATIENCE
 
@@ -64,7 +64,7 @@ Thing = msgspec.defstruct(
 
 @pytest.fixture
 def verb(
-    wire: Wire, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    wire: RmwContext, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., tuple[int, str, str]]:
     """`verb("topic", "list")` is exit code, output and errors."""
     monkeypatch.setenv("CHEFBOT_WIRE_PORT", str(wire._port))
@@ -82,18 +82,20 @@ def verb(
 
 
 @pytest.fixture
-def base(wire: Wire) -> Iterator[WireNode]:
+def base(wire: RmwContext) -> Iterator[RmwNode]:
     """Nodes of a small robot; the scan and a foreign type are said again and again."""
     stop = threading.Event()
-    with WireNode(wire, "base", "/r") as node, WireNode(wire, "slam", "/r") as slam:
-        scan = node.publisher("scan", LaserScan, SENSOR)
-        slam.subscription("scan", LaserScan, lambda _: None, SENSOR)
-        slam.publisher("map", OccupancyGrid, LATCHED).publish(OccupancyGrid())
+    with RmwNode(wire, "base", "/r") as node, RmwNode(wire, "slam", "/r") as slam:
+        scan = node.publisher("scan", LaserScan, SENSOR_DATA)
+        slam.subscription("scan", LaserScan, lambda _: None, SENSOR_DATA)
+        slam.publisher("map", OccupancyGrid, TRANSIENT_LOCAL_QOS).publish(OccupancyGrid())
         node.publisher("silent", String)
         foreign = node.publisher("thing", Thing)
-        node.server("~/list_parameters", rcl.ListParameters, lambda call: call.answer(_listed()))
-        node.server("~/get_parameters", rcl.GetParameters, lambda call: call.answer(_got(call.request.names)))
-        node.server("~/set_parameters", rcl.SetParameters, lambda call: call.answer(_set(call.request)))
+        node.server("~/list_parameters", rcl.ListParameters, lambda call: call.respond(_listed()))
+        node.server(
+            "~/get_parameters", rcl.GetParameters, lambda call: call.respond(_got(call.request.names))
+        )
+        node.server("~/set_parameters", rcl.SetParameters, lambda call: call.respond(_set(call.request)))
 
         def speak() -> None:
             while not stop.wait(0.02):
@@ -121,7 +123,7 @@ def _set(request: rcl.SetParameters_Request) -> Message:
     return rcl.SetParameters_Response(results)
 
 
-def test_topics_are_listed_told_echoed_and_measured(verb: Callable, base: WireNode) -> None:
+def test_topics_are_listed_told_echoed_and_measured(verb: Callable, base: RmwNode) -> None:
     code, out, _ = verb("topic", "list")
     assert code == 0 and out.split() == ["/r/map", "/r/scan", "/r/silent", "/r/thing"]
     rows = [line.split() for line in verb("topic", "list", "-v")[1].splitlines()]
@@ -136,7 +138,7 @@ def test_topics_are_listed_told_echoed_and_measured(verb: Callable, base: WireNo
     assert code == 0 and 1 < float(out.split()[1]) < 100 and "kB/s" in out  # 50, but late ones bunch
 
 
-def test_what_is_not_there_is_named_with_its_nearest(verb: Callable, base: WireNode) -> None:
+def test_what_is_not_there_is_named_with_its_nearest(verb: Callable, base: RmwNode) -> None:
     for words, nearest in (
         (("topic", "hz", "/r/scam"), "'/r/scan'"),
         (("topic", "echo", "/r/scan", "--field", "header.framed"), "'frame_id'"),
@@ -148,8 +150,8 @@ def test_what_is_not_there_is_named_with_its_nearest(verb: Callable, base: WireN
         assert (code, out) == (2, "") and f"did you mean {nearest}?" in said
 
 
-def test_a_silent_topic_says_why(verb: Callable, base: WireNode, wire: Wire) -> None:
-    with WireNode(wire, "rviz") as rviz:
+def test_a_silent_topic_says_why(verb: Callable, base: RmwNode, wire: RmwContext) -> None:
+    with RmwNode(wire, "rviz") as rviz:
         rviz.subscription("/r/silent", Twist, lambda _: None)
         rviz.subscription("/r/scan", LaserScan, lambda _: None)
         code, out, said = verb("topic", "hz", "/r/silent", "--duration", "1")
@@ -161,36 +163,36 @@ def test_a_silent_topic_says_why(verb: Callable, base: WireNode, wire: Wire) -> 
         assert "3 nodes" in doctor and "! /r/silent: /r/base and /rviz do not hear each other" in doctor
 
 
-def test_a_type_nobody_told_of_is_named_with_its_hash(verb: Callable, base: WireNode) -> None:
+def test_a_type_nobody_told_of_is_named_with_its_hash(verb: Callable, base: RmwNode) -> None:
     code, _, said = verb("topic", "echo", "/r/thing", "--once")
     assert code == 2 and f"their_msgs/msg/Thing ({type_hash(Thing)[:19]}...)" in said
     assert verb("topic", "hz", "/r/thing", "--duration", "0.5")[0] == 0
 
 
-def test_a_type_that_a_node_tells_of_is_shown(verb: Callable, base: WireNode) -> None:
+def test_a_type_that_a_node_tells_of_is_shown(verb: Callable, base: RmwNode) -> None:
     told = GetTypeDescription_Response(True, "", TypeDescription.of(describe(Thing)))
-    base.server("~/get_type_description", GetTypeDescription, lambda call: call.answer(told))
+    base.server("~/get_type_description", GetTypeDescription, lambda call: call.respond(told))
     code, out, _ = verb("topic", "echo", "/r/thing", "--once")
     assert (code, yaml.safe_load(out)) == (0, {"size": 2.5, "kind": 7})
 
 
-def test_a_known_type_of_another_version_is_refused(verb: Callable, base: WireNode) -> None:
-    base.raw_publisher("odd", WireType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64))
+def test_a_known_type_of_another_version_is_refused(verb: Callable, base: RmwNode) -> None:
+    base.raw_publisher("odd", InterfaceType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64))
     code, _, said = verb("topic", "echo", "/r/odd", "--once")
-    assert code == 2 and "another version" in said and WireType.of(Twist).hash in said
+    assert code == 2 and "another version" in said and InterfaceType.of(Twist).hash in said
 
 
-def test_a_topic_with_two_types_shows_the_one_that_is_known(verb: Callable, base: WireNode) -> None:
+def test_a_topic_with_two_types_shows_the_one_that_is_known(verb: Callable, base: RmwNode) -> None:
     name = "two"
-    base.raw_publisher(name, WireType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64), LATCHED).publish_cdr(
-        b"?"
-    )
-    base.publisher(name, String, LATCHED).publish(String("known"))
+    base.raw_publisher(
+        name, InterfaceType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64), TRANSIENT_LOCAL_QOS
+    ).publish_cdr(b"?")
+    base.publisher(name, String, TRANSIENT_LOCAL_QOS).publish(String("known"))
     out = verb("topic", "echo", "/r/two", "--duration", "1.5")[1]
     assert "{data: known}" in out and "# not shown" in out and "another version" in out
 
 
-def test_something_is_said(verb: Callable, base: WireNode) -> None:
+def test_something_is_said(verb: Callable, base: RmwNode) -> None:
     heard: list[Twist] = []
     base.subscription("cmd_vel", Twist, heard.append)
     assert verb("topic", "pub", "/r/cmd_vel", "{linear: {x: 0.25}}", "--once")[0] == 0
@@ -205,7 +207,7 @@ def test_something_is_said(verb: Callable, base: WireNode) -> None:
     assert code == 2 and "its type must be written" in said
 
 
-def test_parameters_and_nodes(verb: Callable, base: WireNode) -> None:
+def test_parameters_and_nodes(verb: Callable, base: RmwNode) -> None:
     assert verb("node", "list")[1].split() == ["/r/base", "/r/slam"]
     assert "/r/scan" in verb("node", "info", "/r/base")[1]
     assert yaml.safe_load(verb("param", "get", "/r/base", "frames")[1]) == ["map", "odom"]
@@ -217,7 +219,7 @@ def test_parameters_and_nodes(verb: Callable, base: WireNode) -> None:
     assert code == 2 and "string array" in said
 
 
-def test_services_and_actions_of_another_process(verb: Callable, wire: Wire, other: Callable) -> None:
+def test_services_and_actions_of_another_process(verb: Callable, wire: RmwContext, other: Callable) -> None:
     other("peer")
     assert wire.graph.wait_for(lambda graph: "/far/navigate_to_pose" in graph.actions(), PATIENCE)
     answer = yaml.safe_load(verb("service", "call", "/far/switch", "{data: true}")[1])
@@ -230,7 +232,7 @@ def test_services_and_actions_of_another_process(verb: Callable, wire: Wire, oth
 
 
 @pytest.mark.slow
-def test_ctrl_c_cancels_a_goal(verb: Callable, wire: Wire, base: WireNode, other: Callable) -> None:
+def test_ctrl_c_cancels_a_goal(verb: Callable, wire: RmwContext, base: RmwNode, other: Callable) -> None:
     """It comes with the first feedback, so the goal runs."""
     other("peer")
     assert wire.graph.wait_for(lambda graph: "/far/navigate_to_pose" in graph.actions(), PATIENCE)
@@ -247,7 +249,7 @@ def test_ctrl_c_cancels_a_goal(verb: Callable, wire: Wire, base: WireNode, other
     assert code == 1 and "status: cancelled" in out and "cancelling" in said
 
 
-def test_the_graph_is_drawn_and_told(verb: Callable, base: WireNode, tmp_path: Path) -> None:
+def test_the_graph_is_drawn_and_told(verb: Callable, base: RmwNode, tmp_path: Path) -> None:
     out = tmp_path / "graph.svg"
     assert verb("graph", "--out", str(out), "--duration", "1")[0] == 0
     texts = {one.text for one in ET.parse(out).iter("{http://www.w3.org/2000/svg}text")}
@@ -260,11 +262,11 @@ def test_the_graph_is_drawn_and_told(verb: Callable, base: WireNode, tmp_path: P
 
 @pytest.mark.slow
 def test_a_bag_is_recorded_told_and_does_not_drive_a_running_robot(
-    verb: Callable, base: WireNode, wire: Wire, tmp_path: Path
+    verb: Callable, base: RmwNode, wire: RmwContext, tmp_path: Path
 ) -> None:
     bag = str(tmp_path / "bag")
-    with WireNode(wire, "teleop") as teleop:
-        teleop.publisher("/cmd_vel", Twist, LATCHED).publish(Twist.of(0.3, 0.0))
+    with RmwNode(wire, "teleop") as teleop:
+        teleop.publisher("/cmd_vel", Twist, TRANSIENT_LOCAL_QOS).publish(Twist.of(0.3, 0.0))
         code, out, said = verb("bag", "record", "-o", bag, "--duration", "1.5")
         assert code == 0 and "on 5 topics" in out and said == ""
         info = verb("bag", "info", bag)
@@ -276,7 +278,7 @@ def test_a_bag_is_recorded_told_and_does_not_drive_a_running_robot(
         heard: list[Twist] = []
         base.subscription("/cmd_vel", Twist, heard.append)
         assert verb("bag", "play", bag, "--topics", "/cmd_vel", "--rate", "100")[0] == 0 and len(heard) == 1
-    assert wire.graph.wait_for(lambda graph: not graph.topics()["/cmd_vel"].givers, PATIENCE)
+    assert wire.graph.wait_for(lambda graph: not graph.topics()["/cmd_vel"].providers, PATIENCE)
     code, out, said = verb("bag", "play", bag, "--rate", "100")
     assert code == 0 and "played 1 messages" in out and "/r/scan" in said
     assert [one.linear.x for one in heard] == [0.3, 0.3]
@@ -364,7 +366,7 @@ def test_rates_are_those_of_the_intervals(gaps: list[float]) -> None:
     rate = meter.rate()
     assert rate.messages == len(times)
     assert rate.hz == pytest.approx(len(gaps) / sum(gaps))
-    assert rate.shortest == pytest.approx(min(gaps), rel=1e-3) and rate.longest == pytest.approx(
+    assert rate.min_interval == pytest.approx(min(gaps), rel=1e-3) and rate.longest == pytest.approx(
         max(gaps), rel=1e-3
     )
     assert rate.bytes_per_second == pytest.approx(4 * rate.hz)
@@ -381,8 +383,8 @@ def test_rates_are_those_of_the_intervals(gaps: list[float]) -> None:
     ],
 )  # fmt: skip
 def test_parameter_values_of_every_type_go_there_and_come_back(kind: int, plain: object) -> None:
-    value = rcl.ParameterValue.from_cdr(wire_value(kind, plain, "x").to_cdr())
-    assert value.type == kind and plain_value(value) == plain
+    value = rcl.ParameterValue.from_cdr(plain_to_parameter(kind, plain, "x").to_cdr())
+    assert value.type == kind and parameter_to_plain(value) == plain
 
 
 @pytest.mark.parametrize(
@@ -392,4 +394,4 @@ def test_parameter_values_of_every_type_go_there_and_come_back(kind: int, plain:
 )  # fmt: skip
 def test_parameter_values_of_another_type_are_refused(kind: int, plain: object) -> None:
     with pytest.raises(UserError, match="is of type"):
-        wire_value(kind, plain, "x")
+        plain_to_parameter(kind, plain, "x")

@@ -10,7 +10,7 @@ from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 
 
-class Progress(Enum):
+class BehaviorProgress(Enum):
     """State of a behavior after an update."""
 
     RUNNING = "running"
@@ -19,18 +19,18 @@ class Progress(Enum):
     TIMED_OUT = "it took too long"
 
 
-class Step(NamedTuple):
+class BehaviorStep(NamedTuple):
     """Commanded twist (m/s, rad/s) and the progress of the behavior."""
 
     v: float
     w: float
-    progress: Progress
+    progress: BehaviorProgress
 
 
 class Behavior(Protocol):
     """Interface of a behavior; a new instance is created for every run."""
 
-    def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:
+    def update(self, pose: SE2, costmap: Costmap, dt: float) -> BehaviorStep:
         """Return the twist for the next `dt` seconds, from the current pose."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from chefbot.behavior.behavior import Progress, Step, free_ahead
+from chefbot.behavior.behavior import BehaviorProgress, BehaviorStep, free_ahead
 from chefbot.maths.angles import wrap
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
@@ -31,24 +31,24 @@ class Spin:
         """Angle rotated so far, rad, positive: left."""
         self._last_yaw: float | None = None
 
-    def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:  # noqa: ARG002
+    def update(self, pose: SE2, costmap: Costmap, dt: float) -> BehaviorStep:  # noqa: ARG002
         """Return the next turn rate; DONE within the angle tolerance, TIMED_OUT after the timeout."""
         self.turned += wrap(pose.yaw - self._last_yaw) if self._last_yaw is not None else 0.0
         self._last_yaw = pose.yaw
         self._elapsed += dt
         remaining = self.angle - self.turned
         if abs(remaining) <= ANGLE_TOLERANCE or remaining * self.angle <= 0.0:
-            return Step(0.0, 0.0, Progress.DONE)
+            return BehaviorStep(0.0, 0.0, BehaviorProgress.DONE)
         if self._elapsed > self.timeout:
-            return Step(0.0, 0.0, Progress.TIMED_OUT)
+            return BehaviorStep(0.0, 0.0, BehaviorProgress.TIMED_OUT)
         # the turn rate from which planned braking stops at the target
         rate = min(
             self.turn, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * self.turn_acceleration * abs(remaining))
         )
-        return Step(0.0, math.copysign(max(rate, MIN_TURN_RATE), remaining), Progress.RUNNING)
+        return BehaviorStep(0.0, math.copysign(max(rate, MIN_TURN_RATE), remaining), BehaviorProgress.RUNNING)
 
 
-class Straight:
+class DriveStraight:
     """Drives `distance` metres (negative: backwards) straight, holding the initial heading."""
 
     HOLD = 1.5
@@ -61,7 +61,7 @@ class Straight:
         self._start: SE2 | None = None
         self._elapsed = 0.0
 
-    def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:
+    def update(self, pose: SE2, costmap: Costmap, dt: float) -> BehaviorStep:
         """Return the next speed with a heading correction; BLOCKED if the braking distance is not free."""
         self._start = start = self._start or pose
         self._elapsed += dt
@@ -69,9 +69,9 @@ class Straight:
         self.driven = start.between(pose).x
         remaining = abs(self.distance) - sign * self.driven
         if remaining <= DISTANCE_TOLERANCE:
-            return Step(0.0, 0.0, Progress.DONE)
+            return BehaviorStep(0.0, 0.0, BehaviorProgress.DONE)
         if self._elapsed > self.timeout:
-            return Step(0.0, 0.0, Progress.TIMED_OUT)
+            return BehaviorStep(0.0, 0.0, BehaviorProgress.TIMED_OUT)
         # the speed from which planned braking stops at the target: v^2 = 2 a d
         speed = max(
             min(self.speed, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * self.acceleration * remaining)),
@@ -83,8 +83,8 @@ class Straight:
             speed * speed / (2.0 * PLANNED_BRAKING_FRACTION * self.acceleration) + speed * dt + MARGIN,
         )
         if not free_ahead(costmap, pose, sign * check_distance):
-            return Step(0.0, 0.0, Progress.BLOCKED)
-        return Step(sign * speed, self.HOLD * wrap(start.yaw - pose.yaw), Progress.RUNNING)
+            return BehaviorStep(0.0, 0.0, BehaviorProgress.BLOCKED)
+        return BehaviorStep(sign * speed, self.HOLD * wrap(start.yaw - pose.yaw), BehaviorProgress.RUNNING)
 
 
 class Wait:
@@ -94,7 +94,9 @@ class Wait:
         self.duration = duration
         self._elapsed = 0.0
 
-    def update(self, pose: SE2, costmap: Costmap, dt: float) -> Step:  # noqa: ARG002
+    def update(self, pose: SE2, costmap: Costmap, dt: float) -> BehaviorStep:  # noqa: ARG002
         """Return a zero twist until the duration is over."""
         self._elapsed += dt
-        return Step(0.0, 0.0, Progress.DONE if self._elapsed >= self.duration else Progress.RUNNING)
+        return BehaviorStep(
+            0.0, 0.0, BehaviorProgress.DONE if self._elapsed >= self.duration else BehaviorProgress.RUNNING
+        )

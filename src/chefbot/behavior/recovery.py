@@ -13,7 +13,7 @@ BACK_UP_SPEED_FRACTION = 0.4
 """Fraction of the maximum speed for backing up: the sensors look forward, not back."""
 
 
-class Recovery(Enum):
+class RecoveryBehavior(Enum):
     """Recovery behaviors that can be run."""
 
     CLEAR = "forget obstacles seen around"
@@ -22,18 +22,28 @@ class Recovery(Enum):
     WAIT = "wait for people to pass"
 
 
-DEFAULT_SEQUENCE = (Recovery.CLEAR, Recovery.BACK_UP, Recovery.SPIN, Recovery.WAIT)
+DEFAULT_SEQUENCE = (
+    RecoveryBehavior.CLEAR,
+    RecoveryBehavior.BACK_UP,
+    RecoveryBehavior.SPIN,
+    RecoveryBehavior.WAIT,
+)
 """Default sequence, least intrusive first; the path is planned again after each behavior."""
-LOOK_AHEAD_SEQUENCE = (Recovery.SPIN, Recovery.WAIT, Recovery.CLEAR, Recovery.BACK_UP)
+LOOK_AHEAD_SEQUENCE = (
+    RecoveryBehavior.SPIN,
+    RecoveryBehavior.WAIT,
+    RecoveryBehavior.CLEAR,
+    RecoveryBehavior.BACK_UP,
+)
 """Sequence for a robot whose sensors look ahead only.
 
 Turning clears obstacles that have left, and the robot does not clear, or back into, an area that it has not just
 scanned."""
 
 
-def recovery_sequence(*, look_ahead_only: bool) -> tuple[Recovery, ...]:
+def recovery_sequence(*, forward_sensing_only: bool) -> tuple[RecoveryBehavior, ...]:
     """Return the recovery sequence for a robot with such sensors."""
-    return LOOK_AHEAD_SEQUENCE if look_ahead_only else DEFAULT_SEQUENCE
+    return LOOK_AHEAD_SEQUENCE if forward_sensing_only else DEFAULT_SEQUENCE
 
 
 class RecoveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -6,9 +6,9 @@ from typing import Literal
 
 from chefbot.board.chapter_messages import ChapterReader
 from chefbot.board.framing import LineSplitter, frame, unframe
-from chefbot.board.messages import PROTOCOL, OtherVersion, Version, parse
+from chefbot.board.messages import PROTOCOL, UnsupportedVersionLine, VersionLine, parse
 
-Dialect = Literal["board", "chapter"]
+BoardProtocol = Literal["board", "chapter"]
 HANDSHAKE_PERIOD_NS = 200_000_000
 """Pause between two handshakes, ns."""
 CHAPTER_DETECTION_NS = 1_500_000_000
@@ -16,13 +16,13 @@ CHAPTER_DETECTION_NS = 1_500_000_000
 board."""
 MIN_CHAPTER_LINES = 20
 """Minimum number of lines of the chapter's protocol before it is detected."""
-PATIENCE_NS = 12_000_000_000
+DETECTION_TIMEOUT_NS = 12_000_000_000
 """Timeout of the detection, ns. Opening its port resets an Arduino Mega. A byte within the next second, for
 example from a program that looks for a modem, keeps its boot loader waiting for a new program until 5 s after
 the last byte."""
 
 
-class Probe:
+class ProtocolProbe:
     """Detects the protocol at one port: send what `ask` returns and pass received bytes to `hear` until there
     is a verdict or `over`.
 
@@ -35,22 +35,22 @@ class Probe:
         self._token, self._start_ns, self._handshake_ns = token, now_ns, now_ns - HANDSHAKE_PERIOD_NS
         self._splitter, self._chapter = LineSplitter(), ChapterReader()
         self._chapter_lines = self._board_lines = 0
-        self.dialect: Dialect | None = None
+        self.dialect: BoardProtocol | None = None
 
-    def ask(self, now_ns: int) -> bytes:
+    def data_to_send(self, now_ns: int) -> bytes:
         """Return the bytes to send now, empty between two handshakes; call it often."""
         if not self._board_lines or now_ns - self._handshake_ns < HANDSHAKE_PERIOD_NS:
             return b""
         self._handshake_ns = now_ns
         return b"\n" + frame(f"v {self._token} {PROTOCOL}")
 
-    def hear(self, data: bytes, now_ns: int) -> Dialect | None:
+    def hear(self, data: bytes, now_ns: int) -> BoardProtocol | None:
         """Process received bytes and return the detected protocol, None as long as it is unknown."""
         for raw in self._splitter.push(data):
             line = parse(raw)
             # Our protocol: a valid checksum is evidence, an answer with our token is proof.
             self._board_lines += unframe(raw) is not None
-            if isinstance(line, Version | OtherVersion) and line.token == self._token:
+            if isinstance(line, VersionLine | UnsupportedVersionLine) and line.token == self._token:
                 self.dialect = "board"
         self._chapter_lines += len(self._chapter.read(data))
         # The chapter's protocol has no checksum: require many well-formed lines and none of ours.
@@ -59,9 +59,9 @@ class Probe:
             self.dialect = "chapter"
         return self.dialect
 
-    def over(self, now_ns: int) -> bool:
-        """Return whether the timeout `PATIENCE_NS` has passed without a verdict."""
-        return now_ns - self._start_ns >= PATIENCE_NS
+    def timed_out(self, now_ns: int) -> bool:
+        """Return whether the timeout `DETECTION_TIMEOUT_NS` has passed without a verdict."""
+        return now_ns - self._start_ns >= DETECTION_TIMEOUT_NS
 
     @property
     def failure_reason(self) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 
 from chefbot.board.chapter_messages import (
     DUTY_FULL,
-    EDGES,
+    EDGES_PER_TICK,
     ChapterAttitude,
     ChapterBattery,
     ChapterEcho,
@@ -22,8 +22,8 @@ from chefbot.board.chapter_messages import (
     ChapterTime,
     duty_line,
 )
-from chefbot.board.clock_sync import BoardTime
-from chefbot.board.counter_unwrap import signed
+from chefbot.board.clock_sync import ClockSync
+from chefbot.board.counter_unwrap import wrap_signed
 from chefbot.board.sensors import range_message
 from chefbot.board.wheel_pid import WheelPid
 from chefbot.msgs.chefbot_msgs import WheelTicks
@@ -34,9 +34,9 @@ from chefbot.msgs.sensor_msgs import UNKNOWN_COVARIANCE, Imu
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.spec import Robot
 
-SPEED_CAP = 0.15
+MAX_SPEED = 0.15
 """Maximum speed of either wheel at the ground, m/s: only the hardware switch stops this board."""
-FRESH_NS = 100_000_000
+COMMAND_TIMEOUT_NS = 100_000_000
 """Maximum age of a command, ns; an older one counts as a stop."""
 SILENCE_NS = 300_000_000
 """Without encoder ticks for this long, ns, the wheel motion is unknown and the wheels are stopped."""
@@ -47,7 +47,7 @@ MAX_SPEED_FACTOR = 1.5
 """Ticks beyond this multiple of the motor's no-load speed are a damaged line, not motion."""
 NOTICE = (
     "this is the chapter's own firmware: no checksum, no watchdog, no volts; its wheels are limited to "
-    f"{SPEED_CAP} m/s and would go on turning if this computer failed: flash ours, with `chefbot flash`"
+    f"{MAX_SPEED} m/s and would go on turning if this computer failed: flash ours, with `chefbot flash`"
 )
 
 
@@ -67,9 +67,9 @@ class ChapterLink:
         )
         self._battery: int | None = None
         self._stopped = False
-        self.lost_line()
+        self.connection_lost()
 
-    def lost_line(self) -> None:
+    def connection_lost(self) -> None:
         """Reset commands and counters after the serial connection was lost; an emergency stop stays latched."""
         self._reader.clear()
         self._target: tuple[float, float] = (0.0, 0.0)
@@ -79,7 +79,7 @@ class ChapterLink:
         self._reset_board_state()
 
     def _reset_board_state(self) -> None:
-        self._time: BoardTime | None = None
+        self._time: ClockSync | None = None
         self._board_us = self._stamp_ns = 0
         self._ticks: tuple[int, int] | None = None
         self._ticks_us = 0
@@ -104,16 +104,16 @@ class ChapterLink:
         if self._time is not None:
             full_us = self._time.unwrap(t_us, now_ns)
             # A board time that jumps back or is far off the clock model: the board has restarted.
-            if full_us < self._board_us or abs(self._time.late_ns(full_us, now_ns)) > SILENCE_NS * 10:
+            if full_us < self._board_us or abs(self._time.delay_ns(full_us, now_ns)) > SILENCE_NS * 10:
                 self._reset_board_state()
         if self._time is None:
-            self._time, self._board_us = BoardTime(t_us, now_ns), t_us
+            self._time, self._board_us = ClockSync(t_us, now_ns), t_us
         self._board_us = self._time.unwrap(t_us, now_ns)
         self._stamp_ns = self._time.stamp(self._board_us, now_ns)
 
     def _process_line(self, line: ChapterLine, now_ns: int) -> list[Message]:
         if isinstance(line, ChapterTicks):
-            return self._process_ticks(EDGES * line.left, EDGES * line.right, now_ns)
+            return self._process_ticks(EDGES_PER_TICK * line.left, EDGES_PER_TICK * line.right, now_ns)
         if isinstance(line, ChapterEcho) and self._robot.sensors.ultrasonic is not None:
             distance = line.centimetres / 100.0 if line.centimetres else math.inf
             return [range_message(self._stamp_ns, distance, self._robot)]
@@ -129,10 +129,10 @@ class ChapterLink:
             return []
         if previous is not None:
             # Tick differences across the wraparound of the scaled 32-bit counters.
-            bits = 32 + EDGES.bit_length() - 1
-            deltas = (signed(left - previous[0], bits), signed(right - previous[1], bits))
+            bits = 32 + EDGES_PER_TICK.bit_length() - 1
+            deltas = (wrap_signed(left - previous[0], bits), wrap_signed(right - previous[1], bits))
             # Plausibility gate: reject jumps that the motor cannot make in dt.
-            if max(map(abs, deltas)) > self._max_tick_rate * dt + EDGES:
+            if max(map(abs, deltas)) > self._max_tick_rate * dt + EDGES_PER_TICK:
                 return self._reject_ticks()
             left, right = previous[0] + deltas[0], previous[1] + deltas[1]
             self._control(deltas, dt, now_ns)
@@ -181,7 +181,7 @@ class ChapterLink:
     # -- to the board
 
     def command(self, left: float, right: float, now_ns: int) -> bytes:
-        """Set wheel speeds at the ground, m/s, both scaled down by one factor to SPEED_CAP.
+        """Set wheel speeds at the ground, m/s, both scaled down by one factor to MAX_SPEED.
 
         The duty cycle follows with the next ticks, so there is nothing to send at once. Values that are not
         finite are ignored.
@@ -189,7 +189,7 @@ class ChapterLink:
         if not (math.isfinite(left) and math.isfinite(right)):
             return b""
         # One common factor for both wheels preserves the curvature.
-        scale = min(1.0, SPEED_CAP / max(abs(left), abs(right), SPEED_CAP))
+        scale = min(1.0, MAX_SPEED / max(abs(left), abs(right), MAX_SPEED))
         self._neutral_first = self._neutral_first and (left, right) != (0.0, 0.0)
         self._target, self._commanded_ns = (left * scale, right * scale), now_ns
         return b""
@@ -208,7 +208,7 @@ class ChapterLink:
         return duty_line(*(self._duty if self._may_drive(now_ns) else (0, 0)))
 
     def _may_drive(self, now_ns: int) -> bool:
-        fresh = now_ns - self._commanded_ns < FRESH_NS and now_ns - self._ticks_ns < SILENCE_NS
+        fresh = now_ns - self._commanded_ns < COMMAND_TIMEOUT_NS and now_ns - self._ticks_ns < SILENCE_NS
         return fresh and not self._stopped and not self._neutral_first
 
     def report(self, port: str, now_ns: int) -> DiagnosticStatus:
@@ -224,7 +224,7 @@ class ChapterLink:
         values = {
             "battery": raw,
             "duties": f"{self._duty[0]} {self._duty[1]}",
-            "strange lines": self._reader.strange,
+            "strange lines": self._reader.malformed,
         }
         pairs = tuple(KeyValue(key, str(value)) for key, value in values.items())
         return DiagnosticStatus(ERROR if silent else WARN, "board", " ".join(sentences), port, pairs)

@@ -11,7 +11,7 @@ from chefbot.board.framing import LineSplitter
 
 DUTY_FULL = 255
 """Full duty cycle of its motors: Energia's analogWrite has 8 bits."""
-EDGES = 4
+EDGES_PER_TICK = 4
 """Edges per counted tick: it counts rising edges of one channel; a tick of the robot file is any edge of
 both."""
 
@@ -90,13 +90,13 @@ class ChapterReader:
 
     def __init__(self) -> None:
         self._splitter = LineSplitter()
-        self.strange = 0
+        self.malformed = 0
         """Number of malformed lines received so far."""
 
     def read(self, data: bytes) -> list[ChapterLine]:
         """Return the well-formed lines that are completed by `data`."""
         lines = [parse_chapter(raw) for raw in self._splitter.push(data)]
-        self.strange += lines.count(None)
+        self.malformed += lines.count(None)
         return [line for line in lines if line is not None]
 
     def clear(self) -> None:

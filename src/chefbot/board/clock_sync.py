@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from chefbot.board.counter_unwrap import signed
+from chefbot.board.counter_unwrap import wrap_signed
 
 WINDOW_NS = 1_000_000_000
 """Window of the minimum filter, ns; at least one line per window arrives with hardly any delay."""
 
 
-class BoardTime:
+class ClockSync:
     """Stamps lines with the time at which the board measured, not at which the computer read them.
 
     The clock offset (computer minus board) is the recent minimum of receive time minus board time, as a delay
@@ -31,9 +31,9 @@ class BoardTime:
         """Return the microseconds since power-on: the value congruent to the 32-bit counter that is nearest
         to the expected one."""
         expected = (received_ns - self._offset_ns) // 1000
-        return expected + signed(t_us - expected)
+        return expected + wrap_signed(t_us - expected)
 
-    def late_ns(self, full_us: int, received_ns: int) -> int:
+    def delay_ns(self, full_us: int, received_ns: int) -> int:
         """Return the delay of a line relative to the minimum delay, ns; negative for an even smaller delay."""
         return received_ns - self._offset_ns - full_us * 1000
 
@@ -49,10 +49,10 @@ class BoardTime:
 
     def _update_offset(self, full_us: int, received_ns: int) -> None:
         # Minimum filter over a window: at its end the offset grows by the minimum delay in it.
-        delay = self.late_ns(full_us, received_ns)
+        delay = self.delay_ns(full_us, received_ns)
         if received_ns - self._window_ns > WINDOW_NS:
             self._offset_ns += max(self._min_delay_ns, 0)
-            delay = self.late_ns(full_us, received_ns)
+            delay = self.delay_ns(full_us, received_ns)
             self._window_ns, self._min_delay_ns = received_ns, delay
         self._min_delay_ns = min(self._min_delay_ns, delay)
         # A line with a smaller delay lowers the offset at once.

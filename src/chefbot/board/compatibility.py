@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from chefbot.board.firmware_constants import as_int32, firmware_constants
-from chefbot.board.messages import PROTOCOL, OtherVersion, Version
+from chefbot.board.messages import PROTOCOL, UnsupportedVersionLine, VersionLine
 from chefbot.robot.spec import Robot
 
 LIMITS = ("max_wheel", "max_forward", "max_turn", "acceleration")
 
 
-def refusal(answer: Version | OtherVersion, robot: Robot) -> str | None:
+def incompatibility(answer: VersionLine | UnsupportedVersionLine, robot: Robot) -> str | None:
     """Return why a board must not drive this robot, as a sentence; None if it may."""
-    if isinstance(answer, OtherVersion):
+    if isinstance(answer, UnsupportedVersionLine):
         return (
             f"the board speaks version {answer.protocol} of the protocol, this program speaks version {PROTOCOL}; "
             "flash the firmware that came with this program, with `chefbot flash`"
@@ -27,7 +27,7 @@ def refusal(answer: Version | OtherVersion, robot: Robot) -> str | None:
     return None
 
 
-def differences(answer: Version, robot: Robot) -> str | None:
+def constant_differences(answer: VersionLine, robot: Robot) -> str | None:
     """Describe how a compatible board's constants differ from the robot file; None if they are equal."""
     constants = {constant.name: constant.value for constant in firmware_constants(robot)}
     # Equal hashes mean equal constants; otherwise name the limits that differ.

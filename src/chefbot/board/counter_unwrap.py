@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 
-def signed(value: int, bits: int = 32) -> int:
+def wrap_signed(value: int, bits: int = 32) -> int:
     """Return `value` modulo 2^bits as a signed number in [-2^(bits-1), 2^(bits-1))."""
     half = 1 << (bits - 1)
     return (value + half) % (2 * half) - half
 
 
-class Unwrapped:
+class CounterUnwrapper:
     """Extends a wrapping counter to one without wraparound; readings must be less than 2^(bits-1) apart."""
 
     def __init__(self, bits: int = 32) -> None:
@@ -19,7 +19,7 @@ class Unwrapped:
 
     def update(self, reading: int) -> int:
         """Process a reading and return the extended count."""
-        previous = signed(reading, self._bits) if self.value is None else self.value
+        previous = wrap_signed(reading, self._bits) if self.value is None else self.value
         # The signed difference modulo 2^bits is the motion since the last reading.
-        self.value = previous + signed(reading - previous, self._bits)
+        self.value = previous + wrap_signed(reading - previous, self._bits)
         return self.value

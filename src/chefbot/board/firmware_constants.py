@@ -31,7 +31,7 @@ MIN_PING_PERIOD = 6
 sheet."""
 
 
-class Constant(NamedTuple):
+class FirmwareConstant(NamedTuple):
     """One integer constant of the firmware."""
 
     name: str
@@ -42,14 +42,14 @@ class Constant(NamedTuple):
     """Keys of the robot file that it is calculated from."""
 
 
-def firmware_constants(robot: Robot) -> tuple[Constant, ...]:
+def firmware_constants(robot: Robot) -> tuple[FirmwareConstant, ...]:
     """Return all constants in the order of the firmware's struct, the hash first.
 
     Raises UserError where the encoder resolution is too high or too low for the board.
     """
     constants = _checked(robot, (*_motion(robot), *_power_and_sensors(robot)))
     text = "".join(f"{c.name}={c.value}\n" for c in constants)
-    return (Constant("hash", zlib.crc32(text.encode()), "CRC-32", "all that follows"), *constants)
+    return (FirmwareConstant("hash", zlib.crc32(text.encode()), "CRC-32", "all that follows"), *constants)
 
 
 def as_int32(value: int) -> int:
@@ -57,33 +57,33 @@ def as_int32(value: int) -> int:
     return (value + 2**31) % 2**32 - 2**31
 
 
-def _motion(robot: Robot) -> tuple[Constant, ...]:
+def _motion(robot: Robot) -> tuple[FirmwareConstant, ...]:
     ticks_per_turn = robot.motor.ticks_per_turn
     ticks_per_metre = ticks_per_turn / (2.0 * math.pi * robot.wheel_radius)
     no_load = robot.motor.no_load_speed * ticks_per_turn / (2.0 * math.pi)
     turn_wheel_speed = max_turn(robot) * robot.wheels.separation
     return (
-        Constant("ticks_per_turn_milli", round(1000 * ticks_per_turn), "1/1000 tick", "motor"),
-        Constant(
+        FirmwareConstant("ticks_per_turn_milli", round(1000 * ticks_per_turn), "1/1000 tick", "motor"),
+        FirmwareConstant(
             "max_wheel", int(max_wheel_speed(robot) * ticks_per_metre), "ticks/s", "motor, body, wheels"
         ),
-        Constant(
+        FirmwareConstant(
             "max_forward", round(max_speed(robot) * ticks_per_metre), "ticks/s", "drive.max_speed, motor"
         ),
-        Constant(
+        FirmwareConstant(
             "max_turn",
             round(turn_wheel_speed * ticks_per_metre),
             "ticks/s",
             "drive.max_turn, wheels.separation",
         ),
-        Constant(
+        FirmwareConstant(
             "acceleration",
             round(max_acceleration(robot) * ticks_per_metre),
             "ticks/s^2",
             "drive.max_acceleration",
         ),
-        Constant("no_load", round(no_load), "ticks/s", "motor.no_load_speed"),
-        Constant(
+        FirmwareConstant("no_load", round(no_load), "ticks/s", "motor.no_load_speed"),
+        FirmwareConstant(
             "lag", min(round(1000 * _lag(robot)), MAX_LAG_MS), "ms", "motor, mass with body.payload, wheels"
         ),
     )
@@ -98,22 +98,22 @@ def _lag(robot: Robot) -> float:
     return inertia * robot.motor.no_load_speed / (DRIVE_EFFICIENCY * robot.motor.stall_torque)
 
 
-def _power_and_sensors(robot: Robot) -> tuple[Constant, ...]:
+def _power_and_sensors(robot: Robot) -> tuple[FirmwareConstant, ...]:
     stop_millivolts = round(1000 * robot.battery.empty_voltage)
     imu_period = max(1, round(CONTROL_HZ / robot.sensors.imu.rate))
     sonar = robot.sensors.ultrasonic
     ping_period = max(MIN_PING_PERIOD, round(CONTROL_HZ / sonar.rate)) if sonar else 0
     return (
-        Constant("battery_stop", stop_millivolts, "mV", "battery.empty_voltage"),
-        Constant(
+        FirmwareConstant("battery_stop", stop_millivolts, "mV", "battery.empty_voltage"),
+        FirmwareConstant(
             "battery_low", round(stop_millivolts * (1.0 + LOW_BATTERY_MARGIN)), "mV", "battery.empty_voltage"
         ),
-        Constant("imu_period", imu_period, "control steps", "sensors.imu.rate"),
-        Constant("sonar_period", ping_period, "control steps", "sensors.ultrasonic.rate"),
+        FirmwareConstant("imu_period", imu_period, "control steps", "sensors.imu.rate"),
+        FirmwareConstant("sonar_period", ping_period, "control steps", "sensors.ultrasonic.rate"),
     )
 
 
-def _checked(robot: Robot, constants: tuple[Constant, ...]) -> tuple[Constant, ...]:
+def _checked(robot: Robot, constants: tuple[FirmwareConstant, ...]) -> tuple[FirmwareConstant, ...]:
     value = {c.name: c.value for c in constants}
     if value["no_load"] > MAX_NO_LOAD_TICKS:
         raise UserError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import binascii
 
-LONGEST_LINE = 160
+MAX_LINE_LENGTH = 160
 """Maximum length of a line, bytes; the board's own buffer holds 120. Longer lines are discarded."""
 
 
@@ -35,7 +35,7 @@ class LineSplitter:
     A line that grows too long is discarded up to its LF, and counted.
     """
 
-    def __init__(self, longest: int = LONGEST_LINE) -> None:
+    def __init__(self, longest: int = MAX_LINE_LENGTH) -> None:
         self._max_length = longest
         self._part = b""
         self._overlong = False

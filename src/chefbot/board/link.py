@@ -5,15 +5,15 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from chefbot.board.link_health import Health
-from chefbot.board.sensors import Sensors
-from chefbot.board.session import Session
+from chefbot.board.link_health import LinkDiagnostics
+from chefbot.board.sensors import SensorConverter
+from chefbot.board.session import BoardSession
 from chefbot.msgs.diagnostic_msgs import DiagnosticStatus
 from chefbot.msgs.idl.message import Message
 from chefbot.robot.spec import Robot
 
 
-class Link(Protocol):
+class MotorBoardLink(Protocol):
     """The interface between a driver and a board of either protocol. Times are integer nanoseconds of one
     clock."""
 
@@ -41,7 +41,7 @@ class Link(Protocol):
         """Clear the emergency stop and other latched faults; the robot drives after a stop was commanded
         once."""
 
-    def lost_line(self) -> None:
+    def connection_lost(self) -> None:
         """Reset the link after the serial connection was lost."""
 
     def report(self, port: str, now_ns: int) -> DiagnosticStatus:
@@ -52,9 +52,9 @@ class BoardLink:
     """The `Link` of a board with our firmware."""
 
     def __init__(self, robot: Robot, token: int = 0) -> None:
-        self.session = Session(robot, token)
-        self._sensors = Sensors(robot)
-        self._health = Health()
+        self.session = BoardSession(robot, token)
+        self._sensors = SensorConverter(robot)
+        self._health = LinkDiagnostics()
 
     @property
     def refused(self) -> str | None:
@@ -69,14 +69,14 @@ class BoardLink:
     def hear(self, data: bytes, now_ns: int) -> list[Message]:
         """Process bytes from the board and return the messages of the accepted lines."""
         messages: list[Message] = []
-        for received in self.session.hear(data, now_ns):
-            self._health.take(received.line, now_ns)
+        for received in self.session.receive_data(data, now_ns):
+            self._health.update(received.line, now_ns)
             messages += self._sensors.messages(received)
         return messages
 
     def speak(self, now_ns: int) -> bytes:
         """Return the bytes that are due now: handshake, repeated speeds or heartbeat."""
-        return self.session.speak(now_ns)
+        return self.session.data_to_send(now_ns)
 
     def command(self, left: float, right: float, now_ns: int) -> bytes:
         """Set the wheel speeds at the ground, m/s; return the bytes to send at once."""
@@ -90,9 +90,9 @@ class BoardLink:
         """Clear latched faults whose cause is gone, with the next `speak`."""
         self.session.clear(now_ns)
 
-    def lost_line(self) -> None:
+    def connection_lost(self) -> None:
         """Close the session after the serial connection was lost."""
-        self.session.lost_line()
+        self.session.connection_lost()
 
     def report(self, port: str, now_ns: int) -> DiagnosticStatus:
         """Return the diagnostics of board and link; call it about once a second."""

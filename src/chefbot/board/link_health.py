@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from chefbot.board.messages import BoardLine, Status, Uptime
-from chefbot.board.session import Session
+from chefbot.board.messages import BoardLine, StatusLine, UptimeLine
+from chefbot.board.session import BoardSession
 from chefbot.board.status_codes import (
     CLEAR,
     FAULT_LATCHED,
     LATCHED,
     RESUME,
-    Flag,
-    State,
+    BoardFlag,
+    BoardState,
     faults,
     reason,
     warnings,
@@ -27,28 +27,28 @@ NEUTRAL_REQUIRED = "the robot waits for a stop to be commanded before it drives:
 TICKS_STALE = "the board's ticks do not come through: the robot is told to stand until they do"
 
 
-class Health:
+class LinkDiagnostics:
     """Collects the state of the board from its lines and reports it with the levels of diagnostic_msgs."""
 
     def __init__(self) -> None:
-        self.status: Status | None = None
-        self.uptime: Uptime | None = None
+        self.status: StatusLine | None = None
+        self.uptime: UptimeLine | None = None
         self._refused_ns = -REFUSALS_SHOWN_NS
         self._counts = (0, 0)
         self._lines = 0
         self._loss = 0.0
 
-    def take(self, line: BoardLine, now_ns: int) -> None:
+    def update(self, line: BoardLine, now_ns: int) -> None:
         """Update the state from one accepted line."""
         self._lines += 1
-        if isinstance(line, Status):
+        if isinstance(line, StatusLine):
             if self.status is not None and line.refused != self.status.refused:
                 self._refused_ns = now_ns
             self.status = line
-        if isinstance(line, Uptime):
+        if isinstance(line, UptimeLine):
             self.uptime = line
 
-    def report(self, session: Session, port: str, now_ns: int) -> DiagnosticStatus:
+    def report(self, session: BoardSession, port: str, now_ns: int) -> DiagnosticStatus:
         """Return the diagnostics; call it at about 1 Hz, as the share of lost lines is taken since the last
         call."""
         self._measure_loss(session)
@@ -56,14 +56,14 @@ class Health:
         message = " ".join(f"{s[0].upper()}{s[1:]}." for s in sentences) or "The board is well."
         return DiagnosticStatus(level, "board", message, port, self._values(session))
 
-    def _measure_loss(self, session: Session) -> None:
+    def _measure_loss(self, session: BoardSession) -> None:
         # Loss rate since the last report.
         counts = (session.stream.lost, self._lines)
         lost, received = (now - previous for now, previous in zip(counts, self._counts, strict=True))
         self._loss = lost / max(1, lost + received)
         self._counts = counts
 
-    def _assess(self, session: Session, now_ns: int) -> tuple[int, list[str]]:
+    def _assess(self, session: BoardSession, now_ns: int) -> tuple[int, list[str]]:
         if session.refused is not None:
             return ERROR, [session.refused]
         if session.silent(now_ns):
@@ -71,7 +71,7 @@ class Health:
         # Latched faults: the motors are off until they are cleared.
         latched_faults = faults(session.flags)
         if latched_faults:
-            release = RESUME if session.flags & LATCHED == Flag.ESTOP_COMMAND else CLEAR
+            release = RESUME if session.flags & LATCHED == BoardFlag.ESTOP_COMMAND else CLEAR
             return ERROR, [
                 *latched_faults,
                 f"the motors are off; {release}",
@@ -82,11 +82,11 @@ class Health:
         sentences = self._warnings(session, now_ns)
         return (WARN if sentences else OK), sentences
 
-    def _warnings(self, session: Session, now_ns: int) -> list[str]:
+    def _warnings(self, session: BoardSession, now_ns: int) -> list[str]:
         sentences = warnings(session.flags)
         if session.waiting_for_stop(now_ns):
             sentences.append(NEUTRAL_REQUIRED)
-        if session.blind(now_ns):
+        if session.ticks_stale(now_ns):
             sentences.append(TICKS_STALE)
         if session.warning is not None:
             sentences.append(session.warning)
@@ -99,14 +99,14 @@ class Health:
             )
         return sentences
 
-    def _values(self, session: Session) -> tuple[KeyValue, ...]:
+    def _values(self, session: BoardSession) -> tuple[KeyValue, ...]:
         values: dict[str, object] = {
             "flags": f"{session.flags:04X}",
             "latched": bool(session.flags & LATCHED),
             "lines": self._lines,
             "lost": session.stream.lost,
             "damaged": session.damaged,
-            "left out": session.stream.left_out,
+            "left out": session.stream.rejected,
             "restarts": session.stream.restarts,
             "handshakes": session.handshakes,
             **self._board_values(),
@@ -119,8 +119,8 @@ class Health:
         """Return the figures of the last `s` and `t` lines."""
         values: dict[str, object] = {}
         if (status := self.status) is not None:
-            known_state = status.state in State.__members__.values()
-            values["state"] = State(status.state).name.lower() if known_state else status.state
+            known_state = status.state in BoardState.__members__.values()
+            values["state"] = BoardState(status.state).name.lower() if known_state else status.state
             values["speeds"] = f"{status.set_left} {status.set_right} ticks/s"
             values["duties"] = f"{status.duty_left} {status.duty_right}"
             values["refused"] = status.refused

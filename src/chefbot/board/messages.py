@@ -24,14 +24,14 @@ class BoardLine(msgspec.Struct, frozen=True):
     """Sequence number of the board's lines, modulo 2^16."""
 
 
-class Measured(BoardLine, frozen=True):
+class TimedLine(BoardLine, frozen=True):
     """A line with data of one control step."""
 
     t: int
     """The board's time, us, modulo 2^32."""
 
 
-class Version(BoardLine, frozen=True):
+class VersionLine(BoardLine, frozen=True):
     """Line `v`: handshake answer of a board with our protocol version."""
 
     token: int
@@ -50,14 +50,14 @@ class Version(BoardLine, frozen=True):
     sensors: int
 
 
-class OtherVersion(BoardLine, frozen=True):
+class UnsupportedVersionLine(BoardLine, frozen=True):
     """Line `v` of a board with another protocol version: the meaning of its other fields is unknown."""
 
     token: int
     protocol: int
 
 
-class Motion(Measured, frozen=True):
+class MotionLine(TimedLine, frozen=True):
     """Line `e`: ticks modulo 2^32, integrated angle in 1e-8 rad modulo 2^32, number of gyro samples in it
     modulo 2^16."""
 
@@ -68,7 +68,7 @@ class Motion(Measured, frozen=True):
     flags: int
 
 
-class Inertia(Measured, frozen=True):
+class InertiaLine(TimedLine, frozen=True):
     """Line `i`: angular rates in 1e-6 rad/s, accelerations in mm/s^2, temperature in 0.01 degC, in the axes
     of the chip."""
 
@@ -82,7 +82,7 @@ class Inertia(Measured, frozen=True):
     bias_z: int
 
 
-class Status(Measured, frozen=True):
+class StatusLine(TimedLine, frozen=True):
     """Line `s`: speeds in force in ticks/s, duty cycles in units of 1/`duty_full`, number of refused lines
     and the last reason."""
 
@@ -99,19 +99,19 @@ class Status(Measured, frozen=True):
     illegal_right: int
 
 
-class Echo(Measured, frozen=True):
+class EchoLine(TimedLine, frozen=True):
     """Line `u`: round-trip time of the ultrasonic echo, us, or NO_ECHO or NO_SENSOR."""
 
     echo: int
 
 
-class Battery(Measured, frozen=True):
+class BatteryLine(TimedLine, frozen=True):
     """Line `b`: voltage of the battery, mV."""
 
     millivolts: int
 
 
-class Uptime(Measured, frozen=True):
+class UptimeLine(TimedLine, frozen=True):
     """Line `t`: seconds since power-on, lines dropped for lack of buffer space, missed control steps."""
 
     uptime: int
@@ -133,13 +133,13 @@ WORD: Field = (r"[\w.-]{1,32}", str)
 SEQUENCE: Field = (r"\d{1,5}", int)
 
 _LAYOUTS: dict[str, tuple[type[BoardLine], tuple[Field, ...]]] = {
-    "e": (Motion, (UNSIGNED, SIGNED, SIGNED, SIGNED, UNSIGNED, HEX)),
-    "i": (Inertia, (UNSIGNED, *(SIGNED,) * 8)),
-    "s": (Status, (UNSIGNED, UNSIGNED, HEX, UNSIGNED, *(SIGNED,) * 4, *(UNSIGNED,) * 4)),
-    "u": (Echo, (UNSIGNED, SIGNED)),
-    "b": (Battery, (UNSIGNED, UNSIGNED)),
-    "t": (Uptime, (UNSIGNED,) * 4),
-    "v": (Version, (SIGNED, WORD, UNSIGNED, WORD, HEX, *(UNSIGNED,) * 8, HEX)),
+    "e": (MotionLine, (UNSIGNED, SIGNED, SIGNED, SIGNED, UNSIGNED, HEX)),
+    "i": (InertiaLine, (UNSIGNED, *(SIGNED,) * 8)),
+    "s": (StatusLine, (UNSIGNED, UNSIGNED, HEX, UNSIGNED, *(SIGNED,) * 4, *(UNSIGNED,) * 4)),
+    "u": (EchoLine, (UNSIGNED, SIGNED)),
+    "b": (BatteryLine, (UNSIGNED, UNSIGNED)),
+    "t": (UptimeLine, (UNSIGNED,) * 4),
+    "v": (VersionLine, (SIGNED, WORD, UNSIGNED, WORD, HEX, *(UNSIGNED,) * 8, HEX)),
 }
 _BITS = {"sequence": 16, "t": 32, "samples": 16, "refused": 16, "left": 32, "right": 32, "angle": 32}
 """Width of the counters in bits: a larger value was not sent by a board."""
@@ -184,6 +184,6 @@ def parse(line: bytes) -> BoardLine | None:
     # The fields of another version's handshake are not parsed beyond its number.
     other = _OTHER_VERSION.fullmatch(text) if text.startswith("v") else None
     if other and int(other[3]) != PROTOCOL:
-        return OtherVersion(int(other[1]), int(other[2]), int(other[3]))
+        return UnsupportedVersionLine(int(other[1]), int(other[2]), int(other[3]))
     parser = _PARSERS.get(text[:1])
     return None if parser is None else parser.read(text)

@@ -12,28 +12,28 @@ from chefbot.board.chapter_messages import (
     ChapterTime,
 )
 from chefbot.board.sensors import SPEED_OF_SOUND
-from chefbot.board.status_codes import Flag, State, faults, reason, warnings
+from chefbot.board.status_codes import BoardFlag, BoardState, faults, reason, warnings
 
 
 def describe(line: board.BoardLine) -> tuple[str, str]:
     """Return the title of a line (letter and name) and its content as text."""
     match line:
-        case board.Version():
+        case board.VersionLine():
             return "v handshake", _version(line)
-        case board.OtherVersion():
+        case board.UnsupportedVersionLine():
             return "v handshake", f"protocol {line.protocol}, which this program does not speak"
-        case board.Motion():
+        case board.MotionLine():
             angle = f"angle {line.angle * 1e-8:.5f} rad of {line.samples} samples"
             return "e motion", f"ticks {line.left} {line.right}, {angle}, {flags(line.flags)}"
-        case board.Inertia():
+        case board.InertiaLine():
             return "i inertia", _inertia(line)
-        case board.Status():
+        case board.StatusLine():
             return "s status", _status(line)
-        case board.Echo():
+        case board.EchoLine():
             return "u echo", _echo(line.echo)
-        case board.Battery():
+        case board.BatteryLine():
             return "b battery", f"{line.millivolts / 1000:.2f} V"
-        case board.Uptime():
+        case board.UptimeLine():
             return "t time", f"up {line.uptime} s, {line.dropped} lines dropped, {line.missed} steps missed"
     raise TypeError(f"no words for a {type(line).__name__}")
 
@@ -58,14 +58,14 @@ def flags(value: int) -> str:
     """Return the flags in hexadecimal and as text; flags of an idle session only by name."""
     session_flags = [
         str(flag.name).lower().replace("_", " ")
-        for flag in (Flag.NO_SESSION, Flag.NO_SPEED, Flag.NEUTRAL_FIRST)
+        for flag in (BoardFlag.NO_SESSION, BoardFlag.NO_SPEED, BoardFlag.NEUTRAL_FIRST)
         if value & flag
     ]
     descriptions = [*faults(value), *warnings(value), *session_flags]
     return f"flags {value:04X}" + (f" ({'; '.join(descriptions)})" if descriptions else "")
 
 
-def _version(line: board.Version) -> str:
+def _version(line: board.VersionLine) -> str:
     limits = f"wheel {line.max_wheel}, forward {line.max_forward}, turn {line.max_turn} ticks/s"
     return (
         f"{line.name} protocol {line.protocol} on {line.port}, robot {line.hash:08X}, "
@@ -73,16 +73,16 @@ def _version(line: board.Version) -> str:
     )
 
 
-def _inertia(line: board.Inertia) -> str:
+def _inertia(line: board.InertiaLine) -> str:
     rates = " ".join(f"{rate * 1e-6:+.4f}" for rate in (line.gx, line.gy, line.gz))
     accelerations = " ".join(f"{value * 1e-3:+.3f}" for value in (line.ax, line.ay, line.az))
     other = f"{line.temperature / 100:.1f} degC, bias z {line.bias_z * 1e-6:+.4f} rad/s"
     return f"rates {rates} rad/s, force {accelerations} m/s^2, {other}"
 
 
-def _status(line: board.Status) -> str:
-    known_state = line.state in State.__members__.values()
-    state = State(line.state).name.lower() if known_state else f"state {line.state}"
+def _status(line: board.StatusLine) -> str:
+    known_state = line.state in BoardState.__members__.values()
+    state = BoardState(line.state).name.lower() if known_state else f"state {line.state}"
     refused = f"{line.refused} refused" + (f", the last as {reason(line.reason)}" if line.reason else "")
     illegal = f"illegal steps {line.illegal_left} {line.illegal_right}"
     return (

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.board.counter_unwrap import Unwrapped, signed
-from chefbot.board.messages import NO_ECHO, NO_SENSOR, Battery, Echo, Inertia, Motion
-from chefbot.board.sequence_filter import Heard
+from chefbot.board.counter_unwrap import CounterUnwrapper, wrap_signed
+from chefbot.board.messages import NO_ECHO, NO_SENSOR, BatteryLine, EchoLine, InertiaLine, MotionLine
+from chefbot.board.sequence_filter import ReceivedLine
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.geometry_msgs import Vector3
 from chefbot.msgs.idl.message import Message
@@ -42,7 +42,7 @@ class _Angle(NamedTuple):
     board_time_us: int
 
 
-class Sensors:
+class SensorConverter:
     """Converts lines to `WheelTicks`, `Imu`, `Range` and `BatteryState`.
 
     The rate about z is the mean since the last `e` line, from the angle that the board integrates: lost lines
@@ -59,39 +59,39 @@ class Sensors:
         self._restart()
 
     def _restart(self) -> None:
-        self._left, self._right = Unwrapped(), Unwrapped()
+        self._left, self._right = CounterUnwrapper(), CounterUnwrapper()
         self._angle: _Angle | None = None
-        self._inertia: Heard | None = None
-        self._published: Heard | None = None
+        self._inertia: ReceivedLine | None = None
+        self._published: ReceivedLine | None = None
 
-    def messages(self, received: Heard) -> list[Message]:
+    def messages(self, received: ReceivedLine) -> list[Message]:
         """Return the messages of a line; after a restart of the board the tick counts start again."""
         if received.restarted:
             self._restart()
         line = received.line
-        if isinstance(line, Inertia):
+        if isinstance(line, InertiaLine):
             self._inertia = received
-        elif isinstance(line, Motion):
+        elif isinstance(line, MotionLine):
             ticks = WheelTicks(
                 Header.of(received.stamp_ns, "base_link"),
                 self._left.update(line.left),
                 self._right.update(line.right),
             )
             return [*self._imu(received, line), ticks]
-        elif isinstance(line, Echo) and line.echo != NO_SENSOR:
+        elif isinstance(line, EchoLine) and line.echo != NO_SENSOR:
             return self._range(received.stamp_ns, line.echo)
-        elif isinstance(line, Battery):
+        elif isinstance(line, BatteryLine):
             return [battery_state(received.stamp_ns, line.millivolts / 1000.0, self._robot)]
         return []
 
-    def _imu(self, received: Heard, line: Motion) -> list[Message]:
+    def _imu(self, received: ReceivedLine, line: MotionLine) -> list[Message]:
         """Return the Imu message, none where gyro samples are missing since the last line."""
         previous, self._angle = self._angle, _Angle(line.angle, line.samples, received.board_time_us)
         if previous is None or not self._complete(previous, self._angle):
             return []
         gap_us = self._angle.board_time_us - previous.board_time_us
         # Mean rate about z: difference of the integrated angle over the elapsed time.
-        rate = signed(line.angle - previous.angle) * 1e-8 / (gap_us * 1e-6)
+        rate = wrap_signed(line.angle - previous.angle) * 1e-8 / (gap_us * 1e-6)
         # White noise: the variance of a mean decreases with the number of samples.
         variance = self._gyro_var * min(1.0, self._period_us / gap_us)
         recent = self._inertia
@@ -104,21 +104,21 @@ class Sensors:
                     (UNMEASURED_VARIANCE, UNMEASURED_VARIANCE, variance),
                 )
             ]
-        assert isinstance(recent.line, Inertia)
+        assert isinstance(recent.line, InertiaLine)
         rates = (recent.line.gx * 1e-6, recent.line.gy * 1e-6, rate)
         return [
             self._with_accel(received.stamp_ns, rates, (self._gyro_var, self._gyro_var, variance), recent)
         ]
 
     def _with_accel(
-        self, stamp_ns: int, rates: tuple[float, ...], variances: tuple[float, ...], recent: Heard
+        self, stamp_ns: int, rates: tuple[float, ...], variances: tuple[float, ...], recent: ReceivedLine
     ) -> Imu:
         """Add the accelerations unless they were already published."""
         if recent is self._published:
             return _imu(stamp_ns, rates, variances)
         self._published = recent
         line = recent.line
-        assert isinstance(line, Inertia)
+        assert isinstance(line, InertiaLine)
         acceleration = Vector3(line.ax * 1e-3, line.ay * 1e-3, line.az * 1e-3)
         return _imu(stamp_ns, rates, variances, acceleration, self._acceleration_covariance)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from chefbot.board.clock_sync import BoardTime
-from chefbot.board.messages import BoardLine, Measured
+from chefbot.board.clock_sync import ClockSync
+from chefbot.board.messages import BoardLine, TimedLine
 
 MIN_DELAY_NS, MAX_DELAY_NS = -250_000_000, 5_000_000_000
 """Limits of a line's delay on the clock model, ns; outside, it is from another run of the board or damaged."""
@@ -21,7 +21,7 @@ MIN_CONFIRMATIONS, MIN_CONFIRMATIONS_IN_TIME = 2, 20
 more likely duplicates or out of order."""
 
 
-class Heard(NamedTuple):
+class ReceivedLine(NamedTuple):
     """An accepted line with its time stamp."""
 
     line: BoardLine
@@ -38,8 +38,8 @@ class BoardRun:
 
     def __init__(self, line: BoardLine, received_ns: int) -> None:
         self._sequence, self._received_ns = line.sequence, received_ns
-        self._time = BoardTime(line.t, received_ns) if isinstance(line, Measured) else None
-        self._board_us = line.t if isinstance(line, Measured) else 0
+        self._time = ClockSync(line.t, received_ns) if isinstance(line, TimedLine) else None
+        self._board_us = line.t if isinstance(line, TimedLine) else 0
         self.lost = 0
         """Number of lines missing according to the sequence numbers."""
         self.accepted = 1
@@ -50,7 +50,7 @@ class BoardRun:
         ahead = (line.sequence - self._sequence) % 65536
         if received_ns - self._received_ns < SEQUENCE_VALID_NS and not 0 < ahead < 32768:
             return False
-        if not isinstance(line, Measured) or self._time is None:
+        if not isinstance(line, TimedLine) or self._time is None:
             return True
         passed_us = self._time.unwrap(line.t, received_ns) - self._board_us
         return passed_us >= 0 and self.in_time(line, received_ns, explained_us=ahead * MAX_LINE_PERIOD_US)
@@ -61,28 +61,28 @@ class BoardRun:
         A line may be further ahead of its time if no more than `explained_us` passed on the board since the
         line before: where that one was read late and many behind it were lost.
         """
-        if not isinstance(line, Measured) or self._time is None:
+        if not isinstance(line, TimedLine) or self._time is None:
             return False
         # Delay against the clock model of this run.
         full_us = self._time.unwrap(line.t, received_ns)
-        late_ns = self._time.late_ns(full_us, received_ns)
+        late_ns = self._time.delay_ns(full_us, received_ns)
         is_explained = full_us - self._board_us <= explained_us
         return late_ns <= MAX_DELAY_NS and (late_ns >= MIN_DELAY_NS or is_explained)
 
-    def take(self, line: BoardLine, received_ns: int, restarted: bool = False) -> Heard:
+    def take(self, line: BoardLine, received_ns: int, restarted: bool = False) -> ReceivedLine:
         """Accept the line and return it with its time stamp."""
         self.lost += max(0, (line.sequence - self._sequence) % 65536 - 1)
         self._sequence, self._received_ns = line.sequence, received_ns
         self.accepted += 1
-        if not isinstance(line, Measured):
-            return Heard(line, received_ns, self._board_us, restarted)
+        if not isinstance(line, TimedLine):
+            return ReceivedLine(line, received_ns, self._board_us, restarted)
         if self._time is None:
-            self._time = BoardTime(line.t, received_ns)
+            self._time = ClockSync(line.t, received_ns)
         self._board_us = self._time.unwrap(line.t, received_ns)
-        return Heard(line, self._time.stamp(self._board_us, received_ns), self._board_us, restarted)
+        return ReceivedLine(line, self._time.stamp(self._board_us, received_ns), self._board_us, restarted)
 
 
-class Stream:
+class SequenceFilter:
     """Filters lines with a valid checksum, in the order of reception.
 
     A line that does not continue the run is dropped; if the next lines continue *it*, the board has
@@ -93,7 +93,7 @@ class Stream:
     def __init__(self) -> None:
         self._run: BoardRun | None = None
         self._candidate: BoardRun | None = None
-        self.left_out = 0
+        self.rejected = 0
         self.restarts = 0
         self._lost_in_earlier_runs = 0
 
@@ -102,7 +102,7 @@ class Stream:
         """Number of lines that the board sent and that were not received."""
         return self._lost_in_earlier_runs + (self._run.lost if self._run else 0)
 
-    def take(self, line: BoardLine, received_ns: int) -> Heard | None:
+    def accept(self, line: BoardLine, received_ns: int) -> ReceivedLine | None:
         """Return the line with its time stamp; None if it is dropped."""
         if self._run is None:
             self._run = BoardRun(line, received_ns)
@@ -112,7 +112,7 @@ class Stream:
             return self._run.take(line, received_ns)
         return self._check_restart(self._run, line, received_ns)
 
-    def _check_restart(self, run: BoardRun, line: BoardLine, received_ns: int) -> Heard | None:
+    def _check_restart(self, run: BoardRun, line: BoardLine, received_ns: int) -> ReceivedLine | None:
         # Hypothesis test for a restart: enough consecutive lines of another run confirm it.
         min_lines = MIN_CONFIRMATIONS_IN_TIME if run.in_time(line, received_ns) else MIN_CONFIRMATIONS
         candidate = self._candidate
@@ -126,5 +126,5 @@ class Stream:
             self._run, self._candidate = candidate, None
             self.restarts += 1
             return candidate.take(line, received_ns, restarted=True)
-        self.left_out += 1
+        self.rejected += 1
         return None

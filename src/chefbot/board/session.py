@@ -8,16 +8,23 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from chefbot.board.compatibility import differences, refusal
+from chefbot.board.compatibility import constant_differences, incompatibility
 from chefbot.board.framing import LineSplitter, frame
-from chefbot.board.messages import PROTOCOL, Motion, OtherVersion, Status, Version, parse
-from chefbot.board.sequence_filter import Heard, Stream
-from chefbot.board.status_codes import Flag
+from chefbot.board.messages import (
+    PROTOCOL,
+    MotionLine,
+    StatusLine,
+    UnsupportedVersionLine,
+    VersionLine,
+    parse,
+)
+from chefbot.board.sequence_filter import ReceivedLine, SequenceFilter
+from chefbot.board.status_codes import BoardFlag
 from chefbot.robot.spec import Robot
 
 REPEAT_NS = 20_000_000
 """Period at which a speed command is repeated, ns, as lines may be lost."""
-FRESH_NS = 40_000_000
+COMMAND_TIMEOUT_NS = 40_000_000
 """Time for which a command is repeated, ns; then nothing is sent, and 150 ms later the board stops. With 10
 ms left for the serial link, the wheels turn for at most 200 ms after the sender of a command has crashed, and
 two of three lines may be lost."""
@@ -46,7 +53,7 @@ class _Command(NamedTuple):
     time_ns: int
 
 
-class Session:
+class BoardSession:
     """The session with one board: pass received bytes to `hear` and send what `speak` and the other methods
     return.
 
@@ -59,7 +66,7 @@ class Session:
         of another one."""
         self._robot = robot
         self._splitter = LineSplitter()
-        self.stream = Stream()
+        self.stream = SequenceFilter()
         self._token = token % TOKENS
         self._handshake_ns = self._sent_ns = -(1 << 62)
         self._open_ns: int | None = None
@@ -76,7 +83,7 @@ class Session:
         self.damaged = 0
         """Number of lines without a valid checksum or format."""
         self.handshakes = 0
-        self.version: Version | None = None
+        self.version: VersionLine | None = None
         """The last handshake answer of a compatible board."""
         self.refused: str | None = None
         """Why the board may not drive this robot; then only handshakes are sent."""
@@ -100,60 +107,60 @@ class Session:
         fresh = command is not None and now_ns - command.time_ns < SILENCE_NS
         return self.is_open and self.neutral_first and fresh
 
-    def blind(self, now_ns: int) -> bool:
+    def ticks_stale(self, now_ns: int) -> bool:
         """Return whether ticks are too old to pass speeds on: the link is bad or the board is silent."""
         return self.is_open and now_ns - self._motion_ns > MAX_TICKS_AGE_NS
 
     # -- from the board
 
-    def hear(self, data: bytes, now_ns: int) -> list[Heard]:
+    def receive_data(self, data: bytes, now_ns: int) -> list[ReceivedLine]:
         """Process received bytes and return the accepted lines in them, in order."""
         accepted = []
         self._last_byte_ns = now_ns if data else self._last_byte_ns
         for raw in self._splitter.push(data):
             line = parse(raw)
             self.damaged += line is None
-            received = self.stream.take(line, now_ns) if line is not None else None
+            received = self.stream.accept(line, now_ns) if line is not None else None
             if received is not None:
                 self._last_line_ns = now_ns
                 self._process(received, now_ns)
                 accepted.append(received)
         return accepted
 
-    def lost_line(self) -> None:
+    def connection_lost(self) -> None:
         """Discard a partly received line, the session and all commands after the connection was lost."""
         self._splitter.clear()
         self._close()
 
-    def _process(self, received: Heard, now_ns: int) -> None:
+    def _process(self, received: ReceivedLine, now_ns: int) -> None:
         line = received.line
         # A restart of the board ends the session.
         if received.restarted:
             self._close()
-        if isinstance(line, Version | OtherVersion):
+        if isinstance(line, VersionLine | UnsupportedVersionLine):
             self._check_answer(line, now_ns)
-        if isinstance(line, Motion):
+        if isinstance(line, MotionLine):
             self._motion_ns = now_ns
         # Both lines report the flags; they also show a session that the board has closed.
-        if isinstance(line, Motion | Status):
+        if isinstance(line, MotionLine | StatusLine):
             self.flags = line.flags
             self._check_session_flag(now_ns)
 
     def _check_session_flag(self, now_ns: int) -> None:
         if self._open_ns is None or now_ns - self._open_ns < SETTLE_NS:
             return
-        if self.flags & Flag.NO_SESSION:
+        if self.flags & BoardFlag.NO_SESSION:
             self._close()
 
-    def _check_answer(self, answer: Version | OtherVersion, now_ns: int) -> None:
+    def _check_answer(self, answer: VersionLine | UnsupportedVersionLine, now_ns: int) -> None:
         # Accept answers to the last few handshakes only, not to those of another program.
         if (self._token - answer.token) % TOKENS >= RECENT_TOKENS:
             return
-        self.refused = refusal(answer, self._robot)
-        if self.refused is not None or isinstance(answer, OtherVersion):
+        self.refused = incompatibility(answer, self._robot)
+        if self.refused is not None or isinstance(answer, UnsupportedVersionLine):
             self._close()
             return
-        self.version, self.warning = answer, differences(answer, self._robot)
+        self.version, self.warning = answer, constant_differences(answer, self._robot)
         # A new session starts with the sequence number given by the board.
         self._open_ns, self._sequence = now_ns, answer.first
         self._sent_ns = -(1 << 62)
@@ -194,7 +201,7 @@ class Session:
         self._stopped, self._command = False, None
         self._clear_ns, self.neutral_first = now_ns, True
 
-    def speak(self, now_ns: int) -> bytes:
+    def data_to_send(self, now_ns: int) -> bytes:
         """Return the bytes that are due; call it every `REPEAT_NS`.
 
         Nothing is sent to a board from which nothing is received: if it was reset, a byte keeps its boot
@@ -204,7 +211,7 @@ class Session:
             self._close()
             return b""
         # 1. Emergency stop, until the board reports it as latched.
-        if self._stopped and not self.flags & Flag.ESTOP_COMMAND:
+        if self._stopped and not self.flags & BoardFlag.ESTOP_COMMAND:
             return self._emergency_stop(now_ns) + (b"" if self.is_open else self._handshake(now_ns))
         # 2. Handshake, until the board answers.
         if not self.is_open:
@@ -214,15 +221,15 @@ class Session:
             self._clear_ns = self._clear_ns if now_ns - self._clear_ns < CLEAR_NS else None
             return self._numbered("c", now_ns) + self._numbered("s", now_ns, 0, 0)
         # 4. Repeat a fresh command; else only a heartbeat: the board's watchdog stops the wheels.
-        if self._command is not None and now_ns - self._command.time_ns < FRESH_NS:
+        if self._command is not None and now_ns - self._command.time_ns < COMMAND_TIMEOUT_NS:
             return self._send_speed(now_ns)
         return self._numbered("h", now_ns) if now_ns - self._sent_ns >= HEARTBEAT_NS else b""
 
     def _send_speed(self, now_ns: int) -> bytes:
         assert self._command is not None
         clearing = self._clear_ns is not None
-        refused = clearing or bool(self.flags & Flag.NEUTRAL_FIRST)
-        must_stop = self.neutral_first or refused or self.blind(now_ns)
+        refused = clearing or bool(self.flags & BoardFlag.NEUTRAL_FIRST)
+        must_stop = self.neutral_first or refused or self.ticks_stale(now_ns)
         left, right = (0, 0) if must_stop else (self._command.left, self._command.right)
         return self._numbered("s", now_ns, left, right)
 

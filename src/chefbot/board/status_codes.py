@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum, IntFlag
 
 
-class Flag(IntFlag):
+class BoardFlag(IntFlag):
     """Bits of the field `flags` of the board's lines."""
 
     ESTOP_INPUT = 0x0001
@@ -25,11 +25,11 @@ class Flag(IntFlag):
     WATCHDOG_RESTART = 0x4000
 
 
-LATCHED = Flag(0x007F)
+LATCHED = BoardFlag(0x007F)
 """Flags that stay set until a clear."""
 
 
-class State(IntEnum):
+class BoardState(IntEnum):
     """Values of the field `state` of the board's lines."""
 
     WAITING = 0
@@ -43,20 +43,20 @@ RESUME = "Resume releases them (after STOP, if the page does not offer it)"
 FAULT_LATCHED = 6
 """Key of REASONS for a latched fault."""
 FAULTS = {
-    Flag.ESTOP_INPUT: "the emergency stop button is or was pressed",
-    Flag.ESTOP_COMMAND: "it was stopped by an emergency stop command",
-    Flag.STALL_LEFT: "the left wheel is blocked",
-    Flag.STALL_RIGHT: "the right wheel is blocked",
-    Flag.ENCODER_LEFT: "the left encoder is silent or counts against the motor",
-    Flag.ENCODER_RIGHT: "the right encoder is silent or counts against the motor",
-    Flag.BATTERY_EMPTY: "the battery is empty",
+    BoardFlag.ESTOP_INPUT: "the emergency stop button is or was pressed",
+    BoardFlag.ESTOP_COMMAND: "it was stopped by an emergency stop command",
+    BoardFlag.STALL_LEFT: "the left wheel is blocked",
+    BoardFlag.STALL_RIGHT: "the right wheel is blocked",
+    BoardFlag.ENCODER_LEFT: "the left encoder is silent or counts against the motor",
+    BoardFlag.ENCODER_RIGHT: "the right encoder is silent or counts against the motor",
+    BoardFlag.BATTERY_EMPTY: "the battery is empty",
 }
 WARNINGS = {
-    Flag.LIMITED: "the speed asked for is more than the robot's limits; it was scaled down",
-    Flag.BATTERY_LOW: "the battery is low",
-    Flag.IMU_BAD: "the IMU is absent, stuck or saturated",
-    Flag.ULTRASONIC_ABSENT: "no ultrasonic sensor answers",
-    Flag.WATCHDOG_RESTART: f"its hardware watchdog restarted it; {CLEAR}",
+    BoardFlag.LIMITED: "the speed asked for is more than the robot's limits; it was scaled down",
+    BoardFlag.BATTERY_LOW: "the battery is low",
+    BoardFlag.IMU_BAD: "the IMU is absent, stuck or saturated",
+    BoardFlag.ULTRASONIC_ABSENT: "no ultrasonic sensor answers",
+    BoardFlag.WATCHDOG_RESTART: f"its hardware watchdog restarted it; {CLEAR}",
 }
 REASONS = {
     1: "its CRC was wrong",

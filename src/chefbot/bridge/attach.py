@@ -10,29 +10,29 @@ from pathlib import Path
 import msgspec
 
 from chefbot.bridge.bridge import Bridge
-from chefbot.bridge.local_only import LEADER
+from chefbot.bridge.local_only import MAIN_NODE_NAME
 from chefbot.bridge.ports import latched_topics
 from chefbot.errors import UserError
 from chefbot.fleet.keyring import Identity, Keyring, keys_folder
-from chefbot.fleet.secure_router import Doors, Gate
-from chefbot.ros2.rmw.environment import domain_of_environment, port_of_environment
-from chefbot.ros2.rmw.errors import WireError
+from chefbot.fleet.secure_router import ExternalEndpoints, SecureRouter
+from chefbot.ros2.rmw.environment import domain_from_environment, port_from_environment
+from chefbot.ros2.rmw.errors import RmwError
 from chefbot.ros2.rmw.graph import Graph
 from chefbot.ros2.rmw.names import check_namespace
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
-from chefbot.runtime.launch import Launch, node_class, node_params, split
-from chefbot.runtime.node_container import System
-from chefbot.supervision.state_handover import LastWords
-from chefbot.supervision.supervisor import Hooks, Supervisor
-from chefbot.supervision.worker_process import Order
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
+from chefbot.runtime.launch import Launch, node_class, node_params, split_by_process
+from chefbot.runtime.node_container import NodeContainer
+from chefbot.supervision.state_handover import StateHandover
+from chefbot.supervision.supervisor import Supervisor, SupervisorCallbacks
+from chefbot.supervision.worker_process import WorkerSpec
 
 WIRE_CHOICES = ("auto", "on", "off")
 DISCOVERY_TIME = 1.0
 """Time in which participants that are already on the wire discover a new one, s."""
 
 
-def wants_wire(launch: Launch) -> bool:
+def wire_requested(launch: Launch) -> bool:
     """Return whether the launch's argument `wire` requests a connection.
 
     `auto` is on unless simulated time runs as fast as possible. Raises UserError for an unknown value.
@@ -45,21 +45,23 @@ def wants_wire(launch: Launch) -> bool:
 
 
 @contextmanager
-def wired(launch: Launch, doors: Doors, log: Callable[[str], None]) -> Iterator[Wire | None]:
+def open_wire(
+    launch: Launch, doors: ExternalEndpoints, log: Callable[[str], None]
+) -> Iterator[RmwContext | None]:
     """Open the wire and the connections to other machines for a launch; yield None where it stays off.
 
-    `launch` is as returned by `in_fleet`; `doors` are the endpoints to other machines.
+    `launch` is as returned by `with_namespace`; `doors` are the endpoints to other machines.
 
     Two launches with nodes of the same names would receive each other's sensor data: the second one stays off
     the wire and logs this with `log`; with `wire:=on` a UserError is raised. A launch that joins a robot may
     first have to wait for it.
     """
-    if not wants_wire(launch):
-        if doors != Doors() or launch.clock == "robot":
+    if not wire_requested(launch):
+        if doors != ExternalEndpoints() or launch.clock == "robot":
             raise UserError(f"launch {launch.name}: other machines need the wire; say wire:=on")
         yield None
         return
-    with Wire(domain_of_environment(), port=port_of_environment()) as wire:
+    with RmwContext(domain_from_environment(), port=port_from_environment()) as wire:
         joins_robot = launch.clock == "robot"  # the robot that it joins may not be reachable yet
         conflict = "" if joins_robot else _name_conflict(wire, launch)
         if conflict and launch.args["wire"] == "on":
@@ -73,7 +75,9 @@ def wired(launch: Launch, doors: Doors, log: Callable[[str], None]) -> Iterator[
 
 
 @contextmanager
-def bridged(system: System, launch: Launch, wire: Wire, joined_name: str = "") -> Iterator[Bridge]:
+def open_bridge(
+    system: NodeContainer, launch: Launch, wire: RmwContext, joined_name: str = ""
+) -> Iterator[Bridge]:
     """Bridge the system to the wire; call `represent` on the bridge once the nodes exist.
 
     `joined_name`: this process's node name if it is a part of a robot that runs elsewhere; it does not
@@ -82,7 +86,12 @@ def bridged(system: System, launch: Launch, wire: Wire, joined_name: str = "") -
     namespace = str(launch.args["namespace"]) or "/"
     simulated = launch.clock == "simulation"
     bridge = Bridge(
-        system, wire, namespace, simulated=simulated, leads=not joined_name, own=joined_name or LEADER
+        system,
+        wire,
+        namespace,
+        simulated=simulated,
+        publishes_clock=not joined_name,
+        node_name=joined_name or MAIN_NODE_NAME,
     )
     try:
         yield bridge
@@ -91,19 +100,19 @@ def bridged(system: System, launch: Launch, wire: Wire, joined_name: str = "") -
 
 
 @contextmanager
-def attached(
-    system: System, launch: Launch, doors: Doors, log: Callable[[str], None]
+def open_wire_and_bridge(
+    system: NodeContainer, launch: Launch, doors: ExternalEndpoints, log: Callable[[str], None]
 ) -> Iterator[Bridge | None]:
     """Combine `wired` and `bridged` for a launch that joins no robot; yield None without a wire."""
-    with wired(launch, doors, log) as wire:
+    with open_wire(launch, doors, log) as wire:
         if wire is None:
             yield None
             return
-        with bridged(system, launch, wire) as bridge:
+        with open_bridge(system, launch, wire) as bridge:
             yield bridge
 
 
-def in_fleet(launch: Launch) -> Launch:
+def with_namespace(launch: Launch) -> Launch:
     """Return the launch with its namespace resolved.
 
     It is the launch's argument, or else the robot's name in its fleet. Raises UserError if it is invalid.
@@ -114,7 +123,7 @@ def in_fleet(launch: Launch) -> Launch:
         namespace = own_identity.name
     try:
         full_namespace = check_namespace(f"/{namespace}") if namespace else ""
-    except WireError as error:
+    except RmwError as error:
         raise UserError(f"launch {launch.name}: namespace:={namespace}: {error}") from None
     return msgspec.structs.replace(launch, args={**launch.args, "namespace": full_namespace})
 
@@ -126,25 +135,25 @@ def identity() -> Identity | None:
 
 
 @contextmanager
-def _secure_router(wire: Wire, doors: Doors, log: Callable[[str], None]) -> Iterator[None]:
+def _secure_router(wire: RmwContext, doors: ExternalEndpoints, log: Callable[[str], None]) -> Iterator[None]:
     """Run the secure router where this machine is in a fleet or has endpoints to open.
 
     Rejected messages are counted with those of the wire.
     """
     own_identity = identity()
-    if own_identity is None and doors == Doors():
+    if own_identity is None and doors == ExternalEndpoints():
         yield
         return
-    with Gate(own_identity, doors, port_of_environment(), wire.refused) as gate:
-        if gate.listens:
-            log(f"Other machines may join: {', '.join(gate.listens)}")
+    with SecureRouter(own_identity, doors, port_from_environment(), wire.rejected) as gate:
+        if gate.listen_endpoints:
+            log(f"Other machines may join: {', '.join(gate.listen_endpoints)}")
         if doors.join:
             log(f"Joined with {', '.join(doors.join)}.")
         yield
 
 
 @contextmanager
-def others(bridge: Bridge, system: System, launch: Launch, folder: Path) -> Iterator[Supervisor]:
+def run_workers(bridge: Bridge, system: NodeContainer, launch: Launch, folder: Path) -> Iterator[Supervisor]:
     """Represent the launch's nodes on the wire and run its other processes until the context is left.
 
     Raises UserError when the parameters of any node are wrong, also of nodes in other processes: reported
@@ -154,30 +163,35 @@ def others(bridge: Bridge, system: System, launch: Launch, folder: Path) -> Iter
         where = f"launch {launch.name}: node {name}"
         node_params(node_class(entry.kind, where), entry.params, where)
     bridge.represent(system.nodes.values(), latched_topics(launch))
-    domain, port = domain_of_environment(), port_of_environment()
-    names = split(launch)[1]
-    orders = [Order(launch, name, str(folder.resolve()), domain, port) for name in names]
-    with WireNode(bridge.wire, f"_{bridge.own}_memory", str(launch.args["namespace"]) or "/") as node:
-        handover = LastWords(node, launch, system)
-        hooks = Hooks(lost=bridge.lose, ready=bridge.sees, back=bridge.regain, last_words=handover.of)
-        supervisor = Supervisor(orders, partial(bridge.remark, "processes"), hooks=hooks)
+    domain, port = domain_from_environment(), port_from_environment()
+    names = split_by_process(launch)[1]
+    orders = [WorkerSpec(launch, name, str(folder.resolve()), domain, port) for name in names]
+    with RmwNode(bridge.wire, f"_{bridge.node_name}_memory", str(launch.args["namespace"]) or "/") as node:
+        handover = StateHandover(node, launch, system)
+        hooks = SupervisorCallbacks(
+            on_down=bridge.report_process_down,
+            is_ready=bridge.is_process_ready,
+            on_up=bridge.report_process_up,
+            restored_messages=handover.restored_messages,
+        )
+        supervisor = Supervisor(orders, partial(bridge.publish_remark, "processes"), hooks=hooks)
         try:
             yield supervisor
         finally:
             supervisor.close()
 
 
-def same_names(graph: Graph, launch: Launch) -> list[str]:
+def conflicting_node_names(graph: Graph, launch: Launch) -> list[str]:
     """Return the names of the launch's nodes that other nodes on the wire have already."""
     namespace = str(launch.args["namespace"]) or "/"
     return sorted({node.name for node in graph.nodes() if node.namespace == namespace} & launch.nodes.keys())
 
 
-def _name_conflict(wire: Wire, launch: Launch) -> str:
+def _name_conflict(wire: RmwContext, launch: Launch) -> str:
     """Return why this launch cannot be on the wire, or an empty string if it can."""
 
     def conflicts(graph: Graph) -> list[str]:
-        return same_names(graph, launch)
+        return conflicting_node_names(graph, launch)
 
     prefix = str(launch.args["namespace"]).rstrip("/")
     wire.graph.refresh()

@@ -12,25 +12,25 @@ import time
 from collections.abc import Callable, Iterable
 from functools import partial
 
-from chefbot.bridge.inbox import WIRE, Inbox
-from chefbot.bridge.local_only import LEADER, process_node
-from chefbot.bridge.node_proxies import Described, Represented, ears_of
+from chefbot.bridge.inbox import WIRE_PUBLISHER, Inbox
+from chefbot.bridge.local_only import MAIN_NODE_NAME, process_node
+from chefbot.bridge.node_proxies import NodeProxies, NodeWithPorts, tf_listener_name
 from chefbot.bridge.ports import ports_of
-from chefbot.bridge.rosout import is_for_people
-from chefbot.bridge.wire_health import Health
+from chefbot.bridge.rosout import is_for_operator
+from chefbot.bridge.wire_health import WireHealth
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.rcl_interfaces import INFO
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.sensor_msgs import CompressedImage, Image
 from chefbot.msgs.std_msgs import String
-from chefbot.ros2.rmw.errors import Tally
+from chefbot.ros2.rmw.errors import ErrorCounter
+from chefbot.ros2.rmw.liveliness import SUBSCRIPTION
+from chefbot.ros2.rmw.message_queues import MessageQueues
 from chefbot.ros2.rmw.names import resolve as full_topic
-from chefbot.ros2.rmw.queues import Queues
-from chefbot.ros2.rmw.session import Wire
-from chefbot.ros2.rmw.tokens import SUBSCRIPTION
+from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import Node
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 
 DEPTH, ACTION_DEPTH, IMAGE_DEPTH = 10, 1000, 2
 CLOCK_PERIOD_NS = 10_000_000
@@ -50,33 +50,35 @@ class Bridge:
 
     def __init__(
         self,
-        system: System,
-        wire: Wire,
+        system: NodeContainer,
+        wire: RmwContext,
         namespace: str = "/",
         *,
         simulated: bool = False,
-        leads: bool = True,
-        own: str = LEADER,
+        publishes_clock: bool = True,
+        node_name: str = MAIN_NODE_NAME,
     ) -> None:
-        self.own = own
-        self.tally: Tally = wire.refused
+        self.node_name = node_name
+        self.errors: ErrorCounter = wire.rejected
         self._system, self._wire, self._namespace = system, wire, namespace
-        self._publishes_clock = simulated and leads
+        self._publishes_clock = simulated and publishes_clock
         self._last_clock_ns = -CLOCK_PERIOD_NS
-        self._jobs: Queues[Job] = Queues(self.tally, "more is said than can be sent, the oldest is lost")
-        self._inbox = Inbox(system.loop, self.tally)
-        self._there = Represented(wire, (namespace, own), self._inbox, system, simulated)
+        self._jobs: MessageQueues[Job] = MessageQueues(
+            self.errors, "more is said than can be sent, the oldest is lost"
+        )
+        self._inbox = Inbox(system.loop, self.errors)
+        self._proxies = NodeProxies(wire, (namespace, node_name), self._inbox, system, simulated)
         if self._publishes_clock:
-            self._there.offer_clock()
-        self._health = Health(self.tally, wire.graph, self._there, self._inbox)
-        self._pending_nodes: tuple[list[Described], frozenset[str]] | None = None
+            self._proxies.advertise_clock()
+        self._health = WireHealth(self.errors, wire.graph, self._proxies, self._inbox)
+        self._pending_nodes: tuple[list[NodeWithPorts], frozenset[str]] | None = None
         self._republish: list[Publication] = []
         self._graph_changed = threading.Event()
         wire.graph.on_change(self._graph_changed.set)
         self._has_nodes = threading.Event()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="wire sender", daemon=True)
-        system.loop.tap(self._on_publication)
+        system.loop.add_observer(self._on_publication)
         self._thread.start()
 
     def represent(self, nodes: Iterable[Node], latched: frozenset[str] | None = None) -> None:
@@ -86,43 +88,47 @@ class Bridge:
         """
         described = [(node, ports_of(node)) for node in nodes]
         if latched is None:
-            latched = frozenset(port.name for _, ports in described for port in ports.outs if port.latched)
+            latched = frozenset(
+                port.name for _, ports in described for port in ports.publishers if port.latched
+            )
         if self._has_nodes.is_set():  # otherwise it is still in the queue
             for publication in self._system.loop.latched():
-                if publication.publisher != WIRE:
+                if publication.publisher != WIRE_PUBLISHER:
                     self._republish.append(publication)
         self._pending_nodes = (described, latched)
         self._has_nodes.set()
         self._jobs.put("nodes", lambda: None, 1)  # wakes the thread, which handles `_pending_nodes` first
 
-    def lose(self, process: str) -> None:
+    def report_process_down(self, process: str) -> None:
         """Report that a process of the launch has died or does not respond; thread-safe."""
-        self._inbox.say("process_lost", String(process))
+        self._inbox.publish("process_lost", String(process))
 
-    def regain(self, process: str) -> None:
+    def report_process_up(self, process: str) -> None:
         """Report that a process responds and has all its nodes on the wire; thread-safe."""
-        self._inbox.say("process_back", String(process))
+        self._inbox.publish("process_back", String(process))
 
-    def remark(self, topic: str, text: str) -> None:
+    def publish_remark(self, topic: str, text: str) -> None:
         """Publish a message for the operator on `<topic>/remark` of the loop and on /rosout; thread-safe."""
-        self._inbox.say(f"{topic}/remark", String(text))
-        job = partial(self._there.own_rosout.say, INFO, text, self._system.loop.now_ns)
+        self._inbox.publish(f"{topic}/remark", String(text))
+        job = partial(self._proxies.own_rosout.log, INFO, text, self._system.loop.now_ns)
         self._jobs.put(f"{topic}/remark", job, DEPTH)
 
     @property
-    def wire(self) -> Wire:
+    def wire(self) -> RmwContext:
         """The wire session that the system is bridged to."""
         return self._wire
 
-    def sees(self, process: str) -> bool:
+    def is_process_ready(self, process: str) -> bool:
         """Return whether all nodes of another process of the launch are on the wire."""
         last_topic = full_topic("tf_static", self._namespace)
-        endpoints = self._wire.graph.ends_of(full_topic(ears_of(process_node(process)), self._namespace))
+        endpoints = self._wire.graph.endpoints_of(
+            full_topic(tf_listener_name(process_node(process)), self._namespace)
+        )
         return any(
-            endpoint.end.kind == SUBSCRIPTION and endpoint.end.topic == last_topic for endpoint in endpoints
+            endpoint.info.kind == SUBSCRIPTION and endpoint.info.topic == last_topic for endpoint in endpoints
         )
 
-    def settle(self, timeout: float = 5.0) -> bool:
+    def flush(self, timeout: float = 5.0) -> bool:
         """Wait until all jobs queued so far are done; return False if that exceeds `timeout`, s."""
         done = threading.Event()
         self._jobs.put("settle", done.set, DEPTH)
@@ -133,14 +139,14 @@ class Bridge:
         self._closing.set()
         self._has_nodes.set()
         self._thread.join()
-        self._there.close()
+        self._proxies.close()
 
     # -- in the loop's thread
 
     def _on_publication(self, publication: Publication) -> None:
         topic = publication.topic
         action, _, part = topic.partition("/_action/")
-        if publication.publisher == WIRE and part != "send_goal":
+        if publication.publisher == WIRE_PUBLISHER and part != "send_goal":
             return  # received from the wire: do not send it back
         if self._publishes_clock:
             self._publish_clock(publication.time_ns)
@@ -148,15 +154,15 @@ class Bridge:
             job = partial(self._send_action, action, part, publication)
             self._jobs.put(f"/{topic}", job, ACTION_DEPTH)
             return
-        publisher = self._there.publishers.get((publication.publisher, topic))
-        if publisher is None or publisher.heard or is_for_people(publication):
+        publisher = self._proxies.publishers.get((publication.publisher, topic))
+        if publisher is None or publisher.has_subscribers or is_for_operator(publication):
             self._jobs.put(f"/{topic}", partial(self._send, publication), _depth(publication))
 
     def _publish_clock(self, now_ns: int) -> None:
         if now_ns - self._last_clock_ns >= CLOCK_PERIOD_NS:
             self._last_clock_ns = now_ns
             clock = Clock(Time.of(now_ns))
-            self._jobs.put("/clock", partial(self._there.tell_clock, clock), 1, newest=True)
+            self._jobs.put("/clock", partial(self._proxies.publish_clock, clock), 1, newest=True)
 
     # -- in the bridge's thread
 
@@ -168,7 +174,7 @@ class Bridge:
             pending, self._pending_nodes = self._pending_nodes, None
             if pending is not None:
                 republish, self._republish = self._republish, []
-                self._run_job(partial(self._there.show, *pending))
+                self._run_job(partial(self._proxies.update_nodes, *pending))
                 for (
                     publication
                 ) in republish:  # the old publishers are gone with their transient-local history
@@ -177,28 +183,28 @@ class Bridge:
             if job is not None:
                 self._run_job(job)
             if time.monotonic() >= next_health_check:
-                next_health_check = time.monotonic() + Health.PERIOD
+                next_health_check = time.monotonic() + WireHealth.PERIOD
                 if self._graph_changed.is_set():
                     self._graph_changed.clear()
-                    self._run_job(self._health.look)
-                    self._run_job(self._there.listen_again)
-                self._run_job(partial(self._health.tell, self._system.loop.now_ns))
+                    self._run_job(self._health.check_graph)
+                    self._run_job(self._proxies.subscribe_to_latched)
+                self._run_job(partial(self._health.publish, self._system.loop.now_ns))
 
     def _run_job(self, job: Job) -> None:
         """Run a job; an error is counted in diagnostics and must not end the thread."""
         try:
             job()
         except Exception as error:
-            self.tally.add(f"sending: {type(error).__name__}: {error}")
+            self.errors.add(f"sending: {type(error).__name__}: {error}")
 
     def _send(self, publication: Publication) -> None:
-        self._there.publisher(publication).publish(publication.message)
-        self._there.log(publication)
+        self._proxies.publisher(publication).publish(publication.message)
+        self._proxies.log(publication)
 
     def _send_action(self, action: str, part: str, publication: Publication) -> None:
-        bridged = self._there.action(action, publication)
+        bridged = self._proxies.action(action, publication)
         if bridged is not None:
-            bridged.hear(part, publication.message)
+            bridged.forward(part, publication.message)
 
 
 def _depth(publication: Publication) -> int:

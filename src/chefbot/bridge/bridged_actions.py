@@ -23,33 +23,33 @@ from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.msgs.validity import InvalidMessageError, check
 from chefbot.ros2.rmw.action_client import ActionClient
 from chefbot.ros2.rmw.action_server import ActionServer
-from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.node import RmwNode
 from chefbot.runtime.actions import failed_result
 
 Publish = Callable[[str, Message], None]
 SERVER_TIMEOUT = 3.0
 """Time that a goal waits for its action server to appear, s."""
-UNREACHABLE = 9000
+SERVER_UNREACHABLE = 9000
 """Error code of the result when the server could not be reached (nav2_msgs/NavigateToPose: unknown)."""
-WITHOUT_REASON = 9001
+ABORTED_WITHOUT_REASON = 9001
 """Error code of the result of a goal that was aborted without one: Nav2 does so when a goal is preempted."""
 NO_REASON_TEXT = "{} gave the goal up and did not say why; another goal may have taken its place."
 
 
-class ServedAction:
+class ActionServerBridge:
     """An action served by a node of the loop: external goals enter the loop, its responses are sent."""
 
-    def __init__(self, node: WireNode, name: str, action: Action[Any, Any, Any], publish: Publish) -> None:
+    def __init__(self, node: RmwNode, name: str, action: Action[Any, Any, Any], publish: Publish) -> None:
         self._name, self._action, self._publish = name, action, publish
-        self._errors = node.wire.refused
+        self._errors = node.wire.rejected
         self._server = ActionServer(node, name, action, self._on_goal, self._on_cancel)
 
-    def hear(self, part: str, message: Any) -> None:
+    def forward(self, part: str, message: Any) -> None:
         """Forward a message that was published in the loop on `<name>/_action/<part>`."""
         if part == "send_goal":
-            self._server.begin(message.goal_id)
+            self._server.execute(message.goal_id)
         elif part == "feedback":
-            self._server.feedback(message.goal_id, message.feedback)
+            self._server.publish_feedback(message.goal_id, message.feedback)
         elif part == "get_result":
             self._server.finish(message.goal_id, message.status, message.result)
 
@@ -67,12 +67,12 @@ class ServedAction:
         return True
 
 
-class CalledAction:
+class ActionClientBridge:
     """An action that nodes of the loop call but none serves: goals are sent, responses enter the loop."""
 
     def __init__(
         self,
-        node: WireNode,
+        node: RmwNode,
         name: str,
         action: Action[Any, Any, Any],
         publish: Publish,
@@ -82,7 +82,7 @@ class CalledAction:
         self._client = ActionClient(node, name, action)
         self._waiting: dict[bytes, bool] = {}
 
-    def hear(self, part: str, message: Any) -> None:
+    def forward(self, part: str, message: Any) -> None:
         """Forward a message that was published in the loop on `<name>/_action/<part>`."""
         if part == "send_goal" and self._client.served:
             self._send(message.goal_id, message.goal)
@@ -94,11 +94,11 @@ class CalledAction:
         elif part == "cancel_goal" and self._waiting.pop(message.goal_info.goal_id.key, False):
             self._publish_result(message.goal_info.goal_id, STATUS_CANCELED, self._action.result())
         elif part == "cancel_goal":
-            self._client.cancel(message.goal_info.goal_id)
+            self._client.cancel_goal_async(message.goal_info.goal_id)
 
     def _send(self, goal_id: UUID, goal: Message) -> None:
-        handle = self._client.send(goal, partial(self._feedback, goal_id), goal_id)
-        handle.outcome.add_done_callback(partial(self._finish, goal_id))
+        handle = self._client.send_goal_async(goal, partial(self._feedback, goal_id), goal_id)
+        handle.result.add_done_callback(partial(self._finish, goal_id))
 
     def _send_when_served(self, goal_id: UUID, goal: Message) -> None:
         """Send the goal once a server is there, or after a timeout.
@@ -118,12 +118,12 @@ class CalledAction:
     def _finish(self, goal_id: UUID, outcome: Future[tuple[int, Any]]) -> None:
         error = outcome.exception() or _validation_error(outcome.result()[1])
         status, result = (
-            (STATUS_ABORTED, failed_result(self._action, UNREACHABLE, str(error)))
+            (STATUS_ABORTED, failed_result(self._action, SERVER_UNREACHABLE, str(error)))
             if error
             else outcome.result()
         )
         if status not in (STATUS_SUCCEEDED, STATUS_CANCELED) and not getattr(result, "error_code", 1):
-            result = failed_result(self._action, WITHOUT_REASON, NO_REASON_TEXT.format(self._name))
+            result = failed_result(self._action, ABORTED_WITHOUT_REASON, NO_REASON_TEXT.format(self._name))
         self._publish_result(goal_id, status, result)
 
     def _publish_result(self, goal_id: UUID, status: int, result: Message) -> None:

@@ -7,10 +7,10 @@ from collections import deque
 from functools import partial
 
 from chefbot.msgs.idl.message import Message
-from chefbot.ros2.rmw.errors import Tally
+from chefbot.ros2.rmw.errors import ErrorCounter
 from chefbot.runtime.loop import DEVICE, Loop
 
-WIRE = "wire"
+WIRE_PUBLISHER = "wire"
 """Publisher name in the loop of received messages; a replay publishes them, like those of devices."""
 DEPTH = 10
 """Default queue depth of a topic, messages."""
@@ -22,13 +22,13 @@ time."""
 class Inbox:
     """A thread-safe inbox; the loop publishes each message as a device's message at an instant of its own."""
 
-    def __init__(self, loop: Loop, dropped: Tally) -> None:
+    def __init__(self, loop: Loop, dropped: ErrorCounter) -> None:
         self._loop = loop
         self._dropped = dropped
         self._waiting: dict[str, deque[tuple[Message, bool]]] = {}
         self._lock = threading.Lock()
 
-    def say(self, topic: str, message: Message, *, latched: bool = False, depth: int = DEPTH) -> None:
+    def publish(self, topic: str, message: Message, *, latched: bool = False, depth: int = DEPTH) -> None:
         """Publish the message in the loop soon; a queue of `depth` messages drops its oldest."""
         with self._lock:
             queue = self._waiting.get(topic)
@@ -50,5 +50,5 @@ class Inbox:
                 del self._waiting[topic]
                 return
         for message, latched in waiting:
-            self._loop.publish(topic, message, WIRE, from_device=True, latched=latched)
-        self._loop.at(self._loop.now_ns + PAUSE_NS, DEVICE, partial(self._deliver, topic))
+            self._loop.publish(topic, message, WIRE_PUBLISHER, from_device=True, latched=latched)
+        self._loop.schedule(self._loop.now_ns + PAUSE_NS, DEVICE, partial(self._deliver, topic))

@@ -4,26 +4,26 @@ from __future__ import annotations
 
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.idl.message import Message
-from chefbot.ros2.rmw.errors import WireError
+from chefbot.ros2.rmw.errors import RmwError
 from chefbot.ros2.rmw.graph import Graph
 
-INNER: tuple[type[Message], ...] = (WheelSpeeds,)
+LOCAL_ONLY_TYPES: tuple[type[Message], ...] = (WheelSpeeds,)
 """Message types that the motor board obeys at once. All others may come from anyone on the wire: commands
 such as /cmd_vel_teleop and goals go through the drive base, which enforces the emergency stop and the limits;
 measurements may come from external drivers."""
-NEVER_HEARD = frozenset({"process_lost", "process_back"})
+LOCAL_TOPICS = frozenset({"process_lost", "process_back"})
 """Topics by which the launch reports the state of its processes to its own drive base: never bridged."""
-LEADER = "chefbot"
+MAIN_NODE_NAME = "chefbot"
 """Name of the node that represents a launch's main process if it joins no robot; a launch that joins
 identifies the robot by it."""
 
 
 def process_node(process: str) -> str:
     """Return the name of the node that represents another process of a launch, or a launch that joins it."""
-    return f"{LEADER}_{process}"
+    return f"{MAIN_NODE_NAME}_{process}"
 
 
-class Insiders:
+class LocalProcessFilter:
     """Identifies the participants on the wire that are processes of the robot in `namespace`.
 
     Each process has a node of its own. The check keeps a tool or a foreign node from driving the wheels by
@@ -35,7 +35,7 @@ class Insiders:
         self._accepted_gids: set[bytes] = set()
 
     def check(self, topic: str, gid: bytes) -> None:
-        """Raise WireError unless publisher `gid` of the topic is in a process of the robot.
+        """Raise RmwError unless publisher `gid` of the topic is in a process of the robot.
 
         `topic` is fully qualified.
         """
@@ -43,18 +43,18 @@ class Insiders:
             return
         endpoints = self._graph.topics().get(topic)
         sender = (
-            next((publisher.node for publisher in endpoints.givers if publisher.gid == gid), None)
+            next((publisher.node for publisher in endpoints.providers if publisher.gid == gid), None)
             if endpoints
             else None
         )
         if sender is None or sender.zid not in self._own_sessions():
             sender_name = "somebody unknown" if sender is None else sender.full_name
-            raise WireError(
+            raise RmwError(
                 f"{sender_name} may not say this: only the robot's own launch; drive by cmd_vel_teleop"
             )
         self._accepted_gids.add(gid)
 
-    def strangers(self, topic: str) -> list[str]:
+    def foreign_publishers(self, topic: str) -> list[str]:
         """Return the full names of foreign nodes that publish on a topic (fully qualified)."""
         endpoints = self._graph.topics().get(topic)
         own_sessions = self._own_sessions()
@@ -62,7 +62,7 @@ class Insiders:
             sorted(
                 {
                     publisher.node.full_name
-                    for publisher in endpoints.givers
+                    for publisher in endpoints.providers
                     if publisher.node.zid not in own_sessions
                 }
             )
@@ -76,5 +76,5 @@ class Insiders:
             node.zid
             for node in self._graph.nodes()
             if node.namespace == self._namespace
-            and (node.name == LEADER or node.name.startswith(f"{LEADER}_"))
+            and (node.name == MAIN_NODE_NAME or node.name.startswith(f"{MAIN_NODE_NAME}_"))
         }

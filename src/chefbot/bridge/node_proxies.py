@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
-from chefbot.bridge.bridged_actions import CalledAction, ServedAction
-from chefbot.bridge.inbox import WIRE, Inbox
-from chefbot.bridge.local_only import INNER, NEVER_HEARD, Insiders
+from chefbot.bridge.bridged_actions import ActionClientBridge, ActionServerBridge
+from chefbot.bridge.inbox import WIRE_PUBLISHER, Inbox
+from chefbot.bridge.local_only import LOCAL_ONLY_TYPES, LOCAL_TOPICS, LocalProcessFilter
 from chefbot.bridge.parameters import ParameterServices, to_value, with_values
 from chefbot.bridge.ports import Ports, Topic
 from chefbot.bridge.rosout import Rosout
@@ -22,38 +22,38 @@ from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.validity import check, check_stamp
 from chefbot.ros2.rmw.attachment import Attachment
-from chefbot.ros2.rmw.errors import WireError
-from chefbot.ros2.rmw.graph import Named
-from chefbot.ros2.rmw.names import WireType, resolve
-from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.errors import RmwError
+from chefbot.ros2.rmw.graph import EndpointGroup
+from chefbot.ros2.rmw.liveliness import CLIENT, SUBSCRIPTION
+from chefbot.ros2.rmw.names import InterfaceType, resolve
+from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.publisher import Publisher
 from chefbot.ros2.rmw.qos import (
     CLOCK,
     DEFAULT,
-    FIXED_FRAMES,
-    FRAMES,
-    LATCHED,
     PARAMETERS,
-    SENSOR,
+    SENSOR_DATA,
     SENSOR_TYPES,
+    TF,
+    TF_STATIC,
+    TRANSIENT_LOCAL_QOS,
     QoS,
 )
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.session import RmwContext
 from chefbot.ros2.rmw.subscription import Subscription
-from chefbot.ros2.rmw.tokens import CLIENT, SUBSCRIPTION
-from chefbot.ros2.rmw.type_description import TypeDescriptions
+from chefbot.ros2.rmw.type_description import TypeDescriptionService
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import Node
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 
 LATCHED_BY_CONVENTION = frozenset({"map", "tf_static", "robot_description"})
-Described = tuple[Node, Ports]
+NodeWithPorts = tuple[Node, Ports]
 
 
 class _SharedSubscription(NamedTuple):
     """The one subscription to a topic for all nodes of the process."""
 
-    node: WireNode
+    node: RmwNode
     topic: Topic
     subscription: Subscription
     latched: bool
@@ -61,35 +61,35 @@ class _SharedSubscription(NamedTuple):
 
 def _subscription_qos(topic: Topic, latched: bool) -> QoS:
     if topic.kind is TFMessage:
-        return FIXED_FRAMES if latched else FRAMES
-    return LATCHED if latched else SENSOR if topic.kind in SENSOR_TYPES else DEFAULT
+        return TF_STATIC if latched else TF
+    return TRANSIENT_LOCAL_QOS if latched else SENSOR_DATA if topic.kind in SENSOR_TYPES else DEFAULT
 
 
 def _publisher_qos(kind: type[Message], latched: bool) -> QoS:
-    return LATCHED if latched else FRAMES if kind is TFMessage else DEFAULT
+    return TRANSIENT_LOCAL_QOS if latched else TF if kind is TFMessage else DEFAULT
 
 
-def _is_latched(endpoints: Named, own: str) -> bool:
+def _is_latched(endpoints: EndpointGroup, own: str) -> bool:
     """Return whether a session other than `own` has a transient-local publisher there."""
-    return any(publisher.end.qos.latched for publisher in endpoints.givers if publisher.node.zid != own)
+    return any(publisher.info.qos.latched for publisher in endpoints.providers if publisher.node.zid != own)
 
 
-def _announce_action_client(node: WireNode, name: str, action: Action[Any, Any, Any]) -> None:
+def _announce_action_client(node: RmwNode, name: str, action: Action[Any, Any, Any]) -> None:
     """Announce the endpoints of a ROS 2 action client (rcl_action/graph.c).
 
     `ros2 node info` recognizes one by its subscription to the feedback topic.
     """
     for part, kind, end, qos in (
-        ("send_goal", WireType.of(action.send_goal_service), CLIENT, DEFAULT),
-        ("get_result", WireType.of(action.get_result_service), CLIENT, DEFAULT),
-        ("cancel_goal", WireType.of(CancelGoal), CLIENT, DEFAULT),
-        ("feedback", WireType.of(action.feedback_message), SUBSCRIPTION, DEFAULT),
-        ("status", WireType.of(GoalStatusArray), SUBSCRIPTION, LATCHED),
+        ("send_goal", InterfaceType.of(action.send_goal_service), CLIENT, DEFAULT),
+        ("get_result", InterfaceType.of(action.get_result_service), CLIENT, DEFAULT),
+        ("cancel_goal", InterfaceType.of(CancelGoal), CLIENT, DEFAULT),
+        ("feedback", InterfaceType.of(action.feedback_message), SUBSCRIPTION, DEFAULT),
+        ("status", InterfaceType.of(GoalStatusArray), SUBSCRIPTION, TRANSIENT_LOCAL_QOS),
     ):
         node.announce(end, f"{name}/_action/{part}", kind, qos)
 
 
-def ears_of(own: str) -> str:
+def tf_listener_name(own: str) -> str:
     """Return the name of the node that subscribes to transforms for a process.
 
     It is created after all other nodes of the process.
@@ -97,7 +97,7 @@ def ears_of(own: str) -> str:
     return f"{own}_tf"
 
 
-class Represented:
+class NodeProxies:
     """Proxies of the loop's nodes in the ROS 2 graph.
 
     Only the bridge's thread may use it, except `publishers`, which the loop's thread reads.
@@ -106,47 +106,47 @@ class Represented:
     """
 
     def __init__(
-        self, wire: Wire, names: tuple[str, str], inbox: Inbox, system: System, simulated: bool
+        self, wire: RmwContext, names: tuple[str, str], inbox: Inbox, system: NodeContainer, simulated: bool
     ) -> None:
         self._wire, (self._namespace, self._own_name), self._inbox = wire, names, inbox
         self._system, self._simulated = system, simulated
         self.publishers: dict[tuple[str, str], Publisher[Any]] = {}
         """Publishers by the loop's names of node and topic."""
-        self._nodes: dict[str, WireNode] = {}
+        self._nodes: dict[str, RmwNode] = {}
         self._rosout: dict[str, Rosout] = {}
-        self._actions: dict[str, ServedAction | CalledAction] = {}
-        self._heard: dict[str, _SharedSubscription] = {}
+        self._actions: dict[str, ActionServerBridge | ActionClientBridge] = {}
+        self._subscriptions: dict[str, _SharedSubscription] = {}
         self._latched = LATCHED_BY_CONVENTION
-        self._process_filter = Insiders(wire.graph, self._namespace)
+        self._process_filter = LocalProcessFilter(wire.graph, self._namespace)
         self.own = self._add(self._own_name)
         self.own_rosout = self._rosout[self._own_name] = Rosout(self.own)
         self._clock: Publisher[Clock] | None = None
 
-    def strangers(self, topic: str) -> list[str]:
+    def foreign_publishers(self, topic: str) -> list[str]:
         """Return the full names of foreign nodes that publish on a topic.
 
         The list is empty if no node of this process publishes on it.
         """
         if all(name != topic for _, name in self.publishers):
             return []
-        return self._process_filter.strangers(resolve(topic, self._namespace))
+        return self._process_filter.foreign_publishers(resolve(topic, self._namespace))
 
-    def show(self, described: Sequence[Described], latched: frozenset[str]) -> None:
+    def update_nodes(self, described: Sequence[NodeWithPorts], latched: frozenset[str]) -> None:
         """Represent these nodes and the process itself; subscribe transient local to the `latched` topics."""
         for name in [name for name in self._nodes if name != self._own_name]:
             self._remove(name)
         self._actions.clear()
-        self._heard.clear()
+        self._subscriptions.clear()
         self._latched = latched | LATCHED_BY_CONVENTION
-        served = {name for _, ports in described for name, _ in ports.serves}
+        served = {name for _, ports in described for name, _ in ports.action_servers}
         for node, ports in described:
             self._add_proxy(node, ports, served)
         tf_listener = self._add(
-            ears_of(self._own_name)
+            tf_listener_name(self._own_name)
         )  # created again with the others, else each launch would add two subscriptions
         for topic in ("tf", "tf_static"):
             self._subscribe(tf_listener, Topic(topic, TFMessage))
-        self.listen_again()
+        self.subscribe_to_latched()
 
     def close(self) -> None:
         """Remove all nodes from the graph."""
@@ -163,23 +163,23 @@ class Represented:
             self.publishers[key] = node.publisher(publication.topic, kind, qos)
         return self.publishers[key]
 
-    def action(self, name: str, publication: Publication) -> ServedAction | CalledAction | None:
+    def action(self, name: str, publication: Publication) -> ActionServerBridge | ActionClientBridge | None:
         """Return the bridged action that handles a message.
 
         None for a call that was received from the wire.
         """
         bridged = self._actions.get(name)
-        from_outside = publication.publisher == WIRE
-        return None if from_outside and isinstance(bridged, CalledAction) else bridged
+        from_outside = publication.publisher == WIRE_PUBLISHER
+        return None if from_outside and isinstance(bridged, ActionClientBridge) else bridged
 
-    def offer_clock(self) -> None:
+    def advertise_clock(self) -> None:
         """Advertise /clock from the start, so that those who join see that this robot is simulated.
 
         The topic is in the robot's namespace, as each of several simulated robots has a time of its own.
         """
         self._clock = self.own.publisher("clock", Clock, CLOCK)
 
-    def tell_clock(self, clock: Clock) -> None:
+    def publish_clock(self, clock: Clock) -> None:
         """Publish the simulation's time on the clock topic."""
         assert self._clock is not None, "it was offered"
         self._clock.publish(clock)
@@ -187,18 +187,18 @@ class Represented:
     def log(self, publication: Publication) -> None:
         """Publish the message on /rosout if it is to be logged there."""
         rosout = self._rosout.get(publication.publisher, self._rosout[self._own_name])
-        rosout.hear(publication)
+        rosout.log_publication(publication)
 
     def _add_proxy(self, node: Node, ports: Ports, served: set[str]) -> None:
         wire_node = self._add(node.name)
-        for topic in ports.outs:
+        for topic in ports.publishers:
             qos = _publisher_qos(topic.kind, topic.latched)
             self.publishers[node.name, topic.name] = wire_node.publisher(topic.name, topic.kind, qos)
-        for topic in ports.ins:
+        for topic in ports.subscriptions:
             self._subscribe(wire_node, topic)
-        for name, action in ports.serves:
-            self._actions[name] = ServedAction(wire_node, name, action, self._post_action)
-        for name, action in ports.calls:
+        for name, action in ports.action_servers:
+            self._actions[name] = ActionServerBridge(wire_node, name, action, self._post_action)
+        for name, action in ports.action_clients:
             self._add_action_client(wire_node, name, action, name in served)
         self._rosout[node.name] = Rosout(wire_node)
         events = wire_node.publisher("/parameter_events", ParameterEvent, PARAMETERS)
@@ -206,38 +206,38 @@ class Represented:
         ParameterServices(
             wire_node, lambda: node.params, setter, live=node.live_params, simulated=self._simulated
         )
-        TypeDescriptions(wire_node)
+        TypeDescriptionService(wire_node)
 
-    def listen_again(self) -> None:
+    def subscribe_to_latched(self) -> None:
         """Subscribe transient local, and so receive stored messages, where others publish so.
 
         The other publishers are not known at the start: another machine's launch, a ROS 2 node, a robot that
         comes later.
         """
         topics = self._wire.graph.topics()
-        for name, shared in self._heard.items():
+        for name, shared in self._subscriptions.items():
             endpoints = topics.get(resolve(name, self._namespace))
             if not shared.latched and endpoints is not None and _is_latched(endpoints, self._wire.zid):
-                shared.node.drop(shared.subscription)
-                self._heard[name] = self._subscribe_once(shared.node, shared.topic, latched=True)
+                shared.node.destroy(shared.subscription)
+                self._subscriptions[name] = self._subscribe_once(shared.node, shared.topic, latched=True)
 
-    def _subscribe(self, node: WireNode, topic: Topic) -> None:
+    def _subscribe(self, node: RmwNode, topic: Topic) -> None:
         """Subscribe once for all nodes of the process: the loop passes each message to every node."""
-        if topic.name in NEVER_HEARD:
+        if topic.name in LOCAL_TOPICS:
             return
         latched = topic.name in self._latched
-        if topic.name in self._heard:
+        if topic.name in self._subscriptions:
             node.announce(
-                SUBSCRIPTION, topic.name, WireType.of(topic.kind), _subscription_qos(topic, latched)
+                SUBSCRIPTION, topic.name, InterfaceType.of(topic.kind), _subscription_qos(topic, latched)
             )
         else:
-            self._heard[topic.name] = self._subscribe_once(node, topic, latched)
+            self._subscriptions[topic.name] = self._subscribe_once(node, topic, latched)
 
-    def _subscribe_once(self, node: WireNode, topic: Topic, latched: bool) -> _SharedSubscription:
+    def _subscribe_once(self, node: RmwNode, topic: Topic, latched: bool) -> _SharedSubscription:
         callback, qos = partial(self._on_message, topic.name, latched), _subscription_qos(topic, latched)
-        if topic.kind in INNER:
+        if topic.kind in LOCAL_ONLY_TYPES:
             filtered = partial(self._on_inner_message, topic, callback)
-            subscription = node.raw_subscription(topic.name, WireType.of(topic.kind), filtered, qos)
+            subscription = node.raw_subscription(topic.name, InterfaceType.of(topic.kind), filtered, qos)
         else:
             subscription = node.subscription(topic.name, topic.kind, callback, qos)
         return _SharedSubscription(node, topic, subscription, latched)
@@ -250,7 +250,7 @@ class Represented:
         check(message)
         if name != "tf_static":
             check_stamp(message, self._system.loop.now_ns)
-        self._inbox.say(name, message, latched=latched)
+        self._inbox.publish(name, message, latched=latched)
 
     def _on_inner_message(
         self, topic: Topic, callback: Callable[[Message], None], data: bytes, attachment: Attachment
@@ -260,16 +260,16 @@ class Represented:
         callback(topic.kind.from_cdr(data))
 
     def _add_action_client(
-        self, node: WireNode, name: str, action: Action[Any, Any, Any], served_here: bool
+        self, node: RmwNode, name: str, action: Action[Any, Any, Any], served_here: bool
     ) -> None:
         if served_here or name in self._actions:
             _announce_action_client(node, name, action)
             return
         now = lambda: self._system.loop.now_ns  # noqa: E731
-        self._actions[name] = CalledAction(node, name, action, self._post_action, now)
+        self._actions[name] = ActionClientBridge(node, name, action, self._post_action, now)
 
     def _post_action(self, topic: str, message: Message) -> None:
-        self._inbox.say(topic, message, depth=1000)
+        self._inbox.publish(topic, message, depth=1000)
 
     def _set_params(
         self, node: Node, events: Publisher[ParameterEvent], values: dict[str, Any], done: Any
@@ -279,7 +279,7 @@ class Represented:
         def change() -> None:
             try:
                 plain = with_values(node.params, values)
-                self._system.set_params(node.name, plain, WIRE)
+                self._system.set_params(node.name, plain, WIRE_PUBLISHER)
             except UserError as error:
                 done(str(error))
                 return
@@ -292,10 +292,10 @@ class Represented:
         loop = self._system.loop
         loop.post(change, loop.timing(node.name, f"{node.name} <- parameters"))
 
-    def _add(self, name: str) -> WireNode:
+    def _add(self, name: str) -> RmwNode:
         try:
-            self._nodes[name] = WireNode(self._wire, name, self._namespace, remote_only=True)
-        except WireError as error:
+            self._nodes[name] = RmwNode(self._wire, name, self._namespace, remote_only=True)
+        except RmwError as error:
             raise UserError(f"node {name!r} cannot be on the wire: {error}") from None
         return self._nodes[name]
 

@@ -12,7 +12,7 @@ LINK_TIMEOUT = 1.0
 command at 20 Hz."""
 
 
-class LinkDevice(Device):
+class LinkMonitorDevice(Device):
     """Publishes on `link` what is wrong, or "" if nothing is; on `link/remark` when that changes.
 
     It measures wall time: where the robot's simulated time is followed, that time stands still while the link
@@ -34,7 +34,7 @@ class LinkDevice(Device):
         self._received_ns = wall_ns()
 
     @every(hz=2)
-    def look(self) -> None:
+    def publish_state(self) -> None:
         """Publish the state of the link."""
         silence = (wall_ns() - self._received_ns) / 1e9
         lost = silence > LINK_TIMEOUT

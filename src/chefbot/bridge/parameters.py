@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 from msgspec import inspect as types
 
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.msgs.rcl_interfaces import (
     BOOL,
     BOOL_ARRAY,
@@ -40,9 +40,9 @@ from chefbot.msgs.rcl_interfaces import (
     SetParametersAtomically_Response,
     SetParametersResult,
 )
-from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import PARAMETERS
-from chefbot.ros2.rmw.service import Call
+from chefbot.ros2.rmw.service import ServiceCall
 from chefbot.runtime.live_params import is_live
 
 SIM_TIME = "use_sim_time"
@@ -53,7 +53,7 @@ Setter = Callable[[dict[str, Any], Callable[[str], None]], None]
 thread."""
 
 
-class Described(NamedTuple):
+class ParameterInfo(NamedTuple):
     """A parameter's value and its type with constraints."""
 
     value: Any
@@ -69,7 +69,7 @@ class ParameterServices:
 
     def __init__(
         self,
-        node: WireNode,
+        node: RmwNode,
         read: Callable[[], msgspec.Struct],
         setter: Setter,
         *,
@@ -87,45 +87,45 @@ class ParameterServices:
         ):
             node.server(f"~/{name}", service, handler, PARAMETERS)
 
-    def _all(self) -> dict[str, Described]:
-        return {**flatten(self._read()), SIM_TIME: Described(self._simulated, types.type_info(bool))}
+    def _all(self) -> dict[str, ParameterInfo]:
+        return {**flatten(self._read()), SIM_TIME: ParameterInfo(self._simulated, types.type_info(bool))}
 
-    def _list(self, call: Call[Any, Any]) -> None:
+    def _list(self, call: ServiceCall[Any, Any]) -> None:
         prefixes, depth = call.request.prefixes, call.request.depth
         names = [name for name in sorted(self._all()) if _matches(name, prefixes, depth)]
         prefix_names = sorted({name.rpartition(".")[0] for name in names if "." in name})
-        call.answer(ListParameters_Response(ListParametersResult(tuple(names), tuple(prefix_names))))
+        call.respond(ListParameters_Response(ListParametersResult(tuple(names), tuple(prefix_names))))
 
-    def _get(self, call: Call[Any, Any]) -> None:
+    def _get(self, call: ServiceCall[Any, Any]) -> None:
         parameters = self._all()
         values = (
             to_value(parameters[n].value) if n in parameters else ParameterValue() for n in call.request.names
         )
-        call.answer(GetParameters_Response(tuple(values)))
+        call.respond(GetParameters_Response(tuple(values)))
 
-    def _get_types(self, call: Call[Any, Any]) -> None:
+    def _get_types(self, call: ServiceCall[Any, Any]) -> None:
         parameters = self._all()
         kinds = [to_value(parameters[n].value).type if n in parameters else 0 for n in call.request.names]
-        call.answer(GetParameterTypes_Response(np.array(kinds, np.uint8)))
+        call.respond(GetParameterTypes_Response(np.array(kinds, np.uint8)))
 
-    def _describe(self, call: Call[Any, Any]) -> None:
+    def _describe(self, call: ServiceCall[Any, Any]) -> None:
         parameters = self._all()
         descriptors = (
             _descriptor(n, parameters[n], is_live(n, self._live))
             for n in call.request.names
             if n in parameters
         )
-        call.answer(DescribeParameters_Response(tuple(descriptors)))
+        call.respond(DescribeParameters_Response(tuple(descriptors)))
 
-    def _set(self, call: Call[Any, Any]) -> None:
+    def _set(self, call: ServiceCall[Any, Any]) -> None:
         """Set the parameters one after the other; respond when the last is done."""
         self._set_next(call, list(call.request.parameters), [])
 
     def _set_next(
-        self, call: Call[Any, Any], remaining: list[Parameter], results: list[SetParametersResult]
+        self, call: ServiceCall[Any, Any], remaining: list[Parameter], results: list[SetParametersResult]
     ) -> None:
         if not remaining:
-            call.answer(SetParameters_Response(tuple(results)))
+            call.respond(SetParameters_Response(tuple(results)))
             return
 
         def done(reason: str) -> None:
@@ -133,9 +133,9 @@ class ParameterServices:
 
         self._check_and_set(remaining[:1], done)
 
-    def _set_atomically(self, call: Call[Any, Any]) -> None:
+    def _set_atomically(self, call: ServiceCall[Any, Any]) -> None:
         def done(reason: str) -> None:
-            call.answer(SetParametersAtomically_Response(SetParametersResult(not reason, reason)))
+            call.respond(SetParametersAtomically_Response(SetParametersResult(not reason, reason)))
 
         self._check_and_set(list(call.request.parameters), done)
 
@@ -143,7 +143,7 @@ class ParameterServices:
         existing = self._all()
         for parameter in parameters:
             if parameter.name not in existing:
-                done(f"there is no parameter {parameter.name!r}{nearest(parameter.name, existing)}")
+                done(f"there is no parameter {parameter.name!r}{name_hint(parameter.name, existing)}")
                 return
             if parameter.name == SIM_TIME:
                 done(f"{parameter.name} cannot be changed: it is that of the launch")
@@ -151,17 +151,17 @@ class ParameterServices:
         self._setter({parameter.name: from_value(parameter.value) for parameter in parameters}, done)
 
 
-def flatten(params: msgspec.Struct, prefix: str = "") -> dict[str, Described]:
+def flatten(params: msgspec.Struct, prefix: str = "") -> dict[str, ParameterInfo]:
     """Flatten nested params to dotted names; values that ROS has no type for become JSON in `to_value`."""
     info = types.type_info(type(params))
     assert isinstance(info, types.StructType)
-    flat: dict[str, Described] = {}
+    flat: dict[str, ParameterInfo] = {}
     for field in info.fields:
         value = getattr(params, field.name)
         if isinstance(value, msgspec.Struct):
             flat |= flatten(value, f"{prefix}{field.name}.")
         else:
-            flat[prefix + field.name] = Described(value, field.type)
+            flat[prefix + field.name] = ParameterInfo(value, field.type)
     return flat
 
 
@@ -177,7 +177,7 @@ def with_values(params: msgspec.Struct, values: dict[str, Any]) -> dict[str, Any
         for key in path:
             parent = parent[key]
         if last not in parent:
-            raise UserError(f"there is no parameter {name!r}{nearest(name, flatten(params))}")
+            raise UserError(f"there is no parameter {name!r}{name_hint(name, flatten(params))}")
         parent[last] = float(value) if isinstance(parent[last], float) and type(value) is int else value
     return plain
 
@@ -220,7 +220,7 @@ def from_value(value: ParameterValue) -> Any:
     )
 
 
-def _descriptor(name: str, parameter: Described, live: bool) -> ParameterDescriptor:
+def _descriptor(name: str, parameter: ParameterInfo, live: bool) -> ParameterDescriptor:
     kind, description = parameter.kind, ""
     if isinstance(kind, types.Metadata):
         schema, extra = kind.extra_json_schema or {}, kind.extra or {}

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 from chefbot.msgs.idl.action import Action
 from chefbot.msgs.idl.message import Message
-from chefbot.runtime.actions import Calls, Serves
+from chefbot.runtime.actions import ActionClientPort, ActionServerPort
 from chefbot.runtime.launch import Launch, node_class
-from chefbot.runtime.node import LAST_WORDS, In, Node, Out, TopicSpec
+from chefbot.runtime.node import RESTORED_PREFIX, In, Node, Out, TopicSpec
 
 
 class Topic(NamedTuple):
@@ -26,10 +26,10 @@ class Ports(NamedTuple):
     Topics that only restore state after a restart are internal and left out.
     """
 
-    ins: tuple[Topic, ...]
-    outs: tuple[Topic, ...]
-    serves: tuple[tuple[str, Action[Any, Any, Any]], ...]
-    calls: tuple[tuple[str, Action[Any, Any, Any]], ...]
+    subscriptions: tuple[Topic, ...]
+    publishers: tuple[Topic, ...]
+    action_servers: tuple[tuple[str, Action[Any, Any, Any]], ...]
+    action_clients: tuple[tuple[str, Action[Any, Any, Any]], ...]
 
 
 def latched_topics(launch: Launch) -> frozenset[str]:
@@ -51,17 +51,21 @@ def ports_of(node: Node) -> Ports:
     ins = tuple(
         Topic(getattr(node, name).topic, typing.get_args(hint)[0])
         for name, hint in hints.items()
-        if typing.get_origin(hint) is In and not getattr(node, name).topic.startswith(LAST_WORDS)
+        if typing.get_origin(hint) is In and not getattr(node, name).topic.startswith(RESTORED_PREFIX)
     )
-    ports = {id(value): value for value in vars(node).values() if isinstance(value, (Out, Serves, Calls))}
+    ports = {
+        id(value): value
+        for value in vars(node).values()
+        if isinstance(value, (Out, ActionServerPort, ActionClientPort))
+    }
     values = list(ports.values())  # a node may hold the same port under two names
     return Ports(
         ins,
         tuple(
             Topic(port.topic, port.kind, port.latched)
             for port in values
-            if isinstance(port, Out) and port.offered
+            if isinstance(port, Out) and port.advertised
         ),
-        tuple((port.name, port.action) for port in values if isinstance(port, Serves)),
-        tuple((port.name, port.action) for port in values if isinstance(port, Calls)),
+        tuple((port.name, port.action) for port in values if isinstance(port, ActionServerPort)),
+        tuple((port.name, port.action) for port in values if isinstance(port, ActionClientPort)),
     )

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from chefbot.bridge.inbox import Inbox
-from chefbot.bridge.node_proxies import Represented
+from chefbot.bridge.node_proxies import NodeProxies
 from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticArray, DiagnosticStatus, KeyValue
 from chefbot.msgs.rcl_interfaces import WARN as LOG_WARN
 from chefbot.msgs.std_msgs import Header, String
-from chefbot.ros2.rmw.errors import Tally
+from chefbot.ros2.rmw.errors import ErrorCounter
 from chefbot.ros2.rmw.graph import Graph
 
 CMD_VEL = "cmd_vel"
@@ -19,7 +19,7 @@ MAX_VALUES = 50
 """Maximum number of values in a diagnostic status."""
 
 
-class Health:
+class WireHealth:
     """Publishes the wire's diagnostics.
 
     Every PERIOD seconds if there is a subscriber; in the loop whenever they change.
@@ -27,7 +27,7 @@ class Health:
 
     PERIOD = 1.0
 
-    def __init__(self, tally: Tally, graph: Graph, proxies: Represented, inbox: Inbox) -> None:
+    def __init__(self, tally: ErrorCounter, graph: Graph, proxies: NodeProxies, inbox: Inbox) -> None:
         self._tally, self._graph, self._there, self._inbox = tally, graph, proxies, inbox
         self._rosout = proxies.own_rosout
         self._publisher = proxies.own.publisher("diagnostics", DiagnosticArray)
@@ -37,19 +37,19 @@ class Health:
         self._mismatches: list[str] = []
         self._reported_foreign: set[str] = set()
 
-    def look(self) -> None:
+    def check_graph(self) -> None:
         """Find mismatched endpoints after a change of the graph; takes milliseconds."""
         self._mismatches = self._graph.mismatches()
-        for name in self._there.strangers(CMD_VEL):
+        for name in self._there.foreign_publishers(CMD_VEL):
             sentence = (
                 f"{name} publishes on {CMD_VEL}, which the base does not take: drive by {CMD_VEL}_teleop"
             )
             self._mismatches.append(sentence)
             if sentence not in self._reported_foreign:
-                self._inbox.say("wire/remark", String(f"Warning: {sentence}."))
+                self._inbox.publish("wire/remark", String(f"Warning: {sentence}."))
         self._reported_foreign.update(self._mismatches)
 
-    def tell(self, now_ns: int) -> None:
+    def publish(self, now_ns: int) -> None:
         """Publish the diagnostics; changes go into the loop as well, so that they are recorded."""
         counts, mismatches = self._tally.counts(), self._mismatches
         if counts != self._reported[0]:
@@ -58,16 +58,16 @@ class Health:
         message = DiagnosticArray(
             Header.of(now_ns, ""), (_status(WARN if warning else OK, counts, mismatches),)
         )
-        if self._publisher.heard:
+        if self._publisher.has_subscribers:
             self._publisher.publish(message)
         if (counts, mismatches) == self._reported and warning == self._was_warning:
             return
         self._was_warning = warning
         for reason in [*(reason for reason in counts if reason not in self._reported[0]), *mismatches]:
             if reason not in self._reported[1]:
-                self._rosout.say(LOG_WARN, reason, now_ns)
+                self._rosout.log(LOG_WARN, reason, now_ns)
         self._reported = (counts, mismatches)
-        self._inbox.say("diagnostics", message)
+        self._inbox.publish("diagnostics", message)
 
 
 def _status(level: int, counts: dict[str, int], mismatches: list[str]) -> DiagnosticStatus:

@@ -24,7 +24,7 @@ STEPS, CLOSE = 3, 2e-4
 """Maximum iterations at each distance, and the step, m and rad, below which they stop early."""
 MIN_NORMAL_COSINE = math.cos(math.radians(40.0))
 """Minimum cosine of the angle between the normals of a correspondence."""
-FEWEST = 25
+MIN_COMMON_POINTS = 25
 """Minimum number of points that two scans must share."""
 MIN_OVERLAP = 0.35
 """Minimum fraction of a scan's points that the other scan contains."""
@@ -45,7 +45,7 @@ VIEWPOINT_COVARIANCE = np.diag([0.003**2, 0.003**2, 0.001**2])
 SUBSAMPLING = 4
 
 
-class Link(NamedTuple):
+class ScanMatch(NamedTuple):
     """A constraint between two stations: `first_T_second` from their scans, and its information matrix.
 
     information: inverse covariance (3, 3) of x, y m and yaw rad. Along a single wall the pose is
@@ -58,7 +58,7 @@ class Link(NamedTuple):
     information: Array
 
 
-def links(poses: Sequence[SE2], surfaces: Sequence[Surface], begin: int = 1) -> list[Link]:
+def link_stations(poses: Sequence[SE2], surfaces: Sequence[Surface], begin: int = 1) -> list[ScanMatch]:
     """Match all stations from `begin` on with earlier ones that overlap; `poses` are the first guess."""
     found = []
     for second in range(max(begin, 1), len(surfaces)):
@@ -71,7 +71,7 @@ def links(poses: Sequence[SE2], surfaces: Sequence[Surface], begin: int = 1) -> 
     return found
 
 
-def placed(surface: Surface, guess: SE2, poses: Sequence[SE2], surfaces: Sequence[Surface]) -> SE2:
+def localize_station(surface: Surface, guess: SE2, poses: Sequence[SE2], surfaces: Sequence[Surface]) -> SE2:
     """Return the pose of a new station matched against all earlier ones; unobservable directions stay as
     guessed."""
     all_surfaces = [*surfaces, surface]
@@ -101,11 +101,11 @@ def _overlapping_stations(
 ) -> list[int]:
     """Return indices of stations whose scans overlap, spread evenly over the drive."""
     points = pose.apply(surface.walls[::SUBSAMPLING])
-    if len(points) * SUBSAMPLING < FEWEST:
+    if len(points) * SUBSAMPLING < MIN_COMMON_POINTS:
         return []
     overlapping = []
     for index, (other, other_pose) in enumerate(zip(surfaces, poses, strict=True)):
-        if len(other.walls) < FEWEST:
+        if len(other.walls) < MIN_COMMON_POINTS:
             continue
         distances, _ = other.tree.query(
             other_pose.inverse().apply(points), distance_upper_bound=MATCH_DISTANCES[0]
@@ -117,7 +117,7 @@ def _overlapping_stations(
     return [overlapping[k] for k in np.linspace(0, len(overlapping) - 1, MAX_LINKS).round().astype(int)]
 
 
-def match(first: int, second: int, guess: SE2, surfaces: Sequence[Surface]) -> Link | None:
+def match(first: int, second: int, guess: SE2, surfaces: Sequence[Surface]) -> ScanMatch | None:
     """Match two stations by point-to-line ICP; return None if they overlap too little or the match is
     implausible."""
     target, source, estimate = surfaces[first], surfaces[second], guess
@@ -137,7 +137,7 @@ def match(first: int, second: int, guess: SE2, surfaces: Sequence[Surface]) -> L
     if math.hypot(moved.x, moved.y) > MAX_CORRECTION[0] or abs(moved.yaw) > MAX_CORRECTION[1]:
         return None  # it slid along a wall to another one that looks alike
     pairs = _correspond(estimate, source, target, MATCH_DISTANCES[-1])
-    return None if pairs is None else Link(first, second, estimate, _match_information(pairs))
+    return None if pairs is None else ScanMatch(first, second, estimate, _match_information(pairs))
 
 
 class _Correspondences(NamedTuple):
@@ -174,7 +174,7 @@ def _correspond(
     similar = (
         np.abs((normals * (source_normals @ np.array([[c, s], [-s, c]]))).sum(axis=1)) > MIN_NORMAL_COSINE
     )
-    if similar.sum() < FEWEST:
+    if similar.sum() < MIN_COMMON_POINTS:
         return None
     points, nearest, normals = points[similar], nearest[similar], normals[similar]
     # Point-to-line residual and its Jacobian

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chefbot.calibration.alignment import FEWEST, Link, links
-from chefbot.calibration.drive import Leg, Square, Stand
+from chefbot.calibration.alignment import MIN_COMMON_POINTS, ScanMatch, link_stations
+from chefbot.calibration.drive import DriveSegment, Square, Station
 from chefbot.calibration.gyro import GyroSolution, solve_gyro
 from chefbot.calibration.solve import Solution, solve
 from chefbot.calibration.surface import Surface
 from chefbot.calibration.umbmark import ReturnErrors, Umbmark, return_errors, umbmark
-from chefbot.calibration.wheels import Wheels
+from chefbot.calibration.wheels import WheelParams
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 
@@ -25,16 +25,16 @@ MIN_LINKED_FRACTION = 0.8
 """Minimum fraction of the stations that must be linked by scan matches."""
 
 
-class Drive(NamedTuple):
+class CalibrationDrive(NamedTuple):
     """A measured calibration drive: legs and squares for the calibration, and squares for its validation."""
 
-    stands: Sequence[Stand]
-    legs: Sequence[Leg]
+    stations: Sequence[Station]
+    legs: Sequence[DriveSegment]
     squares: Sequence[Square]
-    checks: Sequence[Square]
+    validation_squares: Sequence[Square]
 
 
-class Calibrated(NamedTuple):
+class CalibrationResult(NamedTuple):
     """The result of a calibration, with its validation.
 
     solution: wheels and sensor by least squares. again: the same from the validation drives alone, which
@@ -46,18 +46,18 @@ class Calibrated(NamedTuple):
     """
 
     solution: Solution
-    again: Solution
+    validation: Solution
     gyro: GyroSolution
     umbmark: Umbmark
-    by_umbmark_wheels: Wheels
+    by_umbmark_wheels: WheelParams
     before: ReturnErrors
     after: ReturnErrors
-    unchanged: ReturnErrors
+    after_assumed: ReturnErrors
     by_umbmark: ReturnErrors
     links: int
 
 
-def calibrate(drive: Drive, assumed: Wheels, sensor: SE2) -> Calibrated:
+def calibrate(drive: CalibrationDrive, assumed: WheelParams, sensor: SE2) -> CalibrationResult:
     """Calibrate wheels, sensor mount and gyro from a drive, and validate the result.
 
     assumed: wheels, and `sensor` the pose of the scanning sensor on the robot, both from the robot file. No
@@ -66,26 +66,26 @@ def calibrate(drive: Drive, assumed: Wheels, sensor: SE2) -> Calibrated:
     test must not do that. Raise UserError if the drive is insufficient: too short, no overlapping scans,
     slipping wheels, a dead gyro.
     """
-    if not (drive.squares and drive.checks):
+    if not (drive.squares and drive.validation_squares):
         raise UserError("no square was driven to its end; let the calibration go on to its last one")
-    surfaces = [Surface(station.walls) for station in drive.stands]
-    poses = [station.pose for station in drive.stands]
-    known = drive.squares[-1].legs[-1].stands[1] + 1
+    surfaces = [Surface(station.walls) for station in drive.stations]
+    poses = [station.pose for station in drive.stations]
+    known = drive.squares[-1].legs[-1].stations[1] + 1
     # Calibration: stations up to the end of the last calibration square
-    legs = [leg for leg in drive.legs if leg.stands[1] < known]
+    legs = [leg for leg in drive.legs if leg.stations[1] < known]
     solution, found_links = _match_and_solve(legs, surfaces[:known], poses[:known], assumed, sensor)
     # Validation: later stations, from the last calibrated pose on
     later_poses = [solution.poses[-1] @ poses[known - 1].between(pose) for pose in poses[known:]]
-    later_legs = [leg for leg in drive.legs if leg.stands[1] >= known]
+    later_legs = [leg for leg in drive.legs if leg.stations[1] >= known]
     again, later_links = _match_and_solve(
         later_legs, surfaces, [*solution.poses, *later_poses], assumed, solution.sensor, known
     )
     # Gyro, and UMBmark for comparison
     gyro = solve_gyro([leg.between(solution.poses) for leg in legs])
     squares = [square.between(solution.poses) for square in drive.squares]
-    checks = [square.between(again.poses) for square in drive.checks]
+    checks = [square.between(again.poses) for square in drive.validation_squares]
     ratios, corrected = umbmark(squares, assumed, solution.sensor)
-    return Calibrated(
+    return CalibrationResult(
         solution,
         again,
         gyro,
@@ -100,17 +100,17 @@ def calibrate(drive: Drive, assumed: Wheels, sensor: SE2) -> Calibrated:
 
 
 def _match_and_solve(
-    legs: Sequence[Leg],
+    legs: Sequence[DriveSegment],
     surfaces: Sequence[Surface],
     poses: Sequence[SE2],
-    assumed: Wheels,
+    assumed: WheelParams,
     sensor: SE2,
     known: int = 0,
-) -> tuple[Solution, list[Link]]:
+) -> tuple[Solution, list[ScanMatch]]:
     """Alternate scan matching and least squares; the poses of the first `known` stations are fixed."""
     previous = np.ones(3)
     for _ in range(ROUNDS):
-        found_links = links(poses, surfaces, known)
+        found_links = link_stations(poses, surfaces, known)
         _check_links(found_links, known, len(surfaces))
         solution = solve(legs, found_links, poses, assumed, sensor, known)
         poses, factors = solution.poses, np.array(solution.wheels.factors(assumed))
@@ -120,11 +120,11 @@ def _match_and_solve(
     return solution, found_links
 
 
-def _check_links(found_links: Sequence[Link], known: int, station_count: int) -> None:
+def _check_links(found_links: Sequence[ScanMatch], known: int, station_count: int) -> None:
     linked = {link.first for link in found_links} | {link.second for link in found_links}
     count, total = len([station for station in linked if station >= known]), station_count - known
     if count < MIN_LINKED_FRACTION * total:
         raise UserError(
             f"at {total - count} of {total} stands the sensor saw too little that it saw from elsewhere too "
-            f"(fewer than {FEWEST} points of walls); calibrate in a room with walls within its reach"
+            f"(fewer than {MIN_COMMON_POINTS} points of walls); calibrate in a room with walls within its reach"
         )

@@ -13,7 +13,7 @@ from chefbot.maths.se2 import SE2
 
 
 @dataclass(frozen=True, eq=False)
-class Leg:
+class DriveSegment:
     """A drive from one station to the next.
 
     ticks: (n, 2) counts of left and right encoder in order of time.
@@ -27,11 +27,11 @@ class Leg:
     seconds: float
     begin: SE2
     end: SE2
-    stands: tuple[int, int] = (0, 0)
+    stations: tuple[int, int] = (0, 0)
 
-    def between(self, poses: Sequence[SE2]) -> Leg:
+    def between(self, poses: Sequence[SE2]) -> DriveSegment:
         """Return the leg with updated poses of all stations."""
-        first, last = self.stands
+        first, last = self.stations
         return replace(self, begin=poses[first], end=poses[last])
 
     @property
@@ -48,7 +48,7 @@ class Square(NamedTuple):
 
     turn: int
     side: float
-    legs: tuple[Leg, ...]
+    legs: tuple[DriveSegment, ...]
 
     def between(self, poses: Sequence[SE2]) -> Square:
         """Return the square with updated poses of all stations."""
@@ -65,7 +65,7 @@ class Square(NamedTuple):
         return self.legs[0].begin.between(self.legs[-1].end)
 
 
-class Stand(NamedTuple):
+class Station(NamedTuple):
     """A station at which the robot stood still and scanned.
 
     pose: of the sensor, as estimated during the drive. walls: (n, 2) m, scanned points in the sensor frame.

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.calibration.drive import Leg
+from chefbot.calibration.drive import DriveSegment
 from chefbot.errors import UserError
 from chefbot.maths.angles import wrap
 
@@ -29,7 +29,7 @@ class GyroSolution(NamedTuple):
     deviations: tuple[float, float]
 
 
-def solve_gyro(legs: Sequence[Leg]) -> GyroSolution:
+def solve_gyro(legs: Sequence[DriveSegment]) -> GyroSolution:
     """Fit gyro = scale * rotation + offset * seconds by least squares, with outliers removed.
 
     Raise UserError if the robot turned too little, or if the gyro does not measure its rotations.

@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.calibration.alignment import Link
-from chefbot.calibration.drive import Leg
-from chefbot.calibration.wheels import Wheels, length_of, travelled
+from chefbot.calibration.alignment import ScanMatch
+from chefbot.calibration.drive import DriveSegment
+from chefbot.calibration.wheels import WheelParams, distance_from_ticks, integrate_ticks
 from chefbot.errors import UserError
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
@@ -62,7 +62,7 @@ class Solution(NamedTuple):
     drives.
     """
 
-    wheels: Wheels
+    wheels: WheelParams
     sensor: SE2
     poses: list[SE2]
     covariance: Array
@@ -76,10 +76,10 @@ class Solution(NamedTuple):
 
 
 def solve(
-    legs: Sequence[Leg],
-    links: Sequence[Link],
+    legs: Sequence[DriveSegment],
+    links: Sequence[ScanMatch],
     poses: Sequence[SE2],
-    wheels: Wheels,
+    wheels: WheelParams,
     sensor: SE2,
     known: int = 0,
 ) -> Solution:
@@ -163,26 +163,28 @@ class _Problem:
 
     def __init__(
         self,
-        legs: Sequence[Leg],
-        links: Sequence[Link],
+        legs: Sequence[DriveSegment],
+        links: Sequence[ScanMatch],
         poses: Sequence[SE2],
-        wheels: Wheels,
+        wheels: WheelParams,
         sensor: SE2,
         known: int = 0,
     ) -> None:
         self._legs, self._links, self._poses = legs, links, poses
         self._wheels, self._sensor, self._known = wheels, sensor, known
         # The error grows with the root of the length: a random walk (Chong & Kleeman 1997)
-        self._length_scale = np.array([math.sqrt(1.0 + length_of(leg.ticks, wheels)) for leg in legs])
+        self._length_scale = np.array(
+            [math.sqrt(1.0 + distance_from_ticks(leg.ticks, wheels)) for leg in legs]
+        )
 
     def start(self) -> Array:
         """Return the first guess: no parameter errors, station poses as estimated during the drive."""
         return np.concatenate([np.zeros(ROBOT_UNKNOWNS), np.array(self._poses).ravel()])
 
-    def wheels(self, x: Array) -> Wheels:
+    def wheels(self, x: Array) -> WheelParams:
         """Return the wheel parameters of the unknowns."""
         left, right, separation = (1.0 + x[:3]).tolist()
-        return Wheels(
+        return WheelParams(
             self._wheels.left * left, self._wheels.right * right, self._wheels.separation * separation
         )
 
@@ -198,12 +200,12 @@ class _Problem:
         """Return scan match minus odometry of the sensor's motion between stations, (n, 3): m, m, rad."""
         return np.array([self._error(x, leg) for leg in self._legs]) / self._length_scale[:, None]
 
-    def _error(self, x: Array, leg: Leg, rolled: SE2 | None = None) -> Array:
+    def _error(self, x: Array, leg: DriveSegment, rolled: SE2 | None = None) -> Array:
         """Return the residual (3,) of a drive; `rolled` is the robot's motion by the wheels if it is computed
         already."""
         # h = sensor^-1 * motion * sensor, compared with begin^-1 * end
-        begin, end = (self.pose(x, station) for station in leg.stands)
-        sensor, motion = self.sensor(x), rolled or travelled(leg.ticks, self.wheels(x))
+        begin, end = (self.pose(x, station) for station in leg.stations)
+        sensor, motion = self.sensor(x), rolled or integrate_ticks(leg.ticks, self.wheels(x))
         return _residual(begin.between(end), sensor.inverse() @ motion @ sensor)
 
     def fit(self, x: Array, noise: tuple[float, float], slipped: NDArray[np.bool_]) -> Array:
@@ -241,7 +243,7 @@ class _Problem:
                 self._add_drive(H, g, x, leg, length_scale * np.array([noise[0], noise[0], noise[1]]))
         return H, g
 
-    def _add_link(self, H: Array, g: Array, x: Array, link: Link) -> None:
+    def _add_link(self, H: Array, g: Array, x: Array, link: ScanMatch) -> None:
         """Add a scan match to the normal equations, with the robust kernel of Geman & McClure (1985)."""
         begin, end = self.pose(x, link.first), self.pose(x, link.second)
         seen = begin.between(end)
@@ -256,14 +258,14 @@ class _Problem:
         H[np.ix_(columns, columns)] += J.T @ information @ J
         g[columns] += J.T @ information @ error
 
-    def _add_drive(self, H: Array, g: Array, x: Array, leg: Leg, deviation: Array) -> None:
+    def _add_drive(self, H: Array, g: Array, x: Array, leg: DriveSegment, deviation: Array) -> None:
         """Add a drive to the normal equations, with the Huber kernel."""
-        rolled = travelled(leg.ticks, self.wheels(x))
+        rolled = integrate_ticks(leg.ticks, self.wheels(x))
         error = self._error(x, leg, rolled) / deviation
         weight = min(1.0, OUTLIER / max(float(np.abs(error).max()), 1e-9))
         columns = [
             *range(ROBOT_UNKNOWNS),
-            *(_station_slice(station).start + k for station in leg.stands for k in range(3)),
+            *(_station_slice(station).start + k for station in leg.stations for k in range(3)),
         ]
         # Jacobian: numeric by the robot parameters, analytic by the station poses
         J = np.empty((3, len(columns)))
@@ -272,7 +274,7 @@ class _Problem:
             perturbed[column] += DIFFERENCE_STEP
             cached_motion = rolled if column >= 3 else None
             J[:, column] = (self._error(perturbed, leg, cached_motion) / deviation - error) / DIFFERENCE_STEP
-        begin, end = (self.pose(x, station) for station in leg.stands)
+        begin, end = (self.pose(x, station) for station in leg.stations)
         J[:, ROBOT_UNKNOWNS:] = _relative_pose_jacobian(begin, begin.between(end)) / deviation[:, None]
         H[np.ix_(columns, columns)] += weight * J.T @ J
         g[columns] += weight * J.T @ error

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.calibration.drive import Square
-from chefbot.calibration.wheels import Wheels, travelled
+from chefbot.calibration.wheels import WheelParams, integrate_ticks
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 
@@ -38,7 +38,7 @@ class ReturnErrors(NamedTuple):
         return max(math.hypot(*self.left.mean(axis=0)), math.hypot(*self.right.mean(axis=0)))
 
 
-def return_errors(squares: Sequence[Square], wheels: Wheels, sensor: SE2) -> ReturnErrors:
+def return_errors(squares: Sequence[Square], wheels: WheelParams, sensor: SE2) -> ReturnErrors:
     """Return true minus odometry position at the end of each square, in the frame of its start.
 
     sensor: pose of the scanning sensor in base_link. Raise UserError unless both directions were driven.
@@ -46,7 +46,7 @@ def return_errors(squares: Sequence[Square], wheels: Wheels, sensor: SE2) -> Ret
     errors: dict[int, list[tuple[float, float]]] = {1: [], -1: []}
     for square in squares:
         truth = sensor @ square.seen @ sensor.inverse()
-        odometry = travelled(square.ticks, wheels)
+        odometry = integrate_ticks(square.ticks, wheels)
         errors[square.turn].append((truth.x - odometry.x, truth.y - odometry.y))
     if not (errors[1] and errors[-1]):
         raise UserError("UMBmark needs a square to the left and one to the right; let the robot drive both")
@@ -60,13 +60,15 @@ class Umbmark(NamedTuple):
     wheel_ratio: float
     separation_ratio: float
 
-    def corrected(self, wheels: Wheels) -> Wheels:
+    def corrected(self, wheels: WheelParams) -> WheelParams:
         """Return corrected wheels with the same mean diameter (the paper's equations 16 and 20)."""
         left, right = 2.0 / (self.wheel_ratio + 1.0), 2.0 / (1.0 / self.wheel_ratio + 1.0)
-        return Wheels(wheels.left * left, wheels.right * right, wheels.separation * self.separation_ratio)
+        return WheelParams(
+            wheels.left * left, wheels.right * right, wheels.separation * self.separation_ratio
+        )
 
 
-def step(errors: ReturnErrors, side: float, separation: float) -> Umbmark:
+def umbmark_step(errors: ReturnErrors, side: float, separation: float) -> Umbmark:
     """Return E_d and E_b by the paper's formulas, from the centres of gravity along x.
 
     alpha is the error of each corner (type A), beta of each side (type B), which is an arc of radius R. As in
@@ -86,13 +88,13 @@ def step(errors: ReturnErrors, side: float, separation: float) -> Umbmark:
     return Umbmark(wheel_ratio, (math.pi / 2.0) / (math.pi / 2.0 - alpha))
 
 
-def umbmark(squares: Sequence[Square], wheels: Wheels, sensor: SE2) -> tuple[Umbmark, Wheels]:
+def umbmark(squares: Sequence[Square], wheels: WheelParams, sensor: SE2) -> tuple[Umbmark, WheelParams]:
     """Return E_d and E_b relative to `wheels`, and the wheels corrected by them."""
     side = float(np.mean([square.side for square in squares]))
     corrected_wheels = wheels
     for _ in range(ROUNDS):
         errors = return_errors(squares, corrected_wheels, sensor)
-        corrected_wheels = step(errors, side, corrected_wheels.separation).corrected(corrected_wheels)
+        corrected_wheels = umbmark_step(errors, side, corrected_wheels.separation).corrected(corrected_wheels)
     total = Umbmark(
         (corrected_wheels.right / corrected_wheels.left) / (wheels.right / wheels.left),
         corrected_wheels.separation / wheels.separation,

@@ -13,7 +13,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
 
 
-class Wheels(NamedTuple):
+class WheelParams(NamedTuple):
     """The wheel parameters: metres per tick of each wheel and effective wheel separation, m."""
 
     left: float
@@ -21,22 +21,26 @@ class Wheels(NamedTuple):
     separation: float
 
     @staticmethod
-    def of(robot: Robot) -> Wheels:
+    def of(robot: Robot) -> WheelParams:
         """Return the wheels of a robot file, including its calibration."""
         per_tick = 2.0 * math.pi / robot.motor.ticks_per_turn
-        return Wheels(robot.left_radius * per_tick, robot.right_radius * per_tick, robot.turning_separation)
+        return WheelParams(
+            robot.left_wheel_radius * per_tick,
+            robot.right_wheel_radius * per_tick,
+            robot.effective_wheel_separation,
+        )
 
     @staticmethod
-    def drawn(robot: Robot) -> Wheels:
+    def nominal(robot: Robot) -> WheelParams:
         """Return the nominal wheels, without calibration."""
-        return Wheels(robot.metres_per_tick, robot.metres_per_tick, robot.wheels.separation)
+        return WheelParams(robot.metres_per_tick, robot.metres_per_tick, robot.wheels.separation)
 
-    def factors(self, drawn: Wheels) -> tuple[float, float, float]:
+    def factors(self, drawn: WheelParams) -> tuple[float, float, float]:
         """Return the ratios of left wheel, right wheel and separation to the nominal ones."""
         return self.left / drawn.left, self.right / drawn.right, self.separation / drawn.separation
 
 
-def travelled(ticks: NDArray[np.float64], wheels: Wheels) -> SE2:
+def integrate_ticks(ticks: NDArray[np.float64], wheels: WheelParams) -> SE2:
     """Return the motion from the origin by encoder counts (n, 2) of left and right wheel.
 
     Each step is an arc; its chord has the heading at the middle of the arc (Siegwart & Nourbakhsh 2004,
@@ -52,12 +56,12 @@ def travelled(ticks: NDArray[np.float64], wheels: Wheels) -> SE2:
     return SE2(x, y, wrap(float(turns.sum())))
 
 
-def turn_of(ticks: NDArray[np.float64], wheels: Wheels) -> float:
+def rotation_from_ticks(ticks: NDArray[np.float64], wheels: WheelParams) -> float:
     """Return the rotation to the left, rad, including full turns."""
     left, right = (ticks[-1] - ticks[0]) * (wheels.left, wheels.right)
     return float(right - left) / wheels.separation
 
 
-def length_of(ticks: NDArray[np.float64], wheels: Wheels) -> float:
+def distance_from_ticks(ticks: NDArray[np.float64], wheels: WheelParams) -> float:
     """Return the distance rolled back and forth, m, as the mean of both wheels."""
     return float((np.abs(np.diff(ticks, axis=0)) * (wheels.left, wheels.right)).sum()) / 2.0

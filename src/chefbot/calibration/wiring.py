@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.calibration.drive import Leg
+from chefbot.calibration.drive import DriveSegment
 
 SIDES = ("left", "right")
 MIN_TICKS = 20
@@ -10,7 +10,7 @@ MIN_ROTATION = 0.1  # rad
 MIN_TRANSLATION = 0.03  # m
 
 
-def miswired(leg: Leg, metres: float, angle: float) -> str | None:
+def wiring_fault(leg: DriveSegment, metres: float, angle: float) -> str | None:
     """Return a wiring fault, or None if a motion of `metres` ahead or `angle` rad to the left is as
     commanded."""
     counted = leg.ticks[-1] - leg.ticks[0]
@@ -42,7 +42,7 @@ def _encoder_advice(side: str) -> str:
     )
 
 
-def explained(board: str, left: int, right: int) -> str:
+def explain_board_message(board: str, left: int, right: int) -> str:
     """Return the board's first sentence, with advice if it reports an encoder fault.
 
     left, right: ticks counted by the encoders during the motion.

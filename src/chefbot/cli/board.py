@@ -15,18 +15,18 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from chefbot.board.autodetect import Probe
+from chefbot.board.autodetect import ProtocolProbe
 from chefbot.board.chapter_messages import parse_chapter
 from chefbot.board.framing import LineSplitter
 from chefbot.board.messages import parse
 from chefbot.board.pretty_print import describe, describe_chapter
-from chefbot.devices.board_line import AUTO
-from chefbot.devices.board_ports import broken, explain, open_port, ports
+from chefbot.devices.board_ports import explain, explain_disconnection, open_port, ports
+from chefbot.devices.serial_connection import AUTO
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import wall_ns
 from chefbot.sim.firmware import serve
-from chefbot.storage.atomic_files import explained, make_folder
+from chefbot.storage.atomic_files import make_folder, os_errors_as_user_errors
 
 WINDOW = 1.0
 """Seconds that a rate is taken over."""
@@ -84,7 +84,7 @@ def run_log(port: str, out: Path, seconds: float) -> None:
     """Each line as it came, behind the seconds since the start; bytes that do not print as \\x escapes."""
     count, splitter = 0, LineSplitter(longest=1000)
     make_folder(out.parent)
-    with explained(out), _opened(port) as opened, _emptied(out) as file:
+    with os_errors_as_user_errors(out), _opened(port) as opened, _emptied(out) as file:
         console.print(f"Logging {opened.port} to {out}; Ctrl-C ends it.", markup=False)
         try:
             for data, at in _chunks(opened, seconds):
@@ -123,14 +123,14 @@ def _only_port() -> str:
 def _chunks(opened: serial.Serial, seconds: float) -> Iterator[tuple[bytes, float]]:
     """What comes, and when, in seconds since the start; a board is asked who it is until it answers."""
     began = time.monotonic()
-    probe = Probe(os.getpid(), wall_ns())
+    probe = ProtocolProbe(os.getpid(), wall_ns())
     while seconds <= 0 or time.monotonic() - began < seconds:
         try:
-            if probe.dialect is None and not probe.over(wall_ns()):
-                opened.write(probe.ask(wall_ns()))
+            if probe.dialect is None and not probe.timed_out(wall_ns()):
+                opened.write(probe.data_to_send(wall_ns()))
             data = opened.read(max(1, opened.in_waiting))
         except OSError as error:
-            raise UserError(broken(str(opened.port), error)) from None
+            raise UserError(explain_disconnection(str(opened.port), error)) from None
         probe.hear(data, wall_ns())
         yield data, time.monotonic() - began
 

@@ -10,19 +10,19 @@ from typing import Any, NamedTuple
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.calibration.calibrate import Calibrated, Drive, calibrate
-from chefbot.calibration.wheels import Wheels
+from chefbot.calibration.calibrate import CalibrationDrive, CalibrationResult, calibrate
+from chefbot.calibration.wheels import WheelParams
 from chefbot.cli.calibrate_file import Findings, findings_of, robot_text
 from chefbot.cli.calibrate_picture import picture
 from chefbot.errors import UserError
 from chefbot.launcher.launch import parse_arguments
-from chefbot.launcher.session import session, show_remarks, start
+from chefbot.launcher.session import print_remarks, session, start
 from chefbot.maths.se2 import SE2
 from chefbot.nodes.calibrator import CalibratorNode
 from chefbot.robot.load import find_robot, load_robot, parse_robot
 from chefbot.robot.spec import Robot
 from chefbot.runtime.launch import Launch, load_launch
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
 from chefbot.storage.atomic_files import make_folder, write_atomic
 
@@ -45,7 +45,7 @@ class CalibrateOptions(NamedTuple):
 class Measured(NamedTuple):
     """What the drive gave. mount: of the sensor that scans, by the robot file. frame: its name."""
 
-    drive: Drive
+    drive: CalibrationDrive
     mount: SE2
     frame: str
     truth: dict[str, float] | None
@@ -60,7 +60,7 @@ def run_calibrate(options: CalibrateOptions) -> None:
         raise UserError(f"{target} would be like itself; give another folder with --out")
     make_folder(options.out)
     measured = _measure(robot, launch, options)
-    result = calibrate(measured.drive, Wheels.of(robot), measured.mount)
+    result = calibrate(measured.drive, WheelParams.of(robot), measured.mount)
     found = findings_of(result, robot, measured.mount, measured.frame)
     text = robot_text(found, options.robot)
     parse_robot(text.encode(), target)
@@ -86,7 +86,7 @@ def _measure(robot: Robot, launch: Launch, options: CalibrateOptions) -> Measure
     recording = options.out / "run.mcap"
     speed = 0.0 if options.sim else 1.0
     with session(robot, options.seed, launch.clock, speed, recording) as system:
-        system.loop.tap(show_remarks)
+        system.loop.add_observer(print_remarks)
         start(system, launch)
         node = system.nodes[NODE]
         assert isinstance(node, CalibratorNode)
@@ -97,11 +97,11 @@ def _measure(robot: Robot, launch: Launch, options: CalibrateOptions) -> Measure
             raise UserError(f"no calibration: {why}; no robot file was written, the recording is {recording}")
         scan = node.scan.last
         assert scan is not None
-        drive = Drive(node.stands, node.legs, node.squares, node.checks)
+        drive = CalibrationDrive(node.stations, node.legs, node.squares, node.checks)
         return Measured(drive, node.mount, scan.header.frame_id, _truth(system))
 
 
-def _truth(system: System) -> dict[str, float] | None:
+def _truth(system: NodeContainer) -> dict[str, float] | None:
     from chefbot.sim.device import SimulatorDevice
 
     for node in system.nodes.values():
@@ -121,7 +121,7 @@ def _truth(system: System) -> dict[str, float] | None:
 
 
 def _write(
-    out: Path, text: str, result: Calibrated, found: Findings, measured: Measured, robot: Robot
+    out: Path, text: str, result: CalibrationResult, found: Findings, measured: Measured, robot: Robot
 ) -> None:
     """The robot file last: where it is, the rest is."""
     summary = _summary(result, found, measured, robot)
@@ -130,8 +130,8 @@ def _write(
     write_atomic(out / "robot.yaml", text.encode())
 
 
-def _summary(result: Calibrated, found: Findings, measured: Measured, robot: Robot) -> dict[str, Any]:
-    solution, again = result.solution, result.again
+def _summary(result: CalibrationResult, found: Findings, measured: Measured, robot: Robot) -> dict[str, Any]:
+    solution, again = result.solution, result.validation
     return {
         "found": {one.key: {"value": one.value, "deviation": one.deviation} for one in found.values},
         "umbmark": {"E_d": result.umbmark.wheel_ratio, "E_b": result.umbmark.separation_ratio},
@@ -139,21 +139,23 @@ def _summary(result: Calibrated, found: Findings, measured: Measured, robot: Rob
             "before": result.before.worst,
             "after": result.after.worst,
             "after_by_umbmark": result.by_umbmark.worst,
-            "check_squares_with_old_numbers": result.unchanged.worst,
+            "check_squares_with_old_numbers": result.after_assumed.worst,
         },
-        "found_again_by_the_check": dict(zip(WHEELS, again.wheels.factors(Wheels.drawn(robot)), strict=True)),
+        "found_again_by_the_check": dict(
+            zip(WHEELS, again.wheels.factors(WheelParams.nominal(robot)), strict=True)
+        ),
         "drives": len(solution.slipped),
         "slipped": int(solution.slipped.sum()),
         "drives_of_the_check": len(again.slipped),
         "slipped_on_the_check": int(again.slipped.sum()),
-        "stands": len(measured.drive.stands),
+        "stands": len(measured.drive.stations),
         "links": result.links,
         "noise": {"m": solution.noise[0], "rad": solution.noise[1]},
         "truth_of_the_simulator": measured.truth,
     }
 
 
-def _print(result: Calibrated, found: Findings, measured: Measured, robot: Robot) -> None:
+def _print(result: CalibrationResult, found: Findings, measured: Measured, robot: Robot) -> None:
     columns = ["", "before", "found", "standard deviation"]
     truth = measured.truth
     table = Table(*columns, *(["simulator's truth", "off by"] if truth else []), box=None)
@@ -164,20 +166,20 @@ def _print(result: Calibrated, found: Findings, measured: Measured, robot: Robot
         table.add_row(*row)
     console.print(table)
     before, after = result.before.worst, result.after.worst
-    ratios, side = result.umbmark, measured.drive.checks[0].side
+    ratios, side = result.umbmark, measured.drive.validation_squares[0].side
     console.print(
         f"\nUMBmark: E_d {ratios.wheel_ratio:.5f}, E_b {ratios.separation_ratio:.5f} (mean diameter as assumed)\n"
         f"Systematic error E_max,syst of squares of {side} m: {1000 * before:.0f} mm before, "
         f"{1000 * after:.1f} mm after ({before / max(after, 1e-6):.0f} times less); by UMBmark's numbers "
         f"{1000 * result.by_umbmark.worst:.1f} mm"
     )
-    apart = zip(WHEELS, result.again.wheels, result.solution.wheels, strict=True)
+    apart = zip(WHEELS, result.validation.wheels, result.solution.wheels, strict=True)
     console.print(
         "Found once more, by the check alone: "
         + ", ".join(f"{key} {100.0 * (again / first - 1.0):+.3f} %" for key, again, first in apart)
         + " apart"
     )
-    for slipped, which in ((result.solution.slipped, ""), (result.again.slipped, " of the check")):
+    for slipped, which in ((result.solution.slipped, ""), (result.validation.slipped, " of the check")):
         if slipped.any():
             console.print(
                 f"{int(slipped.sum())} of {len(slipped)} drives{which} fit no wheels and were left out: "

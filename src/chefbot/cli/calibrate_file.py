@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from chefbot.calibration.calibrate import Calibrated
-from chefbot.calibration.wheels import Wheels
+from chefbot.calibration.calibrate import CalibrationResult
+from chefbot.calibration.wheels import WheelParams
 from chefbot.design.sizing.robot_file_editor import COMMENT_COLUMN
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
@@ -21,7 +21,7 @@ MOUNT_TOLD = 0.006
 """m from which on a sensor sits elsewhere than the file says."""
 
 
-class Finding(NamedTuple):
+class CalibrationChange(NamedTuple):
     """One key of the section `calibration`: what the file had, what was found, in SI units."""
 
     key: str
@@ -47,27 +47,27 @@ class Finding(NamedTuple):
 class Findings(NamedTuple):
     """All of them, and where the sensor sits beside its mount, m."""
 
-    values: tuple[Finding, ...]
+    values: tuple[CalibrationChange, ...]
     sensor: str
     mount_off: tuple[float, float]
     mount_told: float
     reason: str
 
 
-def findings_of(result: Calibrated, robot: Robot, mount: SE2, frame: str) -> Findings:
+def findings_of(result: CalibrationResult, robot: Robot, mount: SE2, frame: str) -> Findings:
     """Against the robot file that was assumed."""
     old, solution, gyro = robot.calibration, result.solution, result.gyro
-    left, right, separation = solution.wheels.factors(Wheels.drawn(robot))
+    left, right, separation = solution.wheels.factors(WheelParams.nominal(robot))
     sd = solution.deviations.tolist()
     key = KEYS[frame]
     yaw = getattr(old, key) + wrap(solution.sensor.yaw - mount.yaw)
     values = (
-        Finding("left_wheel", old.left_wheel, left, sd[0]),
-        Finding("right_wheel", old.right_wheel, right, sd[1]),
-        Finding("separation", old.separation, separation, sd[2]),
-        Finding("gyro_scale", old.gyro_scale, gyro.scale, gyro.deviations[0]),
-        Finding("gyro_offset", old.gyro_offset, gyro.offset, gyro.deviations[1], "deg/s"),
-        Finding(key, getattr(old, key), yaw, sd[5], "deg"),
+        CalibrationChange("left_wheel", old.left_wheel, left, sd[0]),
+        CalibrationChange("right_wheel", old.right_wheel, right, sd[1]),
+        CalibrationChange("separation", old.separation, separation, sd[2]),
+        CalibrationChange("gyro_scale", old.gyro_scale, gyro.scale, gyro.deviations[0]),
+        CalibrationChange("gyro_offset", old.gyro_offset, gyro.offset, gyro.deviations[1], "deg/s"),
+        CalibrationChange(key, getattr(old, key), yaw, sd[5], "deg"),
     )
     drives, slipped = len(solution.slipped), int(solution.slipped.sum())
     reason = (
@@ -100,7 +100,7 @@ def robot_text(found: Findings, robot: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _why(one: Finding) -> str:
+def _why(one: CalibrationChange) -> str:
     if one.key == "gyro_offset":
         return f"while standing and driving; +- {one.told(one.deviation)}"
     return f"was {one.told(one.before)}; by the walls that it saw, +- {one.told(one.deviation)}"

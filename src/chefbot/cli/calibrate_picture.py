@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from chefbot.calibration.calibrate import Calibrated
+from chefbot.calibration.calibrate import CalibrationResult
 from chefbot.calibration.umbmark import ReturnErrors
 from chefbot.cli.calibrate_file import Findings
 from chefbot.robot.spec import Robot
@@ -15,7 +15,7 @@ from chefbot.robot.spec import Robot
 BLUE, ORANGE, GREY = "#1f6feb", "#e8710a", "0.55"
 
 
-def picture(result: Calibrated, found: Findings, robot: Robot) -> bytes:
+def picture(result: CalibrationResult, found: Findings, robot: Robot) -> bytes:
     """PNG: return errors before, after in a frame a tenth as wide or less, and the numbers with their uncertainty."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chefbot.design.checks.overlaps import overlapping
-from chefbot.design.checks.part_bodies import Body, bodies
+from chefbot.design.checks.part_bodies import PartBody, bodies
 from chefbot.errors import UserError
 from chefbot.robot.geometry import layout
 from chefbot.robot.spec import Robot
@@ -66,7 +66,7 @@ def _fill(axes: Any, section: CrossSection, colour: tuple[float, ...]) -> None:
     axes.add_patch(PathPatch(Line.make_compound_path(*lines), facecolor=colour, edgecolor="0.25", lw=0.5))
 
 
-def _label(axes: Any, body: Body) -> None:
+def _label(axes: Any, body: PartBody) -> None:
     """Boxes and sensors by name; plates, poles and tubes are known by their looks."""
     if body.part.material in ("equipment", "sensor", "motor"):
         x, y = (body.low[:2] + body.high[:2]) / 2.0 / MILLI

@@ -8,11 +8,11 @@ from threading import Event
 from typing import TYPE_CHECKING
 
 from chefbot.errors import UserError
-from chefbot.ros2.rmw.environment import domain_of_environment, port_of_environment
-from chefbot.ros2.rmw.errors import WireError
+from chefbot.ros2.rmw.environment import domain_from_environment, port_from_environment
+from chefbot.ros2.rmw.errors import RmwError
 from chefbot.ros2.rmw.names import resolve
-from chefbot.ros2.rmw.session import MAX_DOMAIN, Wire
-from chefbot.ros2.tools.common import console, errors, settle, stopping
+from chefbot.ros2.rmw.session import MAX_DOMAIN, RmwContext
+from chefbot.ros2.tools.common import console, errors, settle, stop_event
 
 if TYPE_CHECKING:
     from chefbot.ros2.dds.bridge import DdsBridge
@@ -26,23 +26,23 @@ def run_dds(domain: int | None, topics: Sequence[str], interface: str) -> None:
     """Until Ctrl-C. UserError without the extra, in a second bridge on one wire, or when DDS cannot be opened."""
     try:
         from chefbot.ros2.dds.bridge import NODE, DdsBridge
-        from chefbot.ros2.dds.domain import AUTO, Place, interface_of_environment
+        from chefbot.ros2.dds.domain import AUTO, DdsParticipant, interface_from_environment
     except ImportError as error:
         if not (error.name or "").startswith("cyclonedds"):
             raise
         raise UserError(MISSING) from None
     patterns = [_pattern(one) for one in topics]
-    number = domain_of_environment() if domain is None else domain
+    number = domain_from_environment() if domain is None else domain
     if not 0 <= number <= MAX_DOMAIN:
         raise UserError(f"DDS domain {number} must lie between 0 and {MAX_DOMAIN}")
-    where = interface or interface_of_environment()
-    with stopping() as stop, Wire(domain_of_environment(), port=port_of_environment()) as wire:
+    where = interface or interface_from_environment()
+    with stop_event() as stop, RmwContext(domain_from_environment(), port=port_from_environment()) as wire:
         settle(wire.graph)
         if any(one.name == NODE for one in wire.graph.nodes()):
             raise UserError(
                 f"a bridge to DDS, /{NODE}, runs on this wire already; two would copy in a circle"
             )
-        bridge = DdsBridge(wire, Place(number, where), lambda name: _chosen(name, patterns))
+        bridge = DdsBridge(wire, DdsParticipant(number, where), lambda name: _chosen(name, patterns))
         try:
             console.print(_place(number, where, where == AUTO))
             _tell(bridge, stop, lambda: _refuse_second(wire, NODE, wire.zid))
@@ -50,7 +50,7 @@ def run_dds(domain: int | None, topics: Sequence[str], interface: str) -> None:
             bridge.close()
 
 
-def _refuse_second(wire: Wire, name: str, own: str = "") -> None:
+def _refuse_second(wire: RmwContext, name: str, own: str = "") -> None:
     """UserError if there is another bridge, and of two that began together in the one whose id is higher."""
     others = [one.zid for one in wire.graph.nodes() if one.name == name and one.zid != own]
     if others and (not own or min(others) < own):
@@ -62,7 +62,7 @@ def _pattern(text: str) -> str:
     full = text if text.startswith("/") else f"/{text}"
     try:
         resolve(full.replace("*", "x"))
-    except WireError as error:
+    except RmwError as error:
         raise UserError(f"--topics {text}: {error}") from None
     return full
 
@@ -101,7 +101,7 @@ def _tell(bridge: DdsBridge, stop: Event, check: Callable[[], None]) -> None:
             if left_out.get(name) != why:
                 errors.print(f"chefbot: {name}: {why}")
         left_out = now.left_out
-        known, counts = counts, bridge.tally.counts()
+        known, counts = counts, bridge.rejected.counts()
         for reason, count in counts.items():
             if known.get(reason) != count:
                 errors.print(f"chefbot: {reason} ({count} times)")

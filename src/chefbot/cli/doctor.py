@@ -14,8 +14,8 @@ from rich.console import Console
 
 from chefbot import __version__
 from chefbot.devices.board_ports import BOARD_VENDORS, Port, ports
-from chefbot.kernels.cache_stamp import all_there, stamp_path
-from chefbot.ros2.tools.health import wire_lines
+from chefbot.kernels.cache_stamp import is_complete, stamp_path
+from chefbot.ros2.tools.health import graph_lines
 
 try:
     import grp
@@ -48,13 +48,15 @@ console = Console(highlight=False, soft_wrap=True)
 
 def run_doctor() -> None:
     """Everything in a few lines; nothing is changed."""
-    for sentence in (*_programs(), "", *_serial_ports(), "", *wire_lines()):
+    for sentence in (*_programs(), "", *_serial_ports(), "", *graph_lines()):
         console.print(sentence, markup=False)
 
 
 def _programs() -> list[str]:
     kernels = (
-        "compiled" if all_there(stamp_path()) else "not compiled yet: the first launch takes a minute longer"
+        "compiled"
+        if is_complete(stamp_path())
+        else "not compiled yet: the first launch takes a minute longer"
     )
     missing = [f"{tool} (for `{use}`)" for tool, use in TOOLS.items() if shutil.which(tool) is None]
     return [

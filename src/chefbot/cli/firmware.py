@@ -14,9 +14,9 @@ from rich.console import Console
 import chefbot
 from chefbot.cli.describe import deliver
 from chefbot.design.export.firmware_header import firmware_header
-from chefbot.devices.board_line import AUTO
 from chefbot.devices.board_ports import BOARD_VENDORS, ports
-from chefbot.errors import UserError, nearest
+from chefbot.devices.serial_connection import AUTO
+from chefbot.errors import UserError, name_hint
 from chefbot.robot.load import load_robot
 
 console = Console(highlight=False, soft_wrap=True)
@@ -88,7 +88,7 @@ def run_flash(board: str, robot: str, port: str) -> int:
     """Compile for the robot and write it to the board; the tool's exit code."""
     target = TARGETS.get(board)
     if target is None:
-        raise UserError(f"no board is called {board!r}{nearest(board, TARGETS)}")
+        raise UserError(f"no board is called {board!r}{name_hint(board, TARGETS)}")
     load_robot(robot)  # its faults are told before the compiler's
     program = _compiled(target, robot)
     if shutil.which(target.tool) is None:

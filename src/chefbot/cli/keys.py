@@ -29,7 +29,7 @@ def init(
     folder: Annotated[Path | None, _FOLDER] = None,
 ) -> None:
     """Found a fleet: this machine signs its members from now on, and may be the site's router."""
-    found = _keyring(folder).found(fleet, datetime.now(UTC))
+    found = _keyring(folder).create_fleet(fleet, datetime.now(UTC))
     console.print(
         f"Fleet {found.name} founded. Keep a copy of {_keyring(folder).folder} where nobody else reads it."
     )
@@ -62,7 +62,7 @@ def sign(
 ) -> None:
     """Admit who asks; writes the card to bring back there."""
     ring = _keyring(folder)
-    card, name = ring.sign(request, datetime.now(UTC))
+    card, name = ring.admit(request, datetime.now(UTC))
     role = card.members("the card").members[name]
     path = _write(card, out or Path(f"{name}.card"))
     console.print(
@@ -103,7 +103,7 @@ def show(folder: Annotated[Path | None, _FOLDER] = None) -> None:
     console.print(
         f"{me.name}, {role} of fleet {me.fleet.name}, list {me.fleet.serial}: {_members(me.fleet.members)}"
     )
-    console.print(f"certificate good until {me.ends:%Y-%m-%d}, in {me.certificate.parent}")
+    console.print(f"certificate good until {me.expires:%Y-%m-%d}, in {me.certificate.parent}")
 
 
 def _keyring(folder: Path | None) -> Keyring:
@@ -113,7 +113,7 @@ def _keyring(folder: Path | None) -> Keyring:
 
 
 def _ask(ring: Keyring, name: str, role: Role) -> None:
-    request = ring.ask(name, role)
+    request = ring.request_membership(name, role)
     console.print(
         f"Bring {request} to the machine that signs and say there: chefbot keys sign {request.name}"
     )

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from chefbot.design.solids.bill_of_materials import ALL, ASSEMBLY, Item, bill, bill_csv
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.robot.geometry.mass import unloaded_mass
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
@@ -53,7 +53,7 @@ def _chosen(items: list[Item], part: str) -> Item | None:
     known = {**{item.part.kind: item for item in reversed(items)}, **by_name}
     if part not in known:
         raise UserError(
-            f"the robot has no part {part!r}{nearest(part, known)}; it has {', '.join(by_name)}, all and assembly"
+            f"the robot has no part {part!r}{name_hint(part, known)}; it has {', '.join(by_name)}, all and assembly"
         )
     return known[part]
 
@@ -140,12 +140,12 @@ def _step(robot: Robot, chosen: Item | None) -> bytes:
 def _png(robot: Robot, chosen: Item | None) -> bytes:
     from PIL import Image
 
-    from chefbot.design.solids.renderer import Body, picture
+    from chefbot.design.solids.renderer import RenderedBody, picture
     from chefbot.design.solids.stl_obj import lying, pieces
 
     shown = [lying(chosen.part)] if chosen else pieces(robot)
     file = io.BytesIO()
-    Image.fromarray(picture([Body(piece.mesh, piece.colour) for piece in shown])).save(file, "PNG")
+    Image.fromarray(picture([RenderedBody(piece.mesh, piece.colour) for piece in shown])).save(file, "PNG")
     return file.getvalue()
 
 

@@ -13,16 +13,16 @@ from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import find_place, places_path, save_places
-from chefbot.ui.commands import Choose, Command, Deliver, Loaded, NotTaken, Taken
-from chefbot.ui.remote import RemotePage
+from chefbot.ui.commands import Choose, Deliver, Loaded, NotTaken, OperatorCommand, Taken
+from chefbot.ui.web_ui_client import WebUiClient
 
-PATIENCE = 10.0
+RESPONSE_TIMEOUT = 10.0
 """Seconds for a layer to come: a robot that has just started makes its first map within a few."""
 OWN_PAGE = "http://127.0.0.1:8080"
 """Where the verbs look for a robot that nobody names."""
 REFUSAL = 0.5
 """Seconds in which a robot says no, if it does."""
-PRESSES: dict[str, Command] = {
+PRESSES: dict[str, OperatorCommand] = {
     "loaded": Loaded(),
     "taken": Taken(),
     "not-taken": NotTaken(),
@@ -36,9 +36,9 @@ console = Console(highlight=False, soft_wrap=True)
 
 def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
     """Exit code: 1 if not every table was served. UserError if no robot that delivers runs at `page`."""
-    with RemotePage(page) as robot:
+    with WebUiClient(page) as robot:
         known = _places(robot)
-        if not known or robot.wait_for("delivery", PATIENCE) is None:
+        if not known or robot.wait_for("delivery", RESPONSE_TIMEOUT) is None:
             raise UserError(
                 f"the robot at {page} does not deliver; it must run `chefbot launch amcl_demo` with a map "
                 "that has named places beside it"
@@ -54,7 +54,7 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
 
 def press_round(press: str, page: str) -> int:
     """Press one of PRESSES, or none to see what the round waits for. Exit code: 1 if the robot did not do it."""
-    with RemotePage(page) as robot:
+    with WebUiClient(page) as robot:
         before = _delivery(robot, page)
         if press:
             command = PRESSES[press]
@@ -68,15 +68,15 @@ def press_round(press: str, page: str) -> int:
         return 1 if press and now == before else 0
 
 
-def _await_change(robot: RemotePage, before: Mapping[str, Any]) -> None:
+def _await_change(robot: WebUiClient, before: Mapping[str, Any]) -> None:
     """Until the deliveries have gone on, for a while."""
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + RESPONSE_TIMEOUT
     while robot.latest["delivery"] == before and (rest := end - time.monotonic()) > 0:
         robot.receive(rest)
 
 
-def _delivery(robot: RemotePage, page: str) -> Any:
-    shown = robot.wait_for("delivery", PATIENCE)
+def _delivery(robot: WebUiClient, page: str) -> Any:
+    shown = robot.wait_for("delivery", RESPONSE_TIMEOUT)
     if shown is None:
         raise UserError(f"the robot at {page} does not deliver; it must run `chefbot launch amcl_demo`")
     return shown
@@ -94,7 +94,7 @@ def _names(choices: Sequence[str]) -> list[str]:
     return [choice.replace("_", "-") for choice in choices]
 
 
-def _watch(robot: RemotePage, names: list[str]) -> int:
+def _watch(robot: WebUiClient, names: list[str]) -> int:
     """Tell every step until the robot has come home or given up."""
     begun = busy = False
     told = ""
@@ -131,8 +131,8 @@ def _verdict(missed: list[str], state: str) -> int:
 
 def save_running_map(file: Path, page: str) -> None:
     """Save the map that the robot shows, and the places it knows unless some are there already."""
-    with RemotePage(page) as robot:
-        grid = robot.wait_for("map", PATIENCE)
+    with WebUiClient(page) as robot:
+        grid = robot.wait_for("map", RESPONSE_TIMEOUT)
         if grid is None:
             raise UserError(
                 f"the robot at {page} has no map yet; start `chefbot launch gmapping_demo` and drive it about"
@@ -158,7 +158,7 @@ def _save_places(path: Path, places: Mapping[str, SE2]) -> None:
     console.print(f"saved {path}: {len(places)} places", markup=False)
 
 
-def _places(robot: RemotePage) -> dict[str, SE2]:
+def _places(robot: WebUiClient) -> dict[str, SE2]:
     """None known is no fault here: they come with the first frames or not at all."""
     shown = robot.wait_for("places", 1.0) or []
     return {place["name"]: SE2(place["x"], place["y"], place["yaw"]) for place in shown}

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from chefbot.kernels.precompile import warm_kernels
+from chefbot.kernels.precompile import compile_kernels
 from chefbot.runtime.replay import Replay, read_log
 
 console = Console(highlight=False)
@@ -16,7 +16,7 @@ console = Console(highlight=False)
 def run_replay(path: Path, check: bool) -> int:
     """Exit code: 1 if something differs and `check` is on."""
     log = read_log(path)
-    warm_kernels(console)
+    compile_kernels(console)
     replay = Replay(log)
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task(f"replaying {path}", total=len(log.messages))

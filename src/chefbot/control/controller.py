@@ -12,7 +12,7 @@ from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 
 
-class Status(Enum):
+class ControllerStatus(Enum):
     """State of the controller after a command was computed."""
 
     RUNNING = "following the path"
@@ -21,12 +21,12 @@ class Status(Enum):
     NO_PATH = "there is no path to follow"
 
 
-class Command(NamedTuple):
+class ControllerCommand(NamedTuple):
     """Commanded twist (m/s, rad/s) and the state of the controller."""
 
     v: float
     w: float
-    status: Status
+    status: ControllerStatus
 
 
 class Controller(Protocol):
@@ -38,5 +38,5 @@ class Controller(Protocol):
         same_goal: a replanned path to the same goal, not a new goal; the frame may have shifted a little since.
         """
 
-    def command(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> Command:
+    def command(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> ControllerCommand:
         """Compute the twist for the next period from the current pose and the measured twist (v, w)."""

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.control.controller import Command, Status
+from chefbot.control.controller import ControllerCommand, ControllerStatus
 from chefbot.control.dwa_kernel import best_twist, nearest_on_path
 from chefbot.control.dwa_params import DwaParams
 from chefbot.control.goal_checkers import GoalChecker, GoalParams
@@ -31,7 +31,7 @@ PATH_WINDOW_MARGIN = 0.4
 """Length of path beyond the reach of a trajectory that is compared with it, m."""
 
 
-class Dwa:
+class DwaController:
     """Follows a path within the robot's limits and commands only velocities from which it can stop in time.
 
     With a large heading error it rotates in place; at the goal it rotates to the goal's heading and stays REACHED.
@@ -57,16 +57,16 @@ class Dwa:
             self._goal_checker.reset()
         self._path, self._nearest = np.ascontiguousarray(path, np.float64), 0
 
-    def command(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> Command:
+    def command(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> ControllerCommand:
         """Compute the twist to ramp to.
 
         Pose, path and costmap are in one frame; `twist` is the present value of the base's velocity ramp.
         """
         if not len(self._path):
-            return Command(*self._brake(twist), Status.NO_PATH)
+            return ControllerCommand(*self._brake(twist), ControllerStatus.NO_PATH)
         # within the goal tolerance: only the heading remains
         goal = SE2.of(self._path[-1])
-        if self._goal_checker.near(pose, goal):
+        if self._goal_checker.position_reached(pose, goal):
             return self._rotate_to_goal_heading(pose, twist, goal)
         self._update_nearest_pose(pose)
         # large heading error: rotate in place, with hysteresis
@@ -90,26 +90,26 @@ class Dwa:
     def _lookahead_point(self) -> NDArray[np.float64]:
         return self._path[min(self._nearest + self._poses_in(LOOKAHEAD_DISTANCE) - 1, len(self._path) - 1)]
 
-    def _rotate_to_goal_heading(self, pose: SE2, twist: tuple[float, float], goal: SE2) -> Command:
-        if self._goal_checker.turned(pose, goal):
-            return Command(*self._brake(twist), Status.REACHED)
+    def _rotate_to_goal_heading(self, pose: SE2, twist: tuple[float, float], goal: SE2) -> ControllerCommand:
+        if self._goal_checker.heading_reached(pose, goal):
+            return ControllerCommand(*self._brake(twist), ControllerStatus.REACHED)
         return self._rotate(wrap(goal.yaw - pose.yaw))
 
-    def _rotate(self, angle: float) -> Command:
+    def _rotate(self, angle: float) -> ControllerCommand:
         """Rotate in place by `angle`, at a rate from which the base can stop in time.
 
         The velocity limiter adds the ramp.
         """
-        a = self.limits.turn_acceleration
-        rate = min(self.limits.turn, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * a * abs(angle)))
+        a = self.limits.angular_acceleration
+        rate = min(self.limits.angular_speed, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * a * abs(angle)))
         w = math.copysign(rate, angle)
         scale = self.limits.scale(0.0, w)
-        return Command(0.0, w * scale, Status.RUNNING)
+        return ControllerCommand(0.0, w * scale, ControllerStatus.RUNNING)
 
     def _brake(self, twist: tuple[float, float]) -> tuple[float, float]:
         dv, dw = (
             self.limits.acceleration * self.params.period,
-            self.limits.turn_acceleration * self.params.period,
+            self.limits.angular_acceleration * self.params.period,
         )
         v, w = twist
         return math.copysign(max(abs(v) - dv, 0.0), v), math.copysign(max(abs(w) - dw, 0.0), w)
@@ -121,13 +121,13 @@ class Dwa:
         max_v = min(limits.speed, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * limits.acceleration * remaining))
         # quadratic spacing of w samples small turn rates more densely
         fraction = np.linspace(-1.0, 1.0, p.w_samples | 1)
-        v, w = np.linspace(0.0, max_v, p.v_samples), limits.turn * fraction * np.abs(fraction)
+        v, w = np.linspace(0.0, max_v, p.v_samples), limits.angular_speed * fraction * np.abs(fraction)
         twists = np.stack(np.meshgrid(v, w, indexing="ij"), axis=-1).reshape(-1, 2)
         # keep twists within the speed limit of the outer wheel
         outer_wheel_speed = twists[:, 0] + np.abs(twists[:, 1]) * limits.separation / 2
         return np.ascontiguousarray(twists[outer_wheel_speed <= limits.wheel_speed + 1e-9])
 
-    def _drive(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> Command:
+    def _drive(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> ControllerCommand:
         # the section of path that trajectories are compared with, relative to the costmap's origin
         p, origin = self.params, np.array([costmap.origin_x, costmap.origin_y, 0.0])
         ahead = self._path[
@@ -152,14 +152,14 @@ class Dwa:
             remaining,
             p.sim_time,
             p.period,
-            np.array([self.limits.acceleration, self.limits.turn_acceleration]),
+            np.array([self.limits.acceleration, self.limits.angular_acceleration]),
             self.limits.speed,
             p.slowing,
             self._weights,
         )
         # no admissible twist: brake
         if best < 0:
-            return Command(*self._brake(twist), Status.BLOCKED)
+            return ControllerCommand(*self._brake(twist), ControllerStatus.BLOCKED)
         v, w = (float(x) for x in twists[best])
         standing = v <= 1e-3 and abs(w) <= 0.02
-        return Command(v, w, Status.BLOCKED if standing else Status.RUNNING)
+        return ControllerCommand(v, w, ControllerStatus.BLOCKED if standing else ControllerStatus.RUNNING)

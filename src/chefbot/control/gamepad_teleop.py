@@ -32,7 +32,7 @@ class GamepadParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     ] = 5.0
 
 
-class PadEvent(NamedTuple):
+class GamepadEvent(NamedTuple):
     """A change of a button (0, 1) or an axis (-1 to 1); `initial` marks its state when the gamepad was opened."""
 
     kind: Literal["axis", "button"]
@@ -41,7 +41,7 @@ class PadEvent(NamedTuple):
     initial: bool = False
 
 
-class GamepadDrive:
+class GamepadTeleop:
     """Converts gamepad events to twists while the dead-man button is held.
 
     The button must have been seen released before a press counts. `share` is the fraction of the robot's speed
@@ -50,16 +50,16 @@ class GamepadDrive:
 
     def __init__(self, limits: Limits, params: GamepadParams) -> None:
         self._limits, self._params = limits, params
-        self.share = INITIAL_SHARE
-        self.forget()
+        self.speed_fraction = INITIAL_SHARE
+        self.reset()
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Reset all buttons and axes when the gamepad is disconnected."""
         self._seen_released = self._pressed = False
         self._time_since_event = 0.0
         self._axes: dict[int, float] = {}
 
-    def hear(self, event: PadEvent) -> bool:
+    def process_event(self, event: GamepadEvent) -> bool:
         """Process an event and return whether it requests an emergency stop."""
         self._time_since_event = 0.0
         params = self._params
@@ -71,7 +71,7 @@ class GamepadDrive:
         return event.kind == "button" and event.number == params.stop_button and bool(event.value)
 
     @property
-    def held(self) -> bool:
+    def enabled(self) -> bool:
         """Whether the dead-man button is held."""
         return self._pressed
 
@@ -82,18 +82,18 @@ class GamepadDrive:
             self._pressed = False
         if not self._pressed:
             return None
-        v = -self._stick(self._params.forward_axis) * self.share * self._limits.speed
-        w = -self._stick(self._params.turn_axis) * self.share * self._limits.turn
+        v = -self._stick(self._params.forward_axis) * self.speed_fraction * self._limits.speed
+        w = -self._stick(self._params.turn_axis) * self.speed_fraction * self._limits.angular_speed
         scale = self._limits.scale(v, w)
         return v * scale, w * scale
 
-    def _update_axis(self, event: PadEvent) -> None:
+    def _update_axis(self, event: GamepadEvent) -> None:
         previous = self._axes.get(event.number, 0.0)
         self._axes[event.number] = event.value
         pressed = event.number == self._params.speed_axis and not event.initial and abs(event.value) > 0.5
         if pressed and abs(previous) <= 0.5:
-            share = self.share * (STEP if event.value < 0.0 else 1.0 / STEP)
-            self.share = min(1.0, max(MIN_SHARE, share))
+            share = self.speed_fraction * (STEP if event.value < 0.0 else 1.0 / STEP)
+            self.speed_fraction = min(1.0, max(MIN_SHARE, share))
 
     def _stick(self, axis: int) -> float:
         """Return the deflection of an axis, rescaled to start at zero at the edge of the dead zone."""

@@ -26,18 +26,18 @@ class GoalChecker:
 
     def __init__(self, params: GoalParams | None = None) -> None:
         self.params = params or GoalParams()
-        self.there = False
+        self.latched = False
 
     def reset(self) -> None:
         """Clear the latch for a new goal."""
-        self.there = False
+        self.latched = False
 
-    def near(self, pose: SE2, goal: SE2) -> bool:
+    def position_reached(self, pose: SE2, goal: SE2) -> bool:
         """Return whether the position is within tolerance of the goal, now or since the last reset."""
-        self.there = self.there or pose.distance(goal) <= self.params.xy_tolerance
-        return self.there
+        self.latched = self.latched or pose.distance(goal) <= self.params.xy_tolerance
+        return self.latched
 
-    def turned(self, pose: SE2, goal: SE2) -> bool:
+    def heading_reached(self, pose: SE2, goal: SE2) -> bool:
         """Return whether the heading is within tolerance of the goal's heading."""
         return abs(wrap(goal.yaw - pose.yaw)) <= self.params.yaw_tolerance
 
@@ -54,7 +54,7 @@ class ProgressChecker:
         self._baseline_pose: SE2 | None = None
         self._time_without_progress = 0.0
 
-    def moving(self, pose: SE2, dt: float) -> bool:
+    def is_progressing(self, pose: SE2, dt: float) -> bool:
         """Return False once the robot is stuck; call every `dt` seconds while it should move."""
         last = self._baseline_pose
         turned = last is not None and abs(wrap(pose.yaw - last.yaw)) >= self.angle

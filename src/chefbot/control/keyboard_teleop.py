@@ -18,7 +18,7 @@ SCALES = {
     "c": (1.0, 0.9),
 }
 STOPS = (" ", "k")
-DEAD_MAN = 0.5
+DEAD_MAN_TIMEOUT = 0.5
 """Time without a key after which the robot slows to a stop, s."""
 RAMP_SPEED, RAMP_TURN = 0.2, 1.0
 """Acceleration limits, m/s^2 and rad/s^2: the chapter's 0.02 m/s and 0.1 rad/s every 0.1 s."""
@@ -26,12 +26,12 @@ START = 0.5
 """Initial fraction of the robot's speed limits."""
 
 
-class Teleop:
+class KeyboardTeleop:
     """Converts keys to twists; a move key requests `speed` and `turn`, which never exceed the robot's limits."""
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
-        self.speed, self.turn = START * limits.speed, START * limits.turn
+        self.speed, self.turn = START * limits.speed, START * limits.angular_speed
         self._v = self._w = 0.0
         self._target = (0.0, 0.0)
         self._silent = 0.0
@@ -41,7 +41,7 @@ class Teleop:
         self._silent = 0.0 if key is not None else self._silent + dt
         if key is not None:
             self._press(key)
-        elif self._silent > DEAD_MAN:
+        elif self._silent > DEAD_MAN_TIMEOUT:
             self._target = (0.0, 0.0)
         # ramp towards the target, then scale v and w together into the wheel speed limit
         self._v = _ramp(self._v, self._target[0], RAMP_SPEED * dt)
@@ -53,7 +53,7 @@ class Teleop:
         if key in SCALES:
             linear_scale, angular_scale = SCALES[key]
             self.speed = min(self.speed * linear_scale, self.limits.speed)
-            self.turn = min(self.turn * angular_scale, self.limits.turn)
+            self.turn = min(self.turn * angular_scale, self.limits.angular_speed)
         elif key in STOPS:
             self._v = self._w = 0.0
             self._target = (0.0, 0.0)

@@ -40,7 +40,7 @@ def mark_laser(costs: LayeredCostmap, sensor: SE2, scan: LaserScan) -> None:
     """Mark and clear with a planar scan from `sensor` in the costmap's frame; it clears the upright layer, too."""
     ranges = scan.ranges.astype(np.float64)
     ranges[ranges >= scan.range_max] = np.inf
-    costs.mark_and_clear(LASER, sensor, scan.angles.astype(np.float64), ranges, also=UPRIGHT)
+    costs.mark_and_clear(LASER, sensor, scan.angles.astype(np.float64), ranges, also_clear=UPRIGHT)
 
 
 def mark_obstacles(costs: LayeredCostmap, sensor: SE2, scan: ObstacleScan, plane: float) -> None:

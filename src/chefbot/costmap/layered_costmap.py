@@ -9,7 +9,7 @@ from chefbot.costmap import raytrace
 from chefbot.costmap.inflation import cost_table
 from chefbot.costmap.master_costmap import MasterCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.update_window import Window
+from chefbot.costmap.update_window import CellWindow
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -32,11 +32,16 @@ class LayeredCostmap:
     """
 
     def __init__(
-        self, params: CostmapParams, robot_radius: float, *, rolling: bool = False, wary: bool = False
+        self,
+        params: CostmapParams,
+        robot_radius: float,
+        *,
+        rolling: bool = False,
+        avoid_unknown: bool = False,
     ) -> None:
         self.params = params
         self.rolling = rolling
-        self.wary = wary
+        self.wary = avoid_unknown
         self._robot_radius = robot_radius
         n = max(1, round(params.size / params.resolution)) if rolling else 1
         self._reset_layers(params.resolution, 0.0, 0.0, n, n)
@@ -48,11 +53,11 @@ class LayeredCostmap:
     ) -> None:
         """Set the geometry of the grid and reset all layers."""
         self.resolution, self.origin_x, self.origin_y = resolution, origin_x, origin_y
-        self.retune(self.params)
+        self.reconfigure(self.params)
         self._static = np.full((height, width), UNKNOWN, np.uint8)
         self._sources: dict[str, NDArray[np.uint8]] = {}
 
-    def retune(self, params: CostmapParams) -> None:
+    def reconfigure(self, params: CostmapParams) -> None:
         """Change the inflation and ranges and keep the obstacles; only parameters in `params.LIVE` may differ."""
         self.params = params
         # an obstacle fills its cell and the robot may be anywhere in its own: two half cells more
@@ -98,7 +103,7 @@ class LayeredCostmap:
         angles: NDArray[np.float64],
         ranges: NDArray[np.float64],
         floor: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
-        also: str | None = None,
+        also_clear: str | None = None,
     ) -> None:
         """Mark and clear the layer `source` with a scan from the pose `sensor` in the costmap's frame.
 
@@ -127,7 +132,7 @@ class LayeredCostmap:
             mark,
             near.astype(np.float64),
             clear,
-            self._sources.get(also or source, layer),
+            self._sources.get(also_clear or source, layer),
         )
 
     def _mark_changed(self, pose: SE2, radius: float) -> None:
@@ -137,7 +142,7 @@ class LayeredCostmap:
                 (pose.x - self.origin_x) / self.resolution,
                 (pose.y - self.origin_y) / self.resolution,
             )
-            self._combined.touch(Window.around(row, column, radius / self.resolution))
+            self._combined.touch(CellWindow.around(row, column, radius / self.resolution))
 
     def _layer(self, source: str) -> NDArray[np.uint8]:
         """Return the layer of the source, created empty at its first scan."""
@@ -166,7 +171,7 @@ class LayeredCostmap:
         costs = self._combined.costs.copy()
         return Costmap(costs, self.resolution, self.origin_x, self.origin_y)
 
-    def without_far_marks(self, pose: SE2) -> Costmap:
+    def costs_without_far_marks(self, pose: SE2) -> Costmap:
         """Return the costs as `update` does, but without marks beyond the marking range of the pose."""
         near = self._disk_mask(pose, self.params.marking_range)
         layers = [np.where(near | (layer != LETHAL), layer, UNKNOWN) for layer in self._sources.values()]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from chefbot.costmap.inflation import inflate
 from chefbot.costmap.unknown_space import cells_near_unknown
-from chefbot.costmap.update_window import NOTHING, Window
+from chefbot.costmap.update_window import EMPTY_WINDOW, CellWindow
 from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN
 
 
@@ -29,17 +29,17 @@ class MasterCostmap:
         self._inflated = np.full(shape, FREE, np.uint8)
         self._near_unknown = np.zeros(shape, np.bool_)
         self.costs = np.full(shape, FREE, np.uint8) if unseen_radius else self._inflated
-        self._changed = Window(0, 0, *shape)
+        self._changed = CellWindow(0, 0, *shape)
 
-    def touch(self, window: Window) -> None:
+    def touch(self, window: CellWindow) -> None:
         """Add a window in which layers may have changed; cells outside the grid are ignored."""
-        self._changed = self._changed.joined(window.grown(0, self._master.shape))
+        self._changed = self._changed.union(window.expanded(0, self._master.shape))
 
     def update(
         self, static: NDArray[np.uint8], layers: Iterable[NDArray[np.uint8]], track_unknown: bool
     ) -> None:
         """Update `costs` from the layers in the changed window."""
-        window, self._changed = self._changed, NOTHING
+        window, self._changed = self._changed, EMPTY_WINDOW
         if window.empty:
             return
         old = self._master[window.slices]
@@ -50,33 +50,33 @@ class MasterCostmap:
         if self._unseen_radius:
             self._add_unknown_margin(affected, same_unknown)
 
-    def _inflate(self, window: Window) -> Window:
+    def _inflate(self, window: CellWindow) -> CellWindow:
         """Inflate around the window and return the affected window: changes spread by one inflation radius.
 
         The costs in there depend on cells another inflation radius away.
         """
         radius = math.isqrt(len(self._table) - 1)
-        affected = window.grown(radius, self._master.shape)
-        source = affected.grown(radius, self._master.shape)
+        affected = window.expanded(radius, self._master.shape)
+        source = affected.expanded(radius, self._master.shape)
         inflated = inflate(np.ascontiguousarray(self._master[source.slices]), self._table)
-        self._inflated[affected.slices] = inflated[affected.seen_from(source).slices]
+        self._inflated[affected.slices] = inflated[affected.relative_to(source).slices]
         return affected
 
-    def _add_unknown_margin(self, window: Window, same_unknown: bool) -> None:
+    def _add_unknown_margin(self, window: CellWindow, same_unknown: bool) -> None:
         """Raise the costs near unknown space; recalculated for the whole grid if any cell changed from or to unknown.
 
         The size of an unknown region depends on all of its cells.
         """
         if not same_unknown:
             self._near_unknown = cells_near_unknown(self._master, self._unseen_radius)
-            window = Window(0, 0, *self._master.shape)
+            window = CellWindow(0, 0, *self._master.shape)
         costs = self._inflated[window.slices].copy()
         costs[self._near_unknown[window.slices] & (costs < INSCRIBED)] = INSCRIBED
         self.costs[window.slices] = costs
 
 
 def _merge_layers(
-    static: NDArray[np.uint8], layers: Iterable[NDArray[np.uint8]], window: Window, track_unknown: bool
+    static: NDArray[np.uint8], layers: Iterable[NDArray[np.uint8]], window: CellWindow, track_unknown: bool
 ) -> NDArray[np.uint8]:
     """Merge the layers over the static map in the window, without inflation."""
     master = static[window.slices].copy()

@@ -7,7 +7,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-LIVE = ("padding", "inflation_radius", "cost_scaling_factor", "marking_range", "clearing_range")
+LIVE_PARAMS = ("padding", "inflation_radius", "cost_scaling_factor", "marking_range", "clearing_range")
 """Parameters that `LayeredCostmap.retune` can change while the obstacle layers are kept."""
 
 

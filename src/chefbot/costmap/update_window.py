@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 
-class Window(NamedTuple):
+class CellWindow(NamedTuple):
     """A window of grid cells: rows top to bottom and columns left to right, the last ones excluded."""
 
     top: int
@@ -15,13 +15,13 @@ class Window(NamedTuple):
     right: int
 
     @staticmethod
-    def around(row: float, column: float, radius: float) -> Window:
+    def around(row: float, column: float, radius: float) -> CellWindow:
         """Return the window of all cells that a disk touches; row, column and radius in fractional cells.
 
         One more cell on each side allows for rounding.
         """
         low_row, low_column = math.floor(row - radius) - 1, math.floor(column - radius) - 1
-        return Window(low_row, low_column, math.floor(row + radius) + 2, math.floor(column + radius) + 2)
+        return CellWindow(low_row, low_column, math.floor(row + radius) + 2, math.floor(column + radius) + 2)
 
     @property
     def empty(self) -> bool:
@@ -33,31 +33,31 @@ class Window(NamedTuple):
         """Row and column slices that index an array."""
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
-    def joined(self, other: Window) -> Window:
+    def union(self, other: CellWindow) -> CellWindow:
         """Return the smallest window that contains both."""
         if self.empty or other.empty:
             return other if self.empty else self
-        return Window(
+        return CellWindow(
             min(self.top, other.top),
             min(self.left, other.left),
             max(self.bottom, other.bottom),
             max(self.right, other.right),
         )
 
-    def grown(self, cells: int, shape: tuple[int, ...]) -> Window:
+    def expanded(self, cells: int, shape: tuple[int, ...]) -> CellWindow:
         """Return the window expanded by `cells` on every side and clipped to a grid of that shape."""
-        return Window(
+        return CellWindow(
             max(self.top - cells, 0),
             max(self.left - cells, 0),
             min(self.bottom + cells, shape[0]),
             min(self.right + cells, shape[1]),
         )
 
-    def seen_from(self, other: Window) -> Window:
+    def relative_to(self, other: CellWindow) -> CellWindow:
         """Return the same cells relative to the corner of `other`."""
-        return Window(
+        return CellWindow(
             self.top - other.top, self.left - other.left, self.bottom - other.top, self.right - other.left
         )
 
 
-NOTHING = Window(0, 0, 0, 0)
+EMPTY_WINDOW = CellWindow(0, 0, 0, 0)

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from chefbot.delivery import sentences
-from chefbot.delivery.sentences import IN_ROUND
+from chefbot.delivery import status_messages
+from chefbot.delivery.status_messages import IN_ROUND
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.msgs.geometry_msgs import PoseStamped
@@ -25,7 +25,7 @@ MAX_ACCEPTED_IDS = 16
 Resolve = Callable[[tuple[str, ...]], tuple[str, ...]]
 
 
-class Leg(NamedTuple):
+class DriveRequest(NamedTuple):
     """A drive to a place by name, or to a pose; each drive has a new number."""
 
     number: int
@@ -33,7 +33,7 @@ class Leg(NamedTuple):
     pose: PoseStamped | None
 
 
-class Outcome(NamedTuple):
+class OrderOutcome(NamedTuple):
     """The outcome of an order; code 0 if everything was taken."""
 
     order_id: str
@@ -42,31 +42,33 @@ class Outcome(NamedTuple):
     sentence: str
 
 
-class Round:
+class DeliveryRound:
     """The delivery state machine: every method is an event, `status` and `leg` are the outputs.
 
     `resolve` converts the places of an order to names on the map and raises UserError for an unknown one.
     """
 
-    def __init__(self, kitchen: str, home: str, resolve: Resolve, on_end: Callable[[Outcome], None]) -> None:
+    def __init__(
+        self, kitchen: str, home: str, resolve: Resolve, on_end: Callable[[OrderOutcome], None]
+    ) -> None:
         self.kitchen, self.home = kitchen, home
-        self.status = DeliveryStatus(state="idle", sentence=sentences.WAITING)
+        self.status = DeliveryStatus(state="idle", description=status_messages.WAITING)
         self.stopped = False
         self._resolve, self._on_end = resolve, on_end
         self.number = 0
         """Number of drives so far."""
 
     @property
-    def leg(self) -> Leg | None:
+    def leg(self) -> DriveRequest | None:
         """The current drive, or None to stand still."""
         status = self.status
-        if status.held == "errand" or (status.state == "errand" and not status.held):
-            return Leg(self.number, status.errands[0].name, status.errands[0].pose)
-        driving = not status.held and status.state in ("driving", "returning")
-        return Leg(self.number, status.place, None) if driving else None
+        if status.hold_reason == "errand" or (status.state == "errand" and not status.hold_reason):
+            return DriveRequest(self.number, status.errands[0].name, status.errands[0].pose)
+        driving = not status.hold_reason and status.state in ("driving", "returning")
+        return DriveRequest(self.number, status.place, None) if driving else None
 
     @property
-    def in_hand(self) -> bool:
+    def in_progress(self) -> bool:
         """Whether a round is in progress."""
         return self.status.state in IN_ROUND
 
@@ -77,39 +79,48 @@ class Round:
         if order.id and order.id in self.status.accepted:
             return
         accepted = (*self.status.accepted, order.id)[-MAX_ACCEPTED_IDS:] if order.id else self.status.accepted
-        self._update_status(orders=(*self.status.orders, order), accepted=accepted)
-        if self.stopped and not self.in_hand:
-            self._update_status(held="stop", sentence=sentences.ORDER_KEPT)
+        self._update_status(pending_orders=(*self.status.pending_orders, order), accepted=accepted)
+        if self.stopped and not self.in_progress:
+            self._update_status(hold_reason="stop", description=status_messages.ORDER_KEPT)
         self._start_next_order()
 
     def resume(self, restored: DeliveryStatus) -> None:
         """Continue from the state restored after a restart; an interrupted drive starts again."""
         self.status = restored
-        if not restored.held:
+        if not restored.hold_reason:
             self._resume_drive()
 
     def cancel(self) -> None:
         """Cancel the round, the waiting orders and the errands."""
         previous = self.status
-        if not (self.in_hand or previous.orders or previous.errands):
+        if not (self.in_progress or previous.pending_orders or previous.errands):
             return
-        waiting_orders = len(previous.orders)
-        self._update_status(orders=(), errands=(), held="")
+        waiting_orders = len(previous.pending_orders)
+        self._update_status(pending_orders=(), errands=(), hold_reason="")
         self._set_standing(
-            "idle", sentences.CANCELLED_TOO.format(waiting_orders) if waiting_orders else sentences.CANCELLED
+            "idle",
+            status_messages.CANCELLED_TOO.format(waiting_orders)
+            if waiting_orders
+            else status_messages.CANCELLED,
         )
         if previous.state in IN_ROUND:
-            self._on_end(Outcome(previous.order_id, previous.delivered, ENDED_BY_PERSON, sentences.CANCELLED))
-        for order in previous.orders:
-            self._on_end(Outcome(order.id, (), ENDED_BY_PERSON, sentences.CANCELLED))
+            self._on_end(
+                OrderOutcome(
+                    previous.order_id, previous.delivered, ENDED_BY_PERSON, status_messages.CANCELLED
+                )
+            )
+        for order in previous.pending_orders:
+            self._on_end(OrderOutcome(order.id, (), ENDED_BY_PERSON, status_messages.CANCELLED))
 
     def withdraw(self, order_id: str) -> None:
         """Cancel the order with this id, in progress or waiting."""
-        if self.in_hand and self.status.order_id == order_id:
-            self._end_round(sentences.CANCELLED)
+        if self.in_progress and self.status.order_id == order_id:
+            self._end_round(status_messages.CANCELLED)
         else:
             self._update_status(
-                orders=tuple(waiting for waiting in self.status.orders if waiting.id != order_id)
+                pending_orders=tuple(
+                    waiting for waiting in self.status.pending_orders if waiting.id != order_id
+                )
             )
 
     # -- buttons at the robot
@@ -129,7 +140,7 @@ class Round:
     def skip(self) -> None:
         """Skip the table, where nobody takes the food, and go on to the next place."""
         if self.status.state == "waiting":
-            self._add_missed(sentences.not_taken(self.status.place))
+            self._add_missed(status_messages.not_taken(self.status.place))
             self._go_to_next_place()
 
     # -- emergency stop, errands, and the operator's choice after them
@@ -139,31 +150,31 @@ class Round:
         self.stopped = pressed
         if pressed:
             self._drop_current_errand()
-            if self.in_hand or self.status.orders:
-                self._update_status(held="stop", sentence=self._held_sentence())
-        elif self.status.held == "stop":
+            if self.in_progress or self.status.pending_orders:
+                self._update_status(hold_reason="stop", description=self._held_sentence())
+        elif self.status.hold_reason == "stop":
             self._wait_for_choice("STOP is released.")
 
-    def diverted(self) -> None:
+    def on_diverted(self) -> None:
         """Note that another client sent the robot elsewhere, so that it is not at its place or on its way."""
-        wait_for_choice = self.status.held in ("", "errand")
+        wait_for_choice = self.status.hold_reason in ("", "errand")
         self._drop_current_errand()
         self._leave_place()
-        if wait_for_choice and (self.in_hand or self.status.orders):
-            self._wait_for_choice(sentences.DIVERTED)
+        if wait_for_choice and (self.in_progress or self.status.pending_orders):
+            self._wait_for_choice(status_messages.DIVERTED)
 
     def go(self, errand: Errand) -> None:
         """Start an errand: now (the round waits), after the round, or instead of it.
 
         Raises UserError during an emergency stop, and if a round is in progress and `when` is none of these.
         """
-        if self.stopped and not (self.in_hand and errand.when == "after"):
-            raise UserError(sentences.NOT_WHILE_STOPPED)
-        if self.in_hand and errand.when not in ("now", "after", "instead"):
-            raise UserError(sentences.SAY_WHEN)
-        if self.in_hand and errand.when == "after":
+        if self.stopped and not (self.in_progress and errand.when == "after"):
+            raise UserError(status_messages.NOT_WHILE_STOPPED)
+        if self.in_progress and errand.when not in ("now", "after", "instead"):
+            raise UserError(status_messages.ERRAND_NEEDS_WHEN)
+        if self.in_progress and errand.when == "after":
             self._update_status(errands=(*self.status.errands, errand))
-        elif self.status.held or (self.in_hand and errand.when == "now"):
+        elif self.status.hold_reason or (self.in_progress and errand.when == "now"):
             self._go_now(errand)
         else:
             self._go_instead(errand)
@@ -174,17 +185,17 @@ class Round:
         Raises UserError during an emergency stop.
         """
         if self.stopped:
-            raise UserError(sentences.NOT_WHILE_STOPPED)
-        if choice == "go_on" and self.status.held:
+            raise UserError(status_messages.NOT_WHILE_STOPPED)
+        if choice == "go_on" and self.status.hold_reason:
             self._drop_current_errand()
-            self._update_status(held="")
+            self._update_status(hold_reason="")
             self._resume_drive()
             self._start_next_order()
         elif choice == "kitchen" and self.status.state in ("loading", "driving", "waiting"):
             self._back_to_kitchen()
-        elif choice == "end" and self.in_hand:
-            self._end_round(sentences.ended(self._unserved_tables()))
-        elif choice == "end" and self.status.held:
+        elif choice == "end" and self.in_progress:
+            self._end_round(status_messages.ended(self._unserved_tables()))
+        elif choice == "end" and self.status.hold_reason:
             self._drop_next_order()
 
     def arrived(self, fault: str = "") -> None:
@@ -192,13 +203,13 @@ class Round:
         leg = self.leg
         if leg is None:
             return
-        missed = sentences.not_reached(leg.place, fault) if fault else ""
-        if self.status.held == "errand":
+        missed = status_messages.not_reached(leg.place, fault) if fault else ""
+        if self.status.hold_reason == "errand":
             self._drop_current_errand()
-            self._wait_for_choice(missed or sentences.at(leg.place))
+            self._wait_for_choice(missed or status_messages.at(leg.place))
         elif self.status.state == "errand":
             self._update_status(errands=self.status.errands[1:])
-            self._start_waiting_work(missed or sentences.at(leg.place), failed=bool(missed))
+            self._start_waiting_work(missed or status_messages.at(leg.place), failed=bool(missed))
         else:
             if missed:
                 self._add_missed(missed)
@@ -214,9 +225,9 @@ class Round:
             self._update_status(queue=self.status.queue if self.status.loaded else ())
             self._go_to_next_place()
         elif not self.status.loaded:
-            self._update_status(state="loading", sentence=sentences.load(self.status.queue))
+            self._update_status(state="loading", description=status_messages.load(self.status.queue))
         else:
-            self._update_status(state="waiting", sentence=sentences.take(place))
+            self._update_status(state="waiting", description=status_messages.take(place))
 
     def _go_to_next_place(self) -> None:
         """Drive to the next table, or home; if an errand is waiting the round ends here."""
@@ -224,16 +235,18 @@ class Round:
             place, *rest = self.status.queue
             self._update_status(queue=tuple(rest))
             self._drive("driving", place)
-        elif self.status.errands and not self.status.held:
+        elif self.status.errands and not self.status.hold_reason:
             self._complete_round()
         else:
             self._drive("returning", self.home)
 
     def _drive(self, state: str, place: str) -> None:
         self.number += 1
-        held = self.status.held
+        held = self.status.hold_reason
         self._update_status(
-            state=state, place=place, sentence=self.status.sentence if held else sentences.on_the_way(place)
+            state=state,
+            place=place,
+            description=self.status.description if held else status_messages.on_the_way(place),
         )
         if held:
             self._update_held_sentence()
@@ -243,8 +256,8 @@ class Round:
         self.number += 1
         if self.status.state in ("loading", "waiting"):
             self._update_status(state="driving")
-        if self.in_hand:
-            self._update_status(sentence=sentences.on_the_way(self.status.place))
+        if self.in_progress:
+            self._update_status(description=status_messages.on_the_way(self.status.place))
 
     def _leave_place(self) -> None:
         """Note that the robot left its place: food cannot be loaded or taken there."""
@@ -255,12 +268,14 @@ class Round:
         self._drop_current_errand()
         self._leave_place()
         self.number += 1
-        sentence = sentences.on_the_way(errand.name) + sentences.MEANWHILE
-        self._update_status(errands=(errand, *self.status.errands), held="errand", sentence=sentence)
+        sentence = status_messages.on_the_way(errand.name) + status_messages.MEANWHILE
+        self._update_status(
+            errands=(errand, *self.status.errands), hold_reason="errand", description=sentence
+        )
 
     def _go_instead(self, errand: Errand) -> None:
-        if self.in_hand:
-            self._drop_round(sentences.ended(self._unserved_tables()))
+        if self.in_progress:
+            self._drop_round(status_messages.ended(self._unserved_tables()))
         self._update_status(errands=(errand,))
         self._drive_errand()
 
@@ -272,32 +287,32 @@ class Round:
         if self.status.loaded:
             self._update_status(queue=(self.status.place, *self.status.queue))
         self._drop_current_errand()
-        self._update_status(held="", loaded=False)
+        self._update_status(hold_reason="", loaded=False)
         self._drive("driving", self.kitchen)
 
     def _drop_current_errand(self) -> None:
         """End the current errand where the robot is."""
-        if self.status.held == "errand":
-            self._update_status(errands=self.status.errands[1:], held="choice")
+        if self.status.hold_reason == "errand":
+            self._update_status(errands=self.status.errands[1:], hold_reason="choice")
         elif self.status.state == "errand":
             self._update_status(errands=())
-            self._set_standing("idle", sentences.ERRAND_ENDED)
+            self._set_standing("idle", status_messages.ERRAND_ENDED)
 
     def _wait_for_choice(self, reason: str) -> None:
-        self._update_status(held="choice", sentence=sentences.choose(self.status, reason))
+        self._update_status(hold_reason="choice", description=status_messages.choose(self.status, reason))
 
     def _update_held_sentence(self) -> None:
         """Update the sentence of a held round after its state has advanced."""
-        if self.status.held == "stop":
-            self._update_status(sentence=self._held_sentence())
-        elif self.status.held == "choice":
+        if self.status.hold_reason == "stop":
+            self._update_status(description=self._held_sentence())
+        elif self.status.hold_reason == "choice":
             self._wait_for_choice("")
 
     def _held_sentence(self) -> str:
-        return sentences.stopped(self.status) if self.in_hand else sentences.ORDER_KEPT
+        return status_messages.stopped(self.status) if self.in_progress else status_messages.ORDER_KEPT
 
     def _add_missed(self, sentence: str) -> None:
-        self._update_status(missed=(*self.status.missed, sentence))
+        self._update_status(skipped_reasons=(*self.status.skipped_reasons, sentence))
 
     def _unserved_tables(self) -> tuple[str, ...]:
         """Return the tables that have not received their food."""
@@ -306,9 +321,9 @@ class Round:
 
     def _complete_round(self) -> None:
         """End the round and report its outcome."""
-        missed = self.status.missed
+        missed = self.status.skipped_reasons
         self._report_round_end("; ".join(missed), NOT_REACHED if missed else 0)
-        self._start_waiting_work(missed[0] if missed else sentences.AT_HOME, failed=bool(missed))
+        self._start_waiting_work(missed[0] if missed else status_messages.AT_HOME, failed=bool(missed))
 
     def _end_round(self, sentence: str) -> None:
         """End the round on request; the robot stands, and waiting orders need a choice if the round was held."""
@@ -317,53 +332,59 @@ class Round:
 
     def _drop_round(self, sentence: str) -> None:
         for table in self._unserved_tables():
-            self._add_missed(sentences.not_served(table))
+            self._add_missed(status_messages.not_served(table))
         self._report_round_end(sentence, ENDED_BY_PERSON)
 
     def _report_round_end(self, sentence: str, code: int) -> None:
         status = self.status
-        self._set_standing("failed" if code == NOT_REACHED else "idle", sentence or sentences.AT_HOME)
-        self._on_end(Outcome(status.order_id, status.delivered, code, sentence))
+        self._set_standing("failed" if code == NOT_REACHED else "idle", sentence or status_messages.AT_HOME)
+        self._on_end(OrderOutcome(status.order_id, status.delivered, code, sentence))
 
     def _set_standing(self, state: str, sentence: str) -> None:
-        self._update_status(state=state, place="", queue=(), order_id="", loaded=False, sentence=sentence)
+        self._update_status(state=state, place="", queue=(), order_id="", loaded=False, description=sentence)
 
     def _start_waiting_work(self, sentence: str, *, failed: bool) -> None:
         """Start what is waiting: an errand, an order, or nothing."""
         self._set_standing("failed" if failed else "idle", sentence)
-        if self.status.held:
-            if self.status.orders:
+        if self.status.hold_reason:
+            if self.status.pending_orders:
                 self._wait_for_choice(sentence)
             else:
-                self._update_status(held="", errands=())
+                self._update_status(hold_reason="", errands=())
         elif self.status.errands:
             self._drive_errand()
         else:
             self._start_next_order()
 
     def _drop_next_order(self) -> None:
-        first, *rest = self.status.orders
-        self._update_status(orders=tuple(rest))
-        self._on_end(Outcome(first.id, (), ENDED_BY_PERSON, sentences.ended(first.places)))
-        self._start_waiting_work(sentences.ended(first.places), failed=False)
+        first, *rest = self.status.pending_orders
+        self._update_status(pending_orders=tuple(rest))
+        self._on_end(OrderOutcome(first.id, (), ENDED_BY_PERSON, status_messages.ended(first.places)))
+        self._start_waiting_work(status_messages.ended(first.places), failed=False)
 
     def _start_next_order(self) -> None:
         """Start the next order; orders with unknown places fail at once."""
-        while self.status.orders and not self.status.held and self.status.state in ("idle", "failed"):
-            first, *rest = self.status.orders
-            self._update_status(orders=tuple(rest), order_id=first.id, delivered=(), missed=())
+        while (
+            self.status.pending_orders
+            and not self.status.hold_reason
+            and self.status.state in ("idle", "failed")
+        ):
+            first, *rest = self.status.pending_orders
+            self._update_status(
+                pending_orders=tuple(rest), order_id=first.id, delivered=(), skipped_reasons=()
+            )
             try:
                 tables = self._tables(first)
             except UserError as error:
                 self._set_standing("failed", str(error))
-                self._on_end(Outcome(first.id, (), UNKNOWN_PLACE, str(error)))
+                self._on_end(OrderOutcome(first.id, (), UNKNOWN_PLACE, str(error)))
             else:
                 self._update_status(queue=tables)
                 self._drive("driving", self.kitchen)
 
     def _tables(self, order: Order) -> tuple[str, ...]:
         if not order.places:
-            raise UserError(sentences.NO_PLACE)
+            raise UserError(status_messages.NO_PLACE)
         try:
             return self._resolve(order.places)
         except UserError as error:

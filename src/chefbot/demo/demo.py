@@ -11,13 +11,13 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.demo.processes import SPEED, Processes
+from chefbot.demo.processes import MAX_REAL_TIME_FACTOR, DemoProcesses
 from chefbot.demo.report import write_report
-from chefbot.demo.score import Scorer, clicked
+from chefbot.demo.score import Scorer, simulated_click
 from chefbot.demo.summary import DemoResult, summarize
 from chefbot.errors import UserError
-from chefbot.kernels.precompile import Warming, start_warming
-from chefbot.launcher.lan_access import EVERYWHERE, served_at
+from chefbot.kernels.precompile import KernelCompilation, start_compilation
+from chefbot.launcher.lan_access import ALL_ADDRESSES, with_ui_address
 from chefbot.launcher.session import announce, session, start
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, ExplorationStatus, Order
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
@@ -25,19 +25,19 @@ from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovaria
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
-from chefbot.runtime.callback_faults import first_fault
-from chefbot.runtime.clock import LeadingClock, wall_ns
+from chefbot.runtime.callback_faults import first_fault_sentence
+from chefbot.runtime.clock import LeaderClock, wall_ns
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import DEVICE, Publication
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
-from chefbot.sim.world.load import load_any_world, with_places
+from chefbot.sim.world.load import load_any_world, with_drawn_places
 from chefbot.sim.world.world import World
 from chefbot.storage.atomic_files import make_folder, write_atomic
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
 from chefbot.ui.browser import open_browser
-from chefbot.ui.page import CLICK_STD_XY, CLICK_STD_YAW
+from chefbot.ui.web_ui import CLICK_STD_XY, CLICK_STD_YAW
 
 SECOND = 1_000_000_000
 """One second in nanoseconds."""
@@ -77,20 +77,22 @@ class DemoOptions(NamedTuple):
 def run_demo(options: DemoOptions) -> int:
     """Run the demo; return the exit code: 0 if all was delivered without a collision, else 1."""
     speed = _speed(options.speed)
-    clock = LeadingClock(min(speed or SPEED, SPEED)) if options.processes else None
+    clock = (
+        LeaderClock(min(speed or MAX_REAL_TIME_FACTOR, MAX_REAL_TIME_FACTOR)) if options.processes else None
+    )
     robot = load_robot(options.robot)
-    world = with_places(load_any_world(options.world, robot), robot, options.seed)
+    world = with_drawn_places(load_any_world(options.world, robot), robot, options.seed)
     tables = chosen_tables(world, options.seed)
     make_folder(options.out)
-    warming = start_warming(console, None if options.headless or options.lan else options.port)
+    warming = start_compilation(console, None if options.headless or options.lan else options.port)
     log = options.out / "run.mcap"
     with session(robot, options.seed, "simulation", speed, log, clock) as system, ExitStack() as stack:
         demo = Demo(system, robot, world, options, tables, warming)
         if clock is not None:
             warming.wait()
-            demo.processes = Processes(system, clock, console, demo.goes_on)
+            demo.processes = DemoProcesses(system, clock, console, demo.is_running)
             stack.callback(demo.processes.close)
-        with stop_on_signals(demo.give_up):
+        with stop_on_signals(demo.abort):
             demo.run()
     result = demo.result()
     write_atomic(options.out / "summary.json", result.to_json().encode())
@@ -130,12 +132,12 @@ class Demo:
 
     def __init__(
         self,
-        system: System,
+        system: NodeContainer,
         robot: Robot,
         world: World,
         options: DemoOptions,
         tables: list[str],
-        warming: Warming,
+        warming: KernelCompilation,
     ) -> None:
         self.system, self.robot, self.world, self.options, self.tables = system, robot, world, options, tables
         self.places = {name: world.start.between(pose) for name, pose in world.places.items()}
@@ -143,19 +145,19 @@ class Demo:
         self.scorer = Scorer(system, self.places)
         self.map_path = options.out / "map.yaml"
         self.explored = ExplorationStatus()
-        self.found: bool | None = None
+        self.localized: bool | None = None
         self.failure = ""
         self.fault = ""
         """Last exception raised by a node, of this process or of another."""
-        self.processes: Processes | None = None
+        self.processes: DemoProcesses | None = None
         """The worker processes; None if all nodes run in this process."""
         self._aborted = False
         self._began_ns = wall_ns()
         self._phase = ""
-        self.took = 0.0
+        self.wall_time = 0.0
         self._rng = np.random.default_rng([options.seed, 0xC11C])
-        system.loop.tap(self.scorer)
-        system.loop.tap(self._on_publication)
+        system.loop.add_observer(self.scorer)
+        system.loop.add_observer(self._on_publication)
 
     def run(self) -> None:
         """Run all phases; `failure` is the reason why one failed."""
@@ -165,13 +167,13 @@ class Demo:
                 self.failure = "told to end before it was done"
             if self.failure:
                 break
-        self.took = (wall_ns() - self._began_ns) / 1e9
+        self.wall_time = (wall_ns() - self._began_ns) / 1e9
 
-    def goes_on(self) -> bool:
+    def is_running(self) -> bool:
         """Return whether the demo was not aborted."""
         return not self._aborted
 
-    def give_up(self) -> None:
+    def abort(self) -> None:
         """Abort the demo after the current event; a signal handler."""
         self._aborted = True
         self.system.loop.stop()
@@ -208,7 +210,10 @@ class Demo:
         self._start("waiter", {"map_file": str(self.map_path)})
         self._announce_phase("Everything forgotten; finding the robot on the saved map")
         self._set_initial_pose()
-        if not self._run_until(LOCALIZATION_TIMEOUT, lambda: self.found is not None) or not self.found:
+        if (
+            not self._run_until(LOCALIZATION_TIMEOUT, lambda: self.localized is not None)
+            or not self.localized
+        ):
             return "the robot did not find itself on the saved map"
         self.scorer.phase = "delivering"
         return ""
@@ -218,7 +223,7 @@ class Demo:
         if self.robot.sensors.lidar is not None:
             self._publish_external("reinitialize_global_localization", Empty())
             return
-        pose = clicked(self.scorer.last_truth, self._rng)
+        pose = simulated_click(self.scorer.last_ground_truth, self._rng)
         covariance = covariance_36(np.diag([CLICK_STD_XY**2, CLICK_STD_XY**2, CLICK_STD_YAW**2]))
         header = Header.of(self.system.loop.now_ns, "map")
         click = PoseWithCovarianceStamped(header, PoseWithCovariance(Pose.of(pose), covariance))
@@ -235,7 +240,7 @@ class Demo:
 
         if not self._run_until(DELIVERY_TIMEOUT, ended):
             return f"the deliveries were not done after {DELIVERY_TIMEOUT:.0f} s"
-        return self.scorer.delivery.sentence if self.scorer.delivery.state == "failed" else ""
+        return self.scorer.delivery.description if self.scorer.delivery.state == "failed" else ""
 
     # -- helpers
 
@@ -255,7 +260,7 @@ class Demo:
         values = {key: value for key, value in {**values, **arguments}.items() if key in accepted}
         launch = load_launch(name, values)
         if options.lan:
-            launch = served_at(launch, EVERYWHERE)
+            launch = with_ui_address(launch, ALL_ADDRESSES)
         if self.processes is None:
             start(self.system, launch)
         else:
@@ -293,7 +298,7 @@ class Demo:
 
     def _progress(self) -> str:
         seconds, elapsed = self.system.loop.now_ns / 1e9, (wall_ns() - self._began_ns) / 1e9
-        pose = self.scorer.last_truth
+        pose = self.scorer.last_ground_truth
         rate = f"{seconds:.0f} s, {seconds / elapsed:.1f} x real time"
         return f"{self._phase}: {rate}, at ({pose.x:.1f}, {pose.y:.1f}) m"
 
@@ -312,13 +317,13 @@ class Demo:
         if isinstance(message, ExplorationStatus):
             self.explored = message
         elif publication.topic == "localized" and isinstance(message, Bool):
-            self.found = message.data
+            self.localized = message.data
         elif isinstance(message, DiagnosticArray):
-            self.fault = first_fault(message) or self.fault
+            self.fault = first_fault_sentence(message) or self.fault
         elif isinstance(message, DeliveryStatus) and message.state in PRESSES:
             topic, after = PRESSES[message.state]
             loop = self.system.loop
-            loop.at(loop.now_ns + after, DEVICE, lambda: self._press(topic, message.place))
+            loop.schedule(loop.now_ns + after, DEVICE, lambda: self._press(topic, message.place))
 
     def _press(self, button: str, place: str) -> None:
         """Press the operator's or the guest's button, if the robot still waits for it."""
@@ -327,7 +332,7 @@ class Demo:
             self.system.loop.publish(button, Empty(), "person", from_device=True)
 
 
-def _print(result: DemoResult, processes: Processes | None, out: Path) -> None:
+def _print(result: DemoResult, processes: DemoProcesses | None, out: Path) -> None:
     table = Table(box=None, show_header=False)
     for name, value in [*result.table(), *(processes.table() if processes else [])]:
         table.add_row(name, value)

@@ -15,7 +15,7 @@ from chefbot.msgs.std_msgs import Bool, Empty, String
 from chefbot.runtime.node import Device, In, NoParams, Out
 
 
-class PersonDevice(Device):
+class OperatorDevice(Device):
     """Declares the operator's topics only: the demo publishes in its name and observes the loop."""
 
     params: NoParams

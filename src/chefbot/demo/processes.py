@@ -10,21 +10,21 @@ from pathlib import Path
 import msgspec
 from rich.console import Console
 
-from chefbot.bridge.attach import attached, in_fleet, others
+from chefbot.bridge.attach import open_wire_and_bridge, run_workers, with_namespace
 from chefbot.bridge.bridge import Bridge
-from chefbot.bridge.sim_time_sync import hear_followers
+from chefbot.bridge.sim_time_sync import subscribe_to_progress
 from chefbot.errors import UserError
-from chefbot.fleet.secure_router import Doors
-from chefbot.launcher.session import show_remarks, start
+from chefbot.fleet.secure_router import ExternalEndpoints
+from chefbot.launcher.session import print_remarks, start
 from chefbot.msgs.std_msgs import String
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.runtime.clock import LeadingClock, wall_ns
-from chefbot.runtime.launch import Launch, NodeEntry, load_launch, split
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.runtime.clock import LeaderClock, wall_ns
+from chefbot.runtime.launch import Launch, NodeEntry, load_launch, split_by_process
 from chefbot.runtime.loop import Publication
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.supervision.supervisor import Supervisor
 
-SPEED = 4.0
+MAX_REAL_TIME_FACTOR = 4.0
 """Maximum real-time factor, so that the latency of the wire stays small beside the control period."""
 PROCESSES = {
     "slam": ("gmapping", "amcl"),
@@ -33,7 +33,7 @@ PROCESSES = {
 }
 """Nodes of each worker process; all others run with the simulator in the demo's own process: drivers,
 odometry, the drive base."""
-OWN = "simulator and base"
+MAIN_PROCESS = "simulator and base"
 """Name of the demo's own process in the table."""
 START_TIMEOUT = 60.0
 """Maximum wall time until all processes are on the wire, s."""
@@ -41,15 +41,15 @@ POLL_PERIOD_NS = 50_000_000
 """Period of the checks whether all processes are on the wire, ns."""
 
 
-def in_processes(launch: Launch) -> Launch:
+def split_into_processes(launch: Launch) -> Launch:
     """Return the launch with its nodes divided among PROCESSES, and the operator's node added."""
     process_of = {node: process for process, nodes in PROCESSES.items() for node in nodes}
     nodes = {
         name: msgspec.structs.replace(entry, process=process_of.get(name, ""))
         for name, entry in launch.nodes.items()
     }
-    nodes["person"] = NodeEntry(kind="chefbot.demo.operator_node:PersonDevice")
-    return in_fleet(msgspec.structs.replace(launch, args={**launch.args, "wire": "on"}, nodes=nodes))
+    nodes["person"] = NodeEntry(kind="chefbot.demo.operator_node:OperatorDevice")
+    return with_namespace(msgspec.structs.replace(launch, args={**launch.args, "wire": "on"}, nodes=nodes))
 
 
 def cpu_seconds(pid: int) -> float | None:
@@ -61,43 +61,45 @@ def cpu_seconds(pid: int) -> float | None:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-class Processes:
+class DemoProcesses:
     """The worker processes of the demo; `used` is the CPU time of each process by name, s."""
 
     def __init__(
-        self, system: System, clock: LeadingClock, console: Console, keeps_running: Callable[[], bool]
+        self, system: NodeContainer, clock: LeaderClock, console: Console, keeps_running: Callable[[], bool]
     ) -> None:
         """Open the wire. Raises UserError if that fails.
 
         `keeps_running` returns False once the demo is aborted.
         """
-        self.used: dict[str, float] = {}
+        self.cpu_time: dict[str, float] = {}
         self._system, self._clock, self._keeps_running = system, clock, keeps_running
         self._stack = ExitStack()
         self._running = ExitStack()
         self._supervisor: Supervisor | None = None
-        plan = in_processes(load_launch("explore"))
-        bridge = self._stack.enter_context(attached(system, plan, Doors(), console.print))
+        plan = split_into_processes(load_launch("explore"))
+        bridge = self._stack.enter_context(
+            open_wire_and_bridge(system, plan, ExternalEndpoints(), console.print)
+        )
         assert bridge is not None, "wire:=on"
         self._bridge: Bridge = bridge
-        system.loop.tap(show_remarks)
+        system.loop.add_observer(print_remarks)
         self._missing: set[str] = set()
-        self._normal_speed = clock.speed
-        system.loop.tap(self._on_process_state)
+        self._normal_speed = clock.real_time_factor
+        system.loop.add_observer(self._on_process_state)
         namespace = str(plan.args["namespace"]) or "/"
-        hear_followers(
-            self._stack.enter_context(WireNode(bridge.wire, "chefbot_pace", namespace)), self._on_progress
+        subscribe_to_progress(
+            self._stack.enter_context(RmwNode(bridge.wire, "chefbot_pace", namespace)), self._on_progress
         )
 
     def start(self, launch: Launch) -> None:
         """Replace the nodes of all processes; return when all nodes are on the wire."""
-        plan = in_processes(launch)
-        own_part, worker_parts = split(plan)
+        plan = split_into_processes(launch)
+        own_part, worker_parts = split_by_process(plan)
         self._end_children()
-        self._clock.follow(worker_parts)
+        self._clock.set_followers(worker_parts)
         start(self._system, own_part)
         folder = Path.cwd()
-        self._supervisor = self._running.enter_context(others(self._bridge, self._system, plan, folder))
+        self._supervisor = self._running.enter_context(run_workers(self._bridge, self._system, plan, folder))
         self._wait_for(list(worker_parts))
 
     def close(self) -> None:
@@ -105,16 +107,17 @@ class Processes:
         self._end_children()
         own = cpu_seconds(os.getpid())
         if own is not None:
-            self.used[OWN] = own
+            self.cpu_time[MAIN_PROCESS] = own
         self._stack.close()
 
     def table(self) -> list[tuple[str, str]]:
         """Return a line for each process: its nodes and its CPU time."""
         lines = [
             (f"process {name}", f"{seconds:.1f} s of CPU; {', '.join(PROCESSES.get(name, ()))}".rstrip("; "))
-            for name, seconds in self.used.items()
+            for name, seconds in self.cpu_time.items()
         ]
-        waited = f"at {SPEED:g} x real time at most; {self._clock.waited_ns / 1e9:.1f} s waited for followers"
+        wait = self._clock.total_wait_ns / 1e9
+        waited = f"at {MAX_REAL_TIME_FACTOR:g} x real time at most; {wait:.1f} s waited for followers"
         return [*lines, ("pace", waited)]
 
     def _on_process_state(self, publication: Publication) -> None:
@@ -126,25 +129,25 @@ class Processes:
         elif publication.topic == "process_back":
             self._missing.discard(publication.message.data)
         speed = min(1.0, self._normal_speed) if self._missing else self._normal_speed
-        self._clock.change_pace(speed, self._system.loop.now_ns)
+        self._clock.set_real_time_factor(speed, self._system.loop.now_ns)
 
     def _on_progress(self, process: str, reached_ns: int) -> None:
-        self._clock.tell(process, reached_ns)
+        self._clock.report_time(process, reached_ns)
         self._system.loop.wake()
 
     def _wait_for(self, processes: list[str]) -> None:
         """Run the loop until all processes are on the wire, as they follow its time."""
         loop, deadline_ns = self._system.loop, wall_ns() + round(START_TIMEOUT * 1e9)
-        while self._keeps_running() and not all(map(self._bridge.sees, processes)):
+        while self._keeps_running() and not all(map(self._bridge.is_process_ready, processes)):
             loop.run(until_ns=loop.now_ns + POLL_PERIOD_NS)
             if wall_ns() > deadline_ns:
-                missing = [name for name in processes if not self._bridge.sees(name)]
+                missing = [name for name in processes if not self._bridge.is_process_ready(name)]
                 raise UserError(f"process {missing[0]} is not on the wire after {START_TIMEOUT:.0f} s")
 
     def _end_children(self) -> None:
         for name, pid in (self._supervisor.pids() if self._supervisor else {}).items():
             used = cpu_seconds(pid)
             if used is not None:
-                self.used[name] = self.used.get(name, 0.0) + used
+                self.cpu_time[name] = self.cpu_time.get(name, 0.0) + used
         self._supervisor = None
         self._running.close()

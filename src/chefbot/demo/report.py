@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chefbot.demo.score import Scorer, Track
-from chefbot.demo.summary import DemoResult, true_plan
+from chefbot.demo.summary import DemoResult, ground_truth_map
 from chefbot.maths.grid import Grid
 from chefbot.sim.world.world import World
 from chefbot.storage.atomic_files import write_atomic
@@ -25,7 +25,7 @@ INK, PAPER, UNKNOWN_TINT = 0.12, 1.0, 0.8
 
 def write_report(out: Path, result: DemoResult, scorer: Scorer, world: World, robot: Robot) -> None:
     """Write `report.html`, and the map beside the ground-truth plan as `map_and_plan.png`."""
-    plan = true_plan(world, robot)
+    plan = ground_truth_map(world, robot)
     pictures = {"The true plan and the map that the robot made": _maps(plan, scorer.saved_map)}
     for title, track in (("While mapping", scorer.mapping), ("While delivering", scorer.delivering)):
         if track.times:

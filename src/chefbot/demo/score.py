@@ -13,10 +13,10 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Collision, DeliveryStatus, LocalizationStatus, NavigationStatus
 from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry
 from chefbot.runtime.loop import Publication
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.transform_buffer import TransformError
 
-ARRIVED = 0.35
+ARRIVAL_TOLERANCE = 0.35
 """Maximum distance from the true place at which a guest can reach the food, m."""
 
 
@@ -36,7 +36,7 @@ class Track:
 class Scorer:
     """Observes all messages of a loop and scores the run: `loop.tap(scorer)`."""
 
-    def __init__(self, system: System, places: dict[str, SE2]) -> None:
+    def __init__(self, system: NodeContainer, places: dict[str, SE2]) -> None:
         self._system = system
         self._places = places
         self.mapping = Track()
@@ -51,7 +51,7 @@ class Scorer:
         self.delivered: list[str] = []
         """Places where the robot reported an arrival with food and truly was."""
         self.phase = "mapping"
-        self.last_truth = SE2(0.0, 0.0, 0.0)
+        self.last_ground_truth = SE2(0.0, 0.0, 0.0)
         self._last_recoveries = 0
 
     def __call__(self, publication: Publication) -> None:
@@ -62,7 +62,7 @@ class Scorer:
         elif publication.topic == "map" and isinstance(message, OccupancyGrid):
             self.map = message
         elif isinstance(message, Collision):
-            self.collisions.append(message.touched)
+            self.collisions.append(message.object_name)
         elif isinstance(message, LocalizationStatus):
             self.localized = message.localized
         elif isinstance(message, NavigationStatus):
@@ -74,13 +74,13 @@ class Scorer:
     def _on_ground_truth(self, truth: Odometry) -> None:
         """Compare the latest estimate with the ground truth of the same instant."""
         pose = truth.pose.pose.se2
-        self.path_length += self.last_truth.distance(pose)
-        self.last_truth = pose
+        self.path_length += self.last_ground_truth.distance(pose)
+        self.last_ground_truth = pose
         if self.phase == "localizing":
             return  # it does not report to be localized yet
         stamp = truth.header.stamp.ns
         track = self.mapping if self.phase == "mapping" else self.delivering
-        self._system.transforms.when(
+        self._system.transforms.on_available(
             "odom", "base_link", stamp, lambda odom: self._add_sample(track, stamp, truth.pose.pose.se2, odom)
         )
 
@@ -96,15 +96,19 @@ class Scorer:
     def _on_delivery_status(self, status: DeliveryStatus) -> None:
         self.delivery = status
         place = self._places.get(status.place)
-        if status.state == "waiting" and place and self.last_truth.distance(place) <= ARRIVED:
+        if (
+            status.state == "waiting"
+            and place
+            and self.last_ground_truth.distance(place) <= ARRIVAL_TOLERANCE
+        ):
             self.delivered.append(status.place)
 
     def at_home(self) -> bool:
         """Return whether the robot truly is at home."""
-        return self.last_truth.distance(self._places["home"]) <= ARRIVED
+        return self.last_ground_truth.distance(self._places["home"]) <= ARRIVAL_TOLERANCE
 
 
-def summary_of(errors: NDArray[np.float64]) -> dict[str, float | None]:
+def error_statistics(errors: NDArray[np.float64]) -> dict[str, float | None]:
     """Return the median, 95th percentile and maximum of the errors; None without any value."""
     if len(errors) == 0:
         return {"median": None, "p95": None, "max": None}
@@ -115,7 +119,7 @@ def summary_of(errors: NDArray[np.float64]) -> dict[str, float | None]:
     }
 
 
-def clicked(truth: SE2, rng: np.random.Generator) -> SE2:
+def simulated_click(truth: SE2, rng: np.random.Generator) -> SE2:
     """Return a pose as an operator would click it: 0.5 m and 20 degrees off, in a random direction."""
     bearing = rng.uniform(-math.pi, math.pi)
     turn = math.copysign(math.radians(20.0), rng.uniform(-1.0, 1.0))

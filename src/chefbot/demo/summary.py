@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from chefbot import __version__
-from chefbot.demo.score import summary_of
+from chefbot.demo.score import error_statistics
 from chefbot.mapping.compare import MapQuality, quality
 from chefbot.maths.grid import Grid
 from chefbot.sim.world.floor_plan import floor_plan
@@ -33,7 +33,7 @@ class DemoResult(msgspec.Struct, frozen=True, kw_only=True):
     tables: list[str]
     deliveries_done: int
     collisions: int
-    touched: list[str]
+    touched_objects: list[str]
     explored_fraction: float | None
     map_precision: float | None
     map_recall: float | None
@@ -58,7 +58,7 @@ class DemoResult(msgspec.Struct, frozen=True, kw_only=True):
         error = self.localization_error_m
         return [
             ("deliveries", f"{self.deliveries_done} of {len(self.tables)} ({', '.join(self.tables)})"),
-            ("collisions", f"{self.collisions} {', '.join(self.touched)}"),
+            ("collisions", f"{self.collisions} {', '.join(self.touched_objects)}"),
             ("explored", _percent(self.explored_fraction)),
             ("map precision, recall", f"{_percent(self.map_precision)}, {_percent(self.map_recall)}"),
             ("error while mapping", _errors(self.slam_error_m)),
@@ -81,7 +81,7 @@ def _errors(values: dict[str, float | None]) -> str:
     return f"median {values['median']:.3f} m, p95 {values['p95']:.3f} m, max {values['max']:.3f} m"
 
 
-def true_plan(world: World, robot: Robot) -> Grid:
+def ground_truth_map(world: World, robot: Robot) -> Grid:
     """Return the map that the robot's mapping sensor would make of the world without any error."""
     sensor = robot.sensors.lidar or robot.sensors.depth_camera
     assert sensor is not None
@@ -108,19 +108,19 @@ def summarize(demo: Demo) -> DemoResult:
         tables=demo.tables,
         deliveries_done=deliveries,
         collisions=len(scorer.collisions),
-        touched=sorted(set(scorer.collisions)),
+        touched_objects=sorted(set(scorer.collisions)),
         explored_fraction=None if map_quality is None else round(map_quality.explored, 4),
         map_precision=None if map_quality is None else round(map_quality.precision, 4),
         map_recall=None if map_quality is None else round(map_quality.recall, 4),
-        slam_error_m=summary_of(scorer.mapping.errors()),
-        localization_error_m=summary_of(scorer.delivering.errors()),
+        slam_error_m=error_statistics(scorer.mapping.errors()),
+        localization_error_m=error_statistics(scorer.delivering.errors()),
         path_length_m=round(scorer.path_length, 2),
         sim_time_s=round(sim_time, 2),
-        wall_time_s=round(demo.took, 2),
-        real_time_factor=round(sim_time / demo.took, 2),
+        wall_time_s=round(demo.wall_time, 2),
+        real_time_factor=round(sim_time / demo.wall_time, 2),
         recoveries=scorer.recoveries,
-        left_unexplored=list(demo.explored.left),
-        cpu_s={} if demo.processes is None else demo.processes.used,
+        left_unexplored=list(demo.explored.skipped_frontiers),
+        cpu_s={} if demo.processes is None else demo.processes.cpu_time,
         versions=_versions(),
     )
 
@@ -140,7 +140,7 @@ def _map_quality(demo: Demo) -> MapQuality | None:
     """Compare the maps without aligning their frames: both begin at the robot's start."""
     if demo.scorer.saved_map is None:
         return None
-    return quality(demo.scorer.saved_map, true_plan(demo.world, demo.robot))
+    return quality(demo.scorer.saved_map, ground_truth_map(demo.world, demo.robot))
 
 
 def _versions() -> dict[str, str]:

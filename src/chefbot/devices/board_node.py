@@ -10,7 +10,7 @@ from chefbot.msgs.std_msgs import Bool
 from chefbot.runtime.node import Device, In, Out, topic
 
 
-class BoardNode(Device):
+class MotorBoardNode(Device):
     """Base of motor board devices: subscribes wheel speeds and emergency stop; publishes ticks, IMU,
     ultrasonic, battery and diagnostics."""
 
@@ -22,7 +22,7 @@ class BoardNode(Device):
     battery_state: Out[BatteryState]
     diagnostics: Out[DiagnosticArray]
 
-    def publish_sensed(self, message: Message) -> None:
+    def publish_sensor_message(self, message: Message) -> None:
         """Publish a sensor message on the topic of its type; TypeError for a type without one."""
         if isinstance(message, WheelTicks):
             self.wheel_ticks.publish(message)

@@ -83,7 +83,7 @@ def receive(opened: serial.Serial) -> bytes:
     return first + bytes(opened.read(waiting)) if waiting else first
 
 
-def broken(path: str, error: Exception) -> str:
+def explain_disconnection(path: str, error: Exception) -> str:
     """Explain why an open port can no longer be read or written."""
     gone = getattr(error, "errno", None) in (errno.EIO, errno.ENXIO, errno.ENODEV)
     gone = gone or "returned no data" in str(error) or "Errno 5" in str(error)  # texts of pyserial's errors

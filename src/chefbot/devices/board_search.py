@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import serial
 
-from chefbot.board.autodetect import Dialect, Probe
+from chefbot.board.autodetect import BoardProtocol, ProtocolProbe
 from chefbot.devices.board_ports import Port, explain, open_port, receive
 from chefbot.runtime.clock import wall_ns
 
@@ -16,12 +16,12 @@ SCAN_NS = 500_000_000
 """Period at which new ports are looked for, ns."""
 
 
-class Found(NamedTuple):
+class FoundBoard(NamedTuple):
     """An opened port and the protocol that was detected there."""
 
     opened: serial.Serial
     path: str
-    dialect: Dialect
+    dialect: BoardProtocol
 
 
 class BoardSearch:
@@ -34,18 +34,18 @@ class BoardSearch:
     def __init__(self, candidates: Callable[[], list[Port]]) -> None:
         """`candidates`: returns the current ports, likely ones first."""
         self._candidates = candidates
-        self._open: dict[str, tuple[serial.Serial, Probe]] = {}
+        self._open: dict[str, tuple[serial.Serial, ProtocolProbe]] = {}
         self._rejected: dict[str, str] = {}
         self._unopened: dict[str, str] = {}
         self._scanned_ns = wall_ns() - SCAN_NS
 
-    def step(self) -> Found | None:
+    def step(self) -> FoundBoard | None:
         """Read from each port once; return the board's port when it is found."""
         if wall_ns() - self._scanned_ns >= SCAN_NS:
             self._scan()
         for path, (opened, probe) in list(self._open.items()):
             try:
-                opened.write(probe.ask(wall_ns()))
+                opened.write(probe.data_to_send(wall_ns()))
                 # Each port has its own detector; the first verdict ends the search.
                 dialect = probe.hear(receive(opened), wall_ns())
             except OSError as error:
@@ -53,13 +53,13 @@ class BoardSearch:
                 continue
             if dialect is not None:
                 del self._open[path]
-                return Found(opened, path, dialect)
-            if probe.over(wall_ns()):
+                return FoundBoard(opened, path, dialect)
+            if probe.timed_out(wall_ns()):
                 self._reject(path, f"{path}: {probe.failure_reason}")
         return None
 
     @property
-    def over(self) -> bool:
+    def exhausted(self) -> bool:
         """Whether no port is left to search."""
         return not self._open
 
@@ -83,7 +83,7 @@ class BoardSearch:
             if port.path in self._open or port.path in self._rejected:
                 continue
             try:
-                self._open[port.path] = open_port(port.path), Probe(os.getpid(), wall_ns())
+                self._open[port.path] = open_port(port.path), ProtocolProbe(os.getpid(), wall_ns())
             except OSError as error:
                 self._unopened[port.path] = explain(port.path, error)
 

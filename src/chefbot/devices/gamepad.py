@@ -10,7 +10,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.control.gamepad_teleop import GamepadDrive, GamepadParams, PadEvent
+from chefbot.control.gamepad_teleop import GamepadEvent, GamepadParams, GamepadTeleop
 from chefbot.devices.joystick import AUTO, Joystick
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
@@ -18,7 +18,7 @@ from chefbot.msgs.std_msgs import Bool, String
 from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.node import Device, In, Out, every, topic
 
-RATE, STOP_REQUEST_RATE = 20.0, 5.0
+COMMAND_RATE, STOP_REQUEST_RATE = 20.0, 5.0
 """Rates of the velocity commands and of the repeated stop requests, Hz."""
 STOPPED, RELEASED = "STOP: the robot is stopped.", "STOP was released."
 HOW_TO = """\
@@ -54,7 +54,7 @@ class GamepadDevice(Device):
         path = self.params.device
         if path != AUTO and not Path(path).exists():
             raise UserError(f"the gamepad {path} does not exist; plug it in, or say device:=auto")
-        self._drive = GamepadDrive(Limits.of(self.robot), self.params.drive)
+        self._drive = GamepadTeleop(Limits.of(self.robot), self.params.drive)
         self._driving = self._stop_requested = self._stopped = False
         self._last_remark = ""
         self.announcement = HOW_TO
@@ -79,10 +79,10 @@ class GamepadDevice(Device):
             self.post(partial(self.remark.publish, String(STOPPED if stopped.data else RELEASED)))
         self._stopped = stopped.data
 
-    @every(hz=RATE)
+    @every(hz=COMMAND_RATE)
     def drive(self) -> None:
         """Publish the velocity command of the sticks while the dead-man button is held."""
-        held, twist = self._drive.held, self._drive.twist(1.0 / RATE)
+        held, twist = self._drive.enabled, self._drive.twist(1.0 / COMMAND_RATE)
         if twist is not None:
             self._driving = True
             self.cmd_vel_teleop.publish(Twist.of(*twist))
@@ -93,7 +93,7 @@ class GamepadDevice(Device):
             )
 
     @every(hz=STOP_REQUEST_RATE)
-    def ask_again(self) -> None:
+    def repeat_stop_request(self) -> None:
         """Repeat the stop request until the robot confirms it."""
         if self._stop_requested:
             self.stop_request.publish(Bool(True))
@@ -101,23 +101,23 @@ class GamepadDevice(Device):
     # -- callbacks of the thread, run in the event loop
 
     def _on_connected(self, path: str, name: str) -> None:
-        self._drive.forget()
+        self._drive.reset()
         self._remark_once(f"Gamepad {name or 'found'} at {path}.")
 
-    def _on_events(self, events: list[PadEvent]) -> None:
-        previous_share = self._drive.share
+    def _on_events(self, events: list[GamepadEvent]) -> None:
+        previous_share = self._drive.speed_fraction
         for event in events:
-            if self._drive.hear(event):
+            if self._drive.process_event(event):
                 self._stop_requested = True
                 self.stop_request.publish(Bool(True))
         # The dead-man button was released: stop at once.
-        if self._driving and not self._drive.held:
+        if self._driving and not self._drive.enabled:
             self._release("")
-        if self._drive.share != previous_share:
-            self.remark.publish(String(f"Speed: {100.0 * self._drive.share:.0f} % of the robot's."))
+        if self._drive.speed_fraction != previous_share:
+            self.remark.publish(String(f"Speed: {100.0 * self._drive.speed_fraction:.0f} % of the robot's."))
 
     def _on_disconnected(self, reason: str) -> None:
-        self._drive.forget()
+        self._drive.reset()
         self._release(f"Warning: {reason}; the robot stops.")
 
     def _release(self, remark: str) -> None:

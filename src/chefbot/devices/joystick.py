@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from chefbot.control.gamepad_teleop import PadEvent
+from chefbot.control.gamepad_teleop import GamepadEvent
 from chefbot.errors import UserError
 
 try:
@@ -34,16 +34,16 @@ RETRY_PERIOD = 0.5
 """Pause between two attempts to open the gamepad, s."""
 
 
-def decode(data: bytes) -> tuple[list[PadEvent], bytes]:
+def decode(data: bytes) -> tuple[list[GamepadEvent], bytes]:
     """Decode complete events and return them with the remaining bytes; unknown types are skipped."""
     complete_size = len(data) - len(data) % EVENT.size
     events = []
     for _, value, kind, number in EVENT.iter_unpack(data[:complete_size]):
         is_initial, kind = bool(kind & INIT), kind & ~INIT
         if kind == BUTTON:
-            events.append(PadEvent("button", number, float(value != 0), is_initial))
+            events.append(GamepadEvent("button", number, float(value != 0), is_initial))
         elif kind == AXIS:
-            events.append(PadEvent("axis", number, max(-1.0, value / AXIS_MAX), is_initial))
+            events.append(GamepadEvent("axis", number, max(-1.0, value / AXIS_MAX), is_initial))
     return events, data[complete_size:]
 
 
@@ -58,7 +58,7 @@ class Joystick:
         self,
         device: str,
         on_connected: Callable[[str, str], None],
-        on_events: Callable[[list[PadEvent]], None],
+        on_events: Callable[[list[GamepadEvent]], None],
         on_disconnected: Callable[[str], None],
         on_missing: Callable[[str], None],
     ) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.control.keyboard_teleop import DEAD_MAN, Teleop
+from chefbot.control.keyboard_teleop import DEAD_MAN_TIMEOUT, KeyboardTeleop
 from chefbot.devices.terminal import Terminal
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
@@ -41,11 +41,14 @@ class KeyboardDevice(Device):
     def start(self) -> None:
         """Start to read the terminal's keys."""
         self._limits = Limits.of(self.robot)
-        self._teleop = Teleop(self._limits)
+        self._teleop = KeyboardTeleop(self._limits)
         self._pending_keys: list[str] = []
         self._moving = False
         self.announcement = KEY_TABLE.format(
-            dead_man=DEAD_MAN, speeds=self._speed_text(), speed=self._limits.speed, turn=self._limits.turn
+            dead_man=DEAD_MAN_TIMEOUT,
+            speeds=self._speed_text(),
+            speed=self._limits.speed,
+            turn=self._limits.angular_speed,
         )
         self._terminal = Terminal(self._on_keys, lambda: self.post(_terminal_lost))
 

@@ -19,11 +19,11 @@ from chefbot.storage.atomic_files import sync_folder
 
 VARIABLE = "CHEFBOT_STATE"
 """Environment variable with the folder of the state files."""
-ASK_HZ = 5.0
+REPEAT_HZ = 5.0
 """Rate of the repeated stop request, Hz."""
 HOW_TO_RELEASE = "Release STOP on a page, or say: chefbot topic pub --once /stop_request '{data: false}'"
-STOPPED = f"The robot was stopped when its programs ended, and still is. {HOW_TO_RELEASE}."
-NOT_KNOWN = "It is not known whether the robot was stopped when its programs ended, so it is now"
+ESTOP_RESTORED = f"The robot was stopped when its programs ended, and still is. {HOW_TO_RELEASE}."
+ESTOP_STATE_UNKNOWN = "It is not known whether the robot was stopped when its programs ended, so it is now"
 
 
 def state_folder() -> Path:
@@ -65,7 +65,7 @@ class StopMemoryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     robot: Annotated[str, Meta(description="its namespace; empty where there is none")] = ""
 
 
-class StopMemoryDevice(Device):
+class EmergencyStopStore(Device):
     """Stores on disk whether the robot is stopped, and requests the emergency stop at the start if it was, or
     if the state is unknown.
 
@@ -83,13 +83,13 @@ class StopMemoryDevice(Device):
         self._file = StopFile(state_folder(), self.params.robot.strip("/").replace("/", "_") or "robot")
         self._requesting = False
         try:
-            remark = STOPPED if self._file.read() else ""
+            remark = ESTOP_RESTORED if self._file.read() else ""
         except OSError as error:
-            remark = f"{NOT_KNOWN} ({error.filename}: {error.strerror}). {HOW_TO_RELEASE}."
+            remark = f"{ESTOP_STATE_UNKNOWN} ({error.filename}: {error.strerror}). {HOW_TO_RELEASE}."
         if remark:
             self._requesting = True
             self.post(partial(self.remark.publish, String(remark)))
-            self.post(self.ask)
+            self.post(self.repeat_stop_request)
         self._states: queue.SimpleQueue[bool | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._write, name="stop memory", daemon=True)
         self._thread.start()
@@ -107,8 +107,8 @@ class StopMemoryDevice(Device):
         if not self._requesting:
             self._states.put(stopped.data)
 
-    @every(hz=ASK_HZ)
-    def ask(self) -> None:
+    @every(hz=REPEAT_HZ)
+    def repeat_stop_request(self) -> None:
         """Request the emergency stop until the drive base confirms it."""
         if self._requesting:
             self.stop_request.publish(Bool(True))

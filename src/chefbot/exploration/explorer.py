@@ -25,7 +25,7 @@ GAIN_POWER = 0.25
 """Exponent of the gain; below 1 it favours near goals, so that no second tour is needed for small corners."""
 
 
-class Goal(NamedTuple):
+class ExplorationGoal(NamedTuple):
     """A viewpoint: drive to `pose`, which sees the frontier at (x, y), and turn around if `look_around`.
 
     gain: square metres of unknown floor in view. cost: path length in metres plus the cost of turning.
@@ -41,7 +41,7 @@ class Goal(NamedTuple):
     blocked: bool = False
 
 
-class Left(NamedTuple):
+class SkippedFrontier(NamedTuple):
     """A frontier that stays unexplored: position, length (m) and reason."""
 
     x: float
@@ -50,11 +50,11 @@ class Left(NamedTuple):
     reason: str
 
 
-class Decision(NamedTuple):
+class ExplorationDecision(NamedTuple):
     """The next goal, None when exploration is complete, and the skipped frontiers with their reasons."""
 
-    goal: Goal | None
-    left: tuple[Left, ...]
+    goal: ExplorationGoal | None
+    skipped: tuple[SkippedFrontier, ...]
 
 
 class Explorer:
@@ -69,26 +69,26 @@ class Explorer:
         self, robot_radius: float, field_of_view: float = FULL_TURN, params: ExplorerParams | None = None
     ) -> None:
         self.params = params or ExplorerParams()
-        self.least_length = 2.0 * robot_radius
+        self.min_frontier_length = 2.0 * robot_radius
         self.min_gain = math.pi * robot_radius**2
         self.field_of_view = min(field_of_view, FULL_TURN)
         self._failed_goals: list[tuple[float, float]] = []
         self._blocked_viewpoints: list[SE2] = []
 
-    def decide(self, grid: Grid, cost_to_come: NDArray[np.float32], pose: SE2) -> Decision:
+    def decide(self, grid: Grid, cost_to_come: NDArray[np.float32], pose: SE2) -> ExplorationDecision:
         """Return the next goal and the skipped frontiers.
 
         cost_to_come: (h, w) of the grid, path length from the robot in m, inf where unreachable.
         """
-        goals: list[Goal] = []
-        skipped: list[Left] = []
+        goals: list[ExplorationGoal] = []
+        skipped: list[SkippedFrontier] = []
         cost = np.ascontiguousarray(cost_to_come, np.float32)
-        for frontier in find_frontiers(grid, self.params.free_below, self.params.longest):
+        for frontier in find_frontiers(grid, self.params.free_threshold, self.params.max_frontier_length):
             result = self._evaluate(grid, cost, pose, frontier)
-            if isinstance(result, Goal):
+            if isinstance(result, ExplorationGoal):
                 goals.append(result)
             else:
-                skipped.append(Left(frontier.x, frontier.y, frontier.length, result))
+                skipped.append(SkippedFrontier(frontier.x, frontier.y, frontier.length, result))
         # Nothing else remains: check blocked passages again
         goals = goals or [
             goal
@@ -97,37 +97,39 @@ class Explorer:
         ]
         # Utility: gain^GAIN_POWER / cost
         best = max(goals, key=lambda goal: goal.gain**GAIN_POWER / goal.cost, default=None)
-        return Decision(best, tuple(skipped))
+        return ExplorationDecision(best, tuple(skipped))
 
-    def fruitless(self, goal: Goal) -> None:
+    def mark_failed(self, goal: ExplorationGoal) -> None:
         """Record a failed goal: it could not be reached, or its frontier remains after the visit."""
         if goal.blocked:
             self._blocked_viewpoints.append(goal.pose)
         else:
             self._failed_goals.append((goal.x, goal.y))
 
-    def still_there(self, grid: Grid, goal: Goal) -> bool:
+    def frontier_remains(self, grid: Grid, goal: ExplorationGoal) -> bool:
         """Return whether a frontier wide enough for the robot remains near the goal's frontier."""
-        tolerance = self.params.same_place
+        tolerance = self.params.same_goal_distance
         return any(
-            frontier.length >= self.least_length
+            frontier.length >= self.min_frontier_length
             and math.hypot(frontier.x - goal.x, frontier.y - goal.y) <= tolerance
-            for frontier in find_frontiers(grid, self.params.free_below, self.params.longest)
+            for frontier in find_frontiers(grid, self.params.free_threshold, self.params.max_frontier_length)
         )
 
-    def _evaluate(self, grid: Grid, cost: NDArray[np.float32], pose: SE2, frontier: Frontier) -> Goal | str:
+    def _evaluate(
+        self, grid: Grid, cost: NDArray[np.float32], pose: SE2, frontier: Frontier
+    ) -> ExplorationGoal | str:
         """Return a goal for the frontier, or the reason why there is none."""
-        if frontier.length < self.least_length:
+        if frontier.length < self.min_frontier_length:
             return "too small: the robot would not fit through"
-        tolerance = self.params.same_place
+        tolerance = self.params.same_goal_distance
         # Give up after repeated failures near this frontier
         failures = sum(math.hypot(x - frontier.x, y - frontier.y) <= tolerance for x, y in self._failed_goals)
-        if failures >= self.params.attempts:
+        if failures >= self.params.max_attempts:
             return f"failed {failures} times"
         p, row_column = self.params, grid.cell(frontier.x, frontier.y)
         reach = round(p.view_distance / grid.resolution)
         # Viewpoint: the cheapest cell that sees the frontier
-        row, column = best_view(grid.cells, cost, p.occupied_from, *row_column, reach)
+        row, column = best_view(grid.cells, cost, p.occupied_threshold, *row_column, reach)
         if row < 0:
             return UNREACHABLE
         goal = self._goal(grid, float(cost[row, column]), pose, frontier, (row, column))
@@ -135,7 +137,7 @@ class Explorer:
 
     def _goal(
         self, grid: Grid, path_length: float, pose: SE2, frontier: Frontier, cell: tuple[int, int]
-    ) -> Goal:
+    ) -> ExplorationGoal:
         x, y = grid.centre(*cell)
         is_at_frontier = math.hypot(frontier.x - x, frontier.y - y) < grid.resolution
         yaw = math.atan2(
@@ -150,13 +152,15 @@ class Explorer:
         cost = (
             path_length
             + self.params.turn_cost * (FULL_TURN if look_around else turn)
-            + self.params.fixed_cost
+            + self.params.fixed_goal_cost
         )
         area = grid.resolution**2
         gain = max(around if look_around else ahead, 1) * area
-        return Goal(SE2(x, y, yaw), frontier.x, frontier.y, look_around, gain, cost)
+        return ExplorationGoal(SE2(x, y, yaw), frontier.x, frontier.y, look_around, gain, cost)
 
-    def _goal_for_blocked(self, grid: Grid, cost: NDArray[np.float32], frontier: Left) -> Goal | None:
+    def _goal_for_blocked(
+        self, grid: Grid, cost: NDArray[np.float32], frontier: SkippedFrontier
+    ) -> ExplorationGoal | None:
         """Return a goal at the reachable place nearest to a blocked frontier; None if the gain is too small."""
         if frontier.reason != UNREACHABLE:
             return None
@@ -168,13 +172,14 @@ class Explorer:
         x, y = grid.centre(*cell)
         pose = SE2(x, y, math.atan2(frontier.y - y, frontier.x - x))
         attempts = sum(
-            pose.distance(viewpoint) <= self.params.same_place for viewpoint in self._blocked_viewpoints
+            pose.distance(viewpoint) <= self.params.same_goal_distance
+            for viewpoint in self._blocked_viewpoints
         )
-        if attempts >= self.params.attempts:
+        if attempts >= self.params.max_attempts:
             return None
-        path_cost = float(cost[cell]) + self.params.turn_cost * FULL_TURN + self.params.fixed_cost
-        return Goal(pose, frontier.x, frontier.y, True, gain, path_cost, blocked=True)
+        path_cost = float(cost[cell]) + self.params.turn_cost * FULL_TURN + self.params.fixed_goal_cost
+        return ExplorationGoal(pose, frontier.x, frontier.y, True, gain, path_cost, blocked=True)
 
     def _count_unknown(self, grid: Grid, cell: tuple[int, int], yaw: float, field_of_view: float) -> int:
         reach = self.params.view_range / grid.resolution
-        return unknown_in_view(grid.cells, self.params.occupied_from, *cell, yaw, field_of_view, reach)
+        return unknown_in_view(grid.cells, self.params.occupied_threshold, *cell, yaw, field_of_view, reach)

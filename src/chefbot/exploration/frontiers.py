@@ -23,7 +23,7 @@ class Frontier(NamedTuple):
     length: float
 
 
-def frontier_mask(grid: Grid, free_below: int) -> NDArray[np.bool_]:
+def frontier_mask(grid: Grid, free_threshold: int) -> NDArray[np.bool_]:
     """Return the free cells (h, w) with an unknown cell above, below, left or right."""
     unknown = grid.cells == UNKNOWN
     near_unknown = np.zeros_like(unknown)
@@ -31,34 +31,37 @@ def frontier_mask(grid: Grid, free_below: int) -> NDArray[np.bool_]:
     near_unknown[:-1] |= unknown[1:]
     near_unknown[:, 1:] |= unknown[:, :-1]
     near_unknown[:, :-1] |= unknown[:, 1:]
-    frontier: NDArray[np.bool_] = near_unknown & ~unknown & (grid.cells < free_below)
+    frontier: NDArray[np.bool_] = near_unknown & ~unknown & (grid.cells < free_threshold)
     return frontier
 
 
-def find_frontiers(grid: Grid, free_below: int, longest: float) -> list[Frontier]:
+def find_frontiers(grid: Grid, free_threshold: int, max_frontier_length: float) -> list[Frontier]:
     """Return all frontiers in the order of the grid's rows; those longer than `longest` metres are split."""
     from scipy import ndimage  # imported late: it takes half a second, and the first image does not need it
 
     # 8-connected components of the frontier cells
-    labels, count = ndimage.label(frontier_mask(grid, free_below), structure=np.ones((3, 3)))
+    labels, count = ndimage.label(frontier_mask(grid, free_threshold), structure=np.ones((3, 3)))
     cells = np.argwhere(labels)
     label = labels[cells[:, 0], cells[:, 1]]
     # Group the cells by component
     order = np.argsort(label, kind="stable")
     groups = np.split(cells[order], np.searchsorted(label[order], np.arange(2, count + 1)))
     return [
-        _frontier(grid, piece) for group in groups if len(group) for piece in _pieces(grid, group, longest)
+        _frontier(grid, piece)
+        for group in groups
+        if len(group)
+        for piece in _pieces(grid, group, max_frontier_length)
     ]
 
 
-def _pieces(grid: Grid, cells: NDArray[np.int64], longest: float) -> list[NDArray[np.int64]]:
+def _pieces(grid: Grid, cells: NDArray[np.int64], max_frontier_length: float) -> list[NDArray[np.int64]]:
     """Split the cells across their main axis into pieces of about equal extent."""
     centred = cells - cells.mean(axis=0)
     # Principal axis: eigenvector of the largest eigenvalue
     axis = np.linalg.eigh(centred.T @ centred)[1][:, -1]
     along = centred @ axis
     extent = float(np.ptp(along)) * grid.resolution
-    count = max(1, math.ceil(extent / longest))
+    count = max(1, math.ceil(extent / max_frontier_length))
     if count == 1:
         return [cells]
     piece = np.minimum(((along - along.min()) / np.ptp(along) * count).astype(int), count - 1)

@@ -11,13 +11,13 @@ from msgspec import Meta
 class ExplorerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of `Explorer`, which users can set."""
 
-    free_below: Annotated[
+    free_threshold: Annotated[
         int, Meta(ge=1, le=100, description="a map cell less occupied than this is free, percent")
     ] = 35
-    occupied_from: Annotated[
+    occupied_threshold: Annotated[
         int, Meta(ge=1, le=100, description="a map cell this occupied stops the view, percent")
     ] = 65
-    longest: Annotated[
+    max_frontier_length: Annotated[
         float, Meta(ge=0.2, le=20.0, description="longer frontiers are looked at piece by piece, m")
     ] = 2.0
     view_distance: Annotated[
@@ -29,12 +29,12 @@ class ExplorerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     turn_cost: Annotated[
         float, Meta(ge=0.0, le=10.0, description="a radian to turn costs as much as so many metres, m")
     ] = 0.3
-    fixed_cost: Annotated[
+    fixed_goal_cost: Annotated[
         float, Meta(ge=0.01, le=10.0, description="every goal costs as much as so many metres, m")
     ] = 0.5
-    attempts: Annotated[
+    max_attempts: Annotated[
         int, Meta(ge=1, le=100, description="a frontier is given up after so many fruitless goals")
     ] = 2
-    same_place: Annotated[
+    same_goal_distance: Annotated[
         float, Meta(ge=0.05, le=5.0, description="goals for frontiers this near to each other are one, m")
     ] = 0.5

@@ -118,12 +118,12 @@ def is_signed_by(certificate: x509.Certificate, authority: x509.Certificate) -> 
     return True
 
 
-def sign(data: bytes, key: PrivateKey) -> bytes:
+def ecdsa_sign(data: bytes, key: PrivateKey) -> bytes:
     """Sign data with ECDSA over SHA-256."""
     return key.sign(data, ec.ECDSA(hashes.SHA256()))
 
 
-def is_signature(signature: bytes, data: bytes, authority: x509.Certificate) -> bool:
+def is_signature_valid(signature: bytes, data: bytes, authority: x509.Certificate) -> bool:
     """Return whether the signature of the data is the authority's."""
     public = authority.public_key()
     assert isinstance(public, ec.EllipticCurvePublicKey)
@@ -139,7 +139,7 @@ def common_name(name: x509.Name) -> str:
     return _attribute(name, NameOID.COMMON_NAME)
 
 
-def wanted_role(name: x509.Name) -> str:
+def requested_role(name: x509.Name) -> str:
     """Return the role that the member requests, or an empty string if there is none."""
     return _attribute(name, NameOID.ORGANIZATIONAL_UNIT_NAME)
 

@@ -29,7 +29,7 @@ from chefbot.fleet.certificates import (
     read_key,
     read_request,
     request_pem,
-    wanted_role,
+    requested_role,
 )
 from chefbot.fleet.membership import Card, Fleet, Role, check_name, is_role, issue, read_card
 from chefbot.storage.atomic_files import write_atomic
@@ -52,7 +52,7 @@ class Identity(NamedTuple):
     authority: Path
     key: Path
     certificate: Path
-    ends: datetime
+    expires: datetime
 
     @property
     def role(self) -> Role | None:
@@ -94,7 +94,7 @@ class Keyring:
             certificate.not_valid_after_utc,
         )
 
-    def found(self, fleet: str, now: datetime) -> Fleet:
+    def create_fleet(self, fleet: str, now: datetime) -> Fleet:
         """Create a fleet with this machine as its authority and site router."""
         if self.is_authority or self._key_path.exists():
             raise UserError(f"{self.folder} holds keys already; choose another folder or keep that fleet")
@@ -103,10 +103,10 @@ class Keyring:
         self._write_secret(self._authority_key_path, key_pem(key))
         write_atomic(self._authority_path, certificate_pem(authority))
         write_atomic(self._card_path, msgspec.json.encode(issue(Fleet(fleet, 0, {}), authority, key)))
-        self.accept(self.sign(self.ask("site", "site"), now)[0])
+        self.accept(self.admit(self.request_membership("site", "site"), now)[0])
         return self.identity().fleet
 
-    def ask(self, name: str, role: Role) -> Path:
+    def request_membership(self, name: str, role: Role) -> Path:
         """Make this machine's key and certificate signing request; return the path of the request."""
         if self.is_member:
             raise UserError(
@@ -119,10 +119,10 @@ class Keyring:
         write_atomic(request, request_pem(key, name, role))
         return request
 
-    def sign(self, request: Path, now: datetime) -> tuple[Card, str]:
+    def admit(self, request: Path, now: datetime) -> tuple[Card, str]:
         """Admit the member that a request names; return its card and its name."""
         csr = read_request(read_bytes(request, "request", MAX_PEM_BYTES), str(request))
-        name, role = check_name(common_name(csr.subject)), wanted_role(csr.subject)
+        name, role = check_name(common_name(csr.subject)), requested_role(csr.subject)
         if not is_role(role):
             raise UserError(f"{request} asks for the role {role!r}; there are {', '.join(get_args(Role))}")
         key, authority, fleet = self._as_authority()

@@ -14,10 +14,10 @@ from chefbot.errors import UserError
 from chefbot.fleet.certificates import (
     PrivateKey,
     certificate_pem,
-    is_signature,
+    ecdsa_sign,
+    is_signature_valid,
     is_signed_by,
     read_certificate,
-    sign,
 )
 
 Role = Literal["robot", "operator", "site"]
@@ -66,7 +66,7 @@ class Card(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def members(self, where: str) -> Fleet:
         """Return the list if authority, signature and certificate are consistent, else raise UserError."""
         authority = read_certificate(self.authority, where)
-        if not is_signature(self.signature, self.fleet, authority):
+        if not is_signature_valid(self.signature, self.fleet, authority):
             raise UserError(f"{where} was changed since the authority signed it; fetch it from there again")
         if self.certificate and not is_signed_by(read_certificate(self.certificate, where), authority):
             raise UserError(
@@ -78,7 +78,7 @@ class Card(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def issue(fleet: Fleet, authority: x509.Certificate, key: PrivateKey, certificate: bytes = b"") -> Card:
     """Return a signed card of the fleet."""
     data = msgspec.json.encode(fleet)
-    return Card(certificate_pem(authority), data, sign(data, key), certificate)
+    return Card(certificate_pem(authority), data, ecdsa_sign(data, key), certificate)
 
 
 def read_card(path: Path) -> tuple[Card, Fleet]:

@@ -24,7 +24,7 @@ from chefbot.fleet.access_control import access_control
 from chefbot.fleet.addresses import addresses
 from chefbot.fleet.keyring import Identity
 from chefbot.fleet.router_process import FAILED, OPEN
-from chefbot.ros2.rmw.errors import Tally
+from chefbot.ros2.rmw.errors import ErrorCounter
 from chefbot.ros2.rmw.session import LOOPBACK, PORT
 
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
@@ -52,7 +52,7 @@ def endpoint(text: str) -> str:
     return f"{protocol}/{host}:{port or PORT}"
 
 
-class Doors(NamedTuple):
+class ExternalEndpoints(NamedTuple):
     """Endpoints that connect this machine with others."""
 
     join: tuple[str, ...] = ()
@@ -61,8 +61,8 @@ class Doors(NamedTuple):
     """Endpoints to listen on; None: a fleet member on all its addresses by TLS, other machines on none."""
 
 
-def gate_config(
-    me: Identity | None, doors: Doors, port: int = PORT, held: Collection[str] = ()
+def router_config(
+    me: Identity | None, doors: ExternalEndpoints, port: int = PORT, held: Collection[str] = ()
 ) -> dict[str, Any]:
     """Return the Zenoh configuration of the secure router.
 
@@ -117,7 +117,7 @@ def _tls_config(me: Identity) -> dict[str, Any]:
     }
 
 
-class Gate:
+class SecureRouter:
     """The process of the secure router, restarted when it dies or when the machine's addresses change.
 
     `refused` counts rejected peers and messages, by sentence. The process exits with this one, however that
@@ -125,19 +125,23 @@ class Gate:
     """
 
     def __init__(
-        self, me: Identity | None, doors: Doors, port: int = PORT, refused: Tally | None = None
+        self,
+        me: Identity | None,
+        endpoints: ExternalEndpoints,
+        port: int = PORT,
+        refused: ErrorCounter | None = None,
     ) -> None:
         """Start the router. Raises UserError if it cannot be opened."""
-        self.refused = Tally() if refused is None else refused
-        self._me, self._doors, self._port = me, doors, port
+        self.errors = ErrorCounter() if refused is None else refused
+        self._me, self._doors, self._port = me, endpoints, port
         self._closing = threading.Event()
-        self._config = gate_config(me, doors, port)
+        self._config = router_config(me, endpoints, port)
         self._process = self._start()
         self._watcher = threading.Thread(target=self._watch, name="gate watcher", daemon=True)
         self._watcher.start()
 
     @property
-    def listens(self) -> list[str]:
+    def listen_endpoints(self) -> list[str]:
         """The endpoints that other machines may join."""
         return list(self._config["listen"]["endpoints"])
 
@@ -147,7 +151,7 @@ class Gate:
         self._watcher.join()
         _end(self._process)
 
-    def __enter__(self) -> Gate:
+    def __enter__(self) -> SecureRouter:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -178,7 +182,7 @@ class Gate:
 
     def _watch(self) -> None:
         while not self._closing.wait(POLL_PERIOD):
-            config = gate_config(self._me, self._doors, self._port, self.listens)
+            config = router_config(self._me, self._doors, self._port, self.listen_endpoints)
             if self._process.poll() is not None or config != self._config:
                 self._config = config
                 _end(self._process)
@@ -188,16 +192,16 @@ class Gate:
         try:
             self._process = self._start()
         except UserError as error:
-            self.refused.add(str(error))
+            self.errors.add(str(error))
 
     def _read_log(self, lines: IO[str]) -> None:
         """Count the rejections in Zenoh's log: one for each key that a member has no right to."""
         for line in lines:
-            if sentence := turned_away(line, self._me.fleet.members if self._me else {}):
-                self.refused.add(sentence)
+            if sentence := rejection_sentence(line, self._me.fleet.members if self._me else {}):
+                self.errors.add(sentence)
 
 
-def turned_away(line: str, members: Mapping[str, str]) -> str | None:
+def rejection_sentence(line: str, members: Mapping[str, str]) -> str | None:
     """Return a sentence for a line of Zenoh's log that reports a rejection, else None."""
     plain = _COLOURS.sub("", line.rstrip())
     if match := _REJECTED.search(plain):

@@ -24,7 +24,7 @@ def stamp_path() -> Path:
     return Path(home) / "chefbot" / f"kernels-{digest[:16]}.json"
 
 
-def all_there(stamp: Path) -> bool:
+def is_complete(stamp: Path) -> bool:
     """Return whether the stamp exists and so do all the files that it names."""
     try:
         files = json.loads(stamp.read_bytes())

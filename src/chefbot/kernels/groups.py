@@ -31,12 +31,12 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 
 HALF_SIDE, CELL = 2.5, 0.05
 """Half a side of the square room of the workload, and the resolution of its map, m."""
-KINDS = {
-    "frames": "chefbot.nodes.robot_state_publisher:FramesNode",
+NODE_CLASSES = {
+    "frames": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
     "odometry": "chefbot.nodes.odometry:OdometryNode",
     "depth_to_scan": "chefbot.nodes.depth_to_scan:DepthToScanNode",
     "gmapping": "chefbot.nodes.gmapping:GmappingNode",
@@ -49,18 +49,18 @@ KINDS = {
 """Node classes by name."""
 
 
-class Bench:
+class KernelWorkload:
     """A few nodes on a loop of their own, of a robot that moves slowly along the x axis of the room."""
 
     def __init__(self, *names: str, robot: str = "chefbot_lidar") -> None:
         self.robot = load_robot(robot)
         self.loop = Loop(StepClock())
-        self.system = System(self.loop, self.robot, 1)
-        nodes = {name: NodeEntry(kind=KINDS[name]) for name in ("frames", *names)}
+        self.system = NodeContainer(self.loop, self.robot, 1)
+        nodes = {name: NodeEntry(kind=NODE_CLASSES[name]) for name in ("frames", *names)}
         self.system.launch(Launch(name="kernels", about="", args={}, nodes=nodes))
         self.run()
 
-    def say(self, topic: str, message: Message) -> None:
+    def publish(self, topic: str, message: Message) -> None:
         """Publish a message as a device does."""
         self.loop.publish(topic, message, "bench")
 
@@ -72,25 +72,29 @@ class Bench:
         """Return a header with the current time."""
         return Header.of(self.loop.now_ns, frame)
 
-    def move(self, x: float, frame: str = "odom") -> None:
+    def publish_pose(self, x: float, frame: str = "odom") -> None:
         """Publish the robot's pose (x, 0) in `frame`; with `map`, that is the pose of odom."""
         child = "base_footprint" if frame == "odom" else "odom"
-        self.say("tf", TFMessage((TransformStamped.of(self.loop.now_ns, frame, child, SE2(x, 0.0, 0.0)),)))
+        self.publish(
+            "tf", TFMessage((TransformStamped.of(self.loop.now_ns, frame, child, SE2(x, 0.0, 0.0)),))
+        )
         self.run()
 
-    def look(self, x: float = 0.0) -> None:
+    def publish_scan(self, x: float = 0.0) -> None:
         """Publish a scan of the room's walls, which move along, from (x, 0)."""
-        self.move(x)
+        self.publish_pose(x)
         n = 360
         angles = -math.pi + 2.0 * math.pi / n * np.arange(n)
         walls = HALF_SIDE / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
         limits, turn = (0.1, 12.0), (float(angles[0]), float(angles[-1]), 2.0 * math.pi / n)
-        self.say("scan", LaserScan(self.header("laser"), *turn, 0.0, 0.1, *limits, walls.astype(np.float32)))
-        self.move(x)
+        self.publish(
+            "scan", LaserScan(self.header("laser"), *turn, 0.0, 0.1, *limits, walls.astype(np.float32))
+        )
+        self.publish_pose(x)
 
-    def show_map(self) -> None:
+    def publish_map(self) -> None:
         """Publish a map of the room with one unknown corner."""
-        self.say("map", OccupancyGrid.of(self.header("map"), room()))
+        self.publish("map", OccupancyGrid.of(self.header("map"), room()))
         self.run()
 
 
@@ -106,10 +110,10 @@ def room() -> Grid:
 
 def odometry() -> None:
     """Run odometry with wheels and gyro."""
-    bench = Bench("odometry")
+    bench = KernelWorkload("odometry")
     for n in range(4):
-        bench.say("imu/data", Imu(bench.header("imu_link")))
-        bench.say("wheel_ticks", WheelTicks(bench.header("base_link"), 10 * n, 12 * n))
+        bench.publish("imu/data", Imu(bench.header("imu_link")))
+        bench.publish("wheel_ticks", WheelTicks(bench.header("base_link"), 10 * n, 12 * n))
         bench.run(0.02)
 
 
@@ -127,20 +131,20 @@ def camera() -> None:
 
 def scan() -> None:
     """Convert a depth image to a scan."""
-    bench = Bench("depth_to_scan")
+    bench = KernelWorkload("depth_to_scan")
     spec = bench.robot.sensors.depth_camera
     assert spec is not None
     header = bench.header("camera_depth_optical_frame")
     depth = np.full((spec.height, spec.width), 2.0, np.float32)
-    bench.say("camera/depth/image_raw", Image.of(header, "32FC1", depth))
+    bench.publish("camera/depth/image_raw", Image.of(header, "32FC1", depth))
     bench.run()
 
 
 def mapping() -> None:
     """Run SLAM on a few scans."""
-    bench = Bench("gmapping")
+    bench = KernelWorkload("gmapping")
     for n in range(3):
-        bench.look(1.2 * n - 1.2)
+        bench.publish_scan(1.2 * n - 1.2)
         bench.run(1.0)
     bench.run(2.0)
     node: Any = bench.system.nodes["gmapping"]
@@ -149,8 +153,8 @@ def mapping() -> None:
 
 def costs() -> None:
     """Update the local costmap with a scan."""
-    bench = Bench("controller")
-    bench.look()
+    bench = KernelWorkload("controller")
+    bench.publish_scan()
     node: Any = bench.system.nodes["controller"]
     node._costs.move_to(0.0, 0.0)
     node._costs.update()
@@ -158,50 +162,50 @@ def costs() -> None:
 
 def planning() -> None:
     """Plan a path on the map."""
-    bench = Bench("planner", "navigator")
+    bench = KernelWorkload("planner", "navigator")
     _navigate(bench)
 
 
 def control() -> None:
     """Plan and follow a path on the map."""
-    bench = Bench("planner", "controller", "navigator")
+    bench = KernelWorkload("planner", "controller", "navigator")
     _navigate(bench)
 
 
-def _navigate(bench: Bench) -> None:
+def _navigate(bench: KernelWorkload) -> None:
     """Set a goal pose in the room and run the nodes."""
-    bench.show_map()
-    bench.move(0.0, "map")
-    bench.look()
-    bench.say("goal_pose", PoseStamped(bench.header("map"), Pose.of(SE2(1.5, 1.0, 1.0))))
+    bench.publish_map()
+    bench.publish_pose(0.0, "map")
+    bench.publish_scan()
+    bench.publish("goal_pose", PoseStamped(bench.header("map"), Pose.of(SE2(1.5, 1.0, 1.0))))
     for _ in range(20):
         bench.run(0.05)
-        bench.move(0.0)
+        bench.publish_pose(0.0)
 
 
 def exploration() -> None:
     """Choose a frontier to explore."""
-    bench = Bench("explorer")
-    bench.show_map()
-    bench.move(0.0, "map")
-    bench.move(0.0)
+    bench = KernelWorkload("explorer")
+    bench.publish_map()
+    bench.publish_pose(0.0, "map")
+    bench.publish_pose(0.0)
     node: Any = bench.system.nodes["explorer"]
     decision = node._decide()
     if decision.goal is not None:
-        node._worth(decision.goal)
+        node._frontier_remains(decision.goal)
 
 
 def localization() -> None:
     """Localize with scans, globally and from an initial pose."""
-    bench = Bench("amcl")
-    bench.show_map()
+    bench = KernelWorkload("amcl")
+    bench.publish_map()
     for n in range(4):
-        bench.look(0.3 * n)
+        bench.publish_scan(0.3 * n)
         bench.run(0.5)
     node: Any = bench.system.nodes["amcl"]
     node._amcl.set_pose(SE2(0.0, 0.0, 0.0), 0.3, 0.2)
     for n in range(4):
-        bench.look(0.3 * n + 1.0)
+        bench.publish_scan(0.3 * n + 1.0)
         bench.run(0.5)
 
 
@@ -218,11 +222,11 @@ GROUPS: Mapping[str, Callable[[], None]] = {
 }
 """Workloads in the order of need; of those needed together the longest first, so that the workers end
 together."""
-FIRST = ("mapping", "camera", "odometry", "scan", "costs")
+FIRST_PICTURE_GROUPS = ("mapping", "camera", "odometry", "scan", "costs")
 """Groups that the first picture needs."""
 
 
-NEEDS: Mapping[str, tuple[str, ...]] = {
+GROUPS_OF_NODE: Mapping[str, tuple[str, ...]] = {
     "odometry": ("odometry",),
     "depth_to_scan": ("scan",),
     "gmapping": ("mapping",),
@@ -236,7 +240,9 @@ NEEDS: Mapping[str, tuple[str, ...]] = {
 
 def groups_of(kinds: Collection[str]) -> list[str]:
     """Return the groups that nodes of these classes run, in the order of `GROUPS`."""
-    needed = {group for name, groups in NEEDS.items() if KINDS[name] in kinds for group in groups}
+    needed = {
+        group for name, groups in GROUPS_OF_NODE.items() if NODE_CLASSES[name] in kinds for group in groups
+    }
     return [group for group in GROUPS if group in needed]
 
 
@@ -261,7 +267,7 @@ def main() -> None:
     is_nice = False
     for line in sys.stdin:
         group = line.strip()
-        if group not in FIRST and not is_nice and hasattr(os, "nice"):
+        if group not in FIRST_PICTURE_GROUPS and not is_nice and hasattr(os, "nice"):
             os.nice(10)  # the parent computes the first picture and has priority
             is_nice = True
         GROUPS[group]()

@@ -24,20 +24,20 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from chefbot.errors import UserError
 from chefbot.kernels import cache_stamp
-from chefbot.kernels.groups import FIRST, GROUPS
+from chefbot.kernels.groups import FIRST_PICTURE_GROUPS, GROUPS
 from chefbot.ui import layers
 from chefbot.ui.browser import open_browser
-from chefbot.ui.commands import Command
-from chefbot.ui.server import PageServer
+from chefbot.ui.commands import OperatorCommand
+from chefbot.ui.server import WebUiServer
 
-Show = Callable[[layers.Progress], None]
+Show = Callable[[layers.ProgressView], None]
 MAX_WORKERS = 4
 """Maximum number of workers; more would wait for the longest group."""
 POLL_PERIOD = 0.2
 """Period of the progress updates, s."""
 
 
-class Warming:
+class KernelCompilation:
     """A compilation in progress; `page_opened`: whether a browser already shows the demo's address."""
 
     def __init__(self, console: Console, groups: Sequence[str]) -> None:
@@ -74,9 +74,11 @@ class Warming:
             task = bar.add_task("compiling kernels", total=len(self._groups))
             while self._is_compiling(missing):
                 bar.update(task, description=self._sentence(), completed=len(self._done))
-                show(layers.Progress(text=self._sentence(), done=len(self._done), total=len(self._groups)))
+                show(
+                    layers.ProgressView(text=self._sentence(), done=len(self._done), total=len(self._groups))
+                )
                 time.sleep(POLL_PERIOD)
-        show(layers.Progress(text=self._sentence(), done=len(self._done), total=len(self._groups)))
+        show(layers.ProgressView(text=self._sentence(), done=len(self._done), total=len(self._groups)))
 
     def _is_compiling(self, groups: Sequence[str]) -> bool:
         return not self._done.issuperset(groups) and any(worker.is_alive() for worker in self._workers)
@@ -107,7 +109,7 @@ class Warming:
         with self._lock:
             self._files.update(files)
             if {*self._done, group}.issuperset(self._groups):
-                remember(self._console, self._files)
+                record_stamp(self._console, self._files)
             self._done.add(group)  # last, as it releases those who wait
 
 
@@ -149,7 +151,7 @@ def _worker() -> Iterator[Callable[[str], list[str]]]:
             atexit.unregister(process.kill)
 
 
-def remember(console: Console, files: set[str]) -> None:
+def record_stamp(console: Console, files: set[str]) -> None:
     """Write the stamp, so that the next start need not check the cache."""
     try:
         cache_stamp.write_stamp(cache_stamp.stamp_path(), files)
@@ -157,41 +159,41 @@ def remember(console: Console, files: set[str]) -> None:
         console.print(f"It cannot be remembered that kernels are compiled: {error}")
 
 
-def start_warming(console: Console, port: int | None = None) -> Warming:
+def start_compilation(console: Console, port: int | None = None) -> KernelCompilation:
     """Compile what is not in the cache yet; return as soon as the first picture can be computed.
 
     With `port`, the web UI shows the progress there until then. Call `wait()` for the remaining groups before
     the algorithms run.
     """
-    is_cold = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0" and not cache_stamp.all_there(
+    is_cold = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0" and not cache_stamp.is_complete(
         cache_stamp.stamp_path()
     )
-    warming = Warming(console, tuple(GROUPS) if is_cold else ())
+    warming = KernelCompilation(console, tuple(GROUPS) if is_cold else ())
     if not is_cold:
         return warming
     warming.start()
     if port is None:
-        warming.wait(FIRST)
+        warming.wait(FIRST_PICTURE_GROUPS)
     else:
         _wait_with_web_ui(console, warming, port)
     return warming
 
 
-def _wait_with_web_ui(console: Console, warming: Warming, port: int) -> None:
-    page = PageServer(port, "127.0.0.1", _reject_command)
+def _wait_with_web_ui(console: Console, warming: KernelCompilation, port: int) -> None:
+    page = WebUiServer(port, "127.0.0.1", _reject_command)
     url = page.start()
     console.print(f"The operator's page: [bold]{url}[/]")
     warming.page_opened = open_browser(url)
     try:
-        warming.wait(FIRST, lambda progress: page.show("progress", progress))
+        warming.wait(FIRST_PICTURE_GROUPS, lambda progress: page.set_layer("progress", progress))
     finally:
         page.stop()
 
 
-def _reject_command(_: Command) -> None:
+def _reject_command(_: OperatorCommand) -> None:
     raise UserError("The robot has not started yet; kernels are being compiled")
 
 
-def warm_kernels(console: Console, port: int | None = None) -> None:
+def compile_kernels(console: Console, port: int | None = None) -> None:
     """Compile what is not in the cache yet, and wait for all of it."""
-    start_warming(console, port).wait()
+    start_compilation(console, port).wait()

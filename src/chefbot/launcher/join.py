@@ -11,18 +11,18 @@ from typing import NamedTuple
 
 import msgspec
 
-from chefbot.bridge.attach import same_names
-from chefbot.bridge.local_only import LEADER, process_node
+from chefbot.bridge.attach import conflicting_node_names
+from chefbot.bridge.local_only import MAIN_NODE_NAME, process_node
 from chefbot.design.export.urdf import urdf
 from chefbot.errors import UserError
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.spec import Robot
 from chefbot.ros2.rmw.graph import Graph
 from chefbot.ros2.rmw.names import resolve
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import LATCHED
-from chefbot.ros2.rmw.session import Wire
-from chefbot.ros2.tools.common import hidden, settle, stopping
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.session import RmwContext
+from chefbot.ros2.tools.common import is_hidden, settle, stop_event
 from chefbot.runtime.launch import Launch
 
 POLL_PERIOD = 0.5
@@ -35,7 +35,7 @@ _ROBOT_NAME = re.compile(r'<robot name="([^"]*)"')
 Log = Callable[[str], None]
 
 
-class Robots(NamedTuple):
+class JoinableRobots(NamedTuple):
     """Robots on the wire that may be joined.
 
     `zids`: Zenoh session id by namespace; it differs after a restart of the robot.
@@ -44,12 +44,14 @@ class Robots(NamedTuple):
     zids: dict[str, str]
 
     @staticmethod
-    def of(graph: Graph) -> Robots:
+    def of(graph: Graph) -> JoinableRobots:
         """Find the robots by the node that each launch has for itself."""
-        return Robots({node.namespace: node.zid for node in graph.nodes() if node.name == LEADER})
+        return JoinableRobots(
+            {node.namespace: node.zid for node in graph.nodes() if node.name == MAIN_NODE_NAME}
+        )
 
 
-class Meeting(NamedTuple):
+class JoinedRobot(NamedTuple):
     """The robot that was joined."""
 
     launch: Launch
@@ -57,13 +59,13 @@ class Meeting(NamedTuple):
     zid: str
 
 
-def guest_name(launch: Launch) -> str:
+def joining_node_name(launch: Launch) -> str:
     """Return a unique name for the node that represents a launch which joins a robot."""
     hosts = sorted({entry.host for entry in launch.nodes.values() if entry.host})
     return process_node(re.sub(r"[^A-Za-z0-9_]", "_", hosts[0] if hosts else launch.name))
 
 
-def meet(wire: Wire, launch: Launch, robot: Robot, log: Log) -> Meeting | None:
+def join_robot(wire: RmwContext, launch: Launch, robot: Robot, log: Log) -> JoinedRobot | None:
     """Wait for the robot without a time limit; return None if requested to stop meanwhile.
 
     Raises UserError if there are several robots and none was named, if its nodes have the launch's names, or
@@ -73,9 +75,9 @@ def meet(wire: Wire, launch: Launch, robot: Robot, log: Log) -> Meeting | None:
     if namespace is None:
         return None
     settle(wire.graph)
-    zid = Robots.of(wire.graph).zids.get(namespace, "")
+    zid = JoinableRobots.of(wire.graph).zids.get(namespace, "")
     launch = msgspec.structs.replace(launch, args={**launch.args, "namespace": namespace.rstrip("/")})
-    if conflicts := same_names(wire.graph, launch):
+    if conflicts := conflicting_node_names(wire.graph, launch):
         raise UserError(
             f"launch {launch.name}: {resolve(conflicts[0], namespace)} runs already, here or on another machine; "
             "stop it there, or leave it out here"
@@ -83,14 +85,14 @@ def meet(wire: Wire, launch: Launch, robot: Robot, log: Log) -> Meeting | None:
     simulated = _is_simulated(wire.graph, namespace)
     log(f"Joined {_display_name(namespace)}{', in its simulated time' if simulated else ''}.")
     _check_robot(wire, namespace, robot, log)
-    return Meeting(msgspec.structs.replace(launch, clock="simulation" if simulated else "wall"), zid)
+    return JoinedRobot(msgspec.structs.replace(launch, clock="simulation" if simulated else "wall"), zid)
 
 
-def _await_robot(wire: Wire, launch: Launch, log: Log) -> str | None:
+def _await_robot(wire: RmwContext, launch: Launch, log: Log) -> str | None:
     """Wait for the robot and return its namespace; None if requested to stop."""
     requested = str(launch.args["namespace"])
     logged = False
-    with stopping() as stop:
+    with stop_event() as stop:
         wire.graph.refresh()
         timeout = SILENT_WAIT
         while not stop.is_set():
@@ -108,7 +110,7 @@ def _await_robot(wire: Wire, launch: Launch, log: Log) -> str | None:
 
 def _choose(graph: Graph, launch: Launch, requested: str) -> str | None:
     """Return the namespace of the requested robot, or None if it is not there."""
-    namespaces = sorted(Robots.of(graph).zids)
+    namespaces = sorted(JoinableRobots.of(graph).zids)
     if requested:
         return requested if requested in namespaces else None
     if len(namespaces) > 1:
@@ -123,8 +125,8 @@ def _display_name(namespace: str) -> str:
 
 
 def _present_robots(graph: Graph) -> str:
-    namespaces = sorted(Robots.of(graph).zids)
-    others = sorted({node.full_name for node in graph.nodes() if not hidden(node.full_name)})
+    namespaces = sorted(JoinableRobots.of(graph).zids)
+    others = sorted({node.full_name for node in graph.nodes() if not is_hidden(node.full_name)})
     if namespaces:
         return f"; there is {', '.join(namespaces)}"
     return f"; there are nodes, but of no launch of chefbot: {', '.join(others[:5])}" if others else ""
@@ -133,21 +135,21 @@ def _present_robots(graph: Graph) -> str:
 def _is_simulated(graph: Graph, namespace: str) -> bool:
     """Return whether it publishes /clock (ROS 2's use_sim_time)."""
     clock = graph.topics().get(resolve("clock", namespace))
-    return clock is not None and bool(clock.givers)
+    return clock is not None and bool(clock.providers)
 
 
-def _check_robot(wire: Wire, namespace: str, robot: Robot, log: Log) -> None:
+def _check_robot(wire: RmwContext, namespace: str, robot: Robot, log: Log) -> None:
     """Check that the robot there is the one of this launch, whose dimensions the nodes here use.
 
     Raises UserError if its name differs; logs a warning if only its dimensions do.
     """
     topic = resolve("robot_description", namespace)
     endpoints = wire.graph.topics().get(topic)
-    if endpoints is None or not endpoints.givers:
+    if endpoints is None or not endpoints.providers:
         return
     received: queue.SimpleQueue[str] = queue.SimpleQueue()
-    with WireNode(wire, "_chefbot_guest", namespace) as node:
-        node.subscription(topic, String, lambda message: received.put(message.data), LATCHED)
+    with RmwNode(wire, "_chefbot_guest", namespace) as node:
+        node.subscription(topic, String, lambda message: received.put(message.data), TRANSIENT_LOCAL_QOS)
         try:
             remote_urdf = received.get(timeout=DESCRIPTION_TIMEOUT)
         except queue.Empty:
@@ -166,7 +168,9 @@ def _check_robot(wire: Wire, namespace: str, robot: Robot, log: Log) -> None:
 
 
 @contextmanager
-def watching(wire: Wire, meeting: Meeting, stop: Callable[[], None]) -> Iterator[threading.Event]:
+def watch_robot(
+    wire: RmwContext, meeting: JoinedRobot, stop: Callable[[], None]
+) -> Iterator[threading.Event]:
     """Watch the robot: when it has been restarted, set the yielded event and call `stop`.
 
     Its odometry, its map and simulated time begin again then, so the state of the nodes here is of no use. A
@@ -177,7 +181,7 @@ def watching(wire: Wire, meeting: Meeting, stop: Callable[[], None]) -> Iterator
 
     def watch() -> None:
         while not leaving.wait(POLL_PERIOD):
-            if Robots.of(wire.graph).zids.get(namespace, meeting.zid) != meeting.zid:
+            if JoinableRobots.of(wire.graph).zids.get(namespace, meeting.zid) != meeting.zid:
                 restarted.set()
                 stop()
                 return

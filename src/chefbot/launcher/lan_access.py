@@ -7,14 +7,14 @@ import msgspec
 from chefbot.errors import UserError
 from chefbot.runtime.launch import Launch, NodeEntry
 
-EVERYWHERE = "0.0.0.0"
+ALL_ADDRESSES = "0.0.0.0"
 """All addresses of this computer (IPv4)."""
 HOST_ARGUMENT = "page.host"
 """Argument `page.host:=ADDRESS` of every launch with a web UI; `--lan` means `page.host:=0.0.0.0`."""
-PAGE = "chefbot.ui.page:PageDevice"
+PAGE = "chefbot.ui.web_ui:WebUiDevice"
 
 
-def served_at(launch: Launch, address: str) -> Launch:
+def with_ui_address(launch: Launch, address: str) -> Launch:
     """Return the launch with its web UI served at `address`. Raises UserError if it has none."""
     pages = {name: _at(address, entry) for name, entry in launch.nodes.items() if entry.kind == PAGE}
     if not pages:

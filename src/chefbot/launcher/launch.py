@@ -12,19 +12,26 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.bridge.attach import bridged, identity, in_fleet, others, wants_wire, wired
+from chefbot.bridge.attach import (
+    identity,
+    open_bridge,
+    open_wire,
+    run_workers,
+    wire_requested,
+    with_namespace,
+)
 from chefbot.bridge.robot_time import RobotTime
 from chefbot.errors import UserError
-from chefbot.fleet.secure_router import Doors, endpoint
-from chefbot.kernels.precompile import warm_kernels
-from chefbot.launcher.join import guest_name, meet, watching
-from chefbot.launcher.lan_access import EVERYWHERE, HOST_ARGUMENT, served_at
-from chefbot.launcher.session import announce, keep_going, session, show_remarks, start
+from chefbot.fleet.secure_router import ExternalEndpoints, endpoint
+from chefbot.kernels.precompile import compile_kernels
+from chefbot.launcher.join import join_robot, joining_node_name, watch_robot
+from chefbot.launcher.lan_access import ALL_ADDRESSES, HOST_ARGUMENT, with_ui_address
+from chefbot.launcher.session import announce, keep_loop_alive, print_remarks, session, start
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
-from chefbot.runtime.hosts import check_host, hosts_of, part_on
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
+from chefbot.runtime.hosts import check_host, hosts_of, part_for_machine
 from chefbot.runtime.launch import (
     STANDARD_ARGS,
     ArgValue,
@@ -32,9 +39,9 @@ from chefbot.runtime.launch import (
     built_in_launches,
     find_launch,
     load_launch,
-    split,
+    split_by_process,
 )
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
 
 MAX_SPEED = 1000.0
@@ -87,20 +94,20 @@ def run_launch(
     `join`, `listen`: endpoints to other machines. `host`: which machine this is, for launch files with parts
     for several. `lan`: serve the web UI to the network.
     """
-    doors = Doors(tuple(map(endpoint, join)), tuple(map(endpoint, listen)) or None)
+    doors = ExternalEndpoints(tuple(map(endpoint, join)), tuple(map(endpoint, listen)) or None)
     arguments = parse_arguments(texts)
-    address = arguments.pop(HOST_ARGUMENT, EVERYWHERE if lan else "")
+    address = arguments.pop(HOST_ARGUMENT, ALL_ADDRESSES if lan else "")
     launch = load_launch(name, arguments)
     if address:
-        launch = served_at(launch, address)
-    launch = in_fleet(_part(launch, host))
+        launch = with_ui_address(launch, address)
+    launch = with_namespace(_part(launch, host))
     _check(launch)
     folder = find_launch(name).parent.resolve()
     sys.path.append(str(folder))  # user node classes are beside the launch file
     robot = load_robot(str(launch.args["robot"]))
     try:
-        warm_kernels(console)
-        with wired(launch, doors, console.print) as wire:
+        compile_kernels(console)
+        with open_wire(launch, doors, console.print) as wire:
             if launch.clock != "robot":
                 faults = _run_robot(launch, robot, wire, folder)
             else:
@@ -115,16 +122,16 @@ def _part(launch: Launch, host: str) -> Launch:
     own_identity = identity()
     machine = host or (own_identity.name if own_identity else socket.gethostname())
     check_host(launch, host, machine, may_be_robot=own_identity is None or own_identity.role == "robot")
-    if not host and not wants_wire(launch):
+    if not host and not wire_requested(launch):
         return launch
-    part = part_on(launch, machine)
+    part = part_for_machine(launch, machine)
     for other, nodes in hosts_of(launch).items():
         if other != machine:
             console.print(f"On host {other}: {', '.join(nodes)}.")
     return part
 
 
-def _run_robot(launch: Launch, robot: Robot, wire: Wire | None, folder: Path) -> int:
+def _run_robot(launch: Launch, robot: Robot, wire: RmwContext | None, folder: Path) -> int:
     """Run a launch that joins no robot; return the number of node faults."""
     if wire is None and any(entry.process or entry.host for entry in launch.nodes.values()):
         console.print(
@@ -135,20 +142,20 @@ def _run_robot(launch: Launch, robot: Robot, wire: Wire | None, folder: Path) ->
     return _faults_of(system)
 
 
-def _faults_of(system: System) -> int:
-    return system.faults.unexpected if system.faults else 0
+def _faults_of(system: NodeContainer) -> int:
+    return system.faults.bug_count if system.faults else 0
 
 
-def _run_joined(launch: Launch, robot: Robot, wire: Wire, folder: Path) -> int:
+def _run_joined(launch: Launch, robot: Robot, wire: RmwContext, folder: Path) -> int:
     """Run a launch that joins a robot, again after its restarts; return the number of node faults."""
-    name, faults = guest_name(launch), 0
-    while (meeting := meet(wire, launch, robot, console.print)) is not None:
+    name, faults = joining_node_name(launch), 0
+    while (meeting := join_robot(wire, launch, robot, console.print)) is not None:
         namespace = str(meeting.launch.args["namespace"]) or "/"
-        with WireNode(wire, f"_{name}_clock", namespace) as node:
+        with RmwNode(wire, f"_{name}_clock", namespace) as node:
             time = RobotTime(node) if meeting.launch.clock == "simulation" else None
             with (
                 _session(meeting.launch, robot, time) as system,
-                watching(wire, meeting, system.loop.stop) as restarted,
+                watch_robot(wire, meeting, system.loop.stop) as restarted,
             ):
                 _run_nodes(system, meeting.launch, wire, folder, name)
         faults += _faults_of(system)
@@ -159,31 +166,31 @@ def _run_joined(launch: Launch, robot: Robot, wire: Wire, folder: Path) -> int:
 
 
 @contextmanager
-def _session(launch: Launch, robot: Robot, time: RobotTime | None = None) -> Iterator[System]:
+def _session(launch: Launch, robot: Robot, time: RobotTime | None = None) -> Iterator[NodeContainer]:
     seed, speed = int(launch.args["seed"]), float(launch.args["speed"])
     record = Path(str(launch.args["record"])) if launch.args["record"] else None
     clock, start_ns = (time.clock, time.start_ns) if time else (None, None)
     with session(robot, seed, launch.clock, speed, record, clock, start_ns) as system:
         if time is not None:
-            time.drive(system.loop)
+            time.attach(system.loop)
         yield system
     if record:
         console.print(f"recorded {record}")
 
 
 def _run_nodes(
-    system: System, launch: Launch, wire: Wire | None, folder: Path, joined_name: str = ""
+    system: NodeContainer, launch: Launch, wire: RmwContext | None, folder: Path, joined_name: str = ""
 ) -> None:
     """Run nodes and worker processes, on the wire if there is one; `joined_name` is as for `bridged`."""
     with ExitStack() as stack:
-        system.loop.tap(show_remarks)
+        system.loop.add_observer(print_remarks)
         if wire is None:
             start(system, launch)
         else:
-            bridge = stack.enter_context(bridged(system, launch, wire, joined_name))
-            start(system, split(launch)[0])
-            stack.enter_context(others(bridge, system, launch, folder))
-            keep_going(system.loop)
+            bridge = stack.enter_context(open_bridge(system, launch, wire, joined_name))
+            start(system, split_by_process(launch)[0])
+            stack.enter_context(run_workers(bridge, system, launch, folder))
+            keep_loop_alive(system.loop)
         _announce(system, launch)
         _run(system, float(launch.args["duration"]))
 
@@ -201,12 +208,12 @@ def _check(launch: Launch) -> None:
         raise UserError(f"launch {launch.name}: duration:={duration} must be seconds, or 0 for no end")
 
 
-def _announce(system: System, launch: Launch) -> None:
+def _announce(system: NodeContainer, launch: Launch) -> None:
     console.print(f"[bold]{launch.name}[/]: {launch.about}")
     announce(console, system.nodes.values())
 
 
-def _run(system: System, duration: float) -> None:
+def _run(system: NodeContainer, duration: float) -> None:
     loop = system.loop
     until = loop.now_ns + round(duration * 1e9) if duration > 0 else None
     with stop_on_signals(loop.stop, last=True):

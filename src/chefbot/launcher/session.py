@@ -16,22 +16,22 @@ from chefbot.msgs.diagnostic_msgs import WARN, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.robot.spec import Robot
 from chefbot.runtime.callback_faults import Fault
-from chefbot.runtime.clock import Clock, PacedClock, StepClock, WallClock
+from chefbot.runtime.clock import LoopClock, PacedClock, StepClock, WallClock
 from chefbot.runtime.launch import Launch
 from chefbot.runtime.loop import DEVICE, TIMER, Loop, Publication
 from chefbot.runtime.node import Node
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.recorder import Recorder
 
 console = Console(highlight=False)
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
-TELL_NS = 1_000_000_000
+DIAGNOSTICS_PERIOD_NS = 1_000_000_000
 """Period of the diagnostics after a recording has ended, ns."""
 KEEP_ALIVE_PERIOD_NS = 1_000_000_000
 """Period of the timer that keeps a loop without events running, ns."""
 
 
-def clock_for(kind: str, speed: float) -> Clock:
+def clock_for(kind: str, speed: float) -> LoopClock:
     """Return the clock of a launch; speed 0 means as fast as possible."""
     if kind == "wall":
         return WallClock()
@@ -45,9 +45,9 @@ def session(
     kind: str,
     speed: float,
     record: Path | None,
-    clock: Clock | None = None,
+    clock: LoopClock | None = None,
     start_ns: int | None = None,
-) -> Iterator[System]:
+) -> Iterator[NodeContainer]:
     """Yield a system without nodes; stop its nodes and finish the recording in any case.
 
     `clock`: replaces the one that `kind` and `speed` select. `start_ns`: its start time if not 0 or now.
@@ -56,16 +56,16 @@ def session(
     sys.setswitchinterval(1e-4)
     if start_ns is None:
         start_ns = time.time_ns() if kind == "wall" else 0
-    system = System(Loop(clock or clock_for(kind, speed), start_ns), robot, seed)
-    system.isolate(show_fault)
+    system = NodeContainer(Loop(clock or clock_for(kind, speed), start_ns), robot, seed)
+    system.isolate_faults(print_fault)
     ended = RecordingEnd(system.loop)
     recorder = Recorder(record, robot, seed, on_end=ended) if record else None
     if recorder is not None:
-        system.loop.tap(recorder)
+        system.loop.add_observer(recorder)
     try:
         yield system
     finally:
-        show_faults(system)
+        print_fault_counts(system)
         if recorder is not None:
             recorder.close()  # before the nodes stop: their shutdown is not recorded
             ended.say()  # repeated, as the first message may be hours old
@@ -96,24 +96,24 @@ class RecordingEnd:
         status = DiagnosticStatus(WARN, "recording", self._sentence)
         message = DiagnosticArray(Header.of(self._loop.now_ns, ""), (status,))
         self._loop.publish("diagnostics", message, "recording", from_device=True)
-        self._loop.at(self._loop.now_ns + TELL_NS, DEVICE, self._publish_diagnostics)
+        self._loop.schedule(self._loop.now_ns + DIAGNOSTICS_PERIOD_NS, DEVICE, self._publish_diagnostics)
 
 
-def show_fault(fault: Fault) -> None:
+def print_fault(fault: Fault) -> None:
     """Print the first fault of each kind; with a traceback if it is a program error."""
     errors.print(f"Fault: {fault.sentence}", markup=False)
     if not isinstance(fault.error, UserError):
         errors.print("".join(traceback.format_exception(fault.error)), markup=False, end="")
 
 
-def show_faults(system: System) -> None:
+def print_fault_counts(system: NodeContainer) -> None:
     """Print the number of faults of each kind at the end of a run."""
     counts = system.faults.counts if system.faults else {}
     for sentence, count in counts.items():
         errors.print(f"Fault, {count} times: {sentence}", markup=False)
 
 
-def start(system: System, launch: Launch) -> None:
+def start(system: NodeContainer, launch: Launch) -> None:
     """Replace the nodes within an event of the loop, as all changes are made.
 
     Exceptions are raised to the caller.
@@ -134,12 +134,12 @@ def start(system: System, launch: Launch) -> None:
         raise outcome[0]
 
 
-def keep_going(loop: Loop) -> None:
+def keep_loop_alive(loop: Loop) -> None:
     """Keep a loop running that has no events of its own.
 
     Nodes that only subscribe may still receive messages.
     """
-    loop.at(loop.now_ns + KEEP_ALIVE_PERIOD_NS, TIMER, lambda: keep_going(loop))
+    loop.schedule(loop.now_ns + KEEP_ALIVE_PERIOD_NS, TIMER, lambda: keep_loop_alive(loop))
 
 
 def announce(console: Console, nodes: Iterable[Node]) -> None:
@@ -152,7 +152,7 @@ def announce(console: Console, nodes: Iterable[Node]) -> None:
             console.print(code, style="bright_white on black", markup=False, soft_wrap=True)
 
 
-def show_remarks(publication: Publication) -> None:
+def print_remarks(publication: Publication) -> None:
     """Print the remarks of nodes for the operator in the terminal."""
     if publication.topic.endswith("/remark") and isinstance(publication.message, String):
         console.print(f"  {publication.message.data}", markup=False, soft_wrap=True)

@@ -20,25 +20,25 @@ import msgspec
 from rich.console import Console
 
 from chefbot.bridge.bridge import Bridge
-from chefbot.bridge.inbox import WIRE
+from chefbot.bridge.inbox import WIRE_PUBLISHER
 from chefbot.bridge.local_only import process_node
 from chefbot.bridge.ports import latched_topics
 from chefbot.bridge.robot_time import RobotTime
-from chefbot.bridge.sim_time_sync import Follower
+from chefbot.bridge.sim_time_sync import ProgressPublisher
 from chefbot.errors import UserError
 from chefbot.kernels.groups import GROUPS, groups_of
-from chefbot.launcher.session import announce, keep_going, show_fault, show_remarks
+from chefbot.launcher.session import announce, keep_loop_alive, print_fault, print_remarks
 from chefbot.robot.load import load_robot
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.clock import WallClock
-from chefbot.runtime.launch import Launch, node_class, split
+from chefbot.runtime.launch import Launch, node_class, split_by_process
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node import LAST_WORDS
-from chefbot.runtime.node_container import System
+from chefbot.runtime.node import RESTORED_PREFIX
+from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
-from chefbot.supervision.heartbeat import Heart
-from chefbot.supervision.worker_process import Order, Preparation
+from chefbot.supervision.heartbeat import HeartbeatSender
+from chefbot.supervision.worker_process import PreloadSpec, WorkerSpec
 
 PR_SET_PDEATHSIG = 1
 """prctl(2), linux/prctl.h: send this process a signal when its parent dies."""
@@ -50,14 +50,16 @@ def main() -> int:
     """Run the worker; returns exit code 2 after a message if the input is at fault."""
     sys.setswitchinterval(1e-4)
     _request_signal_at_parent_death()
-    stdin = Input()
-    preparation = msgspec.json.decode(stdin.line(), type=Preparation)
+    stdin = LaunchInput()
+    preparation = msgspec.json.decode(stdin.line(), type=PreloadSpec)
     _preload(preparation)
-    order = msgspec.json.decode(stdin.line(), type=Order)
+    order = msgspec.json.decode(stdin.line(), type=WorkerSpec)
     _set_process_name(order.process)
     try:
         if not preparation.spare:
-            _load_kernels({entry.kind for entry in split(order.launch)[1][order.process].nodes.values()})
+            _load_kernels(
+                {entry.kind for entry in split_by_process(order.launch)[1][order.process].nodes.values()}
+            )
         run(order, stdin)
     except UserError as error:
         Console(stderr=True).print(f"process {order.process}: {error}", markup=False)
@@ -65,23 +67,23 @@ def main() -> int:
     return 0
 
 
-def run(order: Order, stdin: Input) -> None:
+def run(order: WorkerSpec, stdin: LaunchInput) -> None:
     """Run the nodes of the assigned process until the input ends."""
-    launch = split(order.launch)[1][order.process]
+    launch = split_by_process(order.launch)[1][order.process]
     robot = load_robot(str(launch.args["robot"]))
-    with Wire(order.domain, port=order.port, router=False) as wire:
+    with RmwContext(order.domain, port=order.port, router=False) as wire:
         name = process_node(order.process)
         namespace = str(launch.args["namespace"]) or "/"
         loop = _loop(wire, order.process, launch)
-        system = System(loop, robot, int(launch.args["seed"]))
-        system.isolate(show_fault)
+        system = NodeContainer(loop, robot, int(launch.args["seed"]))
+        system.isolate_faults(print_fault)
         simulated = launch.clock == "simulation"
-        bridge = Bridge(system, wire, namespace, simulated=simulated, leads=False, own=name)
-        loop.tap(show_remarks)
+        bridge = Bridge(system, wire, namespace, simulated=simulated, publishes_clock=False, node_name=name)
+        loop.add_observer(print_remarks)
         loop.post(lambda: _start_nodes(system, bridge, order, launch))
         stdin.stop = loop.stop
-        keep_going(loop)
-        Heart(loop, sys.stdin.fileno())
+        keep_loop_alive(loop)
+        HeartbeatSender(loop, sys.stdin.fileno())
         try:
             with stop_on_signals(loop.stop):
                 loop.run()
@@ -99,7 +101,7 @@ def _request_signal_at_parent_death() -> None:
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGCONT))
 
 
-def _preload(preparation: Preparation) -> None:
+def _preload(preparation: PreloadSpec) -> None:
     """Import what any process of the launch needs: most of the start-up time goes here."""
     sys.path.append(preparation.folder)
     for kind in preparation.kinds:
@@ -121,27 +123,29 @@ def _set_process_name(process: str) -> None:
         name.write_text(process)
 
 
-def _start_nodes(system: System, bridge: Bridge, order: Order, launch: Launch) -> None:
+def _start_nodes(system: NodeContainer, bridge: Bridge, order: WorkerSpec, launch: Launch) -> None:
     """Start the nodes and restore their state after a restart, before messages of others are received."""
     system.launch(launch)
-    for state in order.last_words:
-        system.loop.publish(LAST_WORDS + state.topic, state.message(), WIRE, from_device=True)
+    for state in order.restored_messages:
+        system.loop.publish(
+            RESTORED_PREFIX + state.topic, state.deserialize(), WIRE_PUBLISHER, from_device=True
+        )
     bridge.represent(system.nodes.values(), latched_topics(order.launch))
     announce(Console(highlight=False), system.nodes.values())
 
 
-def _loop(wire: Wire, process: str, launch: Launch) -> Loop:
+def _loop(wire: RmwContext, process: str, launch: Launch) -> Loop:
     """Return a loop in the launch's time; it publishes its progress if that time is simulated."""
     if launch.clock != "simulation":
         return Loop(WallClock(), time.time_ns())
-    node = WireNode(wire, f"{process_node(process)}_clock", str(launch.args["namespace"]) or "/")
-    robot_time = RobotTime(node, Follower(node, process).tell)
+    node = RmwNode(wire, f"{process_node(process)}_clock", str(launch.args["namespace"]) or "/")
+    robot_time = RobotTime(node, ProgressPublisher(node, process).publish)
     loop = Loop(robot_time.clock, robot_time.start_ns)
-    robot_time.drive(loop)
+    robot_time.attach(loop)
     return loop
 
 
-class Input:
+class LaunchInput:
     """Standard input of the worker: two lines, and its end.
 
     When it ends, the launch has exited and so does this process; `stop` is called first if something runs by

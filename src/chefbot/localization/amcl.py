@@ -10,13 +10,19 @@ from numpy.typing import NDArray
 from chefbot.errors import UserError
 from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
-from chefbot.localization.particle_filter import CONVERGED_EXPLAINED, CONVERGED_SPREAD, Beams, Belief, Model
+from chefbot.localization.particle_filter import (
+    CONVERGED_EXPLAINED,
+    CONVERGED_SPREAD,
+    BeamEnds,
+    FilterModels,
+    ParticleFilter,
+)
 from chefbot.localization.pose_bins import PoseBins
-from chefbot.localization.recovery import Contest, Doubt
+from chefbot.localization.recovery import HypothesisTest, RecoveryEstimator
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
-SCATTER_DENSITY = 1500.0
+GLOBAL_PARTICLE_DENSITY = 1500.0
 """Particles per square metre of free space for global localization: one every 0.15 m and 10 degrees."""
 MAX_SCATTER_PARTICLES = 400_000
 MAX_COORDINATE = 1e6
@@ -38,18 +44,20 @@ class Amcl:
         self.laser = laser
         self.field = LikelihoodField.of(grid, params)
         self._rng = np.random.default_rng(params.seed)
-        self._model = Model(params, self.field, PoseBins(grid), self._rng)
-        self._recovery = Doubt(params.recovery_alpha_slow, params.recovery_alpha_fast)
+        self._model = FilterModels(params, self.field, PoseBins(grid), self._rng)
+        self._recovery = RecoveryEstimator(params.recovery_alpha_slow, params.recovery_alpha_fast)
         self._odom: SE2 | None = None
-        self.scatter()
+        self.initialize_globally()
 
-    def scatter(self) -> None:
+    def initialize_globally(self) -> None:
         """Start global localization: distribute the particles uniformly over the free space."""
         self._restart(self._global_filter())
 
-    def _global_filter(self) -> Belief:
-        n = int(min(MAX_SCATTER_PARTICLES, self.field.free_area * SCATTER_DENSITY))
-        return Belief(self.field.scatter(max(self.params.max_particles, n), self._rng), self._model)
+    def _global_filter(self) -> ParticleFilter:
+        n = int(min(MAX_SCATTER_PARTICLES, self.field.free_area * GLOBAL_PARTICLE_DENSITY))
+        return ParticleFilter(
+            self.field.sample_free_space(max(self.params.max_particles, n), self._rng), self._model
+        )
 
     def set_pose(self, pose: SE2, std_xy: float = 0.5, std_yaw: float = 0.26) -> None:
         """Start from a pose with the given standard deviations, metres and radians."""
@@ -58,7 +66,7 @@ class Amcl:
         n = self._size_for(std_xy, std_yaw)
         particles = pose.array() + self._rng.normal(size=(n, 3)) * (std_xy, std_xy, std_yaw)
         particles[:, 2] = np.mod(particles[:, 2] + math.pi, 2.0 * math.pi) - math.pi
-        self._restart(Belief(particles, self._model))
+        self._restart(ParticleFilter(particles, self._model))
 
     def _size_for(self, std_xy: float, std_yaw: float) -> int:
         """Return the number of particles for such a prior, within the limits.
@@ -66,11 +74,13 @@ class Amcl:
         Four times the density of global localization over a box of four standard deviations.
         """
         box = (4.0 * std_xy) ** 2 * min(4.0 * std_yaw, 2.0 * math.pi) / (2.0 * math.pi)
-        return int(np.clip(box * SCATTER_DENSITY * 4.0, self.params.min_particles, self.params.max_particles))
+        return int(
+            np.clip(box * GLOBAL_PARTICLE_DENSITY * 4.0, self.params.min_particles, self.params.max_particles)
+        )
 
-    def _restart(self, particle_filter: Belief) -> None:
+    def _restart(self, particle_filter: ParticleFilter) -> None:
         self._filter = particle_filter
-        self._hypothesis_test: Contest | None = None
+        self._hypothesis_test: HypothesisTest | None = None
         self._recovery.reset()
         self._update_pending = True
         self._estimate_odom = self._odom
@@ -100,7 +110,7 @@ class Amcl:
         valid_angles, ends = self._beam_ends(angles, ranges, range_max)
         # Measurement update, unless the scan has no returns
         if len(ends) > 0:
-            self._correct(Beams.of(valid_angles, ends, self.params))
+            self._correct(BeamEnds.of(valid_angles, ends, self.params))
             self._update_pending = False
         return True
 
@@ -118,28 +128,28 @@ class Amcl:
         return a, self.laser.apply(np.stack([r * np.cos(a), r * np.sin(a)], axis=1))
 
     def _propagate(self, motion: SE2) -> None:
-        self._filter.move(motion)
+        self._filter.propagate(motion)
         if self._hypothesis_test is not None:
-            self._hypothesis_test.challenger.move(motion)
+            self._hypothesis_test.alternative.propagate(motion)
 
-    def _correct(self, beams: Beams) -> None:
+    def _correct(self, beams: BeamEnds) -> None:
         # Measurement update of the current hypothesis
         self._filter.correct(beams)
-        if self._recovery.begun or self._filter.is_narrow:
+        if self._recovery.initialized or self._filter.is_narrow:
             # Augmented MCL: short-term and long-term average of the likelihood
-            self._recovery.see(math.exp(self._filter.score))
+            self._recovery.update(math.exp(self._filter.score))
         alternative_leads = self._hypothesis_test is not None and self._hypothesis_test.leads
         # No sign of a localization failure: end the test
-        if self._recovery.share == 0.0 and not alternative_leads:
+        if self._recovery.random_particle_probability == 0.0 and not alternative_leads:
             self._hypothesis_test = None
             return
         if self._hypothesis_test is None or self._hypothesis_test.lost:
             # Global localization runs next to the current hypothesis
-            self._hypothesis_test = Contest(self._global_filter())
+            self._hypothesis_test = HypothesisTest(self._global_filter())
         self._hypothesis_test.correct(self._filter, beams)
         # Sequential likelihood ratio test: replace the current hypothesis
         if self._hypothesis_test.won:
-            self._filter, self._hypothesis_test = self._hypothesis_test.challenger, None
+            self._filter, self._hypothesis_test = self._hypothesis_test.alternative, None
             self._recovery.reset()
 
     @property
@@ -177,7 +187,12 @@ class Amcl:
         permitted spread to the cluster's, and 1 - the recovery estimator's probability of a random particle.
         """
         precision = min(1.0, CONVERGED_SPREAD / max(self._filter.spread, 1e-9))
-        return self._filter.cluster.share * self._filter.explained * precision * (1.0 - self._recovery.share)
+        return (
+            self._filter.cluster.weight
+            * self._filter.explained
+            * precision
+            * (1.0 - self._recovery.random_particle_probability)
+        )
 
     @property
     def converged(self) -> bool:

@@ -18,7 +18,7 @@ class Cluster(NamedTuple):
 
     mean: SE2
     covariance: NDArray[np.float64]
-    share: float
+    weight: float
 
 
 @njit(cache=True, nogil=True)

@@ -222,7 +222,9 @@ class LikelihoodField:
             free=free,
         )
 
-    def weigh(self, particles: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def log_likelihoods(
+        self, particles: NDArray[np.float64], points: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
         """Return the log likelihoods (n,) of particles (n, 3) for beam ends (m, 2) in the base frame, metres.
 
         All beams count as independent.
@@ -238,7 +240,7 @@ class LikelihoodField:
         """Area of the free cells, m^2."""
         return self.free.shape[0] * self.grid.resolution**2
 
-    def scatter(self, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    def sample_free_space(self, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """Draw n poses (n, 3) uniformly from the free cells and all headings."""
         cell = self.free[rng.integers(self.free.shape[0], size=n)]
         # Uniform within the cell

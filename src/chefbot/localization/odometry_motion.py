@@ -12,7 +12,7 @@ from chefbot.localization.params import AmclParams
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 
-STANDING = 0.01
+MIN_TRANSLATION = 0.01
 """Distance in m below which the direction of travel is noise, and the motion is taken as a rotation in place."""
 
 
@@ -47,7 +47,7 @@ def decompose(motion: SE2) -> tuple[float, float, float]:
     For a robot that drives backwards the translation is negative, instead of two rotations by half a turn.
     """
     trans = math.hypot(motion.x, motion.y)
-    if trans < STANDING:
+    if trans < MIN_TRANSLATION:
         return 0.0, motion.x, motion.yaw
     rot1 = math.atan2(motion.y, motion.x)
     # Driving backwards

@@ -30,7 +30,7 @@ and the minimum share of the scan that the map explains.
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class FilterModels:
     """The models and the random generator that all particle filters of one localization share."""
 
     params: AmclParams
@@ -39,7 +39,7 @@ class Model:
     rng: np.random.Generator
 
 
-class Beams(NamedTuple):
+class BeamEnds(NamedTuple):
     """The ends of a scan's beams in the base frame, metres.
 
     coarse: (m, 2) for weighting the particles. fine: (k, 2) for refining the estimate. independent: the
@@ -51,25 +51,25 @@ class Beams(NamedTuple):
     independent: float
 
     @staticmethod
-    def of(angles: NDArray[np.float64], ends: NDArray[np.float64], params: AmclParams) -> Beams:
+    def of(angles: NDArray[np.float64], ends: NDArray[np.float64], params: AmclParams) -> BeamEnds:
         """Select from the angles (n,) and ends (n, 2) of the beams with a return."""
         coarse, fine = ends[thin(len(ends), params.max_beams)], ends[thin(len(ends), FINE_BEAMS)]
         independent = tempering.independent_beams(angles, params.beam_independence)
-        return Beams(coarse, fine, independent)
+        return BeamEnds(coarse, fine, independent)
 
     def tempering_exponent(self, beams: int) -> float:
         """Return the tempering exponent that gives `beams` beams the weight of the independent ones."""
         return min(1.0, self.independent / beams)
 
 
-class Belief:
+class ParticleFilter:
     """Particles (n, 3) with weights (n,) that sum to one, their heaviest cluster and the pose estimate.
 
     explained: share of the last scan that the map explains at `estimate`. score: mean log likelihood of its
     beams there.
     """
 
-    def __init__(self, particles: NDArray[np.float64], model: Model) -> None:
+    def __init__(self, particles: NDArray[np.float64], model: FilterModels) -> None:
         self._model = model
         self.particles = particles
         self.weights = np.full(len(particles), 1.0 / len(particles))
@@ -89,14 +89,14 @@ class Belief:
     @property
     def is_narrow(self) -> bool:
         """Whether the posterior is unimodal and narrow enough for one pose."""
-        return self.cluster.share >= CONVERGED_SHARE and self.spread <= CONVERGED_SPREAD
+        return self.cluster.weight >= CONVERGED_SHARE and self.spread <= CONVERGED_SPREAD
 
-    def move(self, motion: SE2) -> None:
+    def propagate(self, motion: SE2) -> None:
         """Propagate the particles with the odometry motion since the last call."""
         odometry_motion.move(self.particles, motion, self._model.params, self._model.rng)
         self._update_cluster()
 
-    def correct(self, beams: Beams) -> None:
+    def correct(self, beams: BeamEnds) -> None:
         """Update the particles with a scan.
 
         A likelihood too peaked for the particle set is applied in tempered stages with a roughening after
@@ -105,7 +105,7 @@ class Belief:
         difference between rooms.
         """
         # A multimodal posterior gets one stage and more particles
-        unimodal = self.cluster.share >= MIN_UNIMODAL_SHARE and self.spread <= MAX_UNIMODAL_SPREAD
+        unimodal = self.cluster.weight >= MIN_UNIMODAL_SHARE and self.spread <= MAX_UNIMODAL_SPREAD
         # Correlated beams: p(z | x)^(independent / beams)
         remaining_exponent = beams.tempering_exponent(len(beams.coarse))
         p = self._model.params
@@ -121,7 +121,7 @@ class Belief:
         """Weight with an exponent of at most `max_exponent`, resample, and return the exponent."""
         m = self._model
         # log p(z | x, m) of every particle
-        scores = m.field.weigh(self.particles, points)
+        scores = m.field.log_likelihoods(self.particles, points)
         # Largest exponent that keeps enough effective particles
         exponent = tempering.exponent_for(scores, self.weights, max_exponent, tempering.EFFECTIVE_SHARE)
         weights = tempering.weights_of(scores, self.weights, exponent)
@@ -134,7 +134,7 @@ class Belief:
             roughening.roughen(self.particles, distinct_share, m.bins, m.rng)
         return exponent
 
-    def _refine(self, beams: Beams) -> None:
+    def _refine(self, beams: BeamEnds) -> None:
         """Refine the estimate by scan matching, and evaluate the scan's likelihood there."""
         field, sigma = self._model.field, self._model.params.sigma_hit
         # Gauss-Newton with the cluster's Gaussian as prior
@@ -143,7 +143,9 @@ class Belief:
         self.estimate = pose_refinement.refine(mean, covariance, beams.fine, field, sigma, exponent)
         self.explained = pose_refinement.explained(self.estimate, beams.fine, field, 2.0 * sigma)
         # Mean log likelihood per beam at the refined pose, for the recovery estimator
-        self.score = float(field.weigh(self.estimate.array()[None, :], beams.fine)[0]) / len(beams.fine)
+        self.score = float(field.log_likelihoods(self.estimate.array()[None, :], beams.fine)[0]) / len(
+            beams.fine
+        )
 
 
 def thin(n: int, max_count: int) -> NDArray[np.int64]:

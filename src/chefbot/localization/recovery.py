@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from chefbot.localization.particle_filter import Beams, Belief
+from chefbot.localization.particle_filter import BeamEnds, ParticleFilter
 
 LIKELIHOOD_DROP_FACTOR = 1.25
 """Factor nu by which the fast average must fall below the slow one (Gutmann & Fox 2002).
@@ -14,7 +14,7 @@ continued.
 """
 
 
-class Doubt:
+class RecoveryEstimator:
     """The short-term and long-term averages of the scans' likelihood, and the probability of recovery.
 
     The likelihood of a scan is the geometric mean over its beams, relative to a perfect hit, in (0, 1], so
@@ -22,30 +22,30 @@ class Doubt:
     """
 
     def __init__(self, slow: float, fast: float) -> None:
-        self._decay = (slow, fast)
+        self._alphas = (slow, fast)
         self.reset()
 
     def reset(self) -> None:
         """Reset the averages; the next scan initializes both."""
         self.slow = self.fast = math.nan
 
-    def see(self, likelihood: float) -> None:
+    def update(self, likelihood: float) -> None:
         """Update the averages with the likelihood of a scan at the estimated pose."""
-        if not self.begun:
+        if not self.initialized:
             self.slow = self.fast = likelihood
         # w_slow += alpha_slow (w_avg - w_slow), likewise w_fast
-        self.slow += self._decay[0] * (likelihood - self.slow)
-        self.fast += self._decay[1] * (likelihood - self.fast)
+        self.slow += self._alphas[0] * (likelihood - self.slow)
+        self.fast += self._alphas[1] * (likelihood - self.fast)
 
     @property
-    def begun(self) -> bool:
+    def initialized(self) -> bool:
         """Whether a scan has been processed since the last reset."""
         return not math.isnan(self.slow)
 
     @property
-    def share(self) -> float:
+    def random_particle_probability(self) -> float:
         """Probability of a random particle, 0..1: max(0, 1 - w_fast / w_slow) of table 8.3, with the factor."""
-        if not self.begun or 0.0 in self._decay:
+        if not self.initialized or 0.0 in self._alphas:
             return 0.0
         return max(0.0, 1.0 - LIKELIHOOD_DROP_FACTOR * self.fast / self.slow)
 
@@ -58,7 +58,7 @@ LOG_ODDS_THRESHOLD = 12.0
 """Log odds against a given pose out of the hundred thousand from which an alternative is selected."""
 
 
-class Contest:
+class HypothesisTest:
     """A sequential test of the current hypothesis against an alternative from global localization.
 
     The book adds random particles to the same particle set (table 8.3). There a single scan decides, and
@@ -67,18 +67,18 @@ class Contest:
     scans once the alternative is unimodal (sequential probability ratio test, Wald 1945).
     """
 
-    def __init__(self, challenger: Belief) -> None:
-        self.challenger = challenger
+    def __init__(self, challenger: ParticleFilter) -> None:
+        self.alternative = challenger
         self.lead = 0.0
         self._update_count = 0
 
-    def correct(self, current: Belief, beams: Beams) -> None:
+    def correct(self, current: ParticleFilter, beams: BeamEnds) -> None:
         """Update the alternative with the scan that `current` has already processed, and update the test."""
-        self.challenger.correct(beams)
-        if self.challenger.is_narrow:
+        self.alternative.correct(beams)
+        if self.alternative.is_narrow:
             self._update_count += 1
             # Log likelihood ratio of the scan; correlated beams count once
-            self.lead += beams.independent * (self.challenger.score - current.score)
+            self.lead += beams.independent * (self.alternative.score - current.score)
         else:
             # Not unimodal yet: the test starts over
             self._update_count, self.lead = 0, 0.0

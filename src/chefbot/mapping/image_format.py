@@ -35,7 +35,7 @@ _DAMAGED = (
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class MapImage:
     """An image as brightness levels, top row first.
 
     levels: (height, width) uint16; 0 is black, `white` is white.
@@ -47,7 +47,7 @@ class Picture:
     opacity: NDArray[np.uint8] | None = None
 
 
-def decode_image(data: bytes, where: str) -> Picture:
+def decode_image(data: bytes, where: str) -> MapImage:
     """Decode a PGM (P5 or P2, white up to 65535) or PNG file; raise UserError with `where` for anything else."""
     if data[:2] in (b"P5", b"P2"):
         return _decode_pgm(data, where)
@@ -64,7 +64,7 @@ def check_size(width: int, height: int, where: str, limit: int = MAX_CELLS) -> N
         raise UserError(f"{where} says it is {width} x {height} pixels; {limit} is the most that I read")
 
 
-def _decode_pgm(data: bytes, where: str) -> Picture:
+def _decode_pgm(data: bytes, where: str) -> MapImage:
     """Decode Netpbm's PGM: magic, width, height, white; one white space; then the pixels."""
     header = _HEADER.match(data)
     if header is None or not data[header.end() : header.end() + 1].isspace():
@@ -82,7 +82,7 @@ def _decode_pgm(data: bytes, where: str) -> Picture:
         raise UserError(
             f"{where} has a pixel of {levels.max():.0f} above its white of {white}; it is damaged"
         )
-    return Picture(levels.astype(np.uint16).reshape(height, width), white)
+    return MapImage(levels.astype(np.uint16).reshape(height, width), white)
 
 
 def _levels(data: bytes, begin: int, count: int, white: int) -> NDArray[np.generic]:
@@ -100,7 +100,7 @@ def _text_levels(data: bytes, begin: int, where: str) -> NDArray[np.generic]:
     return np.fromstring(text, np.float32, sep=" ") if text.strip() else np.zeros(0, np.float32)
 
 
-def _decode_png(data: bytes, where: str) -> Picture:
+def _decode_png(data: bytes, where: str) -> MapImage:
     """Decode a PNG: size from the first chunk (PNG specification, 11.2.2), pixels by Pillow within its limit."""
     if len(data) < 24 or data[12:16] != b"IHDR":
         raise UserError(f"{where} has no complete PNG header; the file is damaged")
@@ -116,11 +116,11 @@ def _decode_png(data: bytes, where: str) -> Picture:
         raise UserError(f"{where} cannot be read as PNG: {error}; the file is damaged") from None
 
 
-def _to_picture(image: Image.Image) -> Picture:
+def _to_picture(image: Image.Image) -> MapImage:
     if image.mode.startswith("I"):
-        return Picture(np.asarray(image).astype(np.uint16), 65535)
+        return MapImage(np.asarray(image).astype(np.uint16), 65535)
     if image.mode in ("1", "L") and "transparency" not in image.info:
-        return Picture(np.asarray(image.convert("L")).astype(np.uint16), 255)
+        return MapImage(np.asarray(image.convert("L")).astype(np.uint16), 255)
     pixels = np.asarray(image.convert("RGBA" if image.has_transparency_data else "RGB"))
     opacity = pixels[..., 3].copy() if pixels.shape[2] == 4 else None
-    return Picture(pixels[..., :3].sum(axis=2, dtype=np.uint16), 3 * 255, opacity)
+    return MapImage(pixels[..., :3].sum(axis=2, dtype=np.uint16), 3 * 255, opacity)

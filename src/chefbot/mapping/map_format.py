@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.config import parse_yaml
-from chefbot.errors import UserError, nearest
-from chefbot.mapping.image_format import MAX_CELLS, Picture, check_size, decode_image
+from chefbot.errors import UserError, name_hint
+from chefbot.mapping.image_format import MAX_CELLS, MapImage, check_size, decode_image
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 
 Mode = Literal["trinary", "scale", "raw"]
@@ -99,7 +99,7 @@ def decode_map_yaml(data: bytes, where: str) -> MapDescription:
         raise UserError(f"{where} is not a list of keys and values as a map's YAML file is")
     for key in keys:
         if key not in (*_REQUIRED_KEYS, "mode", *_IGNORED_KEYS):
-            raise UserError(f"{where}: unknown key {key!r}{nearest(str(key), [*_REQUIRED_KEYS, 'mode'])}")
+            raise UserError(f"{where}: unknown key {key!r}{name_hint(str(key), [*_REQUIRED_KEYS, 'mode'])}")
     missing = [key for key in _REQUIRED_KEYS if key not in keys]
     if missing:
         raise UserError(f"{where}: {missing[0]!r} is missing")
@@ -113,7 +113,7 @@ def _to_description(keys: dict[str, Any], checksum: re.Match[bytes] | None, wher
     if not isinstance(origin, list) or len(origin) != 3:
         raise UserError(f"{where}: origin must be [x, y, yaw], not {origin!r:.40}")
     if mode not in get_args(Mode):
-        raise UserError(f"{where}: no mode is called {mode!r:.40}{nearest(str(mode), get_args(Mode))}")
+        raise UserError(f"{where}: no mode is called {mode!r:.40}{name_hint(str(mode), get_args(Mode))}")
     if keys["negate"] not in (0, 1):
         raise UserError(f"{where}: negate must be 0 or 1, not {keys['negate']!r:.40}")
     x, y, yaw = (_number(value, -_MAX_COORDINATE, _MAX_COORDINATE, "origin", where) for value in origin)
@@ -166,7 +166,7 @@ def decode_map(description: MapDescription, image: bytes, where: str) -> Grid:
     return _rotated(cells, description, where)
 
 
-def _cells(picture: Picture, description: MapDescription) -> NDArray[np.int8]:
+def _cells(picture: MapImage, description: MapDescription) -> NDArray[np.int8]:
     """Return the cell values of an image by table lookup, since it has few levels, top row first.
 
     In trinary mode opacity counts as a fourth colour channel, as in map_server and Nav2; in scale mode a

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, eq=False)
-class Raster:
+class CellGrid:
     """A grid of square cells in a frame, rows from low y to high y as in nav_msgs/OccupancyGrid.
 
     cells: (height, width). resolution: metres per cell. origin_x, origin_y: metres, the outer corner of cell

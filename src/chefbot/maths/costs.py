@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.maths.cell_grid import Raster
+from chefbot.maths.cell_grid import CellGrid
 
 FREE = 0
 INSCRIBED = 253
@@ -17,7 +17,7 @@ UNKNOWN = 255
 
 
 @dataclass(frozen=True, eq=False)
-class Costmap(Raster):
+class Costmap(CellGrid):
     """A costmap of uint8 cells (height, width).
 
     Costs: 0 free, 1..252 inflation, 253 inscribed, 254 lethal, 255 unknown.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.maths.cell_grid import Raster
+from chefbot.maths.cell_grid import CellGrid
 
 UNKNOWN = -1
 FREE = 0
@@ -15,7 +15,7 @@ OCCUPIED = 100
 
 
 @dataclass(frozen=True, eq=False)
-class Grid(Raster):
+class Grid(CellGrid):
     """An occupancy grid in the map frame: cells (height, width) int8; -1 unknown, 0..100 percent occupied."""
 
     cells: NDArray[np.int8]

@@ -39,7 +39,7 @@ class Moments(NamedTuple):
         return Moments(*(a + factor * b for a, b in zip(self, other, strict=True)))
 
 
-NOTHING = Moments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+ZERO_MOMENTS = Moments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Outline(NamedTuple):
@@ -74,7 +74,7 @@ def arc_bulge(angle: float) -> float:
 
 def loop_moments(loop: Loop) -> Moments:
     """Return the moments of the polygon of the corners plus the circular segment of every arc."""
-    total = NOTHING
+    total = ZERO_MOMENTS
     for a, b in edges(loop):
         total = total.plus(_triangle(a, b))
         if a.bulge != 0.0:

@@ -69,7 +69,7 @@ class LocalizationStatus(Message, frozen=True, eq=False):
     std_xy: Float32 = 0.0
     std_yaw: Float32 = 0.0
     particles: Uint32 = 0
-    sentence: String = ""
+    description: String = ""
 
 
 class Place(Message, frozen=True, eq=False):
@@ -118,10 +118,10 @@ class DeliveryStatus(Message, frozen=True, eq=False):
     """Places of the current round still to be served after `place`."""
     delivered: StringArray = ()
     """Places of the current round where the food was taken from the tray."""
-    sentence: String = ""
-    missed: StringArray = ()
+    description: String = ""
+    skipped_reasons: StringArray = ()
     """Reasons why places of the current round were not served, a sentence each."""
-    orders: tuple[Order, ...] = ()
+    pending_orders: tuple[Order, ...] = ()
     """Accepted orders that wait for the current one."""
     order_id: String = ""
     """The `id` of the current order."""
@@ -129,23 +129,23 @@ class DeliveryStatus(Message, frozen=True, eq=False):
     """The `id` of recently accepted orders, the newest last."""
     loaded: Bool = False
     """Whether the food is on the tray."""
-    held: String = ""
+    hold_reason: String = ""
     """Reason why the round waits: stop (emergency stop), errand (the first of `errands`), choice (of the
     operator); or empty."""
     errands: tuple[Errand, ...] = ()
     """Errands to be done, in order."""
 
 
-class StopStatus(Message, frozen=True, eq=False):
+class EmergencyStopStatus(Message, frozen=True, eq=False):
     """The state of the emergency stop.
 
     `sentence`: the reason; `pressed_at`: when it was last pressed, 0 if never.
     """
 
     header: Header = Header()
-    stopped: Bool = False
+    active: Bool = False
     pressed_at: Time = Time()
-    sentence: String = ""
+    description: String = ""
 
 
 class NavigationStatus(Message, frozen=True, eq=False):
@@ -164,15 +164,15 @@ class ExplorationStatus(Message, frozen=True, eq=False):
     header: Header = Header()
     done: Bool = False
     frontiers: Uint32 = 0
-    sentence: String = ""
-    left: StringArray = ()
+    description: String = ""
+    skipped_frontiers: StringArray = ()
 
 
 class Collision(Message, frozen=True, eq=False):
     """A contact of the simulated robot with anything but the floor."""
 
     header: Header = Header()
-    touched: String = ""
+    object_name: String = ""
     count: Uint32 = 0
 
 
@@ -193,7 +193,7 @@ class Deliver_Result(Message, frozen=True, eq=False):
 class Deliver_Feedback(Message, frozen=True, eq=False):
     """A description of what the robot is doing."""
 
-    sentence: String = ""
+    description: String = ""
 
 
 Deliver = define_action(Deliver_Goal, Deliver_Result, Deliver_Feedback)

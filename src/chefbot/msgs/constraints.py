@@ -47,7 +47,7 @@ MAX_PATH_LENGTH = 10_000.0
 """Maximum length of a path, m; a controller samples it every centimetre."""
 MAX_POSES = 100_000
 MAX_PIXELS = 20_000_000
-MOST_TICKS = 2**53
+MAX_TICKS = 2**53
 """Maximum tick count: above it a double cannot represent every integer."""
 SPAN_TOLERANCE = 0.05
 """Relative tolerance between a scan's angles and its number of beams; at least 3 beams."""
@@ -279,5 +279,5 @@ RULES: dict[type[Message], tuple[Rule, ...]] = {
     MapMetaData: (within(MIN_RESOLUTION, MAX_RESOLUTION, "resolution"),),
     OccupancyGrid: (map_cells,),
     Path: (max_length(MAX_POSES, "poses"), path_length),
-    WheelTicks: (within(-MOST_TICKS, MOST_TICKS, "left", "right"),),
+    WheelTicks: (within(-MAX_TICKS, MAX_TICKS, "left", "right"),),
 }

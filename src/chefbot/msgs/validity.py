@@ -11,7 +11,7 @@ import numpy as np
 
 from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelTicks
 from chefbot.msgs.constraints import RULES, Rule
-from chefbot.msgs.idl.fields import FieldType, fields_of
+from chefbot.msgs.idl.fields import MessageField, fields_of
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import BatteryState, Image, Imu, LaserScan, Range
@@ -25,7 +25,7 @@ MAY_BE_UNSET = {(Imu, "orientation")}
 """Fields that drivers may leave at zero, such as the orientation of a gyro."""
 STAMPED_MEASUREMENTS = (Image, Imu, LaserScan, ObstacleScan, Odometry, Range, WheelTicks)
 """Types whose stamp is the time of a measurement."""
-AHEAD_NS = 5_000_000_000
+MAX_FUTURE_NS = 5_000_000_000
 """Maximum time by which the stamp of a measurement or a dynamic transform may lie in the future, ns.
 
 Clocks differ, and some nodes post-date their transforms."""
@@ -53,11 +53,11 @@ def check(message: Message) -> None:
 def check_stamp(message: Message, now_ns: int) -> None:
     """Check that the stamp of a measurement or transform is not in the future; InvalidMessageError if it is.
 
-    The limit is AHEAD_NS after `now_ns`. A single transform from the future would hide all later ones; a
+    The limit is MAX_FUTURE_NS after `now_ns`. A single transform from the future would hide all later ones; a
     range reading from the future would never expire.
     """
     ahead_ns = _newest_stamp_ns(message, now_ns) - now_ns
-    if ahead_ns > AHEAD_NS:
+    if ahead_ns > MAX_FUTURE_NS:
         raise InvalidMessageError(
             f"stamp is {ahead_ns / 1e9:.6g} s ahead of the robot's clock; set both clocks by the same source"
         )
@@ -88,7 +88,7 @@ def _checks(kind: type[Message]) -> tuple[tuple[str, Callable[[Any, str], None]]
     return tuple((name, check) for name, check in checks if check is not None)
 
 
-def _check_of(kind: type[Message], field: FieldType) -> Callable[[Any, str], None] | None:
+def _check_of(kind: type[Message], field: MessageField) -> Callable[[Any, str], None] | None:
     if field.message is not None:
         if (kind, field.name) in MAY_BE_UNSET or not _has_rules(field.message):
             return None

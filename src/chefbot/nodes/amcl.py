@@ -24,8 +24,8 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Empty, Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.runtime.node import In, Node, Out, every, last_words, topic
-from chefbot.scan.usable_range import trusted_range
+from chefbot.runtime.node import In, Node, Out, every, restored, topic
+from chefbot.scan.usable_range import usable_range
 
 SHOWN_PARTICLES = 500
 """Maximum number of particles published; more would only slow down the web UI."""
@@ -46,8 +46,8 @@ class AmclNode(Node):
     scan: In[LaserScan]
     initialpose: In[PoseWithCovarianceStamped]
     reinitialize_global_localization: In[Empty]
-    restored_status: In[LocalizationStatus] = last_words("localization_status")
-    restored_tf: In[TFMessage] = last_words("tf")
+    restored_status: In[LocalizationStatus] = restored("localization_status")
+    restored_tf: In[TFMessage] = restored("tf")
     amcl_pose: Out[PoseWithCovarianceStamped] = topic(latched=True)
     particle_cloud: Out[ParticleCloud]
     localization_status: Out[LocalizationStatus] = topic(latched=True)
@@ -81,19 +81,19 @@ class AmclNode(Node):
         """Start global localization on the whole map."""
         self._initial_pose = None
         if self._amcl is not None:
-            self._amcl.scatter()
+            self._amcl.initialize_globally()
 
     def on_scan(self, scan: LaserScan) -> None:
         """Update the filter once odometry at the scan's time is available."""
         if self.map.last is not None:
             stamp = scan.header.stamp.ns
-            self.tf.when("odom", "base_link", stamp, lambda odom: self._update(scan, odom))
+            self.tf.on_available("odom", "base_link", stamp, lambda odom: self._update(scan, odom))
 
     def _update(self, scan: LaserScan, odom: SE2) -> None:
         if self._amcl is None:
             self._amcl = self._create_amcl(self.tf.lookup("base_link", scan.header.frame_id), odom)
         stamp = scan.header.stamp.ns
-        max_range = min(scan.range_max, trusted_range(self.robot, self._resolution))
+        max_range = min(scan.range_max, usable_range(self.robot, self._resolution))
         updated = self._amcl.update(scan.angles, scan.ranges, max_range, odom)
         transform = TransformStamped.of(stamp, "map", "odom", self._amcl.map_T_odom)
         self.tf_out.publish(TFMessage((transform,)))

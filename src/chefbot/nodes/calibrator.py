@@ -10,10 +10,10 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from chefbot.calibration.alignment import placed
-from chefbot.calibration.drive import Leg, Square, Stand
+from chefbot.calibration.alignment import localize_station
+from chefbot.calibration.drive import DriveSegment, Square, Station
 from chefbot.calibration.surface import Surface
-from chefbot.calibration.wiring import explained, miswired
+from chefbot.calibration.wiring import explain_board_message, wiring_fault
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.builtin_interfaces import Duration
@@ -25,10 +25,10 @@ from chefbot.msgs.sensor_msgs import Imu, LaserScan
 from chefbot.msgs.std_msgs import Bool, String
 from chefbot.nodes.scan_tracker import ScanTracker
 from chefbot.robot.motion_limits import max_speed, max_turn
-from chefbot.runtime.actions import calls
+from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Future
 from chefbot.runtime.node import In, Node, Out, every, topic
-from chefbot.scan.usable_range import trusted_range
+from chefbot.scan.usable_range import usable_range
 
 SPEED_FRACTION = 0.8
 """Fraction of the maximum speed: wheels below their limit slip less."""
@@ -87,22 +87,22 @@ class CalibratorNode(Node):
     cmd_vel_teleop: In[Twist]
     emergency_stop: In[Bool]
     diagnostics: In[DiagnosticArray]
-    spin = calls(Spin)
-    drive_on_heading = calls(DriveOnHeading)
+    spin = action_client(Spin)
+    drive_on_heading = action_client(DriveOnHeading)
     remark: Out[String] = topic("calibration/remark")
 
     def start(self) -> None:
         """Initialize the records and start the calibration drive."""
         import scipy.spatial  # noqa: F401 (the import takes half a second: now, not at the first station)
 
-        self.legs: list[Leg] = []
+        self.legs: list[DriveSegment] = []
         self.squares: list[Square] = []
         self.checks: list[Square] = []
         self.failure: str | None = None
         self.finished = False
-        self._reach = trusted_range(self.robot, 0.05)
+        self._reach = usable_range(self.robot, 0.05)
         self._tracker = ScanTracker(self._reach)
-        self.stands: list[Stand] = []
+        self.stations: list[Station] = []
         self._surfaces: list[Surface] = []
         self._room_T_tracker = IDENTITY
         self._station_scans: list[tuple[SE2, LaserScan]] | None = None
@@ -135,7 +135,7 @@ class CalibratorNode(Node):
     def on_scan(self, scan: LaserScan) -> None:
         """Process the scan once odometry at its time is available."""
         self._scan_ns = self.now_ns
-        self.tf.when(
+        self.tf.on_available(
             "odom", scan.header.frame_id, scan.header.stamp.ns, lambda at: self._process_scan(scan, at)
         )
 
@@ -146,7 +146,7 @@ class CalibratorNode(Node):
             return
         self._station_scans.append((self._sensor_pose, scan))
         if len(self._station_scans) == SCANS_PER_STATION:
-            self._scans_complete.set(None)
+            self._scans_complete.set_result(None)
 
     def _wall_points(self, scans: list[LaserScan]) -> NDArray[np.float64]:
         """Return the wall points (n, 2) in the sensor's frame, from beams with consistent ranges off the robot."""
@@ -177,7 +177,7 @@ class CalibratorNode(Node):
         for status in array.status:
             if status.name == "board" and status.level == ERROR and self._moving:
                 tick_ranges = np.ptp(np.array(self._ticks or [(0, 0)]), axis=0)
-                self._abort(explained(status.message, int(tick_ranges[0]), int(tick_ranges[1])))
+                self._abort(explain_board_message(status.message, int(tick_ranges[0]), int(tick_ranges[1])))
 
     @every(hz=2)
     def check_scans(self) -> None:
@@ -241,7 +241,7 @@ class CalibratorNode(Node):
         for metres, angle in ((PROBE, 0.0), (0.0, PROBE_TURN), (0.0, -PROBE_TURN), (-PROBE, 0.0)):
             await (self._straight(metres) if metres else self._turn(angle))
             leg = await self._measure_leg()
-            sentence = miswired(leg, metres, angle)
+            sentence = wiring_fault(leg, metres, angle)
             if sentence:
                 raise CalibrationDriveError(sentence)
 
@@ -342,27 +342,29 @@ class CalibratorNode(Node):
         The tracker's drift, with odometry not calibrated yet, reaches 11 degrees and 0.3 m in ten minutes.
         """
         surface = Surface(walls)
-        self._sensor_pose = placed(
-            surface, tracker_pose, [station.pose for station in self.stands], self._surfaces
+        self._sensor_pose = localize_station(
+            surface, tracker_pose, [station.pose for station in self.stations], self._surfaces
         )
         self._room_T_tracker = self._sensor_pose @ tracker_pose.inverse() @ self._room_T_tracker
-        self.stands.append(Stand(self._sensor_pose, walls))
+        self.stations.append(Station(self._sensor_pose, walls))
         self._surfaces.append(surface)
 
-    async def _measure_leg(self) -> Leg:
+    async def _measure_leg(self) -> DriveSegment:
         """Measure a station and record the leg from the previous station to it."""
-        start = self.stands[-1].pose
+        start = self.stations[-1].pose
         await self.sleep(self.params.settle)
         ticks, angle, seconds = np.array(self._ticks, np.float64), self._gyro_angle, self._gyro_seconds
         end = await self._measure_station()
-        leg = Leg(ticks, angle, seconds, start, end, (len(self.stands) - 2, len(self.stands) - 1))
+        leg = DriveSegment(
+            ticks, angle, seconds, start, end, (len(self.stations) - 2, len(self.stations) - 1)
+        )
         self.legs.append(leg)
         return leg
 
     def _largest_side(self) -> float:
         """Return the largest side length with enough free space ahead and to the left; raise an error if none."""
         points = self._sensor_pose.inverse().apply(
-            np.concatenate([station.pose.apply(station.walls) for station in self.stands])
+            np.concatenate([station.pose.apply(station.walls) for station in self.stations])
         )
         points = self.mount.apply(points)
         gap = self.robot.footprint_radius + MARGIN

@@ -10,15 +10,15 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from chefbot.behavior.behavior import Behavior, Progress
-from chefbot.behavior.motions import Spin, Straight
-from chefbot.control.controller import Controller, Status
-from chefbot.control.dwa import Dwa
+from chefbot.behavior.behavior import Behavior, BehaviorProgress
+from chefbot.behavior.motions import DriveStraight, Spin
+from chefbot.control.controller import Controller, ControllerStatus
+from chefbot.control.dwa import DwaController
 from chefbot.control.dwa_params import DwaParams
 from chefbot.control.goal_checkers import GoalParams, ProgressChecker
 from chefbot.costmap.conversions import LASER, costmap_message, mark_laser, mark_obstacles, plane_of
 from chefbot.costmap.layered_costmap import LayeredCostmap
-from chefbot.costmap.params import LIVE, CostmapParams
+from chefbot.costmap.params import LIVE_PARAMS, CostmapParams
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Duration
@@ -48,13 +48,13 @@ from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Bool, Float64, Header, String
 from chefbot.nodes.motion_errors import BACK_UP, DRIVE, SPIN, BehaviorErrorCodes, motion_error
 from chefbot.nodes.obstacle_sensors import ObstacleSensors
-from chefbot.nodes.standing import LOST, WaitingState, WaitTimeoutError
-from chefbot.planning.local_replanning import near_planner, remaining_length, repaired
+from chefbot.nodes.waiting_state import LOST, WaitingState, WaitTimeoutError
+from chefbot.planning.local_replanning import local_planner, remaining_length, replan_locally
 from chefbot.robot.motion_limits import Limits, max_acceleration, max_speed, max_turn, max_turn_acceleration
-from chefbot.runtime.actions import serves
+from chefbot.runtime.actions import action_server
 from chefbot.runtime.coroutines import Cancelled, Future
 from chefbot.runtime.node import In, Node, Out, every, topic
-from chefbot.runtime.plugins import plugin
+from chefbot.runtime.plugins import load_plugin
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
@@ -100,7 +100,7 @@ class ControllerNode(Node):
     """
 
     live_params = (
-        *(f"costmap.{name}" for name in LIVE),
+        *(f"costmap.{name}" for name in LIVE_PARAMS),
         *("settings.sim_time", "settings.*_samples", "settings.*_weight", "settings.slowing"),
         *("settings.rotate_from", "goal.*", "speed"),
     )
@@ -111,10 +111,10 @@ class ControllerNode(Node):
     clear_costmaps: In[Float64]
     emergency_stop: In[Bool]
     localization_status: In[LocalizationStatus]
-    follow_path = serves(FollowPath)
-    spin = serves(SpinAction)
-    backup = serves(BackUp)
-    drive_on_heading = serves(DriveOnHeading)
+    follow_path = action_server(FollowPath)
+    spin = action_server(SpinAction)
+    backup = action_server(BackUp)
+    drive_on_heading = action_server(DriveOnHeading)
     cmd_vel_nav: Out[Twist]
     costmap: Out[OccupancyGrid] = topic("local_costmap/costmap", latched=True)
     standing: Out[String] = topic("controller/standing", latched=True)
@@ -127,13 +127,13 @@ class ControllerNode(Node):
         self._controller = self._make_controller()
         self._progress = ProgressChecker()
         self._goal = SE2(0.0, 0.0, 0.0)
-        self._planner = near_planner()
+        self._planner = local_planner()
         self._path = self._tracked_path = np.zeros((0, 3))
         self._following: Future[FollowPath_Result] | None = None
         self._feedback: Callable[[FollowPath_Feedback], None] = lambda _: None
         self._blocked_time = 0.0
         self._motion: Behavior | None = None
-        self._motion_ended: Future[Progress] | None = None
+        self._motion_ended: Future[BehaviorProgress] | None = None
         self._send_feedback: Callable[[], None] = lambda: None
         self._sensors = ObstacleSensors(self.robot)
         self._standing = WaitingState(self.standing, self.remark)
@@ -141,40 +141,42 @@ class ControllerNode(Node):
     def reconfigure(self, params: ControllerNodeParams) -> None:
         """Apply new parameters from the next command on, for the current path as well."""
         self.params = params
-        self._costs.retune(params.costmap)
+        self._costs.reconfigure(params.costmap)
         self._controller = self._make_controller()
         if len(self._tracked_path):
             self._controller.set_path(self._tracked_path, same_goal=False)
 
     def _make_controller(self) -> Controller:
-        controller: Controller = plugin(self.params.plugin, self._make_dwa, self.params.settings)
+        controller: Controller = load_plugin(self.params.plugin, self._make_dwa, self.params.settings)
         return controller
 
-    def _make_dwa(self, settings: DwaParams) -> Dwa:
+    def _make_dwa(self, settings: DwaParams) -> DwaController:
         limits = Limits.of(self.robot)
-        return Dwa(limits._replace(speed=limits.speed * self.params.speed), settings, self.params.goal)
+        return DwaController(
+            limits._replace(speed=limits.speed * self.params.speed), settings, self.params.goal
+        )
 
     # -- local costmap
 
     def on_scan(self, scan: LaserScan) -> None:
         """Update the laser's obstacle layer with a scan."""
-        self._sensors.see_scan(scan, self.now_ns, self._pose())
+        self._sensors.process_scan(scan, self.now_ns, self._pose())
         stamp, frame = scan.header.stamp.ns, scan.header.frame_id
-        self.tf.when("odom", frame, stamp, lambda pose: self._mark_laser(pose, scan))
+        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark_laser(pose, scan))
 
     def _mark_laser(self, pose: SE2, scan: LaserScan) -> None:
         mark_laser(self._costs, pose, scan)
-        self._sensors.place_scan(scan.header.stamp.ns)
+        self._sensors.note_scan_marked(scan.header.stamp.ns)
 
     def on_obstacles(self, scan: ObstacleScan) -> None:
         """Update the camera's obstacle layers with an obstacle scan."""
-        self._sensors.see_obstacles(scan, self.now_ns, self._pose())
+        self._sensors.process_obstacles(scan, self.now_ns, self._pose())
         stamp, frame = scan.header.stamp.ns, scan.header.frame_id
-        self.tf.when("odom", frame, stamp, lambda pose: self._mark_obstacles(pose, scan))
+        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark_obstacles(pose, scan))
 
     def _mark_obstacles(self, pose: SE2, scan: ObstacleScan) -> None:
         mark_obstacles(self._costs, pose, scan, plane_of(self.robot))
-        self._sensors.place_obstacles(scan.header.stamp.ns)
+        self._sensors.note_obstacles_marked(scan.header.stamp.ns)
 
     def _pose(self) -> SE2 | None:
         try:
@@ -219,7 +221,7 @@ class ControllerNode(Node):
         try:
             return await self._following
         except Cancelled:
-            if not self.follow_path.replacing:
+            if not self.follow_path.preempting:
                 self._stop()
             raise
 
@@ -278,7 +280,7 @@ class ControllerNode(Node):
             return Duration(), errors.invalid, "I drive straight only: target.y and z must be 0."
         speed = min(abs(float(goal.speed)) or max_speed(self.robot), max_speed(self.robot))
         time_allowance = goal.time_allowance.seconds or DEFAULT_TIME_ALLOWANCE
-        motion = Straight(distance, speed, max_acceleration(self.robot), time_allowance)
+        motion = DriveStraight(distance, speed, max_acceleration(self.robot), time_allowance)
         return await self._run_motion(motion, errors, lambda: publish_driven(abs(motion.driven)))
 
     async def _run_motion(
@@ -293,10 +295,10 @@ class ControllerNode(Node):
             code, sentence = errors.unknown, str(error)
         return Duration.of((self.now_ns - start_ns) / 1e9), code, sentence
 
-    async def _await_motion(self, motion: Behavior) -> Progress:
+    async def _await_motion(self, motion: Behavior) -> BehaviorProgress:
         self.follow_path.preempt()
         if self._motion_ended is not None:
-            self._motion_ended.fail(Cancelled())  # a previous motion ends before this one begins
+            self._motion_ended.set_exception(Cancelled())  # a previous motion ends before this one begins
         self._motion, self._motion_ended = motion, Future()
         try:
             return await self._motion_ended
@@ -334,7 +336,7 @@ class ControllerNode(Node):
         self._progress.reset()
         sentence = self._standing.wait(reason, 1.0 / RATE)
         if sentence and self._motion_ended is not None:
-            self._motion_ended.fail(WaitTimeoutError(sentence))
+            self._motion_ended.set_exception(WaitTimeoutError(sentence))
         elif sentence and self._following is not None:
             result = FollowPath_Result(error_code=PATIENCE_EXCEEDED, error_msg=sentence)
             self._finish_path(self._following, result)
@@ -345,24 +347,28 @@ class ControllerNode(Node):
         self._standing.resume()
         return reason
 
-    def _step_motion(self, motion: Behavior, ended: Future[Progress], pose: SE2, costs: Costmap) -> None:
+    def _step_motion(
+        self, motion: Behavior, ended: Future[BehaviorProgress], pose: SE2, costs: Costmap
+    ) -> None:
         step = motion.update(pose, costs, 1.0 / RATE)
         blind = self._command(step.v, step.w, pose, costs)
         self._send_feedback()
-        if blind or step.progress is not Progress.RUNNING:
-            ended.set(Progress.BLOCKED if blind else step.progress)
+        if blind or step.progress is not BehaviorProgress.RUNNING:
+            ended.set_result(BehaviorProgress.BLOCKED if blind else step.progress)
 
     def _step_path(self, following: Future[FollowPath_Result], pose: SE2, costs: Costmap) -> None:
         # replan locally around obstacles that are not on the map
-        path = repaired(self._path, pose, costs, self._planner)
+        path = replan_locally(self._path, pose, costs, self._planner)
         if path is not self._tracked_path:
             self._set_tracked_path(path, same_goal=True)
         # one cycle of the controller, and the checks for progress
         v, w, status = self._controller.command(pose, self._commanded_twist(), costs)
         blind = self._command(v, w, pose, costs)
-        self._blocked_time = self._blocked_time + 1.0 / RATE if blind or status is Status.BLOCKED else 0.0
-        moving = self._progress.moving(pose, 1.0 / RATE)
-        if status is Status.REACHED:
+        self._blocked_time = (
+            self._blocked_time + 1.0 / RATE if blind or status is ControllerStatus.BLOCKED else 0.0
+        )
+        moving = self._progress.is_progressing(pose, 1.0 / RATE)
+        if status is ControllerStatus.REACHED:
             self._finish_path(following, FollowPath_Result())
         elif self._blocked_time >= BLOCKED_TIMEOUT:
             sentence = blind or "Something is in the way on every side."
@@ -376,7 +382,7 @@ class ControllerNode(Node):
 
     def _finish_path(self, following: Future[FollowPath_Result], result: FollowPath_Result) -> None:
         self._stop()
-        following.set(result)
+        following.set_result(result)
 
     def _stop(self) -> None:
         self._following = None

@@ -8,7 +8,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.delivery.mission import Leg, Outcome, Round
+from chefbot.delivery.mission import DeliveryRound, DriveRequest, OrderOutcome
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import (
     Deliver,
@@ -16,29 +16,29 @@ from chefbot.msgs.chefbot_msgs import (
     Deliver_Goal,
     Deliver_Result,
     DeliveryStatus,
+    EmergencyStopStatus,
     Errand,
     Order,
     Places,
-    StopStatus,
 )
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
-from chefbot.runtime.actions import calls, serves
+from chefbot.runtime.actions import action_client, action_server
 from chefbot.runtime.coroutines import Cancelled, Future, Task
-from chefbot.runtime.node import SECOND, In, Node, Out, last_words, topic
+from chefbot.runtime.node import SECOND, In, Node, Out, restored, topic
 from chefbot.safety.emergency_stop import REFUSED, is_pressed, pressed_since
 from chefbot.storage.places import find_place
 
-NOBODY_DROVE = 9000
+NO_NAVIGATOR = 9000
 """Error code UNKNOWN of nav2_msgs/action/NavigateToPose; here: the navigator died or is not available."""
-NO_WAY = 208
+NO_VALID_PATH = 208
 """NO_VALID_PATH of nav2_msgs/action/ComputePathToPose: an obstacle or a person blocks the only path."""
-WAY_PATIENCE, BLOCKED_RETRY_PERIOD = 120.0, 10.0
+BLOCKED_PATH_TIMEOUT, BLOCKED_RETRY_PERIOD = 120.0, 10.0
 """Time for which a blocked path to the kitchen or home is retried, and period of the retries, s.
 
 A blocked table is skipped instead, because the robot can serve the next one."""
-DRIVER_PATIENCE = 120.0
+NAVIGATOR_TIMEOUT = 120.0
 """Time without a navigator after which a place counts as not reached, s: restarting a process may take a minute on a
 busy computer."""
 RETRY_PERIOD = 0.5
@@ -80,21 +80,23 @@ class DeliveryNode(Node):
     cancel: In[Empty]
     emergency_stop: In[Bool]
     navigation_goal: In[PoseStamped]
-    restored_status: In[DeliveryStatus] = last_words("delivery_status")
-    restored_stop: In[StopStatus] = last_words("stop_status")
-    deliver = serves(Deliver)
-    navigate_to_pose = calls(NavigateToPose)
+    restored_status: In[DeliveryStatus] = restored("delivery_status")
+    restored_stop: In[EmergencyStopStatus] = restored("stop_status")
+    deliver = action_server(Deliver)
+    navigate_to_pose = action_client(NavigateToPose)
     delivery_status: Out[DeliveryStatus] = topic(latched=True)
     remark: Out[String] = topic("delivery/remark")
 
     def start(self) -> None:
         """Start idle, or continue the round restored after a restart."""
-        self._round = Round(self.params.kitchen, self.params.home, self._resolve, self._report_outcome)
+        self._round = DeliveryRound(
+            self.params.kitchen, self.params.home, self._resolve, self._report_outcome
+        )
         self._published_status: DeliveryStatus | None = None
         self._ready = False
-        self._leg: Leg | None = None
+        self._leg: DriveRequest | None = None
         self._drive: Task[None] | None = None
-        self._results: dict[str, Future[Outcome]] = {}
+        self._results: dict[str, Future[OrderOutcome]] = {}
         self._goals = 0
         self._timer: tuple[str, int] | None = None
         self._feedback: Callable[[Deliver_Feedback], None] = lambda _: None
@@ -122,7 +124,7 @@ class DeliveryNode(Node):
             pressed = is_pressed(self.emergency_stop.last)
             if (
                 pressed
-                or restored.held == "stop"
+                or restored.hold_reason == "stop"
                 or pressed_since(self.restored_stop.last, restored.header.stamp.ns)
             ):
                 self._round.stop(True)
@@ -177,7 +179,7 @@ class DeliveryNode(Node):
     def on_navigation_goal(self, _: PoseStamped) -> None:
         """Note that another client's goal moves the robot away, if no drive of this node is active."""
         if self._drive is None:
-            self._round.diverted()
+            self._round.on_diverted()
             self._update_drive()
 
     async def on_deliver(
@@ -186,7 +188,7 @@ class DeliveryNode(Node):
         """Accept an order by action and return its outcome; canceling the goal withdraws the order."""
         self._goals += 1
         order = Order(goal.places, f"{self.name} {self.now_ns} {self._goals}")
-        result = self._results[order.id] = Future[Outcome]()
+        result = self._results[order.id] = Future[OrderOutcome]()
         self._feedback = feedback
         self.on_order(order)
         try:
@@ -221,14 +223,14 @@ class DeliveryNode(Node):
             running.cancel()
         self._drive = self.spawn(self._drive_leg(leg)) if leg is not None else None
 
-    async def _drive_leg(self, leg: Leg) -> None:
+    async def _drive_leg(self, leg: DriveRequest) -> None:
         """Drive a leg until it is reached, fails or is preempted."""
         try:
             result = await self._navigate(leg)
         except Cancelled:
             if self._leg is not leg:
                 raise  # cancelled because the round has another leg
-            self._round.diverted()
+            self._round.on_diverted()
         else:
             if result.error_msg == REFUSED:
                 self._round.stop(True)  # the emergency stop message has not arrived here yet
@@ -237,35 +239,35 @@ class DeliveryNode(Node):
         self._drive = self._leg = None
         self._update_drive()
 
-    async def _navigate(self, leg: Leg) -> NavigateToPose_Result:
+    async def _navigate(self, leg: DriveRequest) -> NavigateToPose_Result:
         """Navigate, and retry if the navigator died or the path to the kitchen or home is blocked."""
         pose = leg.pose or self._poses().get(leg.place)
         if pose is None:
             await self.sleep(0.0)
-            return NavigateToPose_Result(NOBODY_DROVE, f"there is no place called {leg.place!r} on this map")
+            return NavigateToPose_Result(NO_NAVIGATOR, f"there is no place called {leg.place!r} on this map")
         failing_since = None
         while True:
             start_ns, result = self.now_ns, await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
             duration = (self.now_ns - start_ns) / SECOND
-            if failing_since is None or (result.error_code == NOBODY_DROVE and duration > DRIVER_PATIENCE):
+            if failing_since is None or (result.error_code == NO_NAVIGATOR and duration > NAVIGATOR_TIMEOUT):
                 failing_since = self.now_ns  # the drive was active until now
             patience = self._retry_time(leg, result.error_code)
             if self.now_ns >= failing_since + round(patience * SECOND):
                 return result
-            await self.sleep(BLOCKED_RETRY_PERIOD if result.error_code == NO_WAY else RETRY_PERIOD)
+            await self.sleep(BLOCKED_RETRY_PERIOD if result.error_code == NO_VALID_PATH else RETRY_PERIOD)
 
-    def _retry_time(self, leg: Leg, code: int) -> float:
+    def _retry_time(self, leg: DriveRequest, code: int) -> float:
         """Return the time (s) since the first failure for which a drive with this error code is retried."""
-        if code == NOBODY_DROVE:
-            return DRIVER_PATIENCE
+        if code == NO_NAVIGATOR:
+            return NAVIGATOR_TIMEOUT
         required = leg.place in (self.params.kitchen, self.params.home)
-        return WAY_PATIENCE if required and code == NO_WAY else 0.0
+        return BLOCKED_PATH_TIMEOUT if required and code == NO_VALID_PATH else 0.0
 
     def _update_timer(self) -> None:
         """Start the timer that replaces a button; it restarts when the robot returns to the place."""
         status = self._round.status
         times = {"loading": self.params.loading_time, "waiting": self.params.taking_time}
-        seconds = 0.0 if status.held else times.get(status.state, 0.0)
+        seconds = 0.0 if status.hold_reason else times.get(status.state, 0.0)
         key = (status.state, self._round.number) if seconds else None
         if key != self._timer:
             self._timer = key
@@ -287,13 +289,13 @@ class DeliveryNode(Node):
         header = Header.of(self.now_ns, "map")
         self.delivery_status.publish(msgspec.structs.replace(status, header=header))
         if self.deliver.busy:
-            self._feedback(Deliver_Feedback(status.sentence))
+            self._feedback(Deliver_Feedback(status.description))
 
-    def _report_outcome(self, outcome: Outcome) -> None:
+    def _report_outcome(self, outcome: OrderOutcome) -> None:
         """Publish the status and set the result of the action goal, if the order came by action."""
         self._publish()
         if outcome.order_id in self._results:
-            self._results[outcome.order_id].set(outcome)
+            self._results[outcome.order_id].set_result(outcome)
 
     def _resolve(self, names: tuple[str, ...]) -> tuple[str, ...]:
         places = self._poses()

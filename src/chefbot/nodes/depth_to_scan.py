@@ -22,7 +22,7 @@ OVERHEAD = 0.05
 """Height above the robot's top that must be free as well, m."""
 
 
-class DepthParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class DepthToScanNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the two conversions."""
 
     scan: DepthToScanParams = DepthToScanParams()
@@ -32,7 +32,7 @@ class DepthParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 class DepthToScanNode(Node):
     """Publishes the planar scan on `scan` if the robot has no lidar, else on `depth_scan` for display."""
 
-    params: DepthParams
+    params: DepthToScanNodeParams
     depth: In[Image] = topic("camera/depth/image_raw")
     scan: Out[LaserScan]
     depth_scan: Out[LaserScan]
@@ -43,13 +43,13 @@ class DepthToScanNode(Node):
         camera = self.robot.sensors.depth_camera
         if camera is None:
             for port in (self.scan, self.depth_scan, self.obstacles):
-                port.withdraw()
+                port.unadvertise()
             return  # the robot has no depth camera
         self._camera = camera
         self._out, unused = self.scan, self.depth_scan
         if self.robot.sensors.lidar is not None:
             self._out, unused = unused, self._out
-        unused.withdraw()
+        unused.unadvertise()
         self._model = CameraModel.of(camera)
         self._converter = DepthToScan(self._model, self.params.scan)
         max_height = overall_height(self.robot) + OVERHEAD

@@ -9,13 +9,13 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.control.kinematics import wheel_speeds
-from chefbot.msgs.chefbot_msgs import StopStatus, WheelSpeeds
+from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.sensor_msgs import Range
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.robot.motion_limits import Limits, max_acceleration
-from chefbot.runtime.node import LIFE, In, Node, Out, every, last_words, topic
-from chefbot.safety.velocity_limiter import Limiter, LimiterParams
+from chefbot.runtime.node import RESTARTED, In, Node, Out, every, restored, topic
+from chefbot.safety.velocity_limiter import VelocityLimiter, VelocityLimiterParams
 
 RATE = 20.0
 ECHO_TIMEOUT_NS = 300_000_000
@@ -27,14 +27,16 @@ RELEASE_TIMEOUT_NS = 300_000_000
 PRESSED = "STOP was pressed."
 RELEASED = "STOP was released."
 PRESSED_BY_TOPIC = "Somebody said STOP on emergency_stop."
-STILL_STOPPED = "The base began anew; STOP was pressed before, and still is. Release it to drive."
-NOT_KNOWN = "The base began anew and does not know whether it was stopped, so it is. Release STOP to drive."
+ESTOP_RESTORED = "The base began anew; STOP was pressed before, and still is. Release it to drive."
+ESTOP_STATE_UNKNOWN = (
+    "The base began anew and does not know whether it was stopped, so it is. Release STOP to drive."
+)
 
 
-class BaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class DriveBaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the velocity limiter, the teleop priority and the ultrasonic safety margin."""
 
-    limiter: LimiterParams = LimiterParams()
+    limiter: VelocityLimiterParams = VelocityLimiterParams()
     teleop_hold: Annotated[
         float, Meta(ge=0, le=10, description="navigation waits so long after the last key or joystick, s")
     ] = 1.0
@@ -51,7 +53,7 @@ class StampedCommand(NamedTuple):
     time_ns: int
 
 
-class BaseNode(Node):
+class DriveBaseNode(Node):
     """Converts twists to wheel speeds: teleop overrides navigation, the emergency stop overrides both.
 
     Velocity limits and ramps apply to all. `cmd_vel` is the twist actually commanded. A command that is not repeated
@@ -63,28 +65,28 @@ class BaseNode(Node):
     """
 
     live_params = ("*",)
-    params: BaseParams
+    params: DriveBaseParams
     cmd_vel_teleop: In[Twist]
     cmd_vel_nav: In[Twist]
     stop_request: In[Bool]
     external_stop: In[Bool] = topic("emergency_stop")
-    restored_status: In[StopStatus] = last_words("stop_status")
-    restarted: In[Empty] = last_words(LIFE)
+    restored_status: In[EmergencyStopStatus] = restored("stop_status")
+    restarted: In[Empty] = restored(RESTARTED)
     process_lost: In[String]
     process_back: In[String]
     ultrasonic: In[Range]
     cmd_vel: Out[Twist]
     wheel_speeds: Out[WheelSpeeds]
     emergency_stop: Out[Bool] = topic(latched=True)
-    stop_status: Out[StopStatus] = topic(latched=True)
+    stop_status: Out[EmergencyStopStatus] = topic(latched=True)
     remark: Out[String] = topic("base/remark")
 
     def start(self) -> None:
         """Start at standstill and publish the state of the emergency stop."""
-        self._limiter = Limiter(Limits.of(self.robot), self.params.limiter)
+        self._limiter = VelocityLimiter(Limits.of(self.robot), self.params.limiter)
         self._teleop: StampedCommand | None = None
         self._navigation: StampedCommand | None = None
-        self._stop = StopStatus()
+        self._stop = EmergencyStopStatus()
         self._stop_published = False
         self._refused_ns: dict[str, int] = {}
         self._lost_processes: set[str] = set()
@@ -96,7 +98,7 @@ class BaseNode(Node):
         if not self._stop_published:
             self._publish_stop(self._stop)
 
-    def reconfigure(self, params: BaseParams) -> None:
+    def reconfigure(self, params: DriveBaseParams) -> None:
         """Apply new parameters from the next command on."""
         self.params = params
         self._limiter.params = params.limiter
@@ -119,33 +121,33 @@ class BaseNode(Node):
         moving = bool(twist.linear.x or twist.angular.z)
         last_ns = self._refused_ns.pop(source, None)
         held = moving and (
-            self._stop.stopped or (last_ns is not None and self.now_ns - last_ns <= RELEASE_TIMEOUT_NS)
+            self._stop.active or (last_ns is not None and self.now_ns - last_ns <= RELEASE_TIMEOUT_NS)
         )
         if held:
             self._refused_ns[source] = self.now_ns
         return held
 
-    def on_restored_status(self, status: StopStatus) -> None:
+    def on_restored_status(self, status: EmergencyStopStatus) -> None:
         """Restore an active emergency stop after a restart."""
         self._stop = status
-        if status.stopped:
-            self._restore_stop(STILL_STOPPED)
+        if status.active:
+            self._restore_stop(ESTOP_RESTORED)
 
     def on_restarted(self, _: Empty) -> None:
         """Activate the emergency stop after a restart if its state could not be restored."""
         if self.restored_status.last is None:
-            self._restore_stop(NOT_KNOWN)
+            self._restore_stop(ESTOP_STATE_UNKNOWN)
 
     def on_stop_request(self, request: Bool) -> None:
         """Press or release the emergency stop on request; repeated requests have no effect."""
-        if request.data != self._stop.stopped:
+        if request.data != self._stop.active:
             self._set_stop(request.data, PRESSED if request.data else RELEASED)
 
     def on_external_stop(self, pressed: Bool) -> None:
         """Process `emergency_stop`: this node's own message or that of another publisher."""
-        if pressed.data and not self._stop.stopped:
+        if pressed.data and not self._stop.active:
             self._set_stop(True, PRESSED_BY_TOPIC)
-        elif not pressed.data and self._stop.stopped:
+        elif not pressed.data and self._stop.active:
             self._publish_stop(self._stop)  # overrides the other publisher's message at all subscribers
 
     def _restore_stop(self, sentence: str) -> None:
@@ -155,17 +157,17 @@ class BaseNode(Node):
     def _set_stop(self, stopped: bool, sentence: str) -> None:
         """Change the emergency stop state; earlier commands are discarded and do not resume after the release."""
         now = Header.of(self.now_ns, "base_link")
-        pressed_at = now.stamp if stopped and not self._stop.stopped else self._stop.pressed_at
+        pressed_at = now.stamp if stopped and not self._stop.active else self._stop.pressed_at
         if stopped:
             self._teleop = self._navigation = None
             self._limiter.reset()
             self._publish_command(0.0, 0.0)
-        self._publish_stop(StopStatus(now, stopped, pressed_at, sentence))
+        self._publish_stop(EmergencyStopStatus(now, stopped, pressed_at, sentence))
 
-    def _publish_stop(self, status: StopStatus) -> None:
+    def _publish_stop(self, status: EmergencyStopStatus) -> None:
         self._stop, self._stop_published = status, True
         self.stop_status.publish(status)
-        self.emergency_stop.publish(Bool(status.stopped))
+        self.emergency_stop.publish(Bool(status.active))
 
     def on_process_lost(self, process: String) -> None:
         """Stop at once, without a ramp, when a process of the launch is lost.
@@ -184,7 +186,7 @@ class BaseNode(Node):
     @every(hz=RATE)
     def command(self) -> None:
         """Publish the next step of the velocity ramp."""
-        command = None if self._stop.stopped else self._select_command()
+        command = None if self._stop.active else self._select_command()
         v, w, age = (0.0, 0.0, 0.0) if command is None else (command.v, command.w, self._age(command))
         v, w = self._limiter.step(min(v, self._safe_speed()), w, age, 1.0 / RATE)
         self._publish_command(v, w)

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.exploration.explorer import Decision, Explorer, Goal
+from chefbot.exploration.explorer import ExplorationDecision, ExplorationGoal, Explorer
 from chefbot.exploration.params import ExplorerParams
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Duration
-from chefbot.msgs.chefbot_msgs import ExplorationStatus, StopStatus
+from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, ExplorationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav2_msgs import (
     NavigateToPose,
@@ -31,9 +31,9 @@ from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import PlanningError
-from chefbot.runtime.actions import calls
-from chefbot.runtime.coroutines import Cancelled, Future, Task, first_of
-from chefbot.runtime.node import In, Node, Out, last_words, topic
+from chefbot.runtime.actions import action_client
+from chefbot.runtime.coroutines import Cancelled, Future, Task, wait_any
+from chefbot.runtime.node import In, Node, Out, restored, topic
 from chefbot.safety.emergency_stop import pressed_since
 
 CHECK_PERIOD = 2.0
@@ -61,10 +61,10 @@ class ExplorerNode(Node):
     map: In[OccupancyGrid]
     cancel: In[Empty]
     emergency_stop: In[Bool]
-    restored_status: In[ExplorationStatus] = last_words("exploration_status")
-    restored_stop: In[StopStatus] = last_words("stop_status")
-    navigate_to_pose = calls(NavigateToPose)
-    spin = calls(Spin)
+    restored_status: In[ExplorationStatus] = restored("exploration_status")
+    restored_stop: In[EmergencyStopStatus] = restored("stop_status")
+    navigate_to_pose = action_client(NavigateToPose)
+    spin = action_client(Spin)
     exploration_status: Out[ExplorationStatus] = topic(latched=True)
 
     def start(self) -> None:
@@ -84,7 +84,7 @@ class ExplorerNode(Node):
     def on_map(self, _: OccupancyGrid) -> None:
         """Complete the future of the tasks that wait for a map."""
         pending, self._new_map = self._new_map, Future()
-        pending.set(None)
+        pending.set_result(None)
 
     def on_cancel(self, _: Empty) -> None:
         """Cancel the exploration on request of the operator."""
@@ -102,7 +102,9 @@ class ExplorerNode(Node):
             self.exploration_status.publish(restored)
             return
         if restored is not None and pressed_since(self.restored_stop.last, restored.header.stamp.ns):
-            self._publish_status(True, Decision(None, ()), "Exploration ended when STOP was pressed.")
+            self._publish_status(
+                True, ExplorationDecision(None, ()), "Exploration ended when STOP was pressed."
+            )
             return
         try:
             await self._look_around()
@@ -119,7 +121,7 @@ class ExplorerNode(Node):
                 await self._go(SE2(0.0, 0.0, 0.0))
             self._publish_status(True, decision, "Everything within reach is seen.")
         except Cancelled:
-            self._publish_status(True, Decision(None, ()), "Exploration was cancelled.")
+            self._publish_status(True, ExplorationDecision(None, ()), "Exploration was cancelled.")
             raise
 
     async def _look_around(self) -> None:
@@ -127,40 +129,40 @@ class ExplorerNode(Node):
         self._turn = -self._turn
         await self.spin.call(Spin_Goal(self._turn, Duration.of(30.0)))
 
-    async def _visit(self, goal: Goal) -> None:
+    async def _visit(self, goal: ExplorationGoal) -> None:
         """Drive to a goal, and stop early once its frontier has been mapped on the way."""
         driving = self._go(goal.pose)
         try:
-            while not driving.done and self._worth(goal):
-                await first_of(driving, self.sleep(CHECK_PERIOD))
+            while not driving.done and self._frontier_remains(goal):
+                await wait_any(driving, self.sleep(CHECK_PERIOD))
         finally:
-            driving.abandon()
+            driving.discard()
         if driving.done and driving.result().error_code:
-            self._explorer.fruitless(goal)
+            self._explorer.mark_failed(goal)
         elif driving.done:
             if goal.look_around:
                 await self._look_around()
             await self._await_new_map()
-            if self._worth(goal):
-                self._explorer.fruitless(goal)
+            if self._frontier_remains(goal):
+                self._explorer.mark_failed(goal)
 
     async def _await_new_map(self) -> None:
         """Wait for the next map, with a timeout: a mapper without new data publishes none."""
         while self.map.last is None:
             await self._new_map
-        await first_of(self._new_map, self.sleep(MAP_TIMEOUT))
+        await wait_any(self._new_map, self.sleep(MAP_TIMEOUT))
 
     def _go(self, pose: SE2) -> Future[NavigateToPose_Result]:
         stamped = PoseStamped(Header.of(self.now_ns, "map"), Pose.of(pose))
         return self.navigate_to_pose.call(NavigateToPose_Goal(stamped))
 
-    def _worth(self, goal: Goal) -> bool:
+    def _frontier_remains(self, goal: ExplorationGoal) -> bool:
         """Return whether the goal's frontier is still there."""
         if self.map.last is None:
             return True
-        return self._explorer.still_there(self.map.last.grid, goal)
+        return self._explorer.frontier_remains(self.map.last.grid, goal)
 
-    def _decide(self) -> Decision:
+    def _decide(self) -> ExplorationDecision:
         """Select the next goal on the latest map."""
         assert self.map.last is not None
         grid = self.map.last.grid
@@ -169,7 +171,9 @@ class ExplorerNode(Node):
 
     def _cost_to_come(self, grid: Grid, robot: SE2) -> NDArray[np.float32]:
         costs = LayeredCostmap(
-            self.params.costmap, self.robot.footprint_radius, wary=self.robot.sensors.look_ahead_only
+            self.params.costmap,
+            self.robot.footprint_radius,
+            avoid_unknown=self.robot.sensors.forward_sensing_only,
         )
         costs.set_static(grid)
         try:
@@ -178,10 +182,10 @@ class ExplorerNode(Node):
             # the robot's cell is occupied: nothing is reachable
             return np.full(grid.cells.shape, np.inf, np.float32)
 
-    def _publish_status(self, done: bool, decision: Decision, sentence: str) -> None:
+    def _publish_status(self, done: bool, decision: ExplorationDecision, sentence: str) -> None:
         remaining = tuple(
             f"({frontier.x:.1f}, {frontier.y:.1f}) {frontier.length:.1f} m: {frontier.reason}"
-            for frontier in decision.left
+            for frontier in decision.skipped
         )
         header = Header.of(self.now_ns, "map")
         self.exploration_status.publish(ExplorationStatus(header, done, len(remaining), sentence, remaining))

@@ -13,11 +13,11 @@ from chefbot.msgs.chefbot_msgs import LocalizationStatus
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.msgs.nav2_msgs import DriveOnHeading, DriveOnHeading_Goal, Spin, Spin_Goal
 from chefbot.msgs.std_msgs import Bool
-from chefbot.runtime.actions import calls
-from chefbot.runtime.coroutines import Task, first_of
-from chefbot.runtime.node import In, Node, Out, last_words, topic
+from chefbot.runtime.actions import action_client
+from chefbot.runtime.coroutines import Task, wait_any
+from chefbot.runtime.node import In, Node, Out, restored, topic
 
-SURE_FOR = 3
+LOCALIZED_UPDATES_REQUIRED = 3
 """Consecutive localized updates required: two rooms can look alike for a moment."""
 SPIN_STEP = math.pi / 4
 """Angle of a turn between two checks of the localization, rad."""
@@ -25,24 +25,24 @@ MOVE_DISTANCE = 0.6
 """Distance to move after a full turn without convergence, m; shorter if blocked."""
 
 
-class FinderParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class GlobalLocalizerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the search for the pose."""
 
     rounds: Annotated[int, Meta(ge=1, le=100, description="turns and steps before it gives up")] = 8
 
 
-class FinderNode(Node):
-    """Turns and moves carefully, using sensors only, until localization has converged for SURE_FOR updates.
+class GlobalLocalizerNode(Node):
+    """Turns and moves carefully, by sensors only, until localization has converged for some updates.
 
     The result is published once on `localized`; navigation waits for it.
     """
 
-    params: FinderParams
+    params: GlobalLocalizerParams
     localization_status: In[LocalizationStatus]
-    restored_localized: In[Bool] = last_words("localized")
+    restored_localized: In[Bool] = restored("localized")
     emergency_stop: In[Bool]
-    spin = calls(Spin)
-    drive_on_heading = calls(DriveOnHeading)
+    spin = action_client(Spin)
+    drive_on_heading = action_client(DriveOnHeading)
     localized: Out[Bool] = topic(latched=True)
 
     def start(self) -> None:
@@ -69,9 +69,9 @@ class FinderNode(Node):
             turned = 0.0
             while turned < 2.0 * math.pi:
                 # ends also when another motion preempts it
-                await first_of(self.spin.call(Spin_Goal(SPIN_STEP, Duration.of(15.0))))
+                await wait_any(self.spin.call(Spin_Goal(SPIN_STEP, Duration.of(15.0))))
                 turned += SPIN_STEP
-                if self._localized_updates >= SURE_FOR:
+                if self._localized_updates >= LOCALIZED_UPDATES_REQUIRED:
                     self.localized.publish(Bool(True))
                     return
             await self._move_on()

@@ -10,12 +10,19 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.runtime.node import In, Node, Out, every, last_words, topic
-from chefbot.scan.usable_range import trusted_range
+from chefbot.runtime.node import In, Node, Out, every, restored, topic
+from chefbot.scan.usable_range import usable_range
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
 
-CAMERA = GmappingParams(srr=0.01, str=0.003, srt=0.003, stt=0.006, least_shift=0.002, least_turn=0.001)
+CAMERA = GmappingParams(
+    translation_noise_from_translation=0.01,
+    translation_noise_from_rotation=0.003,
+    rotation_noise_from_translation=0.003,
+    rotation_noise_from_rotation=0.006,
+    min_translation_noise=0.002,
+    min_rotation_noise=0.001,
+)
 """Lower odometry noise for a camera: a narrow field of view contains little information about the heading."""
 
 
@@ -33,11 +40,11 @@ class GmappingNode(Node):
     After a restart it continues with the last published map, at the pose by odometry since.
     """
 
-    live_params = ("*.*_update", "*.clear_range", "*.s[rt][rt]", "*.least_*", "*.resample_threshold")
+    live_params = ("*.*_update", "*.clear_range", "*_noise*", "*.resample_threshold")
     params: GmappingNodeParams
     scan: In[LaserScan]
-    restored_map: In[OccupancyGrid] = last_words("map")
-    restored_tf: In[TFMessage] = last_words("tf")
+    restored_map: In[OccupancyGrid] = restored("map")
+    restored_tf: In[TFMessage] = restored("tf")
     map: Out[OccupancyGrid] = topic(latched=True)
     tf_out: Out[TFMessage] = topic("tf")
 
@@ -55,7 +62,7 @@ class GmappingNode(Node):
     def on_scan(self, scan: LaserScan) -> None:
         """Update the map once odometry at the scan's time is available."""
         stamp = scan.header.stamp.ns
-        self.tf.when("odom", "base_link", stamp, lambda odom: self._update(scan, odom))
+        self.tf.on_available("odom", "base_link", stamp, lambda odom: self._update(scan, odom))
 
     def _update(self, scan: LaserScan, odom: SE2) -> None:
         if self._slam is None:
@@ -78,7 +85,7 @@ class GmappingNode(Node):
         """Return the parameters of the robot's sensor with this run's seed and the usable maximum range."""
         params = self.params.camera if self.robot.sensors.lidar is None else self.params.lidar
         seed = int(self.context.rng().integers(2**31)) + params.seed
-        max_range = min(params.max_range, trusted_range(self.robot, params.resolution))
+        max_range = min(params.max_range, usable_range(self.robot, params.resolution))
         return msgspec.structs.replace(params, seed=seed, max_range=max_range)
 
     @every(hz=0.5)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from chefbot.behavior.behavior import Progress
+from chefbot.behavior.behavior import BehaviorProgress
 
 
 class BehaviorErrorCodes(NamedTuple):
@@ -23,9 +23,9 @@ SPIN, BACK_UP, DRIVE = (
 )
 
 
-def motion_error(progress: Progress, errors: BehaviorErrorCodes) -> tuple[int, str]:
+def motion_error(progress: BehaviorProgress, errors: BehaviorErrorCodes) -> tuple[int, str]:
     """Return the error code and message for the final progress of a motion."""
-    codes = {Progress.BLOCKED: errors.collision, Progress.TIMED_OUT: errors.timeout}
+    codes = {BehaviorProgress.BLOCKED: errors.collision, BehaviorProgress.TIMED_OUT: errors.timeout}
     return (
         (codes[progress], f"{progress.value[0].upper()}{progress.value[1:]}.")
         if progress in codes

@@ -9,7 +9,12 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
-from chefbot.behavior.recovery import BACK_UP_SPEED_FRACTION, Recovery, RecoveryParams, recovery_sequence
+from chefbot.behavior.recovery import (
+    BACK_UP_SPEED_FRACTION,
+    RecoveryBehavior,
+    RecoveryParams,
+    recovery_sequence,
+)
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import LocalizationStatus, NavigationStatus
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
@@ -32,8 +37,8 @@ from chefbot.msgs.nav2_msgs import (
 )
 from chefbot.msgs.std_msgs import Bool, Empty, Float64, Header, String
 from chefbot.robot.motion_limits import max_speed
-from chefbot.runtime.actions import calls, serves
-from chefbot.runtime.coroutines import Cancelled, Future, Task, first_of
+from chefbot.runtime.actions import action_client, action_server
+from chefbot.runtime.coroutines import Cancelled, Future, Task, wait_any
 from chefbot.runtime.node import In, Node, Out, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
@@ -55,9 +60,9 @@ COSTMAP_REFRESH_TIME = 1.0
 """Time that the sensors need to mark the present obstacles again, s."""
 SPIN_STEP = math.pi / 4
 """Angle that a lost robot rotates between two checks of the localization, rad."""
-PIECES = 24
+MAX_SPIN_STEPS = 24
 """Number of rotation steps (three turns) after which a lost robot aborts the goal."""
-SURE_FOR = 3
+LOCALIZED_UPDATES_REQUIRED = 3
 """Consecutive localized updates required, because two places can look alike for a moment."""
 YIELD_TIME = 2.0
 """Time that a lost robot yields to another motion, as of the global localizer, before it rotates on, s."""
@@ -86,19 +91,21 @@ class NavigatorNode(Node):
     emergency_stop: In[Bool]
     localization_status: In[LocalizationStatus]
     standing: In[String] = topic("controller/standing")
-    navigate_to_pose = serves(NavigateToPose)
-    compute_path_to_pose = calls(ComputePathToPose)
-    follow_path = calls(FollowPath)
-    spin = calls(Spin)
-    backup = calls(BackUp)
-    navigate_to_pose_client = calls(NavigateToPose, "navigate_to_pose")
+    navigate_to_pose = action_server(NavigateToPose)
+    compute_path_to_pose = action_client(ComputePathToPose)
+    follow_path = action_client(FollowPath)
+    spin = action_client(Spin)
+    backup = action_client(BackUp)
+    navigate_to_pose_client = action_client(NavigateToPose, "navigate_to_pose")
     clear_costmaps: Out[Float64]
     navigation_status: Out[NavigationStatus] = topic(latched=True)
     navigation_goal: Out[PoseStamped]
 
     def start(self) -> None:
         """Start idle, without a goal."""
-        self._recovery_sequence = recovery_sequence(look_ahead_only=self.robot.sensors.look_ahead_only)
+        self._recovery_sequence = recovery_sequence(
+            forward_sensing_only=self.robot.sensors.forward_sensing_only
+        )
         self._recoveries = 0
         self._path_feedback = FollowPath_Feedback()
         self._feedback_ns = 0
@@ -131,7 +138,7 @@ class NavigatorNode(Node):
         """Count consecutive localized updates, and interrupt path following when localization is lost."""
         self._localized_updates = self._localized_updates + 1 if status.localized else 0
         if not status.localized:
-            self._localization_lost.set(None)
+            self._localization_lost.set_result(None)
 
     def on_standing(self, _: String) -> None:
         """Publish the status again when the controller starts or stops waiting."""
@@ -180,7 +187,7 @@ class NavigatorNode(Node):
                 # relocalize first if localization is lost
                 if self._is_lost:
                     if following is not None:
-                        following.abandon()
+                        following.discard()
                     fault = await self._relocalize()
                     if fault:
                         return FollowPath_Result(error_code=PATIENCE_EXCEEDED, error_msg=fault)
@@ -192,12 +199,12 @@ class NavigatorNode(Node):
                 # follow the path until it ends, the next plan is due or localization is lost
                 following = self.follow_path.call(FollowPath_Goal(planned.path))
                 self._localization_lost = Future()
-                await first_of(following, self.sleep(self.params.replan_period), self._localization_lost)
+                await wait_any(following, self.sleep(self.params.replan_period), self._localization_lost)
                 if following.done:
                     return following.result()
         finally:
             if following is not None:
-                following.abandon()
+                following.discard()
 
     @property
     def _is_lost(self) -> bool:
@@ -206,25 +213,25 @@ class NavigatorNode(Node):
         return status is not None and not status.localized
 
     async def _relocalize(self) -> str:
-        """Rotate in place, which cannot collide, until localization has converged for SURE_FOR updates.
+        """Rotate in place, which cannot collide, until localization has converged for some updates.
 
         Returns an error message, empty on success.
         """
         self._publish_status("recovering", LOST)
-        for _ in range(PIECES):
+        for _ in range(MAX_SPIN_STEPS):
             result = await self._spin_one_step()
-            if self._localized_updates >= SURE_FOR:
+            if self._localized_updates >= LOCALIZED_UPDATES_REQUIRED:
                 return ""
             if result is None:
                 await self.sleep(YIELD_TIME)
             elif result.error_code:
                 return result.error_msg
-        return NOT_FOUND.format(round(PIECES * SPIN_STEP / (2.0 * math.pi)))
+        return NOT_FOUND.format(round(MAX_SPIN_STEPS * SPIN_STEP / (2.0 * math.pi)))
 
     async def _spin_one_step(self) -> Spin_Result | None:
         """Rotate by one step; return None if another motion preempted this one."""
         spinning = self.spin.call(Spin_Goal(SPIN_STEP, Duration.of(15.0)))
-        await first_of(spinning)
+        await wait_any(spinning)
         try:
             return spinning.result()
         except Cancelled:
@@ -237,14 +244,14 @@ class NavigatorNode(Node):
         self._publish_status("recovering", reason)
         await self._run_recovery(recovery)
 
-    async def _run_recovery(self, recovery: Recovery) -> None:
+    async def _run_recovery(self, recovery: RecoveryBehavior) -> None:
         params = self.params.recovery
-        if recovery is Recovery.CLEAR:
+        if recovery is RecoveryBehavior.CLEAR:
             self.clear_costmaps.publish(Float64(params.clear_radius))
             await self.sleep(COSTMAP_REFRESH_TIME)
-        elif recovery is Recovery.SPIN:
+        elif recovery is RecoveryBehavior.SPIN:
             await self.spin.call(Spin_Goal(params.spin, Duration.of(30.0)))
-        elif recovery is Recovery.BACK_UP:
+        elif recovery is RecoveryBehavior.BACK_UP:
             speed = BACK_UP_SPEED_FRACTION * max_speed(self.robot)
             await self.backup.call(BackUp_Goal(Point(-params.back_up), speed, Duration.of(10.0)))
         else:

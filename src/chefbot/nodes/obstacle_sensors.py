@@ -13,7 +13,7 @@ from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticStatus
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.robot.spec import Robot
-from chefbot.safety.sensor_freshness import SensorWatch, View
+from chefbot.safety.sensor_freshness import ObstacleSensorMonitor, SensorView
 
 OK_MESSAGE = "The obstacle sensors send good data."
 BLIND = "The depth camera is blind: a quarter of its picture or more shows nothing; I do not drive forward."
@@ -23,20 +23,20 @@ BLIND_RANGE_MARGIN = 0.1
 """Margin beyond the camera's minimum range in which a marked obstacle may be too near to be seen, m."""
 
 
-def laser_view(scan: LaserScan) -> View:
+def laser_view(scan: LaserScan) -> SensorView:
     """Convert a laser scan: NaN, zero and negative ranges are invalid, +inf means no return (REP-117)."""
     ranges = scan.ranges
     hits = (ranges > 0.0) & (ranges < scan.range_max)
     near = bool((ranges[hits] < NEAR_FRACTION * scan.range_max).any())
-    return View(scan.header.stamp.ns, ranges[:, None], hits, hits, ~(ranges > 0.0), near)
+    return SensorView(scan.header.stamp.ns, ranges[:, None], hits, hits, ~(ranges > 0.0), near)
 
 
-def camera_view(scan: ObstacleScan) -> View:
+def camera_view(scan: ObstacleScan) -> SensorView:
     """Convert an obstacle scan: a direction with neither an obstacle nor floor has no data."""
     hits = np.isfinite(scan.ranges)
     measured = hits | (scan.clear_to > 0.0)
     data = np.column_stack([scan.ranges, scan.clear_from, scan.clear_to])
-    return View(scan.header.stamp.ns, data, hits, measured, ~measured, False)
+    return SensorView(scan.header.stamp.ns, data, hits, measured, ~measured, False)
 
 
 class ObstacleSensors:
@@ -45,31 +45,33 @@ class ObstacleSensors:
     def __init__(self, robot: Robot) -> None:
         self._robot_name = robot.name
         lidar, camera = robot.sensors.lidar, robot.sensors.depth_camera
-        self._lidar = SensorWatch("lidar", 1.0 / lidar.rate) if lidar is not None else None
-        self._camera = SensorWatch("depth camera", 1.0 / camera.rate) if camera is not None else None
+        self._lidar = ObstacleSensorMonitor("lidar", 1.0 / lidar.rate) if lidar is not None else None
+        self._camera = (
+            ObstacleSensorMonitor("depth camera", 1.0 / camera.rate) if camera is not None else None
+        )
         self._camera_spec = camera
         self._last_obstacles: ObstacleScan | None = None
 
-    def see_scan(self, scan: LaserScan, now_ns: int, pose: SE2 | None) -> None:
+    def process_scan(self, scan: LaserScan, now_ns: int, pose: SE2 | None) -> None:
         """Process a laser scan; ignored without a lidar, as the depth camera is monitored by its obstacle scans."""
         if self._lidar is not None:
-            self._lidar.see(laser_view(scan), now_ns, pose)
+            self._lidar.process_view(laser_view(scan), now_ns, pose)
 
-    def place_scan(self, stamp_ns: int) -> None:
+    def note_scan_marked(self, stamp_ns: int) -> None:
         """Note that the scan of this time was marked in the costmap."""
         if self._lidar is not None:
-            self._lidar.place(stamp_ns)
+            self._lidar.note_marked(stamp_ns)
 
-    def see_obstacles(self, scan: ObstacleScan, now_ns: int, pose: SE2 | None) -> None:
+    def process_obstacles(self, scan: ObstacleScan, now_ns: int, pose: SE2 | None) -> None:
         """Process an obstacle scan of the depth camera."""
         self._last_obstacles = scan
         if self._camera is not None:
-            self._camera.see(camera_view(scan), now_ns, pose)
+            self._camera.process_view(camera_view(scan), now_ns, pose)
 
-    def place_obstacles(self, stamp_ns: int) -> None:
+    def note_obstacles_marked(self, stamp_ns: int) -> None:
         """Note that the obstacle scan of this time was marked in the costmap."""
         if self._camera is not None:
-            self._camera.place(stamp_ns)
+            self._camera.note_marked(stamp_ns)
 
     def fault(self, now_ns: int, pose: SE2 | None) -> str:
         """Return why the robot must stand still, a sentence that names the sensor, or an empty string."""

@@ -23,8 +23,8 @@ from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import Imu
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.odometry.diagnostics import WELL, complaint
-from chefbot.odometry.drive_model import Body
+from chefbot.odometry.diagnostics import NO_FAULT, diagnostic_message
+from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.estimate import MotionEstimate
 from chefbot.odometry.params import OdometryParams
@@ -51,7 +51,7 @@ class OdometryNode(Node):
 
     def start(self) -> None:
         """Create the filter at the origin of `odom`."""
-        self._filter = Ekf(Body.of(self.robot, self.params))
+        self._filter = Ekf(DriveModel.of(self.robot, self.params))
         self._imu_rotation = _imu_rotation(self.robot.sensors.imu.mount)
 
     def on_imu(self, imu: Imu) -> None:
@@ -91,9 +91,9 @@ class OdometryNode(Node):
     @every(hz=1)
     def report_health(self) -> None:
         """Publish the health of wheels and gyro as diagnostics."""
-        sentence = complaint(self._filter, self.now_ns)
+        sentence = diagnostic_message(self._filter, self.now_ns)
         level = WARN if sentence else OK
-        status = DiagnosticStatus(level, "odometry", sentence or WELL, self.robot.name)
+        status = DiagnosticStatus(level, "odometry", sentence or NO_FAULT, self.robot.name)
         self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))
 
     def _to_base_axes(self, vector: Vector3) -> Triple:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from chefbot.costmap.conversions import costmap_message, mark_laser, mark_obstacles, plane_of
 from chefbot.costmap.layered_costmap import LayeredCostmap
-from chefbot.costmap.params import LIVE, CostmapParams
+from chefbot.costmap.params import LIVE_PARAMS, CostmapParams
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
@@ -23,22 +23,22 @@ from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
-from chefbot.planning.planner import Failure, Planner, PlanningError
-from chefbot.runtime.actions import serves
+from chefbot.planning.planner import Planner, PlanningError, PlanningFailure
+from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import In, Node, Out, every, topic
-from chefbot.runtime.plugins import plugin
+from chefbot.runtime.plugins import load_plugin
 from chefbot.runtime.transform_buffer import TransformError
 
 ERROR_CODES = {
-    Failure.START_OUTSIDE_MAP: 203,
-    Failure.GOAL_OUTSIDE_MAP: 204,
-    Failure.START_OCCUPIED: 205,
-    Failure.GOAL_OCCUPIED: 206,
-    Failure.NO_VALID_PATH: 208,
+    PlanningFailure.START_OUTSIDE_MAP: 203,
+    PlanningFailure.GOAL_OUTSIDE_MAP: 204,
+    PlanningFailure.START_OCCUPIED: 205,
+    PlanningFailure.GOAL_OCCUPIED: 206,
+    PlanningFailure.NO_VALID_PATH: 208,
 }
 """Error codes of nav2_msgs/action/ComputePathToPose."""
 NO_TRANSFORM = 202
-RETRY_WITHOUT_FAR_MARKS = (Failure.NO_VALID_PATH, Failure.GOAL_OCCUPIED)
+RETRY_WITHOUT_FAR_MARKS = (PlanningFailure.NO_VALID_PATH, PlanningFailure.GOAL_OCCUPIED)
 """Failures after which planning is repeated without obstacles out of sensor range, which may have left."""
 JUMP_DISTANCE, JUMP_ANGLE = 0.5, 0.26
 """Jump of the estimated pose, m and rad (15 degrees), after which the obstacle layers are cleared."""
@@ -56,20 +56,22 @@ class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 class PlannerNode(Node):
     """Serves compute_path_to_pose on the static map and the obstacle layers."""
 
-    live_params = (*(f"costmap.{name}" for name in LIVE), "settings.*")
+    live_params = (*(f"costmap.{name}" for name in LIVE_PARAMS), "settings.*")
     params: PlannerNodeParams
     map: In[OccupancyGrid]
     scan: In[LaserScan]
     obstacles: In[ObstacleScan]
     clear_costmaps: In[Float64]
-    compute_path_to_pose = serves(ComputePathToPose)
+    compute_path_to_pose = action_server(ComputePathToPose)
     plan: Out[Path]
     costmap: Out[OccupancyGrid] = topic("global_costmap/costmap", latched=True)
 
     def start(self) -> None:
         """Create the global costmap and the planner; planning fails before the first map."""
         self._costs = LayeredCostmap(
-            self.params.costmap, self.robot.footprint_radius, wary=self.robot.sensors.look_ahead_only
+            self.params.costmap,
+            self.robot.footprint_radius,
+            avoid_unknown=self.robot.sensors.forward_sensing_only,
         )
         self._map_T_odom: SE2 | None = None
         self._planner = self._make_planner()
@@ -77,11 +79,11 @@ class PlannerNode(Node):
     def reconfigure(self, params: PlannerNodeParams) -> None:
         """Apply new parameters from the next plan on."""
         self.params = params
-        self._costs.retune(params.costmap)
+        self._costs.reconfigure(params.costmap)
         self._planner = self._make_planner()
 
     def _make_planner(self) -> Planner:
-        planner: Planner = plugin(self.params.plugin, GridPlanner, self.params.settings)
+        planner: Planner = load_plugin(self.params.plugin, GridPlanner, self.params.settings)
         return planner
 
     def on_map(self, message: OccupancyGrid) -> None:
@@ -92,13 +94,13 @@ class PlannerNode(Node):
         """Update the laser's obstacle layer with a scan."""
         stamp = scan.header.stamp.ns
         mark = partial(mark_laser, scan=scan)
-        self.tf.when("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
+        self.tf.on_available("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
 
     def on_obstacles(self, scan: ObstacleScan) -> None:
         """Update the camera's obstacle layers with an obstacle scan."""
         stamp = scan.header.stamp.ns
         mark = partial(mark_obstacles, scan=scan, plane=plane_of(self.robot))
-        self.tf.when("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
+        self.tf.on_available("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
 
     def _mark(self, mark: Callable[[LayeredCostmap, SE2], None], odom_T_sensor: SE2) -> None:
         """Mark with the odometry pose at the time of the measurement and the latest map -> odom transform."""
@@ -152,7 +154,7 @@ class PlannerNode(Node):
         except PlanningError as error:
             if error.failure not in RETRY_WITHOUT_FAR_MARKS:
                 raise
-            return self._planner.plan(self._costs.without_far_marks(robot), start, goal)
+            return self._planner.plan(self._costs.costs_without_far_marks(robot), start, goal)
 
     def _path(self, poses: NDArray[np.float64]) -> Path:
         header = Header.of(self.now_ns, "map")

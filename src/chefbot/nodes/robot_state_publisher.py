@@ -12,7 +12,7 @@ from chefbot.runtime.node import Node, NoParams, Out, topic
 CAMERA_FRAME = DEPTH_FRAME
 
 
-class FramesNode(Node):
+class RobotStatePublisherNode(Node):
     """Publishes the robot model and its fixed transforms once, transient local."""
 
     params: NoParams

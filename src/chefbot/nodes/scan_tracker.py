@@ -12,7 +12,9 @@ from chefbot.slam.params import GmappingParams
 
 TRACKER_PARAMS = GmappingParams(
     particles=1, linear_update=0.0, angular_update=0.0, sigma=0.03, iterations=8, independent_beams=100.0,
-    srr=0.02, str=0.003, srt=0.01, stt=0.02, least_shift=0.002, least_turn=0.001,
+    translation_noise_from_translation=0.02, translation_noise_from_rotation=0.003,
+    rotation_noise_from_translation=0.01, rotation_noise_from_rotation=0.02,
+    min_translation_noise=0.002, min_rotation_noise=0.001,
 )  # fmt: skip
 """One particle, every scan, small steps: the room is small and odometry errors between scans are small."""
 

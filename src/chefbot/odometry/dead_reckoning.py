@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.odometry.drive_model import Body
+from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.estimate import MotionEstimate, estimate_of
-from chefbot.odometry.filter_state import Belief
-from chefbot.odometry.fusion import fold
+from chefbot.odometry.filter_state import FilterState
+from chefbot.odometry.fusion import process_reading
 from chefbot.odometry.motion_model import YAW, X, Y
 from chefbot.odometry.params import OdometryParams
 from chefbot.odometry.readings import Reading, WheelCounts
@@ -30,21 +30,21 @@ class DeadReckoning:
         counter_bits: int = 64,
         start: SE2 = IDENTITY,
     ) -> None:
-        self._body = Body.of(robot, params or OdometryParams(), counter_bits)
-        self.belief = Belief.begin(self._body)
+        self._body = DriveModel.of(robot, params or OdometryParams(), counter_bits)
+        self.belief = FilterState.initial(self._body)
         self.belief.state[[X, Y, YAW]] = start
         self._now_ns = 0
 
     def update(self, ticks_left: int, ticks_right: int, dt: float) -> MotionEstimate:
         """Update the estimate with the board's counts, read `dt` > 0 seconds after those of the last call."""
-        return self._tell(WheelCounts(self._later(dt), ticks_left, ticks_right))
+        return self._process(WheelCounts(self._advance_clock(dt), ticks_left, ticks_right))
 
-    def _later(self, dt: float) -> int:
+    def _advance_clock(self, dt: float) -> int:
         if not dt > 0.0:
             raise ValueError(f"a step of {dt} s is none")
         self._now_ns += max(round(dt * 1e9), 1)
         return self._now_ns
 
-    def _tell(self, reading: Reading) -> MotionEstimate:
-        self.belief = fold(self._body, self.belief, reading)
+    def _process(self, reading: Reading) -> MotionEstimate:
+        self.belief = process_reading(self._body, self.belief, reading)
         return estimate_of(self.belief)

@@ -6,7 +6,7 @@ from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.sensor_health import Condition, Source
 
 SIDES = ("left", "right")
-WELL = "Wheels and gyro agree."
+NO_FAULT = "Wheels and gyro agree."
 _FAULT_TEXTS = {
     Condition.STUCK: "says the same to the last bit while the wheels turn",
     Condition.SATURATED: "is at the end of its range",
@@ -21,7 +21,7 @@ _CONSEQUENCES = {
 }
 
 
-def complaint(ekf: Ekf, now_ns: int) -> str | None:
+def diagnostic_message(ekf: Ekf, now_ns: int) -> str | None:
     """Return a message with all sensor faults at a stamp, or None if there is none."""
     if ekf.belief.stamp_ns is None:
         return None  # no wheel reading yet
@@ -37,7 +37,7 @@ def _source_message(ekf: Ekf, source: Source, now_ns: int) -> str | None:
     if source is Source.WHEELS:
         return _wheel_message(ekf, condition, now_ns)
     if condition in (Condition.LOST, Condition.ABSENT):
-        age = ekf.silent_for(source, now_ns)
+        age = ekf.time_since_used(source, now_ns)
         silent = f"No {source.value} for {age:.1f} s" if age < 1e6 else f"No {source.value} so far"
         return f"{silent}: {_CONSEQUENCES[source]}."
     left_out = "" if condition is Condition.LATE else f"; {_CONSEQUENCES[source]}"
@@ -47,7 +47,7 @@ def _source_message(ekf: Ekf, source: Source, now_ns: int) -> str | None:
 def _wheel_message(ekf: Ekf, condition: Condition, now_ns: int) -> str:
     if condition is Condition.LOST:
         return (
-            f"No wheels for {ekf.silent_for(Source.WHEELS, now_ns):.1f} s: "
+            f"No wheels for {ekf.time_since_used(Source.WHEELS, now_ns):.1f} s: "
             "the robot counts as standing, and its place grows uncertain."
         )
     return f"The wheels' counts {_FAULT_TEXTS.get(condition, condition.value)}."
@@ -55,8 +55,8 @@ def _wheel_message(ekf: Ekf, condition: Condition, now_ns: int) -> str:
 
 def _contradiction_message(ekf: Ekf) -> str | None:
     belief = ekf.belief
-    if belief.silent_side is not None:
-        silent, other = SIDES[belief.silent_side], SIDES[1 - belief.silent_side]
+    if belief.dead_encoder_side is not None:
+        silent, other = SIDES[belief.dead_encoder_side], SIDES[1 - belief.dead_encoder_side]
         return (
             f"The {silent} wheel counts nothing while the {other} one rolls and the gyro does not turn: "
             f"its encoder is dead, or the {other} wheel spins."

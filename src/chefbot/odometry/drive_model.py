@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from chefbot.odometry.motion_model import (
-    BIAS_X,
-    BIAS_Y,
-    BIAS_Z,
-    FORCE_X,
-    FORCE_Y,
-    GAIN,
+    ACCEL_BIAS_X,
+    ACCEL_BIAS_Y,
+    GYRO_BIAS_X,
+    GYRO_BIAS_Y,
+    GYRO_BIAS_Z,
+    GYRO_SCALE,
     LEFT,
     PITCH,
     RIGHT,
@@ -40,11 +40,11 @@ power-up."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Body:
+class DriveModel:
     """The parameters of a differential drive base, with the standard deviations of their errors.
 
-    separation m; metres_per_tick m; fastest_rim m/s, fastest_turn rad/s and hardest_turn rad/s^2: bounds of
-    wheel speed at the ground, yaw rate and yaw acceleration, beyond which a reading is invalid; imu_x, imu_y:
+    separation m; metres_per_tick m; max_wheel_speed m/s, max_yaw_rate rad/s and max_yaw_acceleration rad/s^2: bounds
+    of wheel speed at the ground, yaw rate and yaw acceleration, beyond which a reading is invalid; imu_x, imu_y:
     position of the accelerometer in base_link, m; gyro_noise rad/s; gyro_bias rad/s; slip m per square root
     of a metre; gyro_bias_walk rad/s in a second; gyro_range rad/s; the errors are relative (no unit).
     """
@@ -55,14 +55,14 @@ class Body:
     slip: float = 0.0
     diameter_error: float = 0.0
     separation_error: float = 0.0
-    fastest_rim: float
-    fastest_turn: float
-    hardest_turn: float
+    max_wheel_speed: float
+    max_yaw_rate: float
+    max_yaw_acceleration: float
     imu_x: float = 0.0
     imu_y: float = 0.0
     gyro_noise: float
     gyro_bias: float
-    gyro_gain_error: float = 0.0
+    gyro_scale_error: float = 0.0
     gyro_bias_walk: float
     gyro_range: float = GYRO_RANGE
     tilt: float = FLOOR_SLOPE
@@ -79,7 +79,7 @@ class Body:
             raise ValueError(f"a counter of {self.counter_bits} bits is none")
 
     @classmethod
-    def of(cls, robot: Robot, params: OdometryParams, counter_bits: int = 64) -> Body:
+    def of(cls, robot: Robot, params: OdometryParams, counter_bits: int = 64) -> DriveModel:
         """Return the model of a robot; `counter_bits` is the width of the board's counters, which may wrap
         around."""
         imu, max_wheel_speed = robot.sensors.imu, robot.motor.no_load_speed * robot.wheel_radius
@@ -98,14 +98,14 @@ class Body:
             slip=params.slip,
             diameter_error=calibration.wheel_deviation or params.diameter_error,
             separation_error=calibration.separation_deviation or params.separation_error,
-            fastest_rim=SPEED_MARGIN * max_wheel_speed,
-            fastest_turn=TURN_MARGIN * 2.0 * max_wheel_speed / robot.wheels.separation,
-            hardest_turn=TURN_MARGIN * robot.drive.max_turn_acceleration,
+            max_wheel_speed=SPEED_MARGIN * max_wheel_speed,
+            max_yaw_rate=TURN_MARGIN * 2.0 * max_wheel_speed / robot.wheels.separation,
+            max_yaw_acceleration=TURN_MARGIN * robot.drive.max_turn_acceleration,
             imu_x=imu.mount.x,
             imu_y=imu.mount.y,
             gyro_noise=imu.gyro_noise,
             gyro_bias=imu.gyro_bias,
-            gyro_gain_error=calibration.gyro_deviation or params.gyro_gain_error,
+            gyro_scale_error=calibration.gyro_deviation or params.gyro_scale_error,
             gyro_bias_walk=params.gyro_bias_walk,
             measured=(left, right, separation, gyro_scale_error, calibration.gyro_offset),
         )
@@ -116,10 +116,10 @@ class Body:
         deviation = np.zeros(SIZE)
         deviation[[LEFT, RIGHT]] = self.diameter_error
         deviation[SEPARATION] = self.separation_error
-        deviation[GAIN] = self.gyro_gain_error
-        deviation[[BIAS_X, BIAS_Y, BIAS_Z]] = self.gyro_bias
-        deviation[[FORCE_X, FORCE_Y]] = ACCEL_BIAS
+        deviation[GYRO_SCALE] = self.gyro_scale_error
+        deviation[[GYRO_BIAS_X, GYRO_BIAS_Y, GYRO_BIAS_Z]] = self.gyro_bias
+        deviation[[ACCEL_BIAS_X, ACCEL_BIAS_Y]] = ACCEL_BIAS
         deviation[[ROLL, PITCH]], deviation[YAW] = self.tilt, self.heading
         state = np.zeros(SIZE)
-        state[[LEFT, RIGHT, SEPARATION, GAIN, BIAS_Z]] = self.measured
+        state[[LEFT, RIGHT, SEPARATION, GYRO_SCALE, GYRO_BIAS_Z]] = self.measured
         return state, np.diag(deviation**2)

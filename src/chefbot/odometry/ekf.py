@@ -19,15 +19,15 @@ import numpy as np
 
 from chefbot.errors import UserError
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.odometry.drive_model import Body
+from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.estimate import MotionEstimate, estimate_of
-from chefbot.odometry.filter_state import Belief
-from chefbot.odometry.fusion import blind, fold
+from chefbot.odometry.filter_state import FilterState
+from chefbot.odometry.fusion import predict_without_wheels, process_reading
 from chefbot.odometry.motion_model import YAW, X, Y
 from chefbot.odometry.out_of_sequence import History
 from chefbot.odometry.readings import ImuReading, PoseReading, Reading, WheelCounts, WheelTwist
 from chefbot.odometry.sensor_health import Condition, Source
-from chefbot.odometry.wheel_travel import Counters
+from chefbot.odometry.wheel_travel import EncoderState
 
 HORIZON_NS = 1_000_000_000
 """Maximum delay of a reading, ns: longer than matching a scan takes, and short enough to reprocess."""
@@ -54,11 +54,11 @@ class Ekf:
     covariance grows accordingly.
     """
 
-    def __init__(self, body: Body, start: SE2 = IDENTITY) -> None:
-        belief = Belief.begin(body)
+    def __init__(self, body: DriveModel, start: SE2 = IDENTITY) -> None:
+        belief = FilterState.initial(body)
         belief.state[[X, Y, YAW]] = start
         self._body, self._lag_ns = body, dict.fromkeys(Source, 0)
-        self._history: History[Belief] = History(partial(fold, body), belief, HORIZON_NS)
+        self._history: History[FilterState] = History(partial(process_reading, body), belief, HORIZON_NS)
         self._too_late = self._late_in_a_row = 0
 
     def add(self, reading: Reading) -> bool:
@@ -88,23 +88,25 @@ class Ekf:
             )
         return added
 
-    def _revert_to(self, before: Belief) -> None:
+    def _revert_to(self, before: FilterState) -> None:
         """Return to the belief before a reading, without pending readings; the counters restart."""
-        belief = before._replace(pending=(), counters=Counters(), gyro_ns=None, doubted=(), tilting=None)
-        self._history = History(partial(fold, self._body), belief, HORIZON_NS)
+        belief = before._replace(
+            pending=(), counters=EncoderState(), gyro_ns=None, spike_candidates=(), tilt_reading=None
+        )
+        self._history = History(partial(process_reading, self._body), belief, HORIZON_NS)
 
     def _restart_clock(self, stamp_ns: int) -> None:
         """Continue from the same belief on a clock that was set back; the counters stay valid."""
-        pace = self.belief.pace
+        pace = self.belief.velocity
         missed_ns = round(CLOCK_RESET_READINGS * pace.dt * 1e9) if pace else 1
         belief = self.belief._replace(
-            stamp_ns=stamp_ns - missed_ns, pending=(), gyro_ns=None, doubted=(), tilting=None
+            stamp_ns=stamp_ns - missed_ns, pending=(), gyro_ns=None, spike_candidates=(), tilt_reading=None
         )
-        self._history = History(partial(fold, self._body), belief, HORIZON_NS)
+        self._history = History(partial(process_reading, self._body), belief, HORIZON_NS)
         self._late_in_a_row, self._lag_ns = 0, dict.fromkeys(Source, 0)
 
     @property
-    def belief(self) -> Belief:
+    def belief(self) -> FilterState:
         """Belief after the newest reading."""
         return self._history.latest
 
@@ -118,7 +120,7 @@ class Ekf:
 
         The covariance grows by the possible travel of the wheels.
         """
-        return estimate_of(blind(self._body, self.belief, stamp_ns))
+        return estimate_of(predict_without_wheels(self._body, self.belief, stamp_ns))
 
     @property
     def too_late(self) -> int:
@@ -127,19 +129,19 @@ class Ekf:
 
     def condition(self, source: Source, now_ns: int) -> Condition:
         """Return the condition of a source at a time on the clock of the stamps."""
-        watch = self.belief.watches[source]
+        watch = self.belief.monitors[source]
         last = max([r.stamp_ns for r in self.belief.pending if source in _sources(r)], default=watch.last_ns)
         if last is None:
             return Condition.ABSENT
         if now_ns - last > LOST_NS[source]:
             return Condition.LOST
-        if watch.flaw is not Condition.FRESH:
-            return watch.flaw
+        if watch.fault is not Condition.FRESH:
+            return watch.fault
         return Condition.LATE if self._lag_ns[source] > LATE_NS else Condition.FRESH
 
-    def silent_for(self, source: Source, now_ns: int) -> float:
+    def time_since_used(self, source: Source, now_ns: int) -> float:
         """Return the time since the last used reading of a source, s; infinite if none was used."""
-        used = self.belief.watches[source].used_ns
+        used = self.belief.monitors[source].used_ns
         return float("inf") if used is None else (now_ns - used) / 1e9
 
     @property
@@ -148,7 +150,7 @@ class Ekf:
         return self.belief.contradicted_ns is not None
 
 
-def _is_plausible(before: Belief, after: Belief) -> bool:
+def _is_plausible(before: FilterState, after: FilterState) -> bool:
     """Return whether a belief is finite and plausibly close to the one before."""
     finite = np.isfinite(after.state).all() and np.isfinite(after.covariance).all()
     return bool(finite and np.abs(after.state[[X, Y]] - before.state[[X, Y]]).max() < MAX_STEP)

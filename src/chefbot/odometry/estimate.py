@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
-from chefbot.odometry.filter_state import Belief
-from chefbot.odometry.motion_model import PITCH, ROLL, STEP, TURN, YAW, X, Y, Z
+from chefbot.odometry.filter_state import FilterState
+from chefbot.odometry.motion_model import DELTA_S, DELTA_YAW, PITCH, ROLL, YAW, X, Y, Z
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,16 +37,16 @@ class MotionEstimate:
 _PLANE = np.ix_([X, Y, YAW], [X, Y, YAW])
 
 
-def estimate_of(belief: Belief) -> MotionEstimate:
+def estimate_of(belief: FilterState) -> MotionEstimate:
     """Return pose and twist with their covariances from a belief."""
     state, covariance = belief.state, belief.covariance
-    dt = belief.pace.dt if belief.pace else 1.0
+    dt = belief.velocity.dt if belief.velocity else 1.0
     return MotionEstimate(
         SE2(float(state[X]), float(state[Y]), wrap(float(state[YAW]))),
         covariance[_PLANE],
-        float(state[STEP]) / dt,
-        float(state[TURN]) / dt,
-        covariance[STEP : TURN + 1, STEP : TURN + 1] / dt**2,
+        float(state[DELTA_S]) / dt,
+        float(state[DELTA_YAW]) / dt,
+        covariance[DELTA_S : DELTA_YAW + 1, DELTA_S : DELTA_YAW + 1] / dt**2,
         float(state[Z]),
         float(state[ROLL]),
         float(state[PITCH]),

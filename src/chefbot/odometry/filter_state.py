@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from chefbot.odometry.drive_model import Body
+from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.motion_model import Array
 from chefbot.odometry.readings import ImuReading, PoseReading
-from chefbot.odometry.sensor_health import Source, Watch
-from chefbot.odometry.wheel_travel import Counters
+from chefbot.odometry.sensor_health import SensorMonitor, Source
+from chefbot.odometry.wheel_travel import EncoderState
 
 
-class Pace(NamedTuple):
+class MeanVelocity(NamedTuple):
     """The mean speed (m/s), yaw rate (rad/s) and duration (s) of the last interval between wheel readings."""
 
     speed: float
@@ -19,7 +19,7 @@ class Pace(NamedTuple):
     dt: float
 
 
-class Belief(NamedTuple):
+class FilterState(NamedTuple):
     """The posterior of the filter, with the readings and sensor monitors it needs for the next update.
 
     state (n,), covariance (n, n): see `motion_model`. stamp_ns: stamp of the last wheel reading. pending:
@@ -28,24 +28,24 @@ class Belief(NamedTuple):
 
     state: Array
     covariance: Array
-    watches: dict[Source, Watch]
+    monitors: dict[Source, SensorMonitor]
     """Fault monitors by source; must not be changed in place."""
     stamp_ns: int | None = None
-    counters: Counters = Counters()
+    counters: EncoderState = EncoderState()
     pending: tuple[ImuReading | PoseReading, ...] = ()
-    pace: Pace | None = None
+    velocity: MeanVelocity | None = None
     gyro_ns: int | None = None
     """Start of the yaw increment `SWING`: the stamp of the last gyro reading, ns."""
-    doubted: tuple[float, ...] = ()
+    spike_candidates: tuple[float, ...] = ()
     """Innovations, rad, of the last gyro readings that were left out as possible spikes."""
-    tilting: ImuReading | None = None
+    tilt_reading: ImuReading | None = None
     """Last IMU reading whose rates about x and y can be used."""
     contradicted_ns: int | None = None
     """Stamp since which wheels and gyro contradict each other, ns."""
-    silent_side: int | None = None
+    dead_encoder_side: int | None = None
     """Wheel whose encoder may be dead: 0 left, 1 right, None for neither."""
 
     @classmethod
-    def begin(cls, body: Body) -> Belief:
+    def initial(cls, body: DriveModel) -> FilterState:
         """Return the initial belief at the origin of odom, without readings."""
-        return cls(*body.start(), {source: Watch() for source in Source})
+        return cls(*body.start(), {source: SensorMonitor() for source in Source})

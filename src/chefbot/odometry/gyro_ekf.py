@@ -6,9 +6,9 @@ import math
 
 from chefbot.odometry.dead_reckoning import DeadReckoning
 from chefbot.odometry.estimate import MotionEstimate
-from chefbot.odometry.motion_model import BIAS_Z, LEFT, SEPARATION, Array
+from chefbot.odometry.motion_model import GYRO_BIAS_Z, LEFT, SEPARATION, Array
 from chefbot.odometry.readings import ImuReading, WheelCounts
-from chefbot.odometry.sensor_health import Source, Watch
+from chefbot.odometry.sensor_health import SensorMonitor, Source
 
 
 class GyroEkf(DeadReckoning):
@@ -24,16 +24,16 @@ class GyroEkf(DeadReckoning):
     ) -> MotionEstimate:
         """Update with counts read `dt` > 0 seconds after the last ones, and the mean yaw rate since, rad/s,
         or None."""
-        stamp_ns = self._later(dt)
+        stamp_ns = self._advance_clock(dt)
         if gyro_z is not None:
             variance = (math.inf, math.inf, self._body.gyro_noise**2)
-            self._tell(ImuReading(stamp_ns, (0.0, 0.0, gyro_z), variance))
-        return self._tell(WheelCounts(stamp_ns, ticks_left, ticks_right))
+            self._process(ImuReading(stamp_ns, (0.0, 0.0, gyro_z), variance))
+        return self._process(WheelCounts(stamp_ns, ticks_left, ticks_right))
 
     @property
-    def gyro(self) -> Watch:
+    def gyro(self) -> SensorMonitor:
         """Fault monitor of the gyro."""
-        return self.belief.watches[Source.GYRO]
+        return self.belief.monitors[Source.GYRO]
 
     @property
     def gyro_age(self) -> float:
@@ -55,8 +55,8 @@ class GyroEkf(DeadReckoning):
     @property
     def gyro_bias(self) -> tuple[float, float]:
         """Estimated bias of the gyro and its standard deviation, rad/s."""
-        variance = self.belief.covariance[BIAS_Z, BIAS_Z]
-        return float(self.belief.state[BIAS_Z]), math.sqrt(variance)
+        variance = self.belief.covariance[GYRO_BIAS_Z, GYRO_BIAS_Z]
+        return float(self.belief.state[GYRO_BIAS_Z]), math.sqrt(variance)
 
     @property
     def calibration(self) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ Flags = NDArray[np.bool_]
 ALL: Flags = np.ones(SIZE, np.bool_)
 """Mask of an ordinary update: every element of the state is estimated."""
 
-GATE = 25.0
+CHI2_GATE = 25.0
 """Largest squared Mahalanobis distance of an innovation that is accepted: five standard deviations."""
 
 

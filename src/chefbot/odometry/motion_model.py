@@ -21,8 +21,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-X, Y, Z, ROLL, PITCH, YAW, STEP, TURN, SWING = range(9)
-LEFT, RIGHT, SEPARATION, GAIN, BIAS_X, BIAS_Y, BIAS_Z, FORCE_X, FORCE_Y = range(9, 18)
+X, Y, Z, ROLL, PITCH, YAW, DELTA_S, DELTA_YAW, DELTA_YAW_GYRO = range(9)
+LEFT, RIGHT, SEPARATION, GYRO_SCALE, GYRO_BIAS_X, GYRO_BIAS_Y, GYRO_BIAS_Z, ACCEL_BIAS_X, ACCEL_BIAS_Y = (
+    range(9, 18)
+)
 SIZE = 18
 INPUTS = 6
 """Noisy inputs of a step: travel of left and right wheel, rotations about x and y, slides to the left and
@@ -174,26 +176,26 @@ def _linearise(
     step, turn = _wheel_increments(state, travel, separation, by_state, by_input)
     # Gyro rotations without bias
     rotation = angles.copy()
-    rotation[0] -= state[BIAS_X] * seconds
-    rotation[1] -= state[BIAS_Y] * seconds
+    rotation[0] -= state[GYRO_BIAS_X] * seconds
+    rotation[1] -= state[GYRO_BIAS_Y] * seconds
     # Mean of position, attitude and accumulated increments
     _integrate_position(state, predicted, step, turn, F, by_increment, G)
     _integrate_attitude(state, predicted, rotation, turn, F, by_increment, G)
-    predicted[STEP], predicted[TURN], predicted[SWING] = (
-        state[STEP] + step,
-        state[TURN] + turn,
-        state[SWING] + turn,
+    predicted[DELTA_S], predicted[DELTA_YAW], predicted[DELTA_YAW_GYRO] = (
+        state[DELTA_S] + step,
+        state[DELTA_YAW] + turn,
+        state[DELTA_YAW_GYRO] + turn,
     )
-    by_increment[STEP, 0], by_increment[TURN, 1], by_increment[SWING, 1] = 1.0, 1.0, 1.0
+    by_increment[DELTA_S, 0], by_increment[DELTA_YAW, 1], by_increment[DELTA_YAW_GYRO, 1] = 1.0, 1.0, 1.0
     # Chain rule: through the increments to wheel errors and travels, and to the gyro biases
-    for i in range(SWING + 1):
+    for i in range(DELTA_YAW_GYRO + 1):
         for k in range(2):
             for j in range(LEFT, SEPARATION + 1):
                 F[i, j] += by_increment[i, k] * by_state[k, j]
             for j in range(2):
                 G[i, j] += by_increment[i, k] * by_input[k, j]
-        F[i, BIAS_X] -= G[i, 2] * seconds
-        F[i, BIAS_Y] -= G[i, 3] * seconds
+        F[i, GYRO_BIAS_X] -= G[i, 2] * seconds
+        F[i, GYRO_BIAS_Y] -= G[i, 3] * seconds
     return predicted, F, G
 
 

@@ -25,7 +25,7 @@ class OdometryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     separation_error: Annotated[
         float, Meta(ge=0, le=0.2, description="error of the wheels' separation, as a share of it (no unit)")
     ] = 0.005
-    gyro_gain_error: Annotated[
+    gyro_scale_error: Annotated[
         float, Meta(ge=0, le=0.1, description="error of the gyro's sensitivity, as a share of it (no unit)")
     ] = 0.003
     gyro_bias_walk: Annotated[

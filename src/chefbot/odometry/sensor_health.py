@@ -33,7 +33,7 @@ class Condition(Enum):
     """No reading has been received yet."""
 
 
-class Watch(NamedTuple):
+class SensorMonitor(NamedTuple):
     """A fault monitor for one source.
 
     `stir` accumulates the motion of the wheels since the readings repeat, which a working sensor would show.
@@ -46,14 +46,14 @@ class Watch(NamedTuple):
     value: tuple[float, ...] = ()
     repeats: int = 0
     """Readings before the last one that were equal to it."""
-    stir: float = 0.0
+    expected_change: float = 0.0
     mirrored: int = 0
     """Surplus of readings with the wrong sign over those with the right one."""
     refused: int = 0
     """Number of readings that were damaged or outside the gate."""
     refused_run: int = 0
     """Number of consecutive refused readings up to the last one."""
-    flaw: Condition = Condition.FRESH
+    fault: Condition = Condition.FRESH
     """Fault by the last readings: stuck, saturated or reversed; FRESH for none."""
 
     @property
@@ -61,28 +61,30 @@ class Watch(NamedTuple):
         """Whether the last two readings were bit-identical."""
         return self.repeats > 0
 
-    def stirred(self, amount: float) -> Watch:
+    def with_expected_change(self, amount: float) -> SensorMonitor:
         """Return the monitor with a change added that the readings must show, in sign and unit of the
         source."""
-        return self._replace(stir=self.stir + amount)
+        return self._replace(expected_change=self.expected_change + amount)
 
-    def heard(self, stamp_ns: int, value: tuple[float, ...], enough: float) -> Watch:
+    def with_reading(self, stamp_ns: int, value: tuple[float, ...], enough: float) -> SensorMonitor:
         """Return the monitor after a reading.
 
         The source is stuck when `STUCK_READINGS` are bit-identical although a change above `enough` was
         expected.
         """
         if value != self.value:  # true for NaN, which is damaged, not stuck
-            return self._replace(last_ns=stamp_ns, value=value, repeats=0, stir=0.0, flaw=Condition.FRESH)
-        stuck = self.repeats + 2 >= STUCK_READINGS and abs(self.stir) > enough
-        flaw = Condition.STUCK if stuck or self.flaw is Condition.STUCK else Condition.FRESH
-        return self._replace(last_ns=stamp_ns, repeats=self.repeats + 1, flaw=flaw)
+            return self._replace(
+                last_ns=stamp_ns, value=value, repeats=0, expected_change=0.0, fault=Condition.FRESH
+            )
+        stuck = self.repeats + 2 >= STUCK_READINGS and abs(self.expected_change) > enough
+        flaw = Condition.STUCK if stuck or self.fault is Condition.STUCK else Condition.FRESH
+        return self._replace(last_ns=stamp_ns, repeats=self.repeats + 1, fault=flaw)
 
-    def used(self) -> Watch:
+    def used(self) -> SensorMonitor:
         """Return the monitor with the last reading used in the estimate."""
         return self._replace(used_ns=self.last_ns, refused_run=0)
 
-    def left_out(self, flaw: Condition | None = None) -> Watch:
+    def with_rejected(self, flaw: Condition | None = None) -> SensorMonitor:
         """Return the monitor with the last reading rejected, for a fault or as an outlier."""
         run = self.refused_run + 1
-        return self._replace(refused=self.refused + 1, refused_run=run, flaw=flaw or self.flaw)
+        return self._replace(refused=self.refused + 1, refused_run=run, fault=flaw or self.fault)

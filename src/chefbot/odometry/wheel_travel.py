@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from chefbot.odometry.drive_model import Body
+from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.readings import WheelCounts, WheelTwist
 
 STANDSTILL_NS = 250_000_000
@@ -19,7 +19,7 @@ DEAD_ENCODER_TICKS = 20
 """Minimum number of ticks of the other wheel in that time."""
 
 
-class Rolled(NamedTuple):
+class WheelTravel(NamedTuple):
     """Travel of each wheel at the ground since the last reading, m, their variances, and that of a slide,
     m^2.
 
@@ -28,13 +28,13 @@ class Rolled(NamedTuple):
 
     left: float
     right: float
-    variance_left: float
-    variance_right: float
+    left_variance: float
+    right_variance: float
     shared: float = 0.0
     slide: float = 0.0
 
 
-class Counters(NamedTuple):
+class EncoderState(NamedTuple):
     """The state of the two encoder counters."""
 
     counts: tuple[int, int] | None = None
@@ -42,7 +42,7 @@ class Counters(NamedTuple):
     """Time without a tick of either encoder, ns."""
     tickless_ns: tuple[int, int] = (0, 0)
     """Time without a tick of the left and right encoder, ns."""
-    alone: tuple[int, int] = (0, 0)
+    other_wheel_ticks: tuple[int, int] = (0, 0)
     """Ticks of the other wheel in that time."""
     restarts: int = 0
     """Number of impossible jumps: the board restarted, or bytes were lost."""
@@ -53,11 +53,14 @@ class Counters(NamedTuple):
         return self.idle_ns >= STANDSTILL_NS
 
     @property
-    def silent_side(self) -> int | None:
+    def dead_encoder_side(self) -> int | None:
         """Index of an encoder without ticks while the other one counts: 0 left, 1 right, None if both
         work."""
         for side in (0, 1):
-            if self.tickless_ns[side] >= DEAD_ENCODER_NS and self.alone[side] >= DEAD_ENCODER_TICKS:
+            if (
+                self.tickless_ns[side] >= DEAD_ENCODER_NS
+                and self.other_wheel_ticks[side] >= DEAD_ENCODER_TICKS
+            ):
                 return side
         return None
 
@@ -69,7 +72,9 @@ def tick_difference(new: int, old: int, bits: int) -> int:
     return (int(new) - int(old) + half) % (2 * half) - half
 
 
-def count(body: Body, before: Counters, reading: WheelCounts, dt_ns: int) -> tuple[Counters, Rolled]:
+def travel_from_counts(
+    body: DriveModel, before: EncoderState, reading: WheelCounts, dt_ns: int
+) -> tuple[EncoderState, WheelTravel]:
     """Return the updated counters and the wheel travel in the `dt_ns` since the last reading.
 
     The variance of a wheel's travel is proportional to the travel (Chong & Kleeman 1997, "Accurate odometry
@@ -82,40 +87,44 @@ def count(body: Body, before: Counters, reading: WheelCounts, dt_ns: int) -> tup
     after = _updated_counters(before, reading, (left, right), dt_ns)
     dt = dt_ns / 1e9
     # Faster than the motor can turn: the counts are invalid
-    if max(abs(left), abs(right)) * body.metres_per_tick > body.fastest_rim * (dt + STAMP_JITTER):
+    if max(abs(left), abs(right)) * body.metres_per_tick > body.max_wheel_speed * (dt + STAMP_JITTER):
         return _invalid_step(body, after, dt)
     # Variance: slip^2 |d| plus the quantisation of two counts, 2 * tick^2 / 12
     rounding = 0.0 if after.standing else body.metres_per_tick**2 / 6.0
     travel = left * body.metres_per_tick, right * body.metres_per_tick
     variance = (body.slip**2 * abs(distance) + rounding for distance in travel)
-    return after, Rolled(*travel, *variance)
+    return after, WheelTravel(*travel, *variance)
 
 
-def _updated_counters(before: Counters, reading: WheelCounts, ticks: tuple[int, int], dt_ns: int) -> Counters:
+def _updated_counters(
+    before: EncoderState, reading: WheelCounts, ticks: tuple[int, int], dt_ns: int
+) -> EncoderState:
     tickless = [0 if t else s + dt_ns for t, s in zip(ticks, before.tickless_ns, strict=True)]
-    others = zip(ticks, reversed(ticks), before.alone, strict=True)
+    others = zip(ticks, reversed(ticks), before.other_wheel_ticks, strict=True)
     alone = [0 if own else seen + abs(other) for own, other, seen in others]
     return before._replace(
         counts=(reading.left, reading.right),
         idle_ns=0 if any(ticks) else before.idle_ns + dt_ns,
         tickless_ns=(tickless[0], tickless[1]),
-        alone=(alone[0], alone[1]),
+        other_wheel_ticks=(alone[0], alone[1]),
     )
 
 
-def _invalid_step(body: Body, after: Counters, dt: float) -> tuple[Counters, Rolled]:
+def _invalid_step(body: DriveModel, after: EncoderState, dt: float) -> tuple[EncoderState, WheelTravel]:
     """Count a restart and return a travel without information for this step."""
-    return after._replace(restarts=after.restarts + 1), unknown(body, dt)
+    return after._replace(restarts=after.restarts + 1), unknown_travel(body, dt)
 
 
-def unknown(body: Body, dt: float) -> Rolled:
+def unknown_travel(body: DriveModel, dt: float) -> WheelTravel:
     """Return the travel in `dt` seconds without wheel readings: zero, bounded only by the maximum wheel
     speed."""
-    variance = (body.fastest_rim * dt) ** 2
-    return Rolled(0.0, 0.0, variance, variance)
+    variance = (body.max_wheel_speed * dt) ** 2
+    return WheelTravel(0.0, 0.0, variance, variance)
 
 
-def ambiguous(body: Body, rolled: Rolled, ticks_before: int, ticks: int) -> Rolled:
+def with_encoder_ambiguity(
+    body: DriveModel, rolled: WheelTravel, ticks_before: int, ticks: int
+) -> WheelTravel:
     """Return the travel with the uncertainty of a wheel that may have a dead encoder.
 
     If the encoder is dead the robot moves as far as the other wheel rolls; if the other wheel spins it stays.
@@ -125,18 +134,18 @@ def ambiguous(body: Body, rolled: Rolled, ticks_before: int, ticks: int) -> Roll
     before, after = ticks_before * body.metres_per_tick, (ticks_before + ticks) * body.metres_per_tick
     added = 0.25 * (after**2 - before**2)
     return rolled._replace(
-        variance_left=rolled.variance_left + added,
-        variance_right=rolled.variance_right + added,
+        left_variance=rolled.left_variance + added,
+        right_variance=rolled.right_variance + added,
         shared=rolled.shared + added,
     )
 
 
-def of_twist(body: Body, reading: WheelTwist, dt: float) -> Rolled:
+def travel_from_twist(body: DriveModel, reading: WheelTwist, dt: float) -> WheelTravel:
     """Return the wheel travel of a twist, l, r = (v -/+ w b / 2) dt, with the covariance that follows."""
     # Var(l) = Var(r) = var_v dt^2 + var_w (b dt / 2)^2, Cov(l, r) = var_v dt^2 - var_w (b dt / 2)^2
     half_separation = 0.5 * body.separation
     forward, turning = reading.speed_variance * dt**2, reading.turn_variance * (half_separation * dt) ** 2
-    return Rolled(
+    return WheelTravel(
         (reading.speed - reading.turn * half_separation) * dt,
         (reading.speed + reading.turn * half_separation) * dt,
         forward + turning,

@@ -11,7 +11,7 @@ from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.planning import graph_search, smoothing
 from chefbot.planning.params import PlannerParams
-from chefbot.planning.planner import Failure, PlanningError
+from chefbot.planning.planner import PlanningError, PlanningFailure
 
 MAX_FREE_COST = INSCRIBED - 1
 """Highest cost of a cell in which the robot's centre may be."""
@@ -28,7 +28,7 @@ class GridPlanner:
     def __init__(self, params: PlannerParams | None = None) -> None:
         self.params = params or PlannerParams()
         self.remarks: tuple[str, ...] = ()
-        self._weight = weights_of(self.params)
+        self._weight = cost_to_weight(self.params)
         self._padded = np.zeros((0, 0), np.uint8)
         self._weights = np.zeros(0, np.float32)
         self._g = np.zeros(0, np.float32)
@@ -41,14 +41,14 @@ class GridPlanner:
         Every pose heads along the path, the last one has the goal's heading. Raises PlanningError.
         """
         self.remarks = ()
-        self._require_inside(costmap, start, Failure.START_OUTSIDE_MAP)
-        self._require_inside(costmap, goal, Failure.GOAL_OUTSIDE_MAP)
+        self._require_inside(costmap, start, PlanningFailure.START_OUTSIDE_MAP)
+        self._require_inside(costmap, goal, PlanningFailure.GOAL_OUTSIDE_MAP)
         self._load_costmap(costmap)
         source = self._source_cell(costmap, start)
         # search to the goal, or to the nearest open cell within tolerance of it
         goal_cell, candidates = self._flat_index(costmap, goal), self._goal_candidates(costmap, goal)
         if not len(candidates):
-            raise PlanningError(Failure.GOAL_OCCUPIED, goal)
+            raise PlanningError(PlanningFailure.GOAL_OCCUPIED, goal)
         self._search(source, int(candidates[0]))
         # if that one is unreachable, everything has been searched: take the nearest candidate reached
         reached = candidates[np.isfinite(self._g[candidates])]
@@ -63,12 +63,12 @@ class GridPlanner:
     def potential(self, costmap: Costmap, start: SE2) -> NDArray[np.float32]:
         """Return the cost-to-come of every cell (h, w), in metres of free driving; inf where unreachable."""
         self.remarks = ()
-        self._require_inside(costmap, start, Failure.START_OUTSIDE_MAP)
+        self._require_inside(costmap, start, PlanningFailure.START_OUTSIDE_MAP)
         self._load_costmap(costmap)
         self._search(self._source_cell(costmap, start), -1)
         return self._g.reshape(self._padded.shape)[1:-1, 1:-1] * np.float32(costmap.resolution)
 
-    def _require_inside(self, costmap: Costmap, pose: SE2, failure: Failure) -> None:
+    def _require_inside(self, costmap: Costmap, pose: SE2, failure: PlanningFailure) -> None:
         h, w = costmap.cells.shape
         column, row = self._to_padded_cells(costmap, pose)
         if not (1.0 <= column < w + 1 and 1.0 <= row < h + 1):
@@ -144,8 +144,8 @@ class GridPlanner:
         """Return the error of an exhaustive search that did not reach the goal."""
         costs = self._padded.reshape(-1)[self._written[: self._written_count]]
         if self.remarks and not (costs < MAX_FREE_COST).any():
-            return PlanningError(Failure.START_OCCUPIED, start)
-        return PlanningError(Failure.NO_VALID_PATH, goal)
+            return PlanningError(PlanningFailure.START_OCCUPIED, start)
+        return PlanningError(PlanningFailure.NO_VALID_PATH, goal)
 
     def _path(self, costmap: Costmap, start: SE2, goal: SE2, end: int, *, exact: bool) -> NDArray[np.float64]:
         weight, stride = self._weights, self._padded.shape[1]
@@ -175,7 +175,7 @@ class GridPlanner:
         return np.concatenate([points, [end]])
 
 
-def weights_of(params: PlannerParams) -> NDArray[np.float32]:
+def cost_to_weight(params: PlannerParams) -> NDArray[np.float32]:
     """Return the traversal weight by cost, (256,): 1 if free, 1 + cost_weight at 252, 0 if blocked."""
     weight = 1.0 + params.cost_weight * np.arange(256) / MAX_FREE_COST
     weight[INSCRIBED:] = 0.0

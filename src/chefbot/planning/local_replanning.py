@@ -16,24 +16,26 @@ from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import Planner, PlanningError
 
-REACH = 1.5
+CHECK_DISTANCE = 1.5
 """Length of path ahead that is checked for collisions, m: the horizon of a controller."""
-TOLERANCE = 0.15
+GOAL_TOLERANCE = 0.15
 """Goal tolerance where the goal is occupied, m: the disagreement expected between map and sensors."""
-BEHIND = 0.3
+REJOIN_DISTANCE = 0.3
 """Length of free path behind the obstacle after which the detour rejoins the path, m."""
-DETOUR = 0.5
+MAX_DETOUR = 0.5
 """Maximum extra length of the detour, m; a longer one is left to the global planner, which has the map."""
 SAMPLE_SPACING = 0.01
 """Distance between two collision checks, m: a fifth of a cell, so that no corner between poses is missed."""
 
 
-def near_planner() -> GridPlanner:
+def local_planner() -> GridPlanner:
     """Create the planner for the local costmap."""
-    return GridPlanner(PlannerParams(tolerance=TOLERANCE))
+    return GridPlanner(PlannerParams(tolerance=GOAL_TOLERANCE))
 
 
-def repaired(path: NDArray[np.float64], pose: SE2, costmap: Costmap, planner: Planner) -> NDArray[np.float64]:
+def replan_locally(
+    path: NDArray[np.float64], pose: SE2, costmap: Costmap, planner: Planner
+) -> NDArray[np.float64]:
     """Return `path` (n, 3) itself if it is free, else with a detour around the obstacles on it.
 
     All in one frame. If the end of the path is occupied, it ends within the planner's tolerance of it. The path is
@@ -42,7 +44,7 @@ def repaired(path: NDArray[np.float64], pose: SE2, costmap: Costmap, planner: Pl
     remaining = _remaining(path, pose)
     length = _arc_length(remaining)
     collides = _collisions(remaining, length, costmap)
-    collisions = np.flatnonzero(collides & (length <= REACH))
+    collisions = np.flatnonzero(collides & (length <= CHECK_DISTANCE))
     if not len(collisions):
         return path
     rejoin = _rejoin_index(collides, length, int(collisions[0]))
@@ -50,7 +52,7 @@ def repaired(path: NDArray[np.float64], pose: SE2, costmap: Costmap, planner: Pl
         detour = planner.plan(costmap, pose, SE2.of(remaining[rejoin]))
     except PlanningError:
         return path
-    if _arc_length(detour)[-1] > length[rejoin] + DETOUR:
+    if _arc_length(detour)[-1] > length[rejoin] + MAX_DETOUR:
         return path
     return np.concatenate([detour, remaining[rejoin + 1 :]])
 
@@ -95,6 +97,6 @@ def _rejoin_index(collides: NDArray[np.bool_], length: NDArray[np.float64], firs
     for i in range(first + 1, len(collides)):
         if collides[i]:
             blocked = i
-        elif length[i] - length[blocked] >= BEHIND:
+        elif length[i] - length[blocked] >= REJOIN_DISTANCE:
             return i
     return len(collides) - 1

@@ -12,7 +12,7 @@ from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 
 
-class Failure(Enum):
+class PlanningFailure(Enum):
     """Reasons why no path was found, named as in nav2_msgs/ComputePathToPose, with their messages."""
 
     START_OUTSIDE_MAP = "the start lies outside the map"
@@ -25,7 +25,7 @@ class Failure(Enum):
 class PlanningError(Exception):
     """Raised when no path was found; `failure` is the reason, the message contains the position."""
 
-    def __init__(self, failure: Failure, where: SE2) -> None:
+    def __init__(self, failure: PlanningFailure, where: SE2) -> None:
         super().__init__(f"{failure.value} (at x {where.x:.2f} m, y {where.y:.2f} m)")
         self.failure = failure
 

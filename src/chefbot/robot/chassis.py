@@ -12,26 +12,26 @@ from chefbot.robot.quantities import (
     Name,
     Ratio,
 )
-from chefbot.robot.section import Part, Place, Size
+from chefbot.robot.section import MountingPosition, RobotSection, Size
 
 
-class Equipment(Part, frozen=True, kw_only=True):
+class Equipment(RobotSection, frozen=True, kw_only=True):
     """A box mounted on a plate, such as a computer or a circuit board."""
 
     name: Name
-    place: Place
+    place: MountingPosition
     size: Size
     mass: Mass
 
 
-class Places(Part, frozen=True, kw_only=True):
+class MountingPositions(RobotSection, frozen=True, kw_only=True):
     """Mounting positions of battery and motor driver; their sizes and masses come from their own sections."""
 
-    battery: Place
-    driver: Place
+    battery: MountingPosition
+    driver: MountingPosition
 
 
-class Body(Part, frozen=True, kw_only=True):
+class Body(RobotSection, frozen=True, kw_only=True):
     """Overall dimensions of a round robot made of stacked plates."""
 
     payload: Mass
@@ -46,14 +46,14 @@ class Body(Part, frozen=True, kw_only=True):
     """Required ground clearance of everything but wheels and casters."""
 
 
-class Notch(Part, frozen=True, kw_only=True):
+class Notch(RobotSection, frozen=True, kw_only=True):
     """Cutout for a wheel in the base plate, open to the plate's edge."""
 
     length: Length
     depth: Length
 
 
-class Plates(Part, frozen=True, kw_only=True):
+class Plates(RobotSection, frozen=True, kw_only=True):
     """Discs stacked one above the other; the lowest one has the wheel notches."""
 
     count: Annotated[int, Meta(ge=1, le=6)]
@@ -66,7 +66,7 @@ class Plates(Part, frozen=True, kw_only=True):
     notch: Notch | None = None
 
 
-class Poles(Part, frozen=True, kw_only=True):
+class Poles(RobotSection, frozen=True, kw_only=True):
     """Short rods screwed to the plates that hold the ends of the tubes."""
 
     radius: Length
@@ -76,7 +76,7 @@ class Poles(Part, frozen=True, kw_only=True):
     material: Name
 
 
-class Tubes(Part, frozen=True, kw_only=True):
+class Tubes(RobotSection, frozen=True, kw_only=True):
     """Spacer tubes between two plates, pushed over the poles."""
 
     length: Length
@@ -86,7 +86,7 @@ class Tubes(Part, frozen=True, kw_only=True):
     material: Name
 
 
-class MotorClamp(Part, frozen=True, kw_only=True):
+class MotorClamp(RobotSection, frozen=True, kw_only=True):
     """Angle bracket below the base plate: flange screwed to the plate, face holding the motor's front."""
 
     length: Length
@@ -96,7 +96,7 @@ class MotorClamp(Part, frozen=True, kw_only=True):
     material: Name
 
 
-class Wheels(Part, frozen=True, kw_only=True):
+class Wheels(RobotSection, frozen=True, kw_only=True):
     """The two driven wheels with their tyres."""
 
     diameter: Length
@@ -110,7 +110,7 @@ class Wheels(Part, frozen=True, kw_only=True):
     """Distance between a wheel and its motor clamp."""
 
 
-class Casters(Part, frozen=True, kw_only=True):
+class Casters(RobotSection, frozen=True, kw_only=True):
     """Ball casters in a cup, one in front and one behind."""
 
     radius: Length

@@ -8,41 +8,41 @@ from msgspec import Meta
 
 from chefbot.robot.quantities import (
     Acceleration,
+    AngularAcceleration,
+    AngularSpeed,
+    CalibrationFactor,
     Charge,
     Count,
     Current,
-    Deviation,
     Distance,
     Duration,
-    Factor,
     Length,
     Mass,
     Power,
     RateOffset,
+    RelativeStdDev,
     Share,
     Slope,
     SmallAngle,
     Speed,
     Text,
     Torque,
-    TurnAcceleration,
-    TurnRate,
     Voltage,
 )
-from chefbot.robot.section import Part, Size
+from chefbot.robot.section import RobotSection, Size
 
-ROTOR_SHARE = 1.63e-3
+ROTOR_INERTIA_FACTOR = 1.63e-3
 """Rotor inertia as a share of the motor's mass times its diameter squared: 5e-7 kg m^2 for a Pololu 37D motor
 (estimated); rotors of one design scale with both."""
 
 
-class Motor(Part, frozen=True, kw_only=True):
+class Motor(RobotSection, frozen=True, kw_only=True):
     """A gear motor with encoder whose torque falls linearly from stall torque to no-load speed, both at the
     gearbox output shaft."""
 
     title: Text
     voltage: Voltage
-    no_load_speed: TurnRate
+    no_load_speed: AngularSpeed
     stall_torque: Torque
     no_load_current: Current
     stall_current: Current
@@ -67,10 +67,10 @@ class Motor(Part, frozen=True, kw_only=True):
     @property
     def rotor_inertia(self) -> float:
         """Rotor inertia reflected to the gearbox output shaft, kg m^2."""
-        return ROTOR_SHARE * self.mass * self.diameter**2 * self.gear_ratio**2
+        return ROTOR_INERTIA_FACTOR * self.mass * self.diameter**2 * self.gear_ratio**2
 
 
-class Driver(Part, frozen=True, kw_only=True):
+class MotorDriver(RobotSection, frozen=True, kw_only=True):
     """A motor driver: the H-bridges between battery and motors."""
 
     title: Text
@@ -86,7 +86,7 @@ class Driver(Part, frozen=True, kw_only=True):
     source: Text
 
 
-class Battery(Part, frozen=True, kw_only=True):
+class Battery(RobotSection, frozen=True, kw_only=True):
     """The battery pack and its limits."""
 
     title: Text
@@ -105,7 +105,7 @@ class Battery(Part, frozen=True, kw_only=True):
     source: Text
 
 
-class PowerNeeds(Part, frozen=True, kw_only=True):
+class PowerRequirements(RobotSection, frozen=True, kw_only=True):
     """Power requirements that the battery has to meet."""
 
     electronics: Power
@@ -114,40 +114,40 @@ class PowerNeeds(Part, frozen=True, kw_only=True):
     """Required run time on one charge."""
 
 
-class Drive(Part, frozen=True, kw_only=True):
+class DriveLimits(RobotSection, frozen=True, kw_only=True):
     """Motion limits set by the owner; the motors may allow less."""
 
     max_speed: Speed
-    max_turn: TurnRate
+    max_turn: AngularSpeed
     max_acceleration: Acceleration
-    max_turn_acceleration: TurnAcceleration
+    max_turn_acceleration: AngularAcceleration
     max_slope: Slope
     """Steepest ramp that the robot has to climb."""
 
 
-class Calibration(Part, frozen=True, kw_only=True):
+class Calibration(RobotSection, frozen=True, kw_only=True):
     """How one built robot differs from its drawing, as measured by `chefbot calibrate`.
 
     Drawings, solids and the simulated body keep the drawn dimensions; the kinematics of this robot use these
     factors.
     """
 
-    left_wheel: Factor = 1.0
+    left_wheel: CalibrationFactor = 1.0
     """Ratio of the left wheel's effective rolling diameter to the drawn one."""
-    right_wheel: Factor = 1.0
-    separation: Factor = 1.0
+    right_wheel: CalibrationFactor = 1.0
+    separation: CalibrationFactor = 1.0
     """Ratio of the effective wheel separation while turning to the drawn one."""
-    gyro_scale: Factor = 1.0
+    gyro_scale: CalibrationFactor = 1.0
     """Ratio of the gyro's yaw rate to the true yaw rate."""
     gyro_offset: RateOffset = 0.0
     """Gyro yaw rate of a robot at rest; an initial guess only, as it differs after each power-up."""
     lidar_yaw: SmallAngle = 0.0
     """Yaw misalignment of the lidar against its mount, positive to the left."""
     camera_yaw: SmallAngle = 0.0
-    wheel_deviation: Deviation | None = None
+    wheel_deviation: RelativeStdDev | None = None
     """Standard deviation of both wheel factors; None if never measured."""
-    separation_deviation: Deviation | None = None
-    gyro_deviation: Deviation | None = None
+    separation_deviation: RelativeStdDev | None = None
+    gyro_deviation: RelativeStdDev | None = None
 
     def yaw_of(self, frame: str) -> float:
         """Return the yaw misalignment of a sensor frame against its mount, rad."""

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from chefbot.config import build, parse_yaml, read_bytes
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.robot.catalogue import KINDS, component
 from chefbot.robot.spec import Robot
-from chefbot.robot.validation import check_possible
+from chefbot.robot.validation import check_buildable
 
 ROBOT_FOLDER = Path(__file__).parent
 LIKE = "like"
@@ -28,10 +28,10 @@ def load_robot(name_or_path: str) -> Robot:
 
 def parse_robot(text: bytes, path: Path) -> Robot:
     """Parse the text of the robot file `path`. Raises UserError with file, key and reason."""
-    return robot_of(_resolve_like(text, path, ()), f"robot file {path}")
+    return build_robot(_resolve_like(text, path, ()), f"robot file {path}")
 
 
-def robot_of(data: Any, where: str) -> Robot:
+def build_robot(data: Any, where: str) -> Robot:
     """Build a Robot from plain data of a robot file (`like` resolved) and check that it can be built."""
     if isinstance(data, dict):
         components = {
@@ -39,7 +39,7 @@ def robot_of(data: Any, where: str) -> Robot:
         }
         data = {**data, **components}
     robot = build(data, Robot, where)
-    check_possible(robot, where)
+    check_buildable(robot, where)
     return robot
 
 
@@ -51,7 +51,7 @@ def find_robot(name_or_path: str) -> Path:
     if name_or_path.endswith((".yaml", ".yml")) or "/" in name_or_path:
         return Path(name_or_path)
     raise UserError(
-        f"no robot is called {name_or_path!r}{nearest(name_or_path, built_in)}; give one of these or a file"
+        f"no robot is called {name_or_path!r}{name_hint(name_or_path, built_in)}; give one of these or a file"
     )
 
 

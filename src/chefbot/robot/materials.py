@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-Colour = tuple[float, float, float, float]
+RgbaColour = tuple[float, float, float, float]
 
 
 class Material(NamedTuple):
     """Density in kg/m^3 and colour as red, green, blue, alpha in 0..1."""
 
     density: float
-    colour: Colour
+    colour: RgbaColour
 
 
 MATERIALS = {

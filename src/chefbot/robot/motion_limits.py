@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from chefbot.robot.geometry.mass import total_mass
-from chefbot.robot.spec import DRIVE_EFFICIENCY, DRIVEN_SHARE_OF_WEIGHT, GRAVITY, ROLLING_RESISTANCE, Robot
+from chefbot.robot.spec import DRIVE_EFFICIENCY, DRIVEN_WEIGHT_FRACTION, GRAVITY, ROLLING_RESISTANCE, Robot
 
 
 def max_wheel_speed(robot: Robot) -> float:
@@ -32,7 +32,7 @@ def max_turn(robot: Robot) -> float:
 
 def max_acceleration(robot: Robot) -> float:
     """Return the maximum forward acceleration, m/s^2, limited by tyre grip and motor torque."""
-    grip_limit = robot.wheels.friction * GRAVITY * DRIVEN_SHARE_OF_WEIGHT
+    grip_limit = robot.wheels.friction * GRAVITY * DRIVEN_WEIGHT_FRACTION
     motor_limit = 2.0 * DRIVE_EFFICIENCY * robot.motor.stall_torque / (robot.wheel_radius * total_mass(robot))
     return min(robot.drive.max_acceleration, grip_limit, motor_limit)
 
@@ -49,9 +49,9 @@ class Limits(NamedTuple):
     """Motion limits in metres, radians and seconds, all derived from the Robot."""
 
     speed: float
-    turn: float
+    angular_speed: float
     acceleration: float
-    turn_acceleration: float
+    angular_acceleration: float
     wheel_speed: float
     separation: float
 
@@ -75,5 +75,5 @@ class Limits(NamedTuple):
         """
         # Speed of the outer wheel at the ground: |v| + |w| b / 2.
         outer_wheel_speed = abs(v) + abs(w) * self.separation / 2
-        pairs = ((self.speed, abs(v)), (self.turn, abs(w)), (self.wheel_speed, outer_wheel_speed))
+        pairs = ((self.speed, abs(v)), (self.angular_speed, abs(w)), (self.wheel_speed, outer_wheel_speed))
         return min([1.0, *(limit / value for limit, value in pairs if value > limit)])

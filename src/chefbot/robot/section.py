@@ -16,11 +16,11 @@ from chefbot.robot.quantities import (
 )
 
 
-class Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class RobotSection(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Base class of all sections of a robot file."""
 
 
-class Size(Part, frozen=True, kw_only=True):
+class Size(RobotSection, frozen=True, kw_only=True):
     """Side lengths of a box along x, y and z."""
 
     x: Length
@@ -28,7 +28,7 @@ class Size(Part, frozen=True, kw_only=True):
     z: Length
 
 
-class Offset(Part, frozen=True, kw_only=True):
+class Offset(RobotSection, frozen=True, kw_only=True):
     """Offset of a box's centre from the origin of its frame."""
 
     x: Coordinate = 0.0
@@ -36,7 +36,7 @@ class Offset(Part, frozen=True, kw_only=True):
     z: Coordinate = 0.0
 
 
-class Mount(Part, frozen=True, kw_only=True):
+class Mount(RobotSection, frozen=True, kw_only=True):
     """Pose of a sensor frame in base_link (origin on the floor below the middle of the axle, x forward)."""
 
     x: Coordinate
@@ -52,7 +52,7 @@ class Mount(Part, frozen=True, kw_only=True):
         return SE2(self.x, self.y, self.yaw)
 
 
-class Housing(Part, frozen=True, kw_only=True):
+class Housing(RobotSection, frozen=True, kw_only=True):
     """Box-shaped housing of a sensor, aligned with the axes of the sensor frame."""
 
     size: Size
@@ -60,7 +60,7 @@ class Housing(Part, frozen=True, kw_only=True):
     centre: Offset = Offset()
 
 
-class Place(Part, frozen=True, kw_only=True):
+class MountingPosition(RobotSection, frozen=True, kw_only=True):
     """Mounting position of a box: its plate (1 is the lowest) and the position of its centre on it."""
 
     plate: Annotated[int, Meta(ge=1, le=6)] = 1

@@ -13,10 +13,10 @@ from chefbot.robot.quantities import (
     Length,
     Rate,
 )
-from chefbot.robot.section import Housing, Mount, Part
+from chefbot.robot.section import Housing, Mount, RobotSection
 
 
-class Imu(Part, frozen=True, kw_only=True):
+class ImuSpec(RobotSection, frozen=True, kw_only=True):
     """An inertial measurement unit with gyro and accelerometer."""
 
     mount: Mount
@@ -29,7 +29,7 @@ class Imu(Part, frozen=True, kw_only=True):
     accelerometer_noise: Annotated[float, Meta(ge=0, le=10, extra={"unit": "m/s^2"})]
 
 
-class Ultrasonic(Part, frozen=True, kw_only=True):
+class Ultrasonic(RobotSection, frozen=True, kw_only=True):
     """An ultrasonic range finder with a conical field of view."""
 
     mount: Mount
@@ -40,7 +40,7 @@ class Ultrasonic(Part, frozen=True, kw_only=True):
     range_max: Length
 
 
-class DepthCamera(Part, frozen=True, kw_only=True):
+class DepthCamera(RobotSection, frozen=True, kw_only=True):
     """A camera that measures depth along its optical axis."""
 
     mount: Mount
@@ -66,7 +66,7 @@ class DepthCamera(Part, frozen=True, kw_only=True):
         return min(self.range_max, noise_limited_range)
 
 
-class Lidar(Part, frozen=True, kw_only=True):
+class Lidar(RobotSection, frozen=True, kw_only=True):
     """A 2D lidar that scans a full turn in its plane."""
 
     mount: Mount
@@ -79,16 +79,16 @@ class Lidar(Part, frozen=True, kw_only=True):
     """Standard deviation of a range."""
 
 
-class Sensors(Part, frozen=True, kw_only=True):
+class Sensors(RobotSection, frozen=True, kw_only=True):
     """Mounted sensors; the robot maps with the lidar if it has one, otherwise with the depth camera."""
 
-    imu: Imu
+    imu: ImuSpec
     ultrasonic: Ultrasonic | None = None
     depth_camera: DepthCamera | None = None
     lidar: Lidar | None = None
 
     @property
-    def by_frame(self) -> dict[str, Imu | Ultrasonic | DepthCamera | Lidar]:
+    def by_frame(self) -> dict[str, ImuSpec | Ultrasonic | DepthCamera | Lidar]:
         """Mounted sensors by the name of their frame (REP-105 and driver conventions)."""
         sensors = {
             "imu_link": self.imu,
@@ -99,6 +99,6 @@ class Sensors(Part, frozen=True, kw_only=True):
         return {frame: sensor for frame, sensor in sensors.items() if sensor is not None}
 
     @property
-    def look_ahead_only(self) -> bool:
+    def forward_sensing_only(self) -> bool:
         """Whether no sensor covers the sides of the robot."""
         return self.lidar is None

@@ -8,10 +8,20 @@ from __future__ import annotations
 
 import math
 
-from chefbot.robot.chassis import Body, Casters, Equipment, MotorClamp, Places, Plates, Poles, Tubes, Wheels
-from chefbot.robot.drivetrain import Battery, Calibration, Drive, Driver, Motor, PowerNeeds
+from chefbot.robot.chassis import (
+    Body,
+    Casters,
+    Equipment,
+    MotorClamp,
+    MountingPositions,
+    Plates,
+    Poles,
+    Tubes,
+    Wheels,
+)
+from chefbot.robot.drivetrain import Battery, Calibration, DriveLimits, Motor, MotorDriver, PowerRequirements
 from chefbot.robot.quantities import Name
-from chefbot.robot.section import Part
+from chefbot.robot.section import RobotSection
 from chefbot.robot.sensors import Sensors
 
 GRAVITY = 9.80665  # m/s^2, standard gravity
@@ -19,11 +29,11 @@ ROLLING_RESISTANCE = 0.015
 """Rolling resistance coefficient of rubber on a hard floor (handbook value)."""
 DRIVE_EFFICIENCY = 0.65
 """Efficiency of wheel and bearings after the gear motor."""
-DRIVEN_SHARE_OF_WEIGHT = 0.5
+DRIVEN_WEIGHT_FRACTION = 0.5
 """Share of the weight on the driven wheels; the casters carry the other half."""
 
 
-class Robot(Part, frozen=True, kw_only=True):
+class Robot(RobotSection, frozen=True, kw_only=True):
     """The complete description of a differential-drive robot."""
 
     name: Name
@@ -35,11 +45,11 @@ class Robot(Part, frozen=True, kw_only=True):
     wheels: Wheels
     casters: Casters
     motor: Motor
-    driver: Driver
+    driver: MotorDriver
     battery: Battery
-    power: PowerNeeds
-    drive: Drive
-    places: Places
+    power: PowerRequirements
+    drive: DriveLimits
+    places: MountingPositions
     equipment: tuple[Equipment, ...] = ()
     sensors: Sensors
     calibration: Calibration = Calibration()
@@ -50,17 +60,17 @@ class Robot(Part, frozen=True, kw_only=True):
         return self.wheels.diameter / 2.0
 
     @property
-    def left_radius(self) -> float:
+    def left_wheel_radius(self) -> float:
         """Calibrated rolling radius of the left wheel, metres."""
         return self.wheel_radius * self.calibration.left_wheel
 
     @property
-    def right_radius(self) -> float:
+    def right_wheel_radius(self) -> float:
         """Calibrated rolling radius of the right wheel, metres."""
         return self.wheel_radius * self.calibration.right_wheel
 
     @property
-    def turning_separation(self) -> float:
+    def effective_wheel_separation(self) -> float:
         """Calibrated (effective) wheel separation while turning, metres."""
         return self.wheels.separation * self.calibration.separation
 

@@ -6,27 +6,27 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.robot.geometry import layout
 from chefbot.robot.geometry.layout import body_height
 from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.geometry.solids import payload, solids
 from chefbot.robot.materials import MATERIALS
 from chefbot.robot.motion_limits import max_wheel_speed
-from chefbot.robot.section import Place
+from chefbot.robot.section import MountingPosition
 from chefbot.robot.spec import Robot
 
 Contradiction = tuple[bool, str, str]
 """Whether the contradiction is present; key of the robot file; message."""
 
 
-def check_possible(robot: Robot, where: str) -> None:
+def check_buildable(robot: Robot, where: str) -> None:
     """Raise UserError for the first contradiction in a robot description."""
-    check_shapes(robot, where)
+    check_geometry(robot, where)
     _raise_first(_drive(robot), where)
 
 
-def check_shapes(robot: Robot, where: str) -> None:
+def check_geometry(robot: Robot, where: str) -> None:
     """Check everything that does not need the mass; a robot that passes has valid solids."""
     for contradictions in (_materials, _wheels, _plates, _stack, _motors, _clamps, _sensors, _names):
         _raise_first(contradictions(robot), where)
@@ -47,7 +47,7 @@ def _materials(robot: Robot) -> Iterator[Contradiction]:
     for section in ("plates", "poles", "tubes", "motor_clamp", "casters"):
         name = getattr(robot, section).material
         if name not in MATERIALS:
-            yield True, f"{section}.material", f"unknown {name!r}{nearest(name, MATERIALS)}"
+            yield True, f"{section}.material", f"unknown {name!r}{name_hint(name, MATERIALS)}"
 
 
 def _plates(robot: Robot) -> Iterator[Contradiction]:
@@ -87,7 +87,7 @@ def _plates(robot: Robot) -> Iterator[Contradiction]:
         yield place.plate > top, f"{key}.plate", f"there is no plate {place.plate}, the highest is {top}"
 
 
-def _places(robot: Robot) -> Iterator[tuple[str, Place]]:
+def _places(robot: Robot) -> Iterator[tuple[str, MountingPosition]]:
     yield "places.battery", robot.places.battery
     yield "places.driver", robot.places.driver
     for i, item in enumerate(robot.equipment):

@@ -34,13 +34,13 @@ from chefbot.runtime.coroutines import Cancelled, Future, Task
 from chefbot.runtime.node import Node, PortSpec
 
 G = TypeVar("G", bound=Message)
-FAILED = 9002
+SERVER_EXCEPTION = 9002
 """Error code of the result if the server's coroutine raised an exception."""
 R = TypeVar("R", bound=Message)
 F = TypeVar("F", bound=Message)
 
 
-class Serves(Generic[G, R, F]):
+class ActionServerPort(Generic[G, R, F]):
     """An action server that executes one goal at a time; a new goal preempts the current one."""
 
     def __init__(
@@ -48,10 +48,10 @@ class Serves(Generic[G, R, F]):
     ) -> None:
         self._node, self.name, self.action, self._execute_callback = node, name, action, execute_callback
         self._current: tuple[bytes, Task[R]] | None = None
-        self.replacing = False
+        self.preempting = False
         """True while a goal is cancelled in favour of the next one, so the robot need not stop in between."""
-        node.listen(f"{name}/_action/send_goal", self._accept)
-        node.listen(f"{name}/_action/cancel_goal", self._cancel)
+        node.subscribe(f"{name}/_action/send_goal", self._accept)
+        node.subscribe(f"{name}/_action/cancel_goal", self._cancel)
 
     @property
     def busy(self) -> bool:
@@ -64,23 +64,25 @@ class Serves(Generic[G, R, F]):
             self._current[1].cancel()
 
     def _accept(self, request: Any) -> None:
-        self.replacing = True
+        self.preempting = True
         try:
             self.preempt()
         finally:  # the new goal is executed even if the cancelled one raises
-            self.replacing = False
+            self.preempting = False
             self._execute(request)
 
     def _execute(self, request: Any) -> None:
         goal_id: UUID = request.goal_id
 
         def feedback(message: F) -> None:
-            self._node.speak(f"{self.name}/_action/feedback", self.action.feedback_message(goal_id, message))
+            self._node.publish(
+                f"{self.name}/_action/feedback", self.action.feedback_message(goal_id, message)
+            )
 
         task = Task[R](self._execute_callback(request.goal, feedback))
         self._current = (goal_id.key, task)
         self._node.adopt(task)
-        task.then(lambda: self._finish(goal_id, task))
+        task.add_done_callback(lambda: self._finish(goal_id, task))
         task.start()
 
     def _cancel(self, request: Any) -> None:
@@ -97,14 +99,14 @@ class Serves(Generic[G, R, F]):
             result, status = self.action.result(), STATUS_CANCELED
         except Exception as error:
             result, status = (
-                failed_result(self.action, FAILED, f"{self.name} failed: {error}"),
+                failed_result(self.action, SERVER_EXCEPTION, f"{self.name} failed: {error}"),
                 STATUS_ABORTED,
             )
         outcome = self.action.outcome(goal_id, status, Time.of(self._node.now_ns), result)
-        self._node.speak(f"{self.name}/_action/get_result", outcome)
+        self._node.publish(f"{self.name}/_action/get_result", outcome)
 
 
-class Calls(Generic[G, R, F]):
+class ActionClientPort(Generic[G, R, F]):
     """An action client that sends goals and awaits their results."""
 
     def __init__(
@@ -113,9 +115,9 @@ class Calls(Generic[G, R, F]):
         self._node, self.name, self.action, self._on_feedback = node, name, action, on_feedback
         self._waiting: dict[bytes, Future[R]] = {}
         self._count = 0
-        node.listen(f"{name}/_action/get_result", self._receive_result)
+        node.subscribe(f"{name}/_action/get_result", self._receive_result)
         if on_feedback is not None:
-            node.listen(f"{name}/_action/feedback", self._receive_feedback)
+            node.subscribe(f"{name}/_action/feedback", self._receive_feedback)
 
     def call(self, goal: G) -> Future[R]:
         """Send a goal and return a future of its result.
@@ -126,22 +128,22 @@ class Calls(Generic[G, R, F]):
         goal_id = _goal_id(self._node.name, self.name, self._count, self._node.now_ns)
         future: Future[R] = Future(on_cancel=lambda: self._cancel_goal(goal_id))
         self._waiting[goal_id.key] = future
-        self._node.speak(f"{self.name}/_action/send_goal", self.action.send_goal(goal_id, goal))
+        self._node.publish(f"{self.name}/_action/send_goal", self.action.send_goal(goal_id, goal))
         return future
 
     def _cancel_goal(self, goal_id: UUID) -> None:
         self._waiting.pop(goal_id.key, None)
         request = CancelGoal_Request(GoalInfo(goal_id, Time.of(self._node.now_ns)))
-        self._node.speak(f"{self.name}/_action/cancel_goal", request)
+        self._node.publish(f"{self.name}/_action/cancel_goal", request)
 
     def _receive_result(self, outcome: Any) -> None:
         future = self._waiting.pop(outcome.goal_id.key, None)
         if future is None:
             return
         if outcome.status == STATUS_CANCELED:
-            future.fail(Cancelled())
+            future.set_exception(Cancelled())
         else:
-            future.set(outcome.result)
+            future.set_result(outcome.result)
 
     def _receive_feedback(self, message: Any) -> None:
         if message.goal_id.key in self._waiting and self._on_feedback is not None:
@@ -156,14 +158,14 @@ def failed_result(action: Action[G, R, F], code: int, message: str) -> R:
     return result
 
 
-def serves(action: Action[G, R, F], name: str = "") -> Serves[G, R, F]:
+def action_server(action: Action[G, R, F], name: str = "") -> ActionServerPort[G, R, F]:
     """Declare an action server; its topics begin with the port's name unless `name` is given."""
-    return cast(Serves[G, R, F], _ServesSpec(action, name))
+    return cast(ActionServerPort[G, R, F], _ServesSpec(action, name))
 
 
-def calls(action: Action[G, R, F], name: str = "") -> Calls[G, R, F]:
+def action_client(action: Action[G, R, F], name: str = "") -> ActionClientPort[G, R, F]:
     """Declare an action client; the method `on_<port>`, if there is one, receives feedback."""
-    return cast(Calls[G, R, F], _CallsSpec(action, name))
+    return cast(ActionClientPort[G, R, F], _CallsSpec(action, name))
 
 
 @dataclass(frozen=True)
@@ -171,8 +173,10 @@ class _ServesSpec(PortSpec):
     action: Action[Any, Any, Any]
     name: str
 
-    def bind(self, node: Node, name: str) -> Serves[Any, Any, Any]:
-        return Serves(node, node.resolve(self.name or name), self.action, getattr(node, f"on_{name}"))
+    def bind(self, node: Node, name: str) -> ActionServerPort[Any, Any, Any]:
+        return ActionServerPort(
+            node, node.resolve(self.name or name), self.action, getattr(node, f"on_{name}")
+        )
 
 
 @dataclass(frozen=True)
@@ -180,8 +184,10 @@ class _CallsSpec(PortSpec):
     action: Action[Any, Any, Any]
     name: str
 
-    def bind(self, node: Node, name: str) -> Calls[Any, Any, Any]:
-        return Calls(node, node.resolve(self.name or name), self.action, getattr(node, f"on_{name}", None))
+    def bind(self, node: Node, name: str) -> ActionClientPort[Any, Any, Any]:
+        return ActionClientPort(
+            node, node.resolve(self.name or name), self.action, getattr(node, f"on_{name}", None)
+        )
 
 
 def _goal_id(node: str, name: str, count: int, now_ns: int) -> UUID:

@@ -17,14 +17,14 @@ from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray, DiagnosticS
 from chefbot.msgs.geometry_msgs import Twist, TwistStamped
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import Header
-from chefbot.runtime.loop import DEVICE, Loop, Timing
+from chefbot.runtime.loop import DEVICE, CallbackStatistics, Loop
 from chefbot.runtime.transform_buffer import TransformError
 
 MOTION_COMMANDS: tuple[type[Message], ...] = (Twist, TwistStamped, WheelSpeeds)
 """Types of motion commands."""
 FAULT_LIMIT = 3
-"""Number of faults of a node within WINDOW_NS from which its motion commands are dropped."""
-WINDOW_NS = 1_000_000_000
+"""Number of faults of a node within FAULT_WINDOW_NS from which its motion commands are dropped."""
+FAULT_WINDOW_NS = 1_000_000_000
 """Length of the sliding window in which faults of a node are counted, ns."""
 STATUS = "node faults"
 """Name of the status in /diagnostics."""
@@ -64,7 +64,7 @@ class Faults:
         self._reported_kinds: set[tuple[str, type[Exception]]] = set()
         self._next_report_ns = loop.now_ns
         self._report_scheduled = False
-        self.unexpected = 0
+        self.bug_count = 0
         """Number of faults that are not INPUT_ERRORS: bugs."""
         loop.faults = self
 
@@ -74,25 +74,25 @@ class Faults:
         return self._counts
 
     def is_silenced(self, node: str) -> bool:
-        """Return whether the node has failed at least FAULT_LIMIT times within the last WINDOW_NS."""
+        """Return whether the node has failed at least FAULT_LIMIT times within the last FAULT_WINDOW_NS."""
         recent = self._recent_ns.get(node)
         if recent is None or len(recent) < FAULT_LIMIT:
             return False
-        return self._loop.now_ns - recent[0] <= WINDOW_NS
+        return self._loop.now_ns - recent[0] <= FAULT_WINDOW_NS
 
-    def handle(self, callback: Timing, error: Exception) -> None:
+    def handle(self, callback: CallbackStatistics, error: Exception) -> None:
         """Count a fault, and report it if it is the first of its kind.
 
         A device's own UserError ends the run.
         """
         if isinstance(error, UserError) and callback.from_device:
             raise error
-        self.unexpected += not isinstance(error, INPUT_ERRORS)
+        self.bug_count += not isinstance(error, INPUT_ERRORS)
         self._recent_ns.setdefault(callback.owner, deque(maxlen=FAULT_LIMIT)).append(self._loop.now_ns)
         self._count(Fault(callback.name, error))
         if self._publishes and not self._report_scheduled:
             self._report_scheduled = True
-            self._loop.at(max(self._loop.now_ns + 1, self._next_report_ns), DEVICE, self._report)
+            self._loop.schedule(max(self._loop.now_ns + 1, self._next_report_ns), DEVICE, self._report)
 
     def _count(self, fault: Fault) -> None:
         counted_by_sentence = fault.sentence in self._counts or len(self._counts) < MAX_REASONS
@@ -116,7 +116,7 @@ def status_of(counts: Mapping[str, int]) -> DiagnosticStatus:
     return DiagnosticStatus(ERROR if total else OK, STATUS, f"{total} callbacks of nodes failed", "", values)
 
 
-def first_fault(message: DiagnosticArray) -> str:
+def first_fault_sentence(message: DiagnosticArray) -> str:
     """Return the first fault sentence in a diagnostics message of a launch's process.
 
     Empty if there is none.

@@ -13,7 +13,7 @@ def wall_ns() -> int:
     return time.monotonic_ns()
 
 
-class Clock(Protocol):
+class LoopClock(Protocol):
     """Decides when the loop may run its next event."""
 
     def start(self, now_ns: int) -> None:
@@ -45,14 +45,14 @@ class PacedClock:
     """Simulated time that runs at a real-time factor of `speed`."""
 
     def __init__(self, speed: float) -> None:
-        self.speed = speed
+        self.real_time_factor = speed
         self._wall_0 = 0
         self._time_0 = 0
 
-    def change_pace(self, speed: float, now_ns: int) -> None:
+    def set_real_time_factor(self, speed: float, now_ns: int) -> None:
         """Change the real-time factor of the running loop from `now_ns` on."""
-        if speed != self.speed:
-            self.speed = speed
+        if speed != self.real_time_factor:
+            self.real_time_factor = speed
             self.start(now_ns)
 
     def start(self, now_ns: int) -> None:
@@ -61,7 +61,7 @@ class PacedClock:
 
     def wait_until(self, time_ns: int, wake: Condition) -> bool:
         """Sleep until wall time has caught up with `time_ns`."""
-        due = self._wall_0 + (time_ns - self._time_0) / self.speed
+        due = self._wall_0 + (time_ns - self._time_0) / self.real_time_factor
         remaining = (due - wall_ns()) / 1e9
         if remaining < -1.0:  # the machine is too slow: do not run faster later to catch up
             self.start(time_ns)
@@ -72,7 +72,7 @@ class PacedClock:
         return reached_ns
 
 
-class LeadingClock(PacedClock):
+class LeaderClock(PacedClock):
     """Simulated time that other processes follow: paced, but slower if one of them cannot keep up.
 
     A machine too slow for all of a launch's processes thus runs them at a lower real-time factor, instead of
@@ -81,20 +81,20 @@ class LeadingClock(PacedClock):
 
     MAX_LEAD_NS = 100_000_000
     """Maximum lead over the slowest follower, ns."""
-    PATIENCE = 1.0
+    FOLLOWER_TIMEOUT = 1.0
     """Wall time after which the clock no longer waits for a follower that reports nothing, s."""
 
     def __init__(self, speed: float) -> None:
         super().__init__(speed)
         self._reached: dict[str, tuple[int, int]] = {}
-        self.waited_ns = 0
+        self.total_wait_ns = 0
         """Wall time spent waiting for followers, ns."""
 
-    def follow(self, names: Iterable[str]) -> None:
+    def set_followers(self, names: Iterable[str]) -> None:
         """Keep only these followers; the clock waits for each one from its first report on."""
         self._reached = {name: report for name, report in self._reached.items() if name in set(names)}
 
-    def tell(self, name: str, reached_ns: int) -> None:
+    def report_time(self, name: str, reached_ns: int) -> None:
         """Record the time that a follower has reached; safe from any thread, wake the loop afterwards."""
         self._reached[name] = (reached_ns, wall_ns())
 
@@ -103,14 +103,14 @@ class LeadingClock(PacedClock):
         if self._is_ahead(time_ns):
             start = wall_ns()
             wake.wait(0.1)
-            self.waited_ns += wall_ns() - start
+            self.total_wait_ns += wall_ns() - start
             return False
         return super().wait_until(time_ns, wake)
 
     def _is_ahead(self, time_ns: int) -> bool:
         now = wall_ns()
         return any(
-            time_ns - reached > self.MAX_LEAD_NS and now - reported < self.PATIENCE * 1e9
+            time_ns - reached > self.MAX_LEAD_NS and now - reported < self.FOLLOWER_TIMEOUT * 1e9
             for reached, reported in list(self._reached.values())
         )
 
@@ -135,7 +135,7 @@ class WallClock:
         return max(reached_ns, wall_ns() + self._offset)
 
 
-class FollowedClock:
+class FollowerClock:
     """Time that another process publishes, such as a simulator's /clock; it jumps from update to update.
 
     Before it sleeps it calls `reached` with the time up to which all due events are done.
@@ -145,13 +145,13 @@ class FollowedClock:
         self._now_ns = now_ns
         self._reached = reached
 
-    def tell(self, now_ns: int) -> None:
+    def set_time(self, now_ns: int) -> None:
         """Set the current time; safe from any thread, wake the loop (`loop.post`) afterwards."""
         self._now_ns = max(self._now_ns, now_ns)
 
     def start(self, now_ns: int) -> None:
         """Start at `now_ns` or the received time, whichever is later."""
-        self.tell(now_ns)
+        self.set_time(now_ns)
 
     def wait_until(self, time_ns: int, wake: Condition) -> bool:
         """Sleep until woken, unless the received time has already reached `time_ns`."""

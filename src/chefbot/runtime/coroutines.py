@@ -25,15 +25,15 @@ class Future(Generic[T]):
         self._waiters: list[Callable[[], None]] = []
         self._on_cancel = on_cancel
 
-    def set(self, value: T) -> None:
+    def set_result(self, value: T) -> None:
         """Set the value and resume all waiting tasks at once."""
         self._finish(value, None)
 
-    def fail(self, error: BaseException) -> None:
+    def set_exception(self, error: BaseException) -> None:
         """Set the exception and raise it in all waiting tasks."""
         self._finish(None, error)
 
-    def abandon(self) -> None:
+    def discard(self) -> None:
         """Drop all waiters and notify the producer of the value that nobody needs it any more."""
         if not self.done and self._on_cancel is not None:
             self._on_cancel()
@@ -45,7 +45,7 @@ class Future(Generic[T]):
             raise self._error
         return self._value  # type: ignore[return-value]
 
-    def then(self, waiter: Callable[[], None]) -> None:
+    def add_done_callback(self, waiter: Callable[[], None]) -> None:
         """Call `waiter` when the future is done, at once if it already is."""
         if self.done:
             waiter()
@@ -66,16 +66,16 @@ class Future(Generic[T]):
         return self.result()
 
 
-def first_of(*futures: Future[Any]) -> Future[None]:
+def wait_any(*futures: Future[Any]) -> Future[None]:
     """Return a future that is done when one of `futures` is; abandoning it abandons all of them."""
 
     def abandon_all() -> None:
         for future in futures:
-            future.abandon()
+            future.discard()
 
     first: Future[None] = Future(on_cancel=abandon_all)
     for future in futures:
-        future.then(lambda: first.set(None))
+        future.add_done_callback(lambda: first.set_result(None))
     return first
 
 
@@ -102,22 +102,22 @@ class Task(Future[T]):
             return
         awaited, self._awaited = self._awaited, None
         if awaited is not None:
-            awaited.abandon()
+            awaited.discard()
         self._advance(Cancelled())
 
     def _advance(self, error: BaseException | None) -> None:
         try:
             awaited = self._work.send(None) if error is None else self._work.throw(error)
         except StopIteration as stop:
-            self.set(stop.value)
+            self.set_result(stop.value)
         except Cancelled as cancelled:
-            self.fail(cancelled)
+            self.set_exception(cancelled)
         except Exception as exception:
-            self.fail(exception)  # release the waiting tasks, they would wait forever
+            self.set_exception(exception)  # release the waiting tasks, they would wait forever
             raise
         else:
             self._awaited = awaited
-            awaited.then(lambda: self._resume(awaited))
+            awaited.add_done_callback(lambda: self._resume(awaited))
 
     def _resume(self, awaited: Future[Any]) -> None:
         if self._awaited is awaited:  # else the task was cancelled in the meantime

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.runtime.launch import Launch
 
 
@@ -17,7 +17,7 @@ def hosts_of(launch: Launch) -> dict[str, list[str]]:
     return nodes_by_host
 
 
-def part_on(launch: Launch, machine: str) -> Launch:
+def part_for_machine(launch: Launch, machine: str) -> Launch:
     """Return the part of the launch that runs on `machine`, prepared to join the robot.
 
     For a machine that no entry names, this is the robot's own part.
@@ -42,7 +42,7 @@ def check_host(launch: Launch, requested: str, machine: str, *, may_be_robot: bo
         )
     if requested and requested not in hosts:
         raise UserError(
-            f"launch {launch.name}: nothing runs on host {requested!r}{nearest(requested, hosts)}"
+            f"launch {launch.name}: nothing runs on host {requested!r}{name_hint(requested, hosts)}"
         )
     if hosts and not requested and machine not in hosts and not may_be_robot:
         raise UserError(

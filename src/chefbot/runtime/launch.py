@@ -20,7 +20,7 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.config import build, parse_yaml, read_bytes
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.runtime.node import Node, params_type
 
 LAUNCH_FOLDER = Path(__file__).parent.parent / "launch"
@@ -95,7 +95,7 @@ class Launch(msgspec.Struct, frozen=True, kw_only=True):
         return msgspec.json.decode(text, type=Launch)
 
 
-def split(launch: Launch) -> tuple[Launch, dict[str, Launch]]:
+def split_by_process(launch: Launch) -> tuple[Launch, dict[str, Launch]]:
     """Split a launch into the part of its own process and the parts of its other processes by name."""
     parts: dict[str, dict[str, NodeEntry]] = {"": {}}
     for name, entry in launch.nodes.items():
@@ -121,7 +121,7 @@ def load_launch(name_or_path: str, given: Mapping[str, str] | None = None) -> La
     arguments = dict(defaults)
     for key, text in (given or {}).items():
         if key not in defaults:
-            raise UserError(f"launch {path.stem}: there is no argument {key!r}{nearest(key, defaults)}")
+            raise UserError(f"launch {path.stem}: there is no argument {key!r}{name_hint(key, defaults)}")
         arguments[key] = _parse_argument(path.stem, key, text, defaults[key])
     arguments = {key: _expand_home(path.stem, key, value) for key, value in arguments.items()}
     file = _read(path, arguments)
@@ -137,7 +137,7 @@ def find_launch(name_or_path: str) -> Path:
         return launches[name]
     if "/" in name_or_path or name_or_path.endswith((".yaml", ".yml")):
         return Path(name_or_path)
-    raise UserError(f"no launch is called {name_or_path!r}{nearest(name, launches)}")
+    raise UserError(f"no launch is called {name_or_path!r}{name_hint(name, launches)}")
 
 
 def node_class(kind: str, where: str) -> type[Node]:
@@ -198,7 +198,7 @@ def _override(nodes: Mapping[str, NodeEntry], name: str, entry: NodeEntry, where
     """
     if name not in nodes:
         raise UserError(
-            f"{where}: node {name} has no kind, and nothing included is called so{nearest(name, nodes)}"
+            f"{where}: node {name} has no kind, and nothing included is called so{name_hint(name, nodes)}"
         )
     base = nodes[name]
     overrides = {field: value for field, value in _fields(entry).items() if value != _DEFAULTS[field]}
@@ -227,7 +227,7 @@ def _substitute(value: Any, arguments: Mapping[str, ArgValue], where: str) -> An
         return value
     for name in _PLACEHOLDER.findall(value):
         if name not in arguments:
-            raise UserError(f"{where}: ${{{name}}} is not among its args{nearest(name, arguments)}")
+            raise UserError(f"{where}: ${{{name}}} is not among its args{name_hint(name, arguments)}")
     placeholder = _PLACEHOLDER.fullmatch(value)
     if placeholder:
         return arguments[placeholder[1]]

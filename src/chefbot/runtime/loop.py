@@ -17,7 +17,7 @@ from threading import Condition
 from typing import Protocol, TypeVar
 
 from chefbot.msgs.idl.message import Message
-from chefbot.runtime.clock import Clock, wall_ns
+from chefbot.runtime.clock import LoopClock, wall_ns
 
 DEVICE, MESSAGE, TIMER = range(3)
 T = TypeVar("T")
@@ -39,7 +39,7 @@ class Publication:
 
 
 @dataclass(slots=True)
-class Timing:
+class CallbackStatistics:
     """Execution-time statistics of one callback: its node, its name and the wall time it has used so far."""
 
     owner: str = ""
@@ -55,7 +55,7 @@ class Timing:
 class FaultHandler(Protocol):
     """Handles the exceptions that callbacks of nodes raise."""
 
-    def handle(self, callback: Timing, error: Exception) -> None:
+    def handle(self, callback: CallbackStatistics, error: Exception) -> None:
         """Count the exception; raise it again if it has to end the run."""
 
     def is_silenced(self, node: str) -> bool:
@@ -63,13 +63,13 @@ class FaultHandler(Protocol):
 
 
 @dataclass(slots=True)
-class Subscription:
+class LoopSubscription:
     """The subscription of one handler to one topic."""
 
     topic: str
     owner: str
     handler: Handler
-    timing: Timing = field(default_factory=Timing)
+    timing: CallbackStatistics = field(default_factory=CallbackStatistics)
     active: bool = True
 
 
@@ -78,7 +78,7 @@ class ScheduledEvent:
 
     __slots__ = ("action", "due_ns", "timing")
 
-    def __init__(self, action: Callable[[], None], timing: Timing, due_ns: int) -> None:
+    def __init__(self, action: Callable[[], None], timing: CallbackStatistics, due_ns: int) -> None:
         self.action: Callable[[], None] | None = action
         self.timing = timing
         self.due_ns = due_ns
@@ -94,37 +94,37 @@ class Loop:
     All methods but `post`, `wake` and `stop` must be called from the thread that calls `run`.
     """
 
-    def __init__(self, clock: Clock, start_ns: int = 0) -> None:
+    def __init__(self, clock: LoopClock, start_ns: int = 0) -> None:
         self.now_ns = start_ns
-        self.timings: dict[str, Timing] = {}
+        self.timings: dict[str, CallbackStatistics] = {}
         self.faults: FaultHandler | None = None
         """Handles exceptions of nodes' callbacks. None: the first exception ends the run, as in a test."""
-        self.step_began_ns = 0
+        self.callback_start_ns = 0
         """Monotonic start time of the running callback, ns; 0 if none runs. Read by watchdog threads."""
         self._clock = clock
         self._events: list[tuple[int, int, int, ScheduledEvent]] = []
         self._sequence = 0
-        self._topics: dict[str, list[Subscription]] = {}
+        self._topics: dict[str, list[LoopSubscription]] = {}
         self._latched: dict[str, Publication] = {}
         self._observers: list[PublicationObserver] = []
-        self._posted: deque[tuple[Callable[[], None], Timing | None]] = deque()
-        self._running = Timing()
+        self._posted: deque[tuple[Callable[[], None], CallbackStatistics | None]] = deque()
+        self._running = CallbackStatistics()
         self._wake = Condition()
         self._stopped = False
 
     # Topics
 
-    def subscribe(self, topic: str, owner: str, handler: Handler) -> Subscription:
+    def subscribe(self, topic: str, owner: str, handler: Handler) -> LoopSubscription:
         """Call `handler` with each message on `topic`, beginning with the latched message if there is one."""
         timing = self.timing(owner, f"{owner} <- {topic}")
-        subscription = Subscription(topic, owner, handler, timing)
+        subscription = LoopSubscription(topic, owner, handler, timing)
         self._topics.setdefault(topic, []).append(subscription)
         if topic in self._latched:
             message = self._latched[topic].message
             self._schedule_delivery(subscription, message)
         return subscription
 
-    def unsubscribe(self, subscription: Subscription) -> None:
+    def unsubscribe(self, subscription: LoopSubscription) -> None:
         """Stop delivery to the subscription, including messages that are already queued."""
         subscription.active = False
         self._topics[subscription.topic].remove(subscription)
@@ -155,7 +155,7 @@ class Loop:
         """Return the publications that late-joining subscribers receive."""
         return list(self._latched.values())
 
-    def tap(self, observer: PublicationObserver) -> None:
+    def add_observer(self, observer: PublicationObserver) -> None:
         """Call the observer with every publication, for recording and checking."""
         self._observers.append(observer)
 
@@ -169,26 +169,26 @@ class Loop:
 
     # Time and events
 
-    def at(
-        self, time_ns: int, rank: int, action: Callable[[], None], timing: Timing | None = None
+    def schedule(
+        self, time_ns: int, rank: int, action: Callable[[], None], timing: CallbackStatistics | None = None
     ) -> ScheduledEvent:
         """Schedule `action` at `time_ns` with the given rank; a time in the past means now."""
-        event = ScheduledEvent(action, timing or Timing(), max(time_ns, self.now_ns))
+        event = ScheduledEvent(action, timing or CallbackStatistics(), max(time_ns, self.now_ns))
         self._sequence += 1
         # the sequence number keeps events of the same time and rank in the order of scheduling
         heapq.heappush(self._events, (event.due_ns, rank, self._sequence, event))
         return event
 
-    def timing(self, owner: str, name: str, *, from_device: bool = False) -> Timing:
+    def timing(self, owner: str, name: str, *, from_device: bool = False) -> CallbackStatistics:
         """Return the statistics of the callback `name` of the node `owner`, created on first use."""
-        return self.timings.setdefault(name, Timing(owner, name, from_device))
+        return self.timings.setdefault(name, CallbackStatistics(owner, name, from_device))
 
     def isolated(self, action: Callable[[T], None]) -> Callable[[T], None]:
         """Wrap `action` so that exceptions it raises later count as faults of the callback that runs now."""
         timing = self._running
         return lambda value: self._perform(timing, partial(action, value))
 
-    def post(self, action: Callable[[], None], timing: Timing | None = None) -> None:
+    def post(self, action: Callable[[], None], timing: CallbackStatistics | None = None) -> None:
         """Run `action` in the loop as a device event as soon as possible; safe from any thread."""
         with self._wake:
             self._posted.append((action, timing))
@@ -227,22 +227,22 @@ class Loop:
         """Schedule posted actions, each at an instant of its own, so that a replay keeps their order."""
         while self._posted:
             action, timing = self._posted.popleft()
-            self.at(self._clock.read(self.now_ns) + 1, DEVICE, action, timing)
+            self.schedule(self._clock.read(self.now_ns) + 1, DEVICE, action, timing)
 
     def _run_next_event(self) -> None:
         self.now_ns, _, _, event = heapq.heappop(self._events)
         if event.action is None:
             return
-        self.step_began_ns = start = wall_ns()
+        self.callback_start_ns = start = wall_ns()
         timing = self._running = event.timing
         self._perform(timing, event.action)
         elapsed = wall_ns() - start
-        self.step_began_ns = 0
+        self.callback_start_ns = 0
         timing.calls += 1
         timing.total_ns += elapsed
         timing.worst_ns = max(timing.worst_ns, elapsed)
 
-    def _perform(self, timing: Timing, action: Callable[[], None]) -> None:
+    def _perform(self, timing: CallbackStatistics, action: Callable[[], None]) -> None:
         try:
             action()
         except Exception as error:
@@ -250,9 +250,9 @@ class Loop:
                 raise
             self.faults.handle(timing, error)
 
-    def _schedule_delivery(self, subscription: Subscription, message: Message) -> None:
+    def _schedule_delivery(self, subscription: LoopSubscription, message: Message) -> None:
         def deliver() -> None:
             if subscription.active:
                 subscription.handler(message)
 
-        self.at(self.now_ns, MESSAGE, deliver, subscription.timing)
+        self.schedule(self.now_ns, MESSAGE, deliver, subscription.timing)

@@ -29,8 +29,8 @@ from chefbot.msgs.idl.message import Message
 from chefbot.robot.spec import Robot
 from chefbot.runtime.callback_faults import MOTION_COMMANDS
 from chefbot.runtime.coroutines import Future, Task
-from chefbot.runtime.loop import DEVICE, TIMER, Loop, ScheduledEvent, Subscription
-from chefbot.runtime.transform_buffer import Transforms
+from chefbot.runtime.loop import DEVICE, TIMER, Loop, LoopSubscription, ScheduledEvent
+from chefbot.runtime.transform_buffer import TransformBuffer
 
 M = TypeVar("M", bound=Message)
 T = TypeVar("T")
@@ -48,7 +48,7 @@ class Context:
     name: str
     loop: Loop
     robot: Robot
-    transforms: Transforms
+    transforms: TransformBuffer
     seed: int = 0
     remap: typing.Mapping[str, str] = field(default_factory=dict)
 
@@ -73,22 +73,22 @@ def topic(name: str = "", *, latched: bool = False) -> Any:
     return TopicSpec(name, latched)
 
 
-LAST_WORDS = "last_words/"
+RESTORED_PREFIX = "last_words/"
 """Prefix of the loop's topics that carry state restored after a restart; no node publishes them."""
 
 
-LIFE = "life"
+RESTARTED = "life"
 """Topic that signals, after all restored state, that the node's process was restarted."""
 
 
-def last_words(name: str) -> Any:
+def restored(name: str) -> Any:
     """Declare an input that receives the last message on the latched topic `name` from before a restart.
 
     The message was published by the node itself or by another one. It is delivered once, before any timer, if
     the node's process died and was restarted, so that the node can continue where it was. `tf` holds the
     transforms of the moment when the process died; LIFE, an Empty, is delivered after all others.
     """
-    return TopicSpec(LAST_WORDS + name)
+    return TopicSpec(RESTORED_PREFIX + name)
 
 
 class PortSpec:
@@ -107,7 +107,7 @@ class In(Generic[M]):
         self.last: M | None = None
         """The most recent message; None before the first."""
         self._handler = handler
-        node.listen(name, self._receive)
+        node.subscribe(name, self._receive)
 
     def _receive(self, message: Message) -> None:
         self.last = typing.cast(M, message)
@@ -122,14 +122,14 @@ class Out(Generic[M]):
         self.topic = name
         self.kind = kind
         self.latched = latched
-        self.offered = True
+        self.advertised = True
         """Whether the publisher is advertised to other processes."""
         self._node = node
         self._is_motion_command = issubclass(kind, MOTION_COMMANDS)
 
-    def withdraw(self) -> None:
+    def unadvertise(self) -> None:
         """Stop advertising a topic that this robot's node will never publish; call it in `start`."""
-        self.offered = False
+        self.advertised = False
 
     def publish(self, message: M) -> None:
         """Publish a message to all subscribers.
@@ -140,7 +140,7 @@ class Out(Generic[M]):
         if type(message) is not self.kind:
             raise TypeError(f"{self.topic} carries {self.kind.__name__}, not {type(message).__name__}")
         if not (self._is_motion_command and self._node.is_silenced):
-            self._node.speak(self.topic, message, self.latched)
+            self._node.publish(self.topic, message, self.latched)
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ class Node:
         self.params = params
         self.context = context
         self._loop = context.loop
-        self._subscriptions: list[Subscription] = []
+        self._subscriptions: list[LoopSubscription] = []
         self._timers: list[ScheduledEvent] = []
         self._tasks: list[Task[Any]] = []
         _bind_ports(self)
@@ -212,11 +212,11 @@ class Node:
         """Whether the node fails so often that its motion commands are dropped."""
         return self._loop.faults is not None and self._loop.faults.is_silenced(self.name)
 
-    def listen(self, name: str, handler: Callable[[Message], None]) -> None:
+    def subscribe(self, name: str, handler: Callable[[Message], None]) -> None:
         """Subscribe to a topic for the lifetime of the node."""
         self._subscriptions.append(self._loop.subscribe(name, self.name, handler))
 
-    def speak(self, name: str, message: Message, latched: bool = False) -> None:
+    def publish(self, name: str, message: Message, latched: bool = False) -> None:
         """Publish a message on any topic in the name of the node."""
         self._loop.publish(name, message, self.name, from_device=self.is_device, latched=latched)
 
@@ -233,13 +233,15 @@ class Node:
     def adopt(self, task: Task[Any]) -> None:
         """Register a task to be cancelled when the node stops."""
         self._tasks.append(task)
-        task.then(lambda: self._tasks.remove(task))
+        task.add_done_callback(lambda: self._tasks.remove(task))
 
     def sleep(self, seconds: float) -> Future[None]:
         """Return a future that completes after `seconds` of the loop's time; `await` it."""
         future: Future[None] = Future()
         timing = self._loop.timing(self.name, f"{self.name}.sleep")
-        self._loop.at(self.now_ns + round(seconds * SECOND), TIMER, partial(future.set, None), timing)
+        self._loop.schedule(
+            self.now_ns + round(seconds * SECOND), TIMER, partial(future.set_result, None), timing
+        )
         return future
 
     def _start_timers(self) -> None:
@@ -256,10 +258,10 @@ class Node:
         first = -(-(self.now_ns + 1) // period_ns) * period_ns
 
         def fire() -> None:
-            self._timers[slot] = self._loop.at(self.now_ns + period_ns, rank, fire, timing)
+            self._timers[slot] = self._loop.schedule(self.now_ns + period_ns, rank, fire, timing)
             action()
 
-        self._timers.append(self._loop.at(first, rank, fire, timing))
+        self._timers.append(self._loop.schedule(first, rank, fire, timing))
 
 
 class Device(Node):
@@ -281,10 +283,10 @@ class Device(Node):
         """Run `action` in the loop; safe from any thread."""
         self._loop.post(action, self._post_timing)
 
-    def at(self, time_ns: int, action: Callable[[], None]) -> None:
+    def schedule_at(self, time_ns: int, action: Callable[[], None]) -> None:
         """Run `action` at a time of the loop, unless the device has been stopped by then."""
         self._scheduled = [event for event in self._scheduled if event.due_ns > self.now_ns]
-        self._scheduled.append(self._loop.at(time_ns, DEVICE, action, self._post_timing))
+        self._scheduled.append(self._loop.schedule(time_ns, DEVICE, action, self._post_timing))
 
     def stop(self) -> None:
         """Stop the node and cancel its scheduled actions."""

@@ -10,7 +10,7 @@ import msgspec
 from msgspec import Struct
 
 from chefbot.config import build
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
@@ -20,8 +20,8 @@ from chefbot.runtime.callback_faults import Fault, Faults
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
 from chefbot.runtime.live_params import check_live
 from chefbot.runtime.loop import Loop
-from chefbot.runtime.node import LAST_WORDS, Context, Device, Node, params_type
-from chefbot.runtime.transform_buffer import TransformError, Transforms
+from chefbot.runtime.node import RESTORED_PREFIX, Context, Device, Node, params_type
+from chefbot.runtime.transform_buffer import TransformBuffer, TransformError
 
 LAUNCH_TOPIC = "chefbot/launch"
 """Topic on which every launch is published, so that a log holds all that a replay needs."""
@@ -37,20 +37,20 @@ class _NodeParams(Struct, frozen=True):
 _NodePlan = tuple[type[Node], Struct, dict[str, str]]
 
 
-class System:
+class NodeContainer:
     """The nodes that run on one loop; launches can replace each other while devices keep running."""
 
     def __init__(self, loop: Loop, robot: Robot, seed: int) -> None:
         self.loop = loop
         self.robot = robot
         self.seed = seed
-        self.transforms = Transforms(loop.isolated)
+        self.transforms = TransformBuffer(loop.isolated)
         self.nodes: dict[str, Node] = {}
         self.faults: Faults | None = None
         """Counts exceptions of running nodes; None: the first exception ends the run."""
         for topic, static in (("tf", False), ("tf_static", True)):
             self.loop.subscribe(topic, "transforms", partial(self._on_tf, static))
-        for topic in (PARAMS_TOPIC, LAST_WORDS + PARAMS_TOPIC):
+        for topic in (PARAMS_TOPIC, RESTORED_PREFIX + PARAMS_TOPIC):
             self.loop.subscribe(topic, "chefbot", self._on_params)
 
     def launch(self, launch: Launch, *, leave_out: Container[str] = ()) -> None:
@@ -69,7 +69,7 @@ class System:
                 created.append(self.nodes[name])
         self._start(created)
 
-    def isolate(self, on_new: Callable[[Fault], None]) -> None:
+    def isolate_faults(self, on_new: Callable[[Fault], None]) -> None:
         """From now on limit the effect of a node's exception to the failing callback.
 
         See `callback_faults`.
@@ -82,7 +82,7 @@ class System:
         UserError if there is no such node, a value is invalid, or a parameter cannot change at run time.
         """
         if name not in self.nodes:
-            raise UserError(f"there is no node {name!r}{nearest(name, self.nodes)}")
+            raise UserError(f"there is no node {name!r}{name_hint(name, self.nodes)}")
         message = params_message(name, plain)
         self._reconfigure(message.data)
         self.loop.publish(PARAMS_TOPIC, message, publisher, from_device=True)
@@ -124,7 +124,7 @@ class System:
         for name in [name for name in self.nodes if name not in staying]:
             self.nodes.pop(name).stop()
         self.loop.clear_latched(staying)
-        self.transforms.forget()
+        self.transforms.clear()
 
     def _prepare(self, launch: str, name: str, entry: NodeEntry) -> _NodePlan:
         where = f"launch {launch}: node {name}"
@@ -137,7 +137,7 @@ class System:
         try:
             if not static:
                 check_stamp(message, self.loop.now_ns)
-            self.transforms.receive(message, static)
+            self.transforms.add_transforms(message, static)
         except (InvalidMessageError, TransformError) as error:
             raise UserError(str(error)) from None
 

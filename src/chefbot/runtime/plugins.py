@@ -10,7 +10,7 @@ from typing import Any
 from chefbot.errors import UserError
 
 
-def plugin(name: str, built_in: Callable[[Any], Any], settings: Any) -> Any:
+def load_plugin(name: str, built_in: Callable[[Any], Any], settings: Any) -> Any:
     """Create a plugin from `pkg.module:Class` or the name of an entry point.
 
     An empty name means `built_in`.

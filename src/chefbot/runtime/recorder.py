@@ -15,7 +15,7 @@ from chefbot.msgs.idl.message import Message
 from chefbot.msgs.sensor_msgs import CompressedImage, Image
 from chefbot.robot.spec import Robot
 from chefbot.runtime.loop import Publication
-from chefbot.storage.mcap_file import McapFile
+from chefbot.storage.mcap_writer import McapWriter
 
 IMAGES: tuple[type[Message], ...] = (Image, CompressedImage)
 """Recorded only on request (1.5 MB/s and more); otherwise a replay uses the scans made from them."""
@@ -51,7 +51,7 @@ class Recorder:
         self._skipped_types = () if images else IMAGES
         self._channels: dict[tuple[str, str], int] = {}
         self._counts: dict[int, int] = {}
-        self._file = McapFile(path)
+        self._file = McapWriter(path)
         about = {"robot": msgspec.json.encode(robot).decode(), "seed": str(seed), "images": str(images)}
         self._file.metadata(METADATA, {**about, "version": __version__})
 

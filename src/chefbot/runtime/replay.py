@@ -19,20 +19,20 @@ from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.spec import Robot
 from chefbot.runtime.callback_faults import Faults
-from chefbot.runtime.clock import Clock, StepClock
+from chefbot.runtime.clock import LoopClock, StepClock
 from chefbot.runtime.launch import Launch, node_class
 from chefbot.runtime.loop import DEVICE, Loop, Publication
 from chefbot.runtime.node import Device, Node, subscribes_to
-from chefbot.runtime.node_container import LAUNCH_TOPIC, System
+from chefbot.runtime.node_container import LAUNCH_TOPIC, NodeContainer
 from chefbot.runtime.recorder import IMAGES, METADATA
 
-DAMAGE = (
+READ_ERRORS = (
     McapError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError, OverflowError,
 )  # fmt: skip
 """Exceptions raised while reading a file that is truncated or corrupt."""
 
 
-class Logged(NamedTuple):
+class LoggedMessage(NamedTuple):
     """One message of a log."""
 
     topic: str
@@ -45,13 +45,13 @@ class Logged(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Log:
+class RecordedLog:
     """A complete log: robot, seed, options and the messages in order of publication."""
 
     robot: Robot
     seed: int
     images: bool
-    messages: list[Logged]
+    messages: list[LoggedMessage]
 
 
 class ReplayMismatch(NamedTuple):
@@ -63,19 +63,19 @@ class ReplayMismatch(NamedTuple):
     replayed: str
 
 
-def read_log(path: Path) -> Log:
+def read_log(path: Path) -> RecordedLog:
     """Read a log that `Recorder` wrote; UserError if it is missing, damaged or from another program."""
     try:
         with path.open("rb") as file:
             return _read(path, file)
     except OSError as error:
         raise UserError(f"log {path} cannot be read: {error.strerror}") from None
-    except DAMAGE as error:
+    except READ_ERRORS as error:
         reason = str(error) or type(error).__name__
         raise UserError(f"log {path} is damaged or cut off, it cannot be replayed: {reason}") from None
 
 
-def _read(path: Path, file: Any) -> Log:
+def _read(path: Path, file: Any) -> RecordedLog:
     reader = make_reader(file, validate_crcs=True)
     about = {record.name: record.metadata for record in reader.iter_metadata()}.get(METADATA)
     if about is None:
@@ -83,7 +83,7 @@ def _read(path: Path, file: Any) -> Log:
             f"log {path} was not recorded by chefbot: it does not say which robot and launch made it"
         )
     messages = [
-        Logged(
+        LoggedMessage(
             channel.topic.lstrip("/"),
             schema.name if schema else "",
             message.data,
@@ -95,23 +95,23 @@ def _read(path: Path, file: Any) -> Log:
         for schema, channel, message in reader.iter_messages(log_time_order=False)
     ]
     robot = msgspec.json.decode(about["robot"], type=Robot)
-    return Log(robot, int(about["seed"]), about["images"] == "True", messages)
+    return RecordedLog(robot, int(about["seed"]), about["images"] == "True", messages)
 
 
 class Replay:
     """Re-executes the nodes of a log; `differences` is empty if all messages are bit-identical."""
 
-    def __init__(self, log: Log, clock: Clock | None = None) -> None:
+    def __init__(self, log: RecordedLog, clock: LoopClock | None = None) -> None:
         self.log = log
         self.compared = 0
         self.differences: list[ReplayMismatch] = []
         start = log.messages[0].time_ns if log.messages else 0
         self._end_ns = log.messages[-1].time_ns if log.messages else 0
-        self.system = System(Loop(clock or StepClock(), start), log.robot, log.seed)
-        self._expected: deque[Logged] = deque()
+        self.system = NodeContainer(Loop(clock or StepClock(), start), log.robot, log.seed)
+        self._expected: deque[LoggedMessage] = deque()
         self.faults = Faults(self.system.loop, lambda _: None, publishes=False)
         """Faults of the re-executed nodes; the same as in the recording if nothing differs."""
-        self.system.loop.tap(self._compare)
+        self.system.loop.add_observer(self._compare)
 
     def run(self, progress: Callable[[int, int], None] | None = None) -> None:
         """Run to the end of the log or to its first difference.
@@ -122,7 +122,7 @@ class Replay:
         for count, (time_ns, batch) in enumerate(self._batches_to_publish()):
             loop.run(until_ns=time_ns - 1)
             for logged in batch:
-                loop.at(time_ns, DEVICE, partial(self._publish_logged, logged))
+                loop.schedule(time_ns, DEVICE, partial(self._publish_logged, logged))
             if progress is not None and count % 1000 == 0:
                 progress(self.compared, len(self.log.messages))
             if self.differences:
@@ -133,10 +133,10 @@ class Replay:
             self._add_difference(self._expected[0], None)
         self.system.stop()
 
-    def _batches_to_publish(self) -> Iterator[tuple[int, list[Logged]]]:
+    def _batches_to_publish(self) -> Iterator[tuple[int, list[LoggedMessage]]]:
         """Yield the messages to publish from the log instant by instant; queue the others for comparison."""
         executed: set[str] = set()
-        batch: list[Logged] = []
+        batch: list[LoggedMessage] = []
         for message in self.log.messages:
             if batch and message.time_ns != batch[0].time_ns:
                 yield batch[0].time_ns, batch
@@ -163,7 +163,7 @@ class Replay:
             not self.log.images and any(subscribes_to(kind, image_type) for image_type in IMAGES)
         )
 
-    def _publish_logged(self, logged: Logged) -> None:
+    def _publish_logged(self, logged: LoggedMessage) -> None:
         if logged.topic == LAUNCH_TOPIC:
             launch = _decode_launch(logged)
             self.system.launch(launch, leave_out=set(launch.nodes) - self._executed_nodes(launch))
@@ -188,11 +188,11 @@ class Replay:
         else:
             self._add_difference(logged, publication)
 
-    def _add_difference(self, logged: Logged | None, replayed: Publication | None) -> None:
+    def _add_difference(self, logged: LoggedMessage | None, replayed: Publication | None) -> None:
         self.differences.append(ReplayMismatch(self.compared, _describe(logged), _describe(replayed)))
 
 
-def _same(logged: Logged, publication: Publication) -> bool:
+def _same(logged: LoggedMessage, publication: Publication) -> bool:
     return (
         logged.topic == publication.topic
         and logged.time_ns == publication.time_ns
@@ -201,9 +201,9 @@ def _same(logged: Logged, publication: Publication) -> bool:
     )
 
 
-def _describe(message: Logged | Publication | None) -> str:
+def _describe(message: LoggedMessage | Publication | None) -> str:
     return "nothing" if message is None else f"{message.topic} at {message.time_ns} ns by {message.publisher}"
 
 
-def _decode_launch(logged: Logged) -> Launch:
+def _decode_launch(logged: LoggedMessage) -> Launch:
     return Launch.from_json(String.from_cdr(logged.data).data)

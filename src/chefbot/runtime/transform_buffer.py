@@ -88,7 +88,7 @@ class _Edge:
         return SE2(a.x + f * (b.x - a.x), a.y + f * (b.y - a.y), wrap(a.yaw + f * wrap(b.yaw - a.yaw)))
 
 
-class Transforms:
+class TransformBuffer:
     """A transform buffer that interpolates between transforms and never extrapolates."""
 
     def __init__(self, guard: Guard = lambda action: action) -> None:
@@ -97,7 +97,7 @@ class Transforms:
         self._edges: dict[str, _Edge] = {}
         self._pending: list[_PendingRequest] = []
 
-    def receive(self, message: TFMessage, static: bool) -> None:
+    def add_transforms(self, message: TFMessage, static: bool) -> None:
         """Add the transforms of a /tf or /tf_static message.
 
         A frame stays static or dynamic as first received, and a static frame keeps its parent: otherwise a
@@ -130,7 +130,7 @@ class Transforms:
         edge.add(stamped.header.stamp.ns, pose)
         return ""
 
-    def when(self, target: str, source: str, stamp_ns: int, action: Callable[[SE2], None]) -> None:
+    def on_available(self, target: str, source: str, stamp_ns: int, action: Callable[[SE2], None]) -> None:
         """Call `action` with `target_T_source` at `stamp_ns`, now or as soon as it is available.
 
         A request whose time is older than the buffer is dropped, as it can never be answered.
@@ -170,7 +170,7 @@ class Transforms:
                 return common_T_target.inverse() @ self._chain(source, frame, stamp_ns)
         raise TransformError(f"no chain of transforms joins {target} and {source}")
 
-    def forget(self, static_too: bool = False) -> None:
+    def clear(self, static_too: bool = False) -> None:
         """Clear pending requests and dynamic transforms, as after a restart."""
         self._pending.clear()
         self._edges = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.chefbot_msgs import StopStatus
+from chefbot.msgs.chefbot_msgs import EmergencyStopStatus
 from chefbot.msgs.std_msgs import Bool
 
 REFUSED = "STOP is pressed. Press Resume, then give the goal again."
@@ -13,6 +13,6 @@ def is_pressed(stop: Bool | None) -> bool:
     return stop is not None and stop.data
 
 
-def pressed_since(stop: StopStatus | None, time_ns: int) -> bool:
+def pressed_since(stop: EmergencyStopStatus | None, time_ns: int) -> bool:
     """Return whether the emergency stop was pressed after `time_ns`, even if it was released again meanwhile."""
-    return stop is not None and (stop.stopped or stop.pressed_at.ns > time_ns)
+    return stop is not None and (stop.active or stop.pressed_at.ns > time_ns)

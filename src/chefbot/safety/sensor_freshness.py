@@ -18,9 +18,9 @@ MAX_AGE_PERIODS = 3
 """Maximum age of data in periods of their sensor."""
 MIN_MAX_AGE_NS = 200_000_000
 """Minimum of that maximum age, ns: a fast sensor may take more than three periods from exposure to delivery."""
-AHEAD_NS = 100_000_000
+CLOCK_TOLERANCE_NS = 100_000_000
 """Tolerance of stamps in the future, ns: clocks of two computers, or a process that lags behind another."""
-GOOD_AGAIN = 5
+VALID_MESSAGES_REQUIRED = 5
 """Consecutive messages without a fault before the data are valid again."""
 MOVED_DISTANCE, MOVED_ANGLE = 0.02, 0.03
 """Motion, m and rad, after which data must differ, even of a sensor without noise."""
@@ -35,7 +35,7 @@ BLIND_FRACTION = 0.5
 """Fraction of directions without data above which a quarter of the field of view is blind."""
 
 
-class View(NamedTuple):
+class SensorView(NamedTuple):
     """One message of a sensor along n directions, in order of angle.
 
     stamp_ns: time of measurement. data: (n, k) all measurements, m. met: (n,) whether an obstacle was hit.
@@ -51,7 +51,7 @@ class View(NamedTuple):
     near: bool
 
 
-class SensorWatch:
+class ObstacleSensorMonitor:
     """Monitors one sensor by its messages, the clock and the odometry.
 
     title: display name, such as "lidar". period: nominal time between two messages from the robot file, s.
@@ -60,7 +60,7 @@ class SensorWatch:
     def __init__(self, title: str, period: float) -> None:
         self.title = title
         self.limit_ns = max(round(MAX_AGE_PERIODS * period * 1e9), MIN_MAX_AGE_NS)
-        self._last: View | None = None
+        self._last: SensorView | None = None
         self._received_ns = self._changed_ns = self._placed_ns = 0
         self._pose: SE2 | None = None
         self._changed_pose: SE2 | None = None
@@ -69,7 +69,7 @@ class SensorWatch:
         self._valid_messages = 0
         self._fault = f"The {title} has not sent anything yet."
 
-    def see(self, view: View, now_ns: int, pose: SE2 | None) -> None:
+    def process_view(self, view: SensorView, now_ns: int, pose: SE2 | None) -> None:
         """Process a message; `pose` is the robot's pose in odom, or None if unknown."""
         last = self._last
         self._detect_noise(view, pose)
@@ -83,7 +83,7 @@ class SensorWatch:
         self._last, self._pose, self._received_ns = view, pose, now_ns
         self._valid_messages += 1
 
-    def place(self, stamp_ns: int) -> None:
+    def note_marked(self, stamp_ns: int) -> None:
         """Note that the data of this time were marked in the costmap."""
         self._placed_ns = stamp_ns
 
@@ -92,7 +92,7 @@ class SensorWatch:
         fault = self._find_fault(now_ns, pose)
         if fault:
             self._set_fault(fault)
-        return self._fault if self._valid_messages < GOOD_AGAIN else ""
+        return self._fault if self._valid_messages < VALID_MESSAGES_REQUIRED else ""
 
     def blind(self, known: NDArray[np.bool_] | None = None) -> bool:
         """Return whether the newest message has no data in a quarter of the field of view or more.
@@ -125,7 +125,7 @@ class SensorWatch:
             return f"The {self.title} has not sent anything yet."
         if now_ns - self._received_ns > limit:
             return f"The {self.title} has sent nothing for {self._limit_text}."
-        if last.stamp_ns - now_ns > AHEAD_NS:
+        if last.stamp_ns - now_ns > CLOCK_TOLERANCE_NS:
             return f"The {self.title}'s data are stamped in the future: compare its computer's clock with this one's."
         if now_ns - last.stamp_ns > limit:
             return f"The {self.title}'s data come late: they are {self._limit_text} old."
@@ -135,14 +135,14 @@ class SensorWatch:
             return f"The {self.title}'s data cannot be placed: no transform leads from their frame to odom."
         return ""
 
-    def _detect_noise(self, view: View, pose: SE2 | None) -> None:
+    def _detect_noise(self, view: SensorView, pose: SE2 | None) -> None:
         """Detect a sensor with noise: its data differ at standstill; from then on equal data are frozen."""
         known = pose is not None and self._pose is not None
         standing = known and not _moved_more_than(pose, self._pose, STANDSTILL_DISTANCE, STANDSTILL_ANGLE)
         self._noisy_messages = self._noisy_messages + 1 if standing and self._differs(view) else 0
         self._noisy = self._noisy or self._noisy_messages >= NOISY_MESSAGES
 
-    def _differs(self, view: View) -> bool:
+    def _differs(self, view: SensorView) -> bool:
         last = self._last
         if last is None or view.data.shape != last.data.shape:
             return False

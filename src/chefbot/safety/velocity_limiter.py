@@ -11,7 +11,7 @@ from msgspec import Meta
 from chefbot.robot.motion_limits import Limits
 
 
-class LimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class VelocityLimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the velocity limiter `Limiter`."""
 
     timeout: Annotated[float, Meta(ge=0.05, le=0.5, description="a command older than this is a stop, s")] = (
@@ -19,16 +19,16 @@ class LimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     )
 
 
-class Limiter:
+class VelocityLimiter:
     """Limits a twist in speed, turn rate, wheel speeds and acceleration; scaling keeps the curvature.
 
     The state is the last output. The set of allowed twists is convex and the ramp is a straight line between two of
     them, so the output never leaves the set. `remark` is the reason why the last command was not followed, or "".
     """
 
-    def __init__(self, limits: Limits, params: LimiterParams | None = None) -> None:
+    def __init__(self, limits: Limits, params: VelocityLimiterParams | None = None) -> None:
         self.limits = limits
-        self.params = params or LimiterParams()
+        self.params = params or VelocityLimiterParams()
         self.remark = ""
         self._v = self._w = 0.0
 
@@ -42,7 +42,7 @@ class Limiter:
         scale = min(
             1.0,
             _reachable_fraction(limits.acceleration * period, dv),
-            _reachable_fraction(limits.turn_acceleration * period, dw),
+            _reachable_fraction(limits.angular_acceleration * period, dw),
         )
         self._v += scale * dv
         self._w += scale * dw

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.robot.sensors import DepthCamera
 
 Depth = NDArray[np.uint16] | NDArray[np.float32]
@@ -73,7 +73,7 @@ def depth_image(
     step: bytes per row. Raise UserError for another encoding or for too little data.
     """
     if encoding not in _ENCODINGS:
-        raise UserError(f"image encoding {encoding!r} is not one of depth{nearest(encoding, _ENCODINGS)}")
+        raise UserError(f"image encoding {encoding!r} is not one of depth{name_hint(encoding, _ENCODINGS)}")
     kind = np.dtype((">" if is_bigendian else "<") + _ENCODINGS[encoding])
     if step < width * kind.itemsize or len(data) < step * height:
         raise UserError(

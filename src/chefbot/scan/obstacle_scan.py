@@ -56,7 +56,7 @@ class ObstacleScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
     ] = 0.0175
 
 
-class ObstacleScan(NamedTuple):
+class ObstaclePoints(NamedTuple):
     """The nearest obstacle and the free floor in each bin of `ObstacleScanner.angles`, float32.
 
     obstacles: distance of the nearest obstacle along the floor from the point below the camera, m; inf for
@@ -222,7 +222,7 @@ class ObstacleScanner:
         self._bins = np.clip(indices, 0, count - 1).astype(np.int16)
         self._columns = np.bincount(self._bins.reshape(-1), minlength=count) / self.camera.height
 
-    def scan(self, depth: Depth) -> ObstacleScan:
+    def scan(self, depth: Depth) -> ObstaclePoints:
         """Detect obstacles in an image (h, w) of uint16 mm or float32 m; raise UserError for another size or
         type."""
         self.camera.check(depth)
@@ -249,7 +249,7 @@ class ObstacleScanner:
         # Floor behind an obstacle does not count
         hidden = clear_from >= second
         clear_from[hidden], clear_to[hidden] = np.inf, 0.0
-        return ObstacleScan(second, clear_from, np.minimum(clear_to, second), bottom, top)
+        return ObstaclePoints(second, clear_from, np.minimum(clear_to, second), bottom, top)
 
     def _find_heights(
         self,

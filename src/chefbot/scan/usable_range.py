@@ -5,7 +5,7 @@ from __future__ import annotations
 from chefbot.robot.spec import Robot
 
 
-def trusted_range(robot: Robot, resolution: float) -> float:
+def usable_range(robot: Robot, resolution: float) -> float:
     """Return the range, m, up to which the mapping sensor locates a wall within a cell of `resolution`
     metres.
 

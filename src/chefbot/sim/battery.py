@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from chefbot.robot.spec import Robot
 
-SAG_AT_ONE_HOUR_RATE = 0.04
+VOLTAGE_SAG_AT_1C = 0.04
 """Share of the voltage lost at the 1C current, which empties the pack in one hour (small lead or NiMH)."""
 
 
-class Battery:
+class SimulatedBattery:
     """A battery with linear open-circuit voltage, from `battery.full_voltage` to `battery.empty_voltage`.
 
     charge: remaining charge, C. current: present current, A. voltage: terminal voltage, V; 0 when the pack is
@@ -19,19 +19,19 @@ class Battery:
         self._spec = robot.battery
         self._electronics = robot.power.electronics
         self._motor_voltage = robot.motor.voltage
-        self._resistance = SAG_AT_ONE_HOUR_RATE * robot.battery.voltage / (robot.battery.capacity / 3600.0)
+        self._resistance = VOLTAGE_SAG_AT_1C * robot.battery.voltage / (robot.battery.capacity / 3600.0)
         self.charge = level * robot.battery.capacity
         self.current = 0.0
         self.voltage = 0.0
         self.drain((0.0, 0.0), (0.0, 0.0), 0.0)
 
     @property
-    def level(self) -> float:
+    def state_of_charge(self) -> float:
         """State of charge, 0..1."""
         return self.charge / self._spec.capacity
 
     @property
-    def drive(self) -> float:
+    def voltage_ratio(self) -> float:
         """Terminal voltage as a share of the motors' rated voltage."""
         return self.voltage / self._motor_voltage
 
@@ -51,4 +51,6 @@ class Battery:
         self.charge -= self.current * duration
         voltage_range = self._spec.full_voltage - self._spec.empty_voltage
         # Terminal voltage: V = V_oc(level) - R I.
-        self.voltage = self._spec.empty_voltage + voltage_range * self.level - self._resistance * self.current
+        self.voltage = (
+            self._spec.empty_voltage + voltage_range * self.state_of_charge - self._resistance * self.current
+        )

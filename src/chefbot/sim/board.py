@@ -5,24 +5,24 @@ from __future__ import annotations
 from chefbot.board.link import BoardLink
 from chefbot.msgs.idl.message import Message
 from chefbot.robot.spec import Robot
-from chefbot.sim.motor_board import MotorBoard
+from chefbot.sim.motor_board import SimulatedMotorBoard
 from chefbot.sim.simulation import Simulation
 
-TALK_NS = 20_000_000
+EXCHANGE_PERIOD_NS = 20_000_000
 """Period at which the computer reads from and writes to the serial link."""
-WAKE_NS = 300_000_000
+STARTUP_NS = 300_000_000
 """Duration of the board's start-up; the IMU takes 0.22 s of it."""
 
 
-class Board:
+class SimulatedBoard:
     """The path from wheel-speed command to sensor message, as bytes through serial link and firmware."""
 
-    def __init__(self, robot: Robot, simulation: Simulation, began_ns: int = 0) -> None:
+    def __init__(self, robot: Robot, simulation: Simulation, start_ns: int = 0) -> None:
         """Switch the board on and complete its start-up; `began_ns` is the computer's clock at this time."""
         self._simulation = simulation
-        self._offset_ns = began_ns - simulation.time_ns
+        self._offset_ns = start_ns - simulation.time_ns
         self.link = BoardLink(robot)
-        self.motors = MotorBoard(robot, simulation)
+        self.motors = SimulatedMotorBoard(robot, simulation)
         self._start_up()
 
     @property
@@ -51,22 +51,22 @@ class Board:
         messages: list[Message] = []
         while (now_ns := self.now_ns) < time_ns:
             self.motors.write(self.link.speak(now_ns))
-            self.motors.run_until(min(now_ns + TALK_NS, time_ns) - self._offset_ns)
+            self.motors.run_until(min(now_ns + EXCHANGE_PERIOD_NS, time_ns) - self._offset_ns)
             messages += self.link.hear(self.motors.read(), self.now_ns)
             if self.now_ns == now_ns:
                 break  # the remaining time is shorter than a control step
         return messages
 
     def _start_up(self) -> None:
-        """Run the board for WAKE_NS before the computer's programs start: handshake, IMU start-up, robot at
+        """Run the board for STARTUP_NS before the computer's programs start: handshake, IMU start-up, robot at
         rest.
 
         The computer's clock is set back by as much, so that at `began_ns` the board is ready to drive.
         """
-        self._offset_ns -= WAKE_NS
-        end_ns = self.now_ns + WAKE_NS
+        self._offset_ns -= STARTUP_NS
+        end_ns = self.now_ns + STARTUP_NS
         while self.now_ns < end_ns:
             self.command(0.0, 0.0)
-            self.run_until(self.now_ns + TALK_NS)
+            self.run_until(self.now_ns + EXCHANGE_PERIOD_NS)
         if self.link.session.neutral_first:
             raise RuntimeError(f"the simulated board does not shake hands: {self.link.refused}")

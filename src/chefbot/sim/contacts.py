@@ -25,7 +25,7 @@ class Collisions(NamedTuple):
     names: tuple[str, ...]
 
 
-class ContactWatch:
+class CollisionMonitor:
     """Counts contact episodes from MuJoCo's list of geom pairs in contact."""
 
     def __init__(self) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from chefbot.robot.sensors import DepthCamera
 from chefbot.sim.depth_raycast import draw
-from chefbot.sim.realism import Profile
+from chefbot.sim.realism import RealismProfile
 from chefbot.sim.shading import shade
 from chefbot.sim.simulation import Capture
 
@@ -23,7 +23,7 @@ DROPOUT = 0.7
 """Probability that such a surface gives no depth."""
 
 
-class Rendering(NamedTuple):
+class DepthRendering(NamedTuple):
     """The exact view of a depth camera.
 
     depth: (h, w) metres along the optical axis, inf for none. number: (h, w) indices of the solids.
@@ -48,19 +48,19 @@ class DepthFrame(NamedTuple):
 class DepthRenderer:
     """Renderer of one depth camera; noise depends only on frame number and seed, not on the call order."""
 
-    def __init__(self, camera: DepthCamera, profile: Profile = "perfect", seed: int = 0) -> None:
+    def __init__(self, camera: DepthCamera, profile: RealismProfile = "perfect", seed: int = 0) -> None:
         self._camera, self._profile, self._seed = camera, profile, seed
 
-    def render(self, capture: Capture) -> Rendering:
+    def render(self, capture: Capture) -> DepthRendering:
         """Render the exact view of a capture."""
         size = self._camera.height, self._camera.width
         depth, number = np.empty(size, dtype=np.float32), np.empty(size, dtype=np.int32)
         kind, centre, half, yaw, _ = capture.shapes
         position, rotation = capture.position, np.ascontiguousarray(capture.rotation)
         draw(kind, centre, half, yaw, position, rotation, self._camera.focal_length_px, depth, number)
-        return Rendering(depth, number)
+        return DepthRendering(depth, number)
 
-    def measure(self, rendering: Rendering, index: int) -> NDArray[np.float32]:
+    def measure(self, rendering: DepthRendering, index: int) -> NDArray[np.float32]:
         """Return the measured depth of frame `index`: (h, w) metres, NaN out of range or dropped out."""
         camera, noisy = self._camera, self._profile != "perfect"
         rng = default_rng((self._seed, index))
@@ -70,10 +70,10 @@ class DepthRenderer:
         measured = np.empty_like(rendering.depth)
         max_jump = math.tan(GRAZING) / camera.focal_length_px
         limits = (camera.range_min, camera.range_max)
-        spoil(rendering.depth, noise, dropout_draw, camera.noise, max_jump, limits, measured)
+        apply_sensor_errors(rendering.depth, noise, dropout_draw, camera.noise, max_jump, limits, measured)
         return measured
 
-    def render_rgb(self, capture: Capture, rendering: Rendering) -> NDArray[np.uint8]:
+    def render_rgb(self, capture: Capture, rendering: DepthRendering) -> NDArray[np.uint8]:
         """Return the colour image of a view, (h, w, 3), for display."""
         picture = np.empty((*rendering.depth.shape, 3), dtype=np.uint8)
         _, centre, half, yaw, colour = capture.shapes
@@ -117,7 +117,7 @@ class DepthCameraWorker:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def spoil(
+def apply_sensor_errors(
     depth: NDArray[np.float32],
     noise: NDArray[np.float32],
     dropout_draw: NDArray[np.float32],

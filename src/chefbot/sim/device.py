@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
-from chefbot.devices.board_node import BoardNode
+from chefbot.devices.board_node import MotorBoardNode
 from chefbot.errors import UserError
 from chefbot.maths.se2 import IDENTITY
 from chefbot.msgs.chefbot_msgs import Collision, WheelSpeeds
@@ -26,12 +26,12 @@ from chefbot.msgs.sensor_msgs import CameraInfo, Image, LaserScan
 from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.robot.sensors import Lidar
 from chefbot.runtime.node import In, Out, every, topic
-from chefbot.sim.board import Board
+from chefbot.sim.board import SimulatedBoard
 from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
-from chefbot.sim.faults import FaultySensor, fault_named, faulty_camera, faulty_lidar
+from chefbot.sim.faults import FaultySensor, faulty_camera, faulty_lidar, parse_fault
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world.load import is_own_map, load_any_world
+from chefbot.sim.world.load import load_any_world, shares_map_frame
 
 BOARD_HZ = 50
 """Rate of data exchange with the board; camera and lidar rates are rounded to a divisor of it."""
@@ -83,7 +83,7 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     )
 
 
-class SimulatorDevice(BoardNode):
+class SimulatorDevice(MotorBoardNode):
     """Device node that runs physics, motor board and sensors.
 
     `ground_truth` is for scoring and for display in the web UI; no node uses it. Wheels, IMU, ultrasonic
@@ -113,9 +113,9 @@ class SimulatorDevice(BoardNode):
         people = None if self.params.people < 0 else self.params.people
         seed = int(self.context.rng().integers(2**31))
         self.simulation = Simulation(self.robot, world, self.params.profile, seed, people=people)
-        self._board = Board(self.robot, self.simulation, self.now_ns)
+        self._board = SimulatedBoard(self.robot, self.simulation, self.now_ns)
         localization_map = self.params.map
-        uses_own_map = localization_map is not None and is_own_map(self.params.world, localization_map)
+        uses_own_map = localization_map is not None and shares_map_frame(self.params.world, localization_map)
         self._origin = IDENTITY if uses_own_map else self.simulation.truth().pose
         self._estop_pressed = False
         self._tick = 0
@@ -127,7 +127,7 @@ class SimulatorDevice(BoardNode):
         self._camera_output = faulty_camera(self.depth.publish, rng)
         self._start_camera(seed)
         if self.robot.sensors.lidar is None:
-            self.scan.withdraw()
+            self.scan.unadvertise()
         description = f"robot {self.robot.name} in world {world.name}, {FAULTS[self.params.profile]}"
         self.announcement = (
             f"Simulated {description}; physics by MuJoCo, camera by rays on the CPU (needs no GL)."
@@ -143,7 +143,7 @@ class SimulatorDevice(BoardNode):
             self._camera = DepthCameraWorker(DepthRenderer(camera, self.params.profile, seed))
         else:
             for port in (self.depth, self.camera_info, self.picture):
-                port.withdraw()
+                port.unadvertise()
 
     def stop(self) -> None:
         """Stop the device and the camera's thread."""
@@ -189,7 +189,7 @@ class SimulatorDevice(BoardNode):
         outputs = {"scan": self._lidar_output, "depth": self._camera_output}
         if sensor not in outputs:
             raise UserError(f"There is no sensor {sensor!r} to break; it must be scan or depth")
-        outputs[sensor].fault = fault_named(fault)
+        outputs[sensor].fault = parse_fault(fault)
 
     def _attempt(self, action: Callable[[], object]) -> None:
         """Run an action and keep its error for the next tick: a device publishes only at its own times."""
@@ -204,7 +204,7 @@ class SimulatorDevice(BoardNode):
     def advance(self) -> None:
         """Run physics and board up to the present time, then publish all other sensors that are due."""
         for message in self._board.run_until(self.now_ns):
-            self.publish_sensed(message)
+            self.publish_sensor_message(message)
         self._tick += 1
         sensors = self.robot.sensors
         if sensors.lidar is not None and self._due(sensors.lidar.rate):
@@ -260,7 +260,7 @@ class SimulatorDevice(BoardNode):
         self._camera.start(self.simulation.capture(), self._frames, with_colour)
         self._frames += 1
         header = self._header("camera_depth_optical_frame")
-        self.at(self.now_ns + CAMERA_LATENCY_NS, lambda: self._publish_frame(header))
+        self.schedule_at(self.now_ns + CAMERA_LATENCY_NS, lambda: self._publish_frame(header))
 
     def _camera_info(self, header: Header) -> CameraInfo:
         """Return the intrinsics of the ideal pinhole camera that the robot file describes."""

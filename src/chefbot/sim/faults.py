@@ -14,23 +14,25 @@ from numpy.typing import NDArray
 from chefbot.errors import UserError
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 
-Fault = Literal["none", "stop", "freeze", "late", "noise", "half_blind"]
+SensorFault = Literal["none", "stop", "freeze", "late", "noise", "half_blind"]
 """Sensor faults: `stop`, no messages; `freeze`, the same data with new stamps; `late`, good data LATE_NS
-after their stamp; `noise`, ranges off by NOISE_SHARE; `half_blind`, no measurement (NaN) in the front half of
+after their stamp; `noise`, ranges off by NOISE_FRACTION; `half_blind`, no measurement (NaN) in the front half of
 a scan or the left half of an image."""
-LATE_NS = 1_000_000_000
-NOISE_SHARE = 0.3
+FAULT_DELAY_NS = 1_000_000_000
+NOISE_FRACTION = 0.3
 """Standard deviation of the fault `noise`, as a share of the range."""
 M = TypeVar("M", LaserScan, Image)
 Ranges = NDArray[np.float32]
 
 
-def fault_named(name: str) -> Fault:
+def parse_fault(name: str) -> SensorFault:
     """Return the fault of a given name. Raises UserError if there is none."""
-    for fault in get_args(Fault):
+    for fault in get_args(SensorFault):
         if name == fault:
             return fault
-    raise UserError(f"There is no sensor fault {name!r}; it must be one of {', '.join(get_args(Fault))}")
+    raise UserError(
+        f"There is no sensor fault {name!r}; it must be one of {', '.join(get_args(SensorFault))}"
+    )
 
 
 class FaultySensor(Generic[M]):
@@ -54,7 +56,7 @@ class FaultySensor(Generic[M]):
         self._changed: Callable[[M, Ranges], M] = changed
         self._front: Callable[[M], NDArray[np.bool_]] = front
         self._rng = rng
-        self.fault: Fault = "none"
+        self.fault: SensorFault = "none"
         self._frozen: Ranges | None = None
         self._delayed: deque[M] = deque()
 
@@ -62,7 +64,7 @@ class FaultySensor(Generic[M]):
         """Publish one sensor message, with the active fault applied, at the time of its delivery."""
         if self.fault == "late":
             self._delayed.append(message)
-            while self._delayed and now_ns - self._delayed[0].header.stamp.ns >= LATE_NS:
+            while self._delayed and now_ns - self._delayed[0].header.stamp.ns >= FAULT_DELAY_NS:
                 self._publish(self._delayed.popleft())
             return
         self._delayed.clear()
@@ -80,7 +82,7 @@ class FaultySensor(Generic[M]):
             return self._frozen
         if self.fault == "noise":
             error = self._rng.standard_normal(ranges.shape, dtype=np.float32)
-            return ranges * (1.0 + np.float32(NOISE_SHARE) * error)
+            return ranges * (1.0 + np.float32(NOISE_FRACTION) * error)
         return np.where(self._front(message), np.float32(np.nan), ranges)
 
 

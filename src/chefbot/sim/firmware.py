@@ -84,7 +84,7 @@ class Firmware:
         lib.chefbot_board_advance(board, CONTROL_NS // 1000)
         lib.chefbot_board_get(board, self.state)
 
-    def hear(self, echo_us: int) -> None:
+    def set_echo(self, echo_us: int) -> None:
         """Set the round-trip time of the following ultrasonic pings, us, or NO_ECHO."""
         self._library.chefbot_board_echo(self._board, echo_us)
 

@@ -21,7 +21,7 @@ TEMPERATURE_LSB, TEMPERATURE_NOISE_LSB = -3920, 3
 noise from looking frozen."""
 
 
-class MotorBoard:
+class SimulatedMotorBoard:
     """The real firmware between the protocol bytes of docs/protocol.md and the simulated hardware.
 
     Encoders, IMU, battery, ranger and motors are those of the simulation. The firmware is configured for the
@@ -69,7 +69,7 @@ class MotorBoard:
         # Measurements: IMU registers, ultrasonic echo, encoder ticks and battery voltage.
         self._write_imu_registers()
         if self._ping_period_ns and (simulation.time_ns - self._boot_ns) % self._ping_period_ns == 0:
-            self.firmware.hear(_echo(simulation.echo()))
+            self.firmware.set_echo(_echo(simulation.echo()))
         previous, self._ticks = self._ticks, simulation.wheel_ticks()
         moved_ticks = (self._ticks[0] - previous[0], self._ticks[1] - previous[1])
         self.firmware.step(moved_ticks, round(1000.0 * simulation.battery.voltage))

@@ -51,6 +51,6 @@ class Motors(NamedTuple):
         return torques[0] / self.torque_per_ampere, torques[1] / self.torque_per_ampere
 
 
-def switch(model: Any, on: bool) -> None:
+def enable_drivers(model: Any, on: bool) -> None:
     """Switch the motor drivers: off opens the windings (wheels turn freely), on with duty 0 shorts them."""
     model.opt.disableactuator = 0 if on else ALL_MOTORS

@@ -36,7 +36,7 @@ def lidar_angles(lidar: Lidar) -> NDArray[np.float64]:
     return -math.pi + 2.0 * math.pi / lidar.beams * np.arange(lidar.beams, dtype=np.float64)
 
 
-def turned(mount: Mount, yaw: float) -> Mount:
+def rotate_mount(mount: Mount, yaw: float) -> Mount:
     """Return the mount rotated by `yaw` rad to the left."""
     return msgspec.structs.replace(mount, yaw=mount.yaw + yaw)
 
@@ -106,7 +106,7 @@ class RayCaster:
         return np.where(cos_incidence > math.cos(MAX_ECHO_ANGLE), ranges, np.inf)
 
 
-def within(ranges: NDArray[np.float64], range_min: float, range_max: float) -> NDArray[np.float32]:
+def to_rep117(ranges: NDArray[np.float64], range_min: float, range_max: float) -> NDArray[np.float32]:
     """Convert ranges to REP-117: inf where nothing is seen, -inf where something is too close to measure."""
     limited = np.where(ranges > range_max, np.inf, ranges)
     return np.where(limited < range_min, -np.inf, limited).astype(np.float32)

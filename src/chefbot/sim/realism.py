@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from chefbot.design.export.mjcf import AS_DRAWN, AsBuilt
 
-Profile = Literal["perfect", "real", "assembled"]
+RealismProfile = Literal["perfect", "real", "assembled"]
 """`real`: assembled with care and measured by hand. `assembled`: as first put together, never calibrated."""
 MIN_KINEMATIC_ERROR, MAX_KINEMATIC_ERROR = 0.002, 0.005
 """Relative errors of the wheels' mean diameter, of the wheel separation, and of the wheels' diameter ratio:
@@ -31,7 +31,7 @@ FRICTION_RIPPLE = 0.1  # relative amplitude of the spatial variation of friction
 FRICTION_WAVES = 3
 
 
-def draw_as_built(profile: Profile, rng: Generator) -> AsBuilt:
+def draw_as_built(profile: RealismProfile, rng: Generator) -> AsBuilt:
     """Draw the deviations of one robot for a profile."""
     if profile == "perfect":
         return AS_DRAWN
@@ -73,7 +73,7 @@ def draw_gyro_scale(as_built: AsBuilt, rng: Generator) -> float:
     return as_built.gyro_scale * (1.0 + float(rng.uniform(-MAX_GYRO_SCALE_ERROR, MAX_GYRO_SCALE_ERROR)))
 
 
-class FloorGrip(NamedTuple):
+class FloorFriction(NamedTuple):
     """Spatially varying floor friction: a sum of a few plane waves of 1 to 4 m wavelength."""
 
     waves: NDArray[np.float64]
@@ -85,10 +85,12 @@ class FloorGrip(NamedTuple):
         return 1.0 + FRICTION_RIPPLE * ripple / max(len(self.waves), 1)
 
 
-def draw_grip(profile: Profile, rng: Generator) -> FloorGrip:
+def draw_floor_friction(profile: RealismProfile, rng: Generator) -> FloorFriction:
     """Draw the friction of one floor; the perfect one is uniform."""
     if profile == "perfect":
-        return FloorGrip(np.zeros((0, 3)))
+        return FloorFriction(np.zeros((0, 3)))
     direction, phase = rng.uniform(-math.pi, math.pi, (2, FRICTION_WAVES))
     wavenumber = 2.0 * math.pi / rng.uniform(1.0, 4.0, FRICTION_WAVES)
-    return FloorGrip(np.column_stack([wavenumber * np.cos(direction), wavenumber * np.sin(direction), phase]))
+    return FloorFriction(
+        np.column_stack([wavenumber * np.cos(direction), wavenumber * np.sin(direction), phase])
+    )

@@ -16,25 +16,25 @@ from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.robot.geometry.layout import ground_clearance, overall_height
 from chefbot.robot.spec import Robot
-from chefbot.sim.battery import Battery
-from chefbot.sim.contacts import Collisions, ContactWatch
-from chefbot.sim.motors import Motors, switch
+from chefbot.sim.battery import SimulatedBattery
+from chefbot.sim.contacts import CollisionMonitor, Collisions
+from chefbot.sim.motors import Motors, enable_drivers
 from chefbot.sim.rays import (
     ULTRASONIC_NOISE,
     RayCaster,
     cone_rays,
     lidar_rays,
     mount_rotation,
-    turned,
-    within,
+    rotate_mount,
+    to_rep117,
 )
-from chefbot.sim.realism import Profile, draw_as_built, draw_grip, draw_gyro_scale
+from chefbot.sim.realism import RealismProfile, draw_as_built, draw_floor_friction, draw_gyro_scale
 from chefbot.sim.world.doors import MovingDoor
 from chefbot.sim.world.furniture import PERSON_RADIUS, person_shapes
-from chefbot.sim.world.people import Disc, disc, place_people
-from chefbot.sim.world.shapes import Shape, ShapeArrays, box, clearance, joined, shape_arrays
+from chefbot.sim.world.people import OccupiedCircle, disc, place_people
+from chefbot.sim.world.shapes import ShapeArrays, SimulatedShape, box, clearance, concatenate, shape_arrays
 from chefbot.sim.world.world import World
-from chefbot.sim.world.world_mjcf import Mover, world_mjcf
+from chefbot.sim.world.world_mjcf import MocapBody, world_mjcf
 
 STEP_NS = round(PHYSICS_STEP * 1e9)
 STEPS_PER_MOVER_UPDATE = 8
@@ -42,7 +42,7 @@ STEPS_PER_MOVER_UPDATE = 8
 MAX_DROPPED_BOXES = 1000
 
 
-class Truth(NamedTuple):
+class GroundTruth(NamedTuple):
     """Ground truth: pose of base_link in the world and twist, m/s forward and rad/s to the left."""
 
     pose: SE2
@@ -78,7 +78,7 @@ class Simulation:
         self,
         robot: Robot,
         world: World,
-        profile: Profile = "perfect",
+        profile: RealismProfile = "perfect",
         seed: int = 0,
         start: SE2 | None = None,
         people: int | None = None,
@@ -88,14 +88,14 @@ class Simulation:
             default_rng(s) for s in SeedSequence(seed).spawn(6)
         )
         self.as_built = draw_as_built(profile, build_rng)
-        self._grip = draw_grip(profile, grip_rng)
+        self._grip = draw_floor_friction(profile, grip_rng)
         self._noise = {"imu": imu_rng, "lidar": lidar_rng, "ultrasonic": sonar_rng}
-        self.battery = Battery(robot)
+        self.battery = SimulatedBattery(robot)
         self._motors = Motors.of(robot)
         self._duty, self._drivers_enabled = (0.0, 0.0), True
         self._steps = 0
         self._doors = {door.name: MovingDoor(door) for door in world.doors}
-        self._dropped: list[Shape] = []
+        self._dropped: list[SimulatedShape] = []
         start_pose = world.start if start is None else start
         self._check_free(start_pose, "the robot's start")
         count = world.people if people is None else people
@@ -103,7 +103,7 @@ class Simulation:
             world.routes, count, self._robot_disc(start_pose), people_rng.spawn(count)
         )
         self._person_shapes = [person_shapes(i) for i in range(count)]
-        self._contacts = ContactWatch()
+        self._contacts = CollisionMonitor()
         self._prepare_sensors(imu_rng)
         self._compile(start_pose)
         self._previous_imu: NDArray[np.float64] = self._data.sensordata.copy()
@@ -125,14 +125,14 @@ class Simulation:
     def set_drivers(self, on: bool) -> None:
         """Switch the motor drivers: off, the wheels turn freely whatever the duty; on, a duty of 0 brakes."""
         self._drivers_enabled = on
-        switch(self._model, on)
+        enable_drivers(self._model, on)
 
     def step(self) -> None:
         """Advance the simulation by one physics step of 5 ms."""
         if self._steps % STEPS_PER_MOVER_UPDATE == 0:
             self._update_movers()
             self._update_floor_friction()
-        data, voltage_ratio = self._data, self.battery.drive
+        data, voltage_ratio = self._data, self.battery.voltage_ratio
         # Motor input: duty times the battery voltage as a share of the rated voltage.
         data.ctrl[0], data.ctrl[1] = self._duty[0] * voltage_ratio, self._duty[1] * voltage_ratio
         self._previous_imu = data.sensordata.copy()
@@ -181,7 +181,7 @@ class Simulation:
         ranges = np.minimum(ranges, self._lidar.own_body)
         if self.profile != "perfect":
             ranges = ranges + lidar.noise * self._noise["lidar"].standard_normal(lidar.beams)
-        return within(ranges, lidar.range_min, lidar.range_max)
+        return to_rep117(ranges, lidar.range_min, lidar.range_max)
 
     def echo(self) -> float:
         """Return the distance to the nearest surface that reflects ultrasound, m; inf if there is none."""
@@ -196,7 +196,7 @@ class Simulation:
         """Return `echo` as the ranger reports it: inf beyond maximum range, -inf below minimum range."""
         nearest, ranger = np.array([self.echo()]), self.robot.sensors.ultrasonic
         assert ranger is not None
-        return float(within(nearest, ranger.range_min, ranger.range_max)[0])
+        return float(to_rep117(nearest, ranger.range_min, ranger.range_max)[0])
 
     def capture(self) -> Capture:
         """Return the depth camera's current view; render it with DepthRenderer or a DepthCameraWorker."""
@@ -205,18 +205,18 @@ class Simulation:
             raise UserError(f"robot {self.robot.name} has no depth camera")
         # Camera frame: base_link pose, then mount as built, then optical frame.
         position, rotation = self._base_pose()
-        mount = turned(camera.mount, self.as_built.camera_yaw)
+        mount = rotate_mount(camera.mount, self.as_built.camera_yaw)
         at = position + rotation @ np.array([mount.x, mount.y, mount.z])
         moving = shape_arrays(self._moving_shapes())
-        return Capture(at, rotation @ mount_rotation(mount) @ OPTICAL, joined(self._static, moving))
+        return Capture(at, rotation @ mount_rotation(mount) @ OPTICAL, concatenate(self._static, moving))
 
-    def truth(self) -> Truth:
+    def truth(self) -> GroundTruth:
         """Return the robot's ground-truth pose and twist."""
         x, y, _, qw, qx, qy, qz = self._data.qpos[:7].tolist()
         # Yaw from the quaternion; forward speed from the world-frame velocity.
         yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
         vx, vy = self._data.qvel[:2].tolist()
-        return Truth(SE2(x, y, yaw), vx * math.cos(yaw) + vy * math.sin(yaw), float(self._data.qvel[5]))
+        return GroundTruth(SE2(x, y, yaw), vx * math.cos(yaw) + vy * math.sin(yaw), float(self._data.qvel[5]))
 
     def collisions(self) -> Collisions:
         """Return the number of contact episodes since the start and the objects touched."""
@@ -308,7 +308,7 @@ class Simulation:
         lidar, ranger = sensors.lidar, sensors.ultrasonic
         self._lidar = self._ultrasonic = None
         if lidar is not None:
-            mount = turned(lidar.mount, self.as_built.lidar_yaw)
+            mount = rotate_mount(lidar.mount, self.as_built.lidar_yaw)
             self._lidar = RayCaster(mount, lidar_rays(lidar, mount), lidar.range_max + 1.0)
         if ranger is not None:
             self._ultrasonic = RayCaster(ranger.mount, cone_rays(ranger), ranger.range_max + 1.0)
@@ -321,7 +321,7 @@ class Simulation:
         self._data: Any = mujoco.MjData(self._model)
         # The MJCF has the linear motor model; friction and torque limits are set in the compiled model.
         self._motors.install(self._model)
-        switch(self._model, self._drivers_enabled)
+        enable_drivers(self._model, self._drivers_enabled)
         self._wheels = [self._model.geom(f"wheel_{side}").id for side in ("left", "right")]
         self._contacts.watch(self._model)
         self._place_movers()
@@ -329,16 +329,16 @@ class Simulation:
         if self._lidar is not None:
             self._lidar.look_at_own_body(self._model, self._data, *self._base_pose())
 
-    def _mocap_bodies(self) -> list[Mover]:
-        doors = [Mover(name, (door.leaf,), door.pose) for name, door in self._doors.items()]
+    def _mocap_bodies(self) -> list[MocapBody]:
+        doors = [MocapBody(name, (door.leaf,), door.pose) for name, door in self._doors.items()]
         people = [
-            Mover(f"person_{i}", shapes, walker.pose)
+            MocapBody(f"person_{i}", shapes, walker.pose)
             for i, (shapes, walker) in enumerate(zip(self._person_shapes, self._walkers, strict=True))
         ]
         return doors + people
 
-    def _moving_shapes(self) -> list[Shape]:
-        return [shape.moved(mover.pose) for mover in self._mocap_bodies() for shape in mover.shapes]
+    def _moving_shapes(self) -> list[SimulatedShape]:
+        return [shape.transformed(mover.pose) for mover in self._mocap_bodies() for shape in mover.shapes]
 
     def _update_movers(self) -> None:
         """Advance people and doors, each avoiding the current positions of the others."""
@@ -375,7 +375,7 @@ class Simulation:
         mujoco.mju_quat2Mat(rotation, self._data.qpos[3:7])
         return self._data.qpos[:3].copy(), rotation.reshape(3, 3)
 
-    def _robot_disc(self, pose: SE2) -> Disc:
+    def _robot_disc(self, pose: SE2) -> OccupiedCircle:
         return pose.x, pose.y, self.robot.footprint_radius
 
     def _check_free(self, pose: SE2, what: str) -> None:

@@ -14,7 +14,7 @@ _T = TypeVar("_T", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False)
-class Extent:
+class CellBounds:
     """A rectangle of cells from `begin` to before `end`, both (x, y) int64 in cells of the map frame."""
 
     begin: NDArray[np.int64]
@@ -32,20 +32,22 @@ class Extent:
         height, width = self.shape
         return height * width
 
-    def holds(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> bool:
+    def contains(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> bool:
         """Return whether the cells from `low` to `high`, both included, lie in the rectangle."""
         return bool((low >= self.begin).all() and (high < self.end).all())
 
-    def grown(self, low: NDArray[np.int64], high: NDArray[np.int64], spare: NDArray[np.int64]) -> Extent:
+    def expanded(
+        self, low: NDArray[np.int64], high: NDArray[np.int64], spare: NDArray[np.int64]
+    ) -> CellBounds:
         """Return the rectangle extended to `low` and `high`, plus `spare` cells on the sides that change."""
         if not self.cells:
-            return Extent(low - spare, high + 1 + spare)
-        return Extent(
+            return CellBounds(low - spare, high + 1 + spare)
+        return CellBounds(
             np.where(low < self.begin, low - spare, self.begin),
             np.where(high >= self.end, high + 1 + spare, self.end),
         )
 
-    def limited(self, cells: int) -> Extent:
+    def check_size(self, cells: int) -> CellBounds:
         """Return the rectangle itself; raise UserError if it has more than `cells` cells."""
         if self.cells > cells:
             height, width = self.shape
@@ -55,7 +57,7 @@ class Extent:
             )
         return self
 
-    def moved(self, array: NDArray[_T], target: Extent) -> NDArray[_T]:
+    def copied_into(self, array: NDArray[_T], target: CellBounds) -> NDArray[_T]:
         """Copy the array (..., rows, columns) into zeros of the shape of `target`, which contains this
         extent.
         """
@@ -65,12 +67,12 @@ class Extent:
             new[..., row : row + self.shape[0], column : column + self.shape[1]] = array
         return new
 
-    def times(self, factor: int) -> Extent:
+    def scaled(self, factor: int) -> CellBounds:
         """Return the rectangle in units smaller by `factor`."""
-        return Extent(self.begin * factor, self.end * factor)
+        return CellBounds(self.begin * factor, self.end * factor)
 
 
-NOTHING = Extent(np.zeros(2, np.int64), np.zeros(2, np.int64))
+EMPTY_BOUNDS = CellBounds(np.zeros(2, np.int64), np.zeros(2, np.int64))
 MAX_COORDINATE = 1e8
 """Largest plausible distance from the origin, cells; float32 cannot tell cells apart beyond it."""
 

@@ -17,11 +17,11 @@ from chefbot.errors import UserError
 from chefbot.maths.angles import wrap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.slam.map_pyramid import Belief, Climb, Level
-from chefbot.slam.motion_model import Step, compose
-from chefbot.slam.occupancy_accumulator import Canvas
+from chefbot.slam.map_pyramid import HillClimbParams, MapLevel, OdometryPrior
+from chefbot.slam.motion_model import OdometryStep, compose
+from chefbot.slam.occupancy_accumulator import OccupancyAccumulator
 from chefbot.slam.params import GmappingParams
-from chefbot.slam.particle_ancestry import Ancestry
+from chefbot.slam.particle_ancestry import ParticleAncestry
 from chefbot.slam.resampling import effective_number, normalized, systematic
 from chefbot.slam.scan_beams import Beams, beams_of, reach
 
@@ -49,13 +49,13 @@ class Gmapping:
         self._poses = np.tile(initial.array(), (params.particles, 1))
         self._log_weights = np.zeros(params.particles)
         self._path_log_likelihoods = np.zeros(params.particles)
-        self._levels = levels_of(params)
-        self._ancestry = Ancestry(params.particles)
-        self._common_map = Canvas(params.resolution, params.max_cells)
+        self._levels = create_levels(params)
+        self._ancestry = ParticleAncestry(params.particles)
+        self._common_map = OccupancyAccumulator(params.resolution, params.max_cells)
         self._pending_scans: list[Beams] = []
         self._odom: SE2 | None = None
         self._processed_odom = IDENTITY
-        self._odometry_step = Step()
+        self._odometry_step = OdometryStep()
 
     def resume(self, grid: Grid) -> None:
         """Continue an existing map; call it before the first scan, with `initial` as the pose in that map.
@@ -70,7 +70,7 @@ class Gmapping:
         for level in self._levels:
             level.add(level.points(surfaces), self._poses[:1])
             level.maps.resample(np.zeros(len(self._poses), np.int64))
-        self._common_map.begin_with(grid)
+        self._common_map.initialize_from(grid)
 
     def retune(self, params: GmappingParams) -> None:
         """Replace thresholds, ranges and noise from the next scan on; the map's geometry must not change."""
@@ -107,7 +107,7 @@ class Gmapping:
         beams = beams_of(angles, ranges, self._sensor, self._params.max_range, self._params.clear_range)
         self._process(beams, is_first)
         self._processed_odom = odom
-        self._odometry_step = Step()
+        self._odometry_step = OdometryStep()
         return True
 
     @staticmethod
@@ -145,7 +145,7 @@ class Gmapping:
         for level, scan_points in zip(self._levels, points, strict=True):
             level.add(scan_points, self._poses)
 
-    def _predict(self) -> Belief:
+    def _predict(self) -> OdometryPrior:
         """Propagate the particles with the odometry motion model and its noise."""
         variance = self._odometry_step.variance(self._params)
         # x' ~ p(x' | x, u): Gaussian noise on the odometry motion, one sample per particle
@@ -153,9 +153,9 @@ class Gmapping:
         # The prior's covariance is diagonal in the frame of the old heading
         axes = self._poses[:, 2].copy()
         self._poses = compose(self._poses, self._odometry_step.motion.array() + noise)
-        return Belief(self._poses, variance, axes)
+        return OdometryPrior(self._poses, variance, axes)
 
-    def _match(self, points: list[NDArray[np.float32]], prior: Belief) -> None:
+    def _match(self, points: list[NDArray[np.float32]], prior: OdometryPrior) -> None:
         """Move each particle to its maximum a posteriori pose and weight it with the scan's likelihood.
 
         The noise has moved the centre of each particle's odometry prior. Maximizing the posterior about a
@@ -171,7 +171,7 @@ class Gmapping:
 
     def _grow_maps(self, max_range: float) -> None:
         for level in self._levels:
-            level.cover(self._poses, max_range)
+            level.grow_to(self._poses, max_range)
 
     def _resample(self) -> None:
         # Low-variance resampling; maps are shared by reference until they are written to
@@ -183,8 +183,8 @@ class Gmapping:
             level.maps.resample(parents)
         self._ancestry.resample(parents)
         # Scans up to the common ancestor have final poses: insert them once for all particles
-        for pose in self._ancestry.settle():
-            self._common_map.draw(self._pending_scans.pop(0), pose)
+        for pose in self._ancestry.collapse_common_ancestors():
+            self._common_map.add_scan(self._pending_scans.pop(0), pose)
 
     @property
     def _best(self) -> int:
@@ -220,18 +220,18 @@ class Gmapping:
         # Common part, then the scans since along the best particle's own path
         canvas = self._common_map.copy()
         for beams, pose in zip(self._pending_scans, self._ancestry.branch(self._best), strict=True):
-            canvas.draw(beams, pose)
+            canvas.add_scan(beams, pose)
         return canvas.grid()
 
 
-def levels_of(p: GmappingParams) -> list[Level]:
+def create_levels(p: GmappingParams) -> list[MapLevel]:
     """Create the map levels, coarse first: coarse cells let matching converge from larger odometry errors."""
     searches = (
-        (_COARSE_FACTOR, Climb(_COARSE_FACTOR * p.resolution, 0.1, 3)),
-        (1.0, Climb(0.5 * p.resolution, 0.0125, p.iterations)),
+        (_COARSE_FACTOR, HillClimbParams(_COARSE_FACTOR * p.resolution, 0.1, 3)),
+        (1.0, HillClimbParams(0.5 * p.resolution, 0.0125, p.iterations)),
     )
     return [
-        Level(
+        MapLevel(
             p.particles,
             scale * p.resolution,
             scale * p.sigma,

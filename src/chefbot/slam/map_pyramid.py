@@ -20,7 +20,7 @@ _MATCH_MARGIN = 1.0
 
 
 @dataclass(frozen=True)
-class Climb:
+class HillClimbParams:
     """Parameters of the hill climbing: initial steps in m and rad, and the number of times they are halved."""
 
     linear: float
@@ -29,7 +29,7 @@ class Climb:
 
 
 @dataclass(frozen=True, eq=False)
-class Belief:
+class OdometryPrior:
     """The odometry prior of each particle: mean poses (p, 3) and the variances (3,) of their errors.
 
     axes: (p,) rad, direction of the first variance; the second is across it, the third that of the heading.
@@ -40,7 +40,7 @@ class Belief:
     axes: NDArray[np.float64]
 
 
-class Level:
+class MapLevel:
     """The maps of all particles at one resolution: cells of `resolution` m, likelihood width `sigma` m."""
 
     def __init__(
@@ -48,7 +48,7 @@ class Level:
         particles: int,
         resolution: float,
         sigma: float,
-        search: Climb,
+        search: HillClimbParams,
         independent_beams: float,
         max_cells: int,
     ) -> None:
@@ -63,15 +63,15 @@ class Level:
         """Convert ends of beams (n, 2) in metres into thinned points (m, 2) in cells of this level."""
         return thinned(surfaces / np.float32(self._resolution), _SPACING)
 
-    def cover(self, poses: NDArray[np.float64], max_range: float) -> None:
+    def grow_to(self, poses: NDArray[np.float64], max_range: float) -> None:
         """Grow the maps to hold beams of `max_range` metres from any of the particles at `poses` (p, 3)."""
         # Bounding box of all particles, enlarged by the range and the matching margin
         low, high = poses[:, :2].min(axis=0), poses[:, :2].max(axis=0)
         margin = max_range + _MATCH_MARGIN
-        self.maps.cover((low - margin) / self._resolution, (high + margin) / self._resolution)
+        self.maps.grow_to((low - margin) / self._resolution, (high + margin) / self._resolution)
 
     def match(
-        self, points: NDArray[np.float32], poses: NDArray[np.float64], prior: Belief
+        self, points: NDArray[np.float32], poses: NDArray[np.float64], prior: OdometryPrior
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the maximum a posteriori poses (p, 3) near `poses` and the scan's log likelihoods (p,)."""
         search = self._climb

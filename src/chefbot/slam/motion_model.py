@@ -11,7 +11,7 @@ from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.params import GmappingParams
 
 
-class Step:
+class OdometryStep:
     """The motion since the last processed scan, and the length of the path it took."""
 
     def __init__(self) -> None:
@@ -37,14 +37,18 @@ class Step:
         forward, lateral = abs(self.motion.x), abs(self.motion.y)
         # Path length in excess of the net displacement: it adds error in both directions
         detour = t - math.hypot(forward, lateral)
-        lateral_noise = 0.3 * p.srr
+        lateral_noise = 0.3 * p.translation_noise_from_translation
         std = [
-            p.srr * (forward + detour) + p.str * r + lateral_noise * lateral,
-            p.srr * (lateral + detour) + p.str * r + lateral_noise * forward,
-            p.stt * r + p.srt * t,
+            p.translation_noise_from_translation * (forward + detour)
+            + p.translation_noise_from_rotation * r
+            + lateral_noise * lateral,
+            p.translation_noise_from_translation * (lateral + detour)
+            + p.translation_noise_from_rotation * r
+            + lateral_noise * forward,
+            p.rotation_noise_from_rotation * r + p.rotation_noise_from_translation * t,
         ]
         # Minimum noise, since the stamps of scan and odometry differ
-        min_std = np.array([p.least_shift, p.least_shift, p.least_turn])
+        min_std = np.array([p.min_translation_noise, p.min_translation_noise, p.min_rotation_noise])
         return np.square(std) + np.square(min_std)
 
 

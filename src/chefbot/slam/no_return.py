@@ -37,11 +37,11 @@ _PLACE_DISTANCE, _PLACE_ROTATION = 0.1, 0.1
 class NoReturn(NamedTuple):
     """The threshold `least` in metres from which ranges mean no return, and their share of all beams."""
 
-    least: float
+    min_range: float
     share: float
 
 
-def find_no_return(scans: Sequence[CarmenScan]) -> NoReturn | None:
+def detect_no_return(scans: Sequence[CarmenScan]) -> NoReturn | None:
     """Return the ranges that encode "no return" in a recording; None if no value stands out."""
     ranges = np.concatenate([scan.ranges for scan in scans])
     bins = np.floor(ranges[ranges > 0.0] / BIN + 0.5).astype(np.int64)

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from chefbot.maths.grid import UNKNOWN, Grid
-from chefbot.slam.cell_bounds import NOTHING, cells_of
+from chefbot.slam.cell_bounds import EMPTY_BOUNDS, cells_of
 from chefbot.slam.scan_beams import Beams
 
 _GROWTH = 0.2
@@ -21,7 +21,7 @@ _HIT = -3.0 * _MISS
 _CLAMP = 5.0
 
 
-class Canvas:
+class OccupancyAccumulator:
     """An occupancy map that counts for each cell the scans that hit it and the scans that crossed it.
 
     A scan counts once per cell, as a hit if any of its beams ended there: the many beams that graze a wall
@@ -31,20 +31,20 @@ class Canvas:
     def __init__(self, resolution: float, max_cells: int) -> None:
         self._resolution = resolution
         self._max_cells = max_cells
-        self._extent = NOTHING
+        self._extent = EMPTY_BOUNDS
         self._hits = np.zeros((0, 0), np.uint16)
         self._misses = np.zeros((0, 0), np.uint16)
         self._last_scan = np.zeros((0, 0), np.int32)
         self._scans = 0
-        self._seen = NOTHING
+        self._seen = EMPTY_BOUNDS
 
-    def copy(self) -> Canvas:
+    def copy(self) -> OccupancyAccumulator:
         """Return an independent copy with the same counts."""
-        copy = Canvas(self._resolution, self._max_cells)
+        copy = OccupancyAccumulator(self._resolution, self._max_cells)
         copy.__dict__.update({k: v.copy() if isinstance(v, np.ndarray) else v for k, v in vars(self).items()})
         return copy
 
-    def begin_with(self, grid: Grid) -> None:
+    def initialize_from(self, grid: Grid) -> None:
         """Initialize an empty map with the counts that reproduce `grid`; UNKNOWN cells stay unknown."""
         begin = np.round(np.array([grid.origin_x, grid.origin_y]) / self._resolution).astype(np.int64)
         self._grow(begin, begin + np.array([grid.width, grid.height]) - 1)
@@ -53,7 +53,7 @@ class Canvas:
         self._hits[part], self._misses[part] = _counts(grid.cells)
         self._scans += 1
 
-    def draw(self, beams: Beams, pose: NDArray[np.float64]) -> None:
+    def add_scan(self, beams: Beams, pose: NDArray[np.float64]) -> None:
         """Add a scan taken at `pose` (3,), metres and radians in the map frame."""
         c, s = math.cos(pose[2]), math.sin(pose[2])
         rotation = np.array([[c, s], [-s, c]])
@@ -67,14 +67,14 @@ class Canvas:
         _draw(cells[:-1], beams.hit, cells[-1], self._hits, self._misses, self._last_scan, self._scans)
 
     def _grow(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
-        self._seen = self._seen.grown(low, high, np.zeros(2, np.int64))
-        if self._extent.holds(low, high):
+        self._seen = self._seen.expanded(low, high, np.zeros(2, np.int64))
+        if self._extent.contains(low, high):
             return
         spare = 16 + (_GROWTH * (self._seen.end - self._seen.begin)).astype(np.int64)
-        extent = self._extent.grown(low, high, spare).limited(self._max_cells)
-        self._hits = self._extent.moved(self._hits, extent)
-        self._misses = self._extent.moved(self._misses, extent)
-        self._last_scan = self._extent.moved(self._last_scan, extent)
+        extent = self._extent.expanded(low, high, spare).check_size(self._max_cells)
+        self._hits = self._extent.copied_into(self._hits, extent)
+        self._misses = self._extent.copied_into(self._misses, extent)
+        self._last_scan = self._extent.copied_into(self._last_scan, extent)
         self._extent = extent
 
     def grid(self) -> Grid:

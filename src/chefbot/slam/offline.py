@@ -11,7 +11,7 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.slam.carmen import CarmenOdom, CarmenScan
 from chefbot.slam.gmapping import Gmapping
-from chefbot.slam.no_return import NoReturn, find_no_return
+from chefbot.slam.no_return import NoReturn, detect_no_return
 from chefbot.slam.params import GmappingParams
 
 
@@ -44,8 +44,8 @@ def run_log(
     if not scans:
         raise UserError("the log holds no FLASER line: give a CARMEN log with laser scans")
     slam = Gmapping(params, sensor=scans[0].odom.between(scans[0].laser))
-    no_return = find_no_return(scans)
-    range_max = min(params.max_range, no_return.least if no_return else math.inf)
+    no_return = detect_no_return(scans)
+    range_max = min(params.max_range, no_return.min_range if no_return else math.inf)
     stamps = []
     for done, scan in enumerate(scans, 1):
         if slam.update(scan.angles, scan.ranges, scan.odom, range_max=range_max):

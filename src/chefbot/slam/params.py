@@ -33,24 +33,26 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     iterations: Annotated[
         int, Meta(ge=1, le=10, description="how often the matcher halves its last steps")
     ] = 4
-    srr: Annotated[
+    translation_noise_from_translation: Annotated[
         float, Meta(ge=0.0, le=1.0, description="travel error due to travel, m per m (standard deviation)")
     ] = 0.1
-    str: Annotated[
+    translation_noise_from_rotation: Annotated[
         float,
         Meta(ge=0.0, le=1.0, description="travel error due to rotation, m per rad (standard deviation)"),
     ] = 0.1
-    srt: Annotated[
+    rotation_noise_from_translation: Annotated[
         float, Meta(ge=0.0, le=1.0, description="heading error due to travel, rad per m (standard deviation)")
     ] = 0.2
-    stt: Annotated[
+    rotation_noise_from_rotation: Annotated[
         float, Meta(ge=0.0, le=1.0, description="heading error due to rotation, rad per rad (std. deviation)")
     ] = 0.2
-    least_shift: Annotated[
+    min_translation_noise: Annotated[
         float,
         Meta(ge=0.0001, le=0.1, description="odometry's error of a step without motion, m; stamps differ"),
     ] = 0.01
-    least_turn: Annotated[float, Meta(ge=0.0001, le=0.1, description="the same in heading, rad")] = 0.01
+    min_rotation_noise: Annotated[float, Meta(ge=0.0001, le=0.1, description="the same in heading, rad")] = (
+        0.01
+    )
     independent_beams: Annotated[
         float, Meta(ge=1.0, le=1000.0, description="a scan counts as at most so many independent beams")
     ] = 30.0

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-class Ancestry:
+class ParticleAncestry:
     """Poses of all particles at every processed scan, with the index of each one's parent at the scan before.
 
     Resampling removes most lineages, so that all particles share a recent common ancestor. The trajectory up
@@ -14,7 +14,7 @@ class Ancestry:
     """
 
     def __init__(self, particles: int) -> None:
-        self.trunk: list[NDArray[np.float64]] = []
+        self.common_path: list[NDArray[np.float64]] = []
         """Poses (3,) shared by all particles, oldest first."""
         self._poses: list[NDArray[np.float64]] = []
         self._parents: list[NDArray[np.int64]] = []
@@ -41,9 +41,9 @@ class Ancestry:
 
     def path(self, particle: int) -> NDArray[np.float64]:
         """Return the poses (n, 3) of the particle at all processed scans, oldest first."""
-        return np.vstack([np.array(self.trunk).reshape(-1, 3), self.branch(particle)])
+        return np.vstack([np.array(self.common_path).reshape(-1, 3), self.branch(particle)])
 
-    def settle(self) -> NDArray[np.float64]:
+    def collapse_common_ancestors(self) -> NDArray[np.float64]:
         """Move the poses that all particles share to the common part and return them, (n, 3)."""
         # Follow the distinct ancestors back until a single one is left
         ancestors = np.unique(self._pending)
@@ -52,7 +52,7 @@ class Ancestry:
             k -= 1
             ancestors = np.unique(self._parents[k][ancestors])
         shared = self._shared(k, int(ancestors[0])) if len(ancestors) == 1 else np.empty((0, 3))
-        self.trunk.extend(shared)
+        self.common_path.extend(shared)
         del self._poses[: len(shared)], self._parents[: len(shared)]
         return shared
 

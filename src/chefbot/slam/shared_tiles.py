@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.slam.cell_bounds import NOTHING, cells_of
+from chefbot.slam.cell_bounds import EMPTY_BOUNDS, cells_of
 
 SHIFT = 4
 SIDE = 1 << SHIFT
@@ -40,7 +40,7 @@ class TileMaps:
 
     def __init__(self, particles: int, max_cells: int) -> None:
         self.table: NDArray[np.int32] = np.zeros((particles, 0, 0), np.int32)
-        self._extent = NOTHING
+        self._extent = EMPTY_BOUNDS
         """Bounding rectangle of the tables, tiles."""
         self._max_cells = max_cells
         self.mean_x: NDArray[np.float32] = np.full((256, AREA), FAR, np.float32)
@@ -60,17 +60,17 @@ class TileMaps:
         """Position (x, y) of the tables' corner, cells of the map frame."""
         return self._extent.begin * SIDE
 
-    def cover(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
+    def grow_to(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
         """Grow the tables to hold `low` to `high`, (x, y) in cells of the map frame, plus one tile.
 
         Raise UserError if that takes more than `max_cells` cells.
         """
         first, last = cells_of(np.vstack([low, high])) // SIDE + np.array([[-1], [1]])
-        if self._extent.holds(first, last):
+        if self._extent.contains(first, last):
             return
-        extent = self._extent.grown(first, last, np.full(2, _MARGIN))
-        extent.times(SIDE).limited(self._max_cells)
-        self.table = self._extent.moved(self.table, extent)
+        extent = self._extent.expanded(first, last, np.full(2, _MARGIN))
+        extent.scaled(SIDE).check_size(self._max_cells)
+        self.table = self._extent.copied_into(self.table, extent)
         self._extent = extent
 
     def add(self, particle: int, ends: NDArray[np.float32]) -> None:

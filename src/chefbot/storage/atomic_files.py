@@ -17,7 +17,7 @@ def write_atomic(path: Path, data: bytes) -> None:
     A symbolic link is followed. A device or a pipe is written to directly, as a rename would replace it by a
     file. UserError with the reason, e.g. a full disk.
     """
-    with explained(path):
+    with os_errors_as_user_errors(path):
         if path.exists() and not path.is_file():
             path.write_bytes(data)
             return
@@ -26,7 +26,7 @@ def write_atomic(path: Path, data: bytes) -> None:
 
 
 @contextmanager
-def explained(path: Path) -> Iterator[None]:
+def os_errors_as_user_errors(path: Path) -> Iterator[None]:
     """Convert an OSError while writing `path` to a UserError of one sentence."""
     try:
         yield

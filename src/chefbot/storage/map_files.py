@@ -22,7 +22,13 @@ from chefbot.mapping.map_format import (
     encode_pgm,
 )
 from chefbot.maths.grid import Grid
-from chefbot.storage.atomic_files import explained, remove, rename_all, resolve_path, write_temporary
+from chefbot.storage.atomic_files import (
+    os_errors_as_user_errors,
+    remove,
+    rename_all,
+    resolve_path,
+    write_temporary,
+)
 
 MAX_IMAGE_BYTES = 500_000_000
 
@@ -45,7 +51,7 @@ def save_map(folder_or_stem: Path, grid: Grid, mode: Mode = "trinary") -> Path:
     UserError with the reason if anything fails.
     """
     yaml = map_yaml_path(folder_or_stem)
-    with explained(yaml):
+    with os_errors_as_user_errors(yaml):
         yaml = resolve_path(yaml)
         _save_pair(yaml, yaml.with_name(yaml.name[: -len(".yaml")] + ".pgm"), grid, mode)
     return yaml

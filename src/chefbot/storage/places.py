@@ -16,7 +16,7 @@ import yaml
 from msgspec import Meta
 
 from chefbot.config import read_config
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.maths.se2 import SE2
 from chefbot.robot.quantities import Name
 from chefbot.storage.atomic_files import write_atomic
@@ -66,5 +66,5 @@ def find_place(query: str, places: Collection[str]) -> str:
         return query
     name = f"table_{query}" if query.isdigit() else query.lower().replace(" ", "_")
     if name not in places:
-        raise UserError(f"there is no place called {query!r}{nearest(name, places)}")
+        raise UserError(f"there is no place called {query!r}{name_hint(name, places)}")
     return name

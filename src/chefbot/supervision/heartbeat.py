@@ -14,28 +14,28 @@ import threading
 
 from chefbot.runtime.loop import Loop
 
-BEAT = 0.03
+HEARTBEAT_PERIOD = 0.03
 """Heartbeat period, s."""
-TURNS, THINKS = b".", b"-"
+PROGRESSING, BUSY = b".", b"-"
 """Heartbeat bytes: the loop is idle or has begun a new step since the last heartbeat; it is busy with the
 same step."""
-SILENT = 0.12
+MAX_SILENCE = 0.12
 """Maximum time without a heartbeat before a process counts as unresponsive, s: four heartbeats are
 missing."""
-LONG = 2.0
+MAX_STEP_TIME = 2.0
 """Maximum time at one step before a process counts as unresponsive, s: its pose or plan is as old."""
-HANGS = 2.0
+HEARTBEAT_TIMEOUT = 2.0
 """Time without a heartbeat after which a process is killed, s: nine times the longest silence that was
 measured on a machine with five times too much to do (docs/why.md). Waiting for a disk, or for a library that
 holds the interpreter lock, can take longer."""
-ENDLESS = 30.0
+STEP_TIMEOUT = 30.0
 """Time at one step after which a process is killed, s: compiling a user's kernel on a small computer takes a
 part of that."""
 STARTUP_TIMEOUT = 60.0
 """Maximum time until the first heartbeat, s: the process loads, and waits for the robot's time."""
 
 
-class Heart:
+class HeartbeatSender:
     """Sends heartbeats of `loop` from a thread of its own until the other end is closed.
 
     `descriptor` is that of a connected socket.
@@ -48,10 +48,10 @@ class Heart:
 
     def _send_heartbeats(self) -> None:
         timer, last_step = threading.Event(), 0
-        while not timer.wait(BEAT):
-            step = self._loop.step_began_ns
+        while not timer.wait(HEARTBEAT_PERIOD):
+            step = self._loop.callback_start_ns
             try:
-                self._socket.send(THINKS if step and step == last_step else TURNS, socket.MSG_DONTWAIT)
+                self._socket.send(BUSY if step and step == last_step else PROGRESSING, socket.MSG_DONTWAIT)
             except BlockingIOError:
                 pass  # the launch process is stopped and does not read: drop the heartbeat
             except OSError:
@@ -59,14 +59,14 @@ class Heart:
             last_step = step
 
 
-class Pulse:
+class HeartbeatMonitor:
     """Monitors the heartbeats of one process."""
 
     def __init__(self) -> None:
         self._silence = self._busy_time = 0.0
         self._started = False
 
-    def feel(self, heartbeats: bytes, elapsed: float) -> None:
+    def update(self, heartbeats: bytes, elapsed: float) -> None:
         """Process the `heartbeats` that were received in the last `elapsed` seconds.
 
         The caller bounds `elapsed`: after a late call, heartbeats of the time between may not have arrived
@@ -74,20 +74,20 @@ class Pulse:
         """
         self._started |= bool(heartbeats)
         self._silence = 0.0 if heartbeats else self._silence + elapsed
-        self._busy_time = 0.0 if TURNS in heartbeats else self._busy_time + elapsed
+        self._busy_time = 0.0 if PROGRESSING in heartbeats else self._busy_time + elapsed
 
     @property
-    def is_weak(self) -> bool:
+    def is_unresponsive(self) -> bool:
         """Whether nothing that moves should rely on this process now."""
-        return self._started and (self._silence > SILENT or self._busy_time > LONG)
+        return self._started and (self._silence > MAX_SILENCE or self._busy_time > MAX_STEP_TIME)
 
     @property
-    def verdict(self) -> str:
+    def kill_reason(self) -> str:
         """The reason why the process must be killed, or an empty string."""
         if not self._started:
             return (
                 f"it has not begun after {STARTUP_TIMEOUT:.0f} s" if self._silence > STARTUP_TIMEOUT else ""
             )
-        if self._silence > HANGS:
-            return f"no sign of life for {HANGS:.1f} s"
-        return f"at one step for {ENDLESS:.0f} s" if self._busy_time > ENDLESS else ""
+        if self._silence > HEARTBEAT_TIMEOUT:
+            return f"no sign of life for {HEARTBEAT_TIMEOUT:.1f} s"
+        return f"at one step for {STEP_TIMEOUT:.0f} s" if self._busy_time > STEP_TIMEOUT else ""

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import msgspec
 
-from chefbot.supervision.heartbeat import Pulse
-from chefbot.supervision.state_handover import Word
-from chefbot.supervision.worker_process import Order, Prepared
+from chefbot.supervision.heartbeat import HeartbeatMonitor
+from chefbot.supervision.state_handover import StoredMessage
+from chefbot.supervision.worker_process import WorkerProcess, WorkerSpec
 
 MIN_RESTART_DELAY, MAX_RESTART_DELAY = 0.5, 10.0
 """Delay before a process that died is restarted, s; doubled at each restart up to the maximum."""
@@ -27,23 +27,23 @@ SPARE_AFTER = 2.0
 COMMAND = (sys.executable, "-m", "chefbot.launcher.worker")
 
 
-class Hooks(NamedTuple):
+class SupervisorCallbacks(NamedTuple):
     """Callbacks of a supervisor; all are called in its thread."""
 
-    lost: Callable[[str], None] = lambda _: None
+    on_down: Callable[[str], None] = lambda _: None
     """Called with the name of a process that has died or does not respond, before anything else is done."""
-    ready: Callable[[str], bool] = lambda _: True
+    is_ready: Callable[[str], bool] = lambda _: True
     """Return whether a process that runs is ready to work."""
-    back: Callable[[str], None] = lambda _: None
+    on_up: Callable[[str], None] = lambda _: None
     """Called when a process is ready or responds again, also after its first start."""
-    last_words: Callable[[str], tuple[Word, ...]] = lambda _: ()
+    restored_messages: Callable[[str], tuple[StoredMessage, ...]] = lambda _: ()
     """Return the messages that restore the state of a process after a restart."""
 
 
 class _Child:
     """A worker process with its restart history."""
 
-    def __init__(self, order: Order) -> None:
+    def __init__(self, order: WorkerSpec) -> None:
         self.name = order.process
         self.order = order
         self.restart_delay = MIN_RESTART_DELAY
@@ -52,22 +52,22 @@ class _Child:
         self.died_at: float | None = None
         """Monotonic time of its last death, s; None if it has not died yet."""
         self.ready = False
-        self.running: Prepared | None = None
-        self.pulse = Pulse()
+        self.running: WorkerProcess | None = None
+        self.monitor = HeartbeatMonitor()
         self.unresponsive_since: float | None = None
         """Monotonic time since which it has not responded, s; None if it responds."""
 
     @property
     def is_starting(self) -> bool:
         """Whether it runs and responds, and is not known to be ready yet."""
-        return self.running is not None and not self.ready and not self.pulse.is_weak
+        return self.running is not None and not self.ready and not self.monitor.is_unresponsive
 
     def poll_exit(self) -> int | None:
         """Return the exit code if the process has just died, and schedule its restart."""
         code = None if self.running is None else self.running.process.poll()
         if self.running is None or code is None:
             return None
-        self.running.ask_to_end()
+        self.running.request_exit()
         self.running = None
         self.died_at = time.monotonic()
         # exponential backoff, reset after a stable run
@@ -91,15 +91,15 @@ class Supervisor:
 
     def __init__(
         self,
-        orders: Sequence[Order],
+        workers: Sequence[WorkerSpec],
         log: Callable[[str], None],
         command: Sequence[str] = COMMAND,
         *,
-        hooks: Hooks = Hooks(),  # noqa: B008 - it is frozen
+        hooks: SupervisorCallbacks = SupervisorCallbacks(),  # noqa: B008 - it is frozen
     ) -> None:
         self._log, self._command, self._hooks = log, command, hooks
-        self._children = [_Child(order) for order in orders]
-        self._spare: Prepared | None = None
+        self._children = [_Child(order) for order in workers]
+        self._spare: WorkerProcess | None = None
         self._wake = threading.Event()
         self._last_check = time.monotonic()
         self._closing = False
@@ -119,7 +119,7 @@ class Supervisor:
         self._thread.join()
         running = [child.running for child in self._children if child.running is not None]
         for worker in running:
-            worker.ask_to_end()
+            worker.request_exit()
         if self._spare is not None:
             self._spare.end(0.0)  # it has no work to finish
         deadline = time.monotonic() + SHUTDOWN_TIMEOUT
@@ -145,30 +145,30 @@ class Supervisor:
         """Report a process that stops or resumes responding, and kill one that hangs."""
         if child.running is None:
             return
-        child.pulse.feel(child.running.signs(), elapsed)
-        if child.pulse.verdict:
+        child.monitor.update(child.running.heartbeats(), elapsed)
+        if child.monitor.kill_reason:
             child.running.process.kill()
-        if not child.ready or child.pulse.is_weak == (child.unresponsive_since is not None):
+        if not child.ready or child.monitor.is_unresponsive == (child.unresponsive_since is not None):
             return
         if child.unresponsive_since is None:
-            self._hooks.lost(child.name)
+            self._hooks.on_down(child.name)
             child.unresponsive_since = time.monotonic()
         else:
-            self._hooks.back(child.name)
+            self._hooks.on_up(child.name)
             duration, child.unresponsive_since = time.monotonic() - child.unresponsive_since, None
             self._log(f"process {child.name} did not answer; the robot stood for {duration:.2f} s")
 
     def _check_process(self, child: _Child) -> None:
         code = child.poll_exit()
         if code is not None:
-            self._hooks.lost(child.name)
-            delay, reason = child.back_off(), child.pulse.verdict or _exit_reason(code)
+            self._hooks.on_down(child.name)
+            delay, reason = child.back_off(), child.monitor.kill_reason or _exit_reason(code)
             self._log(f"process {child.name} ended ({reason}); again in {delay:.1f} s")
         if child.running is None and time.monotonic() >= child.restart_at:
             self._start(child)
-        if child.is_starting and self._hooks.ready(child.name):
+        if child.is_starting and self._hooks.is_ready(child.name):
             child.ready = True
-            self._hooks.back(child.name)
+            self._hooks.on_up(child.name)
             if child.died_at is not None:
                 duration = time.monotonic() - child.died_at
                 self._log(f"process {child.name} is back, {duration:.1f} s after its end")
@@ -178,24 +178,26 @@ class Supervisor:
         spare, self._spare = self._spare, None  # a spare has everything loaded already
         order = child.order
         if restarted:
-            order = msgspec.structs.replace(order, last_words=self._hooks.last_words(child.name))
+            order = msgspec.structs.replace(
+                order, restored_messages=self._hooks.restored_messages(child.name)
+            )
         try:
-            child.running = spare or Prepared(order.preparation, self._command)
+            child.running = spare or WorkerProcess(order.preload_spec, self._command)
         except OSError as error:
             child.restart_at = time.monotonic() + child.back_off()
             self._log(f"process {child.name} cannot be started: {error}")
             return
         child.started_at, child.ready = time.monotonic(), False
-        child.pulse, child.unresponsive_since = Pulse(), None
-        child.running.give(order, self._wake.set)
+        child.monitor, child.unresponsive_since = HeartbeatMonitor(), None
+        child.running.assign(order, self._wake.set)
         if restarted:
             self._log(f"process {child.name} runs again")
 
     def _start_spare(self) -> None:
         """Start the spare; any child's specification will do, as all preload the same."""
         try:
-            preparation = msgspec.structs.replace(self._children[0].order.preparation, spare=True)
-            self._spare = Prepared(preparation, self._command)
+            preparation = msgspec.structs.replace(self._children[0].order.preload_spec, spare=True)
+            self._spare = WorkerProcess(preparation, self._command)
         except OSError as error:
             self._log(f"a spare process cannot be started: {error}")
 

@@ -11,13 +11,13 @@ from collections.abc import Callable, Sequence
 import msgspec
 
 from chefbot.runtime.launch import Launch
-from chefbot.supervision.state_handover import Word
+from chefbot.supervision.state_handover import StoredMessage
 
 MAX_HEARTBEATS = 4096
 """Maximum number of heartbeats that are read at once: those of two minutes."""
 
 
-class Preparation(msgspec.Struct, frozen=True):
+class PreloadSpec(msgspec.Struct, frozen=True):
     """What a worker process must preload whatever it is assigned; the first line of its standard input."""
 
     kinds: tuple[str, ...]
@@ -28,7 +28,7 @@ class Preparation(msgspec.Struct, frozen=True):
     """Whether it is a spare, which has time to load also what the classes otherwise load on first use."""
 
 
-class Order(msgspec.Struct, frozen=True):
+class WorkerSpec(msgspec.Struct, frozen=True):
     """What a worker process is and runs; the second line of its standard input.
 
     The process exits at the end of its input.
@@ -41,24 +41,24 @@ class Order(msgspec.Struct, frozen=True):
     """Folder of the user's own node classes."""
     domain: int
     port: int
-    last_words: tuple[Word, ...] = ()
+    restored_messages: tuple[StoredMessage, ...] = ()
     """Messages that restore its state after a restart."""
 
     @property
-    def preparation(self) -> Preparation:
+    def preload_spec(self) -> PreloadSpec:
         """What any worker process of this launch must preload."""
         kinds = dict.fromkeys(entry.kind for entry in self.launch.nodes.values() if entry.process)
-        return Preparation(tuple(kinds), self.folder)
+        return PreloadSpec(tuple(kinds), self.folder)
 
 
-class Prepared:
+class WorkerProcess:
     """A process that preloads modules, then waits for its order; OSError if it cannot be started.
 
     It runs in a session of its own, so that Ctrl-C is handled by the launch process. Its standard input is a
     socket, so that it can send heartbeats over it.
     """
 
-    def __init__(self, preparation: Preparation, command: Sequence[str]) -> None:
+    def __init__(self, preparation: PreloadSpec, command: Sequence[str]) -> None:
         self._socket, child_socket = socket.socketpair()
         try:
             self.process = subprocess.Popen(command, stdin=child_socket.fileno(), start_new_session=True)
@@ -69,7 +69,7 @@ class Prepared:
             child_socket.close()
         self._send(msgspec.json.encode(preparation) + b"\n")
 
-    def give(self, order: Order, on_exit: Callable[[], None]) -> None:
+    def assign(self, order: WorkerSpec, on_exit: Callable[[], None]) -> None:
         """Assign the order; `on_exit` is called in a thread when the process has exited."""
         line = msgspec.json.encode(order) + b"\n"
 
@@ -80,14 +80,14 @@ class Prepared:
 
         threading.Thread(target=watch, name=f"attends {order.process}", daemon=True).start()
 
-    def signs(self) -> bytes:
+    def heartbeats(self) -> bytes:
         """Return the heartbeat bytes received since the last call, without blocking."""
         try:
             return self._socket.recv(MAX_HEARTBEATS, socket.MSG_DONTWAIT)
         except (BlockingIOError, ConnectionResetError):
             return b""  # no heartbeat yet, or the process has died: see its exit code
 
-    def ask_to_end(self) -> None:
+    def request_exit(self) -> None:
         """Request the process to exit by closing its input; a blocked writer is woken."""
         with contextlib.suppress(OSError):  # it has exited already
             self._socket.shutdown(socket.SHUT_RDWR)
@@ -100,7 +100,7 @@ class Prepared:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
-        self.ask_to_end()
+        self.request_exit()
 
     def _send(self, line: bytes) -> None:
         with contextlib.suppress(OSError):  # it has died or is being ended before it has read everything

@@ -16,7 +16,7 @@ def open_browser(url: str) -> bool:
     return has_screen and webbrowser.open(url)
 
 
-def in_view(url: str, view: str) -> str:
+def url_for_view(url: str, view: str) -> str:
     """Return the web UI's address that opens in `view`, "2d" or "3d"; the fragment is not sent to the server."""
     address = url.partition("#")[0]
     return f"{address}#3d" if view == "3d" else address

@@ -8,9 +8,9 @@ from collections.abc import Collection, Iterable, Mapping
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from chefbot.ui import wire
+from chefbot.ui import protocol
 
-SEND_LIMIT = 3.0
+SEND_TIMEOUT = 3.0
 """Timeout of sending one frame, s; a slower browser is disconnected."""
 COMMANDS_PER_SECOND = 30.0
 """Rate limit of commands, Hz."""
@@ -18,7 +18,7 @@ BURST = 60.0
 """Capacity of the token bucket: commands that may be sent at once."""
 
 
-class Client:
+class BrowserConnection:
     """A browser's connection. It holds only the names of layers that changed since they were sent, so its
     memory is bounded."""
 
@@ -40,14 +40,14 @@ class Client:
         self._dirty.update((layer, None) for layer in layers if not self.only_stop or layer in stop_layers)
         self._wake.set()
 
-    def answer(self, sentence: str) -> None:
+    def send_refusal(self, sentence: str) -> None:
         """Send why a command was refused; the oldest of many unsent sentences are dropped."""
-        self._pending_answers.append(wire.refused(sentence))
+        self._pending_answers.append(protocol.refused(sentence))
         self._wake.set()
 
     def pong(self, number: int) -> None:
         """Answer a ping with its number."""
-        self._pong = wire.pong(number)
+        self._pong = protocol.pong(number)
         self._wake.set()
 
     def within_rate_limit(self) -> bool:
@@ -58,7 +58,7 @@ class Client:
         self._last_message_time = now
         return self._tokens >= 0
 
-    async def send_forever(self, frames: Mapping[str, wire.Frame]) -> None:
+    async def send_forever(self, frames: Mapping[str, protocol.Frame]) -> None:
         """Send the newest frame of each changed layer; return when the browser is disconnected or too slow."""
         while True:
             await self._wake.wait()
@@ -66,11 +66,11 @@ class Client:
             while self._pong or self._pending_answers or self._dirty:
                 frame = self._next(frames)
                 try:
-                    await asyncio.wait_for(self._send(frame), SEND_LIMIT)
+                    await asyncio.wait_for(self._send(frame), SEND_TIMEOUT)
                 except (TimeoutError, WebSocketDisconnect):
                     return
 
-    def _next(self, frames: Mapping[str, wire.Frame]) -> wire.Frame:
+    def _next(self, frames: Mapping[str, protocol.Frame]) -> protocol.Frame:
         """Return the next frame: first the pong, then answers, then the emergency stop, then other layers."""
         pong, self._pong = self._pong, ""
         return pong or (
@@ -82,7 +82,7 @@ class Client:
         del self._dirty[layer]
         return layer
 
-    async def _send(self, frame: wire.Frame) -> None:
+    async def _send(self, frame: protocol.Frame) -> None:
         if isinstance(frame, str):
             await self.socket.send_text(frame)
         else:

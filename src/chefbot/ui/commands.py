@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 
 MAX_TEXT = 64_000
 """Maximum size of a message from a browser, bytes."""
@@ -25,11 +25,11 @@ Here = Annotated[
 ]
 
 
-class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do"):
+class OperatorCommand(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do"):
     """Base of all commands; match on the class."""
 
 
-class Goal(Command, frozen=True, forbid_unknown_fields=True, tag="goal"):
+class Goal(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="goal"):
     """Drive to a pose in the map frame."""
 
     x: Metre
@@ -38,7 +38,7 @@ class Goal(Command, frozen=True, forbid_unknown_fields=True, tag="goal"):
     when: When = ""
 
 
-class InitialPose(Command, frozen=True, forbid_unknown_fields=True, tag="initial_pose"):
+class InitialPose(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="initial_pose"):
     """Start localization from an approximate pose."""
 
     x: Metre
@@ -46,60 +46,60 @@ class InitialPose(Command, frozen=True, forbid_unknown_fields=True, tag="initial
     yaw: Angle
 
 
-class Deliver(Command, frozen=True, forbid_unknown_fields=True, tag="deliver"):
+class Deliver(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="deliver"):
     """Deliver food to these tables, in this order."""
 
     tables: Tables
 
 
-class Loaded(Command, frozen=True, forbid_unknown_fields=True, tag="loaded"):
+class Loaded(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="loaded"):
     """Confirm that the food is on the tray: the robot leaves the kitchen."""
 
     place: Here = ""
 
 
-class Taken(Command, frozen=True, forbid_unknown_fields=True, tag="taken"):
+class Taken(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="taken"):
     """Confirm that the guest has taken the food: the robot continues."""
 
     place: Here = ""
 
 
-class NotTaken(Command, frozen=True, forbid_unknown_fields=True, tag="not_taken"):
+class NotTaken(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="not_taken"):
     """Report that nobody takes the food here: the robot continues with it."""
 
     place: Here = ""
 
 
-class Choose(Command, frozen=True, forbid_unknown_fields=True, tag="choose"):
+class Choose(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="choose"):
     """Choose how a waiting round continues."""
 
     choice: Literal["go_on", "kitchen", "end"]
 
 
-class GoPlace(Command, frozen=True, forbid_unknown_fields=True, tag="go_place"):
+class GoPlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="go_place"):
     """Drive to the place with this name."""
 
     name: Name
     when: When = ""
 
 
-class Cancel(Command, frozen=True, forbid_unknown_fields=True, tag="cancel"):
+class Cancel(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="cancel"):
     """Cancel the goal and all deliveries."""
 
 
-class Stop(Command, frozen=True, forbid_unknown_fields=True, tag="stop"):
+class Stop(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="stop"):
     """Stop the robot until Resume (emergency stop)."""
 
     id: Id = ""
 
 
-class Withdraw(Command, frozen=True, forbid_unknown_fields=True, tag="withdraw"):
+class Withdraw(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="withdraw"):
     """Withdraw a Stop that the robot has not confirmed yet; a confirmed one stays in force."""
 
     id: Id
 
 
-class Resume(Command, frozen=True, forbid_unknown_fields=True, tag="resume"):
+class Resume(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="resume"):
     """Release the emergency stop.
 
     `pressed`: time stamp (ns) of the press that the operator saw; a later one is not released.
@@ -108,44 +108,44 @@ class Resume(Command, frozen=True, forbid_unknown_fields=True, tag="resume"):
     pressed: Id = ""
 
 
-class Ping(Command, frozen=True, forbid_unknown_fields=True, tag="ping"):
+class Ping(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="ping"):
     """Check the connection; it is answered at once with the same number."""
 
     n: Annotated[int, msgspec.Meta(ge=0)]
 
 
-class Drive(Command, frozen=True, forbid_unknown_fields=True, tag="drive"):
+class Drive(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="drive"):
     """Drive manually: forward and counter-clockwise are positive. It must be repeated (see `dead_man`)."""
 
     v: Share
     w: Share
 
     @property
-    def still(self) -> bool:
+    def is_zero(self) -> bool:
         """Whether the command requests no motion."""
         return self.v == 0 and self.w == 0
 
 
-class DropBox(Command, frozen=True, forbid_unknown_fields=True, tag="drop_box"):
+class DropBox(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="drop_box"):
     """Simulation: add a box at this position."""
 
     x: Metre
     y: Metre
 
 
-class OpenDoor(Command, frozen=True, forbid_unknown_fields=True, tag="open_door"):
+class OpenDoor(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="open_door"):
     """Simulation: open the door with this name."""
 
     name: Name
 
 
-class CloseDoor(Command, frozen=True, forbid_unknown_fields=True, tag="close_door"):
+class CloseDoor(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="close_door"):
     """Simulation: close the door with this name."""
 
     name: Name
 
 
-class Kidnap(Command, frozen=True, forbid_unknown_fields=True, tag="kidnap"):
+class Kidnap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="kidnap"):
     """Simulation: move the robot to this pose without a message to it (kidnapped robot problem)."""
 
     x: Metre
@@ -175,7 +175,7 @@ class _Tag(msgspec.Struct):
 _TAG_DECODER = msgspec.json.Decoder(_Tag)
 
 
-def parse_command(text: str) -> Command:
+def parse_command(text: str) -> OperatorCommand:
     """Parse a command from the JSON text of a browser; UserError with a sentence for the operator if it is
     invalid."""
     try:
@@ -193,5 +193,5 @@ def _explain(text: str, fault: str) -> str:
     except (msgspec.DecodeError, RecursionError):
         name = ""
     if name not in NAMES:
-        return f"Unknown command {name!r} was refused{nearest(name, NAMES)}"
+        return f"Unknown command {name!r} was refused{name_hint(name, NAMES)}"
     return f"Command {name!r} was refused: {fault.replace('`', '').replace('$.', '')}"

@@ -9,11 +9,11 @@ from typing import Any
 from chefbot.errors import UserError
 from chefbot.ui.commands import Drive
 
-SILENCE = 0.3
+COMMAND_TIMEOUT = 0.3
 """Timeout without a drive command, s, after which the robot is stopped (the web UI repeats every 0.1 s)."""
 
 
-class DeadMan:
+class DeadManSwitch:
     """Allows one driver at a time; `forward` receives the driver's commands, and a zero command on timeout or
     disconnection."""
 
@@ -26,16 +26,16 @@ class DeadMan:
         """Process a client's drive command in the server's event loop; UserError while another client drives."""
         # Only the current driver may command motion; a stop of another client is ignored.
         if self._driver not in (None, client):
-            if command.still:
+            if command.is_zero:
                 return
             raise UserError("Someone else is driving the robot on another screen; wait until they let go")
-        if command.still:
+        if command.is_zero:
             self._release()
         else:
             self._hold(client)
         self._forward(command)
 
-    def leave(self, client: Any) -> None:
+    def disconnect(self, client: Any) -> None:
         """Remove a disconnected client; if it was driving, the robot is stopped."""
         if client is self._driver:
             self._on_timeout()
@@ -43,7 +43,7 @@ class DeadMan:
     def _hold(self, client: Any) -> None:
         self._release()
         self._driver = client
-        self._timer = asyncio.get_running_loop().call_later(SILENCE, self._on_timeout)
+        self._timer = asyncio.get_running_loop().call_later(COMMAND_TIMEOUT, self._on_timeout)
 
     def _release(self) -> None:
         if self._timer is not None:

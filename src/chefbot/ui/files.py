@@ -14,7 +14,7 @@ POLICY = (
     "img-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 """Content Security Policy of the web UI."""
-SAFE = {
+SECURITY_HEADERS = {
     "content-security-policy": POLICY.format(hashes=""),
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
@@ -43,7 +43,7 @@ def response_headers(content: bytes) -> dict[str, str]:
     """
     digests = [hashlib.sha256(text).digest() for text in _IMPORT_MAP.findall(content)]
     hashes = "".join(f" 'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
-    return SAFE | {"content-security-policy": POLICY.format(hashes=hashes)}
+    return SECURITY_HEADERS | {"content-security-policy": POLICY.format(hashes=hashes)}
 
 
 def _walk(folder: Traversable, prefix: str) -> list[tuple[str, bytes]]:

@@ -6,33 +6,33 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from chefbot.errors import nearest
-from chefbot.ui import wire
+from chefbot.errors import name_hint
+from chefbot.ui import protocol
 from chefbot.ui.layers import LAYERS
 
 MAX_ENCODING_SHARE = 0.1
 """Maximum share of a core for encoding one layer: a layer that is slow to encode is sent less often."""
 
 
-class Hub:
+class LayerStore:
     """Holds one copied value and one encoded frame per layer; values that were not encoded in time are
     overwritten."""
 
     def __init__(self) -> None:
-        self.frames: dict[str, wire.Frame] = {}
+        self.frames: dict[str, protocol.Frame] = {}
         self._lock = threading.Lock()
         self._changed: dict[str, Any] = {}
         self._due_time: dict[str, float] = {}
 
-    def show(self, layer: str, payload: Any) -> None:
+    def set_layer(self, layer: str, payload: Any) -> None:
         """Keep a copy of the payload as the layer's latest value; None clears the layer. Thread-safe.
 
         Raises ValueError or TypeError for an unknown layer or a payload of the wrong type or shape (see
         `layers`).
         """
         if layer not in LAYERS:
-            raise ValueError(f"the page has no layer {layer!r}{nearest(layer, LAYERS)}")
-        value = None if payload is None else LAYERS[layer].take(payload)
+            raise ValueError(f"the page has no layer {layer!r}{name_hint(layer, LAYERS)}")
+        value = None if payload is None else LAYERS[layer].validate(payload)
         with self._lock:
             self._changed[layer] = value
 
@@ -56,5 +56,5 @@ class Hub:
             return {layer: self._changed.pop(layer) for layer in due}
 
 
-def _encode(layer: str, value: Any) -> wire.Frame:
-    return wire.text(layer, None) if value is None else LAYERS[layer].encode(layer, value)
+def _encode(layer: str, value: Any) -> protocol.Frame:
+    return protocol.text(layer, None) if value is None else LAYERS[layer].encode(layer, value)

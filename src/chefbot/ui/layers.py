@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.ui import wire
-from chefbot.ui.picture import jpeg
+from chefbot.ui import protocol
+from chefbot.ui.image_encoding import jpeg
 
 
 class GridLike(Protocol):
@@ -47,7 +47,7 @@ class RobotView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 @dataclass(frozen=True, eq=False)
-class Scan:
+class ScanView:
     """A laser scan: ranges (n,) in metres at angles (n,) in radians, from the sensor's pose (x, y, yaw)."""
 
     pose: Sequence[float]
@@ -86,7 +86,7 @@ class DepthView:
     frame: str
 
 
-class Status(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class StatusView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The robot's state as texts and numbers; None is unknown and shows as a dash."""
 
     phase: str = ""
@@ -107,7 +107,7 @@ class Status(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     """Why it stopped or slowed down the last time, one sentence."""
     stopped: bool = False
     """Whether the emergency stop is latched."""
-    stop_asked: bool = False
+    stop_pending: bool = False
     """Whether the emergency stop was pressed here and is not confirmed by the robot yet."""
     simulation: bool = False
     """Whether the web UI may offer boxes, doors and kidnapping."""
@@ -132,7 +132,7 @@ class StopView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """Time of the last press, nanoseconds, as text: JavaScript's numbers have too few digits."""
 
 
-class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The delivery mission: tables still to serve, the current step as a sentence, and what a person has to
     confirm."""
 
@@ -146,7 +146,7 @@ class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """What a person has to confirm: loaded, taken, choice, or nothing."""
     choices: tuple[str, ...] = ()
     """Possible choices now, of go_on, kitchen and end."""
-    in_hand: bool = False
+    round_active: bool = False
     """Whether a round is active; a goal elsewhere must then contain `when`."""
     errands: tuple[str, ...] = ()
     """Names of additional goals."""
@@ -158,7 +158,7 @@ class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """Tables of the queued orders."""
 
 
-class Progress(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class ProgressView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Progress of a long job such as 'compiling kernels': `done` of `total`."""
 
     text: str
@@ -171,8 +171,8 @@ class Layer(NamedTuple):
     `period` in seconds."""
 
     period: float
-    take: Callable[[Any], Any]
-    encode: Callable[[str, Any], wire.Frame]
+    validate: Callable[[Any], Any]
+    encode: Callable[[str, Any], protocol.Frame]
 
 
 def _instance_of(kind: type[msgspec.Struct]) -> Callable[[Any], Any]:
@@ -197,7 +197,7 @@ def _places(value: Mapping[str, Sequence[float]]) -> list[dict[str, Any]]:
 
 def _points(columns: int) -> Callable[[Any], NDArray[np.float64]]:
     def take(value: Any) -> NDArray[np.float64]:
-        points = value.points() if isinstance(value, Scan) else np.array(value, np.float64)
+        points = value.points() if isinstance(value, ScanView) else np.array(value, np.float64)
         if points.size == 0:
             return np.zeros((0, columns))
         if points.ndim != 2 or points.shape[1] < columns:
@@ -208,14 +208,14 @@ def _points(columns: int) -> Callable[[Any], NDArray[np.float64]]:
     return take
 
 
-def _scan(value: Scan) -> tuple[NDArray[np.float64], str]:
-    if not isinstance(value, Scan):
+def _scan(value: ScanView) -> tuple[NDArray[np.float64], str]:
+    if not isinstance(value, ScanView):
         raise TypeError(f"expected Scan, got {type(value).__name__}")
     return _points(2)(value), value.frame
 
 
 def _encode_scan(layer: str, value: tuple[NDArray[np.float64], str]) -> bytes:
-    return wire.points(layer, *value)
+    return protocol.points(layer, *value)
 
 
 def _frames(value: Sequence[FrameView]) -> tuple[FrameView, ...]:
@@ -232,7 +232,7 @@ def _text(value: str) -> str:
     return value
 
 
-def _depth(value: DepthView) -> wire.DepthImage:
+def _depth(value: DepthView) -> protocol.DepthImage:
     """Decimate the image and convert it to millimetres: an operator sees no more of a point cloud."""
     if not isinstance(value, DepthView):
         raise TypeError("expected DepthView")
@@ -243,18 +243,18 @@ def _depth(value: DepthView) -> wire.DepthImage:
     metres = value.depth[::step, ::step]
     millimetres = np.where(np.isfinite(metres), np.clip(metres, 0.0, 65.0), 0.0) * 1000.0
     pinhole = {"focal": value.focal / step, "cx": value.cx / step, "cy": value.cy / step}
-    return wire.DepthImage(np.rint(millimetres).astype("<u2"), pinhole, value.frame)
+    return protocol.DepthImage(np.rint(millimetres).astype("<u2"), pinhole, value.frame)
 
 
-def _encode_depth(layer: str, image: wire.DepthImage) -> bytes:
-    return wire.depth(layer, image)
+def _encode_depth(layer: str, image: protocol.DepthImage) -> bytes:
+    return protocol.depth(layer, image)
 
 
-def _grid(dtype: type[np.generic]) -> Callable[[Any], wire.GridImage]:
-    def take(grid: GridLike) -> wire.GridImage:
+def _grid(dtype: type[np.generic]) -> Callable[[Any], protocol.GridImage]:
+    def take(grid: GridLike) -> protocol.GridImage:
         if grid.cells.dtype != dtype or grid.cells.ndim != 2:
             raise TypeError(f"expected a grid of {dtype.__name__}, got {grid.cells.dtype} {grid.cells.shape}")
-        return wire.GridImage(grid.cells.copy(), grid.resolution, grid.origin_x, grid.origin_y)
+        return protocol.GridImage(grid.cells.copy(), grid.resolution, grid.origin_x, grid.origin_y)
 
     return take
 
@@ -268,10 +268,10 @@ def _image(value: NDArray[Any]) -> NDArray[Any]:
 
 
 def _encode_image(layer: str, image: NDArray[Any]) -> bytes:
-    return wire.bulk(layer, {"kind": "jpeg"}, jpeg(image))
+    return protocol.bulk(layer, {"kind": "jpeg"}, jpeg(image))
 
 
-_ENCODE_JSON, _ENCODE_POINTS, _ENCODE_GRID = wire.text, wire.points, wire.grid
+_ENCODE_JSON, _ENCODE_POINTS, _ENCODE_GRID = protocol.text, protocol.points, protocol.grid
 FAST_PERIOD, CAMERA_PERIOD, COSTMAP_PERIOD, MAP_PERIOD = 0.1, 0.2, 0.5, 1.0
 """Minimum periods of the layers, s."""
 MAX_CLOUD_WIDTH = 80
@@ -290,13 +290,13 @@ LAYERS: dict[str, Layer] = {
     "local_path": Layer(FAST_PERIOD, _points(2), _ENCODE_POINTS),
     "goal": Layer(FAST_PERIOD, _pose, _ENCODE_JSON),
     "camera": Layer(CAMERA_PERIOD, _image, _encode_image),
-    "status": Layer(FAST_PERIOD, _instance_of(Status), _ENCODE_JSON),
+    "status": Layer(FAST_PERIOD, _instance_of(StatusView), _ENCODE_JSON),
     "places": Layer(FAST_PERIOD, _places, _ENCODE_JSON),
-    "delivery": Layer(FAST_PERIOD, _instance_of(Delivery), _ENCODE_JSON),
+    "delivery": Layer(FAST_PERIOD, _instance_of(DeliveryView), _ENCODE_JSON),
     "frames": Layer(FAST_PERIOD, _frames, _ENCODE_JSON),
     "fixed_frames": Layer(MAP_PERIOD, _frames, _ENCODE_JSON),
     "joints": Layer(FAST_PERIOD, _joints, _ENCODE_JSON),
     "description": Layer(MAP_PERIOD, _text, _ENCODE_JSON),
     "depth": Layer(CAMERA_PERIOD, _depth, _encode_depth),
-    "progress": Layer(FAST_PERIOD, _instance_of(Progress), _ENCODE_JSON),
+    "progress": Layer(FAST_PERIOD, _instance_of(ProgressView), _ENCODE_JSON),
 }

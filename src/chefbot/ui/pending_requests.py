@@ -7,17 +7,17 @@ from collections.abc import Callable, Collection, Sequence
 
 from chefbot.msgs.chefbot_msgs import Order
 from chefbot.msgs.std_msgs import Bool
-from chefbot.ui.stop_requests import Presses
+from chefbot.ui.stop_requests import StopPresses
 
 CONFIRMATION_TIMEOUT_NS = 1_000_000_000
 """Timeout of a confirmation, ns, after which the operator is warned."""
 ORDER_PERIOD_NS = 1_000_000_000
 """Period at which an unconfirmed order is repeated, ns."""
-UNANSWERED = "Nobody has taken the order yet; it is said again until somebody does."
-UNCONFIRMED = "STOP was pressed, but the robot does not confirm it. Use the switch on the robot."
+ORDER_UNCONFIRMED = "Nobody has taken the order yet; it is said again until somebody does."
+STOP_UNCONFIRMED = "STOP was pressed, but the robot does not confirm it. Use the switch on the robot."
 
 
-class Asked:
+class PendingRequests:
     """Emergency stops and orders that wait for confirmation, as messages may be lost, or a process may be
     restarting.
 
@@ -30,7 +30,7 @@ class Asked:
         self, name: str, publish_stop: Callable[[Bool], None], publish_order: Callable[[Order], None]
     ) -> None:
         self._name, self._publish_stop, self._publish_order = name, publish_stop, publish_order
-        self.presses = Presses()
+        self.presses = StopPresses()
         self._pressed_ns = 0
         self._orders: deque[Order] = deque()
         self._queued_ns = self._published_ns = 0
@@ -55,20 +55,20 @@ class Asked:
         self.presses.clear()
         self._publish_stop(Bool(False))
 
-    def stop_is_known(self) -> None:
+    def confirm_stop(self) -> None:
         """Process the robot's confirmation that it is stopped."""
         self.presses.latched()
 
-    def again(self, now_ns: int) -> None:
+    def repeat_unconfirmed(self, now_ns: int) -> None:
         """Repeat unconfirmed requests: an emergency stop with each call, an order once per period."""
         if self.stop:
             self._publish_stop(Bool(True))
         if self._orders and now_ns - self._published_ns >= ORDER_PERIOD_NS:
             self._publish_first(now_ns)
 
-    def why(self, now_ns: int) -> str:
+    def stop_warning(self, now_ns: int) -> str:
         """Return a warning for the operator after the timeout of an emergency stop; empty before."""
-        return UNCONFIRMED if self.stop and now_ns - self._pressed_ns > CONFIRMATION_TIMEOUT_NS else ""
+        return STOP_UNCONFIRMED if self.stop and now_ns - self._pressed_ns > CONFIRMATION_TIMEOUT_NS else ""
 
     def deliver(self, tables: Sequence[str], now_ns: int) -> None:
         """Queue an order behind the unconfirmed ones."""
@@ -77,7 +77,7 @@ class Asked:
             self._queued_ns = now_ns
             self._publish_first(now_ns)
 
-    def order_is_known(self, accepted: Collection[str], now_ns: int) -> None:
+    def confirm_orders(self, accepted: Collection[str], now_ns: int) -> None:
         """Process the ids of accepted orders; the next order is published by `again`."""
         # Confirmed: let `again` publish the next order at once.
         if self._orders and self._orders[0].id in accepted:
@@ -88,9 +88,11 @@ class Asked:
         """Discard all orders that are not confirmed."""
         self._orders.clear()
 
-    def order_step(self, now_ns: int) -> str:
+    def order_warning(self, now_ns: int) -> str:
         """Return a warning for the operator after the timeout of an order; empty before."""
-        return UNANSWERED if self._orders and now_ns - self._queued_ns > CONFIRMATION_TIMEOUT_NS else ""
+        return (
+            ORDER_UNCONFIRMED if self._orders and now_ns - self._queued_ns > CONFIRMATION_TIMEOUT_NS else ""
+        )
 
     def _publish_first(self, now_ns: int) -> None:
         self._published_ns = now_ns

@@ -8,7 +8,7 @@ PERIOD_NS = 500_000_000
 """Period over which the factor is measured, ns."""
 
 
-class Pace:
+class RealTimeFactor:
     """Real-time factor: loop time over wall time, measured over the last half second."""
 
     def __init__(self, now_ns: int) -> None:

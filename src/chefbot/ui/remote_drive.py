@@ -16,7 +16,7 @@ from chefbot.msgs.std_msgs import Bool, String
 from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import Device, In, Out, topic
 from chefbot.ui.commands import Drive, Resume, Stop
-from chefbot.ui.remote import PageGoneError, RemotePage
+from chefbot.ui.web_ui_client import ConnectionLostError, WebUiClient
 
 MIN_PERIOD_NS = 50_000_000
 """Minimum period of commands, ns, as the server disconnects clients above its rate limit; its timeout is 0.3
@@ -47,7 +47,7 @@ class RemoteDriveDevice(Device):
 
     def start(self) -> None:
         """Connect to the robot's web UI; UserError where there is none."""
-        self._page = RemotePage(self.params.page)
+        self._page = WebUiClient(self.params.page)
         self._sent_ns = self.now_ns - MIN_PERIOD_NS
         self._last_remark = ("", self.now_ns)
         self._stopped: bool | None = None
@@ -68,7 +68,7 @@ class RemoteDriveDevice(Device):
         command = Drive(
             _fraction(twist.linear.x, max_speed(self.robot)), _fraction(twist.angular.z, max_turn(self.robot))
         )
-        if command.still or self.now_ns - self._sent_ns >= MIN_PERIOD_NS:
+        if command.is_zero or self.now_ns - self._sent_ns >= MIN_PERIOD_NS:
             self._sent_ns = self.now_ns
             self._page.send(command)
 
@@ -87,7 +87,7 @@ class RemoteDriveDevice(Device):
             try:
                 if self._page.receive() == "status" and self._page.latest["status"] is not None:
                     self.post(partial(self._on_status, bool(self._page.latest["status"]["stopped"])))
-            except PageGoneError as error:
+            except ConnectionLostError as error:
                 if not self._closing:
                     self.post(_raiser(error))
                 return
@@ -107,7 +107,7 @@ def _fraction(value: float, limit: float) -> float:
     return min(1.0, max(-1.0, value / limit))
 
 
-def _raiser(error: PageGoneError) -> Callable[[], None]:
+def _raiser(error: ConnectionLostError) -> Callable[[], None]:
     def fail() -> None:
         raise error
 

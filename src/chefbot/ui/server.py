@@ -19,14 +19,14 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from chefbot.errors import UserError
-from chefbot.ui.client import Client
-from chefbot.ui.commands import MAX_TEXT, Command, Drive, Ping, Stop, Withdraw, parse_command
-from chefbot.ui.dead_man import DeadMan
-from chefbot.ui.files import SAFE, content_type, response_headers, static_files
-from chefbot.ui.gate import Gate
-from chefbot.ui.hub import Hub
-from chefbot.ui.protocols import GuardedHttp, GuardedSocket
-from chefbot.ui.solids import Solids
+from chefbot.ui.client import BrowserConnection
+from chefbot.ui.commands import MAX_TEXT, Drive, OperatorCommand, Ping, Stop, Withdraw, parse_command
+from chefbot.ui.dead_man import DeadManSwitch
+from chefbot.ui.files import SECURITY_HEADERS, content_type, response_headers, static_files
+from chefbot.ui.http_limits import GuardedHttp, GuardedSocket
+from chefbot.ui.hub import LayerStore
+from chefbot.ui.request_guard import RequestGuard
+from chefbot.ui.solids import SolidsEndpoint
 
 TICK = 0.05
 """Period at which changed layers are encoded, s."""
@@ -47,7 +47,7 @@ STOP_TIMEOUT = 10.0
 """Timeout of `stop`, s; it takes a fraction of a second, but on a loaded machine threads are delayed."""
 
 
-class PageServer:
+class WebUiServer:
     """Sends layers to browsers and passes their commands to `on_command`.
 
     `on_command` runs in the server's thread and must return at once (put the command into a queue); a
@@ -60,19 +60,19 @@ class PageServer:
         self,
         port: int,
         host: str,
-        on_command: Callable[[Command], None],
+        on_command: Callable[[OperatorCommand], None],
         model: Callable[[], bytes] | None = None,
     ) -> None:
         self._address = (host, port)
         self._on_command = on_command
-        self._hub = Hub()
-        self._deadman = DeadMan(on_command)
-        self._clients: dict[Client, None] = {}
+        self._hub = LayerStore()
+        self._deadman = DeadManSwitch(on_command)
+        self._clients: dict[BrowserConnection, None] = {}
         self._token = None if _is_loopback(host) else secrets.token_urlsafe(16)
-        self._solids = Solids(model)
+        self._solids = SolidsEndpoint(model)
         self._uvicorn: Any = None
         self._thread: threading.Thread | None = None
-        self.app = Gate(self._build_app(), host, self._token)
+        self.app = RequestGuard(self._build_app(), host, self._token)
 
     def start(self) -> str:
         """Start the server and return the URL to open. If the port is in use, the next free one of twenty is
@@ -102,14 +102,14 @@ class PageServer:
         """Number of browsers that are connected."""
         return len(self._clients)
 
-    def show(self, layer: str, payload: Any) -> None:
+    def set_layer(self, layer: str, payload: Any) -> None:
         """Set the latest value of a layer; None clears the layer. Thread-safe, before or after `start`, never
         blocks.
 
         Raises ValueError or TypeError for an unknown layer or a payload of the wrong type or shape (see
         `layers`).
         """
-        self._hub.show(layer, payload)
+        self._hub.set_layer(layer, payload)
 
     def _build_app(self) -> Starlette:
         files = static_files()
@@ -117,7 +117,7 @@ class PageServer:
         async def serve_file(request: Request) -> Response:
             name = request.path_params.get("name", "index.html")
             if name not in files:
-                return Response("No such file.", 404, SAFE, "text/plain")
+                return Response("No such file.", 404, SECURITY_HEADERS, "text/plain")
             return Response(files[name], 200, response_headers(files[name]), content_type(name))
 
         routes = [
@@ -159,11 +159,13 @@ class PageServer:
     async def _live(self, web: WebSocket) -> None:
         """Serve one browser's connection until either side closes it."""
         await web.accept()
-        client = Client(web, only_stop=sum(not other.only_stop for other in self._clients) >= MAX_CLIENTS)
+        client = BrowserConnection(
+            web, only_stop=sum(not other.only_stop for other in self._clients) >= MAX_CLIENTS
+        )
         # Above the limit a browser may still stop the robot.
         if client.only_stop:
             self._drop_oldest_reserved()
-            client.answer(ONLY_STOP)
+            client.send_refusal(ONLY_STOP)
         self._clients[client] = None
         try:
             await _run_until_first_ends(
@@ -171,7 +173,7 @@ class PageServer:
             )
         finally:
             self._clients.pop(client, None)
-            self._deadman.leave(client)
+            self._deadman.disconnect(client)
 
     def _drop_oldest_reserved(self) -> None:
         """Disconnect the oldest reserved client, so that many connections of one host cannot block the
@@ -182,20 +184,20 @@ class PageServer:
             self._clients.pop(reserved[0])
 
     @property
-    def asks_for_token(self) -> bool:
+    def requires_token(self) -> bool:
         """Whether clients need the token, as the server is bound to a network address."""
         return self._token is not None
 
-    async def _receive_loop(self, client: Client) -> None:
+    async def _receive_loop(self, client: BrowserConnection) -> None:
         async for text in _receive_texts(client.socket):
             if not client.within_rate_limit():
-                client.answer("This screen sent too many commands and is cut off for a moment")
+                client.send_refusal("This screen sent too many commands and is cut off for a moment")
                 # Rate limit exceeded: ignore the client for a moment, then disconnect it.
                 await asyncio.sleep(PENALTY)
                 return  # without a closing handshake, for which the rest of the flood would have to be read
             self._execute(client, text)
 
-    def _execute(self, client: Client, text: str) -> None:
+    def _execute(self, client: BrowserConnection, text: str) -> None:
         try:
             command = parse_command(text)
             if isinstance(command, Ping):
@@ -207,7 +209,7 @@ class PageServer:
             else:
                 self._on_command(command)
         except UserError as error:
-            client.answer(str(error))
+            client.send_refusal(str(error))
 
 
 async def _receive_texts(web: WebSocket) -> AsyncIterator[str]:

@@ -9,13 +9,13 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from chefbot.errors import UserError
-from chefbot.ui.files import SAFE
+from chefbot.ui.files import SECURITY_HEADERS
 
 GLB = "model/gltf-binary"
 """The registered media type (https://www.iana.org/assignments/media-types/model/gltf-binary)."""
 
 
-class Solids:
+class SolidsEndpoint:
     """Calls `make` once, in a thread, so that neither startup nor the emergency stop waits for the CAD
     libraries."""
 
@@ -27,11 +27,11 @@ class Solids:
     async def serve(self, _request: Request) -> Response:
         """Return the GLB; 404 without a robot, 500 and the error's sentence where its file is invalid."""
         if self._make is None:
-            return Response("This page shows no robot's solids.", 404, SAFE, "text/plain")
+            return Response("This page shows no robot's solids.", 404, SECURITY_HEADERS, "text/plain")
         try:
-            return Response(await self._get_glb(self._make), 200, SAFE, GLB)
+            return Response(await self._get_glb(self._make), 200, SECURITY_HEADERS, GLB)
         except UserError as error:
-            return Response(str(error), 500, SAFE, "text/plain")
+            return Response(str(error), 500, SECURITY_HEADERS, "text/plain")
 
     async def _get_glb(self, make: Callable[[], bytes]) -> bytes:
         # Concurrent requests wait for the same generation.

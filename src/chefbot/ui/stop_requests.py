@@ -8,7 +8,7 @@ MAX_IDS = 32
 """Number of presses whose id is kept: a late copy of one of them is ignored."""
 
 
-class Presses:
+class StopPresses:
     """Set of presses. A browser repeats a press, with the same id, until the drive base has latched the
     emergency stop."""
 

@@ -8,8 +8,8 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.runtime.node import Device
-from chefbot.ui.browser import in_view, open_browser
-from chefbot.ui.remote import RemotePage
+from chefbot.ui.browser import open_browser, url_for_view
+from chefbot.ui.web_ui_client import WebUiClient
 
 
 class ViewerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -27,7 +27,7 @@ class ViewerDevice(Device):
 
     def start(self) -> None:
         """Connect and open the browser; UserError if no robot runs there."""
-        RemotePage(self.params.page).close()
-        address = in_view(self.params.page, self.params.view)
+        WebUiClient(self.params.page).close()
+        address = url_for_view(self.params.page, self.params.view)
         opened = not self.params.headless and open_browser(address)
         self.announcement = f"{'Opened' if opened else 'A robot runs at'} {address}"

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 from tests.wire.dds.other import Peer
 
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 
 if TYPE_CHECKING:
     from chefbot.ros2.dds.bridge import DdsBridge
@@ -36,20 +36,20 @@ def peers(domain: int) -> Iterator[Callable[[], Peer]]:
 
 
 @pytest.fixture
-def robot(port: int) -> Iterator[WireNode]:
+def robot(port: int) -> Iterator[RmwNode]:
     """A node that is not in the bridge's session."""
-    with Wire(port=port) as wire, WireNode(wire, "base", "/robot1") as node:
+    with RmwContext(port=port) as wire, RmwNode(wire, "base", "/robot1") as node:
         yield node
 
 
 @pytest.fixture
-def bridge(port: int, domain: int, robot: WireNode, monkeypatch: pytest.MonkeyPatch) -> Iterator[DdsBridge]:
+def bridge(port: int, domain: int, robot: RmwNode, monkeypatch: pytest.MonkeyPatch) -> Iterator[DdsBridge]:
     """Between that node's wire and the domain."""
     from chefbot.ros2.dds.bridge import DdsBridge
-    from chefbot.ros2.dds.domain import Place
+    from chefbot.ros2.dds.domain import DdsParticipant
 
     monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
-    with Wire(port=port) as wire:
-        one = DdsBridge(wire, Place(domain, "lo"), lambda _: True)
+    with RmwContext(port=port) as wire:
+        one = DdsBridge(wire, DdsParticipant(domain, "lo"), lambda _: True)
         yield one
         one.close()

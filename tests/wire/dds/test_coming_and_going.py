@@ -12,13 +12,13 @@ from tests.wire.dds.other import Peer
 from chefbot.cli.dds import run_dds
 from chefbot.errors import UserError
 from chefbot.msgs.std_msgs import String
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 
 pytest.importorskip("cyclonedds", reason="needs Cyclone DDS: pip install 'chefbot[dds]'")
 
 from chefbot.ros2.dds.bridge import DdsBridge
-from chefbot.ros2.dds.domain import Place
+from chefbot.ros2.dds.domain import DdsParticipant
 
 
 @pytest.mark.slow
@@ -27,37 +27,39 @@ def test_killed_peer_and_router_are_replaced(
 ) -> None:
     """The bridge's own session finds the wire again when the router's process is gone."""
     monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
-    first = Wire(port=port)
-    with Wire(port=port) as wire:
-        one = DdsBridge(wire, Place(domain, "lo"), lambda _: True)
+    first = RmwContext(port=port)
+    with RmwContext(port=port) as wire:
+        one = DdsBridge(wire, DdsParticipant(domain, "lo"), lambda _: True)
         doomed = Peer(domain)
         doomed.write("rt/last_words", "String")
         wait_for(lambda: "/last_words" in one.topics.inward, "a peer")
         doomed.close(kill=True)
         first.close()
         peer = peers()
-        with Wire(port=port) as other, WireNode(other, "base") as node:
+        with RmwContext(port=port) as other, RmwNode(other, "base") as node:
             words = node.publisher("/words", String)
             peer.read("rt/words", "String")
-            wait_for(lambda: words.heard and peer.sources("rt/words"), "the bridge on the wire again")
+            wait_for(
+                lambda: words.has_subscribers and peer.sources("rt/words"), "the bridge on the wire again"
+            )
             words.publish(String("here"))
             assert wait_for(lambda: peer.take("rt/words"), "the word") == ["here"]
         one.close()
 
 
 def test_peers_and_robots_come_back(
-    port: int, robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]
+    port: int, robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]
 ) -> None:
     peer = peers()
-    with Wire(port=port, router=False) as other, WireNode(other, "guest") as guest:
+    with RmwContext(port=port, router=False) as other, RmwNode(other, "guest") as guest:
         words = guest.publisher("/words", String)
         peer.read("rt/words", "String")
-        wait_for(lambda: words.heard, "the bridge")
+        wait_for(lambda: words.has_subscribers, "the bridge")
     wait_for(lambda: "/words" not in bridge.topics.outward, "its end")
     wait_for(lambda: not [one for one in peer.ends("writers") if one[0] == "rt/words"], "its end on DDS")
-    with Wire(port=port, router=False) as other, WireNode(other, "guest") as guest:
+    with RmwContext(port=port, router=False) as other, RmwNode(other, "guest") as guest:
         words = guest.publisher("/words", String)
-        wait_for(lambda: words.heard, "the bridge again")
+        wait_for(lambda: words.has_subscribers, "the bridge again")
         wait_for(lambda: peer.sources("rt/words"), "the writer again")
         words.publish(String("back"))
         assert wait_for(lambda: peer.take("rt/words"), "the word") == ["back"]
@@ -81,4 +83,4 @@ def test_bad_words_on_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_no_such_interface_is_said(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
     with pytest.raises(UserError, match="no_such_0"):
-        Place(domain, "no_such_0")
+        DdsParticipant(domain, "no_such_0")

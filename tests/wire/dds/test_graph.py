@@ -15,16 +15,16 @@ from tests.wire.dds.other import LOOPBACK, Peer
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import String
-from chefbot.ros2.rmw.names import WireType
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import SENSOR
+from chefbot.ros2.rmw.names import InterfaceType
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import SENSOR_DATA
 
 pytest.importorskip("cyclonedds", reason="needs Cyclone DDS: pip install 'chefbot[dds]'")
 
 from chefbot.ros2.dds.bridge import DdsBridge
 
 
-def test_graph_is_told_as_ros_tells_it(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
+def test_graph_is_told_as_ros_tells_it(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     """User data, and which node has which GIDs."""
     robot.publisher("scan", LaserScan)
     robot.subscription("cmd_vel", Twist, lambda _: None)
@@ -36,7 +36,7 @@ def test_graph_is_told_as_ros_tells_it(robot: WireNode, bridge: DdsBridge, peers
     )[0]
     assert writer[1:3] == [
         "sensor_msgs::msg::dds_::LaserScan_",
-        f"typehash={WireType.of(LaserScan).hash};",
+        f"typehash={InterfaceType.of(LaserScan).hash};",
     ]
     reader = next(one for one in readers if one[0] == "rt/robot1/cmd_vel")
     graph = wait_for(
@@ -48,24 +48,24 @@ def test_graph_is_told_as_ros_tells_it(robot: WireNode, bridge: DdsBridge, peers
     assert peer.participants() == ["enclave=/;"]
 
 
-def test_zenoh_sees_what_dds_has(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
+def test_zenoh_sees_what_dds_has(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     peer = peers()
     peer.write("rt/far", "Twist", "best_effort")
     graph = robot.wire.graph
-    wait_for(lambda: "/far" in graph.topics() and graph.topics()["/far"].givers, "a publisher")
-    end = graph.topics()["/far"].givers[0].end
-    assert end.type == WireType.of(Twist)
+    wait_for(lambda: "/far" in graph.topics() and graph.topics()["/far"].providers, "a publisher")
+    end = graph.topics()["/far"].providers[0].info
+    assert end.type == InterfaceType.of(Twist)
     assert not end.qos.reliable
     peer.forget("rt/far")
     wait_for(lambda: "/far" not in graph.topics(), "its end")
 
 
 def test_unknown_and_other_types_are_named(
-    robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]
+    robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]
 ) -> None:
     heard: list[Twist] = []
     robot.subscription("/clash", Twist, heard.append)
-    robot.raw_publisher("/foreign", WireType("elsewhere_msgs/msg/Other", "RIHS01_" + "0" * 64))
+    robot.raw_publisher("/foreign", InterfaceType("elsewhere_msgs/msg/Other", "RIHS01_" + "0" * 64))
     peer = peers()
     peer.write("rt/strange", "Unheard")
     peer.write("rt/clash", "String")
@@ -80,16 +80,14 @@ def test_unknown_and_other_types_are_named(
     peer.say("rt/clash", "no twist")
     ours = robot.publisher("/alive", String)
     peer.read("rt/alive", "String")
-    wait_for(lambda: ours.heard, "the bridge that goes on")
+    wait_for(lambda: ours.has_subscribers, "the bridge that goes on")
     assert not heard
 
 
-def test_ends_that_do_not_fit_are_named(
-    robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]
-) -> None:
+def test_ends_that_do_not_fit_are_named(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     """DDS itself is silent about both."""
     robot.subscription("/cut", Twist, lambda _: None)
-    robot.publisher("/soft", LaserScan, SENSOR)
+    robot.publisher("/soft", LaserScan, SENSOR_DATA)
     peer = peers()
     peer.write("rt/cut", "Shorter")
     peer.read("rt/soft", "LaserScan")
@@ -102,7 +100,7 @@ def test_ends_that_do_not_fit_are_named(
 
 
 @pytest.mark.slow
-def test_cyclones_own_tool_reads_the_types(robot: WireNode, bridge: DdsBridge, domain: int) -> None:
+def test_cyclones_own_tool_reads_the_types(robot: RmwNode, bridge: DdsBridge, domain: int) -> None:
     """`cyclonedds typeof` prints as IDL what it was told of a type."""
     tool = Path(sys.executable).with_name("cyclonedds")
     robot.publisher("/scan", LaserScan)

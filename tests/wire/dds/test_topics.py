@@ -16,8 +16,8 @@ from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Header, String
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import LATCHED, SENSOR, TRANSIENT_LOCAL, QoS
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import SENSOR_DATA, TRANSIENT_LOCAL, TRANSIENT_LOCAL_QOS, QoS
 
 pytest.importorskip("cyclonedds", reason="needs Cyclone DDS: pip install 'chefbot[dds]'")
 
@@ -27,14 +27,14 @@ from chefbot.ros2.dds.bridge import DdsBridge
 from chefbot.ros2.dds.types import idl_struct
 
 
-def test_robot_is_heard(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
+def test_robot_is_heard(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     scan = LaserScan(Header.of(1, "laser"), ranges=np.full(640, 2.5, np.float32))
     picture = Image(height=480, width=640, encoding="rgb8", step=1920, data=np.full(921_600, 3, np.uint8))
-    scans, pictures = robot.publisher("scan", LaserScan), robot.publisher("image", Image, SENSOR)
+    scans, pictures = robot.publisher("scan", LaserScan), robot.publisher("image", Image, SENSOR_DATA)
     peer = peers()
     peer.read("rt/robot1/scan", "LaserScan")
     peer.read("rt/robot1/image", "Image", "best_effort")
-    wait_for(lambda: scans.heard and pictures.heard, "a listener")
+    wait_for(lambda: scans.has_subscribers and pictures.has_subscribers, "a listener")
 
     def said(publisher: Any, message: Any, topic: str) -> Any:
         publisher.publish(message)
@@ -55,7 +55,7 @@ def test_types_are_told_as_ros_2_tells_them() -> None:
     assert ours.complete.typeid_with_size == by_hand.complete.typeid_with_size
 
 
-def test_robot_is_commanded(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
+def test_robot_is_commanded(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     heard: list[Twist] = []
     robot.subscription("cmd_vel_teleop", Twist, heard.append)
     peer = peers()
@@ -68,13 +68,16 @@ def test_robot_is_commanded(robot: WireNode, bridge: DdsBridge, peers: Callable[
 
 
 def test_latched_messages_wait_for_latecomers(
-    robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]
+    robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]
 ) -> None:
     info = MapMetaData(resolution=0.05, width=300, height=200)
     grid = OccupancyGrid(Header.of(1, "map"), info, np.ones(60_000, np.int8))
-    maps = robot.publisher("/map", OccupancyGrid, LATCHED)
+    maps = robot.publisher("/map", OccupancyGrid, TRANSIENT_LOCAL_QOS)
     maps.publish(grid)
-    one, two = robot.publisher("/two", String, LATCHED), robot.publisher("/two", String, LATCHED)
+    one, two = (
+        robot.publisher("/two", String, TRANSIENT_LOCAL_QOS),
+        robot.publisher("/two", String, TRANSIENT_LOCAL_QOS),
+    )
     two.publish(String("of the second"))
     one.publish(String("old"))
     one.publish(String("of the first"))
@@ -88,7 +91,7 @@ def test_latched_messages_wait_for_latecomers(
     assert sorted(got) == ["of the first", "of the second"]
 
 
-def test_latched_messages_come_in_late(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
+def test_latched_messages_come_in_late(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     peer = peers()
     peer.write("rt/note", "String", "latched")
     peer.say("rt/note", "said early")
@@ -102,7 +105,7 @@ def test_latched_messages_come_in_late(robot: WireNode, bridge: DdsBridge, peers
     assert (heard, later) == (["said early"], ["said early"])
 
 
-def test_nothing_comes_back(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
+def test_nothing_comes_back(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     """A topic on which both sides speak and listen, as /tf: each word once on either side."""
     heard: list[str] = []
     robot.subscription("/both", String, lambda one: heard.append(one.data))
@@ -111,7 +114,7 @@ def test_nothing_comes_back(robot: WireNode, bridge: DdsBridge, peers: Callable[
     peer.read("rt/both", "String")
     peer.write("rt/both", "String")
     wait_for(lambda: peer.matched("rt/both") == peer.sources("rt/both") == 2, "itself and the bridge")
-    wait_for(lambda: len(robot.wire.graph.topics()["/both"].takers) == 2, "the bridge's listener on Zenoh")
+    wait_for(lambda: len(robot.wire.graph.topics()["/both"].consumers) == 2, "the bridge's listener on Zenoh")
     peer.take("rt/both")
     heard.clear()
     for number in range(50):
@@ -127,7 +130,7 @@ def test_nothing_comes_back(robot: WireNode, bridge: DdsBridge, peers: Callable[
     assert set(got) == set(heard) == told
 
 
-def test_best_effort_writer_is_heard(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
+def test_best_effort_writer_is_heard(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     """On DDS alone a reliable listener would not match it."""
     heard: list[Twist] = []
     robot.subscription("/soft", Twist, heard.append)
@@ -143,21 +146,21 @@ def test_best_effort_writer_is_heard(robot: WireNode, bridge: DdsBridge, peers: 
 
 @pytest.mark.parametrize("cut", [1, 4, 40])
 def test_truncated_from_zenoh_is_counted(
-    robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer], cut: int
+    robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer], cut: int
 ) -> None:
     ours = robot.publisher("/speed", Twist)
     peer = peers()
     peer.read("rt/speed", "Twist")
-    wait_for(lambda: ours.heard and peer.sources("rt/speed"), "a listener")
+    wait_for(lambda: ours.has_subscribers and peer.sources("rt/speed"), "a listener")
     ours.publish_cdr(Twist.of(0.5, 0.0).to_cdr()[:-cut])
-    reasons = wait_for(bridge.tally.counts, "the refusal")
+    reasons = wait_for(bridge.rejected.counts, "the refusal")
     assert [one for one in reasons if one.startswith("/speed: ")]
     ours.publish(Twist.of(0.25, 0.0))
     assert wait_for(lambda: peer.take("rt/speed"), "the next one") == [[0.25, 0.0]]
 
 
 @pytest.mark.slow
-def test_flood_from_dds_is_survived(robot: WireNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
+def test_flood_from_dds_is_survived(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     """What goes too fast may be lost; the rest goes on and so do other topics."""
     heard: list[Twist] = []
     calm: list[str] = []

@@ -11,7 +11,7 @@ import msgspec
 
 from chefbot.errors import UserError
 from chefbot.robot.spec import Robot
-from chefbot.robot.validation import check_possible, check_shapes
+from chefbot.robot.validation import check_buildable, check_geometry
 
 Severity = Literal["error", "warning"]
 _INDEXED = re.compile(r"(\w+)\[(\d+)\]")
@@ -125,12 +125,12 @@ def _outwards(present: float) -> Iterator[float]:
 
 def has_solids(robot: Robot) -> bool:
     """Whether lengths are positive and holes leave something, so that there is something to look at."""
-    return _passes(robot, check_shapes)
+    return _passes(robot, check_geometry)
 
 
 def is_possible(robot: Robot) -> bool:
     """Whether a robot file could say this."""
-    return _passes(robot, check_possible)
+    return _passes(robot, check_buildable)
 
 
 def _passes(robot: Robot, look: Callable[[Robot, str], None]) -> bool:

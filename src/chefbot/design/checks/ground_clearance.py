@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from chefbot.design.checks.finding import Bound, Finding, below, mm_up
 from chefbot.design.checks.overlaps import keys_of
-from chefbot.design.checks.part_bodies import Body, bodies
+from chefbot.design.checks.part_bodies import PartBody, bodies
 from chefbot.design.sizing.sizing import smallest_wheel
 from chefbot.robot.geometry import layout
 from chefbot.robot.spec import Robot
@@ -54,7 +54,7 @@ def _clearance(robot: Robot) -> Iterator[Finding]:
         yield from below("clearance", body.name, sentence, Bound(low, wanted, "m"), key, value)
 
 
-def _higher(robot: Robot, body: Body, lack: float) -> tuple[str, str]:
+def _higher(robot: Robot, body: PartBody, lack: float) -> tuple[str, str]:
     """What lifts the body by `lack` metres: a sensor's own mount, or the wheels under all the rest."""
     heights = [key for key in keys_of(robot, body.part) if key.endswith("mount.z")]
     if heights:

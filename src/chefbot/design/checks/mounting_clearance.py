@@ -6,29 +6,29 @@ import math
 from typing import NamedTuple
 
 from chefbot.robot.geometry import layout
-from chefbot.robot.section import Place, Size
+from chefbot.robot.section import MountingPosition, Size
 from chefbot.robot.spec import Robot
 
 
-class Box(NamedTuple):
+class ClearanceBox(NamedTuple):
     """Something on a plate."""
 
-    place: Place
+    place: MountingPosition
     size: Size
 
 
 def battery_room(robot: Robot) -> float:
     """The least distance of the battery to anything round it, m; negative where they overlap."""
-    others = [*_equipment(robot), Box(robot.places.driver, robot.driver.size)]
-    return box_room(robot, Box(robot.places.battery, robot.battery.size), others)
+    others = [*_equipment(robot), ClearanceBox(robot.places.driver, robot.driver.size)]
+    return box_room(robot, ClearanceBox(robot.places.battery, robot.battery.size), others)
 
 
 def driver_room(robot: Robot) -> float:
     """The same of the driver; that the battery is in its way is the battery's matter."""
-    return box_room(robot, Box(robot.places.driver, robot.driver.size), _equipment(robot))
+    return box_room(robot, ClearanceBox(robot.places.driver, robot.driver.size), _equipment(robot))
 
 
-def box_room(robot: Robot, box: Box, others: list[Box]) -> float:
+def box_room(robot: Robot, box: ClearanceBox, others: list[ClearanceBox]) -> float:
     """The least distance to edge, poles, other boxes and ceiling, m; negative where they overlap."""
     place, size = box
     corner = math.hypot(abs(place.x) + size.x / 2.0, abs(place.y) + size.y / 2.0)
@@ -42,18 +42,18 @@ def box_room(robot: Robot, box: Box, others: list[Box]) -> float:
     return min(distances)
 
 
-def _equipment(robot: Robot) -> list[Box]:
-    return [Box(item.place, item.size) for item in robot.equipment]
+def _equipment(robot: Robot) -> list[ClearanceBox]:
+    return [ClearanceBox(item.place, item.size) for item in robot.equipment]
 
 
-def _to_point(box: Box, at: tuple[float, float]) -> float:
+def _to_point(box: ClearanceBox, at: tuple[float, float]) -> float:
     """From the rectangle to a point; 0 inside."""
     along = max(abs(at[0] - box.place.x) - box.size.x / 2.0, 0.0)
     across = max(abs(at[1] - box.place.y) - box.size.y / 2.0, 0.0)
     return math.hypot(along, across)
 
 
-def _between(one: Box, other: Box) -> float:
+def _between(one: ClearanceBox, other: ClearanceBox) -> float:
     """Gap of two rectangles along the axis where it is larger; negative where they overlap."""
     along = abs(one.place.x - other.place.x) - (one.size.x + other.size.x) / 2.0
     across = abs(one.place.y - other.place.y) - (one.size.y + other.size.y) / 2.0

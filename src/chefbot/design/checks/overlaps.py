@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chefbot.design.checks.finding import Finding, searched
-from chefbot.design.checks.part_bodies import Body, bodies, named
+from chefbot.design.checks.part_bodies import PartBody, bodies, named
 from chefbot.robot.geometry.solids import RobotPart
 from chefbot.robot.spec import Robot
 
@@ -36,8 +36,8 @@ WAYS = {
 class Overlap(NamedTuple):
     """Two bodies, what they share in m^3, and the sides of its box in metres."""
 
-    one: Body
-    other: Body
+    one: PartBody
+    other: PartBody
     volume: float
     size: tuple[float, float, float]
 
@@ -50,7 +50,7 @@ def overlapping(robot: Robot) -> Iterator[Overlap]:
             yield found
 
 
-def overlap(one: Body, other: Body) -> Overlap | None:
+def overlap(one: PartBody, other: PartBody) -> Overlap | None:
     """What two bodies share, None where that is no more than TOLERANCE."""
     if np.any(one.high <= other.low) or np.any(other.high <= one.low):
         return None
@@ -95,7 +95,7 @@ def _remedy(robot: Robot, pair: Overlap, keys: list[str], before: int) -> tuple[
     return searched(robot, keys, good)
 
 
-def _inside(robot: Robot, box: Body) -> bool:
+def _inside(robot: Robot, box: PartBody) -> bool:
     """Whether no corner sticks out of the round body; wheels and casters may."""
     x, y = np.maximum(np.abs(box.low), np.abs(box.high))[:2].tolist()
     boxes = ("equipment", "sensor")

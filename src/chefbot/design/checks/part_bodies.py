@@ -21,7 +21,7 @@ DEVIATION = 4e-6
 its wheel's bore shares no volume that counts."""
 
 
-class Body(NamedTuple):
+class PartBody(NamedTuple):
     """A part, its closed surface in base_link, and the corners of its box."""
 
     part: RobotPart
@@ -35,12 +35,12 @@ class Body(NamedTuple):
         return self.part.name
 
 
-def bodies(robot: Robot) -> tuple[Body, ...]:
+def bodies(robot: Robot) -> tuple[PartBody, ...]:
     """All parts and the payload."""
     return tuple(_placed(part, link_origin(robot, part.link)) for part in (*solids(robot), payload(robot)))
 
 
-def named(robot: Robot, *names: str) -> list[Body]:
+def named(robot: Robot, *names: str) -> list[PartBody]:
     """The parts of these names that the robot has: a sensor that is moved may need no stand any more."""
     parts = [part for part in (*solids(robot), payload(robot)) if part.name in names]
     return [_placed(part, link_origin(robot, part.link)) for part in parts]
@@ -52,11 +52,11 @@ def placement(turn: NDArray[np.float64], shift: Any) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=4096)
-def _placed(part: RobotPart, origin: tuple[float, float, float]) -> Body:
+def _placed(part: RobotPart, origin: tuple[float, float, float]) -> PartBody:
     turn = rotation(part.pitch, part.yaw)
     surface = _surface(part.solids).transform(placement(turn, np.add(part.at, origin)))
     box = np.array(surface.bounding_box())
-    return Body(part, surface, box[:3], box[3:])
+    return PartBody(part, surface, box[:3], box[3:])
 
 
 @lru_cache(maxsize=4096)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.design.checks.finding import Bound, Finding, Severity, below, mm_up, searched
-from chefbot.design.checks.part_bodies import Body, bodies, placement
+from chefbot.design.checks.part_bodies import PartBody, bodies, placement
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.geometry.shapes import rotation
 from chefbot.robot.section import Mount
@@ -109,7 +109,7 @@ def hidden_from(robot: Robot, name: str, field: str, enough: float = 1.0) -> Hid
     return Hidden(_union_area(shadows) / whole, by_part)
 
 
-def _others(robot: Robot, name: str) -> list[Body]:
+def _others(robot: Robot, name: str) -> list[PartBody]:
     """All bodies but the sensor's housing and its stand."""
     return [body for body in bodies(robot) if body.name not in (name, f"{name}_stand")]
 
@@ -219,7 +219,7 @@ def hidden_sectors(robot: Robot, lidar: Lidar) -> Sectors:
     return Sectors(_covered(union), by_part, farthest)
 
 
-def _section(body: Body, turn: NDArray[np.float64], at: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+def _section(body: PartBody, turn: NDArray[np.float64], at: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Outer loops (n, 2) in the lidar's plane: what is behind a wall does not count."""
     back = body.surface.transform(placement(turn.T, -turn.T @ at))
     loops = (np.asarray(loop) for loop in back.slice(0.0).to_polygons())

@@ -10,7 +10,7 @@ import numpy as np
 
 from chefbot.design.checks.finding import Bound, Finding, below, mm_down, mm_up
 from chefbot.design.checks.overlaps import keys_of
-from chefbot.design.checks.part_bodies import Body, bodies
+from chefbot.design.checks.part_bodies import PartBody, bodies
 from chefbot.robot.geometry import layout
 from chefbot.robot.spec import Robot
 
@@ -43,7 +43,7 @@ def seats(robot: Robot) -> Iterator[Finding]:
             yield _nothing_holds(robot, body)
 
 
-def _bay(robot: Robot, body: Body) -> Iterator[Finding]:
+def _bay(robot: Robot, body: PartBody) -> Iterator[Finding]:
     """A box is no higher than the room to the next plate."""
     top = float(body.high[2])
     above = [low for low in layout.plate_undersides(robot) if low > body.low[2]]
@@ -55,7 +55,7 @@ def _bay(robot: Robot, body: Body) -> Iterator[Finding]:
         )  # fmt: skip
 
 
-def _edge(robot: Robot, body: Body) -> Iterator[Finding]:
+def _edge(robot: Robot, body: PartBody) -> Iterator[Finding]:
     """A box's corners do not stick out of the round body, which is all that the planner knows."""
     x, y = (max(abs(float(body.low[i])), abs(float(body.high[i]))) for i in (0, 1))
     key = keys_of(robot, body.part)[0 if x >= y else 1]
@@ -66,7 +66,7 @@ def _edge(robot: Robot, body: Body) -> Iterator[Finding]:
     )  # fmt: skip
 
 
-def _inwards(robot: Robot, body: Body, axis: int) -> str:
+def _inwards(robot: Robot, body: PartBody, axis: int) -> str:
     """Coordinate at which the outer corners are just on the plate; empty where the box is too large."""
     half = (body.high - body.low) / 2.0
     other = 1 - axis
@@ -80,7 +80,7 @@ def _inwards(robot: Robot, body: Body, axis: int) -> str:
     return mm_down(reach) if middle >= 0.0 else f"-{mm_down(reach)}"
 
 
-def _foot(robot: Robot, body: Body, found: tuple[Body, ...]) -> Iterator[Finding]:
+def _foot(robot: Robot, body: PartBody, found: tuple[PartBody, ...]) -> Iterator[Finding]:
     """Enough of its foot lies on something, its middle too; a stand may hang from above instead."""
     shares = [_supported(body, found, above) for above in (False, True)]
     share = max(shares) if body.part.kind == "stand" else shares[0]
@@ -89,7 +89,7 @@ def _foot(robot: Robot, body: Body, found: tuple[Body, ...]) -> Iterator[Finding
     yield from below("seat", body.name, sentence, Bound(share, LEAST_SEAT, ""), keys[0], "")
 
 
-def _supported(body: Body, found: tuple[Body, ...], above: bool) -> float:
+def _supported(body: PartBody, found: tuple[PartBody, ...], above: bool) -> float:
     """Share of the foot (or head) that lies on others; 0 where the middle lies outside of their hull."""
     from manifold3d import CrossSection, OpType
 
@@ -104,7 +104,7 @@ def _supported(body: Body, found: tuple[Body, ...], above: bool) -> float:
     return float(held.area() / foot.area())
 
 
-def _over(one: Body, other: Body) -> bool:
+def _over(one: PartBody, other: PartBody) -> bool:
     return bool(np.all(one.low[:2] < other.high[:2]) and np.all(other.low[:2] < one.high[:2]))
 
 
@@ -116,7 +116,7 @@ def _inside(section: CrossSection, point: np.ndarray) -> bool:
     return bool(np.all(side[:, 0] * away[:, 1] - side[:, 1] * away[:, 0] >= 0.0))
 
 
-def _floating(found: tuple[Body, ...]) -> set[str]:
+def _floating(found: tuple[PartBody, ...]) -> set[str]:
     """Parts that no chain of touching parts joins to the base plate."""
     left = {body.name: body for body in found if body.part.kind not in REST}
     reached = [left.pop("base_plate")]
@@ -127,7 +127,7 @@ def _floating(found: tuple[Body, ...]) -> set[str]:
     return set(left)
 
 
-def _touch(one: Body, other: Body) -> bool:
+def _touch(one: PartBody, other: PartBody) -> bool:
     """A tilted sensor is screwed to its stand, which ends below the middle of the housing."""
     if f"{one.name}_stand" == other.name or f"{other.name}_stand" == one.name:
         return True
@@ -136,7 +136,7 @@ def _touch(one: Body, other: Body) -> bool:
     return one.surface.min_gap(other.surface, 2.0 * TOUCHING) <= TOUCHING
 
 
-def _nothing_holds(robot: Robot, body: Body) -> Finding:
+def _nothing_holds(robot: Robot, body: PartBody) -> Finding:
     keys = keys_of(robot, body.part)
     key = next((key for key in keys if key.endswith(".z")), keys[0] if keys else body.part.kind)
     sentence = f"{body.name} floats: it touches nothing that is joined to the base plate"

@@ -131,7 +131,7 @@ class Plan(NamedTuple):
     items: tuple[Item, ...]
 
 
-class Box(NamedTuple):
+class BoundingBox(NamedTuple):
     """Of things on the sheet, mm."""
 
     left: float
@@ -160,10 +160,10 @@ def number(value: float) -> str:
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
-def around(boxes: Iterable[Box]) -> Box:
+def around(boxes: Iterable[BoundingBox]) -> BoundingBox:
     """The smallest box that holds all of them."""
     lefts, lows, rights, highs = zip(*boxes, strict=True)
-    return Box(min(lefts), min(lows), max(rights), max(highs))
+    return BoundingBox(min(lefts), min(lows), max(rights), max(highs))
 
 
 def scaled(loop: Loop, factor: float, x: float = 0.0, y: float = 0.0) -> Loop:
@@ -185,24 +185,24 @@ def segment(layer: Layer, a: Point, b: Point) -> Line:
     return Line(layer, (Corner(*a), Corner(*b)), False)
 
 
-def rectangle(layer: Layer, box: Box) -> Line:
+def rectangle(layer: Layer, box: BoundingBox) -> Line:
     """The box's edge."""
     left, low, right, high = box
     corners = ((right, low), (right, high), (left, high), (left, low))
     return Line(layer, tuple(Corner(*corner) for corner in corners))
 
 
-def loop_box(loop: Loop) -> Box:
+def loop_box(loop: Loop) -> BoundingBox:
     """Exact: corners, and of every arc the points where it is highest, lowest and farthest to the sides."""
     points = [(corner.x, corner.y) for corner in loop]
     for a, b in edges(loop):
         if a.bulge:
             points += _extremes(a, b)
     xs, ys = zip(*points, strict=True)
-    return Box(min(xs), min(ys), max(xs), max(ys))
+    return BoundingBox(min(xs), min(ys), max(xs), max(ys))
 
 
-def item_box(item: Item, factor: float) -> Box:
+def item_box(item: Item, factor: float) -> BoundingBox:
     """Where an item stands, its text included, at a sheet's factor."""
     match item:
         case Line():
@@ -246,29 +246,29 @@ def _extremes(a: Corner, b: Corner) -> list[Point]:
     return quarters
 
 
-def _dot(x: float, y: float) -> Box:
-    return Box(x, y, x, y)
+def _dot(x: float, y: float) -> BoundingBox:
+    return BoundingBox(x, y, x, y)
 
 
-def _text_box(item: Text, factor: float) -> Box:
+def _text_box(item: Text, factor: float) -> BoundingBox:
     height = item.height * factor
     width = LETTER * height * len(item.text)
     left = item.x - {"left": 0.0, "middle": width / 2, "right": width}[item.align]
-    return Box(left, item.y - height / 2, left + width, item.y + height / 2)
+    return BoundingBox(left, item.y - height / 2, left + width, item.y + height / 2)
 
 
-def _linear_box(item: Linear, factor: float) -> Box:
+def _linear_box(item: Linear, factor: float) -> BoundingBox:
     margin = 2.0 * TEXT * factor
     ends = around((_dot(*item.a), _dot(*item.b)))
     (x, y), beyond = ends.middle, item.text_shift(factor) + LETTER * TEXT * len(item.text) * factor
     if item.along == "x":
-        line = Box(ends.left, item.at - margin / 2, max(ends.right, x + beyond), item.at + margin)
+        line = BoundingBox(ends.left, item.at - margin / 2, max(ends.right, x + beyond), item.at + margin)
     else:
-        line = Box(item.at - margin, ends.low, item.at + margin / 2, max(ends.high, y + beyond))
+        line = BoundingBox(item.at - margin, ends.low, item.at + margin / 2, max(ends.high, y + beyond))
     return around((ends, line))
 
 
-def _radial_box(item: Radial, factor: float) -> Box:
+def _radial_box(item: Radial, factor: float) -> BoundingBox:
     angle, reach = math.radians(item.angle), item.radius + item.reach * factor
     text = Text("DIMENSION", item.x + reach * math.cos(angle), item.y + reach * math.sin(angle), item.words)
     align: Align = "left" if math.cos(angle) >= 0 else "right"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from chefbot.design.drawing.drawing import Item, Layer, Line, Point, loop_item
-from chefbot.design.drawing.views import Shape
+from chefbot.design.drawing.views import ViewShape
 from chefbot.maths.outline import Corner, Loop, points
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ SPECK = 0.2
 """Millimetres of line, or square millimetres of face, that are not worth showing."""
 
 
-class Seen(NamedTuple):
+class VisibleLines(NamedTuple):
     """Visible lines of a shape, and a point of its visible face with that face's area, mm^2."""
 
     items: list[Item]
@@ -28,12 +28,12 @@ class Seen(NamedTuple):
     area: float
 
 
-def visible(shapes: Sequence[Shape]) -> list[Seen]:
+def visible(shapes: Sequence[ViewShape]) -> list[VisibleLines]:
     """Of each shape, in the given order. A shape covers everything that reaches less far to the viewer:
     exact for parts that do not run through each other in depth."""
     import shapely
 
-    result: dict[int, Seen] = {}
+    result: dict[int, VisibleLines] = {}
     covered: shapely.Geometry = shapely.Polygon()
     for index in sorted(range(len(shapes)), key=lambda i: -shapes[i].near):
         shape = shapes[index]
@@ -44,13 +44,13 @@ def visible(shapes: Sequence[Shape]) -> list[Seen]:
     return [result[index] for index in range(len(shapes))]
 
 
-def _seen(shape: Shape, face: shapely.Geometry, covered: shapely.Geometry) -> Seen:
+def _seen(shape: ViewShape, face: shapely.Geometry, covered: shapely.Geometry) -> VisibleLines:
     items = _uncovered("OUTLINE", shape.edge, covered)
     for hole in shape.holes:
         items += _uncovered("HOLES", hole, covered)
     left = face.difference(covered, grid_size=GRID)
     spot = left.representative_point() if left.area > SPECK else None
-    return Seen(items, (spot.x, spot.y) if spot else (0.0, 0.0), left.area if spot else 0.0)
+    return VisibleLines(items, (spot.x, spot.y) if spot else (0.0, 0.0), left.area if spot else 0.0)
 
 
 def _uncovered(layer: Layer, loop: Loop, covered: shapely.Geometry) -> list[Item]:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from chefbot.design.drawing.drawing import (
-    Box,
+    BoundingBox,
     Item,
     Plan,
     Text,
@@ -79,17 +79,17 @@ def compose(name: str, plan: Callable[[float], Plan]) -> Drawing:
     return Drawing(name, drawn.title, items + _frame(drawn.title, paper, scale), paper, scale)
 
 
-def _room(paper: tuple[float, float], factor: float) -> Box:
+def _room(paper: tuple[float, float], factor: float) -> BoundingBox:
     """For the drawing: inside the frame, above the title block."""
     left, low = BINDING + AIR, MARGIN + BLOCK[1] + AIR
     right, high = paper[0] - MARGIN - AIR, paper[1] - MARGIN - AIR
-    return Box(left * factor, low * factor, right * factor, high * factor)
+    return BoundingBox(left * factor, low * factor, right * factor, high * factor)
 
 
 def _frame(title: Title, paper: tuple[float, float], scale: Scale) -> tuple[Item, ...]:
     """Drawn at paper size and grown to the sheet's."""
     width, height = paper
-    items: list[Item] = [rectangle("TITLE", Box(BINDING, MARGIN, width - MARGIN, height - MARGIN))]
+    items: list[Item] = [rectangle("TITLE", BoundingBox(BINDING, MARGIN, width - MARGIN, height - MARGIN))]
     items += [_shifted(item, width - MARGIN - BLOCK[0], MARGIN) for item in _block(title, paper, scale)]
     return tuple(_grown(item, scale.factor) for item in items)
 
@@ -98,7 +98,7 @@ def _block(title: Title, paper: tuple[float, float], scale: Scale) -> list[Item]
     """Four columns in two rows, and the name of part and robot above."""
     width, height = BLOCK
     rows, columns = (10.0, 20.0), (45.0, 90.0, 135.0)
-    items: list[Item] = [rectangle("TITLE", Box(0.0, 0.0, width, height))]
+    items: list[Item] = [rectangle("TITLE", BoundingBox(0.0, 0.0, width, height))]
     items += [segment("TITLE", (0.0, y), (width, y)) for y in rows]
     items += [segment("TITLE", (x, 0.0), (x, rows[-1])) for x in columns]
     items.append(segment("TITLE", (columns[-1], rows[-1]), (columns[-1], height)))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.design.drawing.drawing import MM, Box, loop_box
+from chefbot.design.drawing.drawing import MM, BoundingBox, loop_box
 from chefbot.maths.outline import Corner, Loop, Outline, arc_between, circle, edges, points
 from chefbot.robot.geometry.shapes import AXES, Ball, Prism, Solid, rotation
 from chefbot.robot.geometry.solids import RobotPart
@@ -39,7 +39,7 @@ TOP = View((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))
 """From above, forward down: below FRONT in first-angle projection."""
 
 
-class Shape(NamedTuple):
+class ViewShape(NamedTuple):
     """A solid on paper, mm: silhouette, holes seen through, bores that the material hides; `near` is how far
     towards the viewer it reaches."""
 
@@ -49,16 +49,16 @@ class Shape(NamedTuple):
     near: float = 0.0
 
 
-def seen(solid: Solid, view: View) -> Shape:
+def seen(solid: Solid, view: View) -> ViewShape:
     """A solid in the frame it is drawn in."""
     axes = np.array([view.right, view.up, view.towards])
     at = axes @ np.array(solid.at) * MM
     if isinstance(solid, Ball):
-        return Shape(circle(solid.radius * MM, at[0], at[1]), near=at[2] + solid.radius * MM)
+        return ViewShape(circle(solid.radius * MM, at[0], at[1]), near=at[2] + solid.radius * MM)
     return _seen_prism(solid, axes @ AXES[solid.axis], at)
 
 
-def part_seen(part: RobotPart, origin: tuple[float, float, float], view: View) -> list[Shape]:
+def part_seen(part: RobotPart, origin: tuple[float, float, float], view: View) -> list[ViewShape]:
     """A part's solids in base_link, its link's origin at `origin`."""
     at = np.array(part.at) + np.array(origin)
     if part.pitch or part.yaw:
@@ -73,13 +73,13 @@ def cut(outline: Outline) -> list[tuple[float, float]]:
     return [(low, high) for low, high in itertools.pairwise(found) if _inside(outline, low, high)]
 
 
-def _seen_prism(prism: Prism, turn: NDArray[np.float64], at: NDArray[np.float64]) -> Shape:
+def _seen_prism(prism: Prism, turn: NDArray[np.float64], at: NDArray[np.float64]) -> ViewShape:
     near = at[2] + _reach(prism, turn[2]) * MM
     if abs(turn[2, 2]) > 0.5:
         edge, *holes = (_mapped(loop, turn, at) for loop in (prism.outline.edge, *prism.outline.holes))
-        return Shape(edge, tuple(holes), near=near)
+        return ViewShape(edge, tuple(holes), near=near)
     edge = _from_side(prism.outline.edge, prism.length, turn, at)
-    return Shape(
+    return ViewShape(
         edge, hidden=tuple(_from_side(h, prism.length, turn, at) for h in prism.outline.holes), near=near
     )
 
@@ -107,7 +107,7 @@ def _from_side(loop: Loop, length: float, turn: NDArray[np.float64], at: NDArray
 
 def _reach(prism: Prism, towards: NDArray[np.float64]) -> float:
     """Farthest point along a direction in the prism's own axes, metres."""
-    box: Box = loop_box(prism.outline.edge)
+    box: BoundingBox = loop_box(prism.outline.edge)
     corners = [
         (u, v, w)
         for u in (box.left, box.right)
@@ -117,7 +117,7 @@ def _reach(prism: Prism, towards: NDArray[np.float64]) -> float:
     return float(np.max(np.array(corners) @ towards))
 
 
-def _turned(solid: Solid, turn: NDArray[np.float64], at: NDArray[np.float64], view: View) -> Shape:
+def _turned(solid: Solid, turn: NDArray[np.float64], at: NDArray[np.float64], view: View) -> ViewShape:
     """Silhouette of a solid that stands askew: the hull of its points, right for the boxes that sensors are."""
     if isinstance(solid, Ball):
         return seen(solid._replace(at=tuple((turn @ np.array(solid.at) + at).tolist())), view)
@@ -125,7 +125,7 @@ def _turned(solid: Solid, turn: NDArray[np.float64], at: NDArray[np.float64], vi
     ends = [np.column_stack([flat, np.full(len(flat), w)]) for w in (-solid.length / 2, solid.length / 2)]
     placed = (np.vstack(ends) @ AXES[solid.axis].T + np.array(solid.at)) @ turn.T + at
     page = placed @ np.array([view.right, view.up, view.towards]).T * MM
-    return Shape(_hull(page[:, :2]), near=float(page[:, 2].max()))
+    return ViewShape(_hull(page[:, :2]), near=float(page[:, 2].max()))
 
 
 def _hull(page: NDArray[np.float64]) -> Loop:

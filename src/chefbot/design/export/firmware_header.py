@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.board.firmware_constants import Constant, as_int32, firmware_constants
+from chefbot.board.firmware_constants import FirmwareConstant, as_int32, firmware_constants
 from chefbot.robot.spec import Robot
 
 
@@ -24,9 +24,9 @@ def firmware_header(robot: Robot) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _macro(constant: Constant) -> str:
+def _macro(constant: FirmwareConstant) -> str:
     return f"CHEFBOT_{constant.name.upper()}"
 
 
-def _define(constant: Constant) -> str:
+def _define(constant: FirmwareConstant) -> str:
     return f"#define {_macro(constant)} {as_int32(constant.value)}L  // {constant.unit}; {constant.source}"

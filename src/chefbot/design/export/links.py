@@ -12,10 +12,10 @@ import numpy as np
 
 from chefbot.robot.geometry import layout
 from chefbot.robot.geometry.layout import body_height, ground_clearance
-from chefbot.robot.geometry.mass import link_mass
+from chefbot.robot.geometry.mass import link_mass_properties
 from chefbot.robot.geometry.shapes import Ball, MassProperties, Prism, Solid, Vector, rotation
 from chefbot.robot.geometry.solids import RobotPart, link_origin, payload, solids
-from chefbot.robot.materials import Colour
+from chefbot.robot.materials import RgbaColour
 from chefbot.robot.spec import Robot
 
 Kind = Literal["cylinder", "sphere", "box", "wheel"]
@@ -35,7 +35,7 @@ class Primitive(NamedTuple):
     rpy: Vector = (0.0, 0.0, 0.0)
 
 
-class Link(NamedTuple):
+class UrdfLink(NamedTuple):
     """A rigid part: its origin in base_link, and whether it turns about its y axis (a wheel) or is fixed."""
 
     name: str
@@ -46,12 +46,12 @@ class Link(NamedTuple):
     turns: bool = False
 
 
-def links(robot: Robot) -> list[Link]:
+def links(robot: Robot) -> list[UrdfLink]:
     """All links that have mass, base_link first; its origin is on the floor below the axle's middle."""
     return [_base(robot), _payload(robot), *(_wheel(robot, side) for side in layout.SIDES)]
 
 
-def looks(part: RobotPart) -> list[tuple[Primitive, Colour]]:
+def looks(part: RobotPart) -> list[tuple[Primitive, RgbaColour]]:
     """A part as primitives: holes are left out, and a plate's notches."""
     turn, at = rotation(part.pitch, part.yaw), np.array(part.at)
     found = []
@@ -86,7 +86,7 @@ def _box(name: str, prism: Prism, edge: np.ndarray, at: Vector, rpy: Vector) -> 
     return Primitive(name, "box", (x, y, z), size, rpy)
 
 
-def _base(robot: Robot) -> Link:
+def _base(robot: Robot) -> UrdfLink:
     """Everything but wheels and payload; it collides as one cylinder and two balls."""
     low, high = ground_clearance(robot), body_height(robot)
     hull = Primitive("hull", "cylinder", (0.0, 0.0, (low + high) / 2), (robot.body.radius, high - low))
@@ -97,20 +97,20 @@ def _base(robot: Robot) -> Link:
     return _link(robot, "base_link", (hull, *casters))
 
 
-def _wheel(robot: Robot, side: str) -> Link:
+def _wheel(robot: Robot, side: str) -> UrdfLink:
     size = (robot.wheel_radius, robot.wheels.width)
     return _link(robot, f"wheel_{side}_link", (Primitive(f"wheel_{side}", "wheel", (0, 0, 0), size),), True)
 
 
-def _link(robot: Robot, name: str, hulls: tuple[Primitive, ...], turns: bool = False) -> Link:
+def _link(robot: Robot, name: str, hulls: tuple[Primitive, ...], turns: bool = False) -> UrdfLink:
     parts = tuple(part for part in solids(robot) if part.link == name)
-    return Link(name, link_origin(robot, name), link_mass(robot, name), hulls, parts, turns)
+    return UrdfLink(name, link_origin(robot, name), link_mass_properties(robot, name), hulls, parts, turns)
 
 
-def _payload(robot: Robot) -> Link:
+def _payload(robot: Robot) -> UrdfLink:
     part = payload(robot)
     ((hull, _),) = looks(part)
-    return Link("payload_link", link_origin(robot, part.link), part.inertia, (hull,), (part,))
+    return UrdfLink("payload_link", link_origin(robot, part.link), part.inertia, (hull,), (part,))
 
 
 def sensor_mounts(robot: Robot) -> dict[str, tuple[Vector, float, float]]:

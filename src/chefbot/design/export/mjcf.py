@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
-from chefbot.design.export.links import Link, Primitive, links, looks, sensor_mounts
+from chefbot.design.export.links import Primitive, UrdfLink, links, looks, sensor_mounts
 from chefbot.design.export.urdf_frames import joint_name, quaternion
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.robot.geometry.mass import total_mass
@@ -105,7 +105,7 @@ def _inertial(inertia: MassProperties) -> str:
     )
 
 
-def _sub_body(robot: Robot, link: Link, as_built: AsBuilt) -> str:
+def _sub_body(robot: Robot, link: UrdfLink, as_built: AsBuilt) -> str:
     geoms = "".join(_hull(robot, hull, as_built) for hull in link.hulls)
     x, y, z = link.at
     joint = ""

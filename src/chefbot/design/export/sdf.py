@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-from chefbot.design.export.links import Link, Primitive, links, looks
+from chefbot.design.export.links import Primitive, UrdfLink, links, looks
 from chefbot.design.export.mjcf import BODY_FRICTION, CASTER_FRICTION
 from chefbot.design.export.sdf_sensors import gz_drive, gz_sensors
 from chefbot.design.export.sdf_text import coloured, document, geometry, posed, rubbing, said
@@ -41,7 +41,7 @@ def sdf_model(robot: Robot, start: SE2 = IDENTITY) -> ET.Element:
     return model
 
 
-def _link(model: ET.Element, robot: Robot, link: Link) -> ET.Element:
+def _link(model: ET.Element, robot: Robot, link: UrdfLink) -> ET.Element:
     element = ET.SubElement(model, "link", name=link.name)
     if link.name != "base_link":
         posed(element, link.at, relative_to="base_link")
@@ -78,7 +78,7 @@ def _friction(robot: Robot, hull: Primitive) -> float:
     return CASTER_FRICTION if hull.kind == "sphere" else BODY_FRICTION
 
 
-def _joint(model: ET.Element, robot: Robot, link: Link) -> None:
+def _joint(model: ET.Element, robot: Robot, link: UrdfLink) -> None:
     kind = "revolute" if link.turns else "fixed"
     joint = ET.SubElement(model, "joint", name=joint_name(link.name), type=kind)
     said(joint, "parent", "base_link")

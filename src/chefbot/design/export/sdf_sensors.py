@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ET
 from chefbot.design.export.sdf_text import said
 from chefbot.design.export.urdf_frames import OPTICAL_FRAME, joint_name
 from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_turn_acceleration
-from chefbot.robot.sensors import DepthCamera, Imu, Lidar, Ultrasonic
+from chefbot.robot.sensors import DepthCamera, ImuSpec, Lidar, Ultrasonic
 from chefbot.robot.spec import Robot
 
 PICTURE_NEAR = 0.05
@@ -27,7 +27,7 @@ def gz_sensors(robot: Robot, prefix: str = "") -> dict[str, ET.Element]:
     return {frame: _sensor(frame, sensor, prefix) for frame, sensor in robot.sensors.by_frame.items()}
 
 
-def _sensor(frame: str, sensor: Imu | Ultrasonic | DepthCamera | Lidar, prefix: str) -> ET.Element:
+def _sensor(frame: str, sensor: ImuSpec | Ultrasonic | DepthCamera | Lidar, prefix: str) -> ET.Element:
     kind, topic = _kind(sensor)
     element = ET.Element("sensor", name=f"{prefix}{frame.removesuffix('_link')}", type=kind)
     said(element, "always_on", True)
@@ -35,7 +35,7 @@ def _sensor(frame: str, sensor: Imu | Ultrasonic | DepthCamera | Lidar, prefix: 
     said(element, "topic", topic)
     # The frame that messages name; without it Gazebo makes one up of model, link and sensor.
     said(element, "gz_frame_id", f"{prefix}{frame}")
-    if isinstance(sensor, Imu):
+    if isinstance(sensor, ImuSpec):
         _imu(element, sensor)
     elif isinstance(sensor, DepthCamera):
         _camera(element, sensor, prefix)
@@ -46,16 +46,16 @@ def _sensor(frame: str, sensor: Imu | Ultrasonic | DepthCamera | Lidar, prefix: 
     return element
 
 
-def _kind(sensor: Imu | Ultrasonic | DepthCamera | Lidar) -> tuple[str, str]:
+def _kind(sensor: ImuSpec | Ultrasonic | DepthCamera | Lidar) -> tuple[str, str]:
     """Gazebo's type of sensor and our topic."""
-    if isinstance(sensor, Imu):
+    if isinstance(sensor, ImuSpec):
         return "imu", "imu/data"
     if isinstance(sensor, DepthCamera):
         return "rgbd_camera", "camera"
     return "gpu_lidar", "scan" if isinstance(sensor, Lidar) else "ultrasonic"
 
 
-def _imu(element: ET.Element, sensor: Imu) -> None:
+def _imu(element: ET.Element, sensor: ImuSpec) -> None:
     imu = ET.SubElement(element, "imu")
     for quantity, deviation, offset in (
         ("angular_velocity", sensor.gyro_noise, sensor.gyro_bias),

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 from chefbot.design.export.links import Primitive
 from chefbot.design.export.mjcf import numbers
 from chefbot.robot.geometry.shapes import Vector
-from chefbot.robot.materials import Colour
+from chefbot.robot.materials import RgbaColour
 
 VERSION = "1.9"
 """Of SDF; Gazebo Harmonic and Garden read it, and so does the libsdformat of Debian 12."""
@@ -51,7 +51,7 @@ def shape_tag(solid: Primitive) -> str:
     return "cylinder" if solid.kind == "wheel" else solid.kind
 
 
-def coloured(parent: ET.Element, colour: Colour) -> None:
+def coloured(parent: ET.Element, colour: RgbaColour) -> None:
     """A material without gloss."""
     material = ET.SubElement(parent, "material")
     said(material, "ambient", tuple(colour))

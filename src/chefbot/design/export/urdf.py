@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 
-from chefbot.design.export.links import Link, Primitive, links, looks
+from chefbot.design.export.links import Primitive, UrdfLink, links, looks
 from chefbot.design.export.mjcf import numbers
 from chefbot.design.export.sdf_text import shape_tag
 from chefbot.design.export.urdf_control import gazebo, ros2_control
 from chefbot.design.export.urdf_frames import Frame, fixed_frames
 from chefbot.robot.geometry.shapes import MassProperties, Vector
-from chefbot.robot.materials import Colour
+from chefbot.robot.materials import RgbaColour
 from chefbot.robot.spec import Robot
 
 
@@ -49,7 +49,7 @@ def for_mujoco() -> ET.Element:
     return element
 
 
-def _link(root: ET.Element, link: Link) -> None:
+def _link(root: ET.Element, link: UrdfLink) -> None:
     """The collision is called like the link: only then does Gazebo's reader give it the link's friction."""
     element = ET.SubElement(root, "link", name=link.name)
     inertial(element, link.inertia)
@@ -80,13 +80,13 @@ def inertial(element: ET.Element, inertia: MassProperties) -> None:
     ET.SubElement(own, "inertia", moments)
 
 
-def _material(root: ET.Element, colour: Colour) -> None:
+def _material(root: ET.Element, colour: RgbaColour) -> None:
     name = colour_name(colour)
     if root.find(f"material[@name='{name}']") is None:
         ET.SubElement(ET.SubElement(root, "material", name=name), "color", rgba=numbers(colour))
 
 
-def colour_name(colour: Colour) -> str:
+def colour_name(colour: RgbaColour) -> str:
     """A name for the material of a colour."""
     return "colour_" + "".join(f"{round(255 * share):02x}" for share in colour)
 
@@ -118,7 +118,7 @@ def _joint(root: ET.Element, frame: Frame) -> ET.Element:
     return joint
 
 
-def _wheel_joint(root: ET.Element, robot: Robot, link: Link) -> None:
+def _wheel_joint(root: ET.Element, robot: Robot, link: UrdfLink) -> None:
     joint = _joint(root, Frame(link.name, "base_link", link.at))
     joint.set("type", "continuous")
     ET.SubElement(joint, "axis", xyz="0 1 0")

@@ -10,7 +10,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 
 MAX_DEPTH = 100
 """Elements within elements; a URDF needs ten."""
@@ -105,7 +105,7 @@ def _joints(root: ET.Element, links: dict[str, ET.Element], where: str) -> dict[
             raise UserError(f"{at}: every joint needs a name of its own")
         names.add(name)
         if kind not in JOINTS:
-            raise UserError(f"{at}: its type {kind!r} is unknown{nearest(kind, JOINTS)}")
+            raise UserError(f"{at}: its type {kind!r} is unknown{name_hint(kind, JOINTS)}")
         parent, child = (_end(joint, tag, links, at) for tag in ("parent", "child"))
         if child in above:
             raise UserError(
@@ -121,7 +121,7 @@ def _end(joint: ET.Element, tag: str, links: dict[str, ET.Element], at: str) -> 
     element = joint.find(tag)
     name = "" if element is None else element.get("link", "")
     if name not in links:
-        raise UserError(f"{at}: its {tag} link {name!r} does not exist{nearest(name, links)}")
+        raise UserError(f"{at}: its {tag} link {name!r} does not exist{name_hint(name, links)}")
     return name
 
 
@@ -197,7 +197,7 @@ def _check_size(shape: ET.Element, at: str) -> None:
             raise UserError(f"{at}: a mesh names no file")
         return
     if shape.tag not in SIZES:
-        raise UserError(f"{at}: <{shape.tag}> is no shape of URDF{nearest(shape.tag, (*SIZES, 'mesh'))}")
+        raise UserError(f"{at}: <{shape.tag}> is no shape of URDF{name_hint(shape.tag, (*SIZES, 'mesh'))}")
     counts = {key: 3 if key == "size" else 1 for key in SIZES[shape.tag]}
     sizes = _numbers(shape, counts, at)
     if set(sizes) != set(counts) or min(value for values in sizes.values() for value in values) <= 0.0:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-from chefbot.design.export.links import Link, links
+from chefbot.design.export.links import UrdfLink, links
 from chefbot.design.export.mjcf import numbers
 from chefbot.design.export.urdf import colour_name, for_mujoco
 from chefbot.design.export.urdf_control import MOCK, gazebo, ros2_control
@@ -17,7 +17,7 @@ from chefbot.robot.geometry import layout
 from chefbot.robot.geometry.layout import body_height, ground_clearance
 from chefbot.robot.geometry.shapes import MassProperties, Solid
 from chefbot.robot.geometry.solids import RobotPart
-from chefbot.robot.materials import Colour
+from chefbot.robot.materials import RgbaColour
 from chefbot.robot.spec import Robot
 
 XACRO = "http://www.ros.org/wiki/xacro"
@@ -218,14 +218,14 @@ def _properties(robot: Robot) -> dict[str, str]:
 
 
 def _colours(root: ET.Element, robot: Robot) -> None:
-    seen: dict[str, Colour] = {}
+    seen: dict[str, RgbaColour] = {}
     for part, _ in _meshes(robot):
         seen.setdefault(colour_name(part.colour), part.colour)
     for name, colour in seen.items():
         _call(root, "colour", name=name, rgba=numbers(colour))
 
 
-def _link(root: ET.Element, robot: Robot, link: Link) -> None:
+def _link(root: ET.Element, robot: Robot, link: UrdfLink) -> None:
     """base_link or the payload: weight, hull, every piece."""
     element = ET.SubElement(root, "link", name=PREFIX + link.name)
     _inertial(element, link.inertia)

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from chefbot.design.sizing.calculation import Result, worked
-from chefbot.robot.spec import DRIVE_EFFICIENCY, DRIVEN_SHARE_OF_WEIGHT, GRAVITY, ROLLING_RESISTANCE, Robot
+from chefbot.robot.spec import DRIVE_EFFICIENCY, DRIVEN_WEIGHT_FRACTION, GRAVITY, ROLLING_RESISTANCE, Robot
 
 CARPET_RESISTANCE = 0.05
 """Rolling resistance of small rubber wheels on carpet (handbook value, not measured)."""
@@ -76,10 +76,10 @@ def motor_torque(robot: Robot, mass: float, duty: Duty) -> Result:
 def grip(robot: Robot, mass: float, slope: float) -> Result:
     """The most that the driven tyres can push together before they slip, N."""
     friction = robot.wheels.friction
-    value = friction * DRIVEN_SHARE_OF_WEIGHT * mass * GRAVITY * math.cos(slope)
+    value = friction * DRIVEN_WEIGHT_FRACTION * mass * GRAVITY * math.cos(slope)
     return worked(
         "grip of both driven tyres", value, "N", "mu * k * m * g * cos(s)", GRIP_SOURCE,
-        mu=friction, k=DRIVEN_SHARE_OF_WEIGHT, m=mass, g=GRAVITY, s=slope,
+        mu=friction, k=DRIVEN_WEIGHT_FRACTION, m=mass, g=GRAVITY, s=slope,
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from chefbot.design.sizing.calculation import Result, worked
 from chefbot.robot.geometry.layout import body_height, overall_height
 from chefbot.robot.geometry.mass import robot_mass_properties
-from chefbot.robot.spec import DRIVEN_SHARE_OF_WEIGHT, GRAVITY, Robot
+from chefbot.robot.spec import DRIVEN_WEIGHT_FRACTION, GRAVITY, Robot
 
 SAFETY = 1.25
 """Tyres cannot brake harder than they grip, so the worst case is a bound already. This is for a payload beside its
@@ -108,8 +108,8 @@ def _bears(distance: float, load: Load) -> Result:
 
 def _hard_braking(robot: Robot) -> Result:
     friction = robot.wheels.friction
-    value = friction * DRIVEN_SHARE_OF_WEIGHT
-    return worked("meets", value, "g", "mu * k", SOURCE, mu=friction, k=DRIVEN_SHARE_OF_WEIGHT)
+    value = friction * DRIVEN_WEIGHT_FRACTION
+    return worked("meets", value, "g", "mu * k", SOURCE, mu=friction, k=DRIVEN_WEIGHT_FRACTION)
 
 
 def _braking_downhill(robot: Robot) -> Result:

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.design.export.links import Link, links
+from chefbot.design.export.links import UrdfLink, links
 from chefbot.design.solids.triangulation import DEVIATION, part_mesh
 from chefbot.errors import UserError
 from chefbot.robot.geometry.shapes import Vector, rotation
 from chefbot.robot.geometry.solids import RobotPart
-from chefbot.robot.materials import Colour
+from chefbot.robot.materials import RgbaColour
 from chefbot.robot.spec import Robot
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def _scene(robot: Robot, deviation: float) -> Scene:
     return scene
 
 
-def _hang_link(scene: Scene, robot: Robot, link: Link) -> None:
+def _hang_link(scene: Scene, robot: Robot, link: UrdfLink) -> None:
     """base_link under the root, all others under base_link."""
     root = link.name == "base_link"
     matrix = Y_UP if root else _matrix(np.eye(3), link.at)
@@ -118,7 +118,7 @@ def _coloured(part: RobotPart, deviation: float) -> Trimesh:
     )
 
 
-def _material(name: str, colour: Colour) -> PBRMaterial:
+def _material(name: str, colour: RgbaColour) -> PBRMaterial:
     from trimesh.visual.material import PBRMaterial
 
     red, green, blue, opacity = colour

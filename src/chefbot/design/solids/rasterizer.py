@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-class Seen(NamedTuple):
+class RasterizedView(NamedTuple):
     """Of each pixel (h, w): depth (inf where there is nothing) and number of the nearest triangle (-1: none)."""
 
     depth: NDArray[np.float32]
@@ -34,7 +34,7 @@ class _Rows(NamedTuple):
     long: Ints
 
 
-def rasterize(corners: Floats, width: int, height: int) -> Seen:
+def rasterize(corners: Floats, width: int, height: int) -> RasterizedView:
     """corners (n, 3, 3): triangle, corner, (x, y, depth); pixel (row i, column j) has its middle at (j+.5, i+.5).
 
     y is down and smaller depth is nearer. Triangles are drawn from the side where they run counter-clockwise.
@@ -47,7 +47,7 @@ def rasterize(corners: Floats, width: int, height: int) -> Seen:
         for piece in _batches(rows):
             _draw(corners, piece, width, depth, nearest)
     triangle = np.append(front, -1)[nearest].astype(np.int32)
-    return Seen(depth.reshape(height, width), triangle.reshape(height, width))
+    return RasterizedView(depth.reshape(height, width), triangle.reshape(height, width))
 
 
 def _all_rows(corners: Floats, width: int, height: int) -> Iterator[_Rows]:

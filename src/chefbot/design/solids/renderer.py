@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.design.solids.rasterizer import Seen, rasterize
+from chefbot.design.solids.rasterizer import RasterizedView, rasterize
 from chefbot.design.solids.triangulation import Mesh
-from chefbot.robot.materials import Colour
+from chefbot.robot.materials import RgbaColour
 
 SIZE = (960, 800)
 """Pixels, width and height."""
@@ -43,11 +43,11 @@ Image = NDArray[np.float32]
 UP = np.array([[0.0, 0.0, 1.0]], np.float32)
 
 
-class Body(NamedTuple):
+class RenderedBody(NamedTuple):
     """Something to be seen: where it stands, and its colour."""
 
     mesh: Mesh
-    colour: Colour
+    colour: RgbaColour
 
 
 class _Scene(NamedTuple):
@@ -73,7 +73,7 @@ class _Eye(NamedTuple):
         return seen
 
 
-def picture(bodies: list[Body], size: tuple[int, int] = SIZE) -> NDArray[np.uint8]:
+def picture(bodies: list[RenderedBody], size: tuple[int, int] = SIZE) -> NDArray[np.uint8]:
     """Red, green, blue (height, width, 3) of bodies that stand on a floor at their lowest point."""
     width, height = FINE * size[0], FINE * size[1]
     scene = _scene(bodies)
@@ -97,7 +97,7 @@ def _bands(height: int) -> Iterator[slice]:
         yield slice(start, min(start + BAND, height))
 
 
-def _scene(bodies: list[Body]) -> _Scene:
+def _scene(bodies: list[RenderedBody]) -> _Scene:
     corners = np.concatenate([body.mesh.vertices[body.mesh.triangles] for body in bodies])
     counts = [len(body.mesh.triangles) for body in bodies]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -133,7 +133,7 @@ def _lit(scene: _Scene, triangles: NDArray[np.int32], lamp: Image, sky: Image) -
     return lit
 
 
-def _lamplight(scene: _Scene, eye: _Eye, seen: Seen, floor: float) -> Image:
+def _lamplight(scene: _Scene, eye: _Eye, seen: RasterizedView, floor: float) -> Image:
     """Lambert's cosine (h, w) where the lamp is seen, 0 in a shadow: a shadow map (Williams, SIGGRAPH 1978)."""
     lamp = _eye(scene.corners, *LAMP, SHADOW_PIXELS, SHADOW_PIXELS)
     nearest = rasterize(lamp.project(scene.corners), SHADOW_PIXELS, SHADOW_PIXELS).depth
@@ -171,7 +171,7 @@ def _places(eye: _Eye, depth: Image, first: int, floor: float) -> Image:
     return places
 
 
-def _open(eye: _Eye, seen: Seen) -> Image:
+def _open(eye: _Eye, seen: RasterizedView) -> Image:
     """How much of the sky a pixel sees: less the farther it lies behind what is round it on the picture.
 
     After Luft, Colditz, Deussen: Image Enhancement by Unsharp Masking the Depth Buffer, SIGGRAPH 2006; here
@@ -194,7 +194,7 @@ def _blurred(plane: Image, wide: int) -> Image:
     return blurred
 
 
-def _edges(scene: _Scene, seen: Seen, pixel: float) -> Image:
+def _edges(scene: _Scene, seen: RasterizedView, pixel: float) -> Image:
     """1 on a pixel whose right or lower neighbour shows another body, another face or something far behind."""
     marks = np.zeros(seen.depth.shape, np.float32)
     for here, there in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1, :], np.s_[1:, :])):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chefbot.design.solids.triangulation import Mesh, part_mesh, placed, united
 from chefbot.robot.geometry.shapes import AXES, Ball, Prism, Solid, rotation
 from chefbot.robot.geometry.solids import RobotPart, link_origin, solids
-from chefbot.robot.materials import Colour
+from chefbot.robot.materials import RgbaColour
 from chefbot.robot.spec import Robot
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ class Piece(NamedTuple):
     name: str
     mesh: Mesh
     material: str
-    colour: Colour
+    colour: RgbaColour
 
 
 def pieces(robot: Robot) -> list[Piece]:

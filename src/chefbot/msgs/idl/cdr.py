@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 import numpy as np
 
 from chefbot.msgs.idl.codegen import FunctionSource
-from chefbot.msgs.idl.fields import NUMPY_TYPES, FieldType, fields_of, ros_type
+from chefbot.msgs.idl.fields import NUMPY_TYPES, MessageField, fields_of, ros_type
 from chefbot.msgs.idl.precision import exact, float32_fields
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def _write_fields(
 
 
 def _write_variable(
-    source: FunctionSource, field: FieldType, expression: str, run: list[tuple[str, str]]
+    source: FunctionSource, field: MessageField, expression: str, run: list[tuple[str, str]]
 ) -> None:
     if field.element == "string" and not field.is_array:
         source.add(f"s = {expression}.encode()")
@@ -126,7 +126,7 @@ def _write_variable(
 
 
 def _write_numbers(
-    source: FunctionSource, field: FieldType, expression: str, run: list[tuple[str, str]]
+    source: FunctionSource, field: MessageField, expression: str, run: list[tuple[str, str]]
 ) -> None:
     dtype = np.dtype(NUMPY_TYPES[field.element])
     source.add(f"a = contiguous({expression}, {source.name(dtype)})")
@@ -143,7 +143,7 @@ def _write_numbers(
     source.add("    b.append(a.data if a.size > 999 else a.tobytes()); p += a.nbytes")
 
 
-def _may_need_padding(field: FieldType) -> bool:
+def _may_need_padding(field: MessageField) -> bool:
     """Return whether padding may precede an array's numbers: after a 4-byte length, small ones need none."""
     return np.dtype(NUMPY_TYPES[field.element]).itemsize > (1 if field.fixed_size else 4)
 
@@ -196,7 +196,9 @@ def _read_fields(source: FunctionSource, kind: type[Message], prefix: str, run: 
     return f"{source.name(kind)}({', '.join(arguments)})"
 
 
-def _read_variable(source: FunctionSource, field: FieldType, target: str, run: list[tuple[str, str]]) -> None:
+def _read_variable(
+    source: FunctionSource, field: MessageField, target: str, run: list[tuple[str, str]]
+) -> None:
     if not field.fixed_size:
         run.append(("I", "n"))
     _flush_reads(source, run)
@@ -216,7 +218,7 @@ def _read_variable(source: FunctionSource, field: FieldType, target: str, run: l
         _read_numbers(source, field, target)
 
 
-def _read_numbers(source: FunctionSource, field: FieldType, target: str) -> None:
+def _read_numbers(source: FunctionSource, field: MessageField, target: str) -> None:
     dtype = np.dtype(NUMPY_TYPES[field.element])
     dtype_name, empty = source.name(dtype), source.name(np.empty(0, dtype))
     if field.fixed_size:

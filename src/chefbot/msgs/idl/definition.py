@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from functools import cache
 from typing import Any, NamedTuple
 
-from chefbot.msgs.idl.fields import FieldType, fields_of, ros_type
+from chefbot.msgs.idl.fields import MessageField, fields_of, ros_type
 from chefbot.msgs.idl.message import Message
 
 _TYPE_IDS = {
@@ -56,7 +56,7 @@ def definition_text(kind: type[Message]) -> str:
     return "".join(parts)
 
 
-def own_text(kind: type[Message]) -> str:
+def interface_text(kind: type[Message]) -> str:
     """Return the .msg text of the type alone, a line per field; empty if it has none."""
     return "".join(
         f"{_type_text(field)} {field.name}\n" for field in fields_of(kind) if field.name != _NO_FIELDS
@@ -110,7 +110,7 @@ def _lines(kind: type[Message]) -> str:
     return "".join(f"{_type_text(field)} {field.name}\n" for field in fields_of(kind))
 
 
-def _type_text(field: FieldType) -> str:
+def _type_text(field: MessageField) -> str:
     name = field.element or ros_type(field.message).replace("/msg/", "/")
     name += f"<={field.string_bound}" if field.string_bound else ""
     size = field.fixed_size or (f"<={field.bound}" if field.bound else "")
@@ -121,14 +121,14 @@ def _own_description(kind: type[Message]) -> Description:
     return Description(ros_type(kind), tuple(_describe_field(field) for field in fields_of(kind)), ())
 
 
-def _describe_field(field: FieldType) -> FieldDescription:
+def _describe_field(field: MessageField) -> FieldDescription:
     base = _BOUNDED_STRING if field.string_bound else _TYPE_IDS[field.element]
     nested = ros_type(field.message) if field.message else ""
     capacity = field.fixed_size or field.bound
     return FieldDescription(field.name, base + _array_offset(field), capacity, field.string_bound, nested)
 
 
-def _array_offset(field: FieldType) -> int:
+def _array_offset(field: MessageField) -> int:
     if not field.is_array:
         return 0
     if field.fixed_size:

@@ -33,7 +33,7 @@ NAV2_ACTIONS = (NavigateToPose, ComputePathToPose, FollowPath, Spin, BackUp, Dri
 
 
 @cache
-def editions(name: str) -> tuple[Action[Any, Any, Any], ...]:
+def older_editions(name: str) -> tuple[Action[Any, Any, Any], ...]:
     """Return older editions of an action such as 'nav2_msgs/action/Spin', the newest first; mostly none."""
     actions = [action for action in NAV2_ACTIONS if action.ros_name == name]
     jazzy = [

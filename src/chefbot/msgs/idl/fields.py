@@ -28,7 +28,7 @@ NUMPY_TYPES = {
 """Numpy types of the primitive ROS types in little-endian form."""
 
 
-class FieldType(NamedTuple):
+class MessageField(NamedTuple):
     """The type of one field of a message."""
 
     name: str
@@ -59,7 +59,7 @@ def ros_type(kind: type[Message]) -> str:
 
 
 @cache
-def fields_of(kind: type[Message]) -> tuple[FieldType, ...]:
+def fields_of(kind: type[Message]) -> tuple[MessageField, ...]:
     """Return the fields of a message type in order."""
     hints = typing.get_type_hints(kind, include_extras=True)
     return tuple(
@@ -67,15 +67,15 @@ def fields_of(kind: type[Message]) -> tuple[FieldType, ...]:
     )
 
 
-def _field(name: str, hint: Any) -> FieldType:
+def _field(name: str, hint: Any) -> MessageField:
     if isinstance(hint, type) and issubclass(hint, msgspec.Struct):
-        return FieldType(name, "", cast("type[Message]", hint), False, 0)
+        return MessageField(name, "", cast("type[Message]", hint), False, 0)
     text = "" if typing.get_origin(hint) is tuple else hint.__metadata__[0]
     inner = hint.__origin__ if typing.get_origin(hint) is Annotated else hint
     if typing.get_origin(inner) is tuple and typing.get_args(inner)[0] is not str:
-        return FieldType(name, "", typing.get_args(inner)[0], True, 0, int(text.removeprefix("<=") or 0))
+        return MessageField(name, "", typing.get_args(inner)[0], True, 0, int(text.removeprefix("<=") or 0))
     element, bracket, size = text.partition("[")
     element, _, string_bound = element.partition("<=")
     size = size.removesuffix("]")
     fixed, bound = (0, int(size[2:])) if size.startswith("<=") else (int(size or 0), 0)
-    return FieldType(name, element, None, bool(bracket), fixed, bound, int(string_bound or 0))
+    return MessageField(name, element, None, bool(bracket), fixed, bound, int(string_bound or 0))

@@ -6,9 +6,9 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.idl.fields import NUMPY_TYPES, FieldType, fields_of, ros_type
+from chefbot.msgs.idl.fields import NUMPY_TYPES, MessageField, fields_of, ros_type
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import Header
 
@@ -17,17 +17,18 @@ NOW, AUTO = "now", "auto"
 """Placeholders for the current time in a time field and in a header, as in ROS 2's command-line tools."""
 
 
-def to_plain(message: Message, longest: int | None = None) -> dict[str, Any]:
+def message_to_dict(message: Message, max_elements: int | None = None) -> dict[str, Any]:
     """Convert a message to a dict of its fields.
 
     Arrays are cut to `longest` elements, followed by a string with the number of elements left out.
     """
     return {
-        field.name: _plain(field, getattr(message, field.name), longest) for field in fields_of(type(message))
+        field.name: _plain(field, getattr(message, field.name), max_elements)
+        for field in fields_of(type(message))
     }
 
 
-def from_plain(kind: type[M], plain: Any, where: str, now: Time | None = None) -> M:
+def message_from_dict(kind: type[M], plain: Any, where: str, now: Time | None = None) -> M:
     """Convert plain data to a message; missing fields get their defaults.
 
     `now`: the time for the placeholders. UserError, beginning with `where`, for unknown fields, wrong types
@@ -36,7 +37,7 @@ def from_plain(kind: type[M], plain: Any, where: str, now: Time | None = None) -
     return cast(M, _message(kind, plain, where, now))
 
 
-def _plain(field: FieldType, value: Any, longest: int | None) -> Any:
+def _plain(field: MessageField, value: Any, longest: int | None) -> Any:
     if not field.is_array:
         return _plain_element(field, value, longest)
     shown = value if longest is None else value[:longest]
@@ -46,9 +47,9 @@ def _plain(field: FieldType, value: Any, longest: int | None) -> Any:
     return plain
 
 
-def _plain_element(field: FieldType, value: Any, longest: int | None) -> Any:
+def _plain_element(field: MessageField, value: Any, longest: int | None) -> Any:
     if field.message is not None:
-        return to_plain(value, longest)
+        return message_to_dict(value, longest)
     if field.element == "string":
         return value
     if field.element == "float32":
@@ -68,12 +69,12 @@ def _message(kind: type[Message], plain: Any, where: str, now: Time | None) -> M
         )
     for name in plain:
         if name not in fields:
-            raise UserError(f"{where}: {ros_type(kind)} has no field {name!r}{nearest(str(name), fields)}")
+            raise UserError(f"{where}: {ros_type(kind)} has no field {name!r}{name_hint(str(name), fields)}")
     values = {name: _value(fields[name], item, f"{where}: {name}", now) for name, item in plain.items()}
     return kind(**values)
 
 
-def _value(field: FieldType, plain: Any, where: str, now: Time | None) -> Any:
+def _value(field: MessageField, plain: Any, where: str, now: Time | None) -> Any:
     if not field.is_array:
         return _element(field, plain, where, now)
     if not isinstance(plain, (list, tuple)):
@@ -88,7 +89,7 @@ def _value(field: FieldType, plain: Any, where: str, now: Time | None) -> Any:
     return np.array(values, np.dtype(NUMPY_TYPES[field.element]))
 
 
-def _element(field: FieldType, plain: Any, where: str, now: Time | None) -> Any:
+def _element(field: MessageField, plain: Any, where: str, now: Time | None) -> Any:
     if field.message is not None:
         return _message(field.message, plain, where, now)
     if field.element == "string":

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from chefbot.config import build, parse_yaml, read_bytes
-from chefbot.errors import UserError, nearest
-from chefbot.robot.drivetrain import Battery, Driver, Motor
-from chefbot.robot.section import Part
+from chefbot.errors import UserError, name_hint
+from chefbot.robot.drivetrain import Battery, Motor, MotorDriver
+from chefbot.robot.section import RobotSection
 
 FOLDER = Path(__file__).parent
-KINDS: dict[str, tuple[str, type[Part]]] = {
+KINDS: dict[str, tuple[str, type[RobotSection]]] = {
     "motor": ("motors.yaml", Motor),
-    "driver": ("drivers.yaml", Driver),
+    "driver": ("drivers.yaml", MotorDriver),
     "battery": ("batteries.yaml", Battery),
 }
 """Section of a robot file to the catalogue file and the struct of one entry."""
@@ -24,7 +24,7 @@ class Catalogue(NamedTuple):
     """Components of the catalogue by name."""
 
     motors: dict[str, Motor]
-    drivers: dict[str, Driver]
+    drivers: dict[str, MotorDriver]
     batteries: dict[str, Battery]
 
 
@@ -41,7 +41,7 @@ def component(section: str, name: str, where: str) -> Any:
     """
     entries = _entries(section)
     if name not in entries:
-        raise UserError(f"{where}: {section}: the catalogue has no {name!r}{nearest(name, entries)}")
+        raise UserError(f"{where}: {section}: the catalogue has no {name!r}{name_hint(name, entries)}")
     return entries[name]
 
 

@@ -6,13 +6,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from chefbot.robot.geometry.shapes import MassProperties, mass_properties, moved
+from chefbot.robot.geometry.shapes import MassProperties, mass_properties, transform_moments
 from chefbot.robot.geometry.solids import link_origin, solids
 from chefbot.robot.spec import Robot
 
 
 @lru_cache(maxsize=64)
-def link_mass(robot: Robot, link: str) -> MassProperties:
+def link_mass_properties(robot: Robot, link: str) -> MassProperties:
     """Return the mass properties of all parts of a link, in the link's frame."""
     parts = [part for part in solids(robot) if part.link == link]
     return mass_properties((part.spread, part.mass / part.volume) for part in parts)
@@ -22,7 +22,10 @@ def link_mass(robot: Robot, link: str) -> MassProperties:
 def robot_mass_properties(robot: Robot) -> MassProperties:
     """Return the mass properties of the robot without payload, in base_link."""
     return mass_properties(
-        (moved(part.spread, np.eye(3), np.array(link_origin(robot, part.link))), part.mass / part.volume)
+        (
+            transform_moments(part.spread, np.eye(3), np.array(link_origin(robot, part.link))),
+            part.mass / part.volume,
+        )
         for part in solids(robot)
     )
 

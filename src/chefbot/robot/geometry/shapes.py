@@ -43,7 +43,7 @@ class Ball(NamedTuple):
 Solid = Prism | Ball
 
 
-class Spread(NamedTuple):
+class VolumeMoments(NamedTuple):
     """Volume integrals of a solid: of 1, of the position r (3,), and of r r^T (3, 3)."""
 
     volume: float
@@ -60,27 +60,29 @@ class MassProperties(NamedTuple):
 
 
 @lru_cache(maxsize=4096)
-def spread(solid: Solid) -> Spread:
+def volume_moments(solid: Solid) -> VolumeMoments:
     """Return the exact volume integrals of a solid about the origin of the frame it is drawn in."""
     centred = _ball_spread(solid.radius) if isinstance(solid, Ball) else _prism_spread(solid)
-    return moved(centred, np.eye(3), np.array(solid.at))
+    return transform_moments(centred, np.eye(3), np.array(solid.at))
 
 
-def moved(integrals: Spread, rotation: NDArray[np.float64], shift: NDArray[np.float64]) -> Spread:
+def transform_moments(
+    integrals: VolumeMoments, rotation: NDArray[np.float64], shift: NDArray[np.float64]
+) -> VolumeMoments:
     """Return the integrals of the same volume rotated and then translated (parallel-axis theorem)."""
     # First moment and second moment in the rotated frame: R f and R S R^T.
     first = rotation @ integrals.first
     second = rotation @ integrals.second @ rotation.T
     # Parallel-axis theorem: S' = S + t f^T + f t^T + V t t^T.
     cross = np.outer(shift, first)
-    return Spread(
+    return VolumeMoments(
         integrals.volume,
         first + integrals.volume * shift,
         second + cross + cross.T + integrals.volume * np.outer(shift, shift),
     )
 
 
-def mass_properties(spreads: Iterable[tuple[Spread, float]]) -> MassProperties:
+def mass_properties(spreads: Iterable[tuple[VolumeMoments, float]]) -> MassProperties:
     """Return the mass properties of volumes with their densities in kg/m^3."""
     mass, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
     for integrals, density in spreads:
@@ -99,20 +101,22 @@ def mass_properties(spreads: Iterable[tuple[Spread, float]]) -> MassProperties:
 
 def volume(solid: Solid) -> float:
     """Return the volume of a solid in cubic metres, in closed form."""
-    return spread(solid).volume
+    return volume_moments(solid).volume
 
 
-def _ball_spread(radius: float) -> Spread:
+def _ball_spread(radius: float) -> VolumeMoments:
     # Second moment of a sphere: 4/15 pi r^5 per axis.
-    return Spread(4.0 / 3.0 * math.pi * radius**3, np.zeros(3), np.eye(3) * 4.0 / 15.0 * math.pi * radius**5)
+    return VolumeMoments(
+        4.0 / 3.0 * math.pi * radius**3, np.zeros(3), np.eye(3) * 4.0 / 15.0 * math.pi * radius**5
+    )
 
 
-def _prism_spread(prism: Prism) -> Spread:
+def _prism_spread(prism: Prism) -> VolumeMoments:
     m, length = prism.outline.moments(), prism.length
     # Moments of the outline's area times length; along the extrusion A l^3 / 12.
     first = np.array([m.x, m.y, 0.0]) * length
     second = np.array([[m.xx, m.xy, 0.0], [m.xy, m.yy, 0.0], [0.0, 0.0, m.area * length**2 / 12.0]]) * length
-    return moved(Spread(m.area * length, first, second), AXES[prism.axis], np.zeros(3))
+    return transform_moments(VolumeMoments(m.area * length, first, second), AXES[prism.axis], np.zeros(3))
 
 
 def rotation(pitch: float, yaw: float) -> NDArray[np.float64]:

@@ -23,28 +23,28 @@ from chefbot.robot.geometry.shapes import (
     MassProperties,
     Prism,
     Solid,
-    Spread,
     Vector,
+    VolumeMoments,
     mass_properties,
-    moved,
     rotation,
-    spread,
+    transform_moments,
     volume,
+    volume_moments,
 )
-from chefbot.robot.materials import MATERIALS, Colour
-from chefbot.robot.section import Housing, Place, Size
+from chefbot.robot.materials import MATERIALS, RgbaColour
+from chefbot.robot.section import Housing, MountingPosition, Size
 from chefbot.robot.spec import Robot
 
 SENSOR = "sensor"
 """Material name of sensor housings."""
 STAND_RADIUS = 0.003
 """Radius of the nylon rod that a sensor stands on, metres."""
-PAYLOAD_SHARE = 0.8
+PAYLOAD_RADIUS_RATIO = 0.8
 """Ratio of the payload's radius to that of the plates: trays and boxes do not overhang."""
-PLASTIC: Colour = (0.18, 0.19, 0.21, 1.0)
-BOARD: Colour = (0.10, 0.40, 0.25, 1.0)
-RUBBER: Colour = (0.13, 0.13, 0.14, 1.0)
-STEEL: Colour = MATERIALS["steel"].colour
+PLASTIC: RgbaColour = (0.18, 0.19, 0.21, 1.0)
+BOARD: RgbaColour = (0.10, 0.40, 0.25, 1.0)
+RUBBER: RgbaColour = (0.13, 0.13, 0.14, 1.0)
+STEEL: RgbaColour = MATERIALS["steel"].colour
 
 
 class RobotPart(NamedTuple):
@@ -58,7 +58,7 @@ class RobotPart(NamedTuple):
     link: str
     solids: tuple[Solid, ...]
     mass: float
-    colour: Colour
+    colour: RgbaColour
     material: str
     at: Vector = ORIGIN
     pitch: float = 0.0
@@ -70,12 +70,12 @@ class RobotPart(NamedTuple):
         return sum(volume(solid) for solid in self.solids)
 
     @property
-    def spread(self) -> Spread:
+    def spread(self) -> VolumeMoments:
         """Volume integrals in the link's frame."""
-        integrals = [spread(solid) for solid in self.solids]
+        integrals = [volume_moments(solid) for solid in self.solids]
         # Sum over the solids, then transform from the part's frame to the link's.
-        total = Spread(*(sum(terms[1:], terms[0]) for terms in zip(*integrals, strict=True)))
-        return moved(total, rotation(self.pitch, self.yaw), np.array(self.at))
+        total = VolumeMoments(*(sum(terms[1:], terms[0]) for terms in zip(*integrals, strict=True)))
+        return transform_moments(total, rotation(self.pitch, self.yaw), np.array(self.at))
 
     @property
     def inertia(self) -> MassProperties:
@@ -100,9 +100,9 @@ def link_origin(robot: Robot, link: str) -> Vector:
 def payload(robot: Robot) -> RobotPart:
     """Return the payload as a cylinder on the top plate."""
     height = robot.body.payload_height
-    outline = Outline(circle(PAYLOAD_SHARE * robot.body.radius))
+    outline = Outline(circle(PAYLOAD_RADIUS_RATIO * robot.body.radius))
     solid = Prism(outline, height, at=(0.0, 0.0, height / 2))
-    colour: Colour = (0.85, 0.55, 0.25, 0.8)
+    colour: RgbaColour = (0.85, 0.55, 0.25, 0.8)
     return RobotPart("payload", "payload", "payload_link", (solid,), robot.body.payload, colour, "payload")
 
 
@@ -221,7 +221,9 @@ def _boxes(robot: Robot) -> Iterator[RobotPart]:
         yield _box(robot, item.name, item.place, item.size, item.mass, BOARD)
 
 
-def _box(robot: Robot, name: str, place: Place, size: Size, mass: float, colour: Colour) -> RobotPart:
+def _box(
+    robot: Robot, name: str, place: MountingPosition, size: Size, mass: float, colour: RgbaColour
+) -> RobotPart:
     prism = Prism(Outline(rectangle(size.x, size.y)), size.z, at=(0.0, 0.0, size.z / 2))
     at = (place.x, place.y, layout.plate_top(robot, place.plate))
     return RobotPart(name, name, "base_link", (prism,), mass, colour, "equipment", at)

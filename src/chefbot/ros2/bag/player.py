@@ -7,26 +7,26 @@ import time
 from collections.abc import Collection
 from typing import Any, NamedTuple
 
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.ros2.bag.reader import Bag, BagMessage, BagTopic
-from chefbot.ros2.rmw.errors import WireError
-from chefbot.ros2.rmw.names import WireType, resolve
-from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.errors import RmwError
+from chefbot.ros2.rmw.names import InterfaceType, resolve
+from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.publisher import Publisher
 from chefbot.ros2.rmw.qos import CLOCK, DEFAULT, QoS
 
 MATCH_WAIT = 1.0
 """Maximum time to wait for existing subscribers to match, s."""
-LAST_WAIT = 0.2
+FLUSH_TIME = 0.2
 """Time for the last messages to be sent, s."""
 CLOCK_TOPIC = "/clock"
 CLOCK_PERIOD = 0.01
 """Wall-clock seconds between two /clock messages, as in a simulated launch."""
 
 
-class Played(NamedTuple):
+class PlaybackResult(NamedTuple):
     """The result of playing a bag: number of messages and duration in seconds."""
 
     messages: int
@@ -40,7 +40,7 @@ class Player:
     """
 
     def __init__(
-        self, node: WireNode, bag: Bag, topics: Collection[str] | None = None, *, clock: bool = False
+        self, node: RmwNode, bag: Bag, topics: Collection[str] | None = None, *, clock: bool = False
     ) -> None:
         """Create the publishers of the topics to play.
 
@@ -51,9 +51,9 @@ class Player:
         self._chosen = _choose(bag, topics)
         if clock and CLOCK_TOPIC in self._chosen:
             raise UserError(f"{bag.path} has {CLOCK_TOPIC} itself, which is played; leave --clock out")
-        self.left_out: list[str] = []
+        self.skipped_topics: list[str] = []
         """A sentence for each topic that cannot be published."""
-        self._publishers: dict[tuple[str, WireType], Publisher[Any]] = {}
+        self._publishers: dict[tuple[str, InterfaceType], Publisher[Any]] = {}
         for topic in bag.topics:
             if topic.name in self._chosen:
                 self._create_publisher(node, topic)
@@ -61,30 +61,30 @@ class Player:
         self._clock_ns = 0
         if not self._publishers:
             raise UserError(
-                f"nothing of {bag.path} can be played: " + ("; ".join(self.left_out) or "it is empty")
+                f"nothing of {bag.path} can be played: " + ("; ".join(self.skipped_topics) or "it is empty")
             )
 
-    def await_listeners(self, node: WireNode) -> None:
+    def wait_for_subscribers(self, node: RmwNode) -> None:
         """Wait up to MATCH_WAIT until the publishers have matched the existing subscribers."""
-        subscribed = {name for name, endpoints in node.wire.graph.topics().items() if endpoints.takers}
+        subscribed = {name for name, endpoints in node.wire.graph.topics().items() if endpoints.consumers}
         publishers = [publisher for (name, _), publisher in self._publishers.items() if name in subscribed]
         deadline = time.monotonic() + MATCH_WAIT
-        while not all(publisher.heard for publisher in publishers) and time.monotonic() < deadline:
+        while not all(publisher.has_subscribers for publisher in publishers) and time.monotonic() < deadline:
             time.sleep(0.01)
 
-    def play(self, rate: float, stop: threading.Event) -> Played:
+    def play(self, rate: float, stop: threading.Event) -> PlaybackResult:
         """Play the bag once, `rate` times as fast as it was recorded, until the end or `stop`."""
         start, first_ns, count = time.monotonic(), None, 0
         self._clock_ns = 0
         for message in self._bag.messages(self._chosen):
-            first_ns = message.heard_ns if first_ns is None else first_ns
+            first_ns = message.log_time_ns if first_ns is None else first_ns
             # Time of the message on the monotonic clock, scaled by the playback rate
-            due = start + (message.heard_ns - first_ns) * 1e-9 / rate
-            if not self._wait(due, message.heard_ns, rate, stop):
+            due = start + (message.log_time_ns - first_ns) * 1e-9 / rate
+            if not self._wait(due, message.log_time_ns, rate, stop):
                 break
             count += self._publish(message)
-        stop.wait(LAST_WAIT)
-        return Played(count, time.monotonic() - start)
+        stop.wait(FLUSH_TIME)
+        return PlaybackResult(count, time.monotonic() - start)
 
     def _wait(self, due: float, due_ns: int, rate: float, stop: threading.Event) -> bool:
         """Wait until the monotonic clock reaches `due`, publishing /clock meanwhile.
@@ -111,12 +111,12 @@ class Player:
         publisher.publish_cdr(message.data)
         return 1
 
-    def _create_publisher(self, node: WireNode, topic: BagTopic) -> None:
+    def _create_publisher(self, node: RmwNode, topic: BagTopic) -> None:
         problem = _unplayable_reason(topic)
         if problem:
-            self.left_out.append(f"{topic.name}: {problem}")
+            self.skipped_topics.append(f"{topic.name}: {problem}")
         else:
-            publisher = node.raw_publisher(topic.name, topic.kind, _playback_qos(topic.offers))
+            publisher = node.raw_publisher(topic.name, topic.kind, _playback_qos(topic.offered_qos))
             self._publishers[topic.name, topic.kind] = publisher
 
 
@@ -126,7 +126,7 @@ def _choose(bag: Bag, topics: Collection[str] | None) -> set[str]:
         return available
     chosen = {name if name.startswith("/") else f"/{name}" for name in topics}
     for name in sorted(chosen - available):
-        raise UserError(f"{bag.path} has no topic {name}{nearest(name, available)}")
+        raise UserError(f"{bag.path} has no topic {name}{name_hint(name, available)}")
     return chosen
 
 
@@ -139,7 +139,7 @@ def _unplayable_reason(topic: BagTopic) -> str:
     try:
         resolve(topic.name)
         _ = topic.kind.dds
-    except WireError as error:
+    except RmwError as error:
         return str(error)
     return ""
 

@@ -16,12 +16,12 @@ from zstandard import ZstdError
 
 from chefbot.errors import UserError
 from chefbot.msgs.idl.registry import message_type
-from chefbot.ros2.bag.profile import read_profiles
+from chefbot.ros2.bag.qos_profile import parse_qos_profiles
 from chefbot.ros2.bag.writer import METADATA_FILE, METADATA_RECORD
-from chefbot.ros2.rmw.names import WireType
+from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.qos import QoS
 
-DAMAGE = (
+READ_ERRORS = (
     McapError, ZstdError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError, OverflowError,
 )  # fmt: skip
 """Exceptions that the mcap library raises for truncated or invalid files."""
@@ -32,20 +32,20 @@ class BagMessage(NamedTuple):
     """A recorded message as CDR bytes, with its receive and publish times in ns."""
 
     topic: str
-    kind: WireType
+    kind: InterfaceType
     data: bytes
-    heard_ns: int
-    said_ns: int
+    log_time_ns: int
+    publish_time_ns: int
 
 
 class BagTopic(NamedTuple):
     """A topic of a bag with one message type."""
 
     name: str
-    kind: WireType
+    kind: InterfaceType
     """Message type; its hash is '' where it is known neither from the bag nor here."""
     encoding: str
-    offers: tuple[QoS, ...]
+    offered_qos: tuple[QoS, ...]
     messages: int
 
 
@@ -57,7 +57,7 @@ class Bag(NamedTuple):
     topics: tuple[BagTopic, ...]
     start_ns: int
     end_ns: int
-    cut: tuple[str, ...]
+    truncated: tuple[str, ...]
     """A sentence for each truncated file; messages before the truncation are included."""
     distro: str
 
@@ -77,7 +77,7 @@ class Bag(NamedTuple):
         Truncated files are read up to the truncation, in file order.
         """
         for file in self.files:
-            yield from _messages(file, topics, cut=any(str(file) in sentence for sentence in self.cut))
+            yield from _messages(file, topics, cut=any(str(file) in sentence for sentence in self.truncated))
 
 
 def read_bag(path: Path) -> Bag:
@@ -169,7 +169,7 @@ def _summary(stream: IO[bytes]) -> _Contents | None:
             (_distro(record.metadata) for record in reader.iter_metadata() if record.name == METADATA_RECORD),
             "",
         )
-    except (*DAMAGE, OSError):  # seeks before the start of a short file; _scan reports the error
+    except (*READ_ERRORS, OSError):  # seeks before the start of a short file; _scan reports the error
         return None
     statistics = summary.statistics
     return _Contents(topics, statistics.message_start_time, statistics.message_end_time, distro=distro)
@@ -199,7 +199,7 @@ def _scan(file: Path, stream: IO[bytes]) -> _Contents:
             elif isinstance(record, Message):
                 counts[record.channel_id] = counts.get(record.channel_id, 0) + 1
                 times = [min([record.log_time, *times[:1]]), max([record.log_time, *times[1:]])]
-    except DAMAGE as error:
+    except READ_ERRORS as error:
         reason = str(error) or type(error).__name__
     if reason and not channels:
         raise UserError(f"{file} is no MCAP file, or cut off before its first message: {reason}")
@@ -211,7 +211,7 @@ def _scan(file: Path, stream: IO[bytes]) -> _Contents:
 
 
 def _topic(schemas: dict[int, Schema], channel: Channel, count: int) -> BagTopic:
-    offers = tuple(read_profiles(channel.metadata.get("offered_qos_profiles", "")))
+    offers = tuple(parse_qos_profiles(channel.metadata.get("offered_qos_profiles", "")))
     return BagTopic(
         channel.topic,
         _type_of(schemas.get(channel.schema_id), channel),
@@ -221,31 +221,31 @@ def _topic(schemas: dict[int, Schema], channel: Channel, count: int) -> BagTopic
     )
 
 
-def _type_of(schema: Schema | None, channel: Channel) -> WireType:
+def _type_of(schema: Schema | None, channel: Channel) -> InterfaceType:
     """Return the type with the recorded hash, else with that of our own type of the same name."""
     name = schema.name if schema else ""
     if name.count("/") == 1:
         name = name.replace("/", "/msg/")
     recorded_hash = channel.metadata.get("topic_type_hash", "")
     if recorded_hash:
-        return WireType(name, recorded_hash)
+        return InterfaceType(name, recorded_hash)
     try:
-        return WireType.of(message_type(name))
+        return InterfaceType.of(message_type(name))
     except KeyError:
-        return WireType(name, "")
+        return InterfaceType(name, "")
 
 
 def _merge(contents: list[_Contents]) -> tuple[BagTopic, ...]:
     """Merge the topics of all files and channels to one entry per topic and type."""
-    merged: dict[tuple[str, WireType], BagTopic] = {}
+    merged: dict[tuple[str, InterfaceType], BagTopic] = {}
     for topic in (topic for content in contents for topic in content.topics):
         key = topic.name, topic.kind
         existing = merged.get(key)
         if existing is None:
             merged[key] = topic
         else:
-            offers = tuple(dict.fromkeys((*existing.offers, *topic.offers)))
-            merged[key] = existing._replace(offers=offers, messages=existing.messages + topic.messages)
+            offers = tuple(dict.fromkeys((*existing.offered_qos, *topic.offered_qos)))
+            merged[key] = existing._replace(offered_qos=offers, messages=existing.messages + topic.messages)
     return tuple(merged[key] for key in sorted(merged))
 
 
@@ -260,7 +260,7 @@ def _messages(file: Path, topics: Collection[str] | None, *, cut: bool) -> Itera
                         channel.topic, kind, message.data, message.log_time, message.publish_time
                     )
                     count += 1
-    except DAMAGE as error:
+    except READ_ERRORS as error:
         if not cut:
             reason = str(error) or type(error).__name__
             raise UserError(f"{file} is damaged after {count} messages: {reason}") from None

@@ -10,27 +10,27 @@ from collections.abc import Callable
 from chefbot.msgs.idl.registry import message_type
 from chefbot.ros2.bag.writer import BagWriter
 from chefbot.ros2.rmw.attachment import Attachment
-from chefbot.ros2.rmw.graph import Named
-from chefbot.ros2.rmw.names import WireType, has_byte_array
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos_matching import ask_for, types_said
-from chefbot.ros2.rmw.subscription import Receive
+from chefbot.ros2.rmw.graph import EndpointGroup
+from chefbot.ros2.rmw.names import InterfaceType, has_byte_array
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos_matching import best_matching_qos, offered_types
+from chefbot.ros2.rmw.subscription import SampleCallback
 
 FLUSH_PERIOD = 1.0
 """Seconds between flushes, and so the most that is lost when the process is killed."""
-MAX_WAITING = 200_000_000
+MAX_QUEUED_BYTES = 200_000_000
 """Maximum bytes queued for a slow disk; further messages are counted as lost."""
-_Sample = tuple[str, WireType, bytes, int, int]
+_Sample = tuple[str, InterfaceType, bytes, int, int]
 
 
 class BagRecorder:
     """A recorder of all topics for which `wants(name)` holds, including topics that appear later."""
 
-    def __init__(self, node: WireNode, writer: BagWriter, wants: Callable[[str], bool]) -> None:
-        self.lost: dict[str, int] = {}
+    def __init__(self, node: RmwNode, writer: BagWriter, wants: Callable[[str], bool]) -> None:
+        self.dropped: dict[str, int] = {}
         """Messages lost because the disk was too slow, by topic."""
         self._node, self._writer, self._wants = node, writer, wants
-        self._subscribed: set[tuple[str, WireType]] = set()
+        self._subscribed: set[tuple[str, InterfaceType]] = set()
         self._waiting: deque[_Sample] = deque()
         self._bytes = 0
         self._lock = threading.Lock()
@@ -54,12 +54,12 @@ class BagRecorder:
             # Write what the Zenoh threads have queued; the disk must not block them
             self._wake.wait(0.05)
             self._wake.clear()
-            self.write_waiting()
+            self.write_queued()
             if time.monotonic() >= flush_at:
                 self._writer.flush()
                 flush_at = time.monotonic() + FLUSH_PERIOD
 
-    def write_waiting(self) -> None:
+    def write_queued(self) -> None:
         """Write all queued messages to the bag."""
         while self._waiting:
             topic, kind, data, received_ns, published_ns = self._waiting.popleft()
@@ -70,26 +70,26 @@ class BagRecorder:
     def _subscribe(self) -> None:
         """Subscribe to the wanted topics and types that have appeared."""
         for name, topic in self._node.wire.graph.topics().items():
-            if topic.givers and self._wants(name):
-                for kind in types_said(topic):
+            if topic.providers and self._wants(name):
+                for kind in offered_types(topic):
                     if (name, kind) not in self._subscribed:
                         self._subscribe_to(topic, kind)
 
-    def _subscribe_to(self, topic: Named, kind: WireType) -> None:
+    def _subscribe_to(self, topic: EndpointGroup, kind: InterfaceType) -> None:
         self._subscribed.add((topic.name, kind))
-        offers = [endpoint.end.qos for endpoint in topic.givers if endpoint.end.type == kind]
+        offers = [endpoint.info.qos for endpoint in topic.providers if endpoint.info.type == kind]
         self._writer.add_topic(topic.name, kind, offers)
-        qos = ask_for(offers)
-        buffered = not qos.latched and maybe_buffered(kind)
+        qos = best_matching_qos(offers)
+        buffered = not qos.latched and may_use_buffers(kind)
         self._node.raw_subscription(
             topic.name, kind, self._queue_callback(topic.name, kind), qos, buffered=buffered
         )
 
-    def _queue_callback(self, topic: str, kind: WireType) -> Receive:
+    def _queue_callback(self, topic: str, kind: InterfaceType) -> SampleCallback:
         def enqueue(data: bytes, attachment: Attachment) -> None:
             with self._lock:
-                if self._bytes + len(data) > MAX_WAITING:
-                    self.lost[topic] = self.lost.get(topic, 0) + 1
+                if self._bytes + len(data) > MAX_QUEUED_BYTES:
+                    self.dropped[topic] = self.dropped.get(topic, 0) + 1
                     return
                 self._bytes += len(data)
             self._waiting.append((topic, kind, data, time.time_ns(), attachment.stamp_ns))
@@ -98,7 +98,7 @@ class BagRecorder:
         return enqueue
 
 
-def maybe_buffered(kind: WireType) -> bool:
+def may_use_buffers(kind: InterfaceType) -> bool:
     """Return whether newer rmw_zenoh may send this type through its buffer backends.
 
     Types that are not known here are assumed to be.

@@ -11,11 +11,11 @@ import yaml
 from chefbot.errors import UserError
 from chefbot.msgs.idl.definition import definition_text
 from chefbot.msgs.idl.registry import message_type
-from chefbot.ros2.bag.profile import profiles_text, to_profile
-from chefbot.ros2.rmw.names import WireType
+from chefbot.ros2.bag.qos_profile import qos_profiles_to_yaml, qos_to_profile
+from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.qos import QoS
 from chefbot.storage.atomic_files import write_atomic
-from chefbot.storage.mcap_file import McapFile
+from chefbot.storage.mcap_writer import McapWriter
 
 VERSION = 9
 """Version of metadata.yaml, as written by rosbag2 of Jazzy and Kilted."""
@@ -24,14 +24,14 @@ DISTRO = "jazzy"
 NEVER_NS = 2**63 - 1
 """Start time of a bag without messages (rosbag2)."""
 METADATA_FILE, METADATA_RECORD = "metadata.yaml", "rosbag2"
-ROOM = 2000
+METADATA_RESERVE = 2000
 """Bytes reserved for the metadata; the same for each topic, plus its QoS profiles."""
 
 
 class _Topic:
     """A topic with one type, its channel and its message count."""
 
-    def __init__(self, name: str, kind: WireType, channel: int, offers: list[QoS]) -> None:
+    def __init__(self, name: str, kind: InterfaceType, channel: int, offers: list[QoS]) -> None:
         self.name, self.kind, self.channel, self.offers = name, kind, channel, offers
         self.count = 0
 
@@ -48,9 +48,9 @@ class BagWriter:
         self.path = out if self._folder is None else out / f"{out.name}_0.mcap"
         if out.exists():
             raise UserError(f"{out} exists already; choose another -o, bags are never overwritten")
-        self._file = McapFile(self.path, self._last_record)
-        self._file.reserve(ROOM)
-        self._topics: dict[tuple[str, WireType], _Topic] = {}
+        self._file = McapWriter(self.path, self._last_record)
+        self._file.reserve(METADATA_RESERVE)
+        self._topics: dict[tuple[str, InterfaceType], _Topic] = {}
         self._first_ns, self._last_ns = NEVER_NS, 0
 
     @property
@@ -61,19 +61,21 @@ class BagWriter:
             counts[topic.name] = counts.get(topic.name, 0) + topic.count
         return counts
 
-    def add_topic(self, name: str, kind: WireType, offers: list[QoS]) -> None:
+    def add_topic(self, name: str, kind: InterfaceType, offers: list[QoS]) -> None:
         """Add a topic before its first message.
 
         `offers` are the QoS of its publishers, used by players of the bag.
         """
         if (name, kind) in self._topics:
             return
-        metadata = {"offered_qos_profiles": profiles_text(offers), "topic_type_hash": kind.hash}
-        self._file.reserve(ROOM + 2 * len(metadata["offered_qos_profiles"]) + len(name) + len(kind.name))
+        metadata = {"offered_qos_profiles": qos_profiles_to_yaml(offers), "topic_type_hash": kind.hash}
+        self._file.reserve(
+            METADATA_RESERVE + 2 * len(metadata["offered_qos_profiles"]) + len(name) + len(kind.name)
+        )
         channel = self._file.channel(name, kind.name, _definition(kind), metadata)
         self._topics[name, kind] = _Topic(name, kind, channel, offers)
 
-    def add(self, name: str, kind: WireType, data: bytes, received_ns: int, published_ns: int) -> None:
+    def add(self, name: str, kind: InterfaceType, data: bytes, received_ns: int, published_ns: int) -> None:
         """Add one message with the times at which it was received and published, ns since the epoch."""
         topic = self._topics[name, kind]
         self._file.add(topic.channel, data, received_ns, published_ns, topic.count + 1)
@@ -127,19 +129,19 @@ def _topic_metadata(topic: _Topic) -> dict[str, Any]:
         "name": topic.name,
         "type": topic.kind.name,
         "serialization_format": "cdr",
-        "offered_qos_profiles": [to_profile(offer) for offer in topic.offers],
+        "offered_qos_profiles": [qos_to_profile(offer) for offer in topic.offers],
         "type_description_hash": topic.kind.hash,
     }
     return {"topic_metadata": metadata, "message_count": topic.count}
 
 
-def _definition(kind: WireType) -> str:
+def _definition(kind: InterfaceType) -> str:
     """Return the text of a message definition; empty if the type is unknown or of another version."""
     try:
         message = message_type(kind.name)
     except KeyError:
         return ""
-    return definition_text(message) if WireType.of(message) == kind else ""
+    return definition_text(message) if InterfaceType.of(message) == kind else ""
 
 
 def _yaml(plain: dict[str, Any]) -> str:

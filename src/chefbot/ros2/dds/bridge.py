@@ -12,20 +12,25 @@ from cyclonedds.core import GuardCondition, InstanceState, ReadCondition, Sample
 from cyclonedds.topic import Topic
 
 from chefbot.msgs.idl.message import Message
+from chefbot.ros2.dds.dds_to_zenoh import DdsToZenohRoute
 from chefbot.ros2.dds.discovery import TOPIC_PREFIX, Discovery
-from chefbot.ros2.dds.domain import Place
-from chefbot.ros2.dds.inward import Inward
-from chefbot.ros2.dds.nodes import Nodes
-from chefbot.ros2.dds.outward import Outward
-from chefbot.ros2.dds.topic_endpoints import Crowd, choose_type, gather, unheard
+from chefbot.ros2.dds.discovery_info import NodeAnnouncer
+from chefbot.ros2.dds.domain import DdsParticipant
+from chefbot.ros2.dds.topic_endpoints import (
+    TopicEndpoints,
+    choose_type,
+    endpoints_by_topic,
+    unmatched_publishers,
+)
 from chefbot.ros2.dds.types import sample_type
-from chefbot.ros2.rmw.errors import Tally
-from chefbot.ros2.rmw.names import WireType
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.dds.zenoh_to_dds import ZenohToDdsRoute
+from chefbot.ros2.rmw.errors import ErrorCounter
+from chefbot.ros2.rmw.names import InterfaceType
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import RmwContext
 
 NODE = "chefbot_dds"
-LOOK_NS = 200_000_000
+WAIT_TIMEOUT_NS = 200_000_000
 SETTLE = 0.02
 """Seconds over which graph changes are batched: a launch announces hundreds of tokens."""
 CHECK = 0.5
@@ -34,7 +39,7 @@ _ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 Chosen = Callable[[str], bool]
 
 
-class Topics(NamedTuple):
+class BridgedTopics(NamedTuple):
     """The topics that are bridged at present, by direction."""
 
     outward: tuple[str, ...]
@@ -52,20 +57,20 @@ class DdsBridge:
     Zenoh's threads write to DDS.
     """
 
-    def __init__(self, wire: Wire, place: Place, chosen: Chosen) -> None:
-        self.tally: Tally = wire.refused
+    def __init__(self, wire: RmwContext, place: DdsParticipant, chosen: Chosen) -> None:
+        self.rejected: ErrorCounter = wire.rejected
         self._wire, self._place, self._chosen = wire, place, chosen
-        self._node = WireNode(wire, NODE, remote_only=True)
+        self._node = RmwNode(wire, NODE, remote_only=True)
         participant = place.participant
         self._discovery = Discovery(participant)
-        self._nodes = Nodes(participant)
-        self._outward: dict[str, Outward] = {}
-        self._inward: dict[str, Inward] = {}
+        self._nodes = NodeAnnouncer(participant)
+        self._outward: dict[str, ZenohToDdsRoute] = {}
+        self._inward: dict[str, DdsToZenohRoute] = {}
         self._kinds: dict[str, type[Message]] = {}
         self._subscribers: dict[str, list[str]] = {}
         self._topics: dict[tuple[str, type[Message]], Any] = {}
         self._left_out: dict[str, str] = {}
-        self._state = Topics((), (), {})
+        self._state = BridgedTopics((), (), {})
         self._graph_news, self._closing = threading.Event(), threading.Event()
         self._wake = GuardCondition(participant)
         self._waitset = WaitSet(participant)
@@ -78,7 +83,7 @@ class DdsBridge:
         self._thread.start()
 
     @property
-    def topics(self) -> Topics:
+    def topics(self) -> BridgedTopics:
         """The topics that are bridged at present; thread-safe."""
         return self._state
 
@@ -101,10 +106,10 @@ class DdsBridge:
         more = False
         while not self._closing.is_set():
             if not more:
-                self._waitset.wait(int(SETTLE * 1e9) if due else LOOK_NS)
+                self._waitset.wait(int(SETTLE * 1e9) if due else WAIT_TIMEOUT_NS)
             self._wake.set(False)
             # Batch graph changes of both sides for SETTLE seconds, then update the routes once
-            if self._guarded(self._discovery.look) or self._graph_news.is_set():
+            if self._guarded(self._discovery.update) or self._graph_news.is_set():
                 due = due or time.monotonic() + SETTLE
                 self._graph_news.clear()
             if due and time.monotonic() >= due:
@@ -124,35 +129,37 @@ class DdsBridge:
         try:
             return job()
         except Exception as fault:
-            self.tally.add(f"bridge: {type(fault).__name__}: {fault}")
+            self.rejected.add(f"bridge: {type(fault).__name__}: {fault}")
             return None
 
     def _update_routes(self) -> None:
         """Create the routes that are needed now and delete the others."""
-        topics = gather(self._wire, self._discovery)
+        topics = endpoints_by_topic(self._wire, self._discovery)
         left_out: dict[str, str] = {}
         routes = {}
         for name, endpoints in topics.items():
             if self._chosen(name):
                 kind, reason = choose_type(endpoints)
-                if reason := reason or unheard(endpoints):
+                if reason := reason or unmatched_publishers(endpoints):
                     left_out[name] = reason
                 if kind is not None:
-                    routes[name] = (kind, endpoints.of_type(WireType.of(kind)))
+                    routes[name] = (kind, endpoints.of_type(InterfaceType.of(kind)))
         for name in (self._outward.keys() | self._inward.keys()) - routes.keys():
             self._close_route(name)
         for name, (kind, endpoints) in routes.items():
             self._guarded(partial(self._update_route, name, kind, endpoints))
         self._guarded(self._publish_nodes)
         self._left_out = left_out
-        self._state = Topics(*self._directions(routes), left_out)
+        self._state = BridgedTopics(*self._directions(routes), left_out)
 
     def _check_matches(self) -> None:
         """Report the writers that DDS itself refuses to match."""
-        unmatched = {name: reason for name, route in self._inward.items() if (reason := route.deaf())}
+        unmatched = {
+            name: reason for name, route in self._inward.items() if (reason := route.unmatched_reason())
+        }
         self._state = self._state._replace(left_out={**unmatched, **self._left_out})
 
-    def _update_route(self, name: str, kind: type[Message], endpoints: Crowd) -> None:
+    def _update_route(self, name: str, kind: type[Message], endpoints: TopicEndpoints) -> None:
         if self._kinds.get(name, kind) is not kind:
             self._close_route(name)
         self._kinds[name] = kind
@@ -160,12 +167,12 @@ class DdsBridge:
             topic = self._topic(name, kind)
             # Both directions of a topic share one DDS topic
             participant = self._place.participant
-            self._outward[name] = Outward(participant, topic, self._node, name, kind)
+            self._outward[name] = ZenohToDdsRoute(participant, topic, self._node, name, kind)
             dds = (participant, topic, self._waitset)
-            self._inward[name] = Inward(dds, self._node, name, WireType.of(kind), self.tally)
+            self._inward[name] = DdsToZenohRoute(dds, self._node, name, InterfaceType.of(kind), self.rejected)
         self._outward[name].update(endpoints.publishers, bool(endpoints.readers))
-        self._inward[name].update(endpoints.writers, endpoints.listeners)
-        self._subscribers[name] = [subscriber.node.full_name for subscriber in endpoints.listeners]
+        self._inward[name].update(endpoints.writers, endpoints.subscriptions)
+        self._subscribers[name] = [subscriber.node.full_name for subscriber in endpoints.subscriptions]
 
     def _close_route(self, name: str) -> None:
         for routes in (self._outward, self._inward):
@@ -192,14 +199,14 @@ class DdsBridge:
                 for owner in dict.fromkeys(self._subscribers[name]):
                     readers.setdefault(owner, []).append(inward.gid)
         others = [node for node in self._wire.graph.nodes() if node.zid != self._wire.zid]
-        self._nodes.tell([*others, self._node.id], readers, writers)
+        self._nodes.publish([*others, self._node.id], readers, writers)
 
     @staticmethod
     def _directions(
-        routes: dict[str, tuple[type[Message], Crowd]],
+        routes: dict[str, tuple[type[Message], TopicEndpoints]],
     ) -> tuple[tuple[str, ...], tuple[str, ...]]:
         outward = tuple(name for name, (_, endpoints) in routes.items() if endpoints.publishers)
         inward = tuple(
-            name for name, (_, endpoints) in routes.items() if endpoints.writers or endpoints.listeners
+            name for name, (_, endpoints) in routes.items() if endpoints.writers or endpoints.subscriptions
         )
         return outward, inward

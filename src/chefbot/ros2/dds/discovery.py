@@ -12,8 +12,8 @@ from cyclonedds.builtin import (
 from cyclonedds.core import InstanceState
 
 from chefbot.ros2.dds.qos import from_dds, type_hash_of
-from chefbot.ros2.rmw.errors import WireError
-from chefbot.ros2.rmw.names import WireType, ros_name
+from chefbot.ros2.rmw.errors import RmwError
+from chefbot.ros2.rmw.names import InterfaceType, ros_name
 from chefbot.ros2.rmw.qos import QoS
 
 TOPIC_PREFIX = "rt"
@@ -21,7 +21,7 @@ TOPIC_PREFIX = "rt"
 _MAX_SAMPLES = 1000
 
 
-class Remote(NamedTuple):
+class RemoteEndpoint(NamedTuple):
     """A DDS reader or writer of another participant."""
 
     handle: int
@@ -29,7 +29,7 @@ class Remote(NamedTuple):
     writes: bool
     topic: str
     """ROS name of the topic, such as '/scan'."""
-    type: WireType
+    type: InterfaceType
     """Message type; its hash is empty if the endpoint announces none."""
     qos: QoS
 
@@ -43,14 +43,14 @@ class Discovery:
             True: BuiltinDataReader(participant, BuiltinTopicDcpsPublication),
             False: BuiltinDataReader(participant, BuiltinTopicDcpsSubscription),
         }
-        self._remotes: dict[int, Remote] = {}
+        self._remotes: dict[int, RemoteEndpoint] = {}
 
     @property
     def readers(self) -> list[Any]:
         """DDS readers that have data when endpoints have appeared or disappeared."""
         return list(self._readers.values())
 
-    def look(self) -> bool:
+    def update(self) -> bool:
         """Process discovery updates; return whether any concerned ROS topics."""
         changed = False
         for writes, reader in self._readers.items():
@@ -58,7 +58,7 @@ class Discovery:
                 changed |= self._update(sample, writes)
         return changed
 
-    def remotes(self, *, writing: bool) -> list[Remote]:
+    def remotes(self, *, writing: bool) -> list[RemoteEndpoint]:
         """Return all discovered writers, or all readers."""
         return [remote for remote in self._remotes.values() if remote.writes == writing]
 
@@ -70,8 +70,8 @@ class Discovery:
         if sample.participant_key == self._own or prefix != TOPIC_PREFIX:
             return False
         try:
-            kind = WireType(ros_name(sample.type_name), type_hash_of(sample.qos))
-        except WireError:
+            kind = InterfaceType(ros_name(sample.type_name), type_hash_of(sample.qos))
+        except RmwError:
             return False  # no ROS type, despite the topic's prefix
-        self._remotes[handle] = Remote(handle, writes, slash + name, kind, from_dds(sample.qos))
+        self._remotes[handle] = RemoteEndpoint(handle, writes, slash + name, kind, from_dds(sample.qos))
         return True

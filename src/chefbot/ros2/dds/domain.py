@@ -25,13 +25,13 @@ _LOCAL = (
 _SINGLE_INTERFACE = "<CycloneDDS><Domain><General>" + _GENERAL + "</General></Domain></CycloneDDS>"
 
 
-def interface_of_environment() -> str:
+def interface_from_environment() -> str:
     """Return loopback if ROS 2's variables restrict discovery to this machine, else Cyclone's default."""
     local_range = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper() == "LOCALHOST"
     return LOOPBACK if local_range or os.environ.get("ROS_LOCALHOST_ONLY") == "1" else AUTO
 
 
-class Place:
+class DdsParticipant:
     """A participant in a DDS domain.
 
     `interface` is a network interface's name, 'lo', or 'auto' for Cyclone's choice. Settings in

@@ -15,7 +15,7 @@ from chefbot.ros2.rmw.qos import (
     TRANSIENT_LOCAL,
     VOLATILE,
     QoS,
-    Span,
+    QosDuration,
 )
 
 BLOCKING_NS = 10_000_000
@@ -73,6 +73,6 @@ def type_hash_of(qos: Qos) -> str:
     return match.group(1).decode() if match else ""
 
 
-def _ns(span: Span) -> int:
+def _ns(span: QosDuration) -> int:
     """Convert a duration to ns; infinity is 2^63 - 1 ns both in rmw and in DDS."""
     return min(span.sec * 1_000_000_000 + span.nanosec, 2**63 - 1)

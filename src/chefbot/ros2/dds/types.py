@@ -11,9 +11,9 @@ from typing import Any
 
 from cyclonedds.idl import make_idl_struct, types
 
-from chefbot.msgs.idl.fields import FieldType, fields_of, ros_type
+from chefbot.msgs.idl.fields import MessageField, fields_of, ros_type
 from chefbot.msgs.idl.message import Message
-from chefbot.ros2.rmw.names import WireType
+from chefbot.ros2.rmw.names import InterfaceType
 
 _PRIMITIVES = {
     "bool": bool, "byte": types.uint8, "string": str, "int8": types.int8, "uint8": types.uint8,
@@ -49,12 +49,12 @@ def _serialize(instance: Any, **_: Any) -> bytes:
 @cache
 def idl_struct(kind: type[Message]) -> type[Any]:
     """Return an IDL struct of the same name and fields (OMG DDS-XTypes; ROS uses `pkg::msg::dds_::Name_`)."""
-    name = WireType(ros_type(kind), "").dds
+    name = InterfaceType(ros_type(kind), "").dds
     fields = {field.name: _idl_field(field) for field in fields_of(kind)}
     return make_idl_struct(name.rpartition("::")[2], name, fields)
 
 
-def _idl_field(field: FieldType) -> Any:
+def _idl_field(field: MessageField) -> Any:
     element: Any
     if field.message is not None:
         element = idl_struct(field.message)

@@ -34,16 +34,16 @@ from chefbot.msgs.action_msgs import (
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.idl.action import Action
 from chefbot.msgs.idl.definition import type_hash
-from chefbot.msgs.idl.editions import convert, editions
+from chefbot.msgs.idl.editions import convert, older_editions
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos import LATCHED
-from chefbot.ros2.rmw.service import Call
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.service import ServiceCall
 
-Edition = Action[Any, Any, Any]
-ENDED = (STATUS_SUCCEEDED, STATUS_CANCELED, STATUS_ABORTED)
-KEPT = 16
+ActionVersion = Action[Any, Any, Any]
+TERMINAL_STATES = (STATUS_SUCCEEDED, STATUS_CANCELED, STATUS_ABORTED)
+MAX_FINISHED_GOALS = 16
 """Number of finished goals whose results can still be requested."""
 CANCELABLE = (STATUS_ACCEPTED, STATUS_EXECUTING)
 OnGoal = Callable[[UUID, Any], bool]
@@ -69,14 +69,14 @@ class ActionServer:
     """
 
     def __init__(
-        self, node: WireNode, name: str, action: Action[Any, Any, Any], on_goal: OnGoal, on_cancel: OnCancel
+        self, node: RmwNode, name: str, action: Action[Any, Any, Any], on_goal: OnGoal, on_cancel: OnCancel
     ) -> None:
         self.action = action
         self._on_goal, self._on_cancel = on_goal, on_cancel
         self._goals: dict[bytes, _Goal] = {}
         self._lock = threading.RLock()
         base = f"{name}/_action/"
-        versions = (action, *editions(action.ros_name))
+        versions = (action, *older_editions(action.ros_name))
         self._feedback = [
             (
                 version.feedback,
@@ -85,19 +85,19 @@ class ActionServer:
             )
             for version in _distinct(versions, lambda version: type_hash(version.feedback_message))
         ]
-        self._status = node.publisher(base + "status", GoalStatusArray, LATCHED)
+        self._status = node.publisher(base + "status", GoalStatusArray, TRANSIENT_LOCAL_QOS)
         for version in _distinct(versions, lambda version: version.send_goal_service.type_hash):
             node.server(base + "send_goal", version.send_goal_service, partial(self._send_goal, version))
         for version in _distinct(versions, lambda version: version.get_result_service.type_hash):
             node.server(base + "get_result", version.get_result_service, partial(self._get_result, version))
         node.server(base + "cancel_goal", CancelGoal, self._cancel_goal)
 
-    def feedback(self, goal_id: UUID, feedback: Message) -> None:
+    def publish_feedback(self, goal_id: UUID, feedback: Message) -> None:
         """Publish feedback on a goal in every version of the action."""
         for kind, publisher, wrap in self._feedback:
             publisher.publish(wrap(goal_id, convert(feedback, kind)))
 
-    def begin(self, goal_id: UUID) -> None:
+    def execute(self, goal_id: UUID) -> None:
         """Mark a goal as executing and publish its status.
 
         Goals that did not come over the network can be marked too, so that other nodes see them.
@@ -120,7 +120,7 @@ class ActionServer:
             respond(status, result)
         self._publish_status()
 
-    def _send_goal(self, version: Edition, call: Call[Any, Any]) -> None:
+    def _send_goal(self, version: ActionVersion, call: ServiceCall[Any, Any]) -> None:
         goal_id: UUID = call.request.goal_id
         with self._lock:
             # The id is reserved before the callback, which runs without the lock
@@ -130,12 +130,12 @@ class ActionServer:
         if new and not accepted:
             with self._lock:
                 del self._goals[goal_id.key]
-        call.answer(version.send_goal_service.response(accepted, info.stamp))
+        call.respond(version.send_goal_service.response(accepted, info.stamp))
         self._publish_status()
 
-    def _get_result(self, version: Edition, call: Call[Any, Any]) -> None:
+    def _get_result(self, version: ActionVersion, call: ServiceCall[Any, Any]) -> None:
         def answer(status: int, result: Message) -> None:
-            call.answer(version.get_result_service.response(status, convert(result, version.result)))
+            call.respond(version.get_result_service.response(status, convert(result, version.result)))
 
         with self._lock:
             goal = self._goals.get(call.request.goal_id.key)
@@ -147,7 +147,7 @@ class ActionServer:
         else:
             answer(goal.status, goal.result)
 
-    def _cancel_goal(self, call: Call[Any, Any]) -> None:
+    def _cancel_goal(self, call: ServiceCall[Any, Any]) -> None:
         """Handle a cancel request with the rules of rcl_action (`rcl_action_process_cancel_request`)."""
         requested: GoalInfo = call.request.goal_info
         with self._lock:
@@ -163,7 +163,7 @@ class ActionServer:
         code = CANCEL_REJECTED if matching and not canceling else CANCEL_NONE
         if not matching and _is_single_goal(requested):
             code = CANCEL_GOAL_TERMINATED if exists else CANCEL_UNKNOWN_GOAL
-        call.answer(CancelGoal_Response(code, tuple(goal.info for goal in canceling)))
+        call.respond(CancelGoal_Response(code, tuple(goal.info for goal in canceling)))
         self._publish_status()
 
     def _publish_status(self) -> None:
@@ -172,8 +172,8 @@ class ActionServer:
             self._status.publish(GoalStatusArray(status))
 
     def _prune_finished(self) -> None:
-        ended = [key for key, goal in self._goals.items() if goal.status in ENDED]
-        for key in ended[:-KEPT]:
+        ended = [key for key, goal in self._goals.items() if goal.status in TERMINAL_STATES]
+        for key in ended[:-MAX_FINISHED_GOALS]:
             del self._goals[key]
 
 
@@ -198,7 +198,9 @@ def _matches(requested: GoalInfo, goal: _Goal) -> bool:
     )
 
 
-def _distinct(versions: tuple[Edition, ...], key: Callable[[Edition], str]) -> list[Edition]:
+def _distinct(
+    versions: tuple[ActionVersion, ...], key: Callable[[ActionVersion], str]
+) -> list[ActionVersion]:
     """Return the newest version of each group with the same type hash."""
     return list({key(version): version for version in reversed(versions)}.values())[::-1]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from typing import NamedTuple
 
-from chefbot.ros2.rmw.errors import WireError
+from chefbot.ros2.rmw.errors import RmwError
 
 _FORMAT = struct.Struct("<qqB16s")
 _FIELDS = struct.Struct("<qqx16s")
@@ -38,20 +38,20 @@ def pack(sequence: int, stamp_ns: int, gid: bytes) -> bytes:
     return _FORMAT.pack(sequence, stamp_ns, GID_SIZE, gid)
 
 
-def unpack(data: bytes | None) -> Attachment:
-    """Parse an attachment; raises WireError under the same conditions as `checked`."""
+def parse(data: bytes | None) -> Attachment:
+    """Parse an attachment; raises RmwError under the same conditions as `checked`."""
     return Attachment._make(_FIELDS.unpack(checked(data)))
 
 
 def checked(data: bytes | None) -> bytes:
     """Return the bytes of an attachment after checking their form.
 
-    Raises WireError when they are missing or of another form, e.g. that of rmw_zenoh on Jazzy before 0.2.4.
+    Raises RmwError when they are missing or of another form, e.g. that of rmw_zenoh on Jazzy before 0.2.4.
     """
     if data is None:
-        raise WireError("no attachment")
+        raise RmwError("no attachment")
     if len(data) != SIZE:
-        raise WireError(f"an attachment of {len(data)} bytes instead of {SIZE}")
+        raise RmwError(f"an attachment of {len(data)} bytes instead of {SIZE}")
     if data[_GID_SIZE_OFFSET] != GID_SIZE:
-        raise WireError(f"an attachment whose gid has {data[_GID_SIZE_OFFSET]} bytes")
+        raise RmwError(f"an attachment whose gid has {data[_GID_SIZE_OFFSET]} bytes")
     return data

@@ -10,12 +10,12 @@ from chefbot.ros2.rmw.session import MAX_DOMAIN, PORT
 DOMAIN_VARIABLE, PORT_VARIABLE = "ROS_DOMAIN_ID", "CHEFBOT_WIRE_PORT"
 
 
-def domain_of_environment() -> int:
+def domain_from_environment() -> int:
     """Return ROS_DOMAIN_ID, or 0 if unset; raises UserError when it is no valid domain."""
     return _number(DOMAIN_VARIABLE, 0, MAX_DOMAIN, 0)
 
 
-def port_of_environment() -> int:
+def port_from_environment() -> int:
     """Return the router port: CHEFBOT_WIRE_PORT, else rmw_zenoh's 7447.
 
     The variable allows several separate networks on one machine.

@@ -6,14 +6,14 @@ import threading
 from collections import Counter
 
 
-class WireError(ValueError):
+class RmwError(ValueError):
     """Raised for a token, QoS string, attachment or name that does not have rmw_zenoh's form.
 
     The message names the offending text and the reason.
     """
 
 
-class Tally:
+class ErrorCounter:
     """A thread-safe counter of rejected or dropped messages, by reason."""
 
     def __init__(self) -> None:

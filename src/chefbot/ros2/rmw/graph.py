@@ -10,23 +10,23 @@ from typing import Any, NamedTuple
 import zenoh
 from zenoh import handlers
 
-from chefbot.ros2.rmw.errors import Tally, WireError
-from chefbot.ros2.rmw.names import WireType
-from chefbot.ros2.rmw.qos import incompatible
-from chefbot.ros2.rmw.tokens import (
+from chefbot.ros2.rmw.errors import ErrorCounter, RmwError
+from chefbot.ros2.rmw.liveliness import (
     CLIENT,
     PUBLISHER,
     SERVER,
     SUBSCRIPTION,
-    End,
+    EndpointInfo,
     NodeId,
     Token,
     all_tokens,
     parse_token,
 )
+from chefbot.ros2.rmw.names import InterfaceType
+from chefbot.ros2.rmw.qos import incompatible
 
 _ACTION = "/_action/"
-HASHLESS = "TypeHashNotSupported"
+NO_TYPE_HASH = "TypeHashNotSupported"
 """Type hash that ROS 2 Humble announces; its endpoints never match those of newer distributions."""
 
 
@@ -34,19 +34,19 @@ class Endpoint(NamedTuple):
     """A publisher, subscription, server or client together with its node and GID."""
 
     node: NodeId
-    end: End
+    info: EndpointInfo
     gid: bytes
 
 
-class Named(NamedTuple):
+class EndpointGroup(NamedTuple):
     """All endpoints of one topic or service."""
 
     name: str
-    types: tuple[WireType, ...]
+    types: tuple[InterfaceType, ...]
     """Types of the endpoints; more than one only if they disagree."""
-    givers: tuple[Endpoint, ...]
+    providers: tuple[Endpoint, ...]
     """Publishers of the topic, or servers of the service."""
-    takers: tuple[Endpoint, ...]
+    consumers: tuple[Endpoint, ...]
     """Subscriptions of the topic, or clients of the service."""
 
 
@@ -56,7 +56,7 @@ class Graph:
     Nodes of ROS 2 itself appear like our own. Tokens that cannot be parsed are counted in `refused`.
     """
 
-    def __init__(self, session: zenoh.Session, domain: int, refused: Tally) -> None:
+    def __init__(self, session: zenoh.Session, domain: int, refused: ErrorCounter) -> None:
         self._session = session
         self._domain = domain
         self._refused = refused
@@ -109,21 +109,21 @@ class Graph:
 
     def nodes(self) -> list[NodeId]:
         """Return all nodes; several may have the same name."""
-        return [token.node for token in self.tokens() if token.end is None]
+        return [token.node for token in self.tokens() if token.endpoint is None]
 
-    def ends_of(self, full_name: str) -> list[Endpoint]:
+    def endpoints_of(self, full_name: str) -> list[Endpoint]:
         """Return the endpoints of all nodes with a full name such as '/robot1/base'."""
         return [endpoint for endpoint in self._endpoints() if endpoint.node.full_name == full_name]
 
-    def topics(self) -> dict[str, Named]:
+    def topics(self) -> dict[str, EndpointGroup]:
         """Return all topics by name, including the hidden topics of actions."""
         return self._named(PUBLISHER, SUBSCRIPTION)
 
-    def services(self) -> dict[str, Named]:
+    def services(self) -> dict[str, EndpointGroup]:
         """Return all services by name, including the hidden services of actions."""
         return self._named(SERVER, CLIENT)
 
-    def actions(self) -> dict[str, Named]:
+    def actions(self) -> dict[str, EndpointGroup]:
         """Return all actions by name.
 
         Each has the endpoints of its send_goal service, and the types of the action.
@@ -132,7 +132,7 @@ class Graph:
         for name, named in self.services().items():
             if name.endswith(_ACTION + "send_goal"):
                 types = tuple(
-                    WireType(kind.name.removesuffix("_SendGoal"), kind.hash) for kind in named.types
+                    InterfaceType(kind.name.removesuffix("_SendGoal"), kind.hash) for kind in named.types
                 )
                 short = name.removesuffix(_ACTION + "send_goal")
                 found[short] = named._replace(name=short, types=types)
@@ -142,22 +142,24 @@ class Graph:
         """Return one sentence for each pair of endpoints that share a name but cannot communicate."""
         found: list[str] = []
         for named in [*self.topics().values(), *self.services().values()]:
-            for provider in named.givers:
-                for consumer in named.takers:
+            for provider in named.providers:
+                for consumer in named.consumers:
                     if not _matches_otherwise(named, provider, consumer):
                         found += _mismatch(named.name, provider, consumer)
         return sorted(set(found))
 
     def _endpoints(self) -> list[Endpoint]:
         return [
-            Endpoint(token.node, token.end, token.gid) for token in self.tokens() if token.end is not None
+            Endpoint(token.node, token.endpoint, token.gid)
+            for token in self.tokens()
+            if token.endpoint is not None
         ]
 
-    def _named(self, provider: str, consumer: str) -> dict[str, Named]:
+    def _named(self, provider: str, consumer: str) -> dict[str, EndpointGroup]:
         groups: dict[str, list[Endpoint]] = {}
         for endpoint in self._endpoints():
-            if endpoint.end.kind in (provider, consumer):
-                groups.setdefault(endpoint.end.topic, []).append(endpoint)
+            if endpoint.info.kind in (provider, consumer):
+                groups.setdefault(endpoint.info.topic, []).append(endpoint)
         return {name: _group(name, ends, provider) for name, ends in sorted(groups.items())}
 
     def _receive(self, sample: zenoh.Sample) -> None:
@@ -174,7 +176,7 @@ class Graph:
     def _add(self, text: str) -> None:
         try:
             token = parse_token(text)
-        except WireError as error:
+        except RmwError as error:
             self._refused.add(f"liveliness token: {error}")
             return
         with self._changed:
@@ -182,32 +184,36 @@ class Graph:
             self._changed.notify_all()
 
 
-def _group(name: str, endpoints: list[Endpoint], provider_kind: str) -> Named:
+def _group(name: str, endpoints: list[Endpoint], provider_kind: str) -> EndpointGroup:
     """Group the endpoints of one name; types that are offered come before types only requested."""
-    providers = tuple(endpoint for endpoint in endpoints if endpoint.end.kind == provider_kind)
-    consumers = tuple(endpoint for endpoint in endpoints if endpoint.end.kind != provider_kind)
-    types = tuple(dict.fromkeys(endpoint.end.type for endpoint in (*providers, *consumers)))
-    return Named(name, types, providers, consumers)
+    providers = tuple(endpoint for endpoint in endpoints if endpoint.info.kind == provider_kind)
+    consumers = tuple(endpoint for endpoint in endpoints if endpoint.info.kind != provider_kind)
+    types = tuple(dict.fromkeys(endpoint.info.type for endpoint in (*providers, *consumers)))
+    return EndpointGroup(name, types, providers, consumers)
 
 
-def _matches_otherwise(named: Named, provider: Endpoint, consumer: Endpoint) -> bool:
+def _matches_otherwise(named: EndpointGroup, provider: Endpoint, consumer: Endpoint) -> bool:
     """Return whether the two nodes match by another endpoint, in another version of the type."""
-    offered, requested = provider.end.type, consumer.end.type
+    offered, requested = provider.info.type, consumer.info.type
     return offered != requested and (
-        any(endpoint.node == provider.node and endpoint.end.type == requested for endpoint in named.givers)
-        or any(endpoint.node == consumer.node and endpoint.end.type == offered for endpoint in named.takers)
+        any(
+            endpoint.node == provider.node and endpoint.info.type == requested for endpoint in named.providers
+        )
+        or any(
+            endpoint.node == consumer.node and endpoint.info.type == offered for endpoint in named.consumers
+        )
     )
 
 
 def _mismatch(name: str, provider: Endpoint, consumer: Endpoint) -> list[str]:
     pair = f"{name}: {provider.node.full_name} and {consumer.node.full_name}"
-    offered, requested = provider.end.type, consumer.end.type
+    offered, requested = provider.info.type, consumer.info.type
     if offered.name != requested.name:
         return [f"{pair} do not hear each other: the one has {offered.name}, the other {requested.name}"]
     if offered.hash != requested.hash:
-        if HASHLESS in (offered.hash, requested.hash):
+        if NO_TYPE_HASH in (offered.hash, requested.hash):
             return [f"{pair} do not hear each other: one of them is ROS 2 Humble, which tells no type hashes"]
         return [
             f"{pair} do not hear each other: they have {offered.name} in two versions, whose hashes differ"
         ]
-    return [f"{pair}: {reason}" for reason in incompatible(provider.end.qos, consumer.end.qos)]
+    return [f"{pair}: {reason}" for reason in incompatible(provider.info.qos, consumer.info.qos)]

@@ -6,15 +6,15 @@ import ctypes
 import sys
 from functools import cache
 
-LARGE = 8 << 20
+MMAP_THRESHOLD = 8 << 20
 """Size in bytes above which a block is returned to the system at once, such as the map of a whole site."""
-KEPT = 32 << 20
+TRIM_THRESHOLD = 32 << 20
 """Free bytes at the end of the heap that are kept before they are returned to the system."""
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # malloc.h of the GNU C library
 
 
 @cache
-def keep_memory() -> None:
+def tune_malloc() -> None:
     """Keep freed memory in the process so that successive images reuse it.
 
     The GNU C library returns blocks above 128 kB to the system when they are freed: at first every block,
@@ -26,5 +26,5 @@ def keep_memory() -> None:
         return
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:
-        mallopt(_MMAP_THRESHOLD, LARGE)
-        mallopt(_TRIM_THRESHOLD, KEPT)
+        mallopt(_MMAP_THRESHOLD, MMAP_THRESHOLD)
+        mallopt(_TRIM_THRESHOLD, TRIM_THRESHOLD)

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 from chefbot.msgs.idl.action import Action
 from chefbot.msgs.idl.definition import type_hash
-from chefbot.msgs.idl.fields import FieldType, fields_of, ros_type
+from chefbot.msgs.idl.fields import MessageField, fields_of, ros_type
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.service import Service
-from chefbot.ros2.rmw.errors import WireError
+from chefbot.ros2.rmw.errors import RmwError
 
 _TOKEN = r"[A-Za-z_][A-Za-z0-9_]*"
 _NAME = re.compile(rf"/{_TOKEN}(/{_TOKEN})*")
@@ -22,7 +22,7 @@ _ROS = re.compile(rf"{_TOKEN}/(msg|srv|action)/{_TOKEN}")
 _DDS = re.compile(rf"({_TOKEN})::(msg|srv|action)::dds_::({_TOKEN})_")
 
 
-class WireType(NamedTuple):
+class InterfaceType(NamedTuple):
     """A type as announced on the network: its ROS name and the type hash that both endpoints must share."""
 
     name: str
@@ -34,33 +34,33 @@ class WireType(NamedTuple):
     def dds(self) -> str:
         """DDS name of the type: 'sensor_msgs::msg::dds_::LaserScan_'."""
         if not _ROS.fullmatch(self.name):
-            raise WireError(f"{self.name!r} is no ROS type name")
+            raise RmwError(f"{self.name!r} is no ROS type name")
         package, folder, name = self.name.split("/")
         return f"{package}::{folder}::dds_::{name}_"
 
     @staticmethod
-    def of(kind: type[Message] | Service[Any, Any] | Action[Any, Any, Any]) -> WireType:
+    def of(kind: type[Message] | Service[Any, Any] | Action[Any, Any, Any]) -> InterfaceType:
         """Return the type of a message class, a service or an action."""
         if isinstance(kind, Service):
-            return WireType(kind.name, kind.type_hash)
+            return InterfaceType(kind.name, kind.type_hash)
         if isinstance(kind, Action):
-            return WireType(kind.ros_name, kind.type_hash)
-        return WireType(ros_type(kind), type_hash(kind))
+            return InterfaceType(kind.ros_name, kind.type_hash)
+        return InterfaceType(ros_type(kind), type_hash(kind))
 
 
 def ros_name(dds: str) -> str:
-    """Convert a DDS type name to the ROS name; raises WireError if it is none.
+    """Convert a DDS type name to the ROS name; raises RmwError if it is none.
 
     'sensor_msgs::msg::dds_::LaserScan_' becomes 'sensor_msgs/msg/LaserScan'.
     """
     match = _DDS.fullmatch(dds)
     if match is None:
-        raise WireError(f"{dds!r} is no DDS type name")
+        raise RmwError(f"{dds!r} is no DDS type name")
     return "/".join(match.groups())
 
 
 def resolve(name: str, namespace: str = "/", node: str = "") -> str:
-    """Resolve a topic or service name to its full name; raises WireError for an invalid name.
+    """Resolve a topic or service name to its full name; raises RmwError for an invalid name.
 
     'scan' in the namespace '/robot1' becomes '/robot1/scan'; '~/x' is resolved below the node.
     """
@@ -68,25 +68,25 @@ def resolve(name: str, namespace: str = "/", node: str = "") -> str:
         name = f"{node}/{name[1:].lstrip('/')}".rstrip("/")
     full = name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}"
     if not _NAME.fullmatch(full):
-        raise WireError(f"{full!r} is no ROS name: letters, digits and _ between slashes, no digit first")
+        raise RmwError(f"{full!r} is no ROS name: letters, digits and _ between slashes, no digit first")
     return full
 
 
 def check_node_name(name: str) -> str:
-    """Return the name if it is a valid node name; raises WireError otherwise."""
+    """Return the name if it is a valid node name; raises RmwError otherwise."""
     if not _NODE.fullmatch(name):
-        raise WireError(f"{name!r} is no node name: letters, digits and _, no digit first")
+        raise RmwError(f"{name!r} is no node name: letters, digits and _, no digit first")
     return name
 
 
 def check_namespace(namespace: str) -> str:
-    """Return the namespace if it is '/' or a full name; raises WireError otherwise."""
+    """Return the namespace if it is '/' or a full name; raises RmwError otherwise."""
     if namespace != "/" and not _NAME.fullmatch(namespace):
-        raise WireError(f"{namespace!r} is no namespace: '/' or '/name'")
+        raise RmwError(f"{namespace!r} is no namespace: '/' or '/name'")
     return namespace
 
 
-def topic_key(domain: int, name: str, kind: WireType) -> str:
+def topic_key(domain: int, name: str, kind: InterfaceType) -> str:
     """Return the key expression of a topic or service whose name is fully resolved."""
     return f"{domain}/{name.strip('/')}/{kind.dds}/{kind.hash}"
 
@@ -99,9 +99,9 @@ def has_byte_array(kind: type[Message]) -> bool:
     return any(_is_byte_array(field) or _contains_byte_array(field) for field in fields_of(kind))
 
 
-def _is_byte_array(field: FieldType) -> bool:
+def _is_byte_array(field: MessageField) -> bool:
     return field.element == "uint8" and field.is_array and not field.fixed_size and not field.bound
 
 
-def _contains_byte_array(field: FieldType) -> bool:
+def _contains_byte_array(field: MessageField) -> bool:
     return field.message is not None and has_byte_array(field.message)

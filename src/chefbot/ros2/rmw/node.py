@@ -10,9 +10,10 @@ import zenoh
 from chefbot.msgs.idl.cdr import decode
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.service import Service
-from chefbot.ros2.rmw.attachment import unpack
+from chefbot.ros2.rmw.attachment import parse
+from chefbot.ros2.rmw.liveliness import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, EndpointInfo, NodeId, Token
 from chefbot.ros2.rmw.names import (
-    WireType,
+    InterfaceType,
     check_namespace,
     check_node_name,
     has_byte_array,
@@ -21,10 +22,9 @@ from chefbot.ros2.rmw.names import (
 )
 from chefbot.ros2.rmw.publisher import Publisher
 from chefbot.ros2.rmw.qos import DEFAULT, QoS
-from chefbot.ros2.rmw.service import TIMEOUT, Call, Client, Server
-from chefbot.ros2.rmw.session import Wire
-from chefbot.ros2.rmw.subscription import Receive, Subscription, Take
-from chefbot.ros2.rmw.tokens import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, End, NodeId, Token
+from chefbot.ros2.rmw.service import TIMEOUT, Client, Server, ServiceCall
+from chefbot.ros2.rmw.session import RmwContext
+from chefbot.ros2.rmw.subscription import RawSampleCallback, SampleCallback, Subscription
 
 M = TypeVar("M", bound=Message)
 Q = TypeVar("Q", bound=Message)
@@ -33,14 +33,16 @@ CPU_BACKEND = "backends:cpu:"
 """Requests plain bytes for types with `uint8[]` from newer rmw_zenoh; older versions ignore it."""
 
 
-class WireNode:
+class RmwNode:
     """A node in the ROS graph; names are resolved in its namespace.
 
-    With `remote_only` its subscriptions and servers ignore data from this process. Raises WireError for a
+    With `remote_only` its subscriptions and servers ignore data from this process. Raises RmwError for a
     name that ROS would reject.
     """
 
-    def __init__(self, wire: Wire, name: str, namespace: str = "/", *, remote_only: bool = False) -> None:
+    def __init__(
+        self, wire: RmwContext, name: str, namespace: str = "/", *, remote_only: bool = False
+    ) -> None:
         self.wire = wire
         self.id = NodeId(
             wire.domain, wire.zid, wire.next_id(), check_namespace(namespace), check_node_name(name)
@@ -58,9 +60,9 @@ class WireNode:
 
     def publisher(self, topic: str, kind: type[M], qos: QoS = DEFAULT) -> Publisher[M]:
         """Create a publisher of messages of class `kind`."""
-        return self.raw_publisher(topic, WireType.of(kind), qos)
+        return self.raw_publisher(topic, InterfaceType.of(kind), qos)
 
-    def raw_publisher(self, topic: str, kind: WireType, qos: QoS = DEFAULT) -> Publisher[Any]:
+    def raw_publisher(self, topic: str, kind: InterfaceType, qos: QoS = DEFAULT) -> Publisher[Any]:
         """Create a publisher of CDR bytes (`publish_cdr`), also for types without a message class here."""
         token = self._endpoint_token(PUBLISHER, topic, kind, qos)
         return self._add_entity(Publisher[Any](self.wire, self._key(token), qos, token.gid), token)
@@ -77,10 +79,16 @@ class WireNode:
             callback(decode(kind, data))
 
         buffered = has_byte_array(kind) and not qos.latched
-        return self._subscribe(topic, WireType.of(kind), on_sample, qos, buffered)
+        return self._subscribe(topic, InterfaceType.of(kind), on_sample, qos, buffered)
 
     def raw_subscription(
-        self, topic: str, kind: WireType, receive: Receive, qos: QoS = DEFAULT, *, buffered: bool = False
+        self,
+        topic: str,
+        kind: InterfaceType,
+        receive: SampleCallback,
+        qos: QoS = DEFAULT,
+        *,
+        buffered: bool = False,
     ) -> Subscription:
         """Create a subscription that calls `receive(cdr bytes, attachment)` in a Zenoh thread.
 
@@ -88,12 +96,12 @@ class WireNode:
         """
 
         def on_sample(data: bytes, attachment: bytes) -> None:
-            receive(data, unpack(attachment))
+            receive(data, parse(attachment))
 
         return self._subscribe(topic, kind, on_sample, qos, buffered)
 
     def _subscribe(
-        self, topic: str, kind: WireType, on_sample: Take, qos: QoS, buffered: bool
+        self, topic: str, kind: InterfaceType, on_sample: RawSampleCallback, qos: QoS, buffered: bool
     ) -> Subscription:
         backends = CPU_BACKEND if buffered else ""
         token = self._endpoint_token(SUBSCRIPTION, topic, kind, qos, backends)
@@ -112,14 +120,14 @@ class WireNode:
         self,
         name: str,
         service: Service[Q, S],
-        handler: Callable[[Call[Q, S]], None],
+        handler: Callable[[ServiceCall[Q, S]], None],
         qos: QoS = DEFAULT,
     ) -> Server[Q, S]:
         """Create a service server; `handler(call)` runs in a Zenoh thread.
 
         `call.answer(response)` may be called at once or later.
         """
-        token = self._endpoint_token(SERVER, name, WireType.of(service), qos)
+        token = self._endpoint_token(SERVER, name, InterfaceType.of(service), qos)
         server = Server[Q, S](
             self.wire,
             self._key(token),
@@ -134,17 +142,17 @@ class WireNode:
         self, name: str, service: Service[Q, S], qos: QoS = DEFAULT, timeout: float = TIMEOUT
     ) -> Client[Q, S]:
         """Create a service client; each call times out after `timeout` seconds."""
-        token = self._endpoint_token(CLIENT, name, WireType.of(service), qos)
+        token = self._endpoint_token(CLIENT, name, InterfaceType.of(service), qos)
         client = Client[Q, S](
             self.wire, self._key(token), service, token.gid, name=_topic_of(token), timeout=timeout
         )
         return self._add_entity(client, token)
 
-    def announce(self, kind: str, name: str, wire_type: WireType, qos: QoS = DEFAULT) -> None:
+    def announce(self, kind: str, name: str, wire_type: InterfaceType, qos: QoS = DEFAULT) -> None:
         """Announce an endpoint that another entity of this session serves: `kind` is MP, MS, SS or SC."""
         self._tokens.append(self._declare(self._endpoint_token(kind, name, wire_type, qos)))
 
-    def drop(self, entity: Any) -> None:
+    def destroy(self, entity: Any) -> None:
         """Withdraw the token of a publisher, subscription, server or client of this node, then close it."""
         self._entities.pop(entity).undeclare()
         entity.close()
@@ -157,21 +165,21 @@ class WireNode:
             entity.close()
         self._tokens, self._entities = [], {}
 
-    def __enter__(self) -> WireNode:
+    def __enter__(self) -> RmwNode:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
 
     def _endpoint_token(
-        self, kind: str, name: str, wire_type: WireType, qos: QoS, backends: str = ""
+        self, kind: str, name: str, wire_type: InterfaceType, qos: QoS, backends: str = ""
     ) -> Token:
         full = resolve(name, self.id.namespace, self.full_name)
-        return Token(self.id, End(self.wire.next_id(), kind, full, wire_type, qos, backends))
+        return Token(self.id, EndpointInfo(self.wire.next_id(), kind, full, wire_type, qos, backends))
 
     def _key(self, token: Token) -> str:
-        assert token.end is not None
-        return topic_key(self.wire.domain, token.end.topic, token.end.type)
+        assert token.endpoint is not None
+        return topic_key(self.wire.domain, token.endpoint.topic, token.endpoint.type)
 
     def _add_entity(self, entity: Any, token: Token) -> Any:
         """Register an endpoint and declare its token; the endpoint exists before it is announced."""
@@ -183,4 +191,4 @@ class WireNode:
 
 
 def _topic_of(token: Token) -> str:
-    return token.end.topic if token.end else ""
+    return token.endpoint.topic if token.endpoint else ""

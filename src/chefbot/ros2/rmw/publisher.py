@@ -12,7 +12,7 @@ from zenoh import ext
 from chefbot.msgs.idl.message import Message
 from chefbot.ros2.rmw.attachment import pack
 from chefbot.ros2.rmw.qos import KEEP_ALL, QoS
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.session import RmwContext
 
 M = TypeVar("M", bound=Message)
 HEARTBEAT = 0.5
@@ -21,9 +21,9 @@ HEARTBEAT = 0.5
 
 
 class Publisher(Generic[M]):
-    """A publisher on one topic, created by `WireNode.publisher`. Thread-safe."""
+    """A publisher on one topic, created by `RmwNode.publisher`. Thread-safe."""
 
-    def __init__(self, wire: Wire, key: str, qos: QoS, gid: bytes) -> None:
+    def __init__(self, wire: RmwContext, key: str, qos: QoS, gid: bytes) -> None:
         self.key = key
         self.qos = qos
         self.gid = gid
@@ -32,7 +32,7 @@ class Publisher(Generic[M]):
         self._zenoh = _declare(wire.session, key, qos)
 
     @property
-    def heard(self) -> bool:
+    def has_subscribers(self) -> bool:
         """Return whether publishing has a recipient.
 
         Always true for a latched topic, else only if a subscriber outside this process matches.

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.sensor_msgs import CameraInfo, CompressedImage, Image, Imu, LaserScan, PointCloud2, Range
-from chefbot.ros2.rmw.errors import WireError
+from chefbot.ros2.rmw.errors import RmwError
 
 RELIABLE, BEST_EFFORT = 1, 2
 TRANSIENT_LOCAL, VOLATILE = 1, 2
@@ -27,19 +27,19 @@ SENSOR_TYPES: tuple[type[Message], ...] = (
 """Types subscribed to with best effort, since many drivers publish them that way."""
 
 
-class Span(NamedTuple):
+class QosDuration(NamedTuple):
     """A duration as whole seconds and nanoseconds."""
 
     sec: int
     nanosec: int
 
 
-INFINITE = Span(9223372036, 854775807)
-SPAN_BEST_AVAILABLE = Span(9223372036, 854775806)
+INFINITE = QosDuration(9223372036, 854775807)
+SPAN_BEST_AVAILABLE = QosDuration(9223372036, 854775806)
 """RMW_QOS_DEADLINE_BEST_AVAILABLE and its lease counterpart: a marker rather than a duration."""
 
 
-def is_unlimited(span: Span) -> bool:
+def is_unlimited(span: QosDuration) -> bool:
     """Return whether a duration sets no limit: infinite, or best available."""
     return span >= SPAN_BEST_AVAILABLE
 
@@ -51,10 +51,10 @@ class QoS(NamedTuple):
     durability: int = VOLATILE
     history: int = KEEP_LAST
     depth: int = DEFAULT_DEPTH
-    deadline: Span = INFINITE
-    lifespan: Span = INFINITE
+    deadline: QosDuration = INFINITE
+    lifespan: QosDuration = INFINITE
     liveliness: int = AUTOMATIC
-    lease: Span = INFINITE
+    lease: QosDuration = INFINITE
 
     @property
     def latched(self) -> bool:
@@ -73,30 +73,39 @@ class QoS(NamedTuple):
 
 DEFAULT = QoS(depth=10)
 """Default QoS of topics and of services."""
-SENSOR = QoS(reliability=BEST_EFFORT, depth=5)
-LATCHED = QoS(durability=TRANSIENT_LOCAL, depth=1)
+SENSOR_DATA = QoS(reliability=BEST_EFFORT, depth=5)
+TRANSIENT_LOCAL_QOS = QoS(durability=TRANSIENT_LOCAL, depth=1)
 PARAMETERS = QoS(depth=1000)
-ROSOUT = QoS(durability=TRANSIENT_LOCAL, depth=1000, lifespan=Span(10, 0))
-FRAMES = QoS(depth=100)
+ROSOUT = QoS(durability=TRANSIENT_LOCAL, depth=1000, lifespan=QosDuration(10, 0))
+TF = QoS(depth=100)
 """QoS of /tf, as in tf2_ros for both publishers and subscriptions."""
-FIXED_FRAMES = QoS(durability=TRANSIENT_LOCAL, depth=100)
+TF_STATIC = QoS(durability=TRANSIENT_LOCAL, depth=100)
 """QoS of a /tf_static subscription (tf2_ros StaticListenerQoS); its publishers keep one message."""
 CLOCK = QoS(reliability=BEST_EFFORT, depth=1)
 
 
 def parse_qos(text: str) -> QoS:
-    """Parse the QoS field of a token; raises WireError when it is malformed."""
+    """Parse the QoS field of a token; raises RmwError when it is malformed."""
     parts = [part.split(",") for part in text.split(":")]
     defaults = [[str(number) for number in group] for group in _numbers(QoS())]
     if len(parts) < len(defaults) or any(len(p) < len(d) for p, d in zip(parts, defaults, strict=False)):
-        raise WireError(f"{text!r} is no QoS: it has too few parts")
+        raise RmwError(f"{text!r} is no QoS: it has too few parts")
     filled = [
         [_number(given or default, text) for given, default in zip(part, group, strict=False)]
         for part, group in zip(parts, defaults, strict=False)
     ]
     (reliability,), (durability,), (history, depth), deadline, lifespan, (liveliness, *lease) = filled
     return QoS(
-        *(reliability, durability, history, depth, Span(*deadline), Span(*lifespan), liveliness, Span(*lease))
+        *(
+            reliability,
+            durability,
+            history,
+            depth,
+            QosDuration(*deadline),
+            QosDuration(*lifespan),
+            liveliness,
+            QosDuration(*lease),
+        )
     )
 
 
@@ -139,5 +148,5 @@ def _parts(qos: QoS) -> list[list[str]]:
 
 def _number(text: str, qos_text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 20):
-        raise WireError(f"{qos_text!r} is no QoS: {text!r} is no number")
+        raise RmwError(f"{qos_text!r} is no QoS: {text!r} is no number")
     return int(text)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from chefbot.ros2.rmw.graph import Named
-from chefbot.ros2.rmw.names import WireType
+from chefbot.ros2.rmw.graph import EndpointGroup
+from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.qos import BEST_EFFORT, DEFAULT, RELIABLE, TRANSIENT_LOCAL, VOLATILE, QoS
 
 
-def ask_for(offered: Iterable[QoS]) -> QoS:
+def best_matching_qos(offered: Iterable[QoS]) -> QoS:
     """Return the strongest QoS that all of these offers satisfy (chosen as in rosbag2)."""
     offers = list(offered)
     if not offers:
@@ -21,7 +21,7 @@ def ask_for(offered: Iterable[QoS]) -> QoS:
     )
 
 
-def types_said(named: Named) -> list[WireType]:
+def offered_types(named: EndpointGroup) -> list[InterfaceType]:
     """Return the types of the publishers or servers; if there are none, those of subscriptions or clients."""
-    endpoints = named.givers or named.takers
-    return list(dict.fromkeys(endpoint.end.type for endpoint in endpoints))
+    endpoints = named.providers or named.consumers
+    return list(dict.fromkeys(endpoint.info.type for endpoint in endpoints))

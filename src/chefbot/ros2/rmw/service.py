@@ -14,26 +14,26 @@ from zenoh import handlers
 from chefbot.msgs.idl.cdr import CdrError
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.service import Service
-from chefbot.ros2.rmw.attachment import Attachment, unpack
-from chefbot.ros2.rmw.errors import Tally, WireError
-from chefbot.ros2.rmw.session import Wire
+from chefbot.ros2.rmw.attachment import Attachment, parse
+from chefbot.ros2.rmw.errors import ErrorCounter, RmwError
+from chefbot.ros2.rmw.session import RmwContext
 
 Q = TypeVar("Q", bound=Message)
 S = TypeVar("S", bound=Message)
 TIMEOUT = 600.0
 """Maximum time a client waits, s (rmw_zenoh's `queries_default_timeout`)."""
-FOREVER = 10 * 365 * 86400.0
+NO_TIMEOUT = 10 * 365 * 86400.0
 """Timeout for results of actions, s: ten years, effectively none."""
 
 
-class NoAnswerError(Exception):
+class NoResponseError(Exception):
     """Raised when a service has no server, or its server disappeared or refused the request.
 
     The message names the service.
     """
 
 
-class Call(Generic[Q, S]):
+class ServiceCall(Generic[Q, S]):
     """One service request; call `answer` once, at once or later, from any thread.
 
     If it is dropped without an answer, the client is notified.
@@ -45,7 +45,7 @@ class Call(Generic[Q, S]):
         self._query: zenoh.Query | None = query
         self._attachment = attachment
 
-    def answer(self, response: S) -> None:
+    def respond(self, response: S) -> None:
         """Send the response, with the sequence number and GID of the request.
 
         Raises CdrError when a value does not fit its field.
@@ -59,17 +59,17 @@ class Call(Generic[Q, S]):
 
 
 class Server(Generic[Q, S]):
-    """A service server, created by `WireNode.server`.
+    """A service server, created by `RmwNode.server`.
 
     `handler(call)` runs in a Zenoh thread and must return at once.
     """
 
     def __init__(
         self,
-        wire: Wire,
+        wire: RmwContext,
         key: str,
         service: Service[Q, S],
-        handler: Callable[[Call[Q, S]], None],
+        handler: Callable[[ServiceCall[Q, S]], None],
         *,
         name: str,
         remote_only: bool = False,
@@ -78,7 +78,7 @@ class Server(Generic[Q, S]):
         self._service = service
         self._handler = handler
         self._name = name
-        self._refused: Tally = wire.refused
+        self._refused: ErrorCounter = wire.rejected
         origin = zenoh.Locality.REMOTE if remote_only else zenoh.Locality.ANY
         callback = handlers.Callback(
             self._on_query, indirect=False
@@ -91,10 +91,10 @@ class Server(Generic[Q, S]):
 
     def _on_query(self, query: zenoh.Query) -> None:
         try:
-            attachment = unpack(None if query.attachment is None else query.attachment.to_bytes())
+            attachment = parse(None if query.attachment is None else query.attachment.to_bytes())
             payload = b"" if query.payload is None else query.payload.to_bytes()
-            call = Call[Q, S](query, self._key, self._service.request.from_cdr(payload), attachment)
-        except (WireError, CdrError) as error:
+            call = ServiceCall[Q, S](query, self._key, self._service.request.from_cdr(payload), attachment)
+        except (RmwError, CdrError) as error:
             self._refused.add(f"{self._name}: {error}")
             query.reply_err(str(error).encode())
             return
@@ -102,15 +102,22 @@ class Server(Generic[Q, S]):
 
 
 class Client(Generic[Q, S]):
-    """A service client, created by `WireNode.client`. Thread-safe."""
+    """A service client, created by `RmwNode.client`. Thread-safe."""
 
     def __init__(
-        self, wire: Wire, key: str, service: Service[Q, S], gid: bytes, *, name: str, timeout: float = TIMEOUT
+        self,
+        wire: RmwContext,
+        key: str,
+        service: Service[Q, S],
+        gid: bytes,
+        *,
+        name: str,
+        timeout: float = TIMEOUT,
     ) -> None:
         self.gid = gid
         self._service = service
         self._name = name
-        self._refused: Tally = wire.refused
+        self._refused: ErrorCounter = wire.rejected
         self._sequence = 0
         self._lock = threading.Lock()
         self._zenoh = wire.session.declare_querier(
@@ -121,21 +128,21 @@ class Client(Generic[Q, S]):
         )
 
     @property
-    def served(self) -> bool:
+    def server_is_ready(self) -> bool:
         """Return whether a matching service server is reachable."""
         return bool(getattr(self._zenoh.matching_status, "matching", False))
 
     def call(self, request: Q, timeout: float = 5.0) -> S:
         """Call the service and return the response.
 
-        Raises NoAnswerError if there is none, TimeoutError after `timeout` seconds.
+        Raises NoResponseError if there is none, TimeoutError after `timeout` seconds.
         """
-        return self.start(request).result(timeout)
+        return self.call_async(request).result(timeout)
 
-    def start(self, request: Q) -> Future[S]:
+    def call_async(self, request: Q) -> Future[S]:
         """Start a call and return a future of the response.
 
-        Its callbacks run in a Zenoh thread. It may fail with NoAnswerError.
+        Its callbacks run in a Zenoh thread. It may fail with NoResponseError.
         """
         future: Future[S] = Future()
         with self._lock:
@@ -147,7 +154,7 @@ class Client(Generic[Q, S]):
 
         def on_done() -> None:
             if not future.done():
-                _fail(future, NoAnswerError(f"service {self._name}: nobody answered"))
+                _fail(future, NoResponseError(f"service {self._name}: nobody answered"))
 
         self._zenoh.get(
             handlers.Callback(on_reply, on_done), payload=request.to_cdr(), attachment=attachment.pack()
@@ -163,14 +170,14 @@ class Client(Generic[Q, S]):
             return  # with two servers of one name the first response is used
         if reply.ok is None:
             reason = "" if reply.err is None else reply.err.payload.to_bytes()[:200].decode(errors="replace")
-            _fail(future, NoAnswerError(f"service {self._name}: the server refused: {reason}"))
+            _fail(future, NoResponseError(f"service {self._name}: the server refused: {reason}"))
             return
         try:
-            unpack(None if reply.ok.attachment is None else reply.ok.attachment.to_bytes())
+            parse(None if reply.ok.attachment is None else reply.ok.attachment.to_bytes())
             response = self._service.response.from_cdr(reply.ok.payload.to_bytes())
-        except (WireError, CdrError) as error:
+        except (RmwError, CdrError) as error:
             self._refused.add(f"{self._name}: {error}")
-            _fail(future, NoAnswerError(f"service {self._name}: the answer was refused: {error}"))
+            _fail(future, NoResponseError(f"service {self._name}: the answer was refused: {error}"))
         else:
             if future.set_running_or_notify_cancel():
                 future.set_result(response)

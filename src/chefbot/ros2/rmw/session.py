@@ -17,28 +17,28 @@ from typing import Any
 import zenoh
 
 from chefbot.errors import UserError
-from chefbot.ros2.rmw.errors import Tally
+from chefbot.ros2.rmw.errors import ErrorCounter
 from chefbot.ros2.rmw.graph import Graph
-from chefbot.ros2.rmw.malloc_tuning import keep_memory
+from chefbot.ros2.rmw.malloc_tuning import tune_malloc
 
 PORT = 7447
 """Port on which rmw_zenoh expects its router."""
 LOOPBACK = "127.0.0.1"
-WATCH_PERIOD = 0.2
+ROUTER_CHECK_PERIOD = 0.2
 """Seconds between two checks for a router."""
 ROUTER_WAIT = 0.1
 """Maximum time that opening waits for a router, s; afterwards the search goes on in the background."""
 MAX_DOMAIN = 232
-STUCK_US = 1_000_000
+CONGESTION_TIMEOUT_US = 1_000_000
 """Time after which a peer that accepts no data is disconnected, us. With Zenoh's default of 5 s, a subscriber
 that dies while it receives a large map blocks the publisher towards all others for that time."""
 
-THREADS = "(rx: (worker_threads: 1))"
+ZENOH_RUNTIME_CONFIG = "(rx: (worker_threads: 1))"
 """Zenoh's default of two receiving threads wake each other for every message; with one, a scan takes half the
 time and half the CPU (docs/why.md). ZENOH_RUNTIME in the environment takes precedence."""
 
 
-class Wire:
+class RmwContext:
     """A Zenoh session and the ROS graph of its domain.
 
     With `router` it becomes the router when there is none; short-lived programs should not. Raises UserError
@@ -48,9 +48,9 @@ class Wire:
     def __init__(self, domain: int = 0, *, port: int = PORT, router: bool = True) -> None:
         if not 0 <= domain <= MAX_DOMAIN:
             raise UserError(f"ROS domain {domain} must lie between 0 and {MAX_DOMAIN}")
-        keep_memory()
+        tune_malloc()
         self.domain = domain
-        self.refused = Tally()
+        self.rejected = ErrorCounter()
         """Counts of received data that was no valid message of its type, by reason; for diagnostics."""
         self._port = port
         self._numbers = count()
@@ -61,7 +61,7 @@ class Wire:
         self.session = _open_peer(port)
         self._await_router()
         self.zid = str(self.session.zid())
-        self.graph = Graph(self.session, domain, self.refused)
+        self.graph = Graph(self.session, domain, self.rejected)
         self._watcher = threading.Thread(target=self._watch, name="wire watcher")
         self._watcher.start()
 
@@ -90,7 +90,7 @@ class Wire:
             self._router.close()
             self._router = None
 
-    def __enter__(self) -> Wire:
+    def __enter__(self) -> RmwContext:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -110,7 +110,7 @@ class Wire:
 
         Zenoh's threads would keep the process alive forever, and `atexit` runs only after them.
         """
-        while not self._closing.wait(WATCH_PERIOD):
+        while not self._closing.wait(ROUTER_CHECK_PERIOD):
             if not threading.main_thread().is_alive():
                 self.close()
                 return
@@ -155,13 +155,19 @@ def _common() -> dict[str, Any]:
         "timestamping": {"enabled": True},
         "transport": {
             "shared_memory": {"enabled": False},
-            "link": {"tx": {"queue": {"congestion_control": {"block": {"wait_before_close": STUCK_US}}}}},
+            "link": {
+                "tx": {
+                    "queue": {"congestion_control": {"block": {"wait_before_close": CONGESTION_TIMEOUT_US}}}
+                }
+            },
         },
     }
 
 
 def _open(config: dict[str, Any]) -> zenoh.Session:
-    os.environ.setdefault("ZENOH_RUNTIME", THREADS)  # read by Zenoh when it opens its first session
+    os.environ.setdefault(
+        "ZENOH_RUNTIME", ZENOH_RUNTIME_CONFIG
+    )  # read by Zenoh when it opens its first session
     return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
 
 

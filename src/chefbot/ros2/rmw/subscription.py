@@ -10,26 +10,26 @@ from zenoh import ext, handlers
 
 from chefbot.msgs.idl.cdr import CdrError
 from chefbot.msgs.validity import InvalidMessageError
-from chefbot.ros2.rmw.attachment import Attachment, checked, unpack
-from chefbot.ros2.rmw.errors import Tally, WireError
+from chefbot.ros2.rmw.attachment import Attachment, checked, parse
+from chefbot.ros2.rmw.errors import ErrorCounter, RmwError
 from chefbot.ros2.rmw.qos import QoS
-from chefbot.ros2.rmw.session import Wire
-from chefbot.ros2.rmw.threads import keep_state
+from chefbot.ros2.rmw.session import RmwContext
+from chefbot.ros2.rmw.thread_state import keep_thread_state
 
-Receive = Callable[[bytes, Attachment], None]
-"""Callback for a sample's CDR bytes, in a Zenoh thread; CdrError, InvalidMessageError and WireError are
+SampleCallback = Callable[[bytes, Attachment], None]
+"""Callback for a sample's CDR bytes, in a Zenoh thread; CdrError, InvalidMessageError and RmwError are
 counted."""
-Take = Callable[[bytes, bytes], None]
+RawSampleCallback = Callable[[bytes, bytes], None]
 """The same with the raw bytes of the attachment, already checked: most callbacks do not need its fields."""
 CPU_BUFFERS = "_buf_cpu"
 """Key suffix where newer rmw_zenoh sends types with `uint8[]` on request (`backends:cpu:`)."""
 
-MOST_PUBLISHERS = 100
+MAX_PUBLISHERS = 100
 """Maximum number of publishers whose sequence numbers are kept."""
 
 
 class Subscription:
-    """A subscription to one topic, created by `WireNode.subscription`.
+    """A subscription to one topic, created by `RmwNode.subscription`.
 
     With `remote_only` samples from this process are ignored. `topic` is the name under which rejected samples
     are counted.
@@ -37,10 +37,10 @@ class Subscription:
 
     def __init__(
         self,
-        wire: Wire,
+        wire: RmwContext,
         key: str,
         qos: QoS,
-        take: Take,
+        take: RawSampleCallback,
         *,
         topic: str,
         remote_only: bool = False,
@@ -50,7 +50,7 @@ class Subscription:
         self.qos = qos
         self._callback = take
         self._topic = topic
-        self._refused: Tally = wire.refused
+        self._refused: ErrorCounter = wire.rejected
         origin = zenoh.Locality.REMOTE if remote_only else zenoh.Locality.ANY
         # an indirect callback would cost a thread, and a context switch per sample
         callback = handlers.Callback(self._on_sample, indirect=False)
@@ -65,13 +65,13 @@ class Subscription:
             subscriber.undeclare()
 
     def _on_sample(self, sample: zenoh.Sample) -> None:
-        keep_state()
+        keep_thread_state()
         try:
             data = sample.attachment
             attachment = checked(None if data is None else data.to_bytes())
-            if self._last is None or self._is_new(unpack(attachment), self._last):
+            if self._last is None or self._is_new(parse(attachment), self._last):
                 self._callback(sample.payload.to_bytes(), attachment)
-        except (WireError, CdrError, InvalidMessageError) as error:
+        except (RmwError, CdrError, InvalidMessageError) as error:
             self._refused.add(f"{self._topic}: {error}")
 
     def _is_new(self, attachment: Attachment, last: dict[bytes, int]) -> bool:
@@ -80,7 +80,7 @@ class Subscription:
         Newer rmw_zenoh publishes on both keys when older subscribers are present.
         """
         previous = last.get(attachment.gid, 0)
-        if len(last) >= MOST_PUBLISHERS:
+        if len(last) >= MAX_PUBLISHERS:
             last.clear()
         last[attachment.gid] = max(previous, attachment.sequence)
         return attachment.sequence > previous

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from chefbot.msgs.idl.definition import Description, describe, description_hash, own_text
+from chefbot.msgs.idl.definition import Description, describe, description_hash, interface_text
 from chefbot.msgs.idl.registry import action_type, message_type, service_type
 from chefbot.msgs.type_description_interfaces import (
     GetTypeDescription,
@@ -12,28 +12,30 @@ from chefbot.msgs.type_description_interfaces import (
     TypeDescription,
     TypeSource,
 )
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.service import Call
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.service import ServiceCall
 
 
-class TypeDescriptions:
+class TypeDescriptionService:
     """The get_type_description service of one node, served from chefbot's own definitions."""
 
-    def __init__(self, node: WireNode) -> None:
+    def __init__(self, node: RmwNode) -> None:
         node.server("~/get_type_description", GetTypeDescription, self._answer)
 
-    def _answer(self, call: Call[Any, Any]) -> None:
+    def _answer(self, call: ServiceCall[Any, Any]) -> None:
         name, requested_hash = call.request.type_name, call.request.type_hash
         try:
             description, type_hash = _find(name)
         except KeyError as error:
-            call.answer(GetTypeDescription_Response(False, str(error.args[0])))
+            call.respond(GetTypeDescription_Response(False, str(error.args[0])))
             return
         if requested_hash and requested_hash != type_hash:
-            call.answer(GetTypeDescription_Response(False, f"{name} is known here with the hash {type_hash}"))
+            call.respond(
+                GetTypeDescription_Response(False, f"{name} is known here with the hash {type_hash}")
+            )
         else:
             sources = _sources(description) if call.request.include_type_sources else ()
-            call.answer(GetTypeDescription_Response(True, "", TypeDescription.of(description), sources))
+            call.respond(GetTypeDescription_Response(True, "", TypeDescription.of(description), sources))
 
 
 def _find(name: str) -> tuple[Description, str]:
@@ -59,9 +61,9 @@ def _source(name: str) -> TypeSource:
     """
     _, folder, short = name.split("/")
     if folder == "msg":
-        return TypeSource(name, folder, own_text(message_type(name)))
+        return TypeSource(name, folder, interface_text(message_type(name)))
     if "_" in short:
         return TypeSource(name, "implicit", "")
     kind: Any = service_type(name) if folder == "srv" else action_type(name)
     parts = (kind.request, kind.response) if folder == "srv" else (kind.goal, kind.result, kind.feedback)
-    return TypeSource(name, folder, "---\n".join(map(own_text, parts)))
+    return TypeSource(name, folder, "---\n".join(map(interface_text, parts)))

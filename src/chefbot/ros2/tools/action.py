@@ -13,23 +13,23 @@ from chefbot.errors import UserError
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.idl.action import Action
-from chefbot.msgs.idl.editions import editions
+from chefbot.msgs.idl.editions import older_editions
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.registry import action_type
-from chefbot.msgs.idl.yaml_conversion import from_plain, to_plain
-from chefbot.ros2.rmw.action_client import ActionClient, GoalHandle, RejectedError
-from chefbot.ros2.rmw.graph import Named
-from chefbot.ros2.rmw.service import NoAnswerError
+from chefbot.msgs.idl.yaml_conversion import message_from_dict, message_to_dict
+from chefbot.ros2.rmw.action_client import ActionClient, GoalHandle, GoalRejectedError
+from chefbot.ros2.rmw.graph import EndpointGroup
+from chefbot.ros2.rmw.service import NoResponseError
 from chefbot.ros2.tools.common import (
-    SHOWN,
+    MAX_SHOWN_ELEMENTS,
     console,
-    definition,
     errors,
     find,
-    on_wire,
+    graph_node,
+    local_definition,
     only_type,
-    print_served,
-    stopping,
+    print_with_servers,
+    stop_event,
     to_yaml,
     type_and_values,
     type_name,
@@ -44,8 +44,8 @@ ENDINGS = {STATUS_SUCCEEDED: "succeeded", STATUS_CANCELED: "cancelled", STATUS_A
 
 def run_list(verbose: bool) -> None:
     """Print one action name per line; with types and servers if `verbose`."""
-    with on_wire("action") as node:
-        print_served(node.wire.graph.actions().values(), verbose)
+    with graph_node("action") as node:
+        print_with_servers(node.wire.graph.actions().values(), verbose)
 
 
 def run_send(name: str, arguments: Sequence[str], quiet: bool) -> int:
@@ -54,12 +54,12 @@ def run_send(name: str, arguments: Sequence[str], quiet: bool) -> int:
     Returns the exit code: 1 unless the goal succeeded.
     """
     type_given, values = type_and_values(arguments)
-    with on_wire("action") as node, stopping() as stop:
+    with graph_node("action") as node, stop_event() as stop:
         named = find(node.wire.graph.actions, name, "action")
         action = _action(named)
         if type_given and type_name(type_given, "action") != action.ros_name:
             raise UserError(f"action {named.name} is a {action.ros_name}, not a {type_given}")
-        goal = from_plain(action.goal, values, f"values for {named.name}", Time.of(time.time_ns()))
+        goal = message_from_dict(action.goal, values, f"values for {named.name}", Time.of(time.time_ns()))
         client = ActionClient(node, named.name, action)
         deadline = time.monotonic() + SERVED_WAIT
         while not client.served and time.monotonic() < deadline:
@@ -68,18 +68,18 @@ def run_send(name: str, arguments: Sequence[str], quiet: bool) -> int:
             raise UserError(
                 f"action {named.name} is not within reach, or its results are of an unknown version"
             )
-        handle = client.send(goal, None if quiet else _show_feedback)
+        handle = client.send_goal_async(goal, None if quiet else _show_feedback)
         return _await(handle, named.name, stop)
 
 
-def _action(named: Named) -> Action[Any, Any, Any]:
+def _action(named: EndpointGroup) -> Action[Any, Any, Any]:
     """Return our definition of a served action in any version known here; raises UserError when unknown."""
-    kinds = [server.end.type for server in named.givers]
+    kinds = [server.info.type for server in named.providers]
     kind = kinds[0] if len({kind.name for kind in kinds}) == 1 else only_type(named, "action")
     action_name = kind.name.removesuffix(SEND_GOAL)
-    known = {version.send_goal_service.type_hash for version in editions(action_name)}
+    known = {version.send_goal_service.type_hash for version in older_editions(action_name)}
     if not any(kind.hash in known for kind in kinds):
-        definition(kind, _send_goal, f"action {named.name}")
+        local_definition(kind, _send_goal, f"action {named.name}")
     return action_type(action_name)
 
 
@@ -93,7 +93,9 @@ def _show_feedback(feedback: Message) -> None:
 
 
 def _indented(message: Message) -> str:
-    return "\n".join(f"  {line}" for line in to_yaml(to_plain(message, SHOWN)).splitlines())
+    return "\n".join(
+        f"  {line}" for line in to_yaml(message_to_dict(message, MAX_SHOWN_ELEMENTS)).splitlines()
+    )
 
 
 def _await(handle: GoalHandle, name: str, stop: Event) -> int:
@@ -107,13 +109,13 @@ def _await(handle: GoalHandle, name: str, stop: Event) -> int:
         if deadline is not None and time.monotonic() > deadline:
             raise UserError(f"{name} did not end in {CANCEL_WAIT:g} s after it was cancelled; it may go on")
         try:
-            status, result = handle.outcome.result(timeout=0.05)
+            status, result = handle.result.result(timeout=0.05)
         except NoTimeLeftError:
             continue
-        except RejectedError:
+        except GoalRejectedError:
             console.print(f"status: refused; {name} does not accept this goal, /diagnostics may tell why")
             return 1
-        except (NoAnswerError, CancelledError) as error:
+        except (NoResponseError, CancelledError) as error:
             raise UserError(f"{name}: {error}") from None
         console.print(f"result:\n{_indented(result)}\nstatus: {ENDINGS.get(status, str(status))}")
         return 0 if status == STATUS_SUCCEEDED else 1

@@ -49,7 +49,7 @@ def topic_echo(
     duration: Annotated[float, _SECONDS] = 0.0,
 ) -> None:
     """Print the messages of a topic as YAML."""
-    from chefbot.ros2.tools.topic_listen import run_echo
+    from chefbot.ros2.tools.topic_echo import run_echo
 
     raise typer.Exit(run_echo(topic, once, field, full_length, duration))
 
@@ -57,7 +57,7 @@ def topic_echo(
 @topic_app.command("hz")
 def topic_hz(topic: Annotated[str, _TOPIC], duration: Annotated[float, _SECONDS] = 5.0) -> None:
     """Measure the rate, jitter and bandwidth of a topic."""
-    from chefbot.ros2.tools.topic_listen import run_hz
+    from chefbot.ros2.tools.topic_echo import run_hz
 
     raise typer.Exit(run_hz(topic, duration))
 

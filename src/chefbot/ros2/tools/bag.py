@@ -13,9 +13,9 @@ from chefbot.ros2.bag.reader import Bag, read_bag
 from chefbot.ros2.bag.recorder import BagRecorder
 from chefbot.ros2.bag.writer import BagWriter
 from chefbot.ros2.rmw.graph import Graph
-from chefbot.ros2.tools.common import columns, console, errors, full_name, hidden, on_wire, stopping
-from chefbot.ros2.tools.topic_info import seen
-from chefbot.ros2.tools.topic_listen import quantity
+from chefbot.ros2.tools.common import columns, console, errors, full_name, graph_node, is_hidden, stop_event
+from chefbot.ros2.tools.topic_echo import quantity
+from chefbot.ros2.tools.topic_info import without_tools
 
 
 def run_record(out: Path | None, topics: Sequence[str], include_hidden: bool, seconds: float) -> None:
@@ -26,12 +26,14 @@ def run_record(out: Path | None, topics: Sequence[str], include_hidden: bool, se
     requested = {full_name(topic) for topic in topics}
     if requested and include_hidden:
         raise UserError("give topics or --all, not both")
-    with on_wire("record") as node, stopping() as stop:
+    with graph_node("record") as node, stop_event() as stop:
         writer = BagWriter(out or Path(f"rosbag2_{datetime.now(UTC).astimezone():%Y_%m_%d-%H_%M_%S}"))
         for name in sorted(requested - set(node.wire.graph.topics())):
             errors.print(f"chefbot: nobody has {name} yet; it is recorded as soon as somebody speaks there")
         recorder = BagRecorder(
-            node, writer, lambda name: name in requested if requested else include_hidden or not hidden(name)
+            node,
+            writer,
+            lambda name: name in requested if requested else include_hidden or not is_hidden(name),
         )
         try:
             recorder.run(seconds or None, stop)
@@ -41,7 +43,7 @@ def run_record(out: Path | None, topics: Sequence[str], include_hidden: bool, se
             count = sum(writer.counts.values())
             raise UserError(f"{error}; the {count} messages before are whole") from None
         node.close()
-        recorder.write_waiting()
+        recorder.write_queued()
         writer.close()
     _print_summary(writer, recorder, requested)
 
@@ -52,13 +54,13 @@ def run_play(path: Path, rate: float, loop: bool, topics: Sequence[str], clock: 
     With `clock` the recorded time is published on /clock.
     """
     bag = read_bag(path)
-    for sentence in bag.cut:
+    for sentence in bag.truncated:
         errors.print(f"chefbot: {sentence}")
-    with on_wire("bag_player", alone=True) as node, stopping() as stop:
+    with graph_node("bag_player", alone=True) as node, stop_event() as stop:
         player = Player(node, bag, topics or _topics_without_publishers(node.wire.graph, bag), clock=clock)
-        for sentence in player.left_out:
+        for sentence in player.skipped_topics:
             errors.print(f"chefbot: not played: {sentence}")
-        player.await_listeners(node)
+        player.wait_for_subscribers(node)
         while True:
             played = player.play(rate, stop)
             console.print(f"played {played.messages} messages in {played.seconds:.1f} s")
@@ -71,7 +73,7 @@ def _topics_without_publishers(graph: Graph, bag: Bag) -> list[str]:
 
     A running robot must not receive its own recorded messages, least of all commands.
     """
-    live = {name for name, endpoints in graph.topics().items() if seen(endpoints.givers)}
+    live = {name for name, endpoints in graph.topics().items() if without_tools(endpoints.providers)}
     names = sorted({topic.name for topic in bag.topics})
     if left_out := [name for name in names if name in live]:
         errors.print(f"chefbot: not played, since others speak there now: {', '.join(left_out)}")
@@ -88,7 +90,7 @@ def run_info(path: Path) -> int:
     bag = read_bag(path)
     for line in info_lines(bag):
         console.print(line)
-    return 1 if bag.cut else 0
+    return 1 if bag.truncated else 0
 
 
 def info_lines(bag: Bag) -> list[str]:
@@ -103,7 +105,7 @@ def info_lines(bag: Bag) -> list[str]:
         f"{bag.path}: {files}, {quantity(bag.size)}{f', made for {bag.distro}' if bag.distro else ''}",
         f"from {_format_time(bag.start_ns)} to {_format_time(bag.end_ns)}, {seconds:.3f} s, {bag.total} messages",
         *columns(rows),
-        *(f"! {sentence}" for sentence in bag.cut),
+        *(f"! {sentence}" for sentence in bag.truncated),
     ]
 
 
@@ -120,5 +122,5 @@ def _print_summary(writer: BagWriter, recorder: BagRecorder, requested: set[str]
     silent = sorted(requested - {name for name, count in counts.items() if count})
     if silent:
         errors.print(f"chefbot: nothing came on {', '.join(silent)}")
-    for name, count in recorder.lost.items():
+    for name, count in recorder.dropped.items():
         errors.print(f"chefbot: the disk was too slow for {name}: {count} messages are lost")

@@ -14,13 +14,13 @@ import yaml
 from rich.console import Console
 
 from chefbot.config import parse_yaml
-from chefbot.errors import UserError, nearest
-from chefbot.ros2.rmw.environment import domain_of_environment, port_of_environment
-from chefbot.ros2.rmw.errors import WireError
-from chefbot.ros2.rmw.graph import HASHLESS, Graph, Named
-from chefbot.ros2.rmw.names import WireType, resolve
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.session import LOOPBACK, Wire
+from chefbot.errors import UserError, name_hint
+from chefbot.ros2.rmw.environment import domain_from_environment, port_from_environment
+from chefbot.ros2.rmw.errors import RmwError
+from chefbot.ros2.rmw.graph import NO_TYPE_HASH, EndpointGroup, Graph
+from chefbot.ros2.rmw.names import InterfaceType, resolve
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.session import LOOPBACK, RmwContext
 from chefbot.signals import stop_on_signals
 
 T = TypeVar("T")
@@ -32,9 +32,9 @@ NAME_WAIT = 1.0
 """Maximum time to wait for a name that is not in the graph, s."""
 SETTLED, SETTLE_WAIT = 0.25, 2.0
 """Time without graph changes after which the graph counts as complete, and its maximum wait, s."""
-SILENCE = 2.0
+NO_MESSAGE_TIMEOUT = 2.0
 """Time without a message after which the reasons are printed, s."""
-SHOWN = 128
+MAX_SHOWN_ELEMENTS = 128
 """Maximum number of array elements shown."""
 SHORT_HASH = 19
 _TYPE = re.compile(r"[a-z]\w*/(?:(?:msg|srv|action)/)?[A-Z]\w*")
@@ -43,14 +43,14 @@ errors = Console(highlight=False, soft_wrap=True, markup=False, emoji=False, std
 
 
 @contextmanager
-def on_wire(verb: str, *, alone: bool = False) -> Iterator[WireNode]:
+def graph_node(verb: str, *, alone: bool = False) -> Iterator[RmwNode]:
     """Provide a node for the duration of a command, with the complete graph.
 
     Raises UserError when there are no other nodes, unless `alone`: then the command opens the network for
     late-joining nodes and its node is visible under the name `verb`; otherwise it is hidden, as tools are.
     """
-    port, domain = port_of_environment(), domain_of_environment()
-    with Wire(domain, port=port, router=alone) as wire:
+    port, domain = port_from_environment(), domain_from_environment()
+    with RmwContext(domain, port=port, router=alone) as wire:
         if not alone and not wire.graph.wait_for(_has_node, QUIET_WAIT):
             errors.print(f"chefbot: nobody is on the wire at {LOOPBACK}:{port} yet; waiting {START_WAIT:g} s")
             if not wire.graph.wait_for(_has_node, START_WAIT):
@@ -58,14 +58,14 @@ def on_wire(verb: str, *, alone: bool = False) -> Iterator[WireNode]:
                     f"nobody is on the wire at {LOOPBACK}:{port}, domain {domain}; start a launch first, "
                     "or rmw_zenohd where ROS 2's own nodes run"
                 )
-        with WireNode(wire, verb if alone else f"_chefbot_{verb}_{os.getpid()}") as node:
+        with RmwNode(wire, verb if alone else f"_chefbot_{verb}_{os.getpid()}") as node:
             settle(wire.graph)
             yield node
 
 
 def _has_node(graph: Graph) -> bool:
     """Return whether there is a node that is neither a tool nor a launch that is still starting its nodes."""
-    return any(not hidden(node.full_name) and node.full_name != LAUNCH for node in graph.nodes())
+    return any(not is_hidden(node.full_name) and node.full_name != LAUNCH for node in graph.nodes())
 
 
 def settle(graph: Graph) -> None:
@@ -81,7 +81,7 @@ def settle(graph: Graph) -> None:
 
 
 @contextmanager
-def stopping() -> Iterator[threading.Event]:
+def stop_event() -> Iterator[threading.Event]:
     """Provide an event that Ctrl-C and SIGTERM set, instead of ending the program."""
     stop = threading.Event()
     with stop_on_signals(stop.set):
@@ -92,7 +92,7 @@ def full_name(name: str) -> str:
     """Return the full name of a topic or service; raises UserError for an invalid name."""
     try:
         return resolve(name)
-    except WireError as error:
+    except RmwError as error:
         raise UserError(str(error)) from None
 
 
@@ -105,27 +105,27 @@ def find(lookup: Callable[[], Mapping[str, T]], name: str, what: str) -> T:
     while full not in (entries := lookup()) and time.monotonic() < deadline:
         time.sleep(0.05)
     if full not in entries:
-        candidates = {candidate for candidate in entries if not hidden(candidate)}
+        candidates = {candidate for candidate in entries if not is_hidden(candidate)}
         raise UserError(
-            f"there is no {what} {full} on the wire{nearest(full, candidates) or '; there are none at all'}"
+            f"there is no {what} {full} on the wire{name_hint(full, candidates) or '; there are none at all'}"
         )
     return entries[full]
 
 
-def hidden(name: str) -> bool:
+def is_hidden(name: str) -> bool:
     """Return whether some part of the name begins with _, as ROS 2 names tools and action internals."""
     return "/_" in name
 
 
-def only_type(named: Named, what: str) -> WireType:
+def only_type(named: EndpointGroup, what: str) -> InterfaceType:
     """Return the type of the publishers or servers; raises UserError when they disagree."""
-    types = list(dict.fromkeys(endpoint.end.type for endpoint in (named.givers or named.takers)))
+    types = list(dict.fromkeys(endpoint.info.type for endpoint in (named.providers or named.consumers)))
     if len(types) > 1:
         raise UserError(f"{what} {named.name} has more than one type: {', '.join(map(type_text, types))}")
     return types[0]
 
 
-def definition(kind: WireType, find_type: Callable[[str], T], what: str) -> T:
+def local_definition(kind: InterfaceType, find_type: Callable[[str], T], what: str) -> T:
     """Return our definition of a type in the graph.
 
     Raises UserError with the hashes when it is unknown or of another version.
@@ -136,14 +136,14 @@ def definition(kind: WireType, find_type: Callable[[str], T], what: str) -> T:
         raise UserError(
             f"{what} has the type {type_text(kind)}, of which there is no definition here"
         ) from None
-    ours = WireType.of(found).hash  # type: ignore[arg-type]
+    ours = InterfaceType.of(found).hash  # type: ignore[arg-type]
     if kind.hash != ours:
-        theirs = "no hash (ROS 2 Humble)" if kind.hash == HASHLESS else f"hash {kind.hash}"
+        theirs = "no hash (ROS 2 Humble)" if kind.hash == NO_TYPE_HASH else f"hash {kind.hash}"
         raise UserError(f"{what} has {kind.name} in another version: {theirs} there, {ours} here")
     return found
 
 
-def type_text(kind: WireType) -> str:
+def type_text(kind: InterfaceType) -> str:
     """Return the name of a type and the beginning of its hash."""
     return f"{kind.name} ({kind.hash[:SHORT_HASH]}{'...' if len(kind.hash) > SHORT_HASH else ''})"
 
@@ -167,7 +167,7 @@ def type_and_values(arguments: Sequence[str]) -> tuple[str, Any]:
 
 def mismatches(graph: Graph, name: str = "") -> list[str]:
     """Return the sentences on incompatible endpoints of one name or of all, without those of tools."""
-    sentences = [sentence for sentence in graph.mismatches() if not hidden(sentence.partition(":")[2])]
+    sentences = [sentence for sentence in graph.mismatches() if not is_hidden(sentence.partition(":")[2])]
     return [sentence for sentence in sentences if not name or sentence.startswith(f"{name}:")]
 
 
@@ -202,16 +202,16 @@ def columns(rows: Iterable[Sequence[str]]) -> Iterator[str]:
         yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
 
 
-def print_served(entries: Iterable[Named], verbose: bool) -> None:
+def print_with_servers(entries: Iterable[EndpointGroup], verbose: bool) -> None:
     """Print the names that have a server, one per line; with types and servers if `verbose`."""
     rows = [
         [
             entry.name,
             ", ".join(dict.fromkeys(kind.name for kind in entry.types)),
-            entry.givers[0].node.full_name,
+            entry.providers[0].node.full_name,
         ]
         for entry in entries
-        if entry.givers
+        if entry.providers
     ]
     for line in columns(rows if verbose else [row[:1] for row in rows]):
         console.print(line)

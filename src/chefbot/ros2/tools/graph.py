@@ -8,13 +8,13 @@ import time
 from pathlib import Path
 from typing import Any
 
-from chefbot.ros2.rmw.graph import Endpoint, Graph, Named
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.tools.common import console, hidden, mismatches, on_wire, stopping
+from chefbot.ros2.rmw.graph import Endpoint, EndpointGroup, Graph
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.tools.common import console, graph_node, is_hidden, mismatches, stop_event
 from chefbot.ros2.tools.graph_svg import to_svg
-from chefbot.ros2.tools.listen import Hear, listen
 from chefbot.ros2.tools.meter import Meter, Rate
-from chefbot.ros2.tools.topic_info import seen
+from chefbot.ros2.tools.subscribe import TypedSampleCallback, subscribe_any
+from chefbot.ros2.tools.topic_info import without_tools
 from chefbot.storage.atomic_files import write_into_folder
 
 HOUSEKEEPING = {"/rosout", "/parameter_events"}
@@ -23,7 +23,7 @@ HOUSEKEEPING = {"/rosout", "/parameter_events"}
 
 def run_graph(out: Path, as_json: bool, seconds: float) -> None:
     """Measure rates for `seconds`, then write the picture, or print the graph as JSON."""
-    with on_wire("graph") as node, stopping() as stop:
+    with graph_node("graph") as node, stop_event() as stop:
         rates = measure_rates(node, seconds, stop)
         graph = describe(node.wire.graph, rates)
     if as_json:
@@ -35,20 +35,20 @@ def run_graph(out: Path, as_json: bool, seconds: float) -> None:
         console.print(f"! {sentence}")
 
 
-def measure_rates(node: WireNode, seconds: float, stop: threading.Event) -> dict[str, dict[str, float | int]]:
+def measure_rates(node: RmwNode, seconds: float, stop: threading.Event) -> dict[str, dict[str, float | int]]:
     """Return messages, Hz and bytes per second of each topic; empty if `seconds` is 0."""
     if seconds <= 0:
         return {}
     meters: dict[str, Meter] = {}
     for topic in node.wire.graph.topics().values():
-        if topic.givers and _shown(topic):
+        if topic.providers and _shown(topic):
             meters[topic.name] = Meter()
-            listen(node, topic, _counter(meters[topic.name]))
+            subscribe_any(node, topic, _counter(meters[topic.name]))
     stop.wait(seconds)
     return {name: _rate_fields(meter.rate()) for name, meter in meters.items()}
 
 
-def _counter(meter: Meter) -> Hear:
+def _counter(meter: Meter) -> TypedSampleCallback:
     return lambda _, data: meter.add(time.monotonic(), len(data))
 
 
@@ -65,7 +65,7 @@ def describe(graph: Graph, rates: dict[str, dict[str, float | int]]) -> dict[str
 
     Tools, hidden names and `HOUSEKEEPING` topics are left out.
     """
-    nodes = sorted({node.full_name for node in graph.nodes() if not hidden(node.full_name)})
+    nodes = sorted({node.full_name for node in graph.nodes() if not is_hidden(node.full_name)})
     topics = [
         {
             **_entry(topic, "publishers", "subscriptions"),
@@ -73,12 +73,12 @@ def describe(graph: Graph, rates: dict[str, dict[str, float | int]]) -> dict[str
             "latched": _latched(topic),
         }
         for topic in graph.topics().values()
-        if _shown(topic) and (seen(topic.givers) or seen(topic.takers))
+        if _shown(topic) and (without_tools(topic.providers) or without_tools(topic.consumers))
     ]
     services = [
         _entry(service, "servers", "clients")
         for service in graph.services().values()
-        if not hidden(service.name)
+        if not is_hidden(service.name)
     ]
     actions = [_entry(action, "servers", "clients") for action in graph.actions().values()]
     return {
@@ -90,22 +90,22 @@ def describe(graph: Graph, rates: dict[str, dict[str, float | int]]) -> dict[str
     }
 
 
-def _shown(named: Named) -> bool:
-    return not hidden(named.name) and named.name not in HOUSEKEEPING
+def _shown(named: EndpointGroup) -> bool:
+    return not is_hidden(named.name) and named.name not in HOUSEKEEPING
 
 
-def _latched(named: Named) -> bool:
-    return any(publisher.end.qos.latched for publisher in named.givers)
+def _latched(named: EndpointGroup) -> bool:
+    return any(publisher.info.qos.latched for publisher in named.providers)
 
 
-def _entry(named: Named, providers: str, consumers: str) -> dict[str, Any]:
+def _entry(named: EndpointGroup, providers: str, consumers: str) -> dict[str, Any]:
     return {
         "name": named.name,
         "types": list(dict.fromkeys(kind.name for kind in named.types)),
-        providers: _node_names(named.givers),
-        consumers: _node_names(named.takers),
+        providers: _node_names(named.providers),
+        consumers: _node_names(named.consumers),
     }
 
 
 def _node_names(endpoints: tuple[Endpoint, ...]) -> list[str]:
-    return sorted({endpoint.node.full_name for endpoint in seen(endpoints)})
+    return sorted({endpoint.node.full_name for endpoint in without_tools(endpoints)})

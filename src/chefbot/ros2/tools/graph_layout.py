@@ -13,7 +13,7 @@ DUMMY_HEIGHT = 4.0
 Edge = tuple[str, str]
 
 
-class Box(NamedTuple):
+class LayoutBox(NamedTuple):
     """A rectangle: left, top, width and height in px, y down."""
 
     x: float
@@ -25,7 +25,7 @@ class Box(NamedTuple):
 class Layout(NamedTuple):
     """Boxes by name, and polylines by edge from tail to head, in px."""
 
-    boxes: dict[str, Box]
+    boxes: dict[str, LayoutBox]
     lines: dict[Edge, list[tuple[float, float]]]
     width: float
     height: float
@@ -37,7 +37,7 @@ def lay_out(sizes: Mapping[str, tuple[float, float]], edges: Sequence[Edge]) -> 
     `sizes` are (width, height) in px by name; edges join names, and none joins a name to itself. Connected
     components are stacked vertically: in one layout they would push each other apart without end.
     """
-    boxes: dict[str, Box] = {}
+    boxes: dict[str, LayoutBox] = {}
     lines: dict[Edge, list[tuple[float, float]]] = {}
     width = top = 0.0
     for part in _components(sizes, edges):
@@ -83,7 +83,8 @@ def _lay_out_component(sizes: Mapping[str, tuple[float, float]], edges: Sequence
     centres = _centres(layers, below, heights)
     lefts, width = _columns(layers, sizes)
     boxes = {
-        name: Box(lefts[layer_of[name]], centres[name] - size[1] / 2, *size) for name, size in sizes.items()
+        name: LayoutBox(lefts[layer_of[name]], centres[name] - size[1] / 2, *size)
+        for name, size in sizes.items()
     }
     lines = {}
     for edge in edges:
@@ -254,7 +255,7 @@ def _columns(layers: list[list[str]], sizes: Mapping[str, tuple[float, float]]) 
 
 def _points(
     chain: list[str],
-    boxes: Mapping[str, Box],
+    boxes: Mapping[str, LayoutBox],
     centres: Mapping[str, float],
     lefts: Sequence[float],
     layer_of: Mapping[str, int],

@@ -6,7 +6,7 @@ import itertools
 from html import escape
 from typing import Any
 
-from chefbot.ros2.tools.graph_layout import Box, Edge, Layout, lay_out
+from chefbot.ros2.tools.graph_layout import Edge, Layout, LayoutBox, lay_out
 
 FONT, SMALL, LINE = 13.0, 11.0, 15.0
 CHARACTER = 0.6
@@ -59,7 +59,7 @@ def _with_isolated(sizes: dict[str, tuple[float, float]], edges: list[Edge]) -> 
     boxes, x, y = dict(shown.boxes), 0.0, shown.height + (MARGIN if joined else 0.0)
     for name, (width, height) in sizes.items():
         if name not in joined:
-            boxes[name] = Box(x, y, width, height)
+            boxes[name] = LayoutBox(x, y, width, height)
             x += width + MARGIN
     bottom = max((box.y + box.height for box in boxes.values()), default=0.0)
     return Layout(boxes, shown.lines, max(shown.width, x), bottom)
@@ -70,7 +70,7 @@ def _transposed(layout: Layout) -> Layout:
 
     Boxes are wide and flat; side by side they would form a long strip.
     """
-    boxes = {name: Box(box.y, box.x, box.height, box.width) for name, box in layout.boxes.items()}
+    boxes = {name: LayoutBox(box.y, box.x, box.height, box.width) for name, box in layout.boxes.items()}
     lines = {edge: [(y, x) for x, y in points] for edge, points in layout.lines.items()}
     return Layout(boxes, lines, layout.height, layout.width)
 
@@ -137,7 +137,7 @@ def _size(lines: list[str]) -> tuple[float, float]:
     return max(widths) + 2 * PAD, LINE * len(lines) + PAD
 
 
-def _box(kind: str, box: Box, lines: list[str]) -> str:
+def _box(kind: str, box: LayoutBox, lines: list[str]) -> str:
     round_off = 10 if kind == NODE else 2
     text = [
         f'<rect class="{kind}" x="{box.x:.1f}" y="{box.y:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" '

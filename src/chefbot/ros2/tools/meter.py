@@ -12,7 +12,7 @@ class Rate(NamedTuple):
     messages: int
     hz: float
     """Mean rate, Hz; 0 with fewer than two messages."""
-    shortest: float
+    min_interval: float
     longest: float
     deviation: float
     bytes_per_second: float

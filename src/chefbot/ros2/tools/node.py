@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from chefbot.ros2.rmw.graph import Endpoint, Graph
-from chefbot.ros2.rmw.tokens import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION
-from chefbot.ros2.tools.common import columns, console, errors, find, hidden, on_wire
+from chefbot.ros2.rmw.liveliness import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION
+from chefbot.ros2.tools.common import columns, console, errors, find, graph_node, is_hidden
 
 TITLES = {
     PUBLISHER: "publishes",
@@ -19,11 +19,11 @@ _ACTION = "/_action/"
 
 def run_list(include_hidden: bool) -> None:
     """Print one node name per line."""
-    with on_wire("node") as node:
+    with graph_node("node") as node:
         names = [
             found.full_name
             for found in node.wire.graph.nodes()
-            if include_hidden or not hidden(found.full_name)
+            if include_hidden or not is_hidden(found.full_name)
         ]
         for name in sorted(set(names)):
             console.print(name)
@@ -35,7 +35,7 @@ def run_list(include_hidden: bool) -> None:
 
 def run_info(name: str) -> None:
     """Print the topics, services and actions of a node."""
-    with on_wire("node") as node:
+    with graph_node("node") as node:
         graph = node.wire.graph
         found = find(lambda: {entry.full_name: entry for entry in graph.nodes()}, name, "node")
         for line in info_lines(graph, found.full_name):
@@ -44,13 +44,13 @@ def run_info(name: str) -> None:
 
 def info_lines(graph: Graph, name: str) -> list[str]:
     """Return the lines that `node info` prints."""
-    endpoints = graph.ends_of(name)
+    endpoints = graph.endpoints_of(name)
     lines = [name]
     for kind, title in TITLES.items():
         rows = [
-            [endpoint.end.topic, endpoint.end.type.name]
+            [endpoint.info.topic, endpoint.info.type.name]
             for endpoint in endpoints
-            if endpoint.end.kind == kind and not _is_action_internal(endpoint)
+            if endpoint.info.kind == kind and not _is_action_internal(endpoint)
         ]
         lines += _section(f"{title}:", rows)
     for kind, title in ((SERVER, "serves actions:"), (CLIENT, "calls actions:")):
@@ -64,11 +64,11 @@ def _section(title: str, rows: list[list[str]]) -> list[str]:
 
 
 def _is_action_internal(endpoint: Endpoint) -> bool:
-    return _ACTION in endpoint.end.topic
+    return _ACTION in endpoint.info.topic
 
 
 def _actions(endpoints: Iterable[Endpoint], kind: str) -> Iterator[list[str]]:
     for endpoint in endpoints:
-        name, separator, part = endpoint.end.topic.partition(_ACTION)
-        if endpoint.end.kind == kind and separator and part == "send_goal":
-            yield [name, endpoint.end.type.name.removesuffix("_SendGoal")]
+        name, separator, part = endpoint.info.topic.partition(_ACTION)
+        if endpoint.info.kind == kind and separator and part == "send_goal":
+            yield [name, endpoint.info.type.name.removesuffix("_SendGoal")]

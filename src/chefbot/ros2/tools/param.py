@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from chefbot.config import parse_yaml
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.msgs import rcl_interfaces as rcl
 from chefbot.ros2.rmw.graph import Graph
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.tools.common import columns, console, find, hidden, on_wire, to_yaml
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.tools.common import columns, console, find, graph_node, is_hidden, to_yaml
 from chefbot.ros2.tools.service import call
 
 TIMEOUT = 5.0
@@ -25,7 +25,7 @@ class _ParameterType(NamedTuple):
     field: str
 
 
-FORMS = {
+PARAMETER_TYPES = {
     rcl.BOOL: _ParameterType("bool", "bool_value"),
     rcl.INTEGER: _ParameterType("integer", "integer_value"),
     rcl.DOUBLE: _ParameterType("double", "double_value"),
@@ -40,23 +40,23 @@ FORMS = {
 
 def run_list(name: str) -> None:
     """Print names and values of the parameters of one node or all."""
-    with on_wire("param") as node:
+    with graph_node("param") as node:
         nodes = [_find_owner(node.wire.graph, name)] if name else _owners(node.wire.graph)
         if not nodes:
             raise UserError("no node on the wire has parameters")
         for owner in nodes:
             names = _names(node, owner)
             console.print(f"{owner}:" if names else f"{owner}: none")
-            values = [to_yaml(plain_value(value)) for value in _get(node, owner, names)]
+            values = [to_yaml(parameter_to_plain(value)) for value in _get(node, owner, names)]
             for line in columns([parameter, value] for parameter, value in zip(names, values, strict=True)):
                 console.print(f"  {line}")
 
 
 def run_get(name: str, parameter: str) -> None:
     """Print the value of a parameter."""
-    with on_wire("param") as node:
+    with graph_node("param") as node:
         owner = _find_owner(node.wire.graph, name)
-        console.print(to_yaml(plain_value(_get_one(node, owner, parameter))))
+        console.print(to_yaml(parameter_to_plain(_get_one(node, owner, parameter))))
 
 
 def run_set(name: str, parameter: str, text: str) -> int:
@@ -64,14 +64,14 @@ def run_set(name: str, parameter: str, text: str) -> int:
 
     Returns the exit code: 1 if the node rejects the value.
     """
-    with on_wire("param") as node:
+    with graph_node("param") as node:
         owner = _find_owner(node.wire.graph, name)
         kind = _get_one(node, owner, parameter).type
-        value = wire_value(kind, parse_yaml(text.encode(), f"value of {parameter}"), parameter)
+        value = plain_to_parameter(kind, parse_yaml(text.encode(), f"value of {parameter}"), parameter)
         request = rcl.SetParameters_Request((rcl.Parameter(parameter, value),))
         (result,) = call(node, f"{owner}/set_parameters", rcl.SetParameters, request, TIMEOUT).results
         if result.successful:
-            console.print(f"{owner} {parameter}: {to_yaml(plain_value(value))}")
+            console.print(f"{owner} {parameter}: {to_yaml(parameter_to_plain(value))}")
         else:
             console.print(f"{owner} refuses {parameter}: {result.reason or 'it does not say why'}")
         return 0 if result.successful else 1
@@ -79,7 +79,7 @@ def run_set(name: str, parameter: str, text: str) -> int:
 
 def run_describe(name: str, parameter: str) -> None:
     """Print the type, description and bounds of a parameter."""
-    with on_wire("param") as node:
+    with graph_node("param") as node:
         owner = _find_owner(node.wire.graph, name)
         _get_one(node, owner, parameter)
         request = rcl.DescribeParameters_Request((parameter,))
@@ -92,7 +92,7 @@ def run_describe(name: str, parameter: str) -> None:
 
 def describe_lines(descriptor: rcl.ParameterDescriptor) -> list[str]:
     """Return the lines that `param describe` prints."""
-    form = FORMS.get(descriptor.type)
+    form = PARAMETER_TYPES.get(descriptor.type)
     lines = [
         f"{descriptor.name}: {form.name if form else 'not set'}{', read only' if descriptor.read_only else ''}"
     ]
@@ -105,9 +105,9 @@ def describe_lines(descriptor: rcl.ParameterDescriptor) -> list[str]:
     return lines
 
 
-def plain_value(value: rcl.ParameterValue) -> Any:
+def parameter_to_plain(value: rcl.ParameterValue) -> Any:
     """Convert a parameter value to plain YAML data; None if it is not set."""
-    form = FORMS.get(value.type)
+    form = PARAMETER_TYPES.get(value.type)
     if form is None:
         return None
     plain = getattr(value, form.field)
@@ -120,27 +120,27 @@ def plain_value(value: rcl.ParameterValue) -> Any:
     )
 
 
-def wire_value(kind: int, plain: Any, name: str) -> rcl.ParameterValue:
+def plain_to_parameter(kind: int, plain: Any, name: str) -> rcl.ParameterValue:
     """Convert plain data to a parameter value of the type `kind`; raises UserError for another type."""
     types: dict[int, Any] = {rcl.BOOL: bool, rcl.INTEGER: int, rcl.DOUBLE: (int, float), rcl.STRING: str}
     single = {rcl.BYTE_ARRAY: rcl.INTEGER}.get(kind, kind - rcl.BOOL_ARRAY + rcl.BOOL)
-    array = kind in FORMS and kind >= rcl.BYTE_ARRAY
+    array = kind in PARAMETER_TYPES and kind >= rcl.BYTE_ARRAY
     expected = types[single if array else kind]
     values = plain if array and isinstance(plain, list) else [plain]
     fits = all(
         isinstance(value, expected) and (expected is bool or not isinstance(value, bool)) for value in values
     )
     if not fits or isinstance(plain, list) != array:
-        raise UserError(f"{name} is of type {FORMS[kind].name}, which {to_yaml(plain)} is not")
+        raise UserError(f"{name} is of type {PARAMETER_TYPES[kind].name}, which {to_yaml(plain)} is not")
     if kind in (rcl.STRING_ARRAY,):
         plain = tuple(plain)
-    field: dict[str, Any] = {FORMS[kind].field: float(plain) if kind == rcl.DOUBLE else plain}
+    field: dict[str, Any] = {PARAMETER_TYPES[kind].field: float(plain) if kind == rcl.DOUBLE else plain}
     return rcl.ParameterValue(type=kind, **field)
 
 
 def _owners(graph: Graph) -> list[str]:
-    served = {name for name, service in graph.services().items() if service.givers}
-    names = {node.full_name for node in graph.nodes() if not hidden(node.full_name)}
+    served = {name for name, service in graph.services().items() if service.providers}
+    names = {node.full_name for node in graph.nodes() if not is_hidden(node.full_name)}
     return sorted(name for name in names if f"{name}/list_parameters" in served)
 
 
@@ -151,21 +151,21 @@ def _find_owner(graph: Graph, name: str) -> str:
     return found
 
 
-def _names(node: WireNode, owner: str) -> list[str]:
+def _names(node: RmwNode, owner: str) -> list[str]:
     request = rcl.ListParameters_Request()
     return sorted(call(node, f"{owner}/list_parameters", rcl.ListParameters, request, TIMEOUT).result.names)
 
 
-def _get(node: WireNode, owner: str, names: list[str]) -> list[rcl.ParameterValue]:
+def _get(node: RmwNode, owner: str, names: list[str]) -> list[rcl.ParameterValue]:
     request = rcl.GetParameters_Request(tuple(names))
     return list(call(node, f"{owner}/get_parameters", rcl.GetParameters, request, TIMEOUT).values)
 
 
-def _get_one(node: WireNode, owner: str, parameter: str) -> rcl.ParameterValue:
+def _get_one(node: RmwNode, owner: str, parameter: str) -> rcl.ParameterValue:
     names = _names(node, owner)
     if parameter not in names:
-        raise UserError(f"{owner} has no parameter {parameter!r}{nearest(parameter, names)}")
+        raise UserError(f"{owner} has no parameter {parameter!r}{name_hint(parameter, names)}")
     values = _get(node, owner, [parameter])
-    if len(values) != 1 or values[0].type not in FORMS:
+    if len(values) != 1 or values[0].type not in PARAMETER_TYPES:
         raise UserError(f"{owner} does not tell {parameter}")
     return values[0]

@@ -23,12 +23,12 @@ from chefbot.msgs.type_description_interfaces import (
     IndividualTypeDescription,
     TypeDescription,
 )
-from chefbot.ros2.rmw.names import WireType
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.service import NoAnswerError
-from chefbot.ros2.tools.common import definition
+from chefbot.ros2.rmw.names import InterfaceType
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.service import NoResponseError
+from chefbot.ros2.tools.common import local_definition
 
-ASK_TIMEOUT = 2.0
+REQUEST_TIMEOUT = 2.0
 """Timeout of a request to one node, s."""
 SERVICE = "/get_type_description"
 _PRIMITIVES = {
@@ -43,13 +43,13 @@ _NAME = re.compile(r"[a-z][a-z0-9_]*")
 accepted."""
 
 
-def definition_of(node: WireNode, kind: WireType, what: str) -> type[Message]:
+def definition_of(node: RmwNode, kind: InterfaceType, what: str) -> type[Message]:
     """Return our message class of a type, or one built from the definition that a node provides.
 
     Raises UserError with the type's name and hash if there is none.
     """
     try:
-        return definition(kind, message_type, what)
+        return local_definition(kind, message_type, what)
     except UserError:
         description = _request_description(node, kind)
         if description is None:
@@ -82,16 +82,16 @@ def make_class(description: Description) -> type[Message]:
         ) from None
 
 
-def _request_description(node: WireNode, kind: WireType) -> Description | None:
+def _request_description(node: RmwNode, kind: InterfaceType) -> Description | None:
     """Return the first description received whose hash is the right one."""
     graph = node.wire.graph
     nodes = [
         endpoint.node.full_name
         for named in graph.topics().values()
-        for endpoint in (*named.givers, *named.takers)
-        if endpoint.end.type == kind
+        for endpoint in (*named.providers, *named.consumers)
+        if endpoint.info.type == kind
     ]
-    served = {name for name, service in graph.services().items() if service.givers}
+    served = {name for name, service in graph.services().items() if service.providers}
     for name in dict.fromkeys(full_name + SERVICE for full_name in nodes):
         if name in served:
             description = _request_from(node, name, kind)
@@ -100,12 +100,12 @@ def _request_description(node: WireNode, kind: WireType) -> Description | None:
     return None
 
 
-def _request_from(node: WireNode, service: str, kind: WireType) -> Description | None:
+def _request_from(node: RmwNode, service: str, kind: InterfaceType) -> Description | None:
     client = node.client(service, GetTypeDescription)
     request = GetTypeDescription_Request(kind.name, kind.hash, False)
     try:
-        response = client.call(request, ASK_TIMEOUT)
-    except (NoAnswerError, NoTimeLeftError):
+        response = client.call(request, REQUEST_TIMEOUT)
+    except (NoResponseError, NoTimeLeftError):
         return None
     return _to_description(response.type_description) if response.successful else None
 

@@ -11,17 +11,17 @@ from chefbot.errors import UserError
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.registry import service_type
 from chefbot.msgs.idl.service import Service
-from chefbot.msgs.idl.yaml_conversion import from_plain, to_plain
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.service import NoAnswerError
+from chefbot.msgs.idl.yaml_conversion import message_from_dict, message_to_dict
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.service import NoResponseError
 from chefbot.ros2.tools.common import (
     console,
-    definition,
     find,
-    hidden,
-    on_wire,
+    graph_node,
+    is_hidden,
+    local_definition,
     only_type,
-    print_served,
+    print_with_servers,
     to_yaml,
     type_and_values,
     type_name,
@@ -33,36 +33,38 @@ SERVED_WAIT = 2.0
 
 def run_list(verbose: bool, include_hidden: bool) -> None:
     """Print one service name per line; with types and servers if `verbose`."""
-    with on_wire("service") as node:
+    with graph_node("service") as node:
         services = node.wire.graph.services().values()
-        print_served([service for service in services if include_hidden or not hidden(service.name)], verbose)
+        print_with_servers(
+            [service for service in services if include_hidden or not is_hidden(service.name)], verbose
+        )
 
 
 def run_call(name: str, arguments: Sequence[str], timeout: float) -> None:
     """Call a service and print the response as YAML."""
     type_given, values = type_and_values(arguments)
-    with on_wire("service") as node:
+    with graph_node("service") as node:
         named = find(node.wire.graph.services, name, "service")
         kind = only_type(named, "service")
         if type_given and type_name(type_given, "srv") != kind.name:
             raise UserError(f"service {named.name} is a {kind.name}, not a {type_given}")
-        service = definition(kind, service_type, f"service {named.name}")
-        request = from_plain(service.request, values, f"values for {named.name}")
-        console.print(to_yaml(to_plain(call(node, named.name, service, request, timeout))))
+        service = local_definition(kind, service_type, f"service {named.name}")
+        request = message_from_dict(service.request, values, f"values for {named.name}")
+        console.print(to_yaml(message_to_dict(call(node, named.name, service, request, timeout))))
 
 
-def call(node: WireNode, name: str, service: Service[Any, Any], request: Message, timeout: float) -> Any:
+def call(node: RmwNode, name: str, service: Service[Any, Any], request: Message, timeout: float) -> Any:
     """Call a service and return the response.
 
     Raises UserError when there is no response in time, or the server refuses.
     """
     client = node.client(name, service)
     deadline = time.monotonic() + min(SERVED_WAIT, timeout)
-    while not client.served and time.monotonic() < deadline:
+    while not client.server_is_ready and time.monotonic() < deadline:
         time.sleep(0.01)
     try:
         return client.call(request, timeout)
-    except NoAnswerError as error:
+    except NoResponseError as error:
         raise UserError(str(error)) from None
     except NoTimeLeftError:
         raise UserError(f"service {name} gave no answer in {timeout:g} s") from None

@@ -5,32 +5,32 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.registry import message_type
-from chefbot.msgs.idl.yaml_conversion import from_plain
+from chefbot.msgs.idl.yaml_conversion import message_from_dict
 from chefbot.ros2.rmw.graph import Graph
-from chefbot.ros2.rmw.names import WireType
-from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.names import InterfaceType
+from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.publisher import Publisher
-from chefbot.ros2.rmw.qos import DEFAULT, LATCHED, QoS
+from chefbot.ros2.rmw.qos import DEFAULT, TRANSIENT_LOCAL_QOS, QoS
 from chefbot.ros2.tools.common import (
     console,
-    definition,
     errors,
     full_name,
-    hidden,
+    graph_node,
+    is_hidden,
+    local_definition,
     mismatches,
-    on_wire,
-    stopping,
+    stop_event,
     type_and_values,
     type_name,
 )
 from chefbot.ros2.tools.remote_types import definition_of
-from chefbot.ros2.tools.topic_info import seen
+from chefbot.ros2.tools.topic_info import without_tools
 
-LISTENER_WAIT = 2.0
+MATCH_TIMEOUT = 2.0
 """Maximum time to match existing subscribers, s."""
 LAST_WAIT = 0.1
 """Time for the last message to be sent, s."""
@@ -42,7 +42,7 @@ def run_pub(topic: str, arguments: Sequence[str], rate: float, once: bool) -> No
     Times written as `now` are set for each message.
     """
     type_given, values = type_and_values(arguments)
-    with on_wire("pub") as node, stopping() as stop:
+    with graph_node("pub") as node, stop_event() as stop:
         name = full_name(topic)
         kind, wire_type = _message_type(node, name, type_given)
         make = _maker(kind, values, name)
@@ -60,30 +60,34 @@ def run_pub(topic: str, arguments: Sequence[str], rate: float, once: bool) -> No
 
 
 def _maker(kind: type[Message], plain: object, name: str) -> Callable[[], Message]:
-    return lambda: from_plain(kind, plain, f"values for {name}", Time.of(time.time_ns()))
+    return lambda: message_from_dict(kind, plain, f"values for {name}", Time.of(time.time_ns()))
 
 
-def _message_type(node: WireNode, name: str, type_given: str) -> tuple[type[Message], WireType]:
+def _message_type(node: RmwNode, name: str, type_given: str) -> tuple[type[Message], InterfaceType]:
     """Return the message class and type: as given, else the type that the topic has already."""
     named = node.wire.graph.topics().get(name)
     endpoints = (
-        [endpoint for endpoint in (*named.takers, *named.givers) if seen((endpoint,))] if named else []
+        [endpoint for endpoint in (*named.consumers, *named.providers) if without_tools((endpoint,))]
+        if named
+        else []
     )
     if type_given:
         full = type_name(type_given, "msg")
-        existing = next((endpoint.end.type for endpoint in endpoints if endpoint.end.type.name == full), None)
+        existing = next(
+            (endpoint.info.type for endpoint in endpoints if endpoint.info.type.name == full), None
+        )
         kind = definition_of(node, existing, name) if existing else _local_definition(full)
-        return kind, existing or WireType.of(kind)
+        return kind, existing or InterfaceType.of(kind)
     if not endpoints:
-        others = nearest(name, (topic for topic in node.wire.graph.topics() if not hidden(topic)))
+        others = name_hint(name, (topic for topic in node.wire.graph.topics() if not is_hidden(topic)))
         raise UserError(f"nobody has {name} yet, so its type must be written before the values{others}")
-    wire_type = endpoints[0].end.type
+    wire_type = endpoints[0].info.type
     return definition_of(node, wire_type, f"topic {name}"), wire_type
 
 
 def _local_definition(name: str) -> type[Message]:
     try:
-        return definition(WireType.of(message_type(name)), message_type, name)
+        return local_definition(InterfaceType.of(message_type(name)), message_type, name)
     except KeyError:
         raise UserError(
             f"there is no definition of {name!r} here; write it as geometry_msgs/msg/Twist"
@@ -94,20 +98,20 @@ def _publisher_qos(graph: Graph, name: str) -> QoS:
     """Return latched QoS if a subscription requests it, else the default."""
     named = graph.topics().get(name)
     return (
-        LATCHED
-        if named and any(subscription.end.qos.latched for subscription in seen(named.takers))
+        TRANSIENT_LOCAL_QOS
+        if named and any(subscription.info.qos.latched for subscription in without_tools(named.consumers))
         else DEFAULT
     )
 
 
 def _await_subscribers(graph: Graph, name: str, publisher: Publisher[Message]) -> None:
     named = graph.topics().get(name)
-    if named is None or not seen(named.takers):
+    if named is None or not without_tools(named.consumers):
         errors.print(f"chefbot: nobody listens to {name}")
         return
-    deadline = time.monotonic() + LISTENER_WAIT
-    while time.monotonic() < deadline and not publisher.heard:
+    deadline = time.monotonic() + MATCH_TIMEOUT
+    while time.monotonic() < deadline and not publisher.has_subscribers:
         time.sleep(0.01)
-    time.sleep(0.0 if publisher.heard and not publisher.qos.latched else LAST_WAIT)
+    time.sleep(0.0 if publisher.has_subscribers and not publisher.qos.latched else LAST_WAIT)
     for sentence in mismatches(graph, name):
         errors.print(f"chefbot: {sentence}")

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from chefbot.maths.se2 import SE2
 from chefbot.sim.world.furniture import door_leaf, door_pose
-from chefbot.sim.world.people import Disc
-from chefbot.sim.world.shapes import Shape, clearance
+from chefbot.sim.world.people import OccupiedCircle
+from chefbot.sim.world.shapes import SimulatedShape, clearance
 from chefbot.sim.world.world_spec import Door
 
 SPEED = 0.5  # share of the full travel per second
@@ -34,23 +34,23 @@ class MovingDoor:
         return door_pose(self.door, self.open)
 
     @property
-    def shape(self) -> Shape:
+    def shape(self) -> SimulatedShape:
         """The leaf's solid in the world."""
-        return self.leaf.moved(self.pose)
+        return self.leaf.transformed(self.pose)
 
-    def advance(self, duration: float, others: Sequence[Disc]) -> bool:
+    def advance(self, duration: float, others: Sequence[OccupiedCircle]) -> bool:
         """Move towards the target unless somebody is in the way; return whether the leaf moved."""
         if not self.moving:
             return False
         step = max(-SPEED * duration, min(SPEED * duration, self.target - self.open))
-        next_leaf = self.leaf.moved(door_pose(self.door, self.open + step))
+        next_leaf = self.leaf.transformed(door_pose(self.door, self.open + step))
         if any(_hits(next_leaf, self.shape, other) for other in others):
             return False
         self.open += step
         return True
 
 
-def _hits(next_leaf: Shape, leaf: Shape, other: Disc) -> bool:
+def _hits(next_leaf: SimulatedShape, leaf: SimulatedShape, other: OccupiedCircle) -> bool:
     x, y, radius = other
     gap = clearance([next_leaf], x, y, -math.inf, math.inf)
     return gap < radius + GAP and gap < clearance([leaf], x, y, -math.inf, math.inf)

@@ -13,7 +13,7 @@ from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.robot.geometry.layout import ground_clearance, overall_height
 from chefbot.robot.spec import Robot
-from chefbot.sim.world.shapes import Shape, distance
+from chefbot.sim.world.shapes import SimulatedShape, distance
 from chefbot.sim.world.world import World
 
 RESOLUTION = 0.05  # m
@@ -92,7 +92,7 @@ def _snap(value: float, resolution: float) -> float:
     return math.floor(value / resolution) * resolution
 
 
-def _mark_occupied(grid: Grid, shape: Shape) -> None:
+def _mark_occupied(grid: Grid, shape: SimulatedShape) -> None:
     """Mark cells whose inscribed circle the shape touches, which keeps thin legs between cell centres."""
     ex, ey = shape.extent
     r0, c0 = grid.cell(shape.x - ex, shape.y - ey)
@@ -124,6 +124,6 @@ def _connected_to_start(free_cells: NDArray[np.bool_], grid: Grid, start: SE2) -
     return np.asarray(labels == label)
 
 
-def reaches(grid: Grid, places: Sequence[SE2]) -> list[bool]:
+def are_free(grid: Grid, places: Sequence[SE2]) -> list[bool]:
     """Return for each place whether it lies in a FREE cell of the grid."""
     return [grid.at(place.x, place.y) == FREE for place in places]

@@ -32,7 +32,7 @@ class FreeFloor:
         self._free = (grid.cells >= 0) & (grid.cells < OCCUPIED_FROM)
 
     @cached_property
-    def room(self) -> NDArray[np.float64]:
+    def clearance(self) -> NDArray[np.float64]:
         """Clearance (h, w), m: distance from a cell's centre to the nearest wall, unknown cell or map
         border."""
         from scipy import ndimage  # takes half a second, and most worlds do not need it
@@ -47,7 +47,7 @@ class FreeFloor:
         """Connected components (h, w) of cells where the robot's centre fits, from 1; 0 elsewhere."""
         from scipy import ndimage
 
-        labels: NDArray[np.int32] = ndimage.label(self.room >= self.radius + MARGIN)[0]
+        labels: NDArray[np.int32] = ndimage.label(self.clearance >= self.radius + MARGIN)[0]
         return labels
 
     def roomiest(self) -> tuple[SE2, float]:
@@ -60,7 +60,7 @@ class FreeFloor:
         # Largest connected component, then its cell with the largest clearance.
         sizes = np.bincount(self._components.ravel())
         sizes[0] = 0
-        inside = np.where(self._components == int(sizes.argmax()), self.room, -1.0)
+        inside = np.where(self._components == int(sizes.argmax()), self.clearance, -1.0)
         row, column = np.unravel_index(int(inside.argmax()), inside.shape)
         return self._pose(int(row), int(column)), float(inside[row, column])
 
@@ -93,7 +93,7 @@ class FreeFloor:
         if not self._components.any():
             raise UserError(
                 f"there is no free floor that leaves a robot {self.radius + MARGIN:.2f} m to every side:"
-                f" the most room is {float(self.room.max(initial=0.0)):.2f} m"
+                f" the most room is {float(self.clearance.max(initial=0.0)):.2f} m"
             )
 
     def _pose(self, row: int, column: int) -> SE2:

@@ -5,25 +5,25 @@ from __future__ import annotations
 import math
 
 from chefbot.maths.se2 import SE2
-from chefbot.sim.world.shapes import Colour, Shape, box, capsule, cylinder
-from chefbot.sim.world.world_spec import Box, Chair, Cylinder, Door, Opening, Table, Wall
+from chefbot.sim.world.shapes import RgbColour, SimulatedShape, box, capsule, cylinder
+from chefbot.sim.world.world_spec import BoxSpec, Chair, Cylinder, Door, Opening, Table, Wall
 
 TABLE_TOP, TABLE_LEG = 0.03, 0.05  # m: thickness of the top, side of a leg
 SEAT, SEAT_HEIGHT, SEAT_THICKNESS, CHAIR_LEG, BACK_HEIGHT = 0.40, 0.45, 0.03, 0.035, 0.88  # m
 CHAIR_GAP = 0.12
 """Metres from the table's edge to the centre of a chair's seat, which stands partly under the table."""
 PERSON_RADIUS, LEG_RADIUS, HIP_HEIGHT, SHOULDER_HEIGHT, PERSON_HEIGHT = 0.22, 0.075, 0.8, 1.45, 1.75  # m
-TROUSERS: Colour = (58, 66, 88)
-SKIN: Colour = (214, 168, 140)
-SHIRTS: tuple[Colour, ...] = ((180, 60, 60), (60, 120, 170), (80, 150, 90), (190, 150, 60))
+TROUSERS: RgbColour = (58, 66, 88)
+SKIN: RgbColour = (214, 168, 140)
+SHIRTS: tuple[RgbColour, ...] = ((180, 60, 60), (60, 120, 170), (80, 150, 90), (190, 150, 60))
 
 
-def rgb(colour: str) -> Colour:
+def rgb(colour: str) -> RgbColour:
     """Convert '#ff8000' to (255, 128, 0)."""
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
-def wall_shapes(wall: Wall, name: str) -> list[Shape]:
+def wall_shapes(wall: Wall, name: str) -> list[SimulatedShape]:
     """Return the boxes of a wall between, above and below its openings."""
     (x0, y0), (x1, y1) = wall.start, wall.end
     length, yaw = math.hypot(x1 - x0, y1 - y0), math.atan2(y1 - y0, x1 - x0)
@@ -59,7 +59,7 @@ def _lintel_and_sill(opening: Opening, height: float) -> list[tuple[float, float
     return [(low, high) for low, high in spans if high > low]
 
 
-def table_shapes(table: Table) -> list[Shape]:
+def table_shapes(table: Table) -> list[SimulatedShape]:
     """Return the solids of a table: top, four legs, and the chairs around it."""
     colour, underside = rgb(table.colour), table.height - TABLE_TOP
     shapes = [_table_top(table, underside, colour)]
@@ -73,14 +73,14 @@ def table_shapes(table: Table) -> list[Shape]:
     return shapes
 
 
-def _table_top(table: Table, underside: float, colour: Colour) -> Shape:
+def _table_top(table: Table, underside: float, colour: RgbColour) -> SimulatedShape:
     name = f"{table.name}/top"
     if table.shape == "round":
         return cylinder(name, (table.x, table.y), underside, table.size / 2, TABLE_TOP, colour)
     return box(name, table.pose, underside, (table.size, table.size, TABLE_TOP), colour)
 
 
-def chair_shapes(chair: Chair, name: str) -> list[Shape]:
+def chair_shapes(chair: Chair, name: str) -> list[SimulatedShape]:
     """Return the solids of a chair: seat, back and four legs."""
     return _chair(name, chair.pose, rgb(chair.colour))
 
@@ -88,7 +88,7 @@ def chair_shapes(chair: Chair, name: str) -> list[Shape]:
 _CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
 
-def _chair(name: str, pose: SE2, colour: Colour) -> list[Shape]:
+def _chair(name: str, pose: SE2, colour: RgbColour) -> list[SimulatedShape]:
     seat_bottom, leg_offset = SEAT_HEIGHT - SEAT_THICKNESS, (SEAT - CHAIR_LEG) / 2
     seat = box(f"{name}/seat", pose, seat_bottom, (SEAT, SEAT, SEAT_THICKNESS), colour)
     back_pose = pose @ SE2(-leg_offset, 0.0, 0.0)
@@ -106,18 +106,18 @@ def _chair(name: str, pose: SE2, colour: Colour) -> list[Shape]:
     return [seat, back, *legs]
 
 
-def box_shape(item: Box) -> Shape:
+def box_shape(item: BoxSpec) -> SimulatedShape:
     """Return the solid of a box."""
     x, y, z = item.size
     return box(item.name, item.pose, item.bottom, (x, y, z), rgb(item.colour))
 
 
-def cylinder_shape(item: Cylinder) -> Shape:
+def cylinder_shape(item: Cylinder) -> SimulatedShape:
     """Return the solid of a cylinder."""
     return cylinder(item.name, (item.x, item.y), item.bottom, item.radius, item.height, rgb(item.colour))
 
 
-def door_leaf(door: Door) -> Shape:
+def door_leaf(door: Door) -> SimulatedShape:
     """Return the leaf of a door in the frame of its hinge; yaw 0 is closed."""
     size = (door.width, door.thickness, door.height)
     return box(door.name, SE2(door.width / 2, 0.0, 0.0), 0.0, size, rgb(door.colour))
@@ -130,7 +130,7 @@ def door_pose(door: Door, fraction: float) -> SE2:
     return door.pose @ SE2(0.0, 0.0, fraction * door.swing)
 
 
-def person_shapes(number: int) -> tuple[Shape, ...]:
+def person_shapes(number: int) -> tuple[SimulatedShape, ...]:
     """Return legs, trunk and head of person `number` in their own frame, x forward."""
     name, shirt = f"person_{number}", SHIRTS[number % len(SHIRTS)]
     legs = [
@@ -144,7 +144,7 @@ def person_shapes(number: int) -> tuple[Shape, ...]:
     return (*legs, trunk, head)
 
 
-def ceiling_shape(bounds: tuple[float, float, float, float], height: float) -> Shape:
+def ceiling_shape(bounds: tuple[float, float, float, float], height: float) -> SimulatedShape:
     """Return a slab at `height` metres over the bounds of the world."""
     x0, y0, x1, y1 = bounds
     centre = SE2((x0 + x1) / 2, (y0 + y1) / 2, 0.0)

@@ -29,10 +29,10 @@ MAP_KEYS = {"image", "mode", "negate", "occupied_thresh", "free_thresh"}
 def load_any_world(name_or_path: str, robot: Robot, start: str = "") -> World:
     """Load a world by name, from a world file or from a ROS map; a YAML file with map keys is a map.
 
-    start: start pose as text, see `parse_start`. A map's places are read from NAME.places.yaml beside it, if
+    start: start pose as text, see `parse_start_pose`. A map's places are read from NAME.places.yaml beside it, if
     it exists.
     """
-    pose = parse_start(start)
+    pose = parse_start_pose(start)
     if is_map(name_or_path):
         path = Path(name_or_path)
         places_file = places_path(path)
@@ -53,12 +53,12 @@ def is_map(name_or_path: str) -> bool:
     )
 
 
-def is_own_map(world: str, map_file: str) -> bool:
+def shares_map_frame(world: str, map_file: str) -> bool:
     """Return whether localization uses the map that the world is made of, so that both share one frame."""
     return is_map(world) and (not map_file or Path(map_file).resolve() == Path(world).resolve())
 
 
-def map_of(world: str, map_file: str) -> Path:
+def map_to_localize_on(world: str, map_file: str) -> Path:
     """Return the map to localize on: the given one, else the one the world is made of, else the demo's."""
     if map_file or is_map(world):
         return Path(map_file or world)
@@ -69,7 +69,7 @@ def map_of(world: str, map_file: str) -> Path:
     return Path(DEMO_MAP)
 
 
-def parse_start(text: str) -> SE2 | None:
+def parse_start_pose(text: str) -> SE2 | None:
     """Parse '[x, y, yaw]' in metres and radians in the world's frame; None for an empty text."""
     if not text:
         return None
@@ -85,7 +85,7 @@ def parse_start(text: str) -> SE2 | None:
     return SE2(*map(float, numbers))
 
 
-def with_places(world: World, robot: Robot, seed: int) -> World:
+def with_drawn_places(world: World, robot: Robot, seed: int) -> World:
     """Return the world with a kitchen and tables drawn on its free floor by `seed`, if it names none."""
     if KITCHEN in world.places and any(name.startswith("table_") for name in world.places):
         return world

@@ -10,7 +10,7 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.sim.world.free_floor import OCCUPIED_FROM, FreeFloor
 from chefbot.sim.world.furniture import ceiling_shape
-from chefbot.sim.world.shapes import Shape, box, clearance
+from chefbot.sim.world.shapes import SimulatedShape, box, clearance
 from chefbot.sim.world.world import MAX_SHAPES, ROBOT_SPACE, Bounds, World
 
 CEILING_HEIGHT = 2.6
@@ -109,7 +109,7 @@ def _merged_runs(occupied: NDArray[np.bool_]) -> list[Rectangle]:
     return finished + open_runs
 
 
-def _wall(grid: Grid, rectangle: Rectangle, height: float, name: str) -> Shape:
+def _wall(grid: Grid, rectangle: Rectangle, height: float, name: str) -> SimulatedShape:
     row, column, rows, columns = rectangle
     x = grid.origin_x + (column + columns / 2) * grid.resolution
     y = grid.origin_y + (row + rows / 2) * grid.resolution
@@ -122,7 +122,7 @@ def _bounds(grid: Grid) -> Bounds:
     return grid.origin_x, grid.origin_y, right, grid.origin_y + grid.height * grid.resolution
 
 
-def _border(bounds: Bounds, height: float) -> list[Shape]:
+def _border(bounds: Bounds, height: float) -> list[SimulatedShape]:
     """Return four walls just outside the map."""
     x0, y0, x1, y1 = bounds
     x, y, width, depth = (x0 + x1) / 2, (y0 + y1) / 2, x1 - x0 + 2 * BORDER, y1 - y0
@@ -147,7 +147,7 @@ def _start_pose(floor: FreeFloor, requested: SE2 | None, note: str, name: str) -
     return home, f"where there is the most room, {clearance_m:.2f} m; another one by start:='[x, y, yaw]'"
 
 
-def _check_start(floor: FreeFloor, walls: tuple[Shape, ...], start: SE2, name: str) -> None:
+def _check_start(floor: FreeFloor, walls: tuple[SimulatedShape, ...], start: SE2, name: str) -> None:
     """Raise UserError, with the nearest free pose, for a start off the map or in a wall."""
     grid = floor.grid
     if not grid.contains(start.x, start.y):

@@ -11,20 +11,20 @@ from numpy.random import Generator
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.sim.world.furniture import PERSON_RADIUS
-from chefbot.sim.world.shapes import Shape, clearance
+from chefbot.sim.world.shapes import SimulatedShape, clearance
 from chefbot.sim.world.world_spec import Route
 
 PERSONAL_SPACE = 0.3
 """Metres that a person keeps to the robot and to other people."""
 OBSTACLE_CLEARANCE = 0.05  # m that a person keeps to doors and boxes
 REST = (1.0, 4.0)  # s of rest at the end of a route
-PATIENCE = (2.0, 5.0)  # s before a blocked person turns around
+BLOCKED_TIMEOUT = (2.0, 5.0)  # s before a blocked person turns around
 
-Disc = tuple[float, float, float]
+OccupiedCircle = tuple[float, float, float]
 """x, y, radius of a person or the robot, to be avoided."""
 
 
-class Walker:
+class Pedestrian:
     """A pedestrian on one route; all randomness comes from `rng`."""
 
     def __init__(self, route: Route, rng: Generator) -> None:
@@ -37,10 +37,12 @@ class Walker:
         self._distance_along = float(rng.uniform(0.0, self._stations[-1]))
         self._rest_left = 0.0
         self._waited = 0.0
-        self._patience = float(rng.uniform(*PATIENCE))
+        self._patience = float(rng.uniform(*BLOCKED_TIMEOUT))
         self.pose = self._pose(self._distance_along)
 
-    def advance(self, duration: float, others: Sequence[Disc], obstacles: Sequence[Shape]) -> None:
+    def advance(
+        self, duration: float, others: Sequence[OccupiedCircle], obstacles: Sequence[SimulatedShape]
+    ) -> None:
         """Walk on for `duration` s, or wait while the way is not free."""
         if self._rest_left > 0.0:
             self._rest_left -= duration
@@ -62,7 +64,7 @@ class Walker:
 
     def _turn(self, rest: float) -> None:
         self._direction, self._rest_left, self._waited = -self._direction, rest, 0.0
-        self._patience = float(self._rng.uniform(*PATIENCE))
+        self._patience = float(self._rng.uniform(*BLOCKED_TIMEOUT))
 
     def _pose(self, along: float) -> SE2:
         # Segment of the polyline at this arc length, then linear interpolation on it.
@@ -73,7 +75,9 @@ class Walker:
         yaw = math.atan2((y1 - y0) * self._direction, (x1 - x0) * self._direction)
         return SE2(x0 + fraction * (x1 - x0), y0 + fraction * (y1 - y0), yaw)
 
-    def _blocked(self, pose: SE2, others: Sequence[Disc], obstacles: Sequence[Shape]) -> bool:
+    def _blocked(
+        self, pose: SE2, others: Sequence[OccupiedCircle], obstacles: Sequence[SimulatedShape]
+    ) -> bool:
         """Return whether a person or object is too near and the step would bring it even nearer."""
         for x, y, radius in others:
             gap = math.hypot(pose.x - x, pose.y - y)
@@ -89,28 +93,30 @@ class Walker:
         return math.hypot(self.pose.x - x, self.pose.y - y)
 
 
-def place_people(routes: Sequence[Route], count: int, robot: Disc, rngs: Sequence[Generator]) -> list[Walker]:
+def place_people(
+    routes: Sequence[Route], count: int, robot: OccupiedCircle, rngs: Sequence[Generator]
+) -> list[Pedestrian]:
     """Place `count` people on the routes without overlap. Raises UserError if there is no room."""
     if count and not routes:
         raise UserError(
             "this world has no routes on which people could walk; give it some or ask for no people"
         )
-    walkers: list[Walker] = []
+    walkers: list[Pedestrian] = []
     for i in range(count):
         discs = [robot, *(disc(w) for w in walkers)]
         walkers.append(_place(routes[i % len(routes)], discs, rngs[i], i))
     return walkers
 
 
-def _place(route: Route, discs: Sequence[Disc], rng: Generator, number: int) -> Walker:
+def _place(route: Route, discs: Sequence[OccupiedCircle], rng: Generator, number: int) -> Pedestrian:
     for _ in range(200):
-        walker = Walker(route, rng)
+        walker = Pedestrian(route, rng)
         gaps = [math.hypot(walker.pose.x - x, walker.pose.y - y) - r for x, y, r in discs]
         if min(gaps) > PERSON_RADIUS + PERSONAL_SPACE:
             return walker
     raise UserError(f"there is no room for person {number + 1} on the routes of this world; ask for fewer")
 
 
-def disc(walker: Walker) -> Disc:
+def disc(walker: Pedestrian) -> OccupiedCircle:
     """Return the floor area occupied by a person."""
     return walker.pose.x, walker.pose.y, PERSON_RADIUS

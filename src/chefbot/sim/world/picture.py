@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from chefbot.maths.se2 import SE2
-from chefbot.sim.world.shapes import BOX, Shape
+from chefbot.sim.world.shapes import BOX, SimulatedShape
 from chefbot.sim.world.world import World
 
 CUT_HEIGHT = 2.2  # m; objects entirely above it are omitted
@@ -32,7 +32,7 @@ def plan_picture(world: World, path: Path, places: bool = True, dpi: int = 120) 
     figure.savefig(path, dpi=dpi)
 
 
-def _patch(shape: Shape) -> Any:
+def _patch(shape: SimulatedShape) -> Any:
     from matplotlib.patches import Circle, Rectangle
 
     style: dict[str, Any] = {

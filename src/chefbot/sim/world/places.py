@@ -11,7 +11,7 @@ from chefbot.msgs.chefbot_msgs import Place, Places
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import Device, Out, topic
-from chefbot.sim.world.load import load_any_world, with_places
+from chefbot.sim.world.load import load_any_world, with_drawn_places
 
 
 class WorldPlacesParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -36,7 +36,7 @@ class WorldPlacesDevice(Device):
     def start(self) -> None:
         """Read the world now, so that an error aborts the start; publish as soon as the loop runs."""
         world = load_any_world(self.params.world, self.robot, self.params.start)
-        world = with_places(world, self.robot, self.params.seed)
+        world = with_drawn_places(world, self.robot, self.params.seed)
         self._places = {name: world.start.between(pose) for name, pose in world.places.items()}
         self.post(self._publish)
 

@@ -9,7 +9,7 @@ from msgspec import Meta
 from chefbot.devices.initial_pose import InitialPoseDevice, InitialPoseParams
 from chefbot.devices.map_file import MapFileDevice, MapFileParams
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.sim.world.load import is_own_map, load_any_world, map_of, with_places
+from chefbot.sim.world.load import load_any_world, map_to_localize_on, shares_map_frame, with_drawn_places
 
 World = Annotated[str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")]
 Start = Annotated[str, Meta(description="where the robot starts, as the simulator has it")]
@@ -36,10 +36,10 @@ class SavedMapDevice(MapFileDevice):
     def read(self) -> None:
         """Read the map files, and the places of the world if it is made of this map."""
         p = self.params
-        self.read_map(map_of(p.world, p.map))
-        if is_own_map(p.world, p.map):
+        self.read_map(map_to_localize_on(p.world, p.map))
+        if shares_map_frame(p.world, p.map):
             world = load_any_world(p.world, self.robot, p.start)
-            self.named = with_places(world, self.robot, p.seed).places
+            self.named = with_drawn_places(world, self.robot, p.seed).places
 
 
 class StartPoseParams(InitialPoseParams, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -62,6 +62,6 @@ class StartPoseDevice(InitialPoseDevice):
         """Return the initial pose on the map."""
         p = self.params
         given = super().pose()
-        if given != IDENTITY or not is_own_map(p.world, p.map):
+        if given != IDENTITY or not shares_map_frame(p.world, p.map):
             return given
         return load_any_world(p.world, self.robot, p.start).start

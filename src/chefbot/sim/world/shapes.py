@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from chefbot.maths.se2 import SE2
 
 BOX, CYLINDER, CAPSULE = 0, 1, 2
-Colour = tuple[int, int, int]
+RgbColour = tuple[int, int, int]
 
 
-class Shape(NamedTuple):
+class SimulatedShape(NamedTuple):
     """An upright solid; metres and radians in the frame of the world or of the body that carries it.
 
     x, y, z: centre. half: half sides of a box; (radius, radius, half length) of a cylinder; (radius, radius,
@@ -28,7 +28,7 @@ class Shape(NamedTuple):
     z: float
     half: tuple[float, float, float]
     yaw: float
-    colour: Colour
+    colour: RgbColour
     name: str
 
     @property
@@ -59,32 +59,34 @@ class Shape(NamedTuple):
         c, s = abs(math.cos(self.yaw)), abs(math.sin(self.yaw))
         return c * self.half[0] + s * self.half[1], s * self.half[0] + c * self.half[1]
 
-    def moved(self, pose: SE2) -> Shape:
+    def transformed(self, pose: SE2) -> SimulatedShape:
         """Return the shape in the parent frame when its own frame lies at `pose`."""
         placed = pose @ SE2(self.x, self.y, self.yaw)
         return self._replace(x=placed.x, y=placed.y, yaw=placed.yaw)
 
 
-def box(name: str, at: SE2, bottom: float, size: tuple[float, float, float], colour: Colour) -> Shape:
+def box(
+    name: str, at: SE2, bottom: float, size: tuple[float, float, float], colour: RgbColour
+) -> SimulatedShape:
     """Return a box of full side lengths `size` whose lower side is at height `bottom`."""
     half = (size[0] / 2, size[1] / 2, size[2] / 2)
-    return Shape(BOX, at.x, at.y, bottom + half[2], half, at.yaw, colour, name)
+    return SimulatedShape(BOX, at.x, at.y, bottom + half[2], half, at.yaw, colour, name)
 
 
 def cylinder(
-    name: str, at: tuple[float, float], bottom: float, radius: float, height: float, colour: Colour
-) -> Shape:
+    name: str, at: tuple[float, float], bottom: float, radius: float, height: float, colour: RgbColour
+) -> SimulatedShape:
     """Return an upright cylinder whose lower side is at height `bottom`."""
     half = (radius, radius, height / 2)
-    return Shape(CYLINDER, at[0], at[1], bottom + height / 2, half, 0.0, colour, name)
+    return SimulatedShape(CYLINDER, at[0], at[1], bottom + height / 2, half, 0.0, colour, name)
 
 
 def capsule(
-    name: str, at: tuple[float, float], bottom: float, radius: float, height: float, colour: Colour
-) -> Shape:
+    name: str, at: tuple[float, float], bottom: float, radius: float, height: float, colour: RgbColour
+) -> SimulatedShape:
     """Return an upright capsule of total height `height` from `bottom` up."""
     half = (radius, radius, height / 2 - radius)
-    return Shape(CAPSULE, at[0], at[1], bottom + height / 2, half, 0.0, colour, name)
+    return SimulatedShape(CAPSULE, at[0], at[1], bottom + height / 2, half, 0.0, colour, name)
 
 
 class ShapeArrays(NamedTuple):
@@ -100,7 +102,7 @@ class ShapeArrays(NamedTuple):
     colour: NDArray[np.uint8]
 
 
-def shape_arrays(shapes: Sequence[Shape]) -> ShapeArrays:
+def shape_arrays(shapes: Sequence[SimulatedShape]) -> ShapeArrays:
     """Return flat arrays of the shapes, in their order."""
     return ShapeArrays(
         np.array([s.kind for s in shapes], dtype=np.int8),
@@ -111,7 +113,7 @@ def shape_arrays(shapes: Sequence[Shape]) -> ShapeArrays:
     )
 
 
-def joined(a: ShapeArrays, b: ShapeArrays) -> ShapeArrays:
+def concatenate(a: ShapeArrays, b: ShapeArrays) -> ShapeArrays:
     """Return the concatenation of two sets of shapes."""
     return ShapeArrays(
         np.concatenate([a.kind, b.kind]),
@@ -122,7 +124,7 @@ def joined(a: ShapeArrays, b: ShapeArrays) -> ShapeArrays:
     )
 
 
-def distance(shape: Shape, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+def distance(shape: SimulatedShape, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the distances in metres from points to the shape seen from above, 0 inside; any array shape."""
     dx, dy = x - shape.x, y - shape.y
     if shape.kind != BOX:
@@ -134,7 +136,7 @@ def distance(shape: Shape, x: NDArray[np.float64], y: NDArray[np.float64]) -> ND
     return np.hypot(outside_x, outside_y)
 
 
-def clearance(shapes: Sequence[Shape], x: float, y: float, low: float, high: float) -> float:
+def clearance(shapes: Sequence[SimulatedShape], x: float, y: float, low: float, high: float) -> float:
     """Return the distance from a point to the nearest shape within the heights low..high, m.
 
     It is inf if there is no such shape.

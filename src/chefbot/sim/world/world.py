@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from chefbot.config import parse_config, read_bytes
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.sim.world.furniture import (
@@ -22,7 +22,7 @@ from chefbot.sim.world.furniture import (
     table_shapes,
     wall_shapes,
 )
-from chefbot.sim.world.shapes import Shape, clearance
+from chefbot.sim.world.shapes import SimulatedShape, clearance
 from chefbot.sim.world.world_spec import Door, Opening, Route, Wall, WorldSpec
 
 WORLD_FOLDER = Path(__file__).parents[1] / "worlds"
@@ -45,7 +45,7 @@ class World:
     """
 
     name: str
-    static: tuple[Shape, ...]
+    static: tuple[SimulatedShape, ...]
     doors: tuple[Door, ...]
     routes: tuple[Route, ...]
     people: int
@@ -67,11 +67,11 @@ class World:
             if door.name == name:
                 return door
         names = [door.name for door in self.doors]
-        raise UserError(f"world {self.name} has no door {name!r}{nearest(name, names)}")
+        raise UserError(f"world {self.name} has no door {name!r}{name_hint(name, names)}")
 
-    def shapes_at_rest(self) -> tuple[Shape, ...]:
+    def shapes_at_rest(self) -> tuple[SimulatedShape, ...]:
         """Return all solids without people, with doors opened as the file specifies."""
-        leaves = [door_leaf(door).moved(door_pose(door, door.open)) for door in self.doors]
+        leaves = [door_leaf(door).transformed(door_pose(door, door.open)) for door in self.doors]
         return (*self.static, *leaves)
 
 
@@ -99,7 +99,7 @@ def _find(name_or_path: str) -> Path:
     if name_or_path.endswith((".yaml", ".yml")) or "/" in name_or_path:
         return Path(name_or_path)
     raise UserError(
-        f"no world is called {name_or_path!r}{nearest(name_or_path, built_in)}; give one of these or a file"
+        f"no world is called {name_or_path!r}{name_hint(name_or_path, built_in)}; give one of these or a file"
     )
 
 
@@ -119,8 +119,8 @@ def build_world(spec: WorldSpec, where: str) -> World:
     return world
 
 
-def _static_shapes(spec: WorldSpec) -> tuple[Shape, ...]:
-    shapes: list[Shape] = []
+def _static_shapes(spec: WorldSpec) -> tuple[SimulatedShape, ...]:
+    shapes: list[SimulatedShape] = []
     for i, wall in enumerate(spec.walls):
         shapes += wall_shapes(wall, f"wall_{i}")
     for table in spec.tables:
@@ -132,7 +132,7 @@ def _static_shapes(spec: WorldSpec) -> tuple[Shape, ...]:
     return tuple(shapes)
 
 
-def bounds_of(shapes: tuple[Shape, ...]) -> Bounds:
+def bounds_of(shapes: tuple[SimulatedShape, ...]) -> Bounds:
     """Return (x0, y0, x1, y1) around the shapes; a 10 m square around the origin if there are none."""
     if not shapes:
         return (-5.0, -5.0, 5.0, 5.0)
@@ -195,6 +195,6 @@ def _check_places(world: World, where: str) -> None:
             raise UserError(f"{where}: places.{name}: lies inside {nearest_name(solids, place)}; move it")
 
 
-def nearest_name(shapes: tuple[Shape, ...], at: SE2) -> str:
+def nearest_name(shapes: tuple[SimulatedShape, ...], at: SE2) -> str:
     """Return the name of the object nearest to a point within the robot's height range."""
     return min(shapes, key=lambda s: clearance([s], at.x, at.y, *ROBOT_SPACE)).name.split("/")[0]

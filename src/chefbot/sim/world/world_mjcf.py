@@ -9,22 +9,22 @@ from typing import NamedTuple
 from chefbot.design.export.mjcf import FLOOR, OPTION, AsBuilt, numbers, robot_xml
 from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
-from chefbot.sim.world.shapes import BOX, CAPSULE, Shape
+from chefbot.sim.world.shapes import BOX, CAPSULE, SimulatedShape
 
 PREFIX = "world/"
 TYPES = {BOX: "box", CAPSULE: "capsule"}
 
 
-class Mover(NamedTuple):
+class MocapBody(NamedTuple):
     """A kinematic (mocap) body: its name, its solids in its own frame, and its pose."""
 
     name: str
-    shapes: tuple[Shape, ...]
+    shapes: tuple[SimulatedShape, ...]
     pose: SE2
 
 
 def world_mjcf(
-    robot: Robot, static: Sequence[Shape], movers: Sequence[Mover], as_built: AsBuilt, start: SE2
+    robot: Robot, static: Sequence[SimulatedShape], movers: Sequence[MocapBody], as_built: AsBuilt, start: SE2
 ) -> str:
     """Return the MJCF text; geoms are named as their shapes, movers are mocap bodies in the given order."""
     xml = robot_xml(robot, as_built, start)
@@ -45,13 +45,13 @@ def world_mjcf(
 """
 
 
-def _body(mover: Mover) -> str:
+def _body(mover: MocapBody) -> str:
     geoms = "".join(geom_xml(shape) for shape in mover.shapes)
     x, y, _ = mover.pose
     return f'<body name="{PREFIX}{mover.name}" mocap="true" pos="{numbers((x, y, 0.0))}">{geoms}</body>'
 
 
-def geom_xml(shape: Shape) -> str:
+def geom_xml(shape: SimulatedShape) -> str:
     """Return one solid as a geom; the name prefix lets a box have the same name as a part of the robot."""
     half = shape.half if shape.kind == BOX else (shape.half[0], shape.half[2])
     quaternion = numbers((math.cos(shape.yaw / 2), 0.0, 0.0, math.sin(shape.yaw / 2)))

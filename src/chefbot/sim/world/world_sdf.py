@@ -10,7 +10,7 @@ from chefbot.design.export.sdf import sdf_model
 from chefbot.design.export.sdf_sensors import plugin
 from chefbot.design.export.sdf_text import coloured, document, posed, rubbing, said
 from chefbot.robot.spec import GRAVITY, Robot
-from chefbot.sim.world.shapes import BOX, CAPSULE, Shape
+from chefbot.sim.world.shapes import BOX, CAPSULE, SimulatedShape
 from chefbot.sim.world.world import World
 
 STEP = 0.001
@@ -80,15 +80,15 @@ def _link(world: ET.Element, name: str) -> ET.Element:
     return ET.SubElement(model, "link", name="link")
 
 
-def _objects(shapes: Iterable[Shape]) -> dict[str, list[Shape]]:
+def _objects(shapes: Iterable[SimulatedShape]) -> dict[str, list[SimulatedShape]]:
     """Group the shapes by object: shapes are named "object/part"."""
-    objects: dict[str, list[Shape]] = {}
+    objects: dict[str, list[SimulatedShape]] = {}
     for shape in shapes:
         objects.setdefault(shape.name.split("/")[0], []).append(shape)
     return objects
 
 
-def _static(world: ET.Element, name: str, shapes: list[Shape]) -> None:
+def _static(world: ET.Element, name: str, shapes: list[SimulatedShape]) -> None:
     link = _link(world, name)
     for shape in shapes:
         part = shape.name.partition("/")[2] or "all"
@@ -103,7 +103,7 @@ def _static(world: ET.Element, name: str, shapes: list[Shape]) -> None:
                 coloured(solid, (red / 255, green / 255, blue / 255, 1.0))
 
 
-def _geometry(parent: ET.Element, shape: Shape) -> None:
+def _geometry(parent: ET.Element, shape: SimulatedShape) -> None:
     tag = "box" if shape.kind == BOX else "capsule" if shape.kind == CAPSULE else "cylinder"
     solid = ET.SubElement(ET.SubElement(parent, "geometry"), tag)
     if shape.kind == BOX:

@@ -18,7 +18,7 @@ Angle = Annotated[float, Meta(ge=-2 * math.pi, le=2 * math.pi, extra={"unit": "r
 Speed = Annotated[float, Meta(gt=0, le=3, extra={"unit": "m/s"})]
 Fraction = Annotated[float, Meta(ge=0, le=1)]
 Point = Annotated[list[Coordinate], Meta(min_length=2, max_length=2)]
-Colour = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}$")]
+HexColour = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}$")]
 
 
 class Element(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -44,10 +44,10 @@ class Wall(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
     thickness: Length = 0.12
     height: Length = 2.5
     openings: Annotated[list[Opening], Meta(max_length=100)] = []
-    colour: Colour = "#d8d2c4"
+    colour: HexColour = "#d8d2c4"
 
 
-class Standing(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class PosedElement(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Base class of objects with a pose on the floor."""
 
     x: Coordinate
@@ -60,7 +60,7 @@ class Standing(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
         return SE2(self.x, self.y, self.yaw)
 
 
-class Table(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Table(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table on four legs, with chairs around it."""
 
     name: Name
@@ -70,23 +70,23 @@ class Table(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
     height: Length = 0.74
     chairs: Annotated[list[Angle], Meta(max_length=12)] = []
     """Bearings of the chairs from the table's centre; each chair faces the table."""
-    colour: Colour = "#a5713c"
+    colour: HexColour = "#a5713c"
 
 
-class Chair(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Chair(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A chair on four legs that faces along its x axis."""
 
-    colour: Colour = "#6e4a2a"
+    colour: HexColour = "#6e4a2a"
 
 
-class Box(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class BoxSpec(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A box such as a bed, counter, cupboard or fridge."""
 
     name: Name
     size: Annotated[list[Length], Meta(min_length=3, max_length=3)]
     """Side lengths along its own x and y axes, and its height."""
     bottom: Height = 0.0
-    colour: Colour = "#9a8f80"
+    colour: HexColour = "#9a8f80"
 
 
 class Cylinder(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -98,10 +98,10 @@ class Cylinder(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
     radius: Length
     height: Length
     bottom: Height = 0.0
-    colour: Colour = "#5f7f4f"
+    colour: HexColour = "#5f7f4f"
 
 
-class Door(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Door(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A door leaf that closes an opening; (x, y) is the hinge, and a closed leaf lies along its own x axis.
 
     A hinged leaf swings by `swing` when open; a sliding one moves back by its own width.
@@ -114,7 +114,7 @@ class Door(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
     open: Fraction = 1.0
     thickness: Length = 0.04
     height: Length = 2.05
-    colour: Colour = "#8a5a33"
+    colour: HexColour = "#8a5a33"
 
 
 class Route(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -124,7 +124,7 @@ class Route(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
     speed: Speed = 0.8
 
 
-class Place(Standing, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class NamedPose(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A named pose for the robot."""
 
 
@@ -136,9 +136,9 @@ class WorldSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     walls: Annotated[list[Wall], Meta(max_length=2000)] = []
     tables: Annotated[list[Table], Meta(max_length=500)] = []
     chairs: Annotated[list[Chair], Meta(max_length=2000)] = []
-    boxes: Annotated[list[Box], Meta(max_length=5000)] = []
+    boxes: Annotated[list[BoxSpec], Meta(max_length=5000)] = []
     cylinders: Annotated[list[Cylinder], Meta(max_length=5000)] = []
     doors: Annotated[list[Door], Meta(max_length=100)] = []
     routes: Annotated[list[Route], Meta(max_length=100)] = []
     people: Annotated[int, Meta(ge=0, le=50)] = 0
-    places: dict[Name, Place]
+    places: dict[Name, NamedPose]

@@ -25,9 +25,9 @@ export class RoundCard {
     $("taken").hidden = $("not_taken").hidden = waits !== "taken";
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).hidden = !value?.choices.includes(choice);
     text("go_on", value?.place ? `Go on to ${next}` : `Begin with ${next}`);
-    text("end", value?.in_hand ? "End the round" : "Drop the next order");
+    text("end", value?.round_active ? "End the round" : "Drop the next order");
     document.body.classList.toggle("waits", Boolean(waits));
-    if (!value?.in_hand) this.answer("");
+    if (!value?.round_active) this.answer("");
   }
 
   rest(value) {
@@ -44,7 +44,7 @@ export class RoundCard {
 
   // Send a drive; while there is a round the person says first how the two go together.
   go(command, name) {
-    if (!this.value?.in_hand) return this.send(command);
+    if (!this.value?.round_active) return this.send(command);
     this.asked = command;
     text("when-title", `A round is under way. Drive to ${name}:`);
     $("when").hidden = false;

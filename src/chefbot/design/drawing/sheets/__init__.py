@@ -12,7 +12,7 @@ from chefbot.design.drawing.sheets.caster import caster
 from chefbot.design.drawing.sheets.clamp import motor_clamp
 from chefbot.design.drawing.sheets.plates import base_plate, upper_plate
 from chefbot.design.drawing.sheets.turned import pole, tube
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.robot.geometry.solids import solids
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def asked_for(robot: Robot, names: list[str]) -> list[str]:
     has = sheets_of(robot)
     for name in names:
         if name not in SHEETS and name != ALL:
-            raise UserError(f"no sheet is called {name!r}{nearest(name, [*SHEETS, ALL])}")
+            raise UserError(f"no sheet is called {name!r}{name_hint(name, [*SHEETS, ALL])}")
         if name not in has and name != ALL:
             raise UserError(f"{robot.name} has no {name.replace('_', ' ')}; its sheets are {', '.join(has)}")
     return has if ALL in names else list(dict.fromkeys(names))

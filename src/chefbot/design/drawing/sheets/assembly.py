@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from chefbot.design.drawing.drawing import (
     MM,
-    Box,
+    BoundingBox,
     Item,
     Linear,
     Plan,
@@ -22,7 +22,7 @@ from chefbot.design.drawing.drawing import (
     number,
     segment,
 )
-from chefbot.design.drawing.hidden_lines import Seen, visible
+from chefbot.design.drawing.hidden_lines import VisibleLines, visible
 from chefbot.design.drawing.sheets.common import row
 from chefbot.design.drawing.sheets.parts_list import Mark, balloons, entries, table
 from chefbot.design.drawing.views import FRONT, SIDE, TOP, View, part_seen
@@ -44,8 +44,8 @@ class Face(NamedTuple):
     """A view with what is seen of each kind of part."""
 
     items: list[Item]
-    box: Box
-    marks: dict[str, Seen]
+    box: BoundingBox
+    marks: dict[str, VisibleLines]
 
 
 def assembly(robot: Robot, factor: float) -> Plan:
@@ -78,7 +78,7 @@ def _faces(robot: Robot) -> tuple[Face, Face, Face]:
     return _face(robot, parts, FRONT), _face(robot, parts, SIDE), _face(robot, _lowest_deck(robot), TOP)
 
 
-def _title(robot: Robot, front: Box, side: Box) -> Title:
+def _title(robot: Robot, front: BoundingBox, side: BoundingBox) -> Title:
     size = f"{number(side.width)} x {number(front.width)} x {number(front.high)}"
     return Title(robot.name, "Assembly", "see parts list", size, 1, unloaded_mass(robot))
 
@@ -104,7 +104,7 @@ def _face(robot: Robot, parts: Sequence[RobotPart], view: View) -> Face:
             kinds.append(part.kind)
     seen = visible(shapes)
     items = [item for one in seen for item in one.items]
-    marks: dict[str, Seen] = {}
+    marks: dict[str, VisibleLines] = {}
     for kind, one in zip(kinds, seen, strict=True):
         if one.area > 0.0 and (kind not in marks or one.area > marks[kind].area):
             marks[kind] = one
@@ -136,11 +136,11 @@ def _dressed(
     return [*face.items, *sizes, *numbers, caption]
 
 
-def _floor(box: Box, factor: float) -> Item:
+def _floor(box: BoundingBox, factor: float) -> Item:
     return segment("REFERENCE", (box.left - 6.0 * factor, 0.0), (box.right + 6.0 * factor, 0.0))
 
 
-def _front_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
+def _front_sizes(robot: Robot, box: BoundingBox, factor: float) -> list[Item]:
     """Heights of the plates, of all, track and width."""
     undersides = [z * MM for z in layout.plate_undersides(robot)]
     thickness, edge = robot.plates.thickness * MM, robot.body.radius * MM
@@ -167,7 +167,7 @@ def _chain(x: float, edge: float, steps: list[tuple[float, float]], factor: floa
     return [step._replace(at=edge - row(i % 2, factor)) for i, step in enumerate(line)], 2
 
 
-def _side_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
+def _side_sizes(robot: Robot, box: BoundingBox, factor: float) -> list[Item]:
     """Wheel, casters, and clearance: what it is, and what was wanted."""
     wheel, offset = robot.wheel_radius * MM, robot.casters.offset * MM
     clear, wanted, front = ground_clearance(robot) * MM, robot.body.clearance * MM, robot.body.radius * MM
@@ -182,7 +182,7 @@ def _side_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
     ]
 
 
-def _top_sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
+def _top_sizes(robot: Robot, box: BoundingBox, factor: float) -> list[Item]:
     """The plate's width with the notches."""
     floor, low = layout.notch_floor(robot) * MM, box.low - row(0, factor)
     return [Linear((-floor, 0.0), (floor, 0.0), "x", low)] if robot.plates.notch else []

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from chefbot.design.drawing.drawing import (
     MM,
-    Box,
+    BoundingBox,
     Circle,
     Hatch,
     Item,
@@ -56,11 +56,11 @@ def _section(solid: Ball | Prism) -> list[Item]:
     if isinstance(solid, Ball):
         return [Circle("OUTLINE", solid.at[0] * MM, solid.at[2] * MM, solid.radius * MM)]
     low, high = ((solid.at[2] + side * solid.length / 2) * MM for side in (-1, 1))
-    walls = [rectangle("OUTLINE", Box(a * MM, low, b * MM, high)) for a, b in cut(solid.outline)]
+    walls = [rectangle("OUTLINE", BoundingBox(a * MM, low, b * MM, high)) for a, b in cut(solid.outline)]
     return [item for wall in walls for item in (Hatch((wall.corners,)), wall)]
 
 
-def _sizes(robot: Robot, box: Box, factor: float) -> list[Item]:
+def _sizes(robot: Robot, box: BoundingBox, factor: float) -> list[Item]:
     """Ball, cup, spacer, all."""
     radius = robot.casters.radius * MM
     right = box.right + row(0, factor)

@@ -5,9 +5,19 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from chefbot.design.drawing.drawing import Box, Item, Linear, Plan, Radial, around, loop_box, moved, number
+from chefbot.design.drawing.drawing import (
+    BoundingBox,
+    Item,
+    Linear,
+    Plan,
+    Radial,
+    around,
+    loop_box,
+    moved,
+    number,
+)
 from chefbot.design.drawing.sheets.common import cross, pieces, row, shape_items, title
-from chefbot.design.drawing.views import Shape, View, seen
+from chefbot.design.drawing.views import View, ViewShape, seen
 
 if TYPE_CHECKING:
     from chefbot.robot.spec import Robot
@@ -39,7 +49,7 @@ def motor_clamp(robot: Robot, factor: float) -> Plan:
     return Plan(title(robot, "motor_clamp", size), tuple(items))
 
 
-def _box(shapes: list[Shape]) -> Box:
+def _box(shapes: list[ViewShape]) -> BoundingBox:
     return around(loop_box(shape.edge) for shape in shapes)
 
 
@@ -47,7 +57,7 @@ def _at(items: list[Item], x: float, y: float) -> list[Item]:
     return [moved(item, x, y) for item in items]
 
 
-def _face(shapes: list[Shape], box: Box, factor: float) -> list[Item]:
+def _face(shapes: list[ViewShape], box: BoundingBox, factor: float) -> list[Item]:
     """Flange on its edge, the face with the hole for the shaft."""
     flange, face = shapes
     hole = loop_box(face.holes[0])
@@ -61,13 +71,13 @@ def _face(shapes: list[Shape], box: Box, factor: float) -> list[Item]:
     ]
 
 
-def _beyond(box: Box, hole: Box, factor: float) -> float:
+def _beyond(box: BoundingBox, hole: BoundingBox, factor: float) -> float:
     """From the hole along its leader to where its size stands clear of the face, mm on paper."""
     across = box.right - hole.middle[0] + CLEAR * factor
     return (across / math.cos(math.radians(LEADER)) - hole.width / 2) / factor
 
 
-def _side(shapes: list[Shape], box: Box, factor: float) -> list[Item]:
+def _side(shapes: list[ViewShape], box: BoundingBox, factor: float) -> list[Item]:
     """The angle, with the thickness of flange and face."""
     flange, face = (loop_box(shape.edge) for shape in shapes)
     return [
@@ -77,7 +87,7 @@ def _side(shapes: list[Shape], box: Box, factor: float) -> list[Item]:
     ]
 
 
-def _above(shapes: list[Shape], box: Box, factor: float) -> list[Item]:
+def _above(shapes: list[ViewShape], box: BoundingBox, factor: float) -> list[Item]:
     """The flange with its screw holes."""
     holes = [loop_box(hole) for hole in shapes[0].holes]
     xs, ys = zip(*(hole.middle for hole in holes), strict=True)

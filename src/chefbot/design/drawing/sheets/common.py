@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from chefbot.design.drawing.drawing import FIRST_ROW, ROW, Item, Title, loop_item, segment
-from chefbot.design.drawing.views import Shape
+from chefbot.design.drawing.views import ViewShape
 from chefbot.robot.geometry.solids import RobotPart, solids
 
 if TYPE_CHECKING:
@@ -28,14 +28,14 @@ def title(robot: Robot, kind: str, size: str) -> Title:
     return Title(robot.name, name, parts[0].material, size, len(parts), parts[0].mass)
 
 
-def shape_items(shape: Shape, hidden: bool = True) -> list[Item]:
+def shape_items(shape: ViewShape, hidden: bool = True) -> list[Item]:
     """Edge, holes, and the bores that the material hides."""
     items: list[Item] = [loop_item("OUTLINE", shape.edge)]
     items += [loop_item("HOLES", hole) for hole in shape.holes]
     return items + ([loop_item("HOLES", bore, hidden=True) for bore in shape.hidden] if hidden else [])
 
 
-def reference(shapes: Sequence[Shape]) -> list[Item]:
+def reference(shapes: Sequence[ViewShape]) -> list[Item]:
     """Neighbouring parts: silhouettes only."""
     return [loop_item("REFERENCE", shape.edge) for shape in shapes]
 

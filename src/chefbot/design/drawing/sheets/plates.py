@@ -19,7 +19,7 @@ from chefbot.design.drawing.drawing import (
     segment,
 )
 from chefbot.design.drawing.sheets.common import cross, pieces, reference, row, shape_items, title
-from chefbot.design.drawing.views import PLAN, Shape, View, part_seen, seen
+from chefbot.design.drawing.views import PLAN, View, ViewShape, part_seen, seen
 from chefbot.maths.outline import Loop
 from chefbot.robot.geometry import layout
 from chefbot.robot.geometry.solids import link_origin, solids
@@ -69,7 +69,7 @@ def _plate(robot: Robot, kind: str, factor: float) -> list[Item]:
     return items + _edge(robot, shape, seen(solid, FROM_LEFT), factor) + _holes(robot, shape, factor)
 
 
-def _edge(robot: Robot, plate: Shape, edge: Shape, factor: float) -> list[Item]:
+def _edge(robot: Robot, plate: ViewShape, edge: ViewShape, factor: float) -> list[Item]:
     """The plate on its edge, with its thickness."""
     box = loop_box(edge.edge)
     x = loop_box(plate.edge).right + EDGE_VIEW * factor - box.left
@@ -84,12 +84,12 @@ def _edge(robot: Robot, plate: Shape, edge: Shape, factor: float) -> list[Item]:
     ]
 
 
-def _screws(shape: Shape) -> list[Loop]:
+def _screws(shape: ViewShape) -> list[Loop]:
     """The holes beside the middle."""
     return [hole for hole in shape.holes if math.hypot(*loop_box(hole).middle) > 0.0]
 
 
-def _holes(robot: Robot, shape: Shape, factor: float) -> list[Item]:
+def _holes(robot: Robot, shape: ViewShape, factor: float) -> list[Item]:
     """Size and number of the screw holes, and where those of the poles are."""
     screws = _screws(shape)
     if not screws:

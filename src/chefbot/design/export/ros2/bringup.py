@@ -15,7 +15,7 @@ from chefbot.design.export.ros2.launch_text import (
     STACK,
     WORLD,
     Argument,
-    Launch,
+    LaunchText,
     call,
     include,
     launch_file,
@@ -91,29 +91,31 @@ def launches(robot: Robot, name_or_file: str) -> dict[str, str]:
     texts = {
         **_demos({"stack": STACK, **machine, **BASE_ARGUMENTS}),
         **_parts(machine),
-        "view_robot": Launch("Look at the robot in RViz.", TIME, [_rviz("robot")]),
-        "view_navigation": Launch("Map, scan, costs, plan and goals in RViz.", TIME, [_rviz("navigation")]),
+        "view_robot": LaunchText("Look at the robot in RViz.", TIME, [_rviz("robot")]),
+        "view_navigation": LaunchText(
+            "Map, scan, costs, plan and goals in RViz.", TIME, [_rviz("navigation")]
+        ),
     }
     if robot.sensors.depth_camera is not None:
         about = "The simulated depth camera and the scan made of it, with nothing that drives."
-        texts["3dsensor"] = Launch(about, machine, [ours('"3dsensor"', ["robot"])])
+        texts["3dsensor"] = LaunchText(about, machine, [ours('"3dsensor"', ["robot"])])
     return {name: launch_file(PACKAGE, robot.name, *launch) for name, launch in texts.items()}
 
 
-def _demos(based: dict[str, Argument]) -> dict[str, Launch]:
+def _demos(based: dict[str, Argument]) -> dict[str, LaunchText]:
     """What people start."""
     alone = ("robot", "board_port", "headless", "odometry")
     return {
-        "robot_standalone": Launch(
+        "robot_standalone": LaunchText(
             "The built robot's wheels, odometry and sensors.",
             {name: based[name] for name in alone},
             [include(PACKAGE, "base.launch.py", 'base="built"', *passed(*alone))],
         ),
-        "gmapping_demo": Launch("Map a world while you drive or click goals.", based, mapping_actions()),
-        "amcl_demo": Launch(
+        "gmapping_demo": LaunchText("Map a world while you drive or click goals.", based, mapping_actions()),
+        "amcl_demo": LaunchText(
             "Find the way on a saved map.", {"map_file": MAP, **START, **based}, localized_actions()
         ),
-        "keyboard_teleop": Launch(
+        "keyboard_teleop": LaunchText(
             "Drive with the keyboard; wants xterm, or call the program in a terminal of its own.",
             {"stack": STACK},
             teleop_actions(),
@@ -121,16 +123,16 @@ def _demos(based: dict[str, Argument]) -> dict[str, Launch]:
     }
 
 
-def _parts(machine: dict[str, Argument]) -> dict[str, Launch]:
+def _parts(machine: dict[str, Argument]) -> dict[str, LaunchText]:
     """What those include."""
     return {
-        "base": Launch(
+        "base": LaunchText(
             "The base: our simulator or the motor board, its model, and who tells odometry.",
             {**machine, **BASE_ARGUMENTS},
             base_actions(),
         ),
-        "navigation": Launch("The servers of Nav2.", TIME, navigation_actions()),
-        "localization": Launch(
+        "navigation": LaunchText("The servers of Nav2.", TIME, navigation_actions()),
+        "localization": LaunchText(
             "Nav2's map server and AMCL.", {"map_file": MAP, **START, **TIME}, localization_actions()
         ),
     }

@@ -12,9 +12,9 @@ clock: wall
 args: {{board_port: auto, port: 8080}}
 include: [base]
 nodes:
-  board: {{kind: "chefbot.devices.board:BoardDevice", params: {{port: "${{board_port}}"}}}}
+  board: {{kind: "chefbot.devices.motor_board:MotorBoardDevice", params: {{port: "${{board_port}}"}}}}
   page:
-    kind: chefbot.ui.page:PageDevice
+    kind: chefbot.ui.web_ui:WebUiDevice
     params: {{port: "${{port}}"}}
     unless: "${{headless}}"
 """
@@ -31,12 +31,12 @@ clock: wall
 args: {map_file: runs/demo/map.yaml, port: 8080}
 include: [navigation]
 nodes:
-  base: {kind: "chefbot.nodes.drive_base:BaseNode"}
+  base: {kind: "chefbot.nodes.drive_base:DriveBaseNode"}
   map_file: {kind: "chefbot.devices.map_file:MapFileDevice", params: {map: "${map_file}"}}
   amcl: {kind: "chefbot.nodes.amcl:AmclNode"}
   delivery: {kind: "chefbot.nodes.delivery:DeliveryNode"}
   page:
-    kind: chefbot.ui.page:PageDevice
+    kind: chefbot.ui.web_ui:WebUiDevice
     params: {port: "${port}"}
     unless: "${headless}"
 """

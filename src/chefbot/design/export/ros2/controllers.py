@@ -13,7 +13,7 @@ from chefbot.design.export.ros2.derived_nav_params import Figures
 
 EXAMPLE_SPEED, EXAMPLE_TURN, EXAMPLE_AHEAD, EXAMPLE_CELL = 0.5, 1.9, 1.4, 0.05
 """Nav2's example robot: m/s, rad/s, m, m."""
-PATIENCE = 8.0
+MOVEMENT_TIMEOUT = 8.0
 """Seconds without progress, as our own progress checker's."""
 CRAWL = 0.02
 """Share of the full speed that is never taken for standing."""
@@ -47,7 +47,7 @@ def controller_server(figures: Figures) -> Tree:
             "plugin": Because("nav2_controller::PoseProgressChecker", "turning on the spot is progress too"),
             "required_movement_radius": figures.radius.because(),
             "required_movement_angle": 0.5,
-            "movement_time_allowance": PATIENCE,
+            "movement_time_allowance": MOVEMENT_TIMEOUT,
         },
         "general_goal_checker": {
             "plugin": "nav2_controller::SimpleGoalChecker",

@@ -9,7 +9,7 @@ from chefbot.design.export.ros2.bringup import PACKAGE as BRINGUP
 from chefbot.design.export.ros2.gazebo_bridge import bridges
 from chefbot.design.export.ros2.launch_text import (
     Argument,
-    Launch,
+    LaunchText,
     call,
     include,
     launch_file,
@@ -54,21 +54,21 @@ def launches(robot: Robot, worlds: Mapping[str, tuple[str, SE2]]) -> dict[str, s
     start = {name: Argument(f"where it starts, {name}: metres, radians", "0.0") for name in POSE}
     inside = in_worlds(worlds)
     texts = {
-        "gazebo": Launch(
+        "gazebo": LaunchText(
             "Gazebo with a world, and the robot at a pose in it.",
             {**any_world, **start},
             gazebo_actions(robot),
         ),
-        "gmapping_demo": Launch(
+        "gmapping_demo": LaunchText(
             "Map a world of Gazebo with slam_toolbox and Nav2.", any_world, [*inside, *mapping()]
         ),
-        "amcl_demo": Launch(
+        "amcl_demo": LaunchText(
             "Nav2 on a saved map in Gazebo.", {"map_file": MAP, **START, **any_world}, [*inside, *localized()]
         ),
     }
     for name, (_, pose) in worlds.items():
         action = include(PACKAGE, "gazebo.launch.py", f'world="{name}"', *posed(pose), *passed(*common))
-        texts[f"chefbot_{name}_world"] = Launch(f"The robot in the world {name}.", common, [action])
+        texts[f"chefbot_{name}_world"] = LaunchText(f"The robot in the world {name}.", common, [action])
     return {name: launch_file(PACKAGE, robot.name, *launch) for name, launch in texts.items()}
 
 

@@ -13,7 +13,7 @@ from chefbot.robot.spec import Robot
 TO_ROS, TO_GAZEBO = "GZ_TO_ROS", "ROS_TO_GZ"
 
 
-class Link(NamedTuple):
+class BridgedTopic(NamedTuple):
     """A topic that crosses."""
 
     ros: str
@@ -23,35 +23,39 @@ class Link(NamedTuple):
     direction: str = TO_ROS
 
 
-CLOCK = Link("/clock", "/clock", "rosgraph_msgs/msg/Clock", "gz.msgs.Clock")
-JOINTS = Link("/joint_states", "/joint_states", "sensor_msgs/msg/JointState", "gz.msgs.Model")
+CLOCK = BridgedTopic("/clock", "/clock", "rosgraph_msgs/msg/Clock", "gz.msgs.Clock")
+JOINTS = BridgedTopic("/joint_states", "/joint_states", "sensor_msgs/msg/JointState", "gz.msgs.Model")
 DRIVEN = tuple(
-    Link(topic, "/cmd_vel", "geometry_msgs/msg/Twist", "gz.msgs.Twist", TO_GAZEBO)
+    BridgedTopic(topic, "/cmd_vel", "geometry_msgs/msg/Twist", "gz.msgs.Twist", TO_GAZEBO)
     for topic in ("/cmd_vel_nav", "/cmd_vel_teleop", "/cmd_vel")
 )
 """Gazebo's base has no gate that puts the driver before navigation: who speaks last is obeyed."""
 ODOMETRY = (
-    Link("/odom", "/odom", "nav_msgs/msg/Odometry", "gz.msgs.Odometry"),
-    Link("/tf", "/tf", "tf2_msgs/msg/TFMessage", "gz.msgs.Pose_V"),
+    BridgedTopic("/odom", "/odom", "nav_msgs/msg/Odometry", "gz.msgs.Odometry"),
+    BridgedTopic("/tf", "/tf", "tf2_msgs/msg/TFMessage", "gz.msgs.Pose_V"),
 )
 WHEEL_ODOMETRY = (ODOMETRY[0]._replace(ros="/wheel_odom"),)
 """For robot_localization, which then makes /odom and the transform."""
 
 
-def sensor_links(robot: Robot) -> list[Link]:
+def sensor_links(robot: Robot) -> list[BridgedTopic]:
     """What the robot's sensors say, for those that it has."""
     sensors = robot.sensors
-    links = [Link("/imu/data", "/imu/data", "sensor_msgs/msg/Imu", "gz.msgs.IMU")]
+    links = [BridgedTopic("/imu/data", "/imu/data", "sensor_msgs/msg/Imu", "gz.msgs.IMU")]
     scan = "sensor_msgs/msg/LaserScan", "gz.msgs.LaserScan"
     if sensors.lidar is not None:
-        links.append(Link("/scan", "/scan", *scan))
+        links.append(BridgedTopic("/scan", "/scan", *scan))
     if sensors.ultrasonic is not None:
-        links.append(Link("/ultrasonic_rays", "/ultrasonic", *scan))
+        links.append(BridgedTopic("/ultrasonic_rays", "/ultrasonic", *scan))
     if sensors.depth_camera is not None:
         links += [
-            Link("/camera/depth/image_raw", "/camera/depth_image", "sensor_msgs/msg/Image", "gz.msgs.Image"),
-            Link("/camera/color/image_raw", "/camera/image", "sensor_msgs/msg/Image", "gz.msgs.Image"),
-            Link(
+            BridgedTopic(
+                "/camera/depth/image_raw", "/camera/depth_image", "sensor_msgs/msg/Image", "gz.msgs.Image"
+            ),
+            BridgedTopic(
+                "/camera/color/image_raw", "/camera/image", "sensor_msgs/msg/Image", "gz.msgs.Image"
+            ),
+            BridgedTopic(
                 "/camera/depth/camera_info",
                 "/camera/camera_info",
                 "sensor_msgs/msg/CameraInfo",
@@ -71,7 +75,7 @@ def bridges(robot: Robot) -> dict[str, str]:
     }
 
 
-def bridge_text(links: tuple[Link, ...] | list[Link]) -> str:
+def bridge_text(links: tuple[BridgedTopic, ...] | list[BridgedTopic]) -> str:
     """A file of ros_gz_bridge."""
     return "".join(
         f'- ros_topic_name: "{link.ros}"\n'

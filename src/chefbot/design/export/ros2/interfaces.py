@@ -12,7 +12,7 @@ from chefbot.design.export.ros2.package import manifest
 from chefbot.msgs import chefbot_msgs
 from chefbot.msgs.idl.action import Action
 from chefbot.msgs.idl.definition import describe
-from chefbot.msgs.idl.definition import own_text as fields_text
+from chefbot.msgs.idl.definition import interface_text as fields_text
 from chefbot.msgs.idl.fields import ros_type
 from chefbot.msgs.idl.message import Message
 

@@ -100,7 +100,7 @@ class Argument(NamedTuple):
     choices: tuple[str, ...] = ()
 
 
-class Launch(NamedTuple):
+class LaunchText(NamedTuple):
     """What a launch file is for, its arguments, and what it starts: expressions of Python."""
 
     about: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from chefbot.design.export.ros2.known_parameters import MPPI, NAMES, ONLY
-from chefbot.errors import nearest
+from chefbot.errors import name_hint
 
 SHAPES = {"collision_monitor": "polygons", "nav2_costmap_2d::ObstacleLayer": "observation_sources"}
 Params = Mapping[str, object]
@@ -26,7 +26,7 @@ def faults(nodes: Mapping[str, object], distribution: str = "jazzy") -> list[str
 
 def _faults(where: str, component: str, params: Params, distribution: str) -> Iterator[str]:
     if component not in NAMES:
-        yield f"{where}: {component!r} is unknown{nearest(component, NAMES)}"
+        yield f"{where}: {component!r} is unknown{name_hint(component, NAMES)}"
         return
     known = types(component, distribution)
     for name, value in params.items():
@@ -35,7 +35,7 @@ def _faults(where: str, component: str, params: Params, distribution: str) -> It
         elif name == "plugin":
             continue
         elif name not in known:
-            yield f"{where}: {name!r} is no parameter{nearest(name, known)}"
+            yield f"{where}: {name!r} is no parameter{name_hint(name, known)}"
         elif kind(value) != known[name]:
             yield f"{where}: {name} must be {known[name]}, {value!r} is {kind(value)}"
     yield from (f"{where}: {one!r} is listed and not described" for one in _listed(component, params))

@@ -16,60 +16,60 @@ CANCELLED_TOO = "The delivery was cancelled, and {} more that waited."
 ERRAND_ENDED = "The drive was ended."
 NO_PLACE = "The order names no place."
 MEANWHILE = " The round waits."
-SAY_WHEN = "a round is under way; say when to drive there: now, after it, or instead of it"
+ERRAND_NEEDS_WHEN = "a round is under way; say when to drive there: now, after it, or instead of it"
 IN_ROUND = ("loading", "driving", "waiting", "returning")
 """States of a round; in the state `errand` the robot drives without food on an operator's request."""
 
 
-def spoken(place: str) -> str:
+def display_name(place: str) -> str:
     """Return the display name of a place, with spaces for underscores."""
     return place.replace("_", " ")
 
 
-def listed(places: Sequence[str]) -> str:
+def join_names(places: Sequence[str]) -> str:
     """Return the display names of several places as a list in a sentence."""
-    *first, last = map(spoken, places)
+    *first, last = map(display_name, places)
     return f"{', '.join(first)} and {last}" if first else last
 
 
 def on_the_way(place: str) -> str:
     """Return the message while driving to a place."""
-    return f"On the way to {spoken(place) or 'the place on the map'}."
+    return f"On the way to {display_name(place) or 'the place on the map'}."
 
 
 def at(place: str) -> str:
     """Return the message after an errand has reached its place."""
-    return f"At {spoken(place) or 'the place on the map'}."
+    return f"At {display_name(place) or 'the place on the map'}."
 
 
 def load(tables: Sequence[str]) -> str:
     """Return the message in the kitchen, with the tables to load for."""
-    return f"In the kitchen. Load the food for {listed(tables)}, then press 'Loaded'."
+    return f"In the kitchen. Load the food for {join_names(tables)}, then press 'Loaded'."
 
 
 def take(table: str) -> str:
     """Return the message at a table, where the food is to be taken."""
-    return f"Your food is here, {spoken(table)}. Please take it and press 'Taken'."
+    return f"Your food is here, {display_name(table)}. Please take it and press 'Taken'."
 
 
 def not_reached(place: str, why: str) -> str:
     """Return the message for a place that navigation did not reach."""
-    return f"{spoken(place)} was not reached: {why}"
+    return f"{display_name(place)} was not reached: {why}"
 
 
 def not_taken(table: str) -> str:
     """Return the message for a table where nobody took the food."""
-    return f"{spoken(table)}: nobody took the food"
+    return f"{display_name(table)}: nobody took the food"
 
 
 def not_served(table: str) -> str:
     """Return the message for an unserved table of a round ended on request."""
-    return f"{spoken(table)}: the round was ended before it was served"
+    return f"{display_name(table)}: the round was ended before it was served"
 
 
 def stopped(status: DeliveryStatus) -> str:
     """Return the message of a round during an emergency stop."""
-    return f"STOP is pressed. The round is kept: {spoken(status.place)} is next."
+    return f"STOP is pressed. The round is kept: {display_name(status.place)} is next."
 
 
 def choose(status: DeliveryStatus, reason: str) -> str:
@@ -77,12 +77,12 @@ def choose(status: DeliveryStatus, reason: str) -> str:
     if status.state not in IN_ROUND:
         options = "begin with the next order, or drop it"
     elif status.state == "returning":
-        options = f"go on to {spoken(status.place)}, or end the round"
+        options = f"go on to {display_name(status.place)}, or end the round"
     else:
-        options = f"go on to {spoken(status.place)}, go back to the kitchen, or end the round"
+        options = f"go on to {display_name(status.place)}, go back to the kitchen, or end the round"
     return f"{reason} The round waits. Choose: {options}.".strip()
 
 
 def ended(left: Sequence[str]) -> str:
     """Return the message after a round was ended on request, with the unserved tables."""
-    return f"The round was ended; not served: {listed(left)}." if left else "The round was ended."
+    return f"The round was ended; not served: {join_names(left)}." if left else "The round was ended."

@@ -25,7 +25,7 @@ _COLOR_MAP = _COLORS.astype(np.uint8)
 def jpeg(image: NDArray[Any]) -> bytes:
     """Encode an RGB uint8 (h, w, 3) or a depth (h, w) image as JPEG, at most 320 px wide; depth in false
     colours."""
-    picture = Image.fromarray(image if image.ndim == 3 else false_colour(image))
+    picture = Image.fromarray(image if image.ndim == 3 else colorize_depth(image))
     if picture.width > WIDTH:
         picture = picture.resize((WIDTH, max(1, round(picture.height * WIDTH / picture.width))))
     out = io.BytesIO()
@@ -33,7 +33,7 @@ def jpeg(image: NDArray[Any]) -> bytes:
     return out.getvalue()
 
 
-def false_colour(depth: NDArray[Any]) -> NDArray[np.uint8]:
+def colorize_depth(depth: NDArray[Any]) -> NDArray[np.uint8]:
     """Convert depth (h, w), float metres or uint16 millimetres, to RGB: red is near, blue far, black unknown."""
     metres = depth / 1000.0 if depth.dtype == np.uint16 else depth
     valid = np.isfinite(metres) & (metres > 0)

@@ -9,7 +9,7 @@ _known: set[int] = set()
 """Native thread ids; Python's own ids are addresses, which are reused."""
 
 
-def keep_state() -> None:
+def keep_thread_state() -> None:
     """Keep the Python thread state of the calling Zenoh thread; call at the start of a callback.
 
     A thread that Python did not start gets a new state, with a 16 kB stack from the operating system,

@@ -9,11 +9,11 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.board.autodetect import Dialect
+from chefbot.board.autodetect import BoardProtocol
 from chefbot.board.chapter_board import ChapterLink
-from chefbot.board.link import BoardLink, Link
-from chefbot.devices.board_line import BoardLine, is_missing_path
-from chefbot.devices.board_node import BoardNode
+from chefbot.board.link import BoardLink, MotorBoardLink
+from chefbot.devices.board_node import MotorBoardNode
+from chefbot.devices.serial_connection import SerialConnection, is_missing_path
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import ERROR, DiagnosticArray, DiagnosticStatus, KeyValue
@@ -37,7 +37,7 @@ class BoardParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     ] = "auto"
 
 
-class BoardDevice(BoardNode):
+class MotorBoardDevice(MotorBoardNode):
     """Driver of the motor board: sends wheel speeds and publishes ticks, IMU, ultrasonic and battery over a
     serial link that may be disconnected.
 
@@ -57,14 +57,14 @@ class BoardDevice(BoardNode):
                 f"the board's port {self.params.port} does not exist; plug it in, look at `chefbot doctor` for "
                 "the ports there are, or say board_port:=auto"
             )
-        self._link: Link | None = None
+        self._link: MotorBoardLink | None = None
         self._connected = self._stop_pressed = False
         self._port, self._missing_reason = self.params.port, "the board has not been found yet"
         self._notice: str | None = None
         self._stale_commands = self._failed_writes = 0
         self._start_ns = self.now_ns
         self.announcement = f"Motor board: looking for it, port {self.params.port}."
-        self._line = BoardLine(
+        self._line = SerialConnection(
             self.params.port,
             lambda path, dialect: self.post(lambda: self._on_open(path, dialect)),
             lambda data, at: self.post(lambda: self._on_data(data, at)),
@@ -101,7 +101,7 @@ class BoardDevice(BoardNode):
         self._stop_pressed = pressed.data
 
     @every(hz=LINK_HZ)
-    def keep_up(self) -> None:
+    def serve_link(self) -> None:
         """Send what is due on the serial link: repeats, heartbeat, handshake."""
         if self._link is not None and self._connected:
             self._send(self._link.speak(self.now_ns))
@@ -111,7 +111,7 @@ class BoardDevice(BoardNode):
 
     # -- callbacks of the thread, run in the event loop
 
-    def _on_open(self, path: str, dialect: Dialect) -> None:
+    def _on_open(self, path: str, dialect: BoardProtocol) -> None:
         self._port, self._connected = path, True
         kind = ChapterLink if dialect == "chapter" else BoardLink
         if type(self._link) is not kind:
@@ -125,7 +125,7 @@ class BoardDevice(BoardNode):
         # Time of reception on the loop's clock: subtract the delay since the thread read the bytes.
         received_ns = self.now_ns - max(0, wall_ns() - at_ns)
         for message in self._link.hear(data, received_ns):
-            self.publish_sensed(message)
+            self.publish_sensor_message(message)
         if self._link.refused is not None:
             raise UserError(f"{self._port}: {self._link.refused}")
         if self._link.notice is not None and self._link.notice != self._notice:
@@ -135,7 +135,7 @@ class BoardDevice(BoardNode):
     def _on_lost(self, reason: str) -> None:
         assert self._link is not None
         self._connected = False
-        self._link.lost_line()
+        self._link.connection_lost()
         self._missing_reason = reason
         self.remark.publish(String(f"{reason[0].upper()}{reason[1:]}; looking for it again."))
         self._publish_health()
@@ -148,7 +148,7 @@ class BoardDevice(BoardNode):
     # -- health
 
     @every(hz=1)
-    def tell_health(self) -> None:
+    def publish_health(self) -> None:
         """Publish the diagnostics of board and link."""
         self._publish_health()
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from chefbot.delivery.sentences import IN_ROUND, SAY_WHEN, spoken
+from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN, IN_ROUND, display_name
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.ui import commands as do
-from chefbot.ui.layers import Delivery
+from chefbot.ui.layers import DeliveryView
 
 CONFIRMATION = {"loading": "loaded", "waiting": "taken"}
 """What a person has to confirm, by state of the mission."""
@@ -16,21 +16,21 @@ CONFIRMATION_STATE = {do.Loaded: "loading", do.Taken: "waiting", do.NotTaken: "w
 """State of the mission in which a confirmation is valid."""
 
 
-def delivery_view(status: DeliveryStatus, unanswered: str) -> Delivery:
+def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
     """Convert the status to the layer; `unanswered` is a warning about an order that was not accepted, or
     empty."""
-    choice = status.held == "choice"
-    return Delivery(
+    choice = status.hold_reason == "choice"
+    return DeliveryView(
         queue=status.queue,
-        step=unanswered or status.sentence,
+        step=unanswered or status.description,
         state=status.state,
         place=status.place,
         waits_for="choice" if choice else CONFIRMATION.get(status.state, ""),
         choices=_choices(status) if choice else (),
-        in_hand=status.state in IN_ROUND,
+        round_active=status.state in IN_ROUND,
         delivered=status.delivered,
-        missed=status.missed,
-        orders=tuple(order.places for order in status.orders),
+        missed=status.skipped_reasons,
+        orders=tuple(order.places for order in status.pending_orders),
         errands=tuple(errand.name for errand in status.errands),
     )
 
@@ -43,7 +43,7 @@ def _choices(status: DeliveryStatus) -> tuple[str, ...]:
     )
 
 
-def check(command: do.Command, places: Collection[str], status: DeliveryStatus) -> None:
+def validate_command(command: do.OperatorCommand, places: Collection[str], status: DeliveryStatus) -> None:
     """Validate a command against the current state; UserError with a sentence for the operator if it is
     invalid."""
     requested = _place_names(command)
@@ -51,12 +51,12 @@ def check(command: do.Command, places: Collection[str], status: DeliveryStatus) 
     if missing:
         raise UserError(f"There is no place called {missing[0]}")
     if isinstance(command, do.Goal | do.GoPlace) and status.state in IN_ROUND and not command.when:
-        raise UserError(SAY_WHEN[:1].upper() + SAY_WHEN[1:])
+        raise UserError(ERRAND_NEEDS_WHEN[:1].upper() + ERRAND_NEEDS_WHEN[1:])
     if isinstance(command, do.Loaded | do.Taken | do.NotTaken):
         _check_confirmation(command, status)
 
 
-def _place_names(command: do.Command) -> tuple[str, ...]:
+def _place_names(command: do.OperatorCommand) -> tuple[str, ...]:
     if isinstance(command, do.GoPlace):
         return (command.name,)
     return tuple(command.tables) if isinstance(command, do.Deliver) else ()
@@ -65,12 +65,12 @@ def _place_names(command: do.Command) -> tuple[str, ...]:
 def _check_confirmation(command: do.Loaded | do.Taken | do.NotTaken, status: DeliveryStatus) -> None:
     """A confirmation that is received late must not count for the next place."""
     if status.state != CONFIRMATION_STATE[type(command)]:
-        raise UserError(f"Nothing is to be pressed now: {status.sentence}")
+        raise UserError(f"Nothing is to be pressed now: {status.description}")
     if command.place not in ("", status.place):
-        raise UserError(f"The robot has left {spoken(command.place)}; look again, then press")
+        raise UserError(f"The robot has left {display_name(command.place)}; look again, then press")
 
 
 def is_errand(when: str, status: DeliveryStatus) -> bool:
     """Return whether a goal is an errand of the delivery node, which keeps its round; otherwise the
     navigator's."""
-    return bool(when) and (status.state in IN_ROUND or bool(status.held))
+    return bool(when) and (status.state in IN_ROUND or bool(status.hold_reason))

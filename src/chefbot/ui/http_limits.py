@@ -10,7 +10,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 
 MAX_CONNECTIONS = 64
 """Maximum number of connections."""
-HEADER_LIMIT = 5.0
+HEADER_TIMEOUT = 5.0
 """Timeout of a new connection's first request, s (against slow-loris)."""
 LINGER = 0.2
 """Time between the closing handshake of a socket and its abort, s."""
@@ -25,7 +25,7 @@ class GuardedHttp(H11Protocol):
         if len(self.connections) > MAX_CONNECTIONS:
             transport.abort()
             return
-        asyncio.get_running_loop().call_later(HEADER_LIMIT, self._abort_if_idle)
+        asyncio.get_running_loop().call_later(HEADER_TIMEOUT, self._abort_if_idle)
 
     def _abort_if_idle(self) -> None:
         # A WebSocket upgrade has replaced the protocol: the connection is in use.

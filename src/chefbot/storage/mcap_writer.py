@@ -24,7 +24,7 @@ WORST = 1.01
 """Upper bound of the growth of incompressible data (zstd's bound: 1/256 and some bytes)."""
 
 
-class McapFile:
+class McapWriter:
     """Writes messages, as CDR bytes, to an MCAP file; UserError, once, if the disk is full or gone.
 
     It reserves space for the end of the file before it accepts a message: a file that ends because the disk

@@ -17,8 +17,8 @@ from websockets.sync.client import ClientConnection, connect
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.ui.commands import Command
-from chefbot.ui.gate import COOKIE
+from chefbot.ui.commands import OperatorCommand
+from chefbot.ui.request_guard import COOKIE
 
 CONNECT_TIMEOUT = 5.0
 """Timeout of the connection, s."""
@@ -26,12 +26,12 @@ MAX_FRAME, MAX_CELLS = 64_000_000, 100_000_000
 """Maximum size of a frame, bytes, and of a map, cells."""
 
 
-class PageGoneError(UserError):
+class ConnectionLostError(UserError):
     """Raised when the connection is closed."""
 
 
-class RemotePage:
-    """`with RemotePage("http://127.0.0.1:8080") as page:`; UserError when no robot's web UI answers there.
+class WebUiClient:
+    """`with WebUiClient("http://127.0.0.1:8080") as page:`; UserError when no robot's web UI answers there.
 
     One thread may receive while another sends. As long as the connection is open, keep receiving: the server
     disconnects clients that do not read.
@@ -44,7 +44,7 @@ class RemotePage:
         self._exit_stack = ExitStack()
         self._connection = self._exit_stack.enter_context(_connect(url))
 
-    def __enter__(self) -> RemotePage:
+    def __enter__(self) -> WebUiClient:
         return self
 
     def __exit__(
@@ -53,23 +53,23 @@ class RemotePage:
         self.close()
 
     def close(self) -> None:
-        """Close the connection; a thread that is receiving gets PageGoneError."""
+        """Close the connection; a thread that is receiving gets ConnectionLostError."""
         self._exit_stack.close()
 
-    def send(self, command: Command) -> None:
-        """Send a command; PageGoneError if the connection is closed."""
+    def send(self, command: OperatorCommand) -> None:
+        """Send a command; ConnectionLostError if the connection is closed."""
         try:
             self._connection.send(msgspec.json.encode(command).decode())
         except ConnectionClosed:
             raise self._connection_lost() from None
 
-    def receive(self, patience: float | None = None) -> str:
+    def receive(self, timeout: float | None = None) -> str:
         """Return the name of the next changed layer; "" if nothing was received in `patience` seconds.
 
         Raises UserError with the robot's sentence when it refused a command.
         """
         try:
-            frame = self._connection.recv(timeout=patience)
+            frame = self._connection.recv(timeout=timeout)
         except TimeoutError:
             return ""
         except ConnectionClosed:
@@ -83,15 +83,15 @@ class RemotePage:
         self.latest[layer] = value
         return layer
 
-    def wait_for(self, layer: str, patience: float) -> Any:
+    def wait_for(self, layer: str, timeout: float) -> Any:
         """Return the layer's value as soon as it is received; None on timeout after `patience` seconds."""
-        deadline = time.monotonic() + patience
+        deadline = time.monotonic() + timeout
         while self.latest.get(layer) is None and (remaining := deadline - time.monotonic()) > 0:
             self.receive(remaining)
         return self.latest.get(layer)
 
-    def _connection_lost(self) -> PageGoneError:
-        return PageGoneError(f"the robot at {self.url} has ended or the connection is lost")
+    def _connection_lost(self) -> ConnectionLostError:
+        return ConnectionLostError(f"the robot at {self.url} has ended or the connection is lost")
 
 
 def decode(frame: str | bytes) -> tuple[str, Any]:

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import xxhash
 
-from chefbot.ros2.rmw.errors import WireError
-from chefbot.ros2.rmw.names import WireType, ros_name
+from chefbot.ros2.rmw.errors import RmwError
+from chefbot.ros2.rmw.names import InterfaceType, ros_name
 from chefbot.ros2.rmw.qos import QoS, parse_qos
 
 ROOT = "@ros2_lv"
@@ -35,7 +35,7 @@ class NodeId(NamedTuple):
         return f"{self.namespace.rstrip('/')}/{self.name}"
 
 
-class End(NamedTuple):
+class EndpointInfo(NamedTuple):
     """A publisher, subscription, server or client of a node, as described in its token."""
 
     id: str
@@ -43,7 +43,7 @@ class End(NamedTuple):
     """MP publisher, MS subscription, SS service server, SC service client."""
     topic: str
     """Full name of the topic or service, such as '/robot1/scan'."""
-    type: WireType
+    type: InterfaceType
     qos: QoS
     backends: str = ""
     """Buffer backends of newer rmw_zenoh, such as 'backends:cpu:'."""
@@ -53,11 +53,11 @@ class Token(NamedTuple):
     """A liveliness token of a node, or of one of its endpoints."""
 
     node: NodeId
-    end: End | None = None
+    endpoint: EndpointInfo | None = None
 
     def __str__(self) -> str:
         """Return the token's key expression."""
-        node, end = self.node, self.end
+        node, end = self.node, self.endpoint
         head = f"{ROOT}/{node.domain}/{node.zid}/{node.nid}/{end.id if end else node.nid}"
         node_part = f"{_mangle(node.enclave)}/{_mangle(node.namespace)}/{node.name}"
         if end is None:
@@ -84,29 +84,36 @@ def all_tokens(domain: int) -> str:
 def parse_token(text: str) -> Token:
     """Parse a token's key expression; additional trailing fields are allowed.
 
-    Raises WireError when it is malformed, e.g. with an empty field.
+    Raises RmwError when it is malformed, e.g. with an empty field.
     """
     fields = text.split("/")
     if fields[0] != ROOT:
-        raise WireError(f"{text!r} is no token: it does not begin with {ROOT}")
+        raise RmwError(f"{text!r} is no token: it does not begin with {ROOT}")
     if len(fields) < _NODE_FIELDS or not all(fields[:_END_FIELDS]):
-        raise WireError(f"{text!r} is no token: a field is missing or empty")
+        raise RmwError(f"{text!r} is no token: a field is missing or empty")
     _, domain, zid, nid, entity_id, kind, enclave, namespace, name = fields[:_NODE_FIELDS]
     if not (domain.isascii() and domain.isdigit() and len(domain) <= 4):
-        raise WireError(f"{text!r} is no token: {domain!r} is no domain")
+        raise RmwError(f"{text!r} is no token: {domain!r} is no domain")
     node = NodeId(int(domain), zid, nid, _demangle(namespace), name, _demangle(enclave))
     if kind == NODE:
         return Token(node)
     if kind not in _ENDS:
-        raise WireError(f"{text!r} is no token: {kind!r} is no kind of end")
+        raise RmwError(f"{text!r} is no token: {kind!r} is no kind of end")
     if len(fields) < _END_FIELDS:
-        raise WireError(f"{text!r} is no token: an end has {_END_FIELDS} fields, not {len(fields)}")
+        raise RmwError(f"{text!r} is no token: an end has {_END_FIELDS} fields, not {len(fields)}")
     # Fields of endpoints only
     topic, dds, type_hash, qos = fields[_NODE_FIELDS:_END_FIELDS]
     backends = "/".join(fields[_END_FIELDS:])
     return Token(
         node,
-        End(entity_id, kind, _demangle(topic), WireType(ros_name(dds), type_hash), parse_qos(qos), backends),
+        EndpointInfo(
+            entity_id,
+            kind,
+            _demangle(topic),
+            InterfaceType(ros_name(dds), type_hash),
+            parse_qos(qos),
+            backends,
+        ),
     )
 
 

@@ -7,15 +7,15 @@ from collections import deque
 from collections.abc import Hashable
 from typing import Generic, TypeVar
 
-from chefbot.ros2.rmw.errors import Tally
+from chefbot.ros2.rmw.errors import ErrorCounter
 
 T = TypeVar("T")
 
 
-class Queues(Generic[T]):
+class MessageQueues(Generic[T]):
     """Bounded queues per key that are read as one, in order of arrival. Thread-safe."""
 
-    def __init__(self, dropped: Tally, why: str) -> None:
+    def __init__(self, dropped: ErrorCounter, why: str) -> None:
         self._dropped = dropped
         self._why = why
         self._queues: dict[Hashable, deque[T]] = {}

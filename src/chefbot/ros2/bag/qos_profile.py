@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from chefbot.ros2.rmw.qos import INFINITE, QoS, Span
+from chefbot.ros2.rmw.qos import INFINITE, QoS, QosDuration
 
 HISTORY = ("system_default", "keep_last", "keep_all", "unknown")
 RELIABILITY = ("system_default", "reliable", "best_effort", "unknown", "best_available")
@@ -19,7 +19,7 @@ LIVELINESS = ("system_default", "automatic", "manual_by_node", "manual_by_topic"
 Profile = dict[str, Any]
 
 
-def to_profile(qos: QoS) -> Profile:
+def qos_to_profile(qos: QoS) -> Profile:
     """Return the profile of a QoS with all fields, in rosbag2's order."""
     return {
         "history": HISTORY[qos.history],
@@ -34,12 +34,12 @@ def to_profile(qos: QoS) -> Profile:
     }
 
 
-def profiles_text(offers: list[QoS]) -> str:
+def qos_profiles_to_yaml(offers: list[QoS]) -> str:
     """Return the YAML text of QoS profiles in the metadata of an MCAP channel."""
-    return yaml.safe_dump([to_profile(offer) for offer in offers], sort_keys=False).strip()
+    return yaml.safe_dump([qos_to_profile(offer) for offer in offers], sort_keys=False).strip()
 
 
-def read_profiles(text: str) -> list[QoS]:
+def parse_qos_profiles(text: str) -> list[QoS]:
     """Parse the QoS profiles of any rosbag2 version.
 
     Missing or unknown policies and system defaults become ROS's defaults.
@@ -75,13 +75,13 @@ def _number(policy: Any, names: tuple[str, ...], max_number: int) -> int:
     return number if isinstance(number, int) and 0 < number <= max_number else 0
 
 
-def _duration(span: Span) -> dict[str, int]:
+def _duration(span: QosDuration) -> dict[str, int]:
     return {"sec": span.sec, "nsec": span.nanosec}
 
 
-def _read_duration(duration: Any) -> Span:
+def _read_duration(duration: Any) -> QosDuration:
     """Parse a duration; some old bags write infinity as the maximum of 31 or 63 bits, or leave it out."""
     sec, nanosec = (duration.get(key) for key in ("sec", "nsec")) if isinstance(duration, dict) else (0, 0)
     if not isinstance(sec, int) or not isinstance(nanosec, int) or sec + nanosec <= 0:
         return INFINITE
-    return INFINITE if sec >= 2**31 - 1 else Span(sec, nanosec)
+    return INFINITE if sec >= 2**31 - 1 else QosDuration(sec, nanosec)

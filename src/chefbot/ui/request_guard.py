@@ -16,12 +16,12 @@ from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from chefbot.ui.files import SAFE
+from chefbot.ui.files import SECURITY_HEADERS
 
 COOKIE = "chefbot"
 
 
-class Gate:
+class RequestGuard:
     """ASGI middleware that checks each request; `token` is None on loopback, else the secret that the first
     visit must contain."""
 
@@ -42,7 +42,7 @@ class Gate:
             await send({"type": "websocket.close", "code": 1008})
         else:
             reason = violation or "Open the address with the token that chefbot printed at its start."
-            await PlainTextResponse(reason, 403, SAFE)(scope, receive, send)
+            await PlainTextResponse(reason, 403, SECURITY_HEADERS)(scope, receive, send)
 
     def _find_violation(self, scope: Scope) -> str | None:
         headers = Headers(scope=scope)
@@ -80,7 +80,7 @@ class Gate:
     def _set_cookie(self) -> Response:
         """Redirect, with the token in a cookie that no script and no other site can read, so that it is not
         in the URL."""
-        response = RedirectResponse("/", 303, SAFE)
+        response = RedirectResponse("/", 303, SECURITY_HEADERS)
         response.set_cookie(COOKIE, self._token or "", httponly=True, samesite="strict")
         return response
 

@@ -9,13 +9,13 @@ from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import (
     DeliveryStatus,
+    EmergencyStopStatus,
     Errand,
     LocalizationStatus,
     NavigationStatus,
     ObstacleScan,
     Order,
     Places,
-    StopStatus,
     WheelTicks,
 )
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
@@ -36,30 +36,30 @@ from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.ui import commands as do
-from chefbot.ui.browser import in_view
-from chefbot.ui.layers import DepthView, FrameView, Progress, RobotView, Scan, Status, StopView
-from chefbot.ui.page_params import PageParams
-from chefbot.ui.pending_requests import Asked
-from chefbot.ui.plain import cost_image, path_points
+from chefbot.ui.browser import url_for_view
+from chefbot.ui.delivery_view import delivery_view, is_errand, validate_command
+from chefbot.ui.layers import DepthView, FrameView, ProgressView, RobotView, ScanView, StatusView, StopView
+from chefbot.ui.message_conversion import cost_image, path_points
+from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
-from chefbot.ui.real_time_factor import Pace
+from chefbot.ui.real_time_factor import RealTimeFactor
 from chefbot.ui.robot_view import frame_views, make_glb, wheel_angles
-from chefbot.ui.rounds import check, delivery_view, is_errand
-from chefbot.ui.server import PageServer
+from chefbot.ui.server import WebUiServer
+from chefbot.ui.web_ui_params import WebUiParams
 
 CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
 """Standard deviations of a clicked pose, m and rad."""
-ASK_HZ = 5
+REPEAT_HZ = 5
 """Rate at which unconfirmed requests are repeated, Hz."""
 DIAGNOSTICS_AGE_NS = 5_000_000_000
 """Time after which a diagnostic that was not repeated is no longer displayed, ns."""
 
 
-class PageDevice(Device):
+class WebUiDevice(Device):
     """One web UI for everything. Its publications are recorded like a sensor's, so a replay executes the same
     clicks."""
 
-    params: PageParams
+    params: WebUiParams
     map: In[OccupancyGrid]
     costmap: In[OccupancyGrid] = topic("global_costmap/costmap")
     scan: In[LaserScan]
@@ -85,7 +85,7 @@ class PageDevice(Device):
     phase: In[String]
     diagnostics: In[DiagnosticArray]
     emergency_stop: In[Bool]
-    stop_status: In[StopStatus]
+    stop_status: In[EmergencyStopStatus]
 
     goal_pose: Out[PoseStamped]
     initialpose: Out[PoseWithCovarianceStamped]
@@ -106,20 +106,20 @@ class PageDevice(Device):
         """Start the server of the web UI."""
         self._places: dict[str, SE2] = {}
         self._stopped = False
-        self._last_status = Status()
+        self._last_status = StatusView()
         self._last_stop = StopView()
         self._failures = 0
-        self._pending = Asked(self.name, self.stop_request.publish, self.order.publish)
-        self._real_time_factor = Pace(self.now_ns)
+        self._pending = PendingRequests(self.name, self.stop_request.publish, self.order.publish)
+        self._real_time_factor = RealTimeFactor(self.now_ns)
         self._diagnostics: dict[str, tuple[int, str]] = {}
         self._moving_frames: dict[str, FrameView] = {}
         self._fixed_frames: dict[str, FrameView] = {}
-        self._server = PageServer(
+        self._server = WebUiServer(
             self.params.port, self.params.host, self._receive, lambda: make_glb(self.robot)
         )
         self.url = self._server.start()
-        self.announcement = f"The operator's page: {in_view(self.url, self.params.view)}"
-        self.qr_code = qr_code(self.url) if self._server.asks_for_token else ""
+        self.announcement = f"The operator's page: {url_for_view(self.url, self.params.view)}"
+        self.qr_code = qr_code(self.url) if self._server.requires_token else ""
         self._show_stop()
 
     def stop(self) -> None:
@@ -131,10 +131,10 @@ class PageDevice(Device):
         """Update the state of the emergency stop as the drive base reports it, whoever requested it."""
         self._stopped = stopped.data
         if stopped.data:
-            self._pending.stop_is_known()
+            self._pending.confirm_stop()
         self._show_stop()
 
-    def on_stop_status(self, _: StopStatus) -> None:
+    def on_stop_status(self, _: EmergencyStopStatus) -> None:
         """Update the time of the last press of the emergency stop."""
         self._show_stop()
 
@@ -143,71 +143,71 @@ class PageDevice(Device):
         if message.state == "idle":
             self._failures += bool(message.reason)
             for layer in ("goal", "path", "local_path"):
-                self._server.show(layer, None)
+                self._server.set_layer(layer, None)
 
-    @every(hz=ASK_HZ)
-    def ask_again(self) -> None:
+    @every(hz=REPEAT_HZ)
+    def repeat_unconfirmed(self) -> None:
         """Repeat the requests that the robot has not confirmed."""
-        self._pending.again(self.now_ns)
-        if self._pending.order_step(self.now_ns):
+        self._pending.repeat_unconfirmed(self.now_ns)
+        if self._pending.order_warning(self.now_ns):
             self._show_delivery(self._round)
 
     # -- display
 
-    def show_progress(self, progress: Progress) -> None:
+    def show_progress(self, progress: ProgressView) -> None:
         """Display a long job of the computer, not of the robot. Thread-safe."""
-        self._server.show("progress", progress)
+        self._server.set_layer("progress", progress)
 
     def on_map(self, message: OccupancyGrid) -> None:
         """Display the map of SLAM or of the map server."""
-        self._server.show("map", message.grid)
+        self._server.set_layer("map", message.grid)
 
     def on_costmap(self, message: OccupancyGrid) -> None:
         """Display the global costmap of the planner."""
-        self._server.show("costmap", cost_image(message.grid))
+        self._server.set_layer("costmap", cost_image(message.grid))
 
     def on_scan(self, message: LaserScan) -> None:
         """Display the end points of a scan in the map frame."""
         sensor = self._lookup("map", message.header.frame_id)
         if sensor is not None:
-            scan = Scan(sensor, message.angles, message.ranges, message.header.frame_id)
-            self._server.show("scan", scan)
+            scan = ScanView(sensor, message.angles, message.ranges, message.header.frame_id)
+            self._server.set_layer("scan", scan)
 
     def on_obstacles(self, message: ObstacleScan) -> None:
         """Display the obstacles detected by the camera."""
         sensor = self._lookup("map", message.header.frame_id)
         if sensor is not None:
             angles = message.angle_min + message.angle_increment * np.arange(len(message.ranges))
-            scan = Scan(sensor, angles, message.ranges, message.header.frame_id)
-            self._server.show("obstacles", scan)
+            scan = ScanView(sensor, angles, message.ranges, message.header.frame_id)
+            self._server.set_layer("obstacles", scan)
 
     def on_particle_cloud(self, message: ParticleCloud) -> None:
         """Display the particles of the localization."""
-        self._server.show(
+        self._server.set_layer(
             "particles", np.array([particle.pose.se2 for particle in message.particles]).reshape(-1, 3)
         )
 
     def on_plan(self, message: Path) -> None:
         """Display the global plan to the goal."""
-        self._server.show("path", path_points(message, SE2(0, 0, 0)))
+        self._server.set_layer("path", path_points(message, SE2(0, 0, 0)))
 
     def on_local_plan(self, message: Path) -> None:
         """Display the controller's local plan, which is in the odom frame."""
         pose = self._lookup("map", message.header.frame_id)
         if pose is not None:
-            self._server.show("local_path", path_points(message, pose))
+            self._server.set_layer("local_path", path_points(message, pose))
 
     def on_goal(self, message: PoseStamped) -> None:
         """Display the goal of the navigation."""
-        self._server.show("goal", message.pose.se2)
+        self._server.set_layer("goal", message.pose.se2)
 
     def on_ground_truth(self, message: Odometry) -> None:
         """Display the ground truth pose of the simulation."""
-        self._server.show("truth", message.pose.pose.se2)
+        self._server.set_layer("truth", message.pose.pose.se2)
 
     def on_picture(self, message: Image) -> None:
         """Display the latest colour image of the camera."""
-        self._server.show("camera", message.pixels)
+        self._server.set_layer("camera", message.pixels)
 
     def on_depth(self, message: Image) -> None:
         """Display the depth image as a point cloud."""
@@ -215,7 +215,7 @@ class PageDevice(Device):
         if info is not None:
             focal, cx, cy = info.k[0], info.k[2], info.k[5]
             view = DepthView(message.pixels, float(focal), float(cx), float(cy), info.header.frame_id)
-            self._server.show("depth", view)
+            self._server.set_layer("depth", view)
 
     def on_moving_frames(self, message: TFMessage) -> None:
         """Store transforms, which are displayed at the web UI's own lower rate."""
@@ -224,16 +224,16 @@ class PageDevice(Device):
     def on_fixed_frames(self, message: TFMessage) -> None:
         """Display the static transforms of mounted parts."""
         self._fixed_frames.update(frame_views(message))
-        self._server.show("fixed_frames", tuple(self._fixed_frames.values()))
+        self._server.set_layer("fixed_frames", tuple(self._fixed_frames.values()))
 
     def on_robot_description(self, message: String) -> None:
         """Pass the URDF to the 3-D view: links, joints and masses."""
-        self._server.show("description", message.data)
+        self._server.set_layer("description", message.data)
 
     def on_places(self, message: Places) -> None:
         """Display the named places on the map."""
         self._places = {place.name: place.pose.pose.se2 for place in message.places}
-        self._server.show("places", self._places)
+        self._server.set_layer("places", self._places)
 
     def on_diagnostics(self, message: DiagnosticArray) -> None:
         """Store diagnostics that are not OK, with the time of reception."""
@@ -247,11 +247,11 @@ class PageDevice(Device):
 
     def on_delivery_status(self, message: DeliveryStatus) -> None:
         """Update the state of the deliveries and confirm accepted orders."""
-        self._pending.order_is_known(message.accepted, self.now_ns)
+        self._pending.confirm_orders(message.accepted, self.now_ns)
         self._show_delivery(message)
 
     def _show_delivery(self, message: DeliveryStatus) -> None:
-        self._server.show("delivery", delivery_view(message, self._pending.order_step(self.now_ns)))
+        self._server.set_layer("delivery", delivery_view(message, self._pending.order_warning(self.now_ns)))
 
     @property
     def _round(self) -> DeliveryStatus:
@@ -271,16 +271,16 @@ class PageDevice(Device):
                 v=twist.linear.x,
                 w=twist.angular.z,
             )
-            self._server.show("robot", view)
+            self._server.set_layer("robot", view)
         self._show_status(pose)
         if self._moving_frames:
-            self._server.show("frames", tuple(self._moving_frames.values()))
+            self._server.set_layer("frames", tuple(self._moving_frames.values()))
         if self.wheel_ticks.last is not None:
-            self._server.show("joints", wheel_angles(self.wheel_ticks.last, self.robot))
+            self._server.set_layer("joints", wheel_angles(self.wheel_ticks.last, self.robot))
 
     def _show_status(self, pose: SE2 | None) -> None:
         self._last_status = self._status(pose)
-        self._server.show("status", self._last_status)
+        self._server.set_layer("status", self._last_status)
 
     def _show_stop(self) -> None:
         status, pending = self.stop_status.last, self._pending
@@ -288,12 +288,12 @@ class PageDevice(Device):
         self._last_stop = StopView(
             stopped=self._stopped, asked=pending.stop, confirmed=pending.presses.confirmed, pressed=pressed
         )
-        self._server.show("stop", self._last_stop)
+        self._server.set_layer("stop", self._last_stop)
 
-    def _status(self, pose: SE2 | None) -> Status:
+    def _status(self, pose: SE2 | None) -> StatusView:
         battery, truth = self.battery_state.last, self.ground_truth.last
         localization, navigation = self.localization_status.last, self.navigation_status.last
-        return Status(
+        return StatusView(
             phase=self.phase.last.data if self.phase.last else "",
             clock=self.now_ns / 1e9,
             real_time_factor=self._real_time_factor.factor(self.now_ns),
@@ -304,7 +304,7 @@ class PageDevice(Device):
             navigation=navigation.state if navigation else "",
             reason=self._why_stopped() or (navigation.reason if navigation else ""),
             stopped=self._stopped,
-            stop_asked=self._pending.stop,
+            stop_pending=self._pending.stop,
             failures=self._failures,
             simulation=self.params.simulation,
             warnings=self._warnings(),
@@ -319,7 +319,9 @@ class PageDevice(Device):
 
     def _why_stopped(self) -> str:
         status = self.stop_status.last
-        return self._pending.why(self.now_ns) or (status.sentence if self._stopped and status else "")
+        return self._pending.stop_warning(self.now_ns) or (
+            status.description if self._stopped and status else ""
+        )
 
     def _lookup(self, target: str, source: str) -> SE2 | None:
         try:
@@ -329,17 +331,17 @@ class PageDevice(Device):
 
     # -- commands of the operator
 
-    def _receive(self, command: do.Command) -> None:
-        check(command, self._places, self._round)
+    def _receive(self, command: do.OperatorCommand) -> None:
+        validate_command(command, self._places, self._round)
         if isinstance(command, do.Resume) and command.pressed not in ("", self._last_stop.pressed):
             raise UserError("STOP was pressed again meanwhile; look, then press Resume again")
         if isinstance(command, do.Stop) and not self._last_status.stopped:
             # Display the press at once: the event loop may be late, or simulated time may be paused.
-            self._server.show("status", msgspec.structs.replace(self._last_status, stop_asked=True))
-            self._server.show("stop", msgspec.structs.replace(self._last_stop, asked=True))
+            self._server.set_layer("status", msgspec.structs.replace(self._last_status, stop_pending=True))
+            self._server.set_layer("stop", msgspec.structs.replace(self._last_stop, asked=True))
         self.post(lambda: self._execute(command))
 
-    def _execute(self, command: do.Command) -> None:
+    def _execute(self, command: do.OperatorCommand) -> None:
         match command:
             case do.Goal(x, y, yaw, when):
                 self._publish_goal(SE2(x, y, yaw), "", when)
@@ -374,7 +376,7 @@ class PageDevice(Device):
             case _:
                 self._simulate(command)
 
-    def _simulate(self, command: do.Command) -> None:
+    def _simulate(self, command: do.OperatorCommand) -> None:
         match command:
             case do.DropBox(x, y):
                 self.drop_box.publish(self._stamped(SE2(x, y, 0.0)))

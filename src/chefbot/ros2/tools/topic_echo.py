@@ -9,19 +9,27 @@ from typing import Any
 
 import numpy as np
 
-from chefbot.errors import UserError, nearest
+from chefbot.errors import UserError, name_hint
 from chefbot.msgs.idl.cdr import CdrError
 from chefbot.msgs.idl.message import Message
-from chefbot.msgs.idl.yaml_conversion import to_plain
-from chefbot.ros2.rmw.names import WireType
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos_matching import types_said
-from chefbot.ros2.tools.common import SHOWN, console, errors, find, on_wire, stopping, to_yaml
-from chefbot.ros2.tools.listen import Ear, Heard, SilenceWatch, listen
+from chefbot.msgs.idl.yaml_conversion import message_to_dict
+from chefbot.ros2.rmw.names import InterfaceType
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos_matching import offered_types
+from chefbot.ros2.tools.common import (
+    MAX_SHOWN_ELEMENTS,
+    console,
+    errors,
+    find,
+    graph_node,
+    stop_event,
+    to_yaml,
+)
 from chefbot.ros2.tools.meter import Meter, Rate
 from chefbot.ros2.tools.remote_types import definition_of
+from chefbot.ros2.tools.subscribe import NoMessageMonitor, ReceivedSample, SampleStream, subscribe_any
 
-Show = Callable[[Heard], str]
+Show = Callable[[ReceivedSample], str]
 _STEP = re.compile(r"([A-Za-z_]\w*)|\[?(\d+)\]?")
 PREFIXES = ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"), (1.0, "B"))
 
@@ -31,10 +39,12 @@ def run_echo(topic: str, once: bool, field: str, full_length: bool, seconds: flo
 
     Returns the exit code: 1 if `once` ended without a message.
     """
-    with on_wire("echo") as node, stopping() as stop:
+    with graph_node("echo") as node, stop_event() as stop:
         named = find(node.wire.graph.topics, topic, "topic")
-        show = shower(node, topic, types_said(named), field, None if full_length else SHOWN)
-        stream = Ear(node, named)
+        show = make_formatter(
+            node, topic, offered_types(named), field, None if full_length else MAX_SHOWN_ELEMENTS
+        )
+        stream = SampleStream(node, named)
         for sample in stream.samples(seconds or None, stop):
             console.print(show(sample))
             if once:
@@ -50,14 +60,14 @@ def run_hz(topic: str, seconds: float) -> int:
 
     Returns the exit code: 1 if no message arrived.
     """
-    with on_wire("hz") as node, stopping() as stop:
+    with graph_node("hz") as node, stop_event() as stop:
         named = find(node.wire.graph.topics, topic, "topic")
-        watch = SilenceWatch(node.wire.graph, named.name)
+        watch = NoMessageMonitor(node.wire.graph, named.name)
         meters = [Meter()]
-        listen(node, named, lambda _, data: meters[-1].add(time.monotonic(), len(data)))
+        subscribe_any(node, named, lambda _, data: meters[-1].add(time.monotonic(), len(data)))
         deadline = time.monotonic() + seconds
         while not stop.wait(0.05) and (seconds == 0 or time.monotonic() < deadline):
-            watch.heard |= meters[-1].rate().messages > 0
+            watch.received |= meters[-1].rate().messages > 0
             watch.look()
             if seconds == 0 and meters[-1].span >= 1.0:
                 meters.append(Meter())
@@ -65,9 +75,9 @@ def run_hz(topic: str, seconds: float) -> int:
         rate = meters[-1].rate()
         if seconds > 0:
             console.print(rate_line(named.name, rate))
-            watch.heard |= rate.messages > 0
+            watch.received |= rate.messages > 0
             watch.look(last=True)
-    return 0 if watch.heard and (rate.messages or seconds == 0) else 1
+    return 0 if watch.received and (rate.messages or seconds == 0) else 1
 
 
 def rate_line(topic: str, rate: Rate) -> str:
@@ -75,7 +85,7 @@ def rate_line(topic: str, rate: Rate) -> str:
     if rate.hz == 0.0:
         return f"{topic}: {('no message', 'one message, which makes no rate')[min(rate.messages, 1)]}"
     return (
-        f"{topic}: {rate.hz:.2f} Hz, every {1e3 * rate.shortest:.1f} to {1e3 * rate.longest:.1f} ms "
+        f"{topic}: {rate.hz:.2f} Hz, every {1e3 * rate.min_interval:.1f} to {1e3 * rate.longest:.1f} ms "
         f"(std {1e3 * rate.deviation:.2f} ms), {quantity(rate.bytes_per_second)}/s, {rate.messages} messages"
     )
 
@@ -86,14 +96,16 @@ def quantity(size: float) -> str:
     return f"{size / factor:.1f} {unit}"
 
 
-def shower(node: WireNode, topic: str, kinds: list[WireType], field: str, max_elements: int | None) -> Show:
+def make_formatter(
+    node: RmwNode, topic: str, kinds: list[InterfaceType], field: str, max_elements: int | None
+) -> Show:
     """Return a function that converts received samples to text.
 
     Raises UserError when all types are unknown, or none has the field.
     """
     known, unknown = _definitions(node, topic, kinds)
 
-    def show(sample: Heard) -> str:
+    def show(sample: ReceivedSample) -> str:
         if sample.kind not in known:
             return f"# not shown: {unknown[sample.kind]}"
         try:
@@ -104,7 +116,9 @@ def shower(node: WireNode, topic: str, kinds: list[WireType], field: str, max_el
         if value is None:
             return f"# {field}: this message has no such element"
         plain = (
-            to_plain(value, max_elements) if isinstance(value, Message) else _plain_part(value, max_elements)
+            message_to_dict(value, max_elements)
+            if isinstance(value, Message)
+            else _plain_part(value, max_elements)
         )
         return to_yaml(plain)
 
@@ -115,14 +129,14 @@ def shower(node: WireNode, topic: str, kinds: list[WireType], field: str, max_el
 
 
 def _definitions(
-    node: WireNode, topic: str, kinds: list[WireType]
-) -> tuple[dict[WireType, type[Message]], dict[WireType, UserError]]:
+    node: RmwNode, topic: str, kinds: list[InterfaceType]
+) -> tuple[dict[InterfaceType, type[Message]], dict[InterfaceType, UserError]]:
     """Return message classes by type, and for the other types the reason why there is none.
 
     Raises UserError when there is no class at all.
     """
-    known: dict[WireType, type[Message]] = {}
-    unknown: dict[WireType, UserError] = {}
+    known: dict[InterfaceType, type[Message]] = {}
+    unknown: dict[InterfaceType, UserError] = {}
     for kind in kinds:
         try:
             known[kind] = definition_of(node, kind, f"topic {topic}")
@@ -140,7 +154,7 @@ def _pick(message: Message, path: str) -> Any:
         if name:
             if not isinstance(value, Message) or name not in value.__struct_fields__:
                 names = value.__struct_fields__ if isinstance(value, Message) else ()
-                raise UserError(f"--field {path}: there is no {name}{nearest(name, names)}")
+                raise UserError(f"--field {path}: there is no {name}{name_hint(name, names)}")
             value = getattr(value, name)
         else:
             value = value[index] if index < len(value) else None
@@ -163,7 +177,7 @@ def _plain_part(value: Any, max_elements: int | None) -> Any:
     """Convert a value that is no message to plain data: a number, a string or a list."""
     if isinstance(value, tuple):
         return [
-            to_plain(element, max_elements) if isinstance(element, Message) else element
+            message_to_dict(element, max_elements) if isinstance(element, Message) else element
             for element in value[:max_elements]
         ]
     if isinstance(value, np.ndarray):

@@ -16,14 +16,14 @@ from chefbot.msgs.idl.message import Message
 from chefbot.ros2.dds.qos import to_dds_writer
 from chefbot.ros2.dds.types import sample
 from chefbot.ros2.rmw.attachment import Attachment
-from chefbot.ros2.rmw.errors import WireError
+from chefbot.ros2.rmw.errors import RmwError
 from chefbot.ros2.rmw.graph import Endpoint
-from chefbot.ros2.rmw.names import WireType, has_byte_array
-from chefbot.ros2.rmw.node import WireNode
-from chefbot.ros2.rmw.qos_matching import ask_for
+from chefbot.ros2.rmw.names import InterfaceType, has_byte_array
+from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos_matching import best_matching_qos
 from chefbot.ros2.rmw.subscription import Subscription
 
-EARLY = 16
+MAX_PENDING = 16
 """Messages kept for publishers whose tokens have not arrived yet: a latched one is often published only once."""
 
 ALIGNMENT = 4
@@ -34,19 +34,19 @@ _REFUSALS = {
 }
 
 
-class Outward:
+class ZenohToDdsRoute:
     """A route from Zenoh to DDS.
 
     One writer per publisher preserves each publisher's QoS and latched messages, and shows its node. The
     topic is subscribed to on Zenoh only while there is a DDS reader, or for latched topics.
     """
 
-    def __init__(self, participant: Any, topic: Any, node: WireNode, name: str, kind: type[Message]) -> None:
+    def __init__(self, participant: Any, topic: Any, node: RmwNode, name: str, kind: type[Message]) -> None:
         self._participant, self._topic, self._node = participant, topic, node
-        self._name, self._kind, self._wire_type = name, kind, WireType.of(kind)
+        self._name, self._kind, self._wire_type = name, kind, InterfaceType.of(kind)
         self._writers: dict[bytes, Any] = {}
         self._owners: dict[bytes, str] = {}
-        self._early: deque[tuple[bytes, Attachment]] = deque(maxlen=EARLY)
+        self._early: deque[tuple[bytes, Attachment]] = deque(maxlen=MAX_PENDING)
         self._lock = threading.Lock()
         self._subscription: Subscription | None = None
 
@@ -65,11 +65,11 @@ class Outward:
             for gid in self._writers.keys() - current.keys():
                 del self._writers[gid], self._owners[gid]
             for gid in current.keys() - self._writers.keys():
-                qos = to_dds_writer(current[gid].end.qos, self._wire_type.hash)
+                qos = to_dds_writer(current[gid].info.qos, self._wire_type.hash)
                 self._writers[gid] = DataWriter(self._participant, self._topic, qos)
                 self._owners[gid] = current[gid].node.full_name
         self._flush()
-        offer = ask_for(publisher.end.qos for publisher in current.values())
+        offer = best_matching_qos(publisher.info.qos for publisher in current.values())
         self._set_subscription(bool(current) and (has_readers or offer.latched), offer)
 
     def close(self) -> None:
@@ -78,7 +78,7 @@ class Outward:
 
     def _set_subscription(self, subscribed: bool, qos: Any) -> None:
         if self._subscription is not None and (not subscribed or self._subscription.qos != qos):
-            self._node.drop(self._subscription)
+            self._node.destroy(self._subscription)
             self._subscription = None
         if subscribed and self._subscription is None:
             buffered = has_byte_array(self._kind) and not qos.latched
@@ -89,13 +89,13 @@ class Outward:
     def _flush(self) -> None:
         """Forward the messages that arrived before their publisher was known."""
         for _ in range(len(self._early)):
-            with contextlib.suppress(WireError, CdrError):  # it was no valid message of this type
+            with contextlib.suppress(RmwError, CdrError):  # it was no valid message of this type
                 self._receive(*self._early.popleft())
 
     def _receive(self, cdr: bytes, attachment: Attachment) -> None:
         """Write a message to DDS; called in a Zenoh thread.
 
-        Raises WireError or CdrError, which the subscription counts, when DDS does not accept it.
+        Raises RmwError or CdrError, which the subscription counts, when DDS does not accept it.
         """
         with self._lock:
             writer = self._writers.get(attachment.gid)
@@ -107,4 +107,4 @@ class Outward:
         try:
             writer.write(sample(writer.data_type, cdr), attachment.stamp_ns)
         except DDSException as error:
-            raise WireError(_REFUSALS.get(error.code, f"DDS does not take it: {error.msg}")) from None
+            raise RmwError(_REFUSALS.get(error.code, f"DDS does not take it: {error.msg}")) from None

@@ -8,7 +8,7 @@ import msgspec
 from msgspec import Meta
 
 
-class PageParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class WebUiParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the web UI's server."""
 
     port: Annotated[int, Meta(ge=1, le=65535, description="TCP port; the next free one if it is taken")] = (

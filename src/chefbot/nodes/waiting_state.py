@@ -5,14 +5,14 @@ from __future__ import annotations
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.node import Out
 
-PATIENCE = 60.0
+WAIT_TIMEOUT = 60.0
 """Maximum time that the robot waits for a sensor or for localization before its goal fails, s."""
 
 LOST = "I am not sure where I am."
 
 
 class WaitTimeoutError(Exception):
-    """Raised when the robot has waited for PATIENCE seconds."""
+    """Raised when the robot has waited for WAIT_TIMEOUT seconds."""
 
 
 class WaitingState:
@@ -26,7 +26,7 @@ class WaitingState:
         """Wait for another `dt` seconds; return a message once the timeout has passed, else an empty string."""
         self._publish(reason)
         self._waited += dt
-        return f"{reason} I waited {PATIENCE:.0f} s." if self._waited >= PATIENCE else ""
+        return f"{reason} I waited {WAIT_TIMEOUT:.0f} s." if self._waited >= WAIT_TIMEOUT else ""
 
     def resume(self) -> None:
         """End the waiting and reset the timeout."""

@@ -10,23 +10,23 @@ from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
 from cyclonedds.sub import DataReader
 
 from chefbot.msgs.idl.cdr import HEADER
-from chefbot.ros2.dds.discovery import Remote
+from chefbot.ros2.dds.discovery import RemoteEndpoint
 from chefbot.ros2.dds.qos import to_dds
-from chefbot.ros2.rmw.errors import Tally
+from chefbot.ros2.rmw.errors import ErrorCounter
 from chefbot.ros2.rmw.graph import Endpoint
-from chefbot.ros2.rmw.names import WireType
-from chefbot.ros2.rmw.node import WireNode
+from chefbot.ros2.rmw.names import InterfaceType
+from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.publisher import Publisher
 from chefbot.ros2.rmw.qos import BEST_EFFORT, DEFAULT, RELIABLE, TRANSIENT_LOCAL, VOLATILE, QoS
-from chefbot.ros2.rmw.qos_matching import ask_for
+from chefbot.ros2.rmw.qos_matching import best_matching_qos
 
-AT_ONCE = 64
+MAX_SAMPLES_PER_TURN = 64
 """Maximum number of samples copied per turn, so that other topics are not delayed."""
 _PLAIN = HEADER[:2]
 _ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 
 
-class Inward:
+class DdsToZenohRoute:
     """A route from DDS to Zenoh.
 
     The DDS reader exists while there is a subscriber on Zenoh, even without a DDS writer, so that ROS 2 tools
@@ -34,7 +34,7 @@ class Inward:
     """
 
     def __init__(
-        self, dds: tuple[Any, Any, Any], node: WireNode, name: str, kind: WireType, tally: Tally
+        self, dds: tuple[Any, Any, Any], node: RmwNode, name: str, kind: InterfaceType, tally: ErrorCounter
     ) -> None:
         self._participant, self._topic, self._waitset = dds
         self._node, self._name, self._kind, self._tally = node, name, kind, tally
@@ -43,7 +43,7 @@ class Inward:
         self._condition: Any = None
         self._qos: QoS | None = None
         self._unmatched: set[int] = set()
-        self._early: deque[Any] = deque(maxlen=AT_ONCE)
+        self._early: deque[Any] = deque(maxlen=MAX_SAMPLES_PER_TURN)
         """Samples whose publisher does not exist yet: a goal is often published once, right after its writer
         appears."""
 
@@ -52,19 +52,19 @@ class Inward:
         """GID of the DDS reader, if there is one."""
         return None if self._reader is None else self._reader.guid.bytes
 
-    def update(self, writers: Iterable[Remote], subscribers: Iterable[Endpoint]) -> None:
+    def update(self, writers: Iterable[RemoteEndpoint], subscribers: Iterable[Endpoint]) -> None:
         """Update the publishers and the reader for the current DDS writers and Zenoh subscribers."""
         # One publisher per DDS writer
         current = {writer.handle: writer for writer in writers}
         for handle in self._publishers.keys() - current.keys():
-            self._node.drop(self._publishers.pop(handle))
+            self._node.destroy(self._publishers.pop(handle))
         for handle in current.keys() - self._publishers.keys():
             qos = _assume_depth(current[handle].qos)
             self._publishers[handle] = self._node.raw_publisher(self._name, self._kind, qos)
         # Publish the samples that arrived before their publisher existed
         for _ in range(len(self._early)):
             self._publish_sample(self._early.popleft(), matched=True)
-        requested = [subscriber.end.qos for subscriber in subscribers]
+        requested = [subscriber.info.qos for subscriber in subscribers]
         self._set_reader(
             _reader_qos(requested, [writer.qos for writer in current.values()]) if requested else None
         )
@@ -77,13 +77,13 @@ class Inward:
         """Copy new samples to Zenoh; return whether there may be more."""
         if self._reader is None:
             return False
-        samples = self._reader.take(AT_ONCE)
+        samples = self._reader.take(MAX_SAMPLES_PER_TURN)
         for sample in samples:
             if sample.sample_info.valid_data:
                 self._publish_sample(sample)
-        return len(samples) == AT_ONCE
+        return len(samples) == MAX_SAMPLES_PER_TURN
 
-    def deaf(self) -> str:
+    def unmatched_reason(self) -> str:
         """Return why an existing writer is not matched; empty if all are.
 
         A writer counts as unmatched only if it was so at the previous call too; call it periodically.
@@ -132,11 +132,11 @@ def _reader_qos(requested: list[QoS], offered: list[QoS]) -> QoS:
     Thus no writer is left unmatched. It stays the same where possible, since a new reader misses the messages
     published meanwhile.
     """
-    offer = ask_for(offered)
+    offer = best_matching_qos(offered)
     reliable = any(qos.reliable for qos in requested) and offer.reliable
     latched = any(qos.latched for qos in requested) and (offer.latched or not offered)
     # deep enough to buffer samples while the bridge serves other topics
-    depth = max(AT_ONCE, *(qos.depth for qos in requested))
+    depth = max(MAX_SAMPLES_PER_TURN, *(qos.depth for qos in requested))
     return QoS(
         reliability=RELIABLE if reliable else BEST_EFFORT,
         durability=TRANSIENT_LOCAL if latched else VOLATILE,

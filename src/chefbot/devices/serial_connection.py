@@ -8,9 +8,9 @@ from pathlib import Path
 
 import serial
 
-from chefbot.board.autodetect import Dialect
-from chefbot.devices.board_ports import Port, broken, find_same_device, port_at, ports, receive
-from chefbot.devices.board_search import BoardSearch, Found
+from chefbot.board.autodetect import BoardProtocol
+from chefbot.devices.board_ports import Port, explain_disconnection, find_same_device, port_at, ports, receive
+from chefbot.devices.board_search import BoardSearch, FoundBoard
 from chefbot.runtime.clock import wall_ns
 
 AUTO = "auto"
@@ -18,7 +18,7 @@ MIN_PAUSE, MAX_PAUSE = 0.1, 0.8
 """Pause between two attempts to find the board, s: it is doubled from the first to the second value."""
 
 
-class BoardLine:
+class SerialConnection:
     """A reconnecting serial link that calls back in its thread: `on_open(path, dialect)`, `on_data(data,
     wall_ns)`, `on_lost(reason)`.
 
@@ -29,7 +29,7 @@ class BoardLine:
     def __init__(
         self,
         port: str,
-        on_open: Callable[[str, Dialect], None],
+        on_open: Callable[[str, BoardProtocol], None],
         on_data: Callable[[bytes, int], None],
         on_lost: Callable[[str], None],
         on_missing: Callable[[str], None],
@@ -77,12 +77,12 @@ class BoardLine:
             pause = MIN_PAUSE
             self._read(found)
 
-    def _find(self) -> Found | None:
+    def _find(self) -> FoundBoard | None:
         search, found = BoardSearch(self._candidates), None
         try:
             while found is None and not self._closing.is_set():
                 found = search.step()
-                if search.over:
+                if search.exhausted:
                     break
         finally:
             search.close()
@@ -99,7 +99,7 @@ class BoardLine:
             return last or [port_at(self._configured_port)]
         return [*last, *(port for port in ports() if port not in last)]
 
-    def _read(self, found: Found) -> None:
+    def _read(self, found: FoundBoard) -> None:
         port = found.opened
         self._on_open(found.path, found.dialect)
         self._serial = port
@@ -110,7 +110,7 @@ class BoardLine:
                 if data:
                     self._on_data(data, wall_ns())
         except OSError as error:
-            reason = broken(found.path, error)
+            reason = explain_disconnection(found.path, error)
         self._serial = None
         port.close()
         if not self._closing.is_set():

@@ -12,23 +12,23 @@ from cyclonedds.topic import Topic
 from chefbot.msgs.rmw_dds_common import Gid, NodeEntitiesInfo, ParticipantEntitiesInfo
 from chefbot.ros2.dds.qos import to_dds_writer
 from chefbot.ros2.dds.types import sample, sample_type
-from chefbot.ros2.rmw.qos import LATCHED
-from chefbot.ros2.rmw.tokens import NodeId
+from chefbot.ros2.rmw.liveliness import NodeId
+from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
 
 TOPIC = "ros_discovery_info"
 
 
-class Nodes:
+class NodeAnnouncer:
     """Publishes the nodes of the Zenoh side; the last message is latched for late-joining subscribers."""
 
     def __init__(self, participant: Any) -> None:
         self._gid = _gid(participant.guid.bytes)
         self._kind = sample_type(ParticipantEntitiesInfo)
         topic = Topic(participant, TOPIC, self._kind)
-        self._writer: Any = DataWriter(participant, topic, to_dds_writer(LATCHED))
+        self._writer: Any = DataWriter(participant, topic, to_dds_writer(TRANSIENT_LOCAL_QOS))
         self._published = b""
 
-    def tell(
+    def publish(
         self,
         nodes: Iterable[NodeId],
         readers: Mapping[str, Iterable[bytes]],

@@ -38,7 +38,7 @@ def own_number() -> int:
     raise RuntimeError("200 processes test at once")
 
 
-os.environ["ROS_DOMAIN_ID"] = str(own_number())  # tests that run at once do not hear each other
+os.environ["ROS_DOMAIN_ID"] = str(own_number())  # tests that run at once cannot communicate
 os.environ["CHEFBOT_WIRE_PORT"] = str(21000 + int(os.environ["ROS_DOMAIN_ID"]))
 
 os.environ["CHEFBOT_STATE"] = tempfile.mkdtemp(prefix="chefbot_state_")  # no test stops the owner's robot

@@ -54,7 +54,7 @@ def test_each_process_hangs_and_the_food_arrives(tmp_path: Path) -> None:
         watched.await_arrival("table_1")
         assert watched.at("table_1") < ARRIVED_M
         said = watched.one.stop()
-    assert "process navigation did not answer; the robot stood for" in said
+    assert "process navigation did not respond; the robot was stopped for" in said
     for process in PROCESSES:
         assert f"process {process} ended (no sign of life for 2.0 s); again in 0.5 s" in said
 
@@ -90,4 +90,4 @@ def test_who_thinks_for_long_on_a_busy_machine_is_waited_for(tmp_path: Path, com
         said = one.stop()
     tell(f"one step of {done[0]:.1f} s; the robot stood {said.count('did not answer')} times")
     assert "ended" not in said
-    assert "process thought did not answer; the robot stood for" in said  # from the second second on
+    assert "process thought did not respond; the robot was stopped for" in said  # from the second second on

@@ -56,7 +56,7 @@ def test_it_drives_and_tells_what_it_senses(driven: Driven, cable: Cable) -> Non
     driven.until(lambda: driven.ticks > before + 500, "ticks")
     driven.until(lambda: len(driven.heard.get("battery_state", [])) > 1, "the battery")
     driven.until(lambda: len(driven.heard.get("ultrasonic", [])) > 1, "the ultrasonic ranger")
-    driven.until(lambda: "The board is well." in driven.health, "health")
+    driven.until(lambda: "The board is OK." in driven.health, "health")
     assert len(driven.heard["imu/data"]) > 10
     stamps = [m.header.stamp.ns for m in driven.heard["wheel_ticks"] if isinstance(m, WheelTicks)]
     steps = [b - a for a, b in pairwise(stamps)]

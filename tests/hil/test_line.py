@@ -67,7 +67,7 @@ def test_handshake_drive_and_what_it_senses(desk: Desk, driven: Driven, cable: C
     battery, echo = newest(driven, "battery_state"), newest(driven, "ultrasonic")
     assert isinstance(battery, BatteryState) and battery.voltage == pytest.approx(12.5, abs=0.05)
     assert isinstance(echo, Range) and echo.range == pytest.approx(1.0, abs=0.01)
-    driven.until(lambda: "The board is well." in driven.health, "health")
+    driven.until(lambda: "The board is OK." in driven.health, "health")
 
 
 def _ticks(message: object) -> tuple[int, int]:

@@ -367,7 +367,7 @@ def test_whatever_is_asked_by_whom_there_is_one_state_and_the_wheels_obey_it(
         stopped = word if topic == "stop_request" else stopped or word
         assert life.told == life.status.active == stopped
     assert life.drives() != stopped
-    again = Stops(stop_status=life.status, life=Empty())
+    again = Stops(stop_status=life.status, restarted=Empty())
     assert again.told == again.status.active == stopped
     assert again.status.pressed_at == life.status.pressed_at
     assert again.drives() != stopped
@@ -376,7 +376,7 @@ def test_whatever_is_asked_by_whom_there_is_one_state_and_the_wheels_obey_it(
 
 
 def test_a_base_that_does_not_know_how_it_stood_is_stopped_and_says_so() -> None:
-    life = Stops(life=Empty())
+    life = Stops(restarted=Empty())
     assert life.told and not life.drives()
     assert life.heard("base/remark")[-1].data == life.status.description == ESTOP_STATE_UNKNOWN
     life.ask("stop_request", False)

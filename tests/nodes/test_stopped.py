@@ -106,7 +106,7 @@ def test_an_explorer_that_was_not_there_when_stop_was_pressed_does_not_go_on(
 ) -> None:
     told = ExplorationStatus(Header(Time(4)), False)
     stop = EmergencyStopStatus(Header(), stopped, Time(pressed_at))
-    words = {"exploration_status": told, "stop_status": stop, "life": Empty()}
+    words = {"exploration_status": told, "stop_status": stop, "restarted": Empty()}
     life = Life({"explorer": "chefbot.nodes.explorer:ExplorerNode"}, words)
     life.run(1.0)
     assert bool(life.heard("spin/_action/send_goal")) == goes_on

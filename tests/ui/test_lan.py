@@ -24,7 +24,7 @@ def test_every_launch_with_a_page_can_serve_it_to_the_network(name: str) -> None
 
 
 def test_a_launch_without_a_page_says_so() -> None:
-    with pytest.raises(UserError, match="has no page: headless:=true leaves it out"):
+    with pytest.raises(UserError, match="has no web UI: headless:=true leaves it out"):
         with_ui_address(load_launch("amcl_demo", {"headless": "true"}), ALL_ADDRESSES)
     with pytest.raises(UserError, match="keyboard_teleop has no page"):
         with_ui_address(load_launch("keyboard_teleop"), ALL_ADDRESSES)

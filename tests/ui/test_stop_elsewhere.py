@@ -75,7 +75,7 @@ def test_stop_pressed_on_one_page_shows_on_the_other_and_either_takes_it_back(ro
     with robot.page("here") as here, robot.page("there") as there:
         assert shows(here, stopped=False)
         here.send(Stop())
-        assert shows(there, stopped=True, reason="STOP was pressed.")
+        assert shows(there, stopped=True, reason="Emergency stop was pressed.")
         assert shows(here, stopped=True, stop_pending=False)
         there.send(Resume())
         assert shows(here, stopped=False)

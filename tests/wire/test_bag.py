@@ -261,12 +261,12 @@ def test_topics_that_cannot_be_said_are_named_and_left_out(wire: RmwContext, tmp
     [
         ("rosbag2_bagfile_information: {storage_identifier: sqlite3}", "stored as sqlite3"),
         ("rosbag2_bagfile_information: {storage_identifier: mcap, compression_mode: file}", "is compressed"),
-        ("nothing: [", "is no metadata of a bag"),
+        ("nothing: [", "is not bag metadata"),
         (
             "rosbag2_bagfile_information: {storage_identifier: mcap, relative_file_paths: [x.mcap]}",
             "does not exist",
         ),
-        (None, "holds no bag"),
+        (None, "contains no bag"),
     ],
 )
 def test_other_folders_are_refused_in_one_sentence(text: str | None, said: str, tmp_path: Path) -> None:
@@ -327,7 +327,7 @@ def test_a_full_disk_ends_a_recording_in_one_sentence(wire: RmwContext, tmp_path
     assert process.returncode == 2
     assert said.splitlines()[-1].startswith("chefbot: recording") and "Traceback" not in said
     bag = read_bag(tmp_path / "bag")
-    assert not bag.truncated and f"the {bag.total} messages before are whole" in said
+    assert not bag.truncated and f"the {bag.total} messages before are intact" in said
 
 
 @pytest.mark.slow

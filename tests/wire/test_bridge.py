@@ -134,7 +134,7 @@ def test_who_publishes_on_cmd_vel_is_shown_the_right_topic_once(port: int) -> No
             lambda said: remarks.append(said.message.data) if said.topic == "wire/remark" else None
         )
         one.outsider.publisher("/cmd_vel", Twist)
-        sentence = "/outsider publishes on cmd_vel, which the base does not take: drive by cmd_vel_teleop"
+        sentence = "/outsider publishes on cmd_vel, which the drive base ignores: drive by cmd_vel_teleop"
         wait_for(lambda: any(log.msg == sentence for log in list(logs.queue)))
         one.outsider.publisher("/another", Twist)  # the crowd changes, and is looked at again
         looked = len(one.wire.graph.topics())
@@ -221,7 +221,7 @@ def test_a_flood_is_cut_and_the_loop_stays_on_time(port: int) -> None:
                 count.publish(Float64(1.0))
             time.sleep(0.005)
         counts = one.wire.rejected.counts()
-        assert counts["/count: more comes in than can be heard, the oldest is lost"] > 1000
+        assert counts["/count: receive queue is full, the oldest message is dropped"] > 1000
         assert late and in_time(sorted(late)[len(late) // 2], 0.05), late
 
 

@@ -185,13 +185,13 @@ class OldServer:
         node.server(base + "cancel_goal", CancelGoal, lambda call: call.respond(CancelGoal_Response()))
 
     def accept(self, call) -> None:
-        call.answer(EARLY_JAZZY.send_goal_service.response(True, Time()))
+        call.respond(EARLY_JAZZY.send_goal_service.response(True, Time()))
         feedback = EARLY_JAZZY.feedback(call.request.goal.target_yaw)
         self.feedback.publish(EARLY_JAZZY.feedback_message(call.request.goal_id, feedback))
 
     def end(self, call) -> None:
         result = EARLY_JAZZY.result(error_code=701)
-        call.answer(EARLY_JAZZY.get_result_service.response(STATUS_CANCELED, result))
+        call.respond(EARLY_JAZZY.get_result_service.response(STATUS_CANCELED, result))
 
 
 def test_a_server_of_another_distribution_is_called_in_its_own_edition(wire: RmwContext, port: int) -> None:

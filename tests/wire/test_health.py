@@ -19,21 +19,21 @@ def parts() -> SimpleNamespace:
     """Health with all that it speaks to; `told` is what came into the loop."""
     told: list[DiagnosticStatus] = []
     graph, tally = SimpleNamespace(mismatches=list), ErrorCounter()
-    own = SimpleNamespace(publisher=lambda *_: SimpleNamespace(heard=False))
+    own = SimpleNamespace(publisher=lambda *_: SimpleNamespace(has_subscribers=False))
     there: Any = SimpleNamespace(
-        own_rosout=SimpleNamespace(say=lambda *_: None), own=own, strangers=lambda _: []
+        own_rosout=SimpleNamespace(publish=lambda *_: None), own=own, foreign_publishers=lambda _: []
     )
-    inbox: Any = SimpleNamespace(say=lambda _, message: told.append(message.status[0]))
+    inbox: Any = SimpleNamespace(publish=lambda _, message: told.append(message.status[0]))
     return SimpleNamespace(health=WireHealth(tally, graph, there, inbox), tally=tally, graph=graph, told=told)  # type: ignore[arg-type]
 
 
 def test_a_burst_is_warned_of_for_a_while_and_then_only_counted(parts: SimpleNamespace) -> None:
-    parts.tally.add("/tf: more is said than can be sent, the oldest is lost")
+    parts.tally.add("/tf: send queue is full, the oldest message is dropped")
     for second in range(20):
         parts.health.publish(second * SECOND)
     assert [one.level for one in parts.told] == [WARN, OK]
-    assert all(one.message.startswith("1 messages refused or lost") for one in parts.told)
-    parts.tally.add("/tf: more is said than can be sent, the oldest is lost")
+    assert all(one.message.startswith("1 messages rejected or lost") for one in parts.told)
+    parts.tally.add("/tf: send queue is full, the oldest message is dropped")
     parts.health.publish(20 * SECOND)
     assert (parts.told[-1].level, parts.told[-1].values[0].value) == (WARN, "2")
 

@@ -144,8 +144,8 @@ def test_zenohs_log_tells_who_was_turned_away() -> None:
     told = {
         denied
         + "/geometry_msgs::msg::dds_::Twist_/RIHS01_9c/@adv/pub/3e/61/_": "robot2 may not write 0/robot1/cmd_vel",
-        node.format("%", "rviz"): "robot2 may not tell of node /rviz",
-        node.format("%robot1%arm", "base/x"): "robot2 may not tell of node /robot1/arm/base",
+        node.format("%", "rviz"): "robot2 may not announce node /rviz",
+        node.format("%robot1%arm", "base/x"): "robot2 may not announce node /robot1/arm/base",
         node.format("%", "_chefbot_echo_12"): None,
         node.format("%alice", "page"): None,
     }

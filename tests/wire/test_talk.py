@@ -163,7 +163,7 @@ def test_ends_that_cannot_work_together_are_named(node: RmwNode) -> None:
     node.raw_subscription("echo", old, lambda *_: None)
     assert graph.wait_for(lambda one: len(one.mismatches()) == 3, PATIENCE), graph.mismatches()
     text = "\n".join(graph.mismatches())
-    assert "/far/echo: /far/other and /far/tester do not hear each other" in text
+    assert "/far/echo: /far/other and /far/tester cannot communicate" in text
     assert "geometry_msgs/msg/Twist in two versions" in text
     assert "/far/said: /far/tester and /far/other: best effort is offered" in text
 

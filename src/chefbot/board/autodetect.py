@@ -67,5 +67,5 @@ class ProtocolProbe:
     def failure_reason(self) -> str:
         """Describe what was received instead of an answer, as a sentence for the operator."""
         if self._board_lines:
-            return "a board talks there but does not answer: is its receiving wire connected?"
-        return "nothing there speaks as a board: has it got its firmware (`chefbot flash`)?"
+            return "a board sends data but does not answer: is its RX wire connected?"
+        return "no motor board answers there: is the firmware flashed (`chefbot flash`)?"

@@ -214,7 +214,7 @@ class ChapterLink:
     def report(self, port: str, now_ns: int) -> DiagnosticStatus:
         """Return the diagnostics of the board, at best a warning."""
         silent = now_ns - self._ticks_ns > SILENCE_NS
-        sentences = ["The board says nothing."] if silent else []
+        sentences = ["No data from the board."] if silent else []
         sentences.append(f"{NOTICE[0].upper()}{NOTICE[1:]}.")
         raw = (
             "unknown"
@@ -224,7 +224,7 @@ class ChapterLink:
         values = {
             "battery": raw,
             "duties": f"{self._duty[0]} {self._duty[1]}",
-            "strange lines": self._reader.malformed,
+            "malformed lines": self._reader.malformed,
         }
         pairs = tuple(KeyValue(key, str(value)) for key, value in values.items())
         return DiagnosticStatus(ERROR if silent else WARN, "board", " ".join(sentences), port, pairs)

@@ -13,7 +13,7 @@ def incompatibility(answer: VersionLine | UnsupportedVersionLine, robot: Robot) 
     """Return why a board must not drive this robot, as a sentence; None if it may."""
     if isinstance(answer, UnsupportedVersionLine):
         return (
-            f"the board speaks version {answer.protocol} of the protocol, this program speaks version {PROTOCOL}; "
+            f"the board uses protocol version {answer.protocol}, this program uses version {PROTOCOL}; "
             "flash the firmware that came with this program, with `chefbot flash`"
         )
     # A wrong number of ticks per turn would scale all speeds.
@@ -39,4 +39,4 @@ def constant_differences(answer: VersionLine, robot: Robot) -> str | None:
         if getattr(answer, name) != constants[name]
     ]
     details = "; ".join(changed) if changed else "battery voltages, motor figures or sensor rates"
-    return f"the board's firmware was made from another robot file ({details}): the board's own figures hold"
+    return f"the board's firmware was made from another robot file ({details}): the board's own constants are used"

@@ -22,9 +22,9 @@ REFUSALS_SHOWN_NS = 3_000_000_000
 MAX_LOSS = 0.02
 """Share of lost or damaged lines in the last second above which a warning is reported."""
 
-NEUTRAL_REQUIRED = "the robot waits for a stop to be commanded before it drives: let go of the controls once"
+NEUTRAL_REQUIRED = "a stop must be commanded before the robot drives: release the controls once"
 
-TICKS_STALE = "the board's ticks do not come through: the robot is told to stand until they do"
+TICKS_STALE = "no encoder ticks from the board: the robot is stopped until they are received again"
 
 
 class LinkDiagnostics:
@@ -53,7 +53,7 @@ class LinkDiagnostics:
         call."""
         self._measure_loss(session)
         level, sentences = self._assess(session, now_ns)
-        message = " ".join(f"{s[0].upper()}{s[1:]}." for s in sentences) or "The board is well."
+        message = " ".join(f"{s[0].upper()}{s[1:]}." for s in sentences) or "The board is OK."
         return DiagnosticStatus(level, "board", message, port, self._values(session))
 
     def _measure_loss(self, session: BoardSession) -> None:
@@ -67,7 +67,7 @@ class LinkDiagnostics:
         if session.refused is not None:
             return ERROR, [session.refused]
         if session.silent(now_ns):
-            return ERROR, ["the board says nothing"]
+            return ERROR, ["no data from the board"]
         # Latched faults: the motors are off until they are cleared.
         latched_faults = faults(session.flags)
         if latched_faults:
@@ -78,7 +78,7 @@ class LinkDiagnostics:
                 *self._warnings(session, now_ns),
             ]
         if not session.is_open:
-            return ERROR, ["the board talks but does not answer the handshake", *warnings(session.flags)]
+            return ERROR, ["the board sends data but does not answer the handshake", *warnings(session.flags)]
         sentences = self._warnings(session, now_ns)
         return (WARN if sentences else OK), sentences
 
@@ -106,7 +106,7 @@ class LinkDiagnostics:
             "lines": self._lines,
             "lost": session.stream.lost,
             "damaged": session.damaged,
-            "left out": session.stream.rejected,
+            "rejected": session.stream.rejected,
             "restarts": session.stream.restarts,
             "handshakes": session.handshakes,
             **self._board_values(),
@@ -128,6 +128,6 @@ class LinkDiagnostics:
             values["illegal encoder steps"] = f"{status.illegal_left} {status.illegal_right}"
         if (uptime := self.uptime) is not None:
             values["uptime"] = f"{uptime.uptime} s"
-            values["lines without room"] = uptime.dropped
+            values["lines dropped (buffer full)"] = uptime.dropped
             values["control steps missed"] = uptime.missed
         return values

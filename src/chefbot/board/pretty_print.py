@@ -35,7 +35,7 @@ def describe(line: board.BoardLine) -> tuple[str, str]:
             return "b battery", f"{line.millivolts / 1000:.2f} V"
         case board.UptimeLine():
             return "t time", f"up {line.uptime} s, {line.dropped} lines dropped, {line.missed} steps missed"
-    raise TypeError(f"no words for a {type(line).__name__}")
+    raise TypeError(f"no description of a {type(line).__name__}")
 
 
 def describe_chapter(line: ChapterLine) -> tuple[str, str]:
@@ -46,7 +46,7 @@ def describe_chapter(line: ChapterLine) -> tuple[str, str]:
         case ChapterTicks():
             return "e motion", f"ticks {line.left} {line.right} (one edge of four)"
         case ChapterEcho():
-            return "u echo", f"{line.centimetres / 100:.2f} m" if line.centimetres else "nothing heard"
+            return "u echo", f"{line.centimetres / 100:.2f} m" if line.centimetres else "no echo"
         case ChapterAttitude():
             return "i attitude", f"quaternion {line.x} {line.y} {line.z} {line.w}"
         case ChapterBattery():
@@ -94,4 +94,4 @@ def _status(line: board.StatusLine) -> str:
 def _echo(echo: int) -> str:
     if echo == board.NO_SENSOR:
         return "no sensor answers"
-    return f"{echo * 1e-6 * SPEED_OF_SOUND / 2:.3f} m" if echo != board.NO_ECHO else "nothing heard"
+    return f"{echo * 1e-6 * SPEED_OF_SOUND / 2:.3f} m" if echo != board.NO_ECHO else "no echo"

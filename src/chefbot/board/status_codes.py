@@ -52,7 +52,7 @@ FAULTS = {
     BoardFlag.BATTERY_EMPTY: "the battery is empty",
 }
 WARNINGS = {
-    BoardFlag.LIMITED: "the speed asked for is more than the robot's limits; it was scaled down",
+    BoardFlag.LIMITED: "the requested speed exceeds the robot's limits; it was scaled down",
     BoardFlag.BATTERY_LOW: "the battery is low",
     BoardFlag.IMU_BAD: "the IMU is absent, stuck or saturated",
     BoardFlag.ULTRASONIC_ABSENT: "no ultrasonic sensor answers",

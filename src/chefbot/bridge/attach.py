@@ -58,7 +58,7 @@ def open_wire(
     """
     if not wire_requested(launch):
         if doors != ExternalEndpoints() or launch.clock == "robot":
-            raise UserError(f"launch {launch.name}: other machines need the wire; say wire:=on")
+            raise UserError(f"launch {launch.name}: other machines need the wire; set wire:=on")
         yield None
         return
     with RmwContext(domain_from_environment(), port=port_from_environment()) as wire:
@@ -201,4 +201,4 @@ def _name_conflict(wire: RmwContext, launch: Launch) -> str:
         wire.graph.wait_for(conflicts, DISCOVERY_TIME)
     if not (names := conflicts(wire.graph)):
         return ""
-    return f"{prefix}/{names[0]} runs on this machine already; stop that launch, set ROS_DOMAIN_ID, or say wire:=off"
+    return f"{prefix}/{names[0]} runs on this machine already; stop that launch, set ROS_DOMAIN_ID, or set wire:=off"

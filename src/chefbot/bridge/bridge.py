@@ -64,7 +64,7 @@ class Bridge:
         self._publishes_clock = simulated and publishes_clock
         self._last_clock_ns = -CLOCK_PERIOD_NS
         self._jobs: MessageQueues[Job] = MessageQueues(
-            self.errors, "more is said than can be sent, the oldest is lost"
+            self.errors, "send queue is full, the oldest message is dropped"
         )
         self._inbox = Inbox(system.loop, self.errors)
         self._proxies = NodeProxies(wire, (namespace, node_name), self._inbox, system, simulated)

@@ -33,7 +33,7 @@ SERVER_UNREACHABLE = 9000
 """Error code of the result when the server could not be reached (nav2_msgs/NavigateToPose: unknown)."""
 ABORTED_WITHOUT_REASON = 9001
 """Error code of the result of a goal that was aborted without one: Nav2 does so when a goal is preempted."""
-NO_REASON_TEXT = "{} gave the goal up and did not say why; another goal may have taken its place."
+NO_REASON_TEXT = "{} aborted the goal without an error code; another goal may have preempted it."
 
 
 class ActionServerBridge:

@@ -35,7 +35,7 @@ class Inbox:
             if queue is not None:  # a delivery is scheduled already
                 if len(queue) >= depth:
                     queue.popleft()
-                    self._dropped.add(f"/{topic}: more comes in than can be heard, the oldest is lost")
+                    self._dropped.add(f"/{topic}: receive queue is full, the oldest message is dropped")
                 queue.append((message, latched))
                 return
             self._waiting[topic] = deque([(message, latched)])

@@ -48,9 +48,9 @@ class LocalProcessFilter:
             else None
         )
         if sender is None or sender.zid not in self._own_sessions():
-            sender_name = "somebody unknown" if sender is None else sender.full_name
+            sender_name = "an unknown publisher" if sender is None else sender.full_name
             raise RmwError(
-                f"{sender_name} may not say this: only the robot's own launch; drive by cmd_vel_teleop"
+                f"{sender_name} may not publish this: only the robot's own launch; drive by cmd_vel_teleop"
             )
         self._accepted_gids.add(gid)
 

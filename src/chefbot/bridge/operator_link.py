@@ -38,9 +38,9 @@ class LinkMonitorDevice(Device):
         """Publish the state of the link."""
         silence = (wall_ns() - self._received_ns) / 1e9
         lost = silence > LINK_TIMEOUT
-        self.link.publish(String(f"Nothing heard from the robot for {silence:.0f} s." if lost else ""))
+        self.link.publish(String(f"No message from the robot for {silence:.0f} s." if lost else ""))
         if lost != self._lost:
             self.remark.publish(
-                String("Nothing is heard from the robot." if lost else "The robot is heard again.")
+                String("Connection to the robot lost." if lost else "Connection to the robot restored.")
             )
         self._lost = lost

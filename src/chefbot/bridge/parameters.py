@@ -146,7 +146,7 @@ class ParameterServices:
                 done(f"there is no parameter {parameter.name!r}{name_hint(parameter.name, existing)}")
                 return
             if parameter.name == SIM_TIME:
-                done(f"{parameter.name} cannot be changed: it is that of the launch")
+                done(f"{parameter.name} cannot be changed: it is set by the launch")
                 return
         self._setter({parameter.name: from_value(parameter.value) for parameter in parameters}, done)
 

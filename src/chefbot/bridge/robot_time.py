@@ -36,7 +36,7 @@ class RobotTime:
             self.start_ns = self._first.get(timeout=CLOCK_TIMEOUT)
         except queue.Empty:
             topic = resolve("clock", node.id.namespace)
-            raise UserError(f"{topic} is silent for {CLOCK_TIMEOUT:.0f} s; does time go on there?") from None
+            raise UserError(f"no {topic} for {CLOCK_TIMEOUT:.0f} s; is the simulation running?") from None
         self.clock = self._clock = FollowerClock(self.start_ns, reached)
 
     def attach(self, loop: Loop) -> None:

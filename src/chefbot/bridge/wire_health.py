@@ -42,7 +42,7 @@ class WireHealth:
         self._mismatches = self._graph.mismatches()
         for name in self._there.foreign_publishers(CMD_VEL):
             sentence = (
-                f"{name} publishes on {CMD_VEL}, which the base does not take: drive by {CMD_VEL}_teleop"
+                f"{name} publishes on {CMD_VEL}, which the drive base ignores: drive by {CMD_VEL}_teleop"
             )
             self._mismatches.append(sentence)
             if sentence not in self._reported_foreign:
@@ -73,5 +73,5 @@ class WireHealth:
 def _status(level: int, counts: dict[str, int], mismatches: list[str]) -> DiagnosticStatus:
     values = [KeyValue(reason[:200], str(count)) for reason, count in counts.items()]
     values += [KeyValue("mismatch", sentence[:200]) for sentence in mismatches]
-    text = f"{sum(counts.values())} messages refused or lost, {len(mismatches)} mismatches"
+    text = f"{sum(counts.values())} messages rejected or lost, {len(mismatches)} mismatches"
     return DiagnosticStatus(level, "wire", text, "", tuple(values[:MAX_VALUES]))

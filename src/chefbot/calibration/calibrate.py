@@ -67,7 +67,7 @@ def calibrate(drive: CalibrationDrive, assumed: WheelParams, sensor: SE2) -> Cal
     slipping wheels, a dead gyro.
     """
     if not (drive.squares and drive.validation_squares):
-        raise UserError("no square was driven to its end; let the calibration go on to its last one")
+        raise UserError("no square was completed; run the calibration to its last square")
     surfaces = [Surface(station.walls) for station in drive.stations]
     poses = [station.pose for station in drive.stations]
     known = drive.squares[-1].legs[-1].stations[1] + 1
@@ -125,6 +125,6 @@ def _check_links(found_links: Sequence[ScanMatch], known: int, station_count: in
     count, total = len([station for station in linked if station >= known]), station_count - known
     if count < MIN_LINKED_FRACTION * total:
         raise UserError(
-            f"at {total - count} of {total} stands the sensor saw too little that it saw from elsewhere too "
+            f"at {total - count} of {total} stations the scan overlaps too little with the others "
             f"(fewer than {MIN_COMMON_POINTS} points of walls); calibrate in a room with walls within its reach"
         )

@@ -51,7 +51,7 @@ def solve_gyro(legs: Sequence[DriveSegment]) -> GyroSolution:
         inliers = np.abs(measured - A @ solution) <= OUTLIER * noise
     if abs(solution[0] - 1.0) > MAX_SCALE_ERROR:
         raise UserError(
-            f"the gyro tells {solution[0]:.2f} of a turn of 1; it is dead, tilted, or not the firmware's chip"
+            f"the gyro scale is {solution[0]:.2f}; the gyro is dead, tilted, or not the firmware's chip"
         )
     # Covariance sigma^2 (A^T A)^-1
     deviations = noise * np.sqrt(np.linalg.inv(A[inliers].T @ A[inliers]).diagonal())

@@ -91,7 +91,7 @@ def solve(
     """
     if len(legs) < MIN_LEGS:
         raise UserError(
-            f"{len(legs)} drives are too few to calibrate by; {MIN_LEGS} at least, straight and turning, are needed"
+            f"{len(legs)} drives are too few to calibrate; at least {MIN_LEGS}, straight and turning, are needed"
         )
     problem = _Problem(legs, links, poses, wheels, sensor, known)
     noise, slipped = INITIAL_NOISE, np.zeros(len(legs), np.bool_)

@@ -79,7 +79,7 @@ def umbmark_step(errors: ReturnErrors, side: float, separation: float) -> Umbmar
     # The formulas are linear in small angles only
     if abs(alpha) > 0.4 or abs(beta) > 0.8:
         raise UserError(
-            f"the squares end {max(abs(x_left), abs(x_right)):.2f} m from where the wheels say, too far for a square "
+            f"the squares end {max(abs(x_left), abs(x_right)):.2f} m from the odometry pose, too far for a square "
             f"of {side:.1f} m; look at wheels.diameter and wheels.separation in the robot file"
         )
     # R = (L / 2) / sin(beta / 2), E_d = (R + b / 2) / (R - b / 2), E_b = 90 deg / (90 deg - alpha)

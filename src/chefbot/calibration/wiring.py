@@ -28,9 +28,11 @@ def wiring_fault(leg: DriveSegment, metres: float, angle: float) -> str | None:
         )
     # Encoders agree with the motors: compare with the motion by the scans
     if metres and leg.seen.x * metres < 0.0 and abs(leg.seen.x) > MIN_TRANSLATION:
-        return "the robot drives backwards when told forwards: swap leads and encoder wires of both motors"
+        return (
+            "the robot drives backwards when commanded forwards: swap leads and encoder wires of both motors"
+        )
     if angle and leg.seen.yaw * angle < 0.0 and abs(leg.seen.yaw) > MIN_ROTATION:
-        return "the robot turns right when told left: the two motors, with their encoders, are exchanged"
+        return "the robot turns right when commanded left: the two motors, with their encoders, are exchanged"
     if angle and leg.gyro * leg.seen.yaw < 0.0 and abs(leg.gyro) > MIN_ROTATION:
         return "the gyro turns against the scans: the IMU is mounted upside down; turn it over"
     return None

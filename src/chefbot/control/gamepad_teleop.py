@@ -22,13 +22,19 @@ class GamepadParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     turn_axis: Annotated[int, Meta(ge=0, le=63, description="axis to turn; left is negative")] = 0
     speed_axis: Annotated[int, Meta(ge=0, le=63, description="cross: up is faster, down slower")] = 7
     dead_man_button: Annotated[int, Meta(ge=0, le=63, description="held to drive: left shoulder")] = 4
-    stop_button: Annotated[int, Meta(ge=0, le=63, description="STOP: the red one, B or circle")] = 1
+    stop_button: Annotated[
+        int, Meta(ge=0, le=63, description="emergency stop: the red button, B or circle")
+    ] = 1
     dead_zone: Annotated[
-        float, Meta(ge=0, le=0.5, description="of the stick's way, where it counts as centred")
+        float, Meta(ge=0, le=0.5, description="fraction of the stick's range that counts as centred")
     ] = 0.1
     patience: Annotated[
         float,
-        Meta(ge=0.5, le=60, description="without a sign of life a held button counts as let go, s"),
+        Meta(
+            ge=0.5,
+            le=60,
+            description="timeout without events after which a held button counts as released, s",
+        ),
     ] = 5.0
 
 

@@ -14,10 +14,8 @@ from chefbot.maths.se2 import SE2
 class GoalParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Goal tolerances, the parameters of `GoalChecker`."""
 
-    xy_tolerance: Annotated[float, Meta(ge=0.01, le=1.0, description="this near is there, m")] = 0.08
-    yaw_tolerance: Annotated[float, Meta(ge=0.01, le=3.15, description="this well turned is there, rad")] = (
-        0.1
-    )
+    xy_tolerance: Annotated[float, Meta(ge=0.01, le=1.0, description="position tolerance, m")] = 0.08
+    yaw_tolerance: Annotated[float, Meta(ge=0.01, le=3.15, description="heading tolerance, rad")] = 0.1
 
 
 class GoalChecker:

@@ -118,7 +118,7 @@ def _speed(text: str) -> float:
     try:
         speed = 0.0 if text == "max" else float(text)
     except ValueError:
-        raise UserError(f"--speed {text!r} must be 'max' or a number of times real time") from None
+        raise UserError(f"--speed {text!r} must be 'max' or a real-time factor") from None
     if not 0.0 <= speed <= 1000.0:
         raise UserError(f"--speed {text} must lie between 0 and 1000 times real time")
     return speed
@@ -164,7 +164,7 @@ class Demo:
         for phase in (self._explore, self._localize, self._deliver):
             self.failure = phase()
             if self.failure and self._aborted:
-                self.failure = "told to end before it was done"
+                self.failure = "aborted before it was done"
             if self.failure:
                 break
         self.wall_time = (wall_ns() - self._began_ns) / 1e9
@@ -191,7 +191,7 @@ class Demo:
             console.print(
                 f"The robot starts at [{x:.2f}, {y:.2f}, {yaw:.2f}], {self.world.start_note}", markup=False
             )
-        self._announce_phase("Exploring: mapping the world alone")
+        self._announce_phase("Exploring: mapping the world autonomously")
         self._wait_for_kernels()
         x0, y0, x1, y1 = self.world.bounds
         limit = max(EXPLORATION_TIMEOUT, EXPLORATION_TIME_PER_AREA * (x1 - x0) * (y1 - y0))
@@ -208,13 +208,13 @@ class Demo:
         """Restart: all nodes are constructed again, only the saved files are kept."""
         self.scorer.phase = "localizing"
         self._start("waiter", {"map_file": str(self.map_path)})
-        self._announce_phase("Everything forgotten; finding the robot on the saved map")
+        self._announce_phase("Restarted; localizing on the saved map")
         self._set_initial_pose()
         if (
             not self._run_until(LOCALIZATION_TIMEOUT, lambda: self.localized is not None)
             or not self.localized
         ):
-            return "the robot did not find itself on the saved map"
+            return "the robot did not localize on the saved map"
         self.scorer.phase = "delivering"
         return ""
 

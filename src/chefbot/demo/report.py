@@ -26,10 +26,10 @@ INK, PAPER, UNKNOWN_TINT = 0.12, 1.0, 0.8
 def write_report(out: Path, result: DemoResult, scorer: Scorer, world: World, robot: Robot) -> None:
     """Write `report.html`, and the map beside the ground-truth plan as `map_and_plan.png`."""
     plan = ground_truth_map(world, robot)
-    pictures = {"The true plan and the map that the robot made": _maps(plan, scorer.saved_map)}
+    pictures = {"Ground-truth map and map made by the robot": _maps(plan, scorer.saved_map)}
     for title, track in (("While mapping", scorer.mapping), ("While delivering", scorer.delivering)):
         if track.times:
-            pictures[f"{title}: where it was and where it thought it was"] = _trajectory(plan, track)
+            pictures[f"{title}: ground truth and estimate"] = _trajectory(plan, track)
             pictures[f"{title}: error over time"] = _errors(track)
     write_atomic(out / "map_and_plan.png", next(iter(pictures.values())))
     write_atomic(out / "report.html", _page(result, pictures).encode())

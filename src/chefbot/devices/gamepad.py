@@ -53,7 +53,7 @@ class GamepadDevice(Device):
         """Start to read the gamepad; UserError if the given one does not exist."""
         path = self.params.device
         if path != AUTO and not Path(path).exists():
-            raise UserError(f"the gamepad {path} does not exist; plug it in, or say device:=auto")
+            raise UserError(f"the gamepad {path} does not exist; plug it in, or set device:=auto")
         self._drive = GamepadTeleop(Limits.of(self.robot), self.params.drive)
         self._driving = self._stop_requested = self._stopped = False
         self._last_remark = ""

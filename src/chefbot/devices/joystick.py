@@ -65,7 +65,7 @@ class Joystick:
         """`device`: a path, or `auto` for the first of /dev/input/js*. UserError on systems other than Linux."""
         if fcntl is None or sys.platform != "linux":
             raise UserError(
-                "gamepads are read on Linux only; drive with a gamepad, keys or the joystick on the robot's page"
+                "gamepads are read on Linux only; drive with a gamepad, keys or the joystick in the web UI"
             )
         self._device = device
         self._on_connected, self._on_events, self._on_disconnected, self._on_missing = (

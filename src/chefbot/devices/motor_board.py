@@ -55,7 +55,7 @@ class MotorBoardDevice(MotorBoardNode):
         if is_missing_path(self.params.port):
             raise UserError(
                 f"the board's port {self.params.port} does not exist; plug it in, look at `chefbot doctor` for "
-                "the ports there are, or say board_port:=auto"
+                "the available ports, or set board_port:=auto"
             )
         self._link: MotorBoardLink | None = None
         self._connected = self._stop_pressed = False
@@ -162,8 +162,8 @@ class MotorBoardDevice(MotorBoardNode):
     def _with_driver_counters(self, status: DiagnosticStatus) -> DiagnosticStatus:
         """Add the counters of this driver."""
         counters = {
-            "old commands refused": self._stale_commands,
-            "writes that did not fit": self._failed_writes,
+            "stale commands dropped": self._stale_commands,
+            "incomplete writes": self._failed_writes,
         }
         pairs = tuple(KeyValue(key, str(value)) for key, value in counters.items())
         return msgspec.structs.replace(status, values=status.values + pairs)

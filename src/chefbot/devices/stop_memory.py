@@ -21,9 +21,9 @@ VARIABLE = "CHEFBOT_STATE"
 """Environment variable with the folder of the state files."""
 REPEAT_HZ = 5.0
 """Rate of the repeated stop request, Hz."""
-HOW_TO_RELEASE = "Release STOP on a page, or say: chefbot topic pub --once /stop_request '{data: false}'"
-ESTOP_RESTORED = f"The robot was stopped when its programs ended, and still is. {HOW_TO_RELEASE}."
-ESTOP_STATE_UNKNOWN = "It is not known whether the robot was stopped when its programs ended, so it is now"
+HOW_TO_RELEASE = "Release it in the web UI, or run: chefbot topic pub --once /stop_request '{data: false}'"
+ESTOP_RESTORED = f"Emergency stop restored after the restart. {HOW_TO_RELEASE}."
+ESTOP_STATE_UNKNOWN = "The emergency stop's state before the restart is unknown, so the robot is stopped"
 
 
 def state_folder() -> Path:

@@ -18,23 +18,24 @@ class ExplorerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         int, Meta(ge=1, le=100, description="a map cell this occupied stops the view, percent")
     ] = 65
     max_frontier_length: Annotated[
-        float, Meta(ge=0.2, le=20.0, description="longer frontiers are looked at piece by piece, m")
+        float, Meta(ge=0.2, le=20.0, description="longer frontiers are split, m")
     ] = 2.0
     view_distance: Annotated[
-        float, Meta(ge=0.2, le=10.0, description="a frontier is looked at from within this distance, m")
+        float, Meta(ge=0.2, le=10.0, description="maximum distance of a viewpoint from its frontier, m")
     ] = 1.2
     view_range: Annotated[
         float, Meta(ge=0.5, le=20.0, description="unknown floor is counted as gain up to this range, m")
     ] = 3.0
     turn_cost: Annotated[
-        float, Meta(ge=0.0, le=10.0, description="a radian to turn costs as much as so many metres, m")
+        float, Meta(ge=0.0, le=10.0, description="cost of turning by one radian, as path length in m")
     ] = 0.3
     fixed_goal_cost: Annotated[
-        float, Meta(ge=0.01, le=10.0, description="every goal costs as much as so many metres, m")
+        float, Meta(ge=0.01, le=10.0, description="fixed cost per goal, as path length in m")
     ] = 0.5
     max_attempts: Annotated[
-        int, Meta(ge=1, le=100, description="a frontier is given up after so many fruitless goals")
+        int, Meta(ge=1, le=100, description="a frontier is given up after so many failed goals")
     ] = 2
     same_goal_distance: Annotated[
-        float, Meta(ge=0.05, le=5.0, description="goals for frontiers this near to each other are one, m")
+        float,
+        Meta(ge=0.05, le=5.0, description="goals for frontiers within this distance count as the same, m"),
     ] = 0.5

@@ -50,11 +50,11 @@ def access_control(fleet: Fleet, me: str) -> dict[str, Any]:
     rules = [
         _rule("all", MESSAGES, ["ingress", "egress"], ["**", "**/@adv/**", TOKENS]),
         _rule(
-            "ask who is there", ["declare_liveliness_subscriber", "liveliness_query"], ["ingress"], [TOKENS]
+            "query liveliness", ["declare_liveliness_subscriber", "liveliness_query"], ["ingress"], [TOKENS]
         ),
-        _rule("tell all", PUBLISHING, ["ingress"], SHARED_TOPICS),
-        _rule("be asked", SUBSCRIBING, ["egress"], SHARED_TOPICS),
-        _rule("hear who is there", ["liveliness_token", "reply"], ["egress"], [TOKENS]),
+        _rule("publish shared", PUBLISHING, ["ingress"], SHARED_TOPICS),
+        _rule("serve shared", SUBSCRIBING, ["egress"], SHARED_TOPICS),
+        _rule("receive liveliness", ["liveliness_token", "reply"], ["egress"], [TOKENS]),
     ]
     subjects: list[dict[str, Any]] = [
         {"id": LOCALHOST_SUBJECT, "link_protocols": ["tcp"], "interfaces": ["lo"]}
@@ -77,7 +77,7 @@ def _rules_for(member: str, role: str, rules: list[dict[str, Any]]) -> list[str]
     if role != "robot":
         return ["all"]
     rules.append(_rule(f"below {member}", MESSAGES, ["ingress", "egress"], own_keys(member)))
-    return [f"below {member}", "ask who is there", "hear who is there", "tell all", "be asked"]
+    return [f"below {member}", "query liveliness", "receive liveliness", "publish shared", "serve shared"]
 
 
 def _rule(name: str, messages: list[str], flows: list[str], keys: list[str]) -> dict[str, Any]:

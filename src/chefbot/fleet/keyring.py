@@ -164,11 +164,11 @@ class Keyring:
         old_card, old_fleet = read_card(self._card_path)
         if old_card.authority != card.authority:
             raise UserError(
-                f"the card is of another authority than the one of fleet {old_fleet.name} in {self.folder}"
+                f"the card was issued by another authority than the one of fleet {old_fleet.name} in {self.folder}"
             )
         if fleet.serial < old_fleet.serial:
             raise UserError(
-                f"the card's list is older ({fleet.serial}) than this machine's ({old_fleet.serial}); keep this"
+                f"the card's list is older ({fleet.serial}) than this machine's ({old_fleet.serial}); the newer is kept"
             )
 
     def _is_own(self, pem: bytes) -> bool:
@@ -184,7 +184,7 @@ class Keyring:
 
     def _as_authority(self) -> tuple[PrivateKey, x509.Certificate, Fleet]:
         if not self.is_authority:
-            raise UserError(f"{self.folder} is not the authority's; sign where `chefbot keys init` was said")
+            raise UserError(f"{self.folder} is not the authority's; sign where `chefbot keys init` was run")
         key = read_key(
             read_bytes(self._authority_key_path, "key", MAX_PEM_BYTES), str(self._authority_key_path)
         )

@@ -47,7 +47,7 @@ def endpoint(text: str) -> str:
     """
     match = _ENDPOINT.fullmatch(text)
     if match is None:
-        raise UserError(f"{text!r} is no place on the wire; write tls/HOST or tls/HOST:{PORT}")
+        raise UserError(f"{text!r} is no endpoint; write tls/HOST or tls/HOST:{PORT}")
     protocol, host, port = match.groups()
     return f"{protocol}/{host}:{port or PORT}"
 
@@ -175,7 +175,7 @@ class SecureRouter:
         if not answer.startswith(OPEN):
             _end(process)
             raise UserError(
-                f"the gate to other machines does not open: {answer.removeprefix(FAILED).strip()}"
+                f"the router to other machines cannot be opened: {answer.removeprefix(FAILED).strip()}"
             )
         threading.Thread(target=self._read_log, args=(process.stdout,), name="gate log", daemon=True).start()
         return process
@@ -207,7 +207,7 @@ def rejection_sentence(line: str, members: Mapping[str, str]) -> str | None:
     if match := _REJECTED.search(plain):
         return _rejected_write(match[1], match[2], members)
     if match := _UNKNOWN_PEER.search(plain):
-        return f"a stranger was turned away: {match[1]}"
+        return f"an unknown peer was rejected: {match[1]}"
     if (match := _ACCEPTED.search(plain)) and match[1] not in members:
         return f"{match[1]} is not on the fleet's list"
     return None
@@ -227,7 +227,7 @@ def _rejected_write(member: str, key: str, members: Mapping[str, str]) -> str | 
         return (
             None
             if not_a_robot or name.startswith("_")
-            else f"{member} may not tell of node {namespace}/{name}"
+            else f"{member} may not announce node {namespace}/{name}"
         )
     return f"{member} may not write {key}"
 

@@ -102,7 +102,7 @@ class KernelCompilation:
         except queue.Empty:
             return  # another worker was faster
         except (OSError, RuntimeError) as error:
-            self._console.print(f"Some kernels compile only when they are needed: {error}")
+            self._console.print(f"Some kernels will be compiled on first use: {error}")
 
     def _store_result(self, group: str, files: list[str]) -> None:
         """Record a compiled group; after the last one write the stamp for the next start."""
@@ -156,7 +156,7 @@ def record_stamp(console: Console, files: set[str]) -> None:
     try:
         cache_stamp.write_stamp(cache_stamp.stamp_path(), files)
     except OSError as error:
-        console.print(f"It cannot be remembered that kernels are compiled: {error}")
+        console.print(f"Cannot record that the kernels are compiled: {error}")
 
 
 def start_compilation(console: Console, port: int | None = None) -> KernelCompilation:
@@ -182,7 +182,7 @@ def start_compilation(console: Console, port: int | None = None) -> KernelCompil
 def _wait_with_web_ui(console: Console, warming: KernelCompilation, port: int) -> None:
     page = WebUiServer(port, "127.0.0.1", _reject_command)
     url = page.start()
-    console.print(f"The operator's page: [bold]{url}[/]")
+    console.print(f"Web UI: [bold]{url}[/]")
     warming.page_opened = open_browser(url)
     try:
         warming.wait(FIRST_PICTURE_GROUPS, lambda progress: page.set_layer("progress", progress))

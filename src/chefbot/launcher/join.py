@@ -115,7 +115,7 @@ def _choose(graph: Graph, launch: Launch, requested: str) -> str | None:
         return requested if requested in namespaces else None
     if len(namespaces) > 1:
         raise UserError(
-            f"launch {launch.name}: there are several robots, {', '.join(namespaces)}; say namespace:=NAME for one"
+            f"launch {launch.name}: there are several robots, {', '.join(namespaces)}; choose with namespace:=NAME"
         )
     return namespaces[0] if namespaces else None
 
@@ -159,11 +159,11 @@ def _check_robot(wire: RmwContext, namespace: str, robot: Robot, log: Log) -> No
     name = found[1] if (found := _ROBOT_NAME.search(remote_urdf)) else "?"
     if name != robot.name:
         raise UserError(
-            f"{_display_name(namespace)} is a {name}, not a {robot.name}; say robot:={name}, or give its file"
+            f"{_display_name(namespace)} is a {name}, not a {robot.name}; set robot:={name}, or give its file"
         )
     if remote_urdf != urdf(robot):
         log(
-            f"The {name} there has other measures than the one here; use the same robot file on both machines."
+            f"The {name} there has other dimensions than the one here; use the same robot file on both machines."
         )
 
 

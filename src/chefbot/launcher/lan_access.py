@@ -23,7 +23,7 @@ def with_ui_address(launch: Launch, address: str) -> Launch:
             if launch.args["headless"]
             else "there is nothing to show to a phone"
         )
-        raise UserError(f"launch {launch.name} has no page: {why}; leave out --lan and {HOST_ARGUMENT}:=")
+        raise UserError(f"launch {launch.name} has no web UI: {why}; leave out --lan and {HOST_ARGUMENT}:=")
     return msgspec.structs.replace(launch, nodes={**launch.nodes, **pages})
 
 

@@ -57,7 +57,7 @@ def list_launches() -> None:
             own_args = {key: value for key, value in launch.args.items() if key not in STANDARD_ARGS}
             table.add_row(name, launch.about, _as_command_line(own_args))
     console.print(table)
-    console.print(f"\nAll understand {_as_command_line(STANDARD_ARGS)}")
+    console.print(f"\nArguments of all launches: {_as_command_line(STANDARD_ARGS)}")
 
 
 def _as_command_line(arguments: Mapping[str, ArgValue]) -> str:
@@ -161,7 +161,7 @@ def _run_joined(launch: Launch, robot: Robot, wire: RmwContext, folder: Path) ->
         faults += _faults_of(system)
         if not restarted.is_set():
             break
-        console.print("The robot was started anew, and so are the nodes here.")
+        console.print("The robot was restarted, and so are the nodes here.")
     return faults
 
 
@@ -202,7 +202,7 @@ def _check(launch: Launch) -> None:
         raise UserError(f"launch {launch.name}: seed:={seed} must not be below 0")
     if not 0.0 <= float(speed) <= MAX_SPEED:
         raise UserError(
-            f"launch {launch.name}: speed:={speed} must lie between 0 (as fast as may be) and {MAX_SPEED:.0f}"
+            f"launch {launch.name}: speed:={speed} must lie between 0 (as fast as possible) and {MAX_SPEED:.0f}"
         )
     if not 0.0 <= float(duration) < math.inf:
         raise UserError(f"launch {launch.name}: duration:={duration} must be seconds, or 0 for no end")

@@ -83,7 +83,9 @@ class RecordingEnd:
 
     def __call__(self, why: str) -> None:
         """Report the end of the recording with its reason; called within a publication."""
-        self._sentence = f"{why[:1].upper()}{why[1:]}. What was recorded before is whole; the robot goes on."
+        self._sentence = (
+            f"{why[:1].upper()}{why[1:]}. The recording up to now is complete; the robot continues."
+        )
         self.say()
         self._loop.post(self._publish_diagnostics)
 

@@ -96,7 +96,7 @@ class Amcl:
         the particles. Raise UserError if the odometry is implausible.
         """
         if not all(abs(value) < MAX_COORDINATE for value in odom):
-            raise UserError(f"odometry {tuple(odom)} is not a place; check the encoders")
+            raise UserError(f"odometry {tuple(odom)} is implausible; check the encoders")
         self._odom = odom
         if self._estimate_odom is None:
             self._estimate_odom = odom

@@ -205,7 +205,7 @@ class LikelihoodField:
         occupied = grid.cells >= OCCUPIED_FROM
         free = np.argwhere((grid.cells >= 0) & (grid.cells < FREE_BELOW)).astype(np.int32)
         if free.shape[0] == 0:
-            raise UserError("the map has no free cell, so the robot can be nowhere on it; load another map")
+            raise UserError("the map has no free cell to place the robot on; load another map")
         if not occupied.any():
             raise UserError("the map has no occupied cell, so no scan can be matched to it; load another map")
         reach = max(1, math.ceil(params.laser_likelihood_max_dist / grid.resolution))

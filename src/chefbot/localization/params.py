@@ -11,27 +11,25 @@ from msgspec import Meta
 class AmclParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of `Amcl`, with Nav2's names where the concept is the same."""
 
-    min_particles: Annotated[
-        int, Meta(ge=10, le=1_000_000, description="never fewer particles than this")
-    ] = 1000
+    min_particles: Annotated[int, Meta(ge=10, le=1_000_000, description="minimum number of particles")] = 1000
     max_particles: Annotated[
-        int, Meta(ge=10, le=1_000_000, description="never more particles than this after resampling")
+        int, Meta(ge=10, le=1_000_000, description="maximum number of particles after resampling")
     ] = 20_000
     rotation_noise_from_rotation: Annotated[
         float,
-        Meta(ge=0.0, le=2.0, description="odometry's turning error per turn, rad/rad: square root of alpha1"),
+        Meta(ge=0.0, le=2.0, description="rotation noise from rotation, rad/rad: square root of alpha1"),
     ] = 0.05
     rotation_noise_from_translation: Annotated[
         float,
-        Meta(ge=0.0, le=5.0, description="odometry's turning error per travel, rad/m: square root of alpha2"),
+        Meta(ge=0.0, le=5.0, description="rotation noise from translation, rad/m: square root of alpha2"),
     ] = 0.05
     translation_noise_from_translation: Annotated[
         float,
-        Meta(ge=0.0, le=2.0, description="odometry's length error per travel, m/m: square root of alpha3"),
+        Meta(ge=0.0, le=2.0, description="translation noise from translation, m/m: square root of alpha3"),
     ] = 0.1
     translation_noise_from_rotation: Annotated[
         float,
-        Meta(ge=0.0, le=2.0, description="odometry's length error per turn, m/rad: square root of alpha4"),
+        Meta(ge=0.0, le=2.0, description="translation noise from rotation, m/rad: square root of alpha4"),
     ] = 0.05
     z_hit: Annotated[
         float, Meta(gt=0.0, le=1.0, description="share of the beams that end on something mapped")
@@ -40,7 +38,8 @@ class AmclParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         float, Meta(gt=0.0, le=1.0, description="share of the beams that end anywhere: people, noise")
     ] = 0.1
     sigma_hit: Annotated[
-        float, Meta(ge=0.01, le=2.0, description="spread of a beam's end about a mapped surface, m")
+        float,
+        Meta(ge=0.01, le=2.0, description="standard deviation of a beam's end about a mapped surface, m"),
     ] = 0.1
     laser_likelihood_max_dist: Annotated[
         float,
@@ -54,7 +53,7 @@ class AmclParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         Meta(
             ge=0.0,
             le=1.6,
-            description="beams within this angle tell the same error of the map and count as one, rad",
+            description="beams within this angle share the same map error and count as one, rad",
         ),
     ] = 0.1
     update_min_d: Annotated[
@@ -64,7 +63,7 @@ class AmclParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         float, Meta(ge=0.0, le=3.2, description="the filter updates after this much rotation, rad")
     ] = 0.1
     pf_err: Annotated[
-        float, Meta(gt=0.0, le=1.0, description="KLD sampling: greatest divergence from the true belief")
+        float, Meta(gt=0.0, le=1.0, description="KLD sampling: maximum divergence from the true posterior")
     ] = 0.05
     pf_z: Annotated[
         float, Meta(ge=0.0, le=5.0, description="KLD sampling: normal quantile of the certainty of pf_err")
@@ -75,4 +74,4 @@ class AmclParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     recovery_alpha_fast: Annotated[
         float, Meta(ge=0.0, le=1.0, description="decay of the fast mean of the likelihood; 0: no recovery")
     ] = 0.3
-    seed: Annotated[int, Meta(ge=0, le=2**32 - 1, description="of the particles' random numbers")] = 0
+    seed: Annotated[int, Meta(ge=0, le=2**32 - 1, description="random seed of the particle filter")] = 0

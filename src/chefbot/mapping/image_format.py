@@ -61,7 +61,7 @@ def check_size(width: int, height: int, where: str, limit: int = MAX_CELLS) -> N
     if width < 1 or height < 1:
         raise UserError(f"{where} says it is {width} x {height} pixels; a map needs at least one")
     if width * height > limit:
-        raise UserError(f"{where} says it is {width} x {height} pixels; {limit} is the most that I read")
+        raise UserError(f"{where} says it is {width} x {height} pixels; {limit} is the maximum")
 
 
 def _decode_pgm(data: bytes, where: str) -> MapImage:

@@ -43,6 +43,4 @@ def to_si(text: str, unit: str) -> float:
     except pint.DimensionalityError:
         raise UserError(f"{text!r} is not a quantity in {unit}") from None
     except (pint.PintError, AttributeError, ValueError, OverflowError):
-        raise UserError(
-            f"{text!r} is not a quantity that I can read; write a number and a unit of {unit}"
-        ) from None
+        raise UserError(f"{text!r} is not a valid quantity; write a number and a unit of {unit}") from None

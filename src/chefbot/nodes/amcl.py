@@ -132,11 +132,7 @@ class AmclNode(Node):
         spread = position_spread(self._amcl.covariance)
         yaw = math.sqrt(max(self._amcl.covariance[2, 2], 0.0))
         localized = self._amcl.converged
-        sentence = (
-            f"I know where I am to {spread:.2f} m."
-            if localized
-            else "I am not sure where I am; looking around."
-        )
+        sentence = f"I know where I am to {spread:.2f} m." if localized else "Not localized yet."
         self.localization_status.publish(
             LocalizationStatus(
                 Header.of(stamp, "map"),

@@ -86,7 +86,7 @@ class ControllerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unk
         Meta(
             ge=0.1,
             le=1.0,
-            description="share of the robot's top speed that the built-in controller drives at",
+            description="fraction of the maximum speed that the built-in controller uses",
         ),
     ] = 1.0
 
@@ -265,7 +265,9 @@ class ControllerNode(Node):
     ) -> DriveOnHeading_Result:
         """Drive straight by target.x metres, negative is backwards; the speed must have the same sign."""
         if goal.target.x * goal.speed < 0.0:
-            return DriveOnHeading_Result(Duration(), DRIVE.invalid, "Distance and speed have other signs.")
+            return DriveOnHeading_Result(
+                Duration(), DRIVE.invalid, "Distance and speed must have the same sign."
+            )
         publish_driven = lambda distance: feedback(DriveOnHeading_Feedback(distance))  # noqa: E731
         return DriveOnHeading_Result(*await self._drive_straight(goal.target.x, goal, DRIVE, publish_driven))
 
@@ -277,7 +279,11 @@ class ControllerNode(Node):
         publish_driven: Callable[[float], None],
     ) -> MotionResult:
         if goal.target.y or goal.target.z:
-            return Duration(), errors.invalid, "I drive straight only: target.y and z must be 0."
+            return (
+                Duration(),
+                errors.invalid,
+                "Only straight motions are supported: target.y and target.z must be 0.",
+            )
         speed = min(abs(float(goal.speed)) or max_speed(self.robot), max_speed(self.robot))
         time_allowance = goal.time_allowance.seconds or DEFAULT_TIME_ALLOWANCE
         motion = DriveStraight(distance, speed, max_acceleration(self.robot), time_allowance)
@@ -371,11 +377,11 @@ class ControllerNode(Node):
         if status is ControllerStatus.REACHED:
             self._finish_path(following, FollowPath_Result())
         elif self._blocked_time >= BLOCKED_TIMEOUT:
-            sentence = blind or "Something is in the way on every side."
+            sentence = blind or "No collision-free command."
             self._finish_path(following, FollowPath_Result(error_code=NO_VALID_CONTROL, error_msg=sentence))
         elif not moving:
             self._finish_path(
-                following, FollowPath_Result(error_code=STUCK, error_msg="I try to move but do not get on.")
+                following, FollowPath_Result(error_code=STUCK, error_msg="No progress: the robot is stuck.")
             )
         else:
             self._feedback(FollowPath_Feedback(remaining_length(path, pose), v))

@@ -54,11 +54,11 @@ class DeliveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     home: Annotated[str, Meta(min_length=1, description="name of the place to wait for orders")] = "home"
     loading_time: Annotated[
         float,
-        Meta(ge=0, le=3600, description="leave the kitchen after so long, s; 0: when 'Loaded' is pressed"),
+        Meta(ge=0, le=3600, description="loading timeout, s; 0: wait for 'Loaded'"),
     ] = 0.0
     taking_time: Annotated[
         float,
-        Meta(ge=0, le=3600, description="count food as taken after so long, s; 0: when 'Taken' is pressed"),
+        Meta(ge=0, le=3600, description="pickup timeout, s; 0: wait for 'Taken'"),
     ] = 0.0
 
 

@@ -24,13 +24,11 @@ PLANNED_BRAKING_FRACTION = 0.6
 """Fraction of the maximum acceleration that braking before the ultrasonic ranger's obstacle plans with."""
 RELEASE_TIMEOUT_NS = 300_000_000
 """Pause after which a command counts as a new one, ns."""
-PRESSED = "STOP was pressed."
-RELEASED = "STOP was released."
-PRESSED_BY_TOPIC = "Somebody said STOP on emergency_stop."
-ESTOP_RESTORED = "The base began anew; STOP was pressed before, and still is. Release it to drive."
-ESTOP_STATE_UNKNOWN = (
-    "The base began anew and does not know whether it was stopped, so it is. Release STOP to drive."
-)
+PRESSED = "Emergency stop was pressed."
+RELEASED = "Emergency stop was released."
+PRESSED_BY_TOPIC = "Emergency stop was published on emergency_stop by another node."
+ESTOP_RESTORED = "Drive base restarted; emergency stop is still active. Release it to drive."
+ESTOP_STATE_UNKNOWN = "Drive base restarted with an unknown emergency stop state: emergency stop is active. Release it to drive."
 
 
 class DriveBaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -38,10 +36,11 @@ class DriveBaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
     limiter: VelocityLimiterParams = VelocityLimiterParams()
     teleop_hold: Annotated[
-        float, Meta(ge=0, le=10, description="navigation waits so long after the last key or joystick, s")
+        float,
+        Meta(ge=0, le=10, description="time after the last teleop command before navigation is accepted, s"),
     ] = 1.0
     ultrasonic_margin: Annotated[
-        float, Meta(ge=0, le=1, description="it stops so far before what the ultrasonic ranger sees ahead, m")
+        float, Meta(ge=0, le=1, description="safety margin to obstacles of the ultrasonic ranger, m")
     ] = 0.04
 
 

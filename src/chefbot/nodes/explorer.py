@@ -50,7 +50,7 @@ class ExplorerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
     explorer: ExplorerParams = ExplorerParams()
     costmap: CostmapParams = CostmapParams()
     planner: PlannerParams = PlannerParams()
-    go_home: Annotated[bool, Meta(description="whether it comes back to where it began")] = True
+    go_home: Annotated[bool, Meta(description="whether to return to the start")] = True
 
 
 class ExplorerNode(Node):
@@ -102,9 +102,7 @@ class ExplorerNode(Node):
             self.exploration_status.publish(restored)
             return
         if restored is not None and pressed_since(self.restored_stop.last, restored.header.stamp.ns):
-            self._publish_status(
-                True, ExplorationDecision(None, ()), "Exploration ended when STOP was pressed."
-            )
+            self._publish_status(True, ExplorationDecision(None, ()), "Exploration ended: emergency stop.")
             return
         try:
             await self._look_around()

@@ -28,7 +28,7 @@ MOVE_DISTANCE = 0.6
 class GlobalLocalizerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the search for the pose."""
 
-    rounds: Annotated[int, Meta(ge=1, le=100, description="turns and steps before it gives up")] = 8
+    rounds: Annotated[int, Meta(ge=1, le=100, description="maximum number of search rounds")] = 8
 
 
 class GlobalLocalizerNode(Node):

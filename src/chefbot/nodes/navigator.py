@@ -66,16 +66,14 @@ LOCALIZED_UPDATES_REQUIRED = 3
 """Consecutive localized updates required, because two places can look alike for a moment."""
 YIELD_TIME = 2.0
 """Time that a lost robot yields to another motion, as of the global localizer, before it rotates on, s."""
-LOST = "I am not sure where I am; turning on the spot to find out."
-NOT_FOUND = (
-    "I do not know where I am, after {} turns on the spot; say it on the page, or drive me on by hand."
-)
+LOST = "Localization lost; rotating in place to relocalize."
+NOT_FOUND = "Not localized after {} turns in place; set the initial pose in the web UI, or move the robot by teleoperation."
 
 
 class NavigatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of replanning and of the recovery behaviors."""
 
-    replan_period: Annotated[float, Meta(ge=0.2, le=60, description="between two plans while driving, s")] = (
+    replan_period: Annotated[float, Meta(ge=0.2, le=60, description="replanning period while driving, s")] = (
         1.0
     )
     recovery: RecoveryParams = RecoveryParams()

@@ -8,7 +8,7 @@ from chefbot.runtime.node import Out
 WAIT_TIMEOUT = 60.0
 """Maximum time that the robot waits for a sensor or for localization before its goal fails, s."""
 
-LOST = "I am not sure where I am."
+LOST = "Localization lost."
 
 
 class WaitTimeoutError(Exception):
@@ -37,4 +37,4 @@ class WaitingState:
         if reason != self._reason:
             self._reason = reason
             self._standing.publish(String(reason))
-            self._remark.publish(String(f"Standing: {reason}" if reason else "It stands no longer."))
+            self._remark.publish(String(f"Standing: {reason}" if reason else "No longer waiting."))

@@ -41,7 +41,7 @@ class DeadReckoning:
 
     def _advance_clock(self, dt: float) -> int:
         if not dt > 0.0:
-            raise ValueError(f"a step of {dt} s is none")
+            raise ValueError(f"dt must be positive, not {dt} s")
         self._now_ns += max(round(dt * 1e9), 1)
         return self._now_ns
 

@@ -8,16 +8,16 @@ from chefbot.odometry.sensor_health import Condition, Source
 SIDES = ("left", "right")
 NO_FAULT = "Wheels and gyro agree."
 _FAULT_TEXTS = {
-    Condition.STUCK: "says the same to the last bit while the wheels turn",
-    Condition.SATURATED: "is at the end of its range",
-    Condition.REVERSED: "turns against the wheels: it is mounted upside down",
-    Condition.LATE: "comes late",
+    Condition.STUCK: "is stuck: its readings are bit-identical while the wheels turn",
+    Condition.SATURATED: "is saturated",
+    Condition.REVERSED: "is reversed against the wheels: it is mounted upside down",
+    Condition.LATE: "is late",
 }
 _CONSEQUENCES = {
-    Source.GYRO: "going on with the wheels alone",
-    Source.ACCELEROMETER: "the floor counts as level",
-    Source.ATTITUDE: "going on without it",
-    Source.SCANS: "going on without them",
+    Source.GYRO: "continuing with the wheels alone",
+    Source.ACCELEROMETER: "assuming a level floor",
+    Source.ATTITUDE: "continuing without it",
+    Source.SCANS: "continuing without them",
 }
 
 
@@ -48,7 +48,7 @@ def _wheel_message(ekf: Ekf, condition: Condition, now_ns: int) -> str:
     if condition is Condition.LOST:
         return (
             f"No wheels for {ekf.time_since_used(Source.WHEELS, now_ns):.1f} s: "
-            "the robot counts as standing, and its place grows uncertain."
+            "assuming standstill; the covariance of the pose grows."
         )
     return f"The wheels' counts {_FAULT_TEXTS.get(condition, condition.value)}."
 
@@ -64,5 +64,5 @@ def _contradiction_message(ekf: Ekf) -> str | None:
     if not ekf.slipping:
         return None
     if belief.counters.standing:
-        return "The gyro turns while the wheels stand: the robot is carried, or both encoders are dead."
-    return "Wheels and gyro contradict each other: the wheels slip."
+        return "The gyro measures rotation but the wheels stand still: the robot is carried, or both encoders are dead."
+    return "Wheels and gyro disagree: the wheels slip."

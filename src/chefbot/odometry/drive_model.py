@@ -76,7 +76,7 @@ class DriveModel:
 
     def __post_init__(self) -> None:
         if not 2 <= self.counter_bits <= 64:
-            raise ValueError(f"a counter of {self.counter_bits} bits is none")
+            raise ValueError(f"counter_bits must be 2 to 64, not {self.counter_bits}")
 
     @classmethod
     def of(cls, robot: Robot, params: OdometryParams, counter_bits: int = 64) -> DriveModel:

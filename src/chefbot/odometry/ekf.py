@@ -84,7 +84,7 @@ class Ekf:
         if not _is_plausible(before, self.belief):
             self._revert_to(before)
             raise UserError(
-                f"a reading of {_sources(reading)[0].name.lower()} takes the odometry out of any place"
+                f"a reading of {_sources(reading)[0].name.lower()} makes the odometry diverge; it is left out"
             )
         return added
 

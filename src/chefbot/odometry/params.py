@@ -16,18 +16,18 @@ class OdometryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         Meta(
             ge=0,
             le=0.2,
-            description="error of a wheel's travel after a metre, m; it grows with the root of the distance",
+            description="standard deviation of a wheel's travel after one metre, m; grows as the root of the distance",
         ),
     ] = 0.003
     diameter_error: Annotated[
-        float, Meta(ge=0, le=0.1, description="error of a wheel's diameter, as a share of it (no unit)")
+        float, Meta(ge=0, le=0.1, description="relative standard deviation of a wheel's diameter (no unit)")
     ] = 0.003
     separation_error: Annotated[
-        float, Meta(ge=0, le=0.2, description="error of the wheels' separation, as a share of it (no unit)")
+        float, Meta(ge=0, le=0.2, description="relative standard deviation of the wheel separation (no unit)")
     ] = 0.005
     gyro_scale_error: Annotated[
-        float, Meta(ge=0, le=0.1, description="error of the gyro's sensitivity, as a share of it (no unit)")
+        float, Meta(ge=0, le=0.1, description="relative standard deviation of the gyro scale (no unit)")
     ] = 0.003
     gyro_bias_walk: Annotated[
-        float, Meta(ge=0, le=0.01, description="how far the gyro's offset wanders in a second, rad/s")
+        float, Meta(ge=0, le=0.01, description="random walk of the gyro bias in one second, rad/s")
     ] = 2e-5

@@ -56,7 +56,7 @@ class PropagationInterval:
         self, body: DriveModel, belief: FilterState, rolled: WheelTravel, dt_ns: int, standing: bool
     ) -> None:
         if belief.stamp_ns is None:
-            raise ValueError("a way needs a beginning")
+            raise ValueError("the belief has no stamp to propagate from")
         self.model, self.last, self.standing = body, belief.velocity, standing
         self.monitors = dict(belief.monitors)
         self.gyro_ns, self.spike_candidates, self.tilt_reading = (

@@ -67,7 +67,7 @@ def _resolve_like(text: bytes, path: Path, seen: tuple[Path, ...]) -> Any:
     base_path = find_robot(base_name)
     base_path = base_path if base_path.is_absolute() else path.parent / base_path
     if base_path.resolve() in seen:
-        raise UserError(f"{where}: {LIKE}: {base_name} is, over some files, like itself; end the circle")
+        raise UserError(f"{where}: {LIKE}: {base_name} refers back to itself: circular 'like'")
     return _merge(_resolve_like(read_bytes(base_path, "robot file"), base_path, seen), data)
 
 

@@ -73,11 +73,11 @@ def topic(name: str = "", *, latched: bool = False) -> Any:
     return TopicSpec(name, latched)
 
 
-RESTORED_PREFIX = "last_words/"
+RESTORED_PREFIX = "restored/"
 """Prefix of the loop's topics that carry state restored after a restart; no node publishes them."""
 
 
-RESTARTED = "life"
+RESTARTED = "restarted"
 """Topic that signals, after all restored state, that the node's process was restarted."""
 
 

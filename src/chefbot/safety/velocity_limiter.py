@@ -14,9 +14,7 @@ from chefbot.robot.motion_limits import Limits
 class VelocityLimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the velocity limiter `Limiter`."""
 
-    timeout: Annotated[float, Meta(ge=0.05, le=0.5, description="a command older than this is a stop, s")] = (
-        0.3
-    )
+    timeout: Annotated[float, Meta(ge=0.05, le=0.5, description="command timeout, s")] = 0.3
 
 
 class VelocityLimiter:

@@ -24,7 +24,10 @@ class DepthToScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """The parameters of the `DepthToScan` conversion."""
 
     scan_height: Annotated[
-        int, Meta(ge=1, le=10_000, description="rows about the optical centre that make the scan, pixels")
+        int,
+        Meta(
+            ge=1, le=10_000, description="number of rows around the optical centre used for the scan, pixels"
+        ),
     ] = 1
 
 

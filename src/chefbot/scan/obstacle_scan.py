@@ -44,14 +44,14 @@ class ObstacleScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
     """The parameters of the `ObstacleScanner`."""
 
     min_height: Annotated[
-        float, Meta(ge=0.005, le=0.5, description="what rises less than this above the floor is floor, m")
+        float, Meta(ge=0.005, le=0.5, description="minimum height of an obstacle above the floor, m")
     ] = 0.03
     pitch_tolerance: Annotated[
         float,
         Meta(
             ge=0.0,
             le=0.2,
-            description="the camera may nod by this when braking; raises min_height with distance, rad",
+            description="maximum pitch of the camera when braking, rad; raises min_height with distance",
         ),
     ] = 0.0175
 

@@ -69,4 +69,4 @@ class SimulatedBoard:
             self.command(0.0, 0.0)
             self.run_until(self.now_ns + EXCHANGE_PERIOD_NS)
         if self.link.session.neutral_first:
-            raise RuntimeError(f"the simulated board does not shake hands: {self.link.refused}")
+            raise RuntimeError(f"handshake with the simulated board failed: {self.link.refused}")

@@ -44,9 +44,9 @@ BOX = (0.4, 0.4, 0.5)
 """Side lengths of a dropped box, metres."""
 
 FAULTS = {
-    "perfect": "without a robot's faults",
-    "real": "with a real robot's faults",
-    "assembled": "with the faults of a robot that was never calibrated",
+    "perfect": "without imperfections",
+    "real": "with the imperfections of a real robot",
+    "assembled": "with the imperfections of an uncalibrated robot",
 }
 """Profile to its description in the announcement."""
 
@@ -60,27 +60,27 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     start: Annotated[
         str,
         Meta(
-            description="'[x, y, yaw]' in the world's frame, m and rad; empty: the world's, or the most room of a map"
+            description="start pose '[x, y, yaw]' in the world frame, m and rad; empty: the world's, or the largest clearance"
         ),
     ] = ""
     map: Annotated[
         str | None,
         Meta(
-            description="the map that localization uses; empty: the world's own; none: it begins where the robot does"
+            description="map used by localization; empty: the world's own; none: its origin is the robot's start pose"
         ),
     ] = None
     profile: Annotated[
         Literal["perfect", "real", "assembled"],
         Meta(
-            description="without a robot's faults, with them, or with those of one that was never calibrated"
+            description="imperfections of the robot: none, those of a calibrated one, or those of an uncalibrated one"
         ),
     ] = "real"
     people: Annotated[
-        int, Meta(ge=-1, le=50, description="who walk about; -1: as many as the world says")
+        int, Meta(ge=-1, le=50, description="number of pedestrians; -1: as in the world file")
     ] = -1
-    picture_hz: Annotated[float, Meta(ge=0, le=10, description="colour pictures for people, Hz; 0: none")] = (
-        2.0
-    )
+    picture_hz: Annotated[
+        float, Meta(ge=0, le=10, description="rate of colour images for display, Hz; 0: none")
+    ] = 2.0
 
 
 class SimulatorDevice(MotorBoardNode):

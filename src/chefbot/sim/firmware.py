@@ -57,9 +57,7 @@ class Firmware:
         values = _constants(robot)
         self._board = self._library.chefbot_board_create(values, len(values))
         if not self._board:
-            raise RuntimeError(
-                f"the board's firmware does not take the constants of {robot.name}: {values[:]}"
-            )
+            raise RuntimeError(f"the firmware rejects the constants of {robot.name}: {values[:]}")
         self._imu = (c_int16 * 7)()
         self.imu: NDArray[np.int16] = np.ctypeslib.as_array(self._imu)
         """IMU registers read by the next `step`: ax ay az temperature gx gy gz; see `imu_scale`."""
@@ -137,7 +135,7 @@ def library() -> Any:
     if BUILDER.exists():
         _rebuild_if_stale()
     if not LIBRARY.exists():
-        raise UserError(f"{LIBRARY} is missing: the package is not whole; install chefbot again")
+        raise UserError(f"{LIBRARY} is missing: the installation is incomplete; reinstall chefbot")
     lib = ctypes.CDLL(str(LIBRARY))
     lib.chefbot_board_create.restype = c_void_p
     lib.chefbot_board_create.argtypes = [POINTER(c_int32), c_uint32]

@@ -256,7 +256,7 @@ class Simulation:
         Raises UserError if it would overlap the robot or a person.
         """
         if len(self._dropped) >= MAX_DROPPED_BOXES:
-            raise UserError(f"{MAX_DROPPED_BOXES} boxes have been dropped; that is enough")
+            raise UserError(f"{MAX_DROPPED_BOXES} boxes have been dropped, which is the maximum")
         if not all(0.0 < side <= 10.0 for side in size) or not max(abs(x), abs(y)) < 1000.0:
             raise UserError(f"a box of {size} m at ({x}, {y}): sides are from 0 to 10 m, places within 1 km")
         name = f"dropped_{len(self._dropped) + 1}"

@@ -89,7 +89,7 @@ def beam_angles(n: int) -> NDArray[np.float32]:
 def _pose(fields: list[str]) -> SE2:
     x, y, yaw = (_number(w) for w in fields)
     if max(abs(x), abs(y), abs(yaw)) > _MAX_COORDINATE:
-        raise ValueError(f"pose {x:g} {y:g} {yaw:g} is absurdly far away")
+        raise ValueError(f"pose {x:g} {y:g} {yaw:g} is implausibly far away")
     return SE2(x, y, yaw)
 
 

@@ -95,7 +95,7 @@ class Gmapping:
             self._processed_odom = odom @ self._odom.between(self._processed_odom)
             self._odom = odom
             raise UserError(
-                f"odometry leapt by {jump:.6g} m between two scans: taken for a new start of odometry"
+                f"odometry jumped by {jump:.6g} m between two scans: treated as an odometry reset"
             )
         if self._odom is not None:
             self._odometry_step.add(self._odom.between(odom))
@@ -113,7 +113,7 @@ class Gmapping:
     @staticmethod
     def _validate_input(angles: NDArray[np.float32], ranges: NDArray[np.float32], odom: SE2) -> None:
         if not all(abs(v) < _MAX_COORDINATE for v in odom):
-            raise UserError(f"odometry {tuple(odom)} is not a place: check the encoders and the log")
+            raise UserError(f"odometry {tuple(odom)} is implausible: check the encoders and the log")
         if np.shape(angles) != np.shape(ranges) or np.ndim(ranges) != 1:
             raise UserError(
                 f"a scan has {np.shape(angles)} angles and {np.shape(ranges)} ranges: give one for each beam"

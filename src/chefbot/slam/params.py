@@ -28,7 +28,8 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         float, Meta(ge=0.0, le=200.0, description="a beam without return clears the map up to here, m")
     ] = 3.0
     sigma: Annotated[
-        float, Meta(ge=0.005, le=1.0, description="spread of a beam's end about a mapped surface, m")
+        float,
+        Meta(ge=0.005, le=1.0, description="standard deviation of a beam's end about a mapped surface, m"),
     ] = 0.05
     iterations: Annotated[
         int, Meta(ge=1, le=10, description="how often the matcher halves its last steps")
@@ -48,11 +49,11 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     ] = 0.2
     min_translation_noise: Annotated[
         float,
-        Meta(ge=0.0001, le=0.1, description="odometry's error of a step without motion, m; stamps differ"),
+        Meta(ge=0.0001, le=0.1, description="minimum odometry noise per step, m (standard deviation)"),
     ] = 0.01
-    min_rotation_noise: Annotated[float, Meta(ge=0.0001, le=0.1, description="the same in heading, rad")] = (
-        0.01
-    )
+    min_rotation_noise: Annotated[
+        float, Meta(ge=0.0001, le=0.1, description="minimum heading noise per step, rad")
+    ] = 0.01
     independent_beams: Annotated[
         float, Meta(ge=1.0, le=1000.0, description="a scan counts as at most so many independent beams")
     ] = 30.0
@@ -66,4 +67,4 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
             ge=10_000, le=1_000_000_000, description="the map's rectangle may not hold more cells than this"
         ),
     ] = 64_000_000
-    seed: Annotated[int, Meta(ge=0, description="seed of all chance: the same seed gives the same map")] = 1
+    seed: Annotated[int, Meta(ge=0, description="random seed; the same seed gives the same map")] = 1

@@ -86,7 +86,9 @@ class HeartbeatMonitor:
         """The reason why the process must be killed, or an empty string."""
         if not self._started:
             return (
-                f"it has not begun after {STARTUP_TIMEOUT:.0f} s" if self._silence > STARTUP_TIMEOUT else ""
+                f"no heartbeat within {STARTUP_TIMEOUT:.0f} s of its start"
+                if self._silence > STARTUP_TIMEOUT
+                else ""
             )
         if self._silence > HEARTBEAT_TIMEOUT:
             return f"no sign of life for {HEARTBEAT_TIMEOUT:.1f} s"

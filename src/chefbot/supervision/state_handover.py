@@ -106,11 +106,11 @@ class StateHandover:
             try:
                 requested = build(with_values(current, values), type(current), where)
             except (UserError, LookupError, TypeError) as error:
-                raise RmwError(f"not kept for the next life of {name}: {error}") from None
+                raise RmwError(f"not stored for a restart of {name}: {error}") from None
             if not all(
                 is_live(parameter, node_type.live_params) for parameter in changed_params(current, requested)
             ):
-                raise RmwError(f"not kept for the next life of {name}: it is read only when it starts")
+                raise RmwError(f"not stored for a restart of {name}: it is read only when it starts")
             self._params[name] = requested
 
     def _changed_params_of(self, process: str) -> list[StoredMessage]:

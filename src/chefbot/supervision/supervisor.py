@@ -156,14 +156,14 @@ class Supervisor:
         else:
             self._hooks.on_up(child.name)
             duration, child.unresponsive_since = time.monotonic() - child.unresponsive_since, None
-            self._log(f"process {child.name} did not answer; the robot stood for {duration:.2f} s")
+            self._log(f"process {child.name} did not respond; the robot was stopped for {duration:.2f} s")
 
     def _check_process(self, child: _Child) -> None:
         code = child.poll_exit()
         if code is not None:
             self._hooks.on_down(child.name)
             delay, reason = child.back_off(), child.monitor.kill_reason or _exit_reason(code)
-            self._log(f"process {child.name} ended ({reason}); again in {delay:.1f} s")
+            self._log(f"process {child.name} ended ({reason}); restart in {delay:.1f} s")
         if child.running is None and time.monotonic() >= child.restart_at:
             self._start(child)
         if child.is_starting and self._hooks.is_ready(child.name):
@@ -171,7 +171,7 @@ class Supervisor:
             self._hooks.on_up(child.name)
             if child.died_at is not None:
                 duration = time.monotonic() - child.died_at
-                self._log(f"process {child.name} is back, {duration:.1f} s after its end")
+                self._log(f"process {child.name} is ready again, {duration:.1f} s after it died")
 
     def _start(self, child: _Child) -> None:
         restarted = child.died_at is not None
@@ -191,7 +191,7 @@ class Supervisor:
         child.monitor, child.unresponsive_since = HeartbeatMonitor(), None
         child.running.assign(order, self._wake.set)
         if restarted:
-            self._log(f"process {child.name} runs again")
+            self._log(f"process {child.name} restarted")
 
     def _start_spare(self) -> None:
         """Start the spare; any child's specification will do, as all preload the same."""

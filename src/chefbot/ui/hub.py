@@ -31,7 +31,7 @@ class LayerStore:
         `layers`).
         """
         if layer not in LAYERS:
-            raise ValueError(f"the page has no layer {layer!r}{name_hint(layer, LAYERS)}")
+            raise ValueError(f"the web UI has no layer {layer!r}{name_hint(layer, LAYERS)}")
         value = None if payload is None else LAYERS[layer].validate(payload)
         with self._lock:
             self._changed[layer] = value

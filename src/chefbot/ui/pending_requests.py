@@ -13,8 +13,8 @@ CONFIRMATION_TIMEOUT_NS = 1_000_000_000
 """Timeout of a confirmation, ns, after which the operator is warned."""
 ORDER_PERIOD_NS = 1_000_000_000
 """Period at which an unconfirmed order is repeated, ns."""
-ORDER_UNCONFIRMED = "Nobody has taken the order yet; it is said again until somebody does."
-STOP_UNCONFIRMED = "STOP was pressed, but the robot does not confirm it. Use the switch on the robot."
+ORDER_UNCONFIRMED = "The order is not accepted yet; it is repeated until it is."
+STOP_UNCONFIRMED = "Emergency stop is not confirmed by the robot. Use the switch on the robot."
 
 
 class PendingRequests:

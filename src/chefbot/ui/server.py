@@ -78,7 +78,7 @@ class WebUiServer:
         """Start the server and return the URL to open. If the port is in use, the next free one of twenty is
         used (0: any)."""
         if self._thread is not None:
-            raise UserError("The operator's page is being served already; stop it first")
+            raise UserError("The web UI is already being served; stop it first")
         listener = _listen(*self._address)
         self._uvicorn = _uvicorn(self.app)
         self._thread = threading.Thread(

@@ -118,7 +118,7 @@ class WebUiDevice(Device):
             self.params.port, self.params.host, self._receive, lambda: make_glb(self.robot)
         )
         self.url = self._server.start()
-        self.announcement = f"The operator's page: {url_for_view(self.url, self.params.view)}"
+        self.announcement = f"Web UI: {url_for_view(self.url, self.params.view)}"
         self.qr_code = qr_code(self.url) if self._server.requires_token else ""
         self._show_stop()
 

@@ -150,7 +150,7 @@ def _connect(url: str) -> ClientConnection:
     except InvalidStatus as error:
         if error.response.status_code == 403:
             raise UserError(
-                f"the robot at {url} lets nobody in so: give the whole address with ?token= that it printed "
+                f"the robot at {url} refused the connection: give the complete address with ?token= that it printed "
                 "at its start, or close another screen"
             ) from None
         raise _not_a_robot(url) from None
@@ -171,4 +171,4 @@ def _address(url: str) -> tuple[str, int, str]:
 
 
 def _not_a_robot(url: str) -> UserError:
-    return UserError(f"what answers at {url} is not a robot's page; check host and port")
+    return UserError(f"the server at {url} is not a robot's web UI; check host and port")

@@ -123,11 +123,11 @@ def _read_metadata(folder: Path) -> dict[str, Any]:
         raise UserError(f"{file} cannot be read: {error.strerror}") from None
     except (yaml.YAMLError, KeyError, TypeError, ValueError):
         raise UserError(
-            f"{file} is no metadata of a bag; remove it, and the MCAP files beside it are read"
+            f"{file} is not bag metadata; remove it, and the MCAP files beside it are read"
         ) from None
     if storage != "mcap":
         raise UserError(
-            f"{folder} is stored as {storage}, only mcap is read; `ros2 bag convert` makes one of it"
+            f"{folder} is stored as {storage}; only mcap is supported, convert it with `ros2 bag convert`"
         )
     if metadata.get("compression_mode"):
         raise UserError(f"{folder} is compressed by rosbag2 itself; `ros2 bag convert` unpacks it")
@@ -138,7 +138,7 @@ def _files_of(folder: Path, metadata: dict[str, Any]) -> list[Path]:
     listed = [folder / str(name) for name in metadata.get("relative_file_paths") or []]
     files = listed or sorted(folder.glob("*.mcap"))
     if not files:
-        raise UserError(f"{folder} holds no bag: no {METADATA_FILE} and no MCAP file")
+        raise UserError(f"{folder} contains no bag: no {METADATA_FILE} and no MCAP file")
     return files
 
 
@@ -202,10 +202,10 @@ def _scan(file: Path, stream: IO[bytes]) -> _Contents:
     except READ_ERRORS as error:
         reason = str(error) or type(error).__name__
     if reason and not channels:
-        raise UserError(f"{file} is no MCAP file, or cut off before its first message: {reason}")
+        raise UserError(f"{file} is not an MCAP file, or cut off before its first message: {reason}")
     topics = [_topic(schemas, channel, counts.get(channel.id, 0)) for channel in channels.values()]
     total = sum(counts.values())
-    cut = f"{file} was cut off or is damaged; the {total} messages before are whole" if reason else ""
+    cut = f"{file} was cut off or is damaged; the {total} messages before are intact" if reason else ""
     first, last = times or [0, 0]
     return _Contents(topics, first, last, cut)
 

@@ -92,7 +92,7 @@ class DdsToZenohRoute:
         unmatched = set() if self._reader is None else self._publishers.keys() - matched
         still_unmatched, self._unmatched = unmatched & self._unmatched, unmatched
         return (
-            "a writer on DDS has other fields in its type, or other QoS, and is not heard"
+            "a writer on DDS has other fields in its type, or other QoS, and does not match"
             if still_unmatched
             else ""
         )

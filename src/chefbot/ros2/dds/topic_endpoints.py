@@ -82,7 +82,7 @@ def choose_type(endpoints: TopicEndpoints) -> tuple[type[Message] | None, str]:
 def unmatched_publishers(endpoints: TopicEndpoints) -> str:
     """Return which publishers a DDS reader cannot match and why; empty if all match."""
     reasons = {
-        f"{publisher.node.full_name} is not heard by a reader on DDS: {reason}"
+        f"{publisher.node.full_name} does not match a reader on DDS: {reason}"
         for publisher in endpoints.publishers
         for reader in endpoints.readers
         for reason in incompatible(publisher.info.qos, reader.qos)

@@ -30,7 +30,7 @@ ALIGNMENT = 4
 """Alignment of DDS submessages, bytes."""
 _REFUSALS = {
     DDSException.DDS_RETCODE_BAD_PARAMETER: "not CDR of its type, DDS does not take it",
-    DDSException.DDS_RETCODE_TIMEOUT: "a listener on DDS is too slow, it is lost there",
+    DDSException.DDS_RETCODE_TIMEOUT: "a reader on DDS is too slow, the message is lost there",
 }
 
 

@@ -155,7 +155,7 @@ class ActionClient:
         if error is not None:
             handle.result.set_exception(error)
         elif not future.result().accepted:
-            handle.result.set_exception(GoalRejectedError("the server does not accept this goal"))
+            handle.result.set_exception(GoalRejectedError("the server rejected the goal"))
         else:
             request = clients.version.action.get_result_service.request(handle.goal_id)
             on_result = partial(_forward_result, handle.result, self.action)

@@ -209,11 +209,9 @@ def _mismatch(name: str, provider: Endpoint, consumer: Endpoint) -> list[str]:
     pair = f"{name}: {provider.node.full_name} and {consumer.node.full_name}"
     offered, requested = provider.info.type, consumer.info.type
     if offered.name != requested.name:
-        return [f"{pair} do not hear each other: the one has {offered.name}, the other {requested.name}"]
+        return [f"{pair} cannot communicate: one has {offered.name}, the other {requested.name}"]
     if offered.hash != requested.hash:
         if NO_TYPE_HASH in (offered.hash, requested.hash):
-            return [f"{pair} do not hear each other: one of them is ROS 2 Humble, which tells no type hashes"]
-        return [
-            f"{pair} do not hear each other: they have {offered.name} in two versions, whose hashes differ"
-        ]
+            return [f"{pair} cannot communicate: one of them is ROS 2 Humble, which has no type hashes"]
+        return [f"{pair} cannot communicate: they have {offered.name} in two versions, whose hashes differ"]
     return [f"{pair}: {reason}" for reason in incompatible(provider.info.qos, consumer.info.qos)]

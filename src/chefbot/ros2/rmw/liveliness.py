@@ -88,19 +88,21 @@ def parse_token(text: str) -> Token:
     """
     fields = text.split("/")
     if fields[0] != ROOT:
-        raise RmwError(f"{text!r} is no token: it does not begin with {ROOT}")
+        raise RmwError(f"{text!r} is not a liveliness token: it does not begin with {ROOT}")
     if len(fields) < _NODE_FIELDS or not all(fields[:_END_FIELDS]):
-        raise RmwError(f"{text!r} is no token: a field is missing or empty")
+        raise RmwError(f"{text!r} is not a liveliness token: a field is missing or empty")
     _, domain, zid, nid, entity_id, kind, enclave, namespace, name = fields[:_NODE_FIELDS]
     if not (domain.isascii() and domain.isdigit() and len(domain) <= 4):
-        raise RmwError(f"{text!r} is no token: {domain!r} is no domain")
+        raise RmwError(f"{text!r} is not a liveliness token: {domain!r} is no domain")
     node = NodeId(int(domain), zid, nid, _demangle(namespace), name, _demangle(enclave))
     if kind == NODE:
         return Token(node)
     if kind not in _ENDS:
-        raise RmwError(f"{text!r} is no token: {kind!r} is no kind of end")
+        raise RmwError(f"{text!r} is not a liveliness token: {kind!r} is no kind of end")
     if len(fields) < _END_FIELDS:
-        raise RmwError(f"{text!r} is no token: an end has {_END_FIELDS} fields, not {len(fields)}")
+        raise RmwError(
+            f"{text!r} is not a liveliness token: an end has {_END_FIELDS} fields, not {len(fields)}"
+        )
     # Fields of endpoints only
     topic, dds, type_hash, qos = fields[_NODE_FIELDS:_END_FIELDS]
     backends = "/".join(fields[_END_FIELDS:])

@@ -68,7 +68,7 @@ def resolve(name: str, namespace: str = "/", node: str = "") -> str:
         name = f"{node}/{name[1:].lstrip('/')}".rstrip("/")
     full = name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}"
     if not _NAME.fullmatch(full):
-        raise RmwError(f"{full!r} is no ROS name: letters, digits and _ between slashes, no digit first")
+        raise RmwError(f"{full!r} is not a ROS name: letters, digits and _ between slashes, no digit first")
     return full
 
 

@@ -89,7 +89,7 @@ def parse_qos(text: str) -> QoS:
     parts = [part.split(",") for part in text.split(":")]
     defaults = [[str(number) for number in group] for group in _numbers(QoS())]
     if len(parts) < len(defaults) or any(len(p) < len(d) for p, d in zip(parts, defaults, strict=False)):
-        raise RmwError(f"{text!r} is no QoS: it has too few parts")
+        raise RmwError(f"{text!r} is not a QoS: it has too few parts")
     filled = [
         [_number(given or default, text) for given, default in zip(part, group, strict=False)]
         for part, group in zip(parts, defaults, strict=False)
@@ -117,16 +117,16 @@ def incompatible(offered: QoS, requested: QoS) -> list[str]:
     reasons = []
     # Reliability and durability: the offer must be at least as strong as the request
     if offered.reliability == BEST_EFFORT and requested.reliability == RELIABLE:
-        reasons.append("best effort is offered, reliable is asked for")
+        reasons.append("best effort is offered, reliable is requested")
     if offered.durability == VOLATILE and requested.durability == TRANSIENT_LOCAL:
-        reasons.append("volatile is offered, transient local is asked for: nothing said earlier will come")
+        reasons.append("volatile is offered, transient local is requested: earlier messages are not received")
     # Deadline: the offered period must not exceed the requested one
     if offered.deadline > requested.deadline and not is_unlimited(requested.deadline):
-        reasons.append("the deadline offered is longer than the one asked for")
+        reasons.append("the offered deadline is longer than the requested one")
     # Liveliness: kind and lease duration
     weaker = offered.liveliness < requested.liveliness != LIVELINESS_BEST_AVAILABLE
     if weaker or (offered.lease > requested.lease and not is_unlimited(requested.lease)):
-        reasons.append("the liveliness offered is weaker than the one asked for")
+        reasons.append("the offered liveliness is weaker than the requested one")
     return reasons
 
 
@@ -148,5 +148,5 @@ def _parts(qos: QoS) -> list[list[str]]:
 
 def _number(text: str, qos_text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 20):
-        raise RmwError(f"{qos_text!r} is no QoS: {text!r} is no number")
+        raise RmwError(f"{qos_text!r} is not a QoS: {text!r} is no number")
     return int(text)

@@ -154,7 +154,7 @@ class Client(Generic[Q, S]):
 
         def on_done() -> None:
             if not future.done():
-                _fail(future, NoResponseError(f"service {self._name}: nobody answered"))
+                _fail(future, NoResponseError(f"service {self._name}: no response"))
 
         self._zenoh.get(
             handlers.Callback(on_reply, on_done), payload=request.to_cdr(), attachment=attachment.pack()
@@ -177,7 +177,7 @@ class Client(Generic[Q, S]):
             response = self._service.response.from_cdr(reply.ok.payload.to_bytes())
         except (RmwError, CdrError) as error:
             self._refused.add(f"{self._name}: {error}")
-            _fail(future, NoResponseError(f"service {self._name}: the answer was refused: {error}"))
+            _fail(future, NoResponseError(f"service {self._name}: the response was rejected: {error}"))
         else:
             if future.set_running_or_notify_cancel():
                 future.set_result(response)

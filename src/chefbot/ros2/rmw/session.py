@@ -62,7 +62,7 @@ class RmwContext:
         self._await_router()
         self.zid = str(self.session.zid())
         self.graph = Graph(self.session, domain, self.rejected)
-        self._watcher = threading.Thread(target=self._watch, name="wire watcher")
+        self._watcher = threading.Thread(target=self._watch, name="router watchdog")
         self._watcher.start()
 
     @property
@@ -126,7 +126,9 @@ def _open_router(port: int) -> zenoh.Session | None:
     except zenoh.ZError as error:
         if "in use" in str(error):
             return None
-        raise UserError(f"the wire's port {LOOPBACK}:{port} cannot be opened: {_short(error)}") from None
+        raise UserError(
+            f"the Zenoh router port {LOOPBACK}:{port} cannot be opened: {_short(error)}"
+        ) from None
 
 
 def _open_peer(port: int) -> zenoh.Session:
@@ -145,7 +147,7 @@ def _open_peer(port: int) -> zenoh.Session:
     try:
         return _open(config)
     except zenoh.ZError as error:
-        raise UserError(f"the wire cannot be opened: {_short(error)}") from None
+        raise UserError(f"the Zenoh session cannot be opened: {_short(error)}") from None
 
 
 def _common() -> dict[str, Any]:

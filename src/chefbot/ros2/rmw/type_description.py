@@ -30,9 +30,7 @@ class TypeDescriptionService:
             call.respond(GetTypeDescription_Response(False, str(error.args[0])))
             return
         if requested_hash and requested_hash != type_hash:
-            call.respond(
-                GetTypeDescription_Response(False, f"{name} is known here with the hash {type_hash}")
-            )
+            call.respond(GetTypeDescription_Response(False, f"{name} is known with the hash {type_hash}"))
         else:
             sources = _sources(description) if call.request.include_type_sources else ()
             call.respond(GetTypeDescription_Response(True, "", TypeDescription.of(description), sources))

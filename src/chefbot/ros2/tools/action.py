@@ -113,7 +113,7 @@ def _await(handle: GoalHandle, name: str, stop: Event) -> int:
         except NoTimeLeftError:
             continue
         except GoalRejectedError:
-            console.print(f"status: refused; {name} does not accept this goal, /diagnostics may tell why")
+            console.print(f"status: rejected; {name} rejected the goal, see /diagnostics for the reason")
             return 1
         except (NoResponseError, CancelledError) as error:
             raise UserError(f"{name}: {error}") from None

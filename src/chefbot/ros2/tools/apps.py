@@ -7,19 +7,19 @@ from typing import Annotated
 
 import typer
 
-topic_app = typer.Typer(no_args_is_help=True, help="Topics: list, look into, listen, measure, speak.")
-node_app = typer.Typer(no_args_is_help=True, help="Nodes on the wire, chefbot's and ROS 2's.")
+topic_app = typer.Typer(no_args_is_help=True, help="Topics: list, info, echo, measure rates, publish.")
+node_app = typer.Typer(no_args_is_help=True, help="Nodes of the ROS graph, chefbot's and ROS 2's.")
 service_app = typer.Typer(no_args_is_help=True, help="Services: list, call.")
 action_app = typer.Typer(no_args_is_help=True, help="Actions: list, send a goal.")
 param_app = typer.Typer(no_args_is_help=True, help="Parameters of running nodes.")
-bag_app = typer.Typer(no_args_is_help=True, help="Bags as rosbag2 keeps them: record, play, look into.")
+bag_app = typer.Typer(no_args_is_help=True, help="Bags in rosbag2's format: record, play, info.")
 _TOPIC = typer.Argument(help="a topic's name, such as /scan")
 _NODE = typer.Argument(help="a node's name, such as /base")
 _PARAMETER = typer.Argument(help="its name")
 _VALUES = typer.Argument(help="[TYPE] VALUES: YAML or JSON in quotes; fields left out have their defaults")
-_VERBOSE = typer.Option("-v", "--verbose", help="with types and who is at the ends")
-_ALL = typer.Option("--all", help="hidden ones too: the inside of actions, and tools")
-_SECONDS = typer.Option(min=0, help="how long, s; 0: until Ctrl-C")
+_VERBOSE = typer.Option("-v", "--verbose", help="with types and endpoints")
+_ALL = typer.Option("--all", help="include hidden names: action internals and tools")
+_SECONDS = typer.Option(min=0, help="duration, s; 0: until Ctrl-C")
 
 
 @topic_app.command("list")
@@ -45,7 +45,7 @@ def topic_echo(
     topic: Annotated[str, _TOPIC],
     once: Annotated[bool, typer.Option("--once", help="one message, then stop")] = False,
     field: Annotated[str, typer.Option(help="only a part, such as pose.pose.position or ranges[0]")] = "",
-    full_length: Annotated[bool, typer.Option("--whole", help="long arrays to their end")] = False,
+    full_length: Annotated[bool, typer.Option("--whole", help="print arrays in full length")] = False,
     duration: Annotated[float, _SECONDS] = 0.0,
 ) -> None:
     """Print the messages of a topic as YAML."""
@@ -66,7 +66,7 @@ def topic_hz(topic: Annotated[str, _TOPIC], duration: Annotated[float, _SECONDS]
 def topic_pub(
     topic: Annotated[str, _TOPIC],
     values: Annotated[list[str], _VALUES],
-    rate: Annotated[float, typer.Option(min=0.01, max=1000, help="messages a second")] = 1.0,
+    rate: Annotated[float, typer.Option(min=0.01, max=1000, help="publishing rate, Hz")] = 1.0,
     once: Annotated[bool, typer.Option("--once", help="one message, then stop")] = False,
 ) -> None:
     """Publish messages until Ctrl-C; times may be written as now, headers as auto."""
@@ -105,7 +105,7 @@ def service_list(
 def service_call(
     name: Annotated[str, typer.Argument(help="the service's name")],
     values: Annotated[list[str] | None, _VALUES] = None,
-    timeout: Annotated[float, typer.Option(min=0.1, max=3600, help="for the answer, s")] = 5.0,
+    timeout: Annotated[float, typer.Option(min=0.1, max=3600, help="timeout of the response, s")] = 5.0,
 ) -> None:
     """Call a service and print the response."""
     from chefbot.ros2.tools.service import run_call
@@ -134,7 +134,7 @@ def action_send(
 
 
 @param_app.command("list")
-def param_list(node: Annotated[str, typer.Argument(help="a node; without one, all")] = "") -> None:
+def param_list(node: Annotated[str, typer.Argument(help="node name; default: all nodes")] = "") -> None:
     """List parameters and their values."""
     from chefbot.ros2.tools.param import run_list
 
@@ -182,7 +182,7 @@ def graph(
 
 @bag_app.command("record")
 def bag_record(
-    topics: Annotated[list[str] | None, typer.Argument(help="which; without names, all")] = None,
+    topics: Annotated[list[str] | None, typer.Argument(help="topics to record; default: all")] = None,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", help="a new folder, or a file NAME.mcap; default: by the time"),
@@ -199,14 +199,12 @@ def bag_record(
 @bag_app.command("play")
 def bag_play(
     bag: Annotated[Path, typer.Argument(help="a bag's folder, or an MCAP file")],
-    rate: Annotated[float, typer.Option(min=0.01, max=1000, help="times as fast as it was")] = 1.0,
-    loop: Annotated[bool, typer.Option("--loop", help="over and over, until Ctrl-C")] = False,
-    topics: Annotated[
-        list[str] | None, typer.Option(help="only this one; may be given more than once")
-    ] = None,
-    clock: Annotated[
-        bool, typer.Option("--clock", help="tell the recorded time on /clock meanwhile")
-    ] = False,
+    rate: Annotated[
+        float, typer.Option(min=0.01, max=1000, help="playback rate relative to the recording")
+    ] = 1.0,
+    loop: Annotated[bool, typer.Option("--loop", help="repeat until Ctrl-C")] = False,
+    topics: Annotated[list[str] | None, typer.Option(help="play only this topic; may be repeated")] = None,
+    clock: Annotated[bool, typer.Option("--clock", help="publish the recorded time on /clock")] = False,
 ) -> None:
     """Publish the messages of a bag."""
     from chefbot.ros2.tools.bag import run_play

@@ -29,7 +29,7 @@ def run_record(out: Path | None, topics: Sequence[str], include_hidden: bool, se
     with graph_node("record") as node, stop_event() as stop:
         writer = BagWriter(out or Path(f"rosbag2_{datetime.now(UTC).astimezone():%Y_%m_%d-%H_%M_%S}"))
         for name in sorted(requested - set(node.wire.graph.topics())):
-            errors.print(f"chefbot: nobody has {name} yet; it is recorded as soon as somebody speaks there")
+            errors.print(f"chefbot: {name} has no publisher yet; it is recorded as soon as one appears")
         recorder = BagRecorder(
             node,
             writer,
@@ -41,7 +41,7 @@ def run_record(out: Path | None, topics: Sequence[str], include_hidden: bool, se
             with suppress(UserError):  # no space for metadata.yaml either; the MCAP file contains it
                 writer.close()
             count = sum(writer.counts.values())
-            raise UserError(f"{error}; the {count} messages before are whole") from None
+            raise UserError(f"{error}; the {count} messages before are intact") from None
         node.close()
         recorder.write_queued()
         writer.close()
@@ -76,11 +76,11 @@ def _topics_without_publishers(graph: Graph, bag: Bag) -> list[str]:
     live = {name for name, endpoints in graph.topics().items() if without_tools(endpoints.providers)}
     names = sorted({topic.name for topic in bag.topics})
     if left_out := [name for name in names if name in live]:
-        errors.print(f"chefbot: not played, since others speak there now: {', '.join(left_out)}")
+        errors.print(f"chefbot: not played, because they have publishers now: {', '.join(left_out)}")
     chosen = [name for name in names if name not in live]
     if names and not chosen:
         raise UserError(
-            f"others speak on all topics of {bag.path} now; play it under another ROS_DOMAIN_ID, or name --topics"
+            f"other nodes publish on all topics of {bag.path} now; use another ROS_DOMAIN_ID, or --topics"
         )
     return chosen
 
@@ -121,6 +121,6 @@ def _print_summary(writer: BagWriter, recorder: BagRecorder, requested: set[str]
     console.print(f"{writer.out}: {sum(counts.values())} messages on {len(counts)} topics")
     silent = sorted(requested - {name for name, count in counts.items() if count})
     if silent:
-        errors.print(f"chefbot: nothing came on {', '.join(silent)}")
+        errors.print(f"chefbot: no messages received on {', '.join(silent)}")
     for name, count in recorder.dropped.items():
         errors.print(f"chefbot: the disk was too slow for {name}: {count} messages are lost")

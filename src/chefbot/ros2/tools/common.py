@@ -52,10 +52,10 @@ def graph_node(verb: str, *, alone: bool = False) -> Iterator[RmwNode]:
     port, domain = port_from_environment(), domain_from_environment()
     with RmwContext(domain, port=port, router=alone) as wire:
         if not alone and not wire.graph.wait_for(_has_node, QUIET_WAIT):
-            errors.print(f"chefbot: nobody is on the wire at {LOOPBACK}:{port} yet; waiting {START_WAIT:g} s")
+            errors.print(f"chefbot: no ROS nodes found at {LOOPBACK}:{port} yet; waiting {START_WAIT:g} s")
             if not wire.graph.wait_for(_has_node, START_WAIT):
                 raise UserError(
-                    f"nobody is on the wire at {LOOPBACK}:{port}, domain {domain}; start a launch first, "
+                    f"no ROS nodes found at {LOOPBACK}:{port}, domain {domain}; start a launch first, "
                     "or rmw_zenohd where ROS 2's own nodes run"
                 )
         with RmwNode(wire, verb if alone else f"_chefbot_{verb}_{os.getpid()}") as node:

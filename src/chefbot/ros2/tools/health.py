@@ -22,7 +22,7 @@ def graph_lines() -> list[str]:
     with RmwContext(domain, port=port, router=False) as wire:
         if not wire.graph.wait_for(lambda _: wire.connected, LOOK):
             return [
-                f"{address}: nobody; a launch opens it, and ROS 2's tools then see the robot",
+                f"{address}: no nodes; start a launch, then ROS 2 tools see the robot",
                 *_rmw_warnings(),
             ]
         settle(wire.graph)
@@ -48,5 +48,5 @@ def _rmw_warnings() -> list[str]:
     if not distro or rmw == RMW:
         return []
     return [
-        f"! ROS 2 {distro} speaks {rmw or 'DDS'} here and does not hear chefbot: export RMW_IMPLEMENTATION={RMW}"
+        f"! ROS 2 {distro} uses {rmw or 'DDS'} and cannot communicate with chefbot: export RMW_IMPLEMENTATION={RMW}"
     ]

@@ -10,7 +10,7 @@ from chefbot.ros2.tools.common import columns, console, errors, find, graph_node
 
 TITLES = {
     PUBLISHER: "publishes",
-    SUBSCRIPTION: "hears",
+    SUBSCRIPTION: "subscribes to",
     SERVER: "serves",
     CLIENT: "calls",
 }

@@ -43,7 +43,7 @@ def run_list(name: str) -> None:
     with graph_node("param") as node:
         nodes = [_find_owner(node.wire.graph, name)] if name else _owners(node.wire.graph)
         if not nodes:
-            raise UserError("no node on the wire has parameters")
+            raise UserError("no node has parameters")
         for owner in nodes:
             names = _names(node, owner)
             console.print(f"{owner}:" if names else f"{owner}: none")
@@ -73,7 +73,7 @@ def run_set(name: str, parameter: str, text: str) -> int:
         if result.successful:
             console.print(f"{owner} {parameter}: {to_yaml(parameter_to_plain(value))}")
         else:
-            console.print(f"{owner} refuses {parameter}: {result.reason or 'it does not say why'}")
+            console.print(f"{owner} refuses {parameter}: {result.reason or 'no reason given'}")
         return 0 if result.successful else 1
 
 
@@ -167,5 +167,5 @@ def _get_one(node: RmwNode, owner: str, parameter: str) -> rcl.ParameterValue:
         raise UserError(f"{owner} has no parameter {parameter!r}{name_hint(parameter, names)}")
     values = _get(node, owner, [parameter])
     if len(values) != 1 or values[0].type not in PARAMETER_TYPES:
-        raise UserError(f"{owner} does not tell {parameter}")
+        raise UserError(f"{owner} does not return {parameter}")
     return values[0]

@@ -78,7 +78,7 @@ def make_class(description: Description) -> type[Message]:
         return build(description._replace(uses=()))
     except (KeyError, RecursionError):
         raise UserError(
-            f"the definition of {description.name} that a node tells contradicts itself"
+            f"the definition of {description.name} that a node provides is inconsistent"
         ) from None
 
 
@@ -138,7 +138,7 @@ def _field(field: FieldDescription, nested: Any) -> tuple[str, Any, Any]:
         base_id not in _PRIMITIVES or base_id in _STRING_IDS or field.capacity > _MAX_ELEMENTS
     ):
         raise UserError(
-            f"a field {field.name} that is an array of {field.capacity} such things cannot be read here"
+            f"a field {field.name} that is an array of {field.capacity} such elements cannot be decoded"
         )
     size = ("", f"[{field.capacity}]", f"[<={field.capacity}]", "[]")[array_form]
     if base_id == _NESTED:

@@ -104,8 +104,8 @@ def no_message_reasons(graph: Graph, name: str) -> list[str]:
     named = graph.topics().get(name)
     publishers = [endpoint.node.full_name for endpoint in without_tools(named.providers)] if named else []
     if not publishers:
-        return [f"nobody publishes {name}", *sentences]
+        return [f"there is no publisher of {name}", *sentences]
     return [
-        f"{name} is silent, although {', '.join(dict.fromkeys(publishers))} could speak there",
+        f"{name} has no messages, although {', '.join(dict.fromkeys(publishers))} publish it",
         *sentences,
     ]

@@ -51,7 +51,9 @@ def run_echo(topic: str, once: bool, field: str, full_length: bool, seconds: flo
                 return 0
             console.print("---")
         if stream.missed:
-            errors.print(f"chefbot: {stream.missed} messages came faster than they could be shown")
+            errors.print(
+                f"chefbot: {stream.missed} messages were dropped: they came faster than can be shown"
+            )
     return 1 if once else 0
 
 
@@ -83,7 +85,7 @@ def run_hz(topic: str, seconds: float) -> int:
 def rate_line(topic: str, rate: Rate) -> str:
     """Format a measured rate as a readable line."""
     if rate.hz == 0.0:
-        return f"{topic}: {('no message', 'one message, which makes no rate')[min(rate.messages, 1)]}"
+        return f"{topic}: {('no message', 'one message, too few for a rate')[min(rate.messages, 1)]}"
     return (
         f"{topic}: {rate.hz:.2f} Hz, every {1e3 * rate.min_interval:.1f} to {1e3 * rate.longest:.1f} ms "
         f"(std {1e3 * rate.deviation:.2f} ms), {quantity(rate.bytes_per_second)}/s, {rate.messages} messages"

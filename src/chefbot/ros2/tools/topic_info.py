@@ -52,8 +52,8 @@ def list_lines(graph: Graph, verbose: bool, include_hidden: bool) -> list[str]:
 def info_lines(graph: Graph, named: EndpointGroup) -> list[str]:
     """Return the lines that `topic info` prints."""
     lines = [named.name, *(f"type: {type_text(kind)}" for kind in named.types)]
-    for title, endpoints in (("published by", named.providers), ("heard by", named.consumers)):
-        lines.append(f"{title}:" if without_tools(endpoints) else f"{title}: nobody")
+    for title, endpoints in (("published by", named.providers), ("subscribed to by", named.consumers)):
+        lines.append(f"{title}:" if without_tools(endpoints) else f"{title}: none")
         lines += [
             f"  {row}" for row in columns(_row(endpoint, named) for endpoint in without_tools(endpoints))
         ]

@@ -80,7 +80,9 @@ def _message_type(node: RmwNode, name: str, type_given: str) -> tuple[type[Messa
         return kind, existing or InterfaceType.of(kind)
     if not endpoints:
         others = name_hint(name, (topic for topic in node.wire.graph.topics() if not is_hidden(topic)))
-        raise UserError(f"nobody has {name} yet, so its type must be written before the values{others}")
+        raise UserError(
+            f"{name} is not in the ROS graph yet, so its type must be given before the values{others}"
+        )
     wire_type = endpoints[0].info.type
     return definition_of(node, wire_type, f"topic {name}"), wire_type
 
@@ -107,7 +109,7 @@ def _publisher_qos(graph: Graph, name: str) -> QoS:
 def _await_subscribers(graph: Graph, name: str, publisher: Publisher[Message]) -> None:
     named = graph.topics().get(name)
     if named is None or not without_tools(named.consumers):
-        errors.print(f"chefbot: nobody listens to {name}")
+        errors.print(f"chefbot: there is no subscriber to {name}")
         return
     deadline = time.monotonic() + MATCH_TIMEOUT
     while time.monotonic() < deadline and not publisher.has_subscribers:

@@ -92,8 +92,8 @@ class FreeFloor:
     def _check_robot_fits(self) -> None:
         if not self._components.any():
             raise UserError(
-                f"there is no free floor that leaves a robot {self.radius + MARGIN:.2f} m to every side:"
-                f" the most room is {float(self.clearance.max(initial=0.0)):.2f} m"
+                f"no free floor leaves the robot {self.radius + MARGIN:.2f} m to every side:"
+                f" the largest clearance is {float(self.clearance.max(initial=0.0)):.2f} m"
             )
 
     def _pose(self, row: int, column: int) -> SE2:

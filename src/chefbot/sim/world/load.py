@@ -110,5 +110,5 @@ def _with_start(world: World, start: SE2, robot: Robot) -> World:
         spans = f"x {x0:.2f} to {x1:.2f} and y {y0:.2f} to {y1:.2f} m"
         raise UserError(f"{at} lies outside, the world spans {spans}; {suggestion}")
     if clearance(world.shapes_at_rest(), start.x, start.y, *ROBOT_SPACE) < robot.footprint_radius:
-        raise UserError(f"{at} lies in something or too near to it; {suggestion}")
-    return dataclasses.replace(world, places={**world.places, "home": start}, start_note="as told")
+        raise UserError(f"{at} overlaps an obstacle or is too near to one; {suggestion}")
+    return dataclasses.replace(world, places={**world.places, "home": start}, start_note="as requested")

@@ -50,7 +50,7 @@ def world_from_map(
     walls = tuple(_wall(grid, r, height, f"wall_{i}") for i, r in enumerate(rectangles))
     floor, places = FreeFloor(grid, radius), places or {}
     home, note = _start_pose(
-        floor, start or places.get("home"), "as told" if start else "the place home", name
+        floor, start or places.get("home"), "as requested" if start else "the place home", name
     )
     _check_start(floor, walls, home, name)
     bounds = _bounds(grid)
@@ -144,7 +144,7 @@ def _start_pose(floor: FreeFloor, requested: SE2 | None, note: str, name: str) -
         home, clearance_m = floor.roomiest()
     except UserError as error:
         raise UserError(f"map {name}: {error}") from None
-    return home, f"where there is the most room, {clearance_m:.2f} m; another one by start:='[x, y, yaw]'"
+    return home, f"where the clearance is largest, {clearance_m:.2f} m; another one by start:='[x, y, yaw]'"
 
 
 def _check_start(floor: FreeFloor, walls: tuple[SimulatedShape, ...], start: SE2, name: str) -> None:

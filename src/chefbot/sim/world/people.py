@@ -98,9 +98,7 @@ def place_people(
 ) -> list[Pedestrian]:
     """Place `count` people on the routes without overlap. Raises UserError if there is no room."""
     if count and not routes:
-        raise UserError(
-            "this world has no routes on which people could walk; give it some or ask for no people"
-        )
+        raise UserError("this world has no routes for pedestrians; add routes or set people to 0")
     walkers: list[Pedestrian] = []
     for i in range(count):
         discs = [robot, *(disc(w) for w in walkers)]
@@ -114,7 +112,9 @@ def _place(route: Route, discs: Sequence[OccupiedCircle], rng: Generator, number
         gaps = [math.hypot(walker.pose.x - x, walker.pose.y - y) - r for x, y, r in discs]
         if min(gaps) > PERSON_RADIUS + PERSONAL_SPACE:
             return walker
-    raise UserError(f"there is no room for person {number + 1} on the routes of this world; ask for fewer")
+    raise UserError(
+        f"there is no room for person {number + 1} on this world's routes; reduce the number of people"
+    )
 
 
 def disc(walker: Pedestrian) -> OccupiedCircle:

@@ -18,9 +18,9 @@ class WorldPlacesParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """Parameters: the world whose places are published."""
 
     world: Annotated[str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")]
-    start: Annotated[str, Meta(description="where the robot starts, as the simulator has it")] = ""
+    start: Annotated[str, Meta(description="start pose of the robot, as in the simulator's parameters")] = ""
     seed: Annotated[
-        int, Meta(ge=0, description="of the places that are drawn where the world names none")
+        int, Meta(ge=0, description="random seed of the places drawn if the world names none")
     ] = 1
 
 

@@ -12,19 +12,20 @@ from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.sim.world.load import load_any_world, map_to_localize_on, shares_map_frame, with_drawn_places
 
 World = Annotated[str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")]
-Start = Annotated[str, Meta(description="where the robot starts, as the simulator has it")]
+Start = Annotated[str, Meta(description="start pose of the robot, as in the simulator's parameters")]
 
 
 class SavedMapParams(MapFileParams, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the saved map and of the world that it shows."""
 
     map: Annotated[
-        str, Meta(description="path of a ROS map file; empty: the world's own, else what the demo has left")
+        str,
+        Meta(description="path of a ROS map file; empty: the world's own, else the map saved by the demo"),
     ] = ""
     world: World
     start: Start = ""
     seed: Annotated[
-        int, Meta(ge=0, description="of the places that are drawn where the world names none")
+        int, Meta(ge=0, description="random seed of the places drawn if the world names none")
     ] = 1
 
 

@@ -19,7 +19,7 @@ SYSTEMS = ("Physics", "UserCommands", "SceneBroadcaster", "Contact", "Imu")
 """World plugins needed besides the rendered sensors."""
 PREFIX = "world_"
 """Prefix of all object names: a box may have the robot's name, and Gazebo reserves some, as `ground`."""
-REMARK = "People are left out, and doors stand still as open as the world's file says."
+REMARK = "People are omitted; doors are fixed at the opening given in the world file."
 FLOOR_COLOUR = (0.75, 0.7, 0.6, 1.0)
 
 

@@ -41,7 +41,7 @@ def test_it_stops_comes_back_and_delivers(tmp_path: Path, process: str) -> None:
         assert watched.at("table_1") < ARRIVED_M
         assert sum(said.state == "loading" for said in watched.deliveries) == loads == 1  # it had the food
         said = watched.one.stop()
-        assert f"process {process} is back" in said
+        assert f"process {process} is ready again" in said
         assert watched.one.process.returncode == 0
 
 

@@ -56,7 +56,7 @@ def test_each_process_hangs_and_the_food_arrives(tmp_path: Path) -> None:
         said = watched.one.stop()
     assert "process navigation did not respond; the robot was stopped for" in said
     for process in PROCESSES:
-        assert f"process {process} ended (no sign of life for 2.0 s); again in 0.5 s" in said
+        assert f"process {process} ended (no heartbeat for 2.0 s); restart in 0.5 s" in said
 
 
 @contextmanager

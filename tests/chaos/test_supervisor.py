@@ -98,7 +98,7 @@ def test_who_runs_is_back_only_when_it_is_ready(tmp_path: Path) -> None:
         assert kept.back == ["a"]
         kept.ready = True
         wait_for(lambda: kept.back == ["a", "a"])
-    assert kept.told[-1].startswith("process a is back, ")
+    assert kept.told[-1].startswith("process a is ready again, ")
 
 
 @pytest.mark.slow

@@ -44,7 +44,7 @@ def test_a_robot_that_was_never_calibrated_gets_a_file_that_knows_it(tmp_path: P
     assert robot.left_wheel_radius == pytest.approx(drawn.wheel_radius * truth["left_wheel"], rel=1e-3)
     assert robot.wheels == drawn.wheels
     assert (tmp_path / "calibration.png").read_bytes()[:4] == b"\x89PNG"
-    with pytest.raises(UserError, match="like itself"):
+    with pytest.raises(UserError, match="circular 'like'"):
         run_calibrate(options(tmp_path, robot=str(tmp_path / "robot.yaml")))
 
 

@@ -97,7 +97,7 @@ def test_an_unwritable_cache_folder_is_told_of(tmp_path: Path, monkeypatch: pyte
     assert not cache_stamp.is_complete(cache_stamp.stamp_path())
     console = Console(record=True, file=open(os.devnull, "w"))  # noqa: SIM115, PTH123
     record_stamp(console, {"a"})
-    assert "cannot be remembered" in console.export_text()
+    assert "Cannot record" in console.export_text()
 
 
 def test_the_first_picture_needs_groups_that_exist() -> None:

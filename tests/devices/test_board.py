@@ -167,7 +167,7 @@ def test_another_version_is_refused_in_a_sentence() -> None:
     board = threading.Thread(target=answer)
     board.start()
     try:
-        with pytest.raises(UserError, match=r"speaks version 2 of the protocol.*chefbot flash"):
+        with pytest.raises(UserError, match=r"uses protocol version 2.*chefbot flash"):
             _run_alone(os.ttyname(theirs))
     finally:
         os.write(theirs, b"end")

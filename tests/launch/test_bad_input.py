@@ -127,7 +127,7 @@ def test_a_taken_port_gives_the_next_and_says_so(capsys: pytest.CaptureFixture[s
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         run_launch("chefbot_empty_world", [f"port:={port}", "duration:=0.2", "speed:=0"])
-    shown = next(line for line in capsys.readouterr().out.splitlines() if "operator's page" in line)
+    shown = next(line for line in capsys.readouterr().out.splitlines() if "Web UI: " in line)
     address = urlsplit(shown.split()[-1])
     assert address.port is not None and port < address.port < port + 20
 

@@ -143,7 +143,7 @@ def test_a_robot_goes_on_when_its_log_is_full_and_says_so(
     )
     assert sum(one.topic == "double" for one in said) == 2000, "nothing else has changed"
     lines = capfd.readouterr().err.splitlines()
-    assert len(lines) == 2 and len(set(lines)) == 1 and "the robot goes on" in lines[0]
+    assert len(lines) == 2 and len(set(lines)) == 1 and "the robot continues" in lines[0]
     replay = Replay(read_log(path))
     replay.run()
     assert not replay.differences and replay.compared > 100

@@ -298,5 +298,5 @@ def test_the_library_is_of_the_sources_in_this_checkout() -> None:
 
 def test_constants_that_the_firmware_cannot_hold_are_refused() -> None:
     motor = msgspec.structs.replace(ROBOT.motor, no_load_speed=1e-6)
-    with pytest.raises(RuntimeError, match="does not take the constants"):
+    with pytest.raises(RuntimeError, match="rejects the constants"):
         Firmware(msgspec.structs.replace(ROBOT, motor=motor))

@@ -26,7 +26,7 @@ def test_every_launch_with_a_page_can_serve_it_to_the_network(name: str) -> None
 def test_a_launch_without_a_page_says_so() -> None:
     with pytest.raises(UserError, match="has no web UI: headless:=true leaves it out"):
         with_ui_address(load_launch("amcl_demo", {"headless": "true"}), ALL_ADDRESSES)
-    with pytest.raises(UserError, match="keyboard_teleop has no page"):
+    with pytest.raises(UserError, match="keyboard_teleop has no web UI"):
         with_ui_address(load_launch("keyboard_teleop"), ALL_ADDRESSES)
 
 

@@ -153,7 +153,7 @@ def test_the_wheels_obey_the_robots_own_processes_only(port: int) -> None:
                 and one.bridge._proxies.publishers["wheels", "obeyed"].has_subscribers
             )
         )
-        refused = "/wheel_speeds: /outsider may not say this"
+        refused = "/wheel_speeds: /outsider may not publish this"
 
         def is_refused() -> bool:
             stranger.publish(
@@ -271,7 +271,7 @@ def test_what_a_server_gave_up_without_a_reason_has_not_succeeded(port: int) -> 
             wait_for(lambda: one.system.nodes["guest"].results)
             result = one.system.nodes["guest"].results[0]
             assert result.error_code == ABORTED_WITHOUT_REASON
-            assert result.error_msg.startswith("deliver gave the goal up")
+            assert result.error_msg.startswith("deliver aborted the goal")
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ def parts() -> SimpleNamespace:
     graph, tally = SimpleNamespace(mismatches=list), ErrorCounter()
     own = SimpleNamespace(publisher=lambda *_: SimpleNamespace(has_subscribers=False))
     there: Any = SimpleNamespace(
-        own_rosout=SimpleNamespace(publish=lambda *_: None), own=own, foreign_publishers=lambda _: []
+        own_rosout=SimpleNamespace(log=lambda *_: None), own=own, foreign_publishers=lambda _: []
     )
     inbox: Any = SimpleNamespace(publish=lambda _, message: told.append(message.status[0]))
     return SimpleNamespace(health=WireHealth(tally, graph, there, inbox), tally=tally, graph=graph, told=told)  # type: ignore[arg-type]

@@ -91,7 +91,7 @@ def test_the_only_robot_is_joined_in_its_namespace_and_its_time(wire: RmwContext
 def test_of_several_robots_one_must_be_named(wire: RmwContext, robot: Start) -> None:
     robot("/robot1")
     robot("/robot2")
-    with pytest.raises(UserError, match=r"several robots, /robot1, /robot2; say namespace:=NAME"):
+    with pytest.raises(UserError, match=r"several robots, /robot1, /robot2; choose with namespace:=NAME"):
         join_robot(wire, guest(), ROBOT, lambda _: None)
     meeting, said = met(wire, guest(namespace="/robot2"))
     assert meeting.launch.args["namespace"] == "/robot2"

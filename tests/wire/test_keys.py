@@ -121,7 +121,7 @@ def test_without_keys_nothing_listens_and_tls_is_refused() -> None:
     "text", ["robot1", "udp/robot1:1", "tls/", "tls/a b", "tls/robot1:port", "tls/x:7447/y"]
 )
 def test_a_place_that_is_none_is_a_sentence(text: str) -> None:
-    with pytest.raises(UserError, match="no place on the wire"):
+    with pytest.raises(UserError, match="is no endpoint"):
         endpoint(text)
 
 

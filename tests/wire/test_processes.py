@@ -54,12 +54,14 @@ def test_a_child_that_dies_is_started_again_more_and_more_slowly() -> None:
     )
     wait_for(lambda: sum("ended" in text for _, text in told) >= 3)
     supervisor.close()
-    lives = [(at, text) for at, text in told if " is back" not in text]  # said where it lived for long enough
+    lives = [
+        (at, text) for at, text in told if " is ready again" not in text
+    ]  # said where it lived for long enough
     assert [text for _, text in lives[:4]] == [
-        "process a ended (exit code 3); again in 0.5 s",
-        "process a runs again",
-        "process a ended (exit code 3); again in 1.0 s",
-        "process a runs again",
+        "process a ended (exit code 3); restart in 0.5 s",
+        "process a restarted",
+        "process a ended (exit code 3); restart in 1.0 s",
+        "process a restarted",
     ]
     assert lives[3][0] - lives[2][0] >= 1.0
 
@@ -163,7 +165,7 @@ def test_processes_talk_come_back_and_leave_nothing(launched: Launched, port: in
     launched.process.send_signal(signal.SIGINT)
     said, _ = launched.process.communicate(timeout=PATIENCE)
     assert launched.process.returncode == 0
-    assert "process sums ended (signal 9); again in 0.5 s" in said
+    assert "process sums ended (signal 9); restart in 0.5 s" in said
     assert not any(map(is_alive, children))
     with RmwContext(port=port) as again:
         assert again.is_router  # the port is free

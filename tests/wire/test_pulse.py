@@ -59,14 +59,14 @@ def test_silence_makes_it_weak_and_then_ends_it() -> None:
     assert after(b"", MAX_SILENCE).is_unresponsive
     assert HEARTBEAT_PERIOD + MAX_SILENCE + 2 * PERIOD < 0.2, "the robot stands within 200 ms"
     assert after(b"", HEARTBEAT_TIMEOUT - 2 * PERIOD).kill_reason == ""
-    assert after(b"", HEARTBEAT_TIMEOUT).kill_reason == "no sign of life for 2.0 s"
+    assert after(b"", HEARTBEAT_TIMEOUT).kill_reason == "no heartbeat for 2.0 s"
 
 
 def test_who_thinks_for_long_is_not_relied_on_but_ended_only_if_there_is_no_end() -> None:
     assert not after(BUSY, MAX_STEP_TIME - 2 * PERIOD).is_unresponsive
     assert after(BUSY, MAX_STEP_TIME).is_unresponsive
     assert after(BUSY, 10 * HEARTBEAT_TIMEOUT).kill_reason == ""
-    assert after(BUSY, STEP_TIMEOUT).kill_reason == "at one step for 30 s"
+    assert after(BUSY, STEP_TIMEOUT).kill_reason == "busy with one step for 30 s"
 
 
 def test_one_that_loads_has_time() -> None:
@@ -77,7 +77,7 @@ def test_one_that_loads_has_time() -> None:
     assert pulse.kill_reason == ""
     for _ in range(round(2.0 / PERIOD)):
         pulse.update(b"", PERIOD)
-    assert pulse.kill_reason == "it has not begun after 60 s"
+    assert pulse.kill_reason == "no heartbeat within 60 s of its start"
 
 
 @contextmanager

@@ -28,7 +28,7 @@ PRESSED = "Emergency stop was pressed."
 RELEASED = "Emergency stop was released."
 PRESSED_BY_TOPIC = "Emergency stop was published on emergency_stop by another node."
 ESTOP_RESTORED = "Drive base restarted; emergency stop is still active. Release it to drive."
-ESTOP_STATE_UNKNOWN = "Drive base restarted with an unknown emergency stop state: emergency stop is active. Release it to drive."
+ESTOP_STATE_UNKNOWN = "Drive base restarted, emergency stop state unknown: it is active. Release it to drive."
 
 
 class DriveBaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

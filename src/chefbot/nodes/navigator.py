@@ -67,7 +67,7 @@ LOCALIZED_UPDATES_REQUIRED = 3
 YIELD_TIME = 2.0
 """Time that a lost robot yields to another motion, as of the global localizer, before it rotates on, s."""
 LOST = "Localization lost; rotating in place to relocalize."
-NOT_FOUND = "Not localized after {} turns in place; set the initial pose in the web UI, or move the robot by teleoperation."
+NOT_FOUND = "Not localized after {} turns in place; set the initial pose in the web UI, or drive elsewhere."
 
 
 class NavigatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

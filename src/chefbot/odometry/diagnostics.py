@@ -64,5 +64,5 @@ def _contradiction_message(ekf: Ekf) -> str | None:
     if not ekf.slipping:
         return None
     if belief.counters.standing:
-        return "The gyro measures rotation but the wheels stand still: the robot is carried, or both encoders are dead."
+        return "The gyro measures rotation but the wheels stand still: robot carried, or both encoders dead."
     return "Wheels and gyro disagree: the wheels slip."

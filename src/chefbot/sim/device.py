@@ -60,7 +60,7 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     start: Annotated[
         str,
         Meta(
-            description="start pose '[x, y, yaw]' in the world frame, m and rad; empty: the world's, or the largest clearance"
+            description="start pose '[x, y, yaw]' in the world frame, m and rad; empty: the world's or a clear one"
         ),
     ] = ""
     map: Annotated[

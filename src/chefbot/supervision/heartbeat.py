@@ -91,5 +91,5 @@ class HeartbeatMonitor:
                 else ""
             )
         if self._silence > HEARTBEAT_TIMEOUT:
-            return f"no sign of life for {HEARTBEAT_TIMEOUT:.1f} s"
-        return f"at one step for {STEP_TIMEOUT:.0f} s" if self._busy_time > STEP_TIMEOUT else ""
+            return f"no heartbeat for {HEARTBEAT_TIMEOUT:.1f} s"
+        return f"busy with one step for {STEP_TIMEOUT:.0f} s" if self._busy_time > STEP_TIMEOUT else ""

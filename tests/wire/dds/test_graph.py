@@ -95,7 +95,7 @@ def test_ends_that_do_not_fit_are_named(robot: RmwNode, bridge: DdsBridge, peers
         lambda: {"/cut", "/soft"} <= bridge.topics.left_out.keys() and bridge.topics.left_out, "two sentences"
     )
     assert "other fields" in left_out["/cut"]
-    assert "/robot1/base is not heard" in left_out["/soft"]
+    assert "/robot1/base does not match" in left_out["/soft"]
     assert "best effort is offered" in left_out["/soft"]
 
 

@@ -25,7 +25,7 @@ sys.path.insert(0, str(ROOT))
 
 from tests.chaos.launched import launched, wait_for  # noqa: E402
 from tests.chaos.waiter import Blow, waiting_robot  # noqa: E402
-from tests.processes import children_of, is_alive  # noqa: E402
+from tests.support.processes import children_of, is_alive  # noqa: E402
 
 ARRIVED_M = 0.35
 STOP_MS, BACK_S, SHUT_S = 200.0, 5.0, 3.0

@@ -14,8 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tests.chaos.driven_blind import ROBOTS, drive_into, free_ways, sensors_of  # noqa: E402
-from tests.chaos.test_sensor_faults import CONTACT, TITLES, side_of  # noqa: E402
+from tests.chaos.driven_blind import CONTACT, ROBOTS, TITLES, drive_into, free_ways, sensors_of, side_of  # noqa: E402  # noqa: E402
 
 FAULTS = ("stop", "freeze")
 

@@ -188,3 +188,13 @@ def drive_into(robot: Robot, at: SE2, fault: str, sensor: str, side: float, seed
     outcome = Outcome(drive.contact, drive.seconds_to_stand(began), drive.standing, drive.status)
     drive.system.stop()
     return outcome
+
+
+TITLES = {"scan": "lidar", "depth": "depth camera"}
+CONTACT = 0.05
+"""m/s; slower is no hit."""
+
+
+def side_of(place: int) -> float:
+    """Straight ahead, and outside the ranger's cone to either side."""
+    return (0.0, SIDE, -SIDE)[place % 3]

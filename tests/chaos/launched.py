@@ -14,8 +14,8 @@ from pathlib import Path
 
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.session import RmwContext
-from tests.processes import children_of, is_alive
-from tests.waiting import PATIENCE
+from tests.support.processes import children_of, is_alive
+from tests.support.waiting import PATIENCE
 
 HERE = Path(__file__).parent
 

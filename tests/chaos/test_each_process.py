@@ -15,7 +15,7 @@ from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
 from chefbot.sim.world.load import load_any_world
 from tests.chaos.launched import running, tell, wait_for
 from tests.chaos.waiter import ARRIVED_M, ROBOT, WORLD, Blow, Watched, demo_launch, waiting_robot
-from tests.waiting import in_time
+from tests.support.waiting import in_time
 
 STOP_MS, BACK_S, FAR_M = 200.0, 5.0, 0.8
 

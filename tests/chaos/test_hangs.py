@@ -18,7 +18,7 @@ from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Float64
 from tests.chaos.launched import running, tell, wait_for
 from tests.chaos.waiter import ARRIVED_M, Blow, Watched, waiting_robot
-from tests.waiting import in_time
+from tests.support.waiting import in_time
 
 STOP_MS, BACK_S = 200.0, 5.0
 PONDERING = """

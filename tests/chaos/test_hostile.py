@@ -14,7 +14,7 @@ from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Float64
 from chefbot.ros2.rmw.names import InterfaceType
 from tests.chaos.launched import launched, tell, wait_for
-from tests.waiting import in_time
+from tests.support.waiting import in_time
 
 FLOOD_HZ, SECONDS = 10_000, 3.0
 

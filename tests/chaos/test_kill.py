@@ -14,8 +14,8 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.ros2.rmw.action_client import ActionClient
 from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
 from tests.chaos.launched import launched, tell, wait_for
-from tests.processes import children_of, is_alive
-from tests.waiting import PATIENCE, in_time
+from tests.support.processes import children_of, is_alive
+from tests.support.waiting import PATIENCE, in_time
 
 STOP_NS = 200_000_000
 """Simulated, which is the wall's time here; the supervisor looks every 50 ms and the base commands every 50 ms."""

@@ -17,8 +17,8 @@ from tests.chaos.launched import running, tell, wait_for
 from tests.chaos.waiter import waiting_robot
 from tests.hil.boards import HostPort
 from tests.hil.desk import ROBOT, Desk
-from tests.processes import children_of, is_alive
-from tests.waiting import in_time
+from tests.support.processes import children_of, is_alive
+from tests.support.waiting import in_time
 
 STOP_MS = 200.0
 LEFT_S = 3.0

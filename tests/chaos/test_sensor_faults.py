@@ -8,21 +8,22 @@ import pytest
 
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_SUCCEEDED
 from chefbot.nodes.waiting_state import WAIT_TIMEOUT
-from tests.chaos.driven_blind import ROBOTS, SIDE, BlindDrive, drive_into, free_ways, sensors_of
+from tests.chaos.driven_blind import (
+    CONTACT,
+    ROBOTS,
+    TITLES,
+    BlindDrive,
+    drive_into,
+    free_ways,
+    sensors_of,
+    side_of,
+)
 
-TITLES = {"scan": "lidar", "depth": "depth camera"}
-CONTACT = 0.05
-"""m/s; slower is no hit."""
 STAND = 0.5
 """Seconds from the fault to the last twist but zero."""
 CASES = [(robot, sensor) for robot in ROBOTS for sensor in sensors_of(ROBOTS[robot])]
 FAULTS = ["stop", "freeze"]
 PLACES = 20
-
-
-def side_of(place: int) -> float:
-    """Straight ahead, and outside the ranger's cone to either side."""
-    return (0.0, SIDE, -SIDE)[place % 3]
 
 
 def check(robot: str, sensor: str, fault: str, places: list[int], seed: int) -> None:

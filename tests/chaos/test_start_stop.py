@@ -9,8 +9,8 @@ import pytest
 
 from chefbot.ros2.rmw.session import RmwContext
 from tests.chaos.launched import launched, tell, wait_for
-from tests.processes import children_of, is_alive
-from tests.waiting import in_time
+from tests.support.processes import children_of, is_alive
+from tests.support.waiting import in_time
 
 TIMES, MANY = 5, 200
 SHUT_S = 3.0

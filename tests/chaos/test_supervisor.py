@@ -21,8 +21,8 @@ from chefbot.supervision.state_handover import StoredMessage
 from chefbot.supervision.supervisor import Supervisor, SupervisorCallbacks
 from chefbot.supervision.worker_process import WorkerSpec
 from tests.chaos.launched import wait_for
-from tests.processes import is_alive
-from tests.waiting import in_time
+from tests.support.processes import is_alive
+from tests.support.waiting import in_time
 
 NOTING = """
 import json, os, sys

@@ -27,8 +27,8 @@ from chefbot.runtime.launch import Launch, load_launch, split_by_process
 from chefbot.sim.world.load import load_any_world
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
-from tests import waiting
 from tests.chaos.launched import Launched, free_port, running, wait_for
+from tests.support import waiting
 
 WORLD, ROBOT = "room", "chefbot_lidar"
 DOMAIN = 0

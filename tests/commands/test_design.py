@@ -12,7 +12,7 @@ import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 from chefbot.cli.app import app
 from chefbot.cli.design import run_design, work_out

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
-from tests.waiting import in_time
+from tests.support.waiting import in_time
 
 from chefbot.cli.model import Format, run_model
 from chefbot.errors import UserError

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.fake_robot import PLACES, fake_robot
-from tests.waiting import PATIENCE
+from tests.support.fake_robot import PLACES, fake_robot
+from tests.support.waiting import PATIENCE
 
 from chefbot.cli import remote
 from chefbot.cli.remote import order_delivery, press_round, save_running_map

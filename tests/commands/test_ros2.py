@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 from chefbot.cli import ros2
 from chefbot.cli.ros2 import run_ros2

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from chefbot.control.controller import ControllerStatus
@@ -107,8 +107,7 @@ def test_from_any_twist_it_can_stop_after_its_command(seed, speed, turn, x, y, y
     now = (v * LIMITS.scale(v, w), w * LIMITS.scale(v, w))
     dwa, pose = DwaController(LIMITS), SE2(x, y, yaw)
     dwa.set_path(np.column_stack([np.linspace(x, 5.0, 60), np.linspace(y, 5.0, 60), np.zeros(60)]))
-    if clearance(cells, pose) < 0.08 or _braked(cells, pose, now, now) < 0.06:
-        return
+    assume(clearance(cells, pose) >= 0.08 and _braked(cells, pose, now, now) >= 0.06)
     command = dwa.command(pose, now, costmap)
     assert _braked(cells, pose, now, command[:2]) > 0.0
 

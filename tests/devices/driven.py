@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from tests.devices.emulated import Cable
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 from chefbot.board.messages import MotionLine, StatusLine
 from chefbot.board.status_codes import LATCHED, BoardFlag

@@ -10,7 +10,7 @@ import threading
 import tty
 from pathlib import Path
 
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 from chefbot.board.framing import LineSplitter
 from chefbot.board.messages import BoardLine, parse

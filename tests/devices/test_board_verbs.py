@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from tests.devices.emulated import Emulator
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 from chefbot.board import parse
 from chefbot.cli.app import main

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.devices.chapter_board import PERIOD, ROBOT, ChapterBoard
-from tests.devices.test_board import Driven
+from tests.devices.driven import Driven
 
 from chefbot.board.chapter_board import COMMAND_TIMEOUT_NS, MAX_SPEED, NOTICE, ChapterLink
 from chefbot.board.chapter_messages import ChapterReader, parse_chapter

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.fake_robot import fake_robot
-from tests.waiting import PATIENCE
+from tests.support.fake_robot import fake_robot
+from tests.support.waiting import PATIENCE
 
 from chefbot.control.gamepad_teleop import GamepadEvent, GamepadParams, GamepadTeleop
 from chefbot.devices.joystick import AXIS, BUTTON, EVENT, INIT, decode

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.fake_robot import fake_robot
-from tests.waiting import PATIENCE
+from tests.support.fake_robot import fake_robot
+from tests.support.waiting import PATIENCE
 
 from chefbot.devices.keyboard import ARROWS, KeyboardDevice, keys_of
 from chefbot.errors import UserError

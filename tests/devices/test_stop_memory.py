@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 from chefbot.devices.stop_memory import ESTOP_RESTORED, ESTOP_STATE_UNKNOWN, StopFile
 from chefbot.msgs.std_msgs import Bool

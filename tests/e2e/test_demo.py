@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.run_hash import messages
+from tests.support.run_hash import messages
 
 
 def chefbot(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:

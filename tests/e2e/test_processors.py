@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.run_hash import run_hash
+from tests.support.run_hash import run_hash
 
 REPOSITORY = Path(__file__).parents[2]
 OTHERS = ["haswell", "generic"] if platform.machine() in ("x86_64", "AMD64") else ["generic"]
@@ -33,11 +33,11 @@ def run(processor: str, *arguments: str) -> str:
 
 @pytest.mark.slow
 def test_the_filters_give_the_same_bytes_on_every_processor() -> None:
-    here = run("", "-m", "tests.filter_hash")
+    here = run("", "-m", "tests.support.filter_hash")
     assert len(here.splitlines()) == 4
-    assert {processor: run(processor, "-m", "tests.filter_hash") for processor in OTHERS} == dict.fromkeys(
-        OTHERS, here
-    )
+    assert {
+        processor: run(processor, "-m", "tests.support.filter_hash") for processor in OTHERS
+    } == dict.fromkeys(OTHERS, here)
 
 
 @pytest.mark.long

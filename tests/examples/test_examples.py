@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.se2 import SE2

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import typer.main
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 from chefbot.cli.app import app
 from chefbot.launcher.launch import parse_arguments

@@ -12,7 +12,7 @@ import pytest
 
 from tests.firmware.host_board import FIRMWARE, make, need
 from tests.firmware.lines import framed
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 BUILD = FIRMWARE / "build"
 SIMAVR_HEADER = Path("/usr/include/simavr/sim_avr.h")

@@ -15,7 +15,7 @@ import pytest
 
 from tests.firmware.host_board import STOPPED, HostBoard
 from tests.firmware.lines import Message, framed, unframed
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 DRIVING, READY = 2, 1
 

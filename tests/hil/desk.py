@@ -16,7 +16,7 @@ from typing import NamedTuple
 from chefbot.board.firmware_constants import firmware_constants
 from chefbot.robot.load import load_robot
 from tests.hil.boards import LockstepBoard
-from tests.waiting import wait_for
+from tests.support.waiting import wait_for
 
 PIECE_US, STEP_US = 2_000, 10_000
 """The line is served so often; the world outside the board moves once a control step."""

@@ -17,7 +17,7 @@ from tests.devices.driven import Driven, drive, push
 from tests.devices.emulated import Cable
 from tests.hil.boards import HostPort, LockstepBoard, MegaBoard
 from tests.hil.desk import NO_LOAD, ROBOT, Desk
-from tests.waiting import PATIENCE, wait_for
+from tests.support.waiting import PATIENCE, wait_for
 
 pytestmark = pytest.mark.slow
 

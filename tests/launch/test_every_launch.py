@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from tests.fake_robot import fake_robot
+from tests.support.fake_robot import fake_robot
 
 from chefbot.errors import UserError
 from chefbot.launcher.launch import run_launch

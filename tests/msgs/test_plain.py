@@ -18,7 +18,7 @@ from chefbot.msgs.idl.yaml_conversion import message_from_dict, message_to_dict
 from chefbot.msgs.sensor_msgs import Image, Imu, LaserScan, Range
 from chefbot.msgs.std_msgs import Float32, String
 from chefbot.ros2.tools.common import to_yaml
-from tests.msgs.test_cdr import all_messages, instances_of
+from tests.support.messages import all_messages, instances_of
 
 MESSAGES = {ros_type(one): one for one in all_messages()}
 

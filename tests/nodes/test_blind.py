@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from tests.nodes.test_motions import ordered, speeds
-from tests.nodes.test_stopped import Robot
+from tests.support.nodes import Robot, ordered, speeds
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from tests.nodes.test_last_words import ROOM, Life
+from tests.support.nodes import ROOM, Life
 
 from chefbot.msgs.chefbot_msgs import Errand, Order
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
@@ -15,7 +15,7 @@ from chefbot.runtime.node import Node, NoParams
 
 KINDS = {
     "delivery": "chefbot.nodes.delivery:DeliveryNode",
-    "people": "tests.nodes.test_last_words:People",
+    "people": "tests.support.nodes:People",
     "driver": "tests.nodes.test_blocked_way:Driver",
 }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from tests.nodes.test_last_words import ROOM, Life
+from tests.support.nodes import ROOM, Life
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order

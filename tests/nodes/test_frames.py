@@ -8,6 +8,7 @@ import msgspec
 import mujoco
 import numpy as np
 import pytest
+from tests.support.rotations import matrix
 
 from chefbot.design.export.urdf import urdf
 from chefbot.design.export.urdf_frames import fixed_frames
@@ -28,13 +29,6 @@ def tilted() -> Robot:
     mount = msgspec.structs.replace(camera.mount, pitch=PITCH, yaw=YAW)
     camera = msgspec.structs.replace(camera, mount=mount)
     return msgspec.structs.replace(robot, sensors=msgspec.structs.replace(robot.sensors, depth_camera=camera))
-
-
-def matrix(quat: list[float]) -> np.ndarray:
-    """(3, 3) of w, x, y, z."""
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, np.array(quat))
-    return turn.reshape(3, 3)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.nodes.test_frames import matrix
+from tests.support.rotations import matrix
 
 from chefbot.design.export.urdf import urdf
 from chefbot.msgs.chefbot_msgs import WheelTicks

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.support.nodes import ROOM, Driver, Life
 
-from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import (
     Deliver,
@@ -20,97 +20,19 @@ from chefbot.msgs.chefbot_msgs import (
     EmergencyStopStatus,
     ExplorationStatus,
     Order,
-    Place,
-    Places,
 )
-from chefbot.msgs.geometry_msgs import Pose, PoseStamped, Twist
+from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.idl.message import Message
-from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.nodes.delivery import NO_NAVIGATOR
 from chefbot.nodes.drive_base import ESTOP_STATE_UNKNOWN
-from chefbot.robot.load import load_robot
-from chefbot.runtime.actions import action_server
-from chefbot.runtime.clock import StepClock
-from chefbot.runtime.launch import Launch, NodeEntry
-from chefbot.runtime.loop import Loop, Publication
-from chefbot.runtime.node import RESTORED_PREFIX, In, Node, NoParams, Out
-from chefbot.runtime.node_container import NodeContainer
-
-ROBOT = load_robot("chefbot_lidar")
-ROOM = {"home": 0.0, "kitchen": 1.0, "table_1": 2.0, "table_2": 3.0}
-
-
-class Driver(Node):
-    """A navigator that takes 2 s to everywhere and notes where; it fails as often as `fails` says."""
-
-    params: NoParams
-    navigate_to_pose = action_server(NavigateToPose)
-    fails = 0
-
-    def start(self) -> None:
-        self.driven: list[float] = []
-
-    async def on_navigate_to_pose(self, goal: NavigateToPose_Goal, _: Any) -> NavigateToPose_Result:
-        self.driven.append(goal.pose.pose.position.x)
-        if len(self.driven) <= type(self).fails:
-            return NavigateToPose_Result(NO_NAVIGATOR, "nobody answered")
-        await self.sleep(2.0)
-        return NavigateToPose_Result()
-
-
-class People(Node):
-    """Who load the food and take it, 2 s after the robot has come, if it is still there."""
-
-    params: NoParams
-    delivery_status: In[DeliveryStatus]
-    loaded: Out[Empty]
-    taken: Out[Empty]
-
-    def on_delivery_status(self, status: DeliveryStatus) -> None:
-        if status.state in ("loading", "waiting"):
-            self.spawn(self._press(status))
-
-    async def _press(self, status: DeliveryStatus) -> None:
-        await self.sleep(2.0)
-        if self.delivery_status.last is status:
-            (self.loaded if status.state == "loading" else self.taken).publish(Empty())
-
-
-class Life:
-    """Nodes on a loop, told `words` of the life before."""
-
-    def __init__(
-        self, kinds: dict[str, str], words: dict[str, Message], params: dict[str, Any] | None = None
-    ) -> None:
-        self.system = NodeContainer(Loop(StepClock()), ROBOT, 1)
-        self.said: list[Publication] = []
-        self.loop = self.system.loop
-        self.loop.add_observer(self.said.append)
-        nodes = {
-            name: NodeEntry(kind=kind, params=(params or {}).get(name, {})) for name, kind in kinds.items()
-        }
-        self.system.launch(Launch(name="second life", about="", args={}, nodes=nodes))
-        for topic, word in words.items():
-            self.loop.publish(RESTORED_PREFIX + topic, word, "wire", from_device=True)
-        places = tuple(
-            Place(name, PoseStamped(Header(), Pose.of(SE2(x, 0.0, 0.0)))) for name, x in ROOM.items()
-        )
-        self.loop.publish("places", Places(places), "wire")
-
-    def run(self, seconds: float) -> None:
-        self.loop.run(until_ns=self.loop.now_ns + round(seconds * 1e9))
-
-    def heard(self, topic: str) -> list[Any]:
-        return [one.message for one in self.said if one.topic == topic]
 
 
 def waiter_of(words: dict[str, Message]) -> Life:
     kinds = {
         "delivery": "chefbot.nodes.delivery:DeliveryNode",
-        "driver": "tests.nodes.test_last_words:Driver",
-        "people": "tests.nodes.test_last_words:People",
+        "driver": "tests.support.nodes:Driver",
+        "people": "tests.support.nodes:People",
     }
     return Life(kinds, words)
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from tests.nodes.test_last_words import Life
-from tests.nodes.test_stopped import Robot
+from tests.support.nodes import Life, Robot
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import LocalizationStatus

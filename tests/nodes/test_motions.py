@@ -7,14 +7,12 @@ from typing import Any
 
 import msgspec
 import pytest
-from tests.nodes import test_stopped
-from tests.nodes.test_last_words import Life
-from tests.nodes.test_stopped import Robot
+from tests.support.nodes import ORDERS, Life, Robot, ordered, speeds
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED
 from chefbot.msgs.builtin_interfaces import Duration
-from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, Twist
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.nav2_msgs import (
     BackUp_Goal,
     ComputePathToPose,
@@ -38,26 +36,6 @@ from chefbot.runtime.node import Node, NoParams
 INVALID = {"backup": 713, "drive_on_heading": 724}
 TIMEOUT = {"backup": 711, "drive_on_heading": 721, "spin": 701}
 SHORT = Duration.of(0.5)
-
-
-def ordered(robot: Robot, name: str, goal: object, seconds: float = 2.0) -> None:
-    """Somebody gives it."""
-    action, before = test_stopped.ORDERS[name]
-    test_stopped.ORDERS[name] = action, goal
-    try:
-        robot.order(name)
-    finally:
-        test_stopped.ORDERS[name] = action, before
-    robot.run(seconds)
-
-
-def speeds(robot: Robot) -> list[float]:
-    """What navigation commanded."""
-    return [
-        one.message.linear.x
-        for one in robot.said
-        if one.topic == "cmd_vel_nav" and isinstance(one.message, Twist)
-    ]
 
 
 @pytest.mark.parametrize("metres", [0.3, -0.3])
@@ -157,7 +135,7 @@ def test_who_navigates_tells_the_rest_of_the_way_twice_a_second() -> None:
     }
     life = Life(kinds, {})
     goal = NavigateToPose_Goal(PoseStamped(Header.of(0, "map"), Pose.of(SE2(1.0, 0.0, 0.0))))
-    action, _ = test_stopped.ORDERS["navigate_to_pose"]
+    action, _ = ORDERS["navigate_to_pose"]
     life.loop.publish("navigate_to_pose/_action/send_goal", action.send_goal(new_goal_id(), goal), "somebody")
     life.run(2.6)
     told = [one.feedback for one in life.heard("navigate_to_pose/_action/feedback")]

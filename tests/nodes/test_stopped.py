@@ -2,79 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
 import pytest
-from tests.nodes.test_last_words import Life
+from tests.support.nodes import ORDERS, Life, Robot
 
-from chefbot.maths.se2 import SE2
-from chefbot.msgs.builtin_interfaces import Duration, Time
+from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, ExplorationStatus
-from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped, Twist
-from chefbot.msgs.nav2_msgs import (
-    BackUp,
-    BackUp_Goal,
-    DriveOnHeading,
-    DriveOnHeading_Goal,
-    FollowPath,
-    FollowPath_Goal,
-    NavigateToPose,
-    NavigateToPose_Goal,
-    Spin,
-    Spin_Goal,
-)
-from chefbot.msgs.nav_msgs import Path
+from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Bool, Empty, Header
-from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.safety.emergency_stop import REFUSED
-
-AHEAD = PoseStamped(Header.of(0, "odom"), Pose.of(SE2(1.0, 0.0, 0.0)))
-ORDERS: dict[str, tuple[Any, Any]] = {
-    "spin": (Spin, Spin_Goal(3.0, Duration.of(30.0))),
-    "drive_on_heading": (DriveOnHeading, DriveOnHeading_Goal(Point(0.5), 0.1, Duration.of(30.0))),
-    "backup": (BackUp, BackUp_Goal(Point(-0.5), 0.1, Duration.of(30.0))),
-    "follow_path": (FollowPath, FollowPath_Goal(Path(Header.of(0, "odom"), (AHEAD, AHEAD)))),
-    "navigate_to_pose": (NavigateToPose, NavigateToPose_Goal(AHEAD)),
-}
-
-
-class Robot(Life):
-    """Base, controller and navigator of a robot that stands at the origin, whatever it is told."""
-
-    def __init__(self) -> None:
-        kinds = {
-            "base": "drive_base:DriveBaseNode",
-            "controller": "controller:ControllerNode",
-            "navigator": "navigator:NavigatorNode",
-        }
-        nodes = {name: f"chefbot.nodes.{kind}" for name, kind in kinds.items()}
-        super().__init__({**nodes, "sensors": "tests.nodes.sensors:ClearSensorsNode"}, {})
-        for parent, child in (("map", "odom"), ("odom", "base_footprint"), ("base_footprint", "base_link")):
-            here = TransformStamped.of(0, parent, child, SE2(0.0, 0.0, 0.0))
-            self.loop.publish("tf_static", TFMessage((here,)), "test")
-        self.run(1.0)
-
-    def order(self, name: str) -> None:
-        action, goal = ORDERS[name]
-        key = UUID(np.arange(16, dtype=np.uint8))
-        self.loop.publish(f"{name}/_action/send_goal", action.send_goal(key, goal), "somebody")
-
-    def press(self, word: bool) -> None:
-        self.loop.publish("stop_request", Bool(word), "page")
-        self.run(0.0)
-
-    def outcomes(self, name: str) -> list[Any]:
-        return self.heard(f"{name}/_action/get_result")
-
-    def wants(self) -> bool:
-        """Whether anything was commanded in the next second."""
-        count = len(self.said)
-        self.run(1.0)
-        twists = [one.message for one in self.said[count:] if isinstance(one.message, Twist)]
-        assert twists, "the base speaks all the time"
-        return any(one.linear.x or one.angular.z for one in twists)
 
 
 @pytest.mark.parametrize("name", ORDERS)

@@ -13,7 +13,7 @@ from typing import Any
 
 import httpx
 import pytest
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 from websockets.sync.client import connect
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 from websockets.sync.client import ClientConnection, connect
 
 from chefbot.ui.commands import OperatorCommand

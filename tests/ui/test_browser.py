@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
-from chefbot.maths.grid import Grid
 from chefbot.ui.commands import Deliver, Drive, Goal, Stop
-from chefbot.ui.layers import RobotView, StatusView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 
@@ -23,18 +22,6 @@ def tab(page: Any, tmp_path: Path) -> Iterator[Tab]:
     with open_tab(page.url, tmp_path, NO_GPU) as one:
         one.wait_for("document.querySelectorAll('#tables button').length === 2")
         yield one
-
-
-def show_a_room(server: Any) -> None:
-    cells = np.zeros((160, 240), np.int8)
-    cells[[0, -1], :] = cells[:, [0, -1]] = 100
-    server.set_layer("map", Grid(cells, 0.05, -2.0, -1.0))
-    server.set_layer("robot", RobotView(x=1.0, y=1.0, yaw=0.0, radius=0.2))
-    server.set_layer("places", {"table_1": (2, 2, 0), "table_2": (4, 2, 0), "<b>kitchen</b>": (6, 2, 0)})
-    server.set_layer(
-        "status",
-        StatusView(phase="Waiting for an order.", simulation=True, localization_error=0.05, clock=1.0),
-    )
 
 
 def test_the_page_draws_and_its_gestures_reach_the_robot(page: Any, tab: Tab) -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
-from tests.ui.test_browser import show_a_room
 
 from chefbot.ui.commands import Drive, GoPlace
 from chefbot.ui.layers import DeliveryView, StatusView

@@ -13,9 +13,9 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from PIL import Image
+from tests.support.waiting import PATIENCE
 from tests.ui.boxes import boxes_glb
 from tests.ui.chromium import SOFTWARE_GL, Tab, needs_chromium, open_tab
-from tests.waiting import PATIENCE
 
 from chefbot.design.export.links import links
 from chefbot.design.export.urdf import urdf

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.fake_robot import fake_robot
-from tests.waiting import PATIENCE
+from tests.support.fake_robot import fake_robot
+from tests.support.waiting import PATIENCE
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
@@ -44,9 +44,11 @@ def test_a_damaged_map_is_a_value_error_or_a_map(position: int, byte: int) -> No
     frame = bytearray(protocol.grid("map", protocol.GridImage(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0)))
     frame[position] = byte
     try:
-        decode(bytes(frame))
+        layer, value = decode(bytes(frame))
     except ValueError:
         return
+    assert isinstance(layer, str)
+    assert isinstance(value, bytes) or (value.cells.dtype == np.int8 and 0 < value.cells.size <= 12)
 
 
 def test_a_map_larger_than_it_says_is_refused() -> None:

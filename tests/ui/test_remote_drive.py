@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 
 import pytest
-from tests.fake_robot import FakeRobot, fake_robot
-from tests.waiting import PATIENCE
+from tests.support.fake_robot import FakeRobot, fake_robot
+from tests.support.waiting import PATIENCE
 
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist

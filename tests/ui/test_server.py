@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from tests.waiting import wait_for
+from tests.support.waiting import wait_for
 from websockets.exceptions import ConnectionClosed
 
 from chefbot.errors import UserError

@@ -2,56 +2,15 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 
 import pytest
-from tests.chaos.launched import free_port
-from tests.waiting import PATIENCE
+from tests.support.two_pages import Robot
+from tests.support.waiting import PATIENCE
 
-from chefbot.msgs.std_msgs import Bool
-from chefbot.robot.load import load_robot
-from chefbot.runtime.clock import PacedClock
-from chefbot.runtime.launch import Launch, NodeEntry
-from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import NodeContainer
 from chefbot.ui.commands import Resume, Stop
 from chefbot.ui.pending_requests import STOP_UNCONFIRMED
 from chefbot.ui.web_ui_client import WebUiClient
-
-BASE = NodeEntry(kind="chefbot.nodes.drive_base:DriveBaseNode")
-
-
-class Robot:
-    """Two pages in a loop that runs, and a base unless it has died."""
-
-    def __init__(self, *, base: bool) -> None:
-        self.system = NodeContainer(Loop(PacedClock(1.0)), load_robot("chefbot_lidar"), 1)
-        pages = {
-            name: NodeEntry(kind="chefbot.ui.web_ui:WebUiDevice", params={"port": free_port()})
-            for name in ("here", "there")
-        }
-        nodes = {**pages, "base": BASE} if base else pages
-        self.system.launch(Launch(name="test", about="", args={}, nodes=nodes))
-        self.said: list[bool] = []
-        self.asked: list[bool] = []
-        loop = self.system.loop
-        loop.subscribe("emergency_stop", "test", lambda one: self.said.append(one.data))  # type: ignore[attr-defined]
-        loop.subscribe("stop_request", "test", lambda one: self.asked.append(one.data))  # type: ignore[attr-defined]
-        self._thread = threading.Thread(target=loop.run)
-        self._thread.start()
-
-    def page(self, name: str) -> WebUiClient:
-        return WebUiClient(self.system.nodes[name].url)  # type: ignore[attr-defined]
-
-    def say(self, topic: str, word: bool) -> None:
-        loop = self.system.loop
-        loop.post(lambda: loop.publish(topic, Bool(word), "wire", from_device=True))
-
-    def stop(self) -> None:
-        self.system.loop.stop()
-        self._thread.join()
-        self.system.stop()
 
 
 @pytest.fixture

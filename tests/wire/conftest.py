@@ -10,10 +10,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+import zenoh
 
 from chefbot.fleet.keyring import Keyring
 from chefbot.ros2.rmw.session import RmwContext
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 from tests.wire.network import Network, admit
 
 OTHER = Path(__file__).parent / "other.py"
@@ -72,3 +73,15 @@ def fleet(tmp_path: Path) -> Keyring:
     for name in members:
         Keyring(tmp_path / name).accept(office.card())
     return office
+
+
+@pytest.fixture
+def peer(port: int, wire: RmwContext) -> Iterator[zenoh.Session]:
+    """A session as rmw_zenoh configures it, with nothing of ours."""
+    config = zenoh.Config()
+    config.insert_json5("mode", '"peer"')
+    config.insert_json5("connect/endpoints", f'["tcp/127.0.0.1:{port}"]')
+    config.insert_json5("listen/endpoints", '["tcp/127.0.0.1:0"]')
+    config.insert_json5("scouting/multicast/enabled", "false")
+    with zenoh.open(config) as session:
+        yield session

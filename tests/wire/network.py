@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from chefbot.fleet.keyring import Keyring
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 MACHINE, REPOSITORY = Path(__file__).parent / "machine.py", Path(__file__).parents[2]
 needs_namespaces = pytest.mark.skipif(

@@ -24,9 +24,8 @@ from chefbot.ros2.rmw.names import InterfaceType, topic_key
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.node import Node
-from tests.waiting import PATIENCE, wait_for
+from tests.support.waiting import PATIENCE, wait_for
 from tests.wire.running import running
-from tests.wire.test_editions import peer  # noqa: F401 - a fixture
 
 OF_RCLPY = """
 MP rosout rcl_interfaces::msg::dds_::Log_ RIHS01_e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac :1:,1000:,:10,0:,,
@@ -143,7 +142,7 @@ def test_ranges_are_told_where_there_are_some() -> None:
 
 def test_a_picture_that_newer_ros_says_on_both_keys_is_heard_once(
     wire: RmwContext,
-    peer: zenoh.Session,  # noqa: F811
+    peer: zenoh.Session,
 ) -> None:
     got: queue.Queue[Image] = queue.Queue()
     with RmwNode(wire, "viewer") as node:

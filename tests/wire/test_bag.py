@@ -34,7 +34,7 @@ from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import CLOCK, DEFAULT, ROSOUT, SENSOR_DATA, TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.session import RmwContext
-from tests.waiting import PATIENCE, wait_for
+from tests.support.waiting import PATIENCE, wait_for
 
 TWIST, TEXT = InterfaceType.of(Twist), InterfaceType.of(String)
 FOREIGN = InterfaceType("their_msgs/msg/Thing", "RIHS01_" + "ab" * 32)

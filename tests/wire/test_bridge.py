@@ -47,7 +47,7 @@ from chefbot.runtime.clock import PacedClock
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.replay import Replay, read_log
-from tests.waiting import PATIENCE, in_time, wait_for
+from tests.support.waiting import PATIENCE, in_time, wait_for
 from tests.wire.running import launch_of, running
 
 

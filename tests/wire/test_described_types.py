@@ -6,7 +6,7 @@ from chefbot.msgs.chefbot_msgs import Deliver
 from chefbot.msgs.std_msgs import Float64
 from chefbot.msgs.type_description_interfaces import GetTypeDescription, GetTypeDescription_Request
 from chefbot.ros2.rmw.names import InterfaceType
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 from tests.wire.running import running
 
 

@@ -38,7 +38,7 @@ from chefbot.ros2.rmw.names import InterfaceType, topic_key
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.ros2.tools.node import info_lines
-from tests.waiting import PATIENCE, wait_for
+from tests.support.waiting import PATIENCE, wait_for
 
 JAZZY, EARLY_JAZZY = older_editions("nav2_msgs/action/Spin")
 GID = bytes(range(16))
@@ -73,18 +73,6 @@ def turner(wire: RmwContext) -> Iterator[Turner]:
         yield turner
         for end in turner.ends:
             end.join()
-
-
-@pytest.fixture
-def peer(port: int, wire: RmwContext) -> Iterator[zenoh.Session]:
-    """A session as rmw_zenoh configures it, with nothing of ours."""
-    config = zenoh.Config()
-    config.insert_json5("mode", '"peer"')
-    config.insert_json5("connect/endpoints", f'["tcp/127.0.0.1:{port}"]')
-    config.insert_json5("listen/endpoints", '["tcp/127.0.0.1:0"]')
-    config.insert_json5("scouting/multicast/enabled", "false")
-    with zenoh.open(config) as session:
-        yield session
 
 
 def call(peer: zenoh.Session, key: str, request: Message) -> bytes:

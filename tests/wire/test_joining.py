@@ -25,7 +25,7 @@ from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.clock import FollowerClock
 from chefbot.runtime.launch import Launch, load_launch
 from chefbot.runtime.loop import Loop
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 ROBOT = load_robot("chefbot_lidar")
 Start = Callable[..., ExitStack]

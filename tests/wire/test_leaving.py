@@ -9,7 +9,7 @@ from chefbot.msgs.std_msgs import String
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.session import RmwContext
 from tests.chaos.launched import free_port
-from tests.waiting import wait_for
+from tests.support.waiting import wait_for
 
 LEAVES = """
 import sys, time

@@ -23,8 +23,8 @@ from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.launch import Launch, NodeEntry, load_launch, split_by_process
 from chefbot.supervision.supervisor import PERIOD, Supervisor, WorkerSpec
-from tests.processes import children_of, is_alive
-from tests.waiting import PATIENCE, in_time, wait_for
+from tests.support.processes import children_of, is_alive
+from tests.support.waiting import PATIENCE, in_time, wait_for
 
 LAUNCH = """
 about: Counting here, doubling and cooking elsewhere.

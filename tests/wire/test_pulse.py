@@ -25,7 +25,7 @@ from chefbot.supervision.heartbeat import (
     HeartbeatSender,
 )
 from chefbot.supervision.supervisor import PERIOD
-from tests.waiting import wait_for
+from tests.support.waiting import wait_for
 
 looks = st.lists(
     st.tuples(st.sampled_from([b"", PROGRESSING, BUSY, BUSY + PROGRESSING]), st.floats(0.0, 2 * PERIOD)),

@@ -24,7 +24,7 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import PARAMETERS, TRANSIENT_LOCAL_QOS
 from tests.chaos.launched import running, wait_for
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 LAUNCH = """
 about: A waiter and the gate before the wheels, in a process of their own.

@@ -23,7 +23,7 @@ from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import SENSOR_DATA, TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.service import NoResponseError
 from chefbot.ros2.rmw.session import RmwContext
-from tests.waiting import PATIENCE, in_time
+from tests.support.waiting import PATIENCE, in_time
 
 
 @pytest.fixture

@@ -44,8 +44,8 @@ from chefbot.ros2.tools.meter import Meter
 from chefbot.ros2.tools.param import parameter_to_plain, plain_to_parameter
 from chefbot.ros2.tools.remote_types import make_class
 from chefbot.ros2.tools.topic_echo import rate_line
-from tests.msgs.test_cdr import all_messages, instances_of
-from tests.waiting import PATIENCE
+from tests.support.messages import all_messages, instances_of
+from tests.support.waiting import PATIENCE
 
 STORE = {
     "max_speed": rcl.ParameterValue(type=rcl.DOUBLE, double_value=0.35),

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 
 import pytest
-from tests.waiting import wait_for
+from tests.support.waiting import wait_for
 from tests.wire.dds.other import Peer
 
 from chefbot.cli.dds import run_dds

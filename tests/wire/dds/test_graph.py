@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.waiting import PATIENCE, wait_for
+from tests.support.waiting import PATIENCE, wait_for
 from tests.wire.dds.other import LOOPBACK, Peer
 
 from chefbot.msgs.geometry_msgs import Twist

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.waiting import wait_for
+from tests.support.waiting import wait_for
 from tests.wire.dds.other import Peer
 
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray

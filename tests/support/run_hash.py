@@ -1,6 +1,6 @@
 """Hash of a recorded run: its messages and its map, so that two runs can be compared at a glance.
 
-    python -m tests.run_hash FOLDER...
+    python -m tests.support.run_hash FOLDER...
 
 A folder is what `chefbot demo --out FOLDER` leaves.
 """

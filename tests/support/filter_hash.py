@@ -1,4 +1,4 @@
-"""Hashes of what the filters make of a drive round a ring, one line each: `python -m tests.filter_hash`.
+"""Hashes of what the filters make of a drive round a ring, one line each: `python -m tests.support.filter_hash`.
 
 Two processors, or two settings of Numba's, that print different lines would localize or map differently.
 """

@@ -29,7 +29,6 @@ from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, Navigate
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.nodes.delivery import NO_NAVIGATOR
-from chefbot.nodes.drive_base import ESTOP_STATE_UNKNOWN
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.clock import StepClock
@@ -37,6 +36,7 @@ from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop, Publication
 from chefbot.runtime.node import RESTORED_PREFIX, In, Node, NoParams, Out
 from chefbot.runtime.node_container import NodeContainer
+from chefbot.safety.stop_latch import ESTOP_STATE_UNKNOWN
 
 ROBOT = load_robot("chefbot_lidar")
 ROOM = {"home": 0.0, "kitchen": 1.0, "table_1": 2.0, "table_2": 3.0}

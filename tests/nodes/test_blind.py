@@ -8,14 +8,14 @@ import pytest
 from tests.nodes.test_motions import ordered, speeds
 from tests.nodes.test_stopped import Robot
 
+from chefbot.behavior.motion_errors import DRIVE
+from chefbot.control.path_follower import NO_VALID_CONTROL
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, Twist
 from chefbot.msgs.nav2_msgs import BackUp_Goal, DriveOnHeading_Goal, FollowPath_Goal
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
-from chefbot.nodes.controller import NO_VALID_CONTROL
-from chefbot.nodes.motion_errors import DRIVE
 
 
 @pytest.fixture

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.std_msgs import String
-from chefbot.runtime.node import Out
-
 WAIT_TIMEOUT = 60.0
 """Maximum time that the robot waits for a sensor or for localization before its goal fails, s."""
 
@@ -16,25 +13,26 @@ class WaitTimeoutError(Exception):
 
 
 class WaitingState:
-    """Publishes each reason to wait once, and an empty one when the robot resumes; `remark` is for the terminal."""
+    """Knows why and for how long the robot waits; `reason` is empty while it does not wait."""
 
-    def __init__(self, standing: Out[String], remark: Out[String]) -> None:
-        self._standing, self._remark = standing, remark
-        self._reason, self._waited = "", 0.0
+    def __init__(self) -> None:
+        self.reason = ""
+        self._reported_reason = ""
+        self._waited = 0.0
 
     def wait(self, reason: str, dt: float) -> str:
         """Wait for another `dt` seconds; return a message once the timeout has passed, else an empty string."""
-        self._publish(reason)
+        self.reason = reason
         self._waited += dt
         return f"{reason} I waited {WAIT_TIMEOUT:.0f} s." if self._waited >= WAIT_TIMEOUT else ""
 
     def resume(self) -> None:
         """End the waiting and reset the timeout."""
-        self._waited = 0.0
-        self._publish("")
+        self.reason, self._waited = "", 0.0
 
-    def _publish(self, reason: str) -> None:
-        if reason != self._reason:
-            self._reason = reason
-            self._standing.publish(String(reason))
-            self._remark.publish(String(f"Standing: {reason}" if reason else "No longer waiting."))
+    def take_remark(self) -> str:
+        """Return a remark for the terminal if the reason has changed since the last call, else an empty string."""
+        if self.reason == self._reported_reason:
+            return ""
+        self._reported_reason = self.reason
+        return f"Standing: {self.reason}" if self.reason else "No longer waiting."

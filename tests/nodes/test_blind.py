@@ -9,7 +9,7 @@ from tests.nodes.test_motions import ordered, speeds
 from tests.nodes.test_stopped import Robot
 
 from chefbot.behavior.motion_errors import DRIVE
-from chefbot.control.path_follower import NO_VALID_CONTROL
+from chefbot.control.path_follower import FollowPathError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, Twist
@@ -35,7 +35,8 @@ def straight_on() -> FollowPath_Goal:
 def test_a_path_ends_as_blocked_and_the_camera_is_named(robot: Robot) -> None:
     ordered(robot, "follow_path", straight_on(), 5.0)
     (outcome,) = robot.outcomes("follow_path")
-    assert outcome.result.error_code == NO_VALID_CONTROL and "depth camera" in outcome.result.error_msg
+    assert outcome.result.error_code == FollowPathError.NO_VALID_CONTROL
+    assert "depth camera" in outcome.result.error_msg
     assert not any(speeds(robot))
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from enum import IntEnum
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -10,17 +12,27 @@ from numpy.typing import NDArray
 
 from chefbot.control.controller import Controller, ControllerStatus
 from chefbot.control.goal_checkers import ProgressChecker
+from chefbot.control.trajectory import predicted_trajectory
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav2_msgs import FollowPath_Result
+from chefbot.robot.motion_limits import Limits
 
-NO_TRANSFORM, STUCK, NO_VALID_CONTROL, INVALID_PATH, PATIENCE_EXCEEDED = 102, 105, 106, 103, 104
-"""Error codes of nav2_msgs/action/FollowPath."""
 BLOCKED_TIMEOUT = 3.0
 """Time without an admissible command before the path counts as blocked, s: people pass by."""
 
 Replan = Callable[[NDArray[np.float64], SE2, Costmap], NDArray[np.float64]]
 """Returns the path (n, 3) itself if it is free from the pose on, else one with a detour, all in one frame."""
+
+
+class FollowPathError(IntEnum):
+    """Error codes of nav2_msgs/action/FollowPath."""
+
+    NO_TRANSFORM = 102
+    INVALID_PATH = 103
+    PATIENCE_EXCEEDED = 104
+    STUCK = 105
+    NO_VALID_CONTROL = 106
 
 
 class PathStep(NamedTuple):
@@ -50,6 +62,7 @@ class PathFollower:
         self.path = self._given_path
         """The path (n, 3) that is followed, with the detours of local replanning."""
         self._blocked_time = 0.0
+        self._prediction: Callable[[Limits, float], NDArray[np.float64]] | None = None
 
     def replace_controller(self, controller: Controller) -> None:
         """Use another controller from the next cycle on, for the current path as well."""
@@ -68,7 +81,7 @@ class PathFollower:
         self._goal = goal
         if not same_goal:
             self._progress.reset()
-            self._blocked_time = 0.0
+            self._blocked_time, self._prediction = 0.0, None
         self._given_path = np.column_stack([frame.apply(path[:, :2]), path[:, 2] + frame.yaw])
         self._track(self._given_path, same_goal=same_goal)
         return not same_goal
@@ -76,6 +89,14 @@ class PathFollower:
     def pause(self) -> None:
         """Restart the check for progress: the robot stands still on purpose."""
         self._progress.reset()
+        self._prediction = None
+
+    def trajectory(self, limits: Limits, duration: float) -> NDArray[np.float64] | None:
+        """Return the trajectory (n, 3) that the latest cycle chose, for `duration` seconds but not beyond the goal.
+
+        None before the first cycle and while the robot stands still on purpose.
+        """
+        return self._prediction(limits, duration) if self._prediction is not None else None
 
     def step(self, pose: SE2, twist: tuple[float, float], costmap: Costmap, blind: str) -> PathStep:
         """Run one cycle from the current pose and the present twist (v, w).
@@ -90,7 +111,11 @@ class PathFollower:
         v, w, status = self._controller.command(pose, twist, costmap)
         blind = blind if v > 0.0 else ""
         result = self._judge(pose, status, blind)
-        return PathStep(0.0 if blind else v, w, v, result)
+        step = PathStep(0.0 if blind else v, w, v, result)
+        self._prediction = partial(
+            predicted_trajectory, pose, twist, (step.v, w), max_distance=pose.distance(SE2.of(path[-1]))
+        )
+        return step
 
     def _track(self, path: NDArray[np.float64], *, same_goal: bool) -> None:
         self.path = path
@@ -104,10 +129,10 @@ class PathFollower:
         if status is ControllerStatus.REACHED:
             return FollowPath_Result()
         if self._blocked_time >= BLOCKED_TIMEOUT:
-            return failed_path(NO_VALID_CONTROL, blind or "No collision-free command.")
-        return None if progressing else failed_path(STUCK, "No progress: the robot is stuck.")
+            return failed_path(FollowPathError.NO_VALID_CONTROL, blind or "No collision-free command.")
+        return None if progressing else failed_path(FollowPathError.STUCK, "No progress: the robot is stuck.")
 
 
-def failed_path(code: int, sentence: str) -> FollowPath_Result:
+def failed_path(error: FollowPathError, sentence: str) -> FollowPath_Result:
     """Return the result of a path that was not followed to its end."""
-    return FollowPath_Result(error_code=code, error_msg=sentence)
+    return FollowPath_Result(error_code=int(error), error_msg=sentence)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from chefbot.msgs.chefbot_msgs import LocalizationStatus
+
 WAIT_TIMEOUT = 60.0
 """Maximum time that the robot waits for a sensor or for localization before its goal fails, s."""
 
@@ -10,6 +12,11 @@ LOST = "Localization lost."
 
 class WaitTimeoutError(Exception):
     """Raised when the robot has waited for WAIT_TIMEOUT seconds."""
+
+
+def lost_reason(status: LocalizationStatus | None) -> str:
+    """Return LOST if localization, if there is one, has not converged, else an empty string."""
+    return LOST if status is not None and not status.localized else ""
 
 
 class WaitingState:

@@ -8,27 +8,13 @@ from typing import TypeVar
 from chefbot.behavior.behavior import Behavior, BehaviorProgress, guarded_step
 from chefbot.behavior.motion_errors import BACK_UP, DRIVE, SPIN, BehaviorErrorCodes, motion_error
 from chefbot.behavior.motion_goals import InvalidMotionError, back_up_motion, heading_motion, spin_motion
-from chefbot.behavior.motions import DriveStraight
-from chefbot.behavior.motions import Spin as SpinMotion
+from chefbot.behavior.motions import DriveStraight, Spin
 from chefbot.control.waiting_state import WaitingState, WaitTimeoutError
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
+from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import Twist
-from chefbot.msgs.nav2_msgs import (
-    BackUp,
-    BackUp_Feedback,
-    BackUp_Goal,
-    BackUp_Result,
-    DriveOnHeading,
-    DriveOnHeading_Feedback,
-    DriveOnHeading_Goal,
-    DriveOnHeading_Result,
-    Spin,
-    Spin_Feedback,
-    Spin_Goal,
-    Spin_Result,
-)
 from chefbot.msgs.std_msgs import Bool, String
 from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.runtime.actions import action_server
@@ -36,7 +22,7 @@ from chefbot.runtime.coroutines import Cancelled, Future
 from chefbot.runtime.node import In, Out, topic
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
-M = TypeVar("M", SpinMotion, DriveStraight)
+M = TypeVar("M", Spin, DriveStraight)
 MotionResult = tuple[Duration, int, str]
 """Elapsed time, error code (0 if none) and error message."""
 
@@ -48,9 +34,9 @@ class BehaviorServerNode(LocalCostmapNode):
     """
 
     emergency_stop: In[Bool]
-    spin = action_server(Spin)
-    backup = action_server(BackUp)
-    drive_on_heading = action_server(DriveOnHeading)
+    spin = action_server(nav2.Spin)
+    backup = action_server(nav2.BackUp)
+    drive_on_heading = action_server(nav2.DriveOnHeading)
     cmd_vel_nav: Out[Twist]
     standing: Out[String] = topic("controller/standing", latched=True)
     remark: Out[String] = topic("controller/remark")
@@ -64,29 +50,32 @@ class BehaviorServerNode(LocalCostmapNode):
         self._waiting = WaitingState()
 
     def on_emergency_stop(self, pressed: Bool) -> None:
-        """Preempt all motions on an emergency stop; clients must send them again after the release."""
+        """Preempt all goals on an emergency stop; clients must send them again after the release."""
         if pressed.data:
+            self._preempt_path()
             for server in (self.spin, self.backup, self.drive_on_heading):
                 server.preempt()
 
-    async def on_spin(self, goal: Spin_Goal, feedback: Callable[[Spin_Feedback], None]) -> Spin_Result:
+    async def on_spin(
+        self, goal: nav2.Spin_Goal, feedback: Callable[[nav2.Spin_Feedback], None]
+    ) -> nav2.Spin_Result:
         """Rotate in place by target_yaw, rad."""
-        report = lambda motion: feedback(Spin_Feedback(motion.turned))  # noqa: E731
-        return Spin_Result(*await self._run(lambda: spin_motion(goal, self.robot), SPIN, report))
+        report = lambda motion: feedback(nav2.Spin_Feedback(motion.turned))  # noqa: E731
+        return nav2.Spin_Result(*await self._run(lambda: spin_motion(goal, self.robot), SPIN, report))
 
     async def on_backup(
-        self, goal: BackUp_Goal, feedback: Callable[[BackUp_Feedback], None]
-    ) -> BackUp_Result:
+        self, goal: nav2.BackUp_Goal, feedback: Callable[[nav2.BackUp_Feedback], None]
+    ) -> nav2.BackUp_Result:
         """Back up by target.x metres, whatever its sign."""
-        report = lambda motion: feedback(BackUp_Feedback(abs(motion.driven)))  # noqa: E731
-        return BackUp_Result(*await self._run(lambda: back_up_motion(goal, self.robot), BACK_UP, report))
+        report = lambda motion: feedback(nav2.BackUp_Feedback(abs(motion.driven)))  # noqa: E731
+        return nav2.BackUp_Result(*await self._run(lambda: back_up_motion(goal, self.robot), BACK_UP, report))
 
     async def on_drive_on_heading(
-        self, goal: DriveOnHeading_Goal, feedback: Callable[[DriveOnHeading_Feedback], None]
-    ) -> DriveOnHeading_Result:
+        self, goal: nav2.DriveOnHeading_Goal, feedback: Callable[[nav2.DriveOnHeading_Feedback], None]
+    ) -> nav2.DriveOnHeading_Result:
         """Drive straight by target.x metres, negative is backwards; the speed must have the same sign."""
-        report = lambda motion: feedback(DriveOnHeading_Feedback(abs(motion.driven)))  # noqa: E731
-        return DriveOnHeading_Result(
+        report = lambda motion: feedback(nav2.DriveOnHeading_Feedback(abs(motion.driven)))  # noqa: E731
+        return nav2.DriveOnHeading_Result(
             *await self._run(lambda: heading_motion(goal, self.robot), DRIVE, report)
         )
 
@@ -129,6 +118,18 @@ class BehaviorServerNode(LocalCostmapNode):
         self._send_feedback()
         if step.progress is not BehaviorProgress.RUNNING:
             ended.set_result(step.progress)
+
+    def _wait(self, reason: str, dt: float) -> str:
+        """Stand still for another `dt` seconds; once the timeout has passed the motion fails.
+
+        Returns the message of the timeout, before it an empty string.
+        """
+        self.cmd_vel_nav.publish(Twist())
+        sentence = self._waiting.wait(reason, dt)
+        self._publish_waiting()
+        if sentence and self._motion_ended is not None:
+            self._motion_ended.set_exception(WaitTimeoutError(sentence))
+        return sentence
 
     def _drive(self, v: float, w: float) -> None:
         """Command a twist (m/s, rad/s); the robot no longer waits."""

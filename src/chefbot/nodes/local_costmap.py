@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import msgspec
+from typing import Any
 
 from chefbot.costmap.conversions import LASER, costmap_message, mark_laser, mark_obstacles, plane_of
 from chefbot.costmap.layered_costmap import LayeredCostmap
@@ -22,17 +22,13 @@ LOCAL_COSTMAP = CostmapParams(track_unknown=False)
 """Unknown space is free here, because a camera sees little at once; the planner has the map."""
 
 
-class LocalCostmapParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the local costmap."""
-
-    costmap: CostmapParams = LOCAL_COSTMAP
-
-
 class LocalCostmapNode(Node):
-    """Base class of a node with a rolling costmap around the robot, which its obstacle sensors mark and clear."""
+    """Base class of a node with a rolling costmap around the robot, which its obstacle sensors mark and clear.
+
+    Its parameters have a field `costmap` of type CostmapParams.
+    """
 
     live_params = tuple(f"costmap.{name}" for name in LIVE_PARAMS)
-    params: LocalCostmapParams
     scan: In[LaserScan]
     obstacles: In[ObstacleScan]
     clear_costmaps: In[Float64]
@@ -44,7 +40,7 @@ class LocalCostmapNode(Node):
         self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint_radius, rolling=True)
         self._sensors = ObstacleSensors(self.robot)
 
-    def reconfigure(self, params: LocalCostmapParams) -> None:
+    def reconfigure(self, params: Any) -> None:
         """Apply new parameters to the costmap."""
         self.params = params
         self._costs.reconfigure(params.costmap)

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
+from chefbot.control.waiting_state import WAIT_TIMEOUT
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_SUCCEEDED
-from chefbot.nodes.waiting_state import WAIT_TIMEOUT
 from tests.chaos.driven_blind import (
     CONTACT,
     ROBOTS,

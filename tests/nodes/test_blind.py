@@ -7,14 +7,14 @@ from typing import Any
 import pytest
 from tests.support.nodes import Robot, ordered, speeds
 
+from chefbot.behavior.motion_errors import DRIVE
+from chefbot.control.path_follower import FollowPathError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, Twist
 from chefbot.msgs.nav2_msgs import BackUp_Goal, DriveOnHeading_Goal, FollowPath_Goal
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
-from chefbot.nodes.controller import NO_VALID_CONTROL
-from chefbot.nodes.motion_errors import DRIVE
 
 
 @pytest.fixture
@@ -34,7 +34,8 @@ def straight_on() -> FollowPath_Goal:
 def test_a_path_ends_as_blocked_and_the_camera_is_named(robot: Robot) -> None:
     ordered(robot, "follow_path", straight_on(), 5.0)
     (outcome,) = robot.outcomes("follow_path")
-    assert outcome.result.error_code == NO_VALID_CONTROL and "depth camera" in outcome.result.error_msg
+    assert outcome.result.error_code == FollowPathError.NO_VALID_CONTROL
+    assert "depth camera" in outcome.result.error_msg
     assert not any(speeds(robot))
 
 

@@ -25,7 +25,7 @@ from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.nodes.drive_base import ESTOP_STATE_UNKNOWN
+from chefbot.safety.stop_latch import ESTOP_STATE_UNKNOWN
 
 
 def waiter_of(words: dict[str, Message]) -> Life:

@@ -107,6 +107,22 @@ def test_who_follows_a_path_tells_how_far_it_is_and_how_long_it_takes() -> None:
     assert max(one.speed for one in told) > 0.0
 
 
+def test_the_chosen_trajectory_is_published_while_a_path_is_followed() -> None:
+    robot = Robot()
+    robot.run(1.0)
+    assert not robot.heard("local_plan")
+    path = tuple(PoseStamped(Header.of(0, "odom"), Pose.of(SE2(0.1 * i, 0.0, 0.0))) for i in range(21))
+    ordered(robot, "follow_path", FollowPath_Goal(Path(Header.of(0, "odom"), path)), 2.0)
+    plans = robot.heard("local_plan")
+    assert 8 <= len(plans) <= 10, "five times a second"
+    assert all(plan.header.frame_id == "odom" and len(plan.poses) > 5 for plan in plans)
+    assert plans[-1].array[0] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+    assert plans[-1].array[-1, 0] > 0.1 and abs(plans[-1].array[-1, 1]) < 0.1
+    robot.press(True)
+    robot.run(1.0)
+    assert len(robot.heard("local_plan")) == len(plans)
+
+
 class Halfway(Node):
     """Plans nothing and drives for three seconds; half of the way is left, at a pace of its own."""
 

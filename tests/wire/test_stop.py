@@ -10,11 +10,11 @@ import pytest
 from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Bool
-from chefbot.nodes.drive_base import ESTOP_RESTORED
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.publisher import Publisher
 from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.session import RmwContext
+from chefbot.safety.stop_latch import ESTOP_RESTORED
 from tests.chaos.launched import Launched, running, wait_for
 
 LAUNCH = """

@@ -34,6 +34,15 @@ class Behavior(Protocol):
         """Return the twist for the next `dt` seconds, from the current pose."""
 
 
+def guarded_step(behavior: Behavior, pose: SE2, costmap: Costmap, dt: float, blind: str) -> BehaviorStep:
+    """Update a behavior; while the robot is blind ahead, a step forward becomes standstill, and it is BLOCKED.
+
+    blind: why the robot must not drive forward now, or an empty string.
+    """
+    step = behavior.update(pose, costmap, dt)
+    return BehaviorStep(0.0, step.w, BehaviorProgress.BLOCKED) if blind and step.v > 0.0 else step
+
+
 def cost_at(costmap: Costmap, x: float, y: float) -> int:
     """Return the cost at a point (m); UNKNOWN outside the costmap."""
     row = math.floor((y - costmap.origin_y) / costmap.resolution)

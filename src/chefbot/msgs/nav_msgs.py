@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.geometry_msgs import (
     Point,
@@ -69,6 +71,16 @@ class Path(Message, frozen=True, eq=False):
 
     header: Header = Header()
     poses: tuple[PoseStamped, ...] = ()
+
+    @property
+    def array(self) -> NDArray[np.float64]:
+        """The poses as an array (n, 3) of x, y (m) and yaw (rad)."""
+        return np.array([pose.pose.se2 for pose in self.poses], np.float64).reshape(-1, 3)
+
+    @staticmethod
+    def of(header: Header, poses: NDArray[np.float64]) -> Path:
+        """Create the message from poses (n, 3), each with the path's header."""
+        return Path(header, tuple(PoseStamped(header, Pose.of(SE2.of(pose))) for pose in poses))
 
 
 class GetMap_Request(Message, frozen=True, eq=False):

@@ -23,12 +23,12 @@ from chefbot.msgs.geometry_msgs import Point, Twist
 from chefbot.msgs.nav2_msgs import DriveOnHeading, DriveOnHeading_Goal, Spin, Spin_Goal
 from chefbot.msgs.sensor_msgs import Imu, LaserScan
 from chefbot.msgs.std_msgs import Bool, String
-from chefbot.nodes.scan_tracker import ScanTracker
 from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Future
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.scan.usable_range import usable_range
+from chefbot.slam.scan_tracker import ScanTracker
 
 SPEED_FRACTION = 0.8
 """Fraction of the maximum speed: wheels below their limit slip less."""

@@ -1,0 +1,45 @@
+"""Waiting state of the controller: reason, duration and timeout."""
+
+from __future__ import annotations
+
+from chefbot.msgs.chefbot_msgs import LocalizationStatus
+
+WAIT_TIMEOUT = 60.0
+"""Maximum time that the robot waits for a sensor or for localization before its goal fails, s."""
+
+LOST = "Localization lost."
+
+
+class WaitTimeoutError(Exception):
+    """Raised when the robot has waited for WAIT_TIMEOUT seconds."""
+
+
+def lost_reason(status: LocalizationStatus | None) -> str:
+    """Return LOST if localization, if there is one, has not converged, else an empty string."""
+    return LOST if status is not None and not status.localized else ""
+
+
+class WaitingState:
+    """Knows why and for how long the robot waits; `reason` is empty while it does not wait."""
+
+    def __init__(self) -> None:
+        self.reason = ""
+        self._reported_reason = ""
+        self._waited = 0.0
+
+    def wait(self, reason: str, dt: float) -> str:
+        """Wait for another `dt` seconds; return a message once the timeout has passed, else an empty string."""
+        self.reason = reason
+        self._waited += dt
+        return f"{reason} I waited {WAIT_TIMEOUT:.0f} s." if self._waited >= WAIT_TIMEOUT else ""
+
+    def resume(self) -> None:
+        """End the waiting and reset the timeout."""
+        self.reason, self._waited = "", 0.0
+
+    def take_remark(self) -> str:
+        """Return a remark for the terminal if the reason has changed since the last call, else an empty string."""
+        if self.reason == self._reported_reason:
+            return ""
+        self._reported_reason = self.reason
+        return f"Standing: {self.reason}" if self.reason else "No longer waiting."

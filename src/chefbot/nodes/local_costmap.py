@@ -1,0 +1,104 @@
+"""The local costmap in the frame `odom`, in which marked obstacles do not jump, and the health of its sensors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from chefbot.costmap.conversions import LASER, costmap_message, mark_laser, mark_obstacles, plane_of
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.params import LIVE_PARAMS, CostmapParams
+from chefbot.maths.costs import Costmap
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.diagnostic_msgs import DiagnosticArray
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Float64, Header
+from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.runtime.transform_buffer import TransformError
+from chefbot.safety.obstacle_sensors import ObstacleSensors
+
+LOCAL_COSTMAP = CostmapParams(track_unknown=False)
+"""Unknown space is free here, because a camera sees little at once; the planner has the map."""
+
+
+class LocalCostmapNode(Node):
+    """Base class of a node with a rolling costmap around the robot, which its obstacle sensors mark and clear.
+
+    Its parameters have a field `costmap` of type CostmapParams.
+    """
+
+    live_params = tuple(f"costmap.{name}" for name in LIVE_PARAMS)
+    scan: In[LaserScan]
+    obstacles: In[ObstacleScan]
+    clear_costmaps: In[Float64]
+    costmap: Out[OccupancyGrid] = topic("local_costmap/costmap", latched=True)
+    diagnostics: Out[DiagnosticArray]
+
+    def start(self) -> None:
+        """Create the empty costmap and the sensor monitors."""
+        self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint_radius, rolling=True)
+        self._sensors = ObstacleSensors(self.robot)
+
+    def reconfigure(self, params: Any) -> None:
+        """Apply new parameters to the costmap."""
+        self.params = params
+        self._costs.reconfigure(params.costmap)
+
+    @property
+    def is_active(self) -> bool:
+        """Whether the node drives the robot at present, so that the costmap is published."""
+        return False
+
+    def on_scan(self, scan: LaserScan) -> None:
+        """Update the laser's obstacle layer with a scan."""
+        self._sensors.process_scan(scan, self.now_ns, self._pose())
+        stamp, frame = scan.header.stamp.ns, scan.header.frame_id
+        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark_laser(pose, scan))
+
+    def _mark_laser(self, pose: SE2, scan: LaserScan) -> None:
+        mark_laser(self._costs, pose, scan)
+        self._sensors.note_scan_marked(scan.header.stamp.ns)
+
+    def on_obstacles(self, scan: ObstacleScan) -> None:
+        """Update the camera's obstacle layers with an obstacle scan."""
+        self._sensors.process_obstacles(scan, self.now_ns, self._pose())
+        stamp, frame = scan.header.stamp.ns, scan.header.frame_id
+        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark_obstacles(pose, scan))
+
+    def _mark_obstacles(self, pose: SE2, scan: ObstacleScan) -> None:
+        mark_obstacles(self._costs, pose, scan, plane_of(self.robot))
+        self._sensors.note_obstacles_marked(scan.header.stamp.ns)
+
+    def on_clear_costmaps(self, radius: Float64) -> None:
+        """Clear the laser layer around the robot; the next scan marks again what is still there.
+
+        The camera layers stay until a beam clears them: the camera does not see what is near or beside it.
+        """
+        pose = self._pose()
+        if pose is not None:  # before the first odometry nothing has been marked
+            self._costs.clear_around(pose, radius.data, LASER)
+
+    def _pose(self) -> SE2 | None:
+        """Return the robot's pose in odom, None before the first odometry."""
+        try:
+            return self.tf.lookup("odom", "base_link")
+        except TransformError:
+            return None
+
+    def _costs_around(self, pose: SE2) -> Costmap:
+        """Move the costmap to the robot and return its costs."""
+        self._costs.move_to(pose.x, pose.y)
+        return self._costs.update()
+
+    @every(hz=1)
+    def publish_health(self) -> None:
+        """Publish the health of the obstacle sensors, also while no goal is active."""
+        status = self._sensors.health(self.now_ns, self._pose(), self._costs.update())
+        self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))
+
+    @every(hz=1)
+    def publish_costmap(self) -> None:
+        """Publish the local costmap for display while the node drives the robot."""
+        if self.is_active:
+            self.costmap.publish(costmap_message(Header.of(self.now_ns, "odom"), self._costs.update()))

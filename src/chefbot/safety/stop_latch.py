@@ -1,0 +1,73 @@
+"""The latch of the emergency stop: it changes on request only, and survives a restart of its process."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from chefbot.msgs.chefbot_msgs import EmergencyStopStatus
+from chefbot.msgs.std_msgs import Header
+
+PRESSED = "Emergency stop was pressed."
+RELEASED = "Emergency stop was released."
+PRESSED_BY_TOPIC = "Emergency stop was published on emergency_stop by another node."
+ESTOP_RESTORED = "Drive base restarted; emergency stop is still active. Release it to drive."
+ESTOP_STATE_UNKNOWN = (
+    "Drive base restarted with an unknown emergency stop state: emergency stop is active. "
+    "Release it to drive."
+)
+
+
+class StopDecision(NamedTuple):
+    """The status to publish; whether the base must stop at once; a remark for the operator, or an empty string."""
+
+    status: EmergencyStopStatus
+    halt: bool
+    remark: str = ""
+
+
+class StopLatch:
+    """Owns the state of the emergency stop; every method is an event and returns what to publish, or None.
+
+    Times are in ns of the loop's clock.
+    """
+
+    def __init__(self) -> None:
+        self.status = EmergencyStopStatus()
+
+    @property
+    def active(self) -> bool:
+        """Whether the emergency stop is active."""
+        return self.status.active
+
+    def request(self, pressed: bool, now_ns: int) -> StopDecision | None:
+        """Press or release the emergency stop; a repeated request has no effect."""
+        if pressed == self.active:
+            return None
+        return self._set(pressed, PRESSED if pressed else RELEASED, now_ns)
+
+    def confirm(self, pressed: bool, now_ns: int) -> StopDecision | None:
+        """Process a published state: another publisher's stop counts, its release is overridden.
+
+        The latch's own messages agree with its state and have no effect.
+        """
+        if pressed == self.active:
+            return None
+        return self._set(True, PRESSED_BY_TOPIC, now_ns) if pressed else StopDecision(self.status, False)
+
+    def restore(self, status: EmergencyStopStatus, now_ns: int) -> StopDecision | None:
+        """Restore the state from before a restart; a stop that was active stays active since its press."""
+        self.status = status
+        return self._restore_active(ESTOP_RESTORED, now_ns) if status.active else None
+
+    def restore_unknown(self, now_ns: int) -> StopDecision:
+        """Activate the emergency stop after a restart that has lost its state."""
+        return self._restore_active(ESTOP_STATE_UNKNOWN, now_ns)
+
+    def _restore_active(self, sentence: str, now_ns: int) -> StopDecision:
+        return self._set(True, sentence, now_ns)._replace(remark=sentence)
+
+    def _set(self, active: bool, sentence: str, now_ns: int) -> StopDecision:
+        header = Header.of(now_ns, "base_link")
+        pressed_at = header.stamp if active and not self.active else self.status.pressed_at
+        self.status = EmergencyStopStatus(header, active, pressed_at, sentence)
+        return StopDecision(self.status, halt=active)

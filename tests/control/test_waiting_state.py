@@ -1,0 +1,38 @@
+"""The waiting state: each reason is reported once, and the timeout counts the time since the last motion."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.control.waiting_state import LOST, WAIT_TIMEOUT, WaitingState, lost_reason
+from chefbot.msgs.chefbot_msgs import LocalizationStatus
+from chefbot.msgs.std_msgs import Header
+
+
+def test_localization_is_lost_only_if_there_is_one() -> None:
+    assert not lost_reason(None) and not lost_reason(LocalizationStatus(Header(), True))
+    assert lost_reason(LocalizationStatus(Header(), False)) == LOST
+
+
+@given(st.lists(st.sampled_from(["", "No scan.", LOST]), max_size=40))
+def test_a_remark_comes_with_each_change_and_only_then(reasons: list[str]) -> None:
+    waiting, previous = WaitingState(), ""
+    for reason in reasons:
+        if reason:
+            waiting.wait(reason, 0.1)
+        else:
+            waiting.resume()
+        remark = waiting.take_remark()
+        assert bool(remark) == (reason != previous)
+        assert not remark or reason in remark
+        assert not waiting.take_remark() and waiting.reason == reason
+        previous = reason
+
+
+def test_the_timeout_adds_up_over_reasons_and_resuming_resets_it() -> None:
+    waiting = WaitingState()
+    for _ in range(2):
+        assert not waiting.wait("No scan.", WAIT_TIMEOUT / 2)
+        assert LOST in waiting.wait(LOST, WAIT_TIMEOUT / 2)
+        waiting.resume()

@@ -1,0 +1,93 @@
+"""The emergency stop latch: only a release on request releases it, and a restart keeps it."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.chefbot_msgs import EmergencyStopStatus
+from chefbot.msgs.std_msgs import Header
+from chefbot.safety.stop_latch import (
+    ESTOP_RESTORED,
+    ESTOP_STATE_UNKNOWN,
+    PRESSED,
+    PRESSED_BY_TOPIC,
+    RELEASED,
+    StopLatch,
+)
+
+EVENTS = st.lists(st.tuples(st.sampled_from(["request", "confirm"]), st.booleans()), max_size=30)
+
+
+def expected(active: bool, kind: str, pressed: bool) -> bool:
+    return pressed or (active and kind == "confirm")
+
+
+@given(EVENTS)
+def test_after_any_events_it_is_active_until_a_requested_release(events: list[tuple[str, bool]]) -> None:
+    latch, active = StopLatch(), False
+    for now_ns, (kind, pressed) in enumerate(events):
+        getattr(latch, kind)(pressed, now_ns)
+        active = expected(active, kind, pressed)
+        assert latch.active == latch.status.active == active
+
+
+@given(EVENTS)
+def test_the_base_halts_at_each_press_and_the_press_keeps_its_time(events: list[tuple[str, bool]]) -> None:
+    latch, pressed_ns = StopLatch(), 0
+    for now_ns, (kind, pressed) in enumerate(events, start=1):
+        before = latch.active
+        decision = getattr(latch, kind)(pressed, now_ns)
+        if latch.active and not before:
+            pressed_ns = now_ns
+        assert latch.status.pressed_at.ns == pressed_ns
+        assert (decision is not None and decision.halt) == (latch.active and not before)
+        assert decision is None or decision.status is latch.status
+
+
+@given(EVENTS)
+def test_its_own_messages_change_nothing(events: list[tuple[str, bool]]) -> None:
+    latch = StopLatch()
+    for now_ns, (kind, pressed) in enumerate(events):
+        getattr(latch, kind)(pressed, now_ns)
+        status = latch.status
+        assert latch.confirm(latch.active, now_ns) is None and latch.status is status
+
+
+def test_a_release_by_another_publisher_is_overridden() -> None:
+    latch = StopLatch()
+    latch.request(True, 5)
+    decision = latch.confirm(False, 7)
+    assert decision is not None and decision.status is latch.status
+    assert decision.status.active and not decision.halt
+
+
+@pytest.mark.parametrize(
+    ("kind", "pressed", "sentence"),
+    [("request", True, PRESSED), ("confirm", True, PRESSED_BY_TOPIC), ("request", False, RELEASED)],
+)
+def test_the_status_names_the_cause(kind: str, pressed: bool, sentence: str) -> None:
+    latch = StopLatch()
+    if not pressed:
+        latch.request(True, 1)
+    decision = getattr(latch, kind)(pressed, 2)
+    assert decision.status.description == sentence and decision.status.header.stamp.ns == 2
+    assert not decision.remark
+
+
+@pytest.mark.parametrize("active", [True, False])
+def test_a_restored_state_holds(active: bool) -> None:
+    latch = StopLatch()
+    decision = latch.restore(EmergencyStopStatus(Header(), active, Time(3), "before"), 10_000_000_000)
+    assert latch.active == active and latch.status.pressed_at.sec == 3
+    assert (decision is not None) == active
+    if decision is not None:
+        assert decision.halt and decision.remark == decision.status.description == ESTOP_RESTORED
+
+
+def test_an_unknown_state_after_a_restart_counts_as_pressed() -> None:
+    decision = StopLatch().restore_unknown(4)
+    assert decision.halt and decision.status.active and decision.status.pressed_at.ns == 4
+    assert decision.remark == ESTOP_STATE_UNKNOWN

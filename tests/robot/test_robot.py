@@ -203,8 +203,8 @@ def test_a_robot_that_is_like_another_says_only_what_differs(tmp_path):
 @pytest.mark.parametrize(
     ("like", "sentence"),
     [
-        ("two.yaml", "like itself"),
-        ("one.yaml", "like itself"),
+        ("two.yaml", "refers back to itself"),
+        ("one.yaml", "refers back to itself"),
         ("nowhere.yaml", "does not exist"),
         ("chefbit", "did you mean 'chefbot'"),
         ("[chefbot]", "must be the name"),

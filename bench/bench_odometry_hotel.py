@@ -89,8 +89,7 @@ def drive(seed: int) -> tuple[Simulation, list[Sensed]]:
         if status.name != "RUNNING":
             dwa.set_path(next(paths))
         twist = limiter.step(v, w, 0.0, 0.1)
-        left, right = wheel_speeds(*twist, ROBOT)
-        board.command(left * ROBOT.wheel_radius, right * ROBOT.wheel_radius)
+        board.command(*wheel_speeds(*twist, ROBOT))
     return sim, sensed
 
 

@@ -58,7 +58,7 @@ def print_board() -> None:
 
     def one_second() -> None:
         for _ in range(1_000_000_000 // EXCHANGE_PERIOD_NS):
-            board.command(0.2, 0.25)
+            board.command(0.2 / ROBOT.wheel_radius, 0.25 / ROBOT.wheel_radius)
             board.run_until(board.now_ns + EXCHANGE_PERIOD_NS)
 
     median, least = measure(one_second, 15)

@@ -132,8 +132,7 @@ def odometry() -> None:
         a, b = wheels.update(*counts, 0.02), both.update(*counts, rate, 0.02)
         if tick % 5 == 0:
             turn = 0.3 if (tick // 1047) % 2 else -0.3  # a circle to the left, one to the right
-            left, right = wheel_speeds(*limiter.step(0.3, turn, 0.0, 0.1), robot)
-            board.command(left * robot.wheel_radius, right * robot.wheel_radius)
+            board.command(*wheel_speeds(*limiter.step(0.3, turn, 0.0, 0.1), robot))
             rows.append([tick * 0.02, *sim.truth().pose, *a.pose, *b.pose])
             covariance.append([math.sqrt(np.trace(e.covariance[:2, :2])) for e in (a, b)])
     data, sigma = np.array(rows), np.array(covariance)

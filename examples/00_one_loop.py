@@ -66,8 +66,7 @@ while True:
 
     v, w, status = controller.command(slam.pose, twist, costmap)
     twist = limiter.step(v, w if tick > LOOK else limits.angular_speed, age=0.0, dt=SCAN * TICK)
-    left, right = wheel_speeds(*twist, robot)
-    board.command(left * robot.wheel_radius, right * robot.wheel_radius)
+    board.command(*wheel_speeds(*twist, robot))
 
 picture = Path(sys.argv[1] if len(sys.argv) > 1 else "one_loop_map.png")
 write_atomic(picture, map_png(grid))

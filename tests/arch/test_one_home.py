@@ -313,6 +313,7 @@ def test_kinematics_follow(robots) -> None:
 
 def test_the_simulated_drive_follows(robots) -> None:
     """Told the same speed, both go as far, the larger wheels with fewer ticks: as the demo's robot does."""
+    from chefbot.control.kinematics import wheel_speeds
     from chefbot.sim.board import SimulatedBoard
     from chefbot.sim.simulation import Simulation
     from chefbot.sim.world.world import load_world
@@ -322,7 +323,7 @@ def test_the_simulated_drive_follows(robots) -> None:
         sim = Simulation(robot, load_world("empty"), profile="perfect", seed=1)
         start, board = sim.truth().pose, SimulatedBoard(robot, sim)
         for step in range(1, 151):
-            board.command(0.3, 0.3)
+            board.command(*wheel_speeds(0.3, 0.0, robot))
             board.run_until(step * 20_000_000)
         ways.append(sim.truth().pose.distance(start))
         ticks.append(sum(sim.wheel_ticks()) / 2)

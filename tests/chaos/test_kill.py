@@ -33,7 +33,7 @@ def test_the_robot_stops_when_its_controller_dies_and_drives_again_when_it_is_ba
         wait_for(lambda: spin.served and maps)
 
         def drives() -> bool:
-            return bool(speeds) and abs(speeds[-1].left) > 0.05
+            return bool(speeds) and abs(speeds[-1].left) > 1.0
 
         going = spin.send_goal_async(Spin_Goal(30.0, Duration.of(60.0)))
         wait_for(drives)

@@ -111,7 +111,7 @@ class Watched:
 
     def drives(self) -> bool:
         """At more than a creep."""
-        return bool(self.speeds) and max(abs(self.speeds[-1][1].left), abs(self.speeds[-1][1].right)) > 0.1
+        return bool(self.speeds) and max(abs(self.speeds[-1][1].left), abs(self.speeds[-1][1].right)) > 2.0
 
     def travelled(self) -> float:
         """Metres from where it began."""

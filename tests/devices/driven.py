@@ -35,8 +35,9 @@ class Driven:
         self.turn = 0.0
         """m/s that the right wheel is faster by than the mean, and the left one slower."""
         self.stamp_age_ns = 0
+        self._robot = load_robot(robot)
         self.loop.add_observer(lambda one: self.heard.setdefault(one.topic, []).append(one.message))
-        context = Context("board", self.loop, load_robot(robot), TransformBuffer())
+        context = Context("board", self.loop, self._robot, TransformBuffer())
         self.device = MotorBoardDevice(context, BoardParams(port=port))
         self.device.start()
         self._command()
@@ -51,9 +52,9 @@ class Driven:
         now = self.loop.now_ns
         if self.speed is not None:
             header = Header.of(now - self.stamp_age_ns, "base_link")
-            self.loop.publish(
-                "wheel_speeds", WheelSpeeds(header, self.speed - self.turn, self.speed + self.turn), "base"
-            )
+            radius = self._robot.wheel_radius
+            left, right = (self.speed - self.turn) / radius, (self.speed + self.turn) / radius
+            self.loop.publish("wheel_speeds", WheelSpeeds(header, left, right), "base")
         self.loop.schedule(now + PERIOD_NS, DEVICE, self._command)
 
     def until(self, condition: Callable[[], bool], what: str) -> None:

@@ -206,7 +206,8 @@ class Talk:
             self._wish = self.chance.choice([None, 0.0, 0.2, 0.3, -0.2, math.nan, math.inf, 1e300])
             self._wished_ns = self.now
         if self._wish is not None and self.now % (5 * BEAT_NS) == 0:
-            self.say(self.link.command(self._wish, self._wish, self.now))
+            wheel = self._wish / ROBOT.wheel_radius
+            self.say(self.link.command(wheel, wheel, self.now))
             if math.isfinite(self._wish) and self._wish != 0.0:
                 self._driven_ns = self.now
         if self.now % (2 * BEAT_NS) == 0:

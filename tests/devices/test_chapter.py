@@ -37,7 +37,8 @@ class Desk:
             self.now += STEP_NS
             self.messages += self.link.hear(self.board.turn(), self.now)
             if speed is not None:
-                self.board.hear(self.link.command(speed, speed, self.now))
+                wheel = speed / ROBOT.wheel_radius
+                self.board.hear(self.link.command(wheel, wheel, self.now))
             self.board.hear(self.link.speak(self.now))
 
     @property
@@ -57,11 +58,11 @@ def test_the_host_holds_the_speed_that_the_board_cannot() -> None:
     assert all(b - a == STEP_NS for a, b in itertools.pairwise(stamps))  # over the wrap of its clock
 
 
-@given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+@given(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0))
 def test_it_is_never_asked_for_more_than_the_cap(left: float, right: float) -> None:
     link = ChapterLink(ROBOT)
     link.command(left, right, 0)
-    assert max(map(abs, link._target)) <= MAX_SPEED + 1e-12
+    assert max(map(abs, link._target)) * ROBOT.wheel_radius <= MAX_SPEED + 1e-12
     assert math.isclose(link._target[0] * right, link._target[1] * left, abs_tol=1e-9)
 
 

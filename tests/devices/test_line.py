@@ -315,7 +315,7 @@ def speeds(data: bytes) -> list[tuple[int, int]]:
 def test_nothing_but_handshakes_before_an_answer() -> None:
     session = BoardSession(ROBOT)
     said = b"".join(
-        session.data_to_send(n * 20 * MS) + session.command(0.2, 0.2, n * 20 * MS) for n in range(100)
+        session.data_to_send(n * 20 * MS) + session.command(4.0, 4.0, n * 20 * MS) for n in range(100)
     )
     assert {words[0] for words in _spoken(said)} == {"v"}
 
@@ -327,14 +327,14 @@ def test_what_is_no_number_is_not_said(bad: float, left: bool) -> None:
     assert speeds(session.data_to_send(1060 * MS)) == []
 
 
-@given(st.lists(st.tuples(st.floats(-2.0, 2.0), st.integers(1, 400)), min_size=1, max_size=30))
+@given(st.lists(st.tuples(st.floats(-40.0, 40.0), st.integers(1, 400)), min_size=1, max_size=30))
 def test_an_old_speed_is_never_repeated(commands: list[tuple[float, int]]) -> None:
     """Whatever pauses upstream makes: 40 ms after its last word no speed is said."""
     session, now = opened(), 1000
     for speed, pause in commands:
         now += pause
         session.receive_data(motion(now % 65536, now * 1000), now * MS)
-        ticks = round(speed / ROBOT.metres_per_tick)
+        ticks = round(speed * ROBOT.motor.ticks_per_radian)
         assert speeds(session.command(speed, speed, now * MS)) == [(ticks, ticks)]
         for age in range(10, 300, 10):
             said = speeds(session.data_to_send((now + age) * MS))
@@ -357,23 +357,23 @@ def test_after_a_clear_nothing_drives_before_a_stop() -> None:
     session.clear(1100 * MS)
     said = b""
     for n in range(30):
-        said += session.data_to_send((1100 + 20 * n) * MS) + session.command(0.2, 0.2, (1110 + 20 * n) * MS)
+        said += session.data_to_send((1100 + 20 * n) * MS) + session.command(4.0, 4.0, (1110 + 20 * n) * MS)
     assert set(speeds(said)) == {(0, 0)}
     assert "c" in {words[0] for words in _spoken(said)}
     session.receive_data(motion(2, 1_800_000), 1800 * MS)
     session.command(0.0, 0.0, 1800 * MS)
-    assert speeds(session.command(0.2, 0.2, 1820 * MS))[0][0] > 0
+    assert speeds(session.command(4.0, 4.0, 1820 * MS))[0][0] > 0
 
 
 def test_without_ticks_from_the_board_a_stop_is_said_instead() -> None:
     session = opened()
-    ticks = round(0.2 / ROBOT.metres_per_tick)
-    assert not session.ticks_stale(1250 * MS) and speeds(session.command(0.2, 0.2, 1250 * MS)) == [
+    ticks = round(4.0 * ROBOT.motor.ticks_per_radian)
+    assert not session.ticks_stale(1250 * MS) and speeds(session.command(4.0, 4.0, 1250 * MS)) == [
         (ticks, ticks)
     ]
-    assert session.ticks_stale(1260 * MS) and speeds(session.command(0.2, 0.2, 1260 * MS)) == [(0, 0)]
+    assert session.ticks_stale(1260 * MS) and speeds(session.command(4.0, 4.0, 1260 * MS)) == [(0, 0)]
     session.receive_data(motion(2, 1_300_000), 1300 * MS)
-    assert speeds(session.command(0.2, 0.2, 1300 * MS)) == [(ticks, ticks)]
+    assert speeds(session.command(4.0, 4.0, 1300 * MS)) == [(ticks, ticks)]
 
 
 def test_an_emergency_stop_is_said_until_the_board_has_it() -> None:

@@ -66,6 +66,7 @@ class Rig:
         self.worst = 0.0
 
     def step(self, command: tuple[float, float] | None) -> None:
+        """A control step; command: speeds of the wheels at the ground, m/s."""
         self.now += STEP_NS
         self._roll()
         self.board.live_imu()
@@ -76,7 +77,7 @@ class Rig:
                     self._hear(message)
         said = b""
         if command is not None and self.now % (5 * STEP_NS) == 0:
-            said += self.session.command(*command, self.now)
+            said += self.session.command(*(speed / ROBOT.wheel_radius for speed in command), self.now)
         elif self.now % (2 * STEP_NS) == 0:
             said += self.session.data_to_send(self.now)
         if data := self._over(said):

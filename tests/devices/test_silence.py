@@ -6,6 +6,7 @@ import pytest
 from tests.firmware.host_board import HostBoard
 
 from chefbot.board import BoardSession
+from chefbot.control.kinematics import wheel_speeds
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import max_speed
 
@@ -54,10 +55,10 @@ def test_the_last_command_is_over_after_200_ms(phase: int, driver_lives: bool) -
     for ms in range(900):
         if ms % 50 == 0:
             speed = max_speed(ROBOT) if ms >= 400 else 0.0
-            line.say(line.session.command(speed, speed, line.ms * MS))
+            line.say(line.session.command(*wheel_speeds(speed, 0.0, ROBOT), line.ms * MS))
         line.step()
     assert line.drives
-    line.say(line.session.command(max_speed(ROBOT), max_speed(ROBOT), line.ms * MS))
+    line.say(line.session.command(*wheel_speeds(max_speed(ROBOT), 0.0, ROBOT), line.ms * MS))
     last = line.ms
     while line.drives and line.ms < last + 1000:
         line.step(driver_lives)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from chefbot.control.kinematics import wheel_speeds
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import WheelTicks
@@ -28,10 +29,11 @@ def robot_in(
 
 
 def drive(board: SimulatedBoard, left: float, right: float, seconds: float) -> list[Message]:
-    """Rim speeds, m/s, as a node commands them; what the board tells meanwhile."""
+    """Speeds of the wheels at the ground, m/s, repeated as a node does; the board's messages meanwhile."""
     told = []
+    radius = board.robot.wheel_radius
     for _ in range(round(seconds * SECOND / BEAT_NS)):
-        board.command(left, right)
+        board.command(left / radius, right / radius)
         told += board.run_until(board.now_ns + BEAT_NS)
     return told
 
@@ -45,8 +47,7 @@ class Walker:
 
     def go(self, v: float, w: float) -> None:
         """20 ms at the speeds v and w; ramps are the board's."""
-        half = self.robot.wheels.separation / 2
-        self.board.command(v - w * half, v + w * half)
+        self.board.command(*wheel_speeds(v, w, self.robot))
         for message in self.board.run_until(self.board.now_ns + EXCHANGE_PERIOD_NS):
             if isinstance(message, WheelTicks):
                 self.count(message)

@@ -11,6 +11,7 @@ from tests.sim.driving import ROBOT, SECOND, Walker, drive, robot_in
 
 from chefbot.board.messages import InertiaLine, MotionLine
 from chefbot.board.status_codes import BoardFlag
+from chefbot.control.kinematics import wheel_speeds
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
@@ -72,7 +73,7 @@ def test_the_ramp_is_the_boards_and_no_steeper_than_the_robot_file_says() -> Non
     start = sim.truth().v
     for step in range(25):
         if step % 5 == 0:
-            board.command(max_speed(ROBOT), max_speed(ROBOT))
+            board.command(*wheel_speeds(max_speed(ROBOT), 0.0, ROBOT))
         board.motors.run_until(sim.time_ns + 10_000_000)
         assert board.motors.state.set[0] - before == pytest.approx(wanted, abs=1.0)
         before = board.motors.state.set[0]
@@ -104,7 +105,7 @@ def test_nodes_that_fall_silent_stop_it_though_the_driver_lives(pause_ms: int) -
     sim, board = robot_in("empty", "perfect", 0, "chefbot")
     drive(board, max_speed(sim.robot), max_speed(sim.robot), 3.0)
     board.run_until(board.now_ns + pause_ms * 1_000_000)
-    board.command(max_speed(sim.robot), max_speed(sim.robot))
+    board.command(*wheel_speeds(max_speed(sim.robot), 0.0, sim.robot))
     began, start = board.now_ns, sim.truth().pose
     while any(board.motors.state.duty):
         board.run_until(board.now_ns + 10_000_000)
@@ -118,7 +119,7 @@ def test_half_a_command_moves_nothing() -> None:
     sim, board = robot_in("empty")
     start = sim.truth().pose
     for cut in (2, 5, 12):
-        board.motors.write(board.link.command(0.3, 0.3, board.now_ns)[:-cut] + b"\n")
+        board.motors.write(board.link.command(6.0, 6.0, board.now_ns)[:-cut] + b"\n")
         board.motors.run_until(sim.time_ns + SECOND // 2)
     assert start.distance(sim.truth().pose) < 0.001
     assert board.motors.state.refused == 3
@@ -260,7 +261,7 @@ def test_the_same_seed_gives_the_same_bytes() -> None:
         board = SimulatedBoard(ROBOT, sim)
         said = b""
         for beat in range(60):
-            board.command(0.1, 0.1 + 0.002 * beat)
+            board.command(2.0, 2.0 + 0.04 * beat)
             board.motors.write(board.link.speak(board.now_ns))
             board.motors.run_until(sim.time_ns + EXCHANGE_PERIOD_NS)
             said += (part := board.motors.read())

@@ -5,7 +5,7 @@ Nothing here has a clock, a thread or a port; time is integer nanoseconds, given
     session = BoardSession(robot, token=os.getpid())
     received: list[ReceivedLine] = session.receive_data(data, now_ns)  # lines with a valid CRC, in order, once
     data: bytes = session.data_to_send(now_ns)            # call every 20 ms and send: handshake, repeats, heartbeat
-    data: bytes = session.command(left, right, now_ns)    # requested wheel speeds at the ground, m/s; send at once
+    data: bytes = session.command(left, right, now_ns)    # requested wheel speeds, rad/s; send at once
     data: bytes = session.stop(now_ns)                    # emergency stop, repeated by data_to_send; send at once
     session.clear(now_ns)                                 # clear latched faults, sent by data_to_send
     session.connection_lost()                             # the serial connection is lost

@@ -62,9 +62,8 @@ class ChapterLink:
         self._robot = robot
         self._reader = ChapterReader()
         self._pids = (WheelPid(robot), WheelPid(robot))
-        self._max_tick_rate = (
-            MAX_SPEED_FACTOR * robot.motor.no_load_speed * robot.motor.ticks_per_turn / (2.0 * math.pi)
-        )
+        self._max_tick_rate = MAX_SPEED_FACTOR * robot.motor.no_load_speed * robot.motor.ticks_per_radian
+        self._max_wheel_speed = MAX_SPEED / robot.wheel_radius
         self._battery: int | None = None
         self._stopped = False
         self.connection_lost()
@@ -156,8 +155,7 @@ class ChapterLink:
         target = self._target if self._may_drive(now_ns) else (0.0, 0.0)
         # One PI controller with feed-forward per wheel gives the duty cycle.
         duties = (
-            pid.update(speed / self._robot.wheel_radius, ticks, dt)
-            for pid, speed, ticks in zip(self._pids, target, deltas, strict=True)
+            pid.update(speed, ticks, dt) for pid, speed, ticks in zip(self._pids, target, deltas, strict=True)
         )
         left, right = (round(DUTY_FULL * duty) for duty in duties)
         self._duty = (left, right)
@@ -181,7 +179,7 @@ class ChapterLink:
     # -- to the board
 
     def command(self, left: float, right: float, now_ns: int) -> bytes:
-        """Set wheel speeds at the ground, m/s, both scaled down by one factor to MAX_SPEED.
+        """Set the angular velocities of the wheels, rad/s, both scaled down by one factor to MAX_SPEED.
 
         The duty cycle follows with the next ticks, so there is nothing to send at once. Values that are not
         finite are ignored.
@@ -189,7 +187,8 @@ class ChapterLink:
         if not (math.isfinite(left) and math.isfinite(right)):
             return b""
         # One common factor for both wheels preserves the curvature.
-        scale = min(1.0, MAX_SPEED / max(abs(left), abs(right), MAX_SPEED))
+        fastest = max(abs(left), abs(right), self._max_wheel_speed)
+        scale = min(1.0, self._max_wheel_speed / fastest)
         self._neutral_first = self._neutral_first and (left, right) != (0.0, 0.0)
         self._target, self._commanded_ns = (left * scale, right * scale), now_ns
         return b""

@@ -6,7 +6,6 @@ gives a limit in metres.
 
 from __future__ import annotations
 
-import math
 import zlib
 from typing import NamedTuple
 
@@ -58,12 +57,13 @@ def as_int32(value: int) -> int:
 
 
 def _motion(robot: Robot) -> tuple[FirmwareConstant, ...]:
-    ticks_per_turn = robot.motor.ticks_per_turn
-    ticks_per_metre = ticks_per_turn / (2.0 * math.pi * robot.wheel_radius)
-    no_load = robot.motor.no_load_speed * ticks_per_turn / (2.0 * math.pi)
+    ticks_per_metre = 1.0 / robot.metres_per_tick
+    no_load = robot.motor.no_load_speed * robot.motor.ticks_per_radian
     turn_wheel_speed = max_turn(robot) * robot.wheels.separation
     return (
-        FirmwareConstant("ticks_per_turn_milli", round(1000 * ticks_per_turn), "1/1000 tick", "motor"),
+        FirmwareConstant(
+            "ticks_per_turn_milli", round(1000 * robot.motor.ticks_per_turn), "1/1000 tick", "motor"
+        ),
         FirmwareConstant(
             "max_wheel", int(max_wheel_speed(robot) * ticks_per_metre), "ticks/s", "motor, body, wheels"
         ),

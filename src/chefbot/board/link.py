@@ -79,7 +79,7 @@ class BoardLink:
         return self.session.data_to_send(now_ns)
 
     def command(self, left: float, right: float, now_ns: int) -> bytes:
-        """Set the wheel speeds at the ground, m/s; return the bytes to send at once."""
+        """Set the angular velocities of the wheels, rad/s; return the bytes to send at once."""
         return self.session.command(left, right, now_ns)
 
     def stop(self, now_ns: int) -> bytes:

@@ -174,12 +174,12 @@ class BoardSession:
     # -- to the board
 
     def command(self, left: float, right: float, now_ns: int) -> bytes:
-        """Set the requested wheel speeds at the ground, m/s; return the bytes to send at once. Values that
-        are not finite are ignored."""
+        """Set the requested angular velocities of the wheels, rad/s; return the bytes to send at once. Values
+        that are not finite are ignored."""
         if not (math.isfinite(left) and math.isfinite(right)):
             return b""
-        # Convert m/s at the ground to ticks/s.
-        scale = 1.0 / self._robot.metres_per_tick
+        # Convert rad/s of a wheel to ticks/s.
+        scale = self._robot.motor.ticks_per_radian
         requested = _Command(_ticks(left * scale), _ticks(right * scale), now_ns)
         self.neutral_first = self.neutral_first and not (
             self.is_open and requested.left == requested.right == 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 
 from chefbot.robot.spec import Robot
@@ -25,7 +24,7 @@ class WheelPid:
 
     def __init__(self, robot: Robot) -> None:
         self._gain = 1.0 / robot.motor.no_load_speed
-        self._radians_per_tick = 2.0 * math.pi / robot.motor.ticks_per_turn
+        self._radians_per_tick = 1.0 / robot.motor.ticks_per_radian
         self._readings: deque[tuple[int, float]] = deque(maxlen=WINDOW)
         self._integral = 0.0
         self.speed = 0.0

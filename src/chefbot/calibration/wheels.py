@@ -23,10 +23,9 @@ class WheelParams(NamedTuple):
     @staticmethod
     def of(robot: Robot) -> WheelParams:
         """Return the wheels of a robot file, including its calibration."""
-        per_tick = 2.0 * math.pi / robot.motor.ticks_per_turn
         return WheelParams(
-            robot.left_wheel_radius * per_tick,
-            robot.right_wheel_radius * per_tick,
+            robot.left_wheel_radius / robot.motor.ticks_per_radian,
+            robot.right_wheel_radius / robot.motor.ticks_per_radian,
             robot.effective_wheel_separation,
         )
 

@@ -6,12 +6,15 @@ from chefbot.robot.spec import Robot
 
 
 def wheel_speeds(v: float, w: float, robot: Robot) -> tuple[float, float]:
-    """Return the (left, right) wheel speeds in rad/s for a twist in m/s and rad/s, with the calibrated radii."""
+    """Return the angular velocities (left, right) of the wheels, rad/s, for a twist in m/s and rad/s.
+
+    The calibrated radii enter here and nowhere after: a wheel of 1.02 of the drawn radius turns by 1/1.02 as fast.
+    """
     differential = w * robot.effective_wheel_separation / 2
     return (v - differential) / robot.left_wheel_radius, (v + differential) / robot.right_wheel_radius
 
 
 def twist(left: float, right: float, robot: Robot) -> tuple[float, float]:
-    """Return the twist (v, w) in m/s and rad/s for wheel speeds in rad/s."""
+    """Return the twist (v, w) in m/s and rad/s for the angular velocities of the wheels in rad/s."""
     left_speed, right_speed = left * robot.left_wheel_radius, right * robot.right_wheel_radius
     return (left_speed + right_speed) / 2, (right_speed - left_speed) / robot.effective_wheel_separation

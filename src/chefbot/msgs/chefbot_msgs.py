@@ -34,7 +34,10 @@ class WheelTicks(Message, frozen=True, eq=False):
 
 
 class WheelSpeeds(Message, frozen=True, eq=False):
-    """Commanded wheel speeds at the ground, m/s, computed with the nominal wheel radius."""
+    """Commanded angular velocities of both wheels, rad/s, positive forward, as of the URDF's wheel joints.
+
+    The wheel radius enters before, where the twist is converted; the board only converts radians to ticks.
+    """
 
     header: Header = Header()
     left: Float64 = 0.0

@@ -133,7 +133,4 @@ class DriveBaseNode(Node):
     def _publish_command(self, v: float, w: float) -> None:
         self.cmd_vel.publish(Twist.of(v, w))
         left, right = wheel_speeds(v, w, self.robot)
-        radius = self.robot.wheel_radius
-        self.wheel_speeds.publish(
-            WheelSpeeds(Header.of(self.now_ns, "base_link"), left * radius, right * radius)
-        )
+        self.wheel_speeds.publish(WheelSpeeds(Header.of(self.now_ns, "base_link"), left, right))

@@ -86,7 +86,7 @@ class JointStatesNode(Node):
 def wheel_positions(ticks: WheelTicks, robot: Robot) -> NDArray[np.float64]:
     """Return the angles of JOINTS, (2,) rad."""
     counts = {"left": ticks.left, "right": ticks.right}
-    return np.array([math.tau * counts[side] / robot.motor.ticks_per_turn for side in layout.SIDES])
+    return np.array([counts[side] / robot.motor.ticks_per_radian for side in layout.SIDES])
 
 
 def _wheel_transform(stamp_ns: int, link: str, origin: Vector3, angle: float) -> TransformStamped:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from msgspec import Meta
@@ -63,6 +64,11 @@ class Motor(RobotSection, frozen=True, kw_only=True):
     def ticks_per_turn(self) -> float:
         """Encoder counts per revolution of the wheel."""
         return self.gear_ratio * self.encoder_counts
+
+    @property
+    def ticks_per_radian(self) -> float:
+        """Encoder counts per radian of the wheel."""
+        return self.ticks_per_turn / (2.0 * math.pi)
 
     @property
     def rotor_inertia(self) -> float:

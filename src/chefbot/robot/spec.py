@@ -77,7 +77,7 @@ class Robot(RobotSection, frozen=True, kw_only=True):
     @property
     def metres_per_tick(self) -> float:
         """Distance that the wheel rolls per encoder tick, for the drawn diameter, metres."""
-        return math.pi * self.wheels.diameter / self.motor.ticks_per_turn
+        return self.wheel_radius / self.motor.ticks_per_radian
 
     @property
     def footprint_radius(self) -> float:

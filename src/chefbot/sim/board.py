@@ -19,6 +19,7 @@ class SimulatedBoard:
 
     def __init__(self, robot: Robot, simulation: Simulation, start_ns: int = 0) -> None:
         """Switch the board on and complete its start-up; `began_ns` is the computer's clock at this time."""
+        self.robot = robot
         self._simulation = simulation
         self._offset_ns = start_ns - simulation.time_ns
         self.link = BoardLink(robot)
@@ -31,7 +32,7 @@ class SimulatedBoard:
         return self._simulation.time_ns + self._offset_ns
 
     def command(self, left: float, right: float) -> None:
-        """Send wheel speeds at the ground, m/s; the board stops if no new command arrives within 150 ms.
+        """Send the wheels' angular velocities, rad/s; the board stops if no new command arrives within 150 ms.
 
         The board drives only after it has received a zero command.
         """

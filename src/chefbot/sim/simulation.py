@@ -145,7 +145,7 @@ class Simulation:
 
     def wheel_ticks(self) -> tuple[int, int]:
         """Return the encoder counts (left, right) since the start: whole ticks, increasing forward."""
-        ticks_per_radian = self.robot.motor.ticks_per_turn / (2.0 * math.pi)
+        ticks_per_radian = self.robot.motor.ticks_per_radian
         # Joint angles of the wheels follow the free joint (7 values) in qpos.
         left, right = self._data.qpos[7:9].tolist()
         built = self.as_built

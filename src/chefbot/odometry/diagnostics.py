@@ -17,7 +17,6 @@ _CONSEQUENCES = {
     Source.GYRO: "continuing with the wheels alone",
     Source.ACCELEROMETER: "assuming a level floor",
     Source.ATTITUDE: "continuing without it",
-    Source.SCANS: "continuing without them",
 }
 
 
@@ -64,5 +63,5 @@ def _contradiction_message(ekf: Ekf) -> str | None:
     if not ekf.slipping:
         return None
     if belief.counters.standing:
-        return "The gyro measures rotation but the wheels stand still: the robot is carried, or both encoders are dead."
+        return "The gyro turns but the wheels stand still: the robot is lifted, or both encoders are dead."
     return "Wheels and gyro disagree: the wheels slip."

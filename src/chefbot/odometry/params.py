@@ -16,7 +16,7 @@ class OdometryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         Meta(
             ge=0,
             le=0.2,
-            description="standard deviation of a wheel's travel after one metre, m; grows as the root of the distance",
+            description="standard deviation of a wheel's travel after one metre, m; grows with its square root",
         ),
     ] = 0.003
     diameter_error: Annotated[

@@ -14,12 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from chefbot.maths.angles import wrap
-from chefbot.odometry.dead_reckoning import DeadReckoning
-from chefbot.odometry.gyro_ekf import GyroEkf
 from chefbot.robot.load import load_robot
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "odometry"))
 from faulty_drive import RATE, Faults, drive, hotel_round
+from synchronous import SynchronousEkf
 
 ROBOT = load_robot("chefbot")
 RUNS = 40
@@ -29,10 +28,9 @@ def drift(metres: float, gyro_gain: float, with_gyro: bool) -> tuple[float, floa
     """Median and 90 % position error (m), root mean square yaw error (deg), mean NEES of RUNS runs."""
     commands, rows = hotel_round(metres=metres), []
     for seed in range(RUNS):
-        odometry = GyroEkf(ROBOT) if with_gyro else DeadReckoning(ROBOT)
+        odometry = SynchronousEkf(ROBOT)
         for r in drive(ROBOT, commands, Faults(gyro_gain=gyro_gain), np.random.default_rng(seed)):
-            gyro = (r.gyro_z,) if with_gyro else ()
-            estimate = odometry.update(r.left, r.right, *gyro, 1.0 / RATE)
+            estimate = odometry.update(r.left, r.right, 1.0 / RATE, r.gyro_z if with_gyro else None)
         yaw = wrap(estimate.pose.yaw - r.truth.yaw)
         e = np.array([estimate.pose.x - r.truth.x, estimate.pose.y - r.truth.y, yaw])
         rows.append((r.truth.distance(estimate.pose), yaw, e @ np.linalg.solve(estimate.covariance, e)))
@@ -45,11 +43,11 @@ def update_times(with_gyro: bool, repeats: int = 7, updates: int = 4000) -> list
     """Microseconds per update, once per repeat."""
     times = []
     for _ in range(repeats):
-        odometry = GyroEkf(ROBOT) if with_gyro else DeadReckoning(ROBOT)
-        gyro = (0.01,) if with_gyro else ()
+        odometry = SynchronousEkf(ROBOT)
+        gyro = 0.01 if with_gyro else None
         began = time.perf_counter()
         for k in range(updates):
-            odometry.update(80 * k, 81 * k, *gyro, 1.0 / RATE)
+            odometry.update(80 * k, 81 * k, 1.0 / RATE, gyro)
         times.append((time.perf_counter() - began) / updates * 1e6)
     return times
 

@@ -25,7 +25,6 @@ from chefbot.demo.summary import ground_truth_map
 from chefbot.maths.angles import wrap
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
-from chefbot.odometry.dead_reckoning import DeadReckoning
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.estimate import MotionEstimate
@@ -130,10 +129,10 @@ def fused(sensed: list[Sensed], robot: Robot) -> MotionEstimate:
 
 def by_wheels(sensed: list[Sensed]) -> MotionEstimate:
     """By the wheels as the robot file has them."""
-    odometry = DeadReckoning(ROBOT)
+    ekf = Ekf(DriveModel.of(ROBOT, OdometryParams()))
     for one in sensed:
-        estimate = odometry.update(one.wheels.left, one.wheels.right, TICK_NS / 1e9)
-    return estimate
+        ekf.add(one.wheels)
+    return ekf.estimate
 
 
 def off(estimate: MotionEstimate, truth: SE2) -> tuple[float, float, float]:

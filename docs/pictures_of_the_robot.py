@@ -22,8 +22,9 @@ from picture_tools import (
 
 from chefbot.control.kinematics import wheel_speeds
 from chefbot.maths.se2 import SE2
-from chefbot.odometry.dead_reckoning import DeadReckoning
-from chefbot.odometry.gyro_ekf import GyroEkf
+from chefbot.odometry.drive_model import DriveModel
+from chefbot.odometry.ekf import Ekf
+from chefbot.odometry.readings import UNMEASURED, ImuReading, WheelCounts
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
 from chefbot.safety.velocity_limiter import VelocityLimiter
@@ -124,12 +125,17 @@ def odometry() -> None:
     robot = load_robot("chefbot")
     sim = Simulation(robot, load_world("empty"), "real", seed=SEED)
     board, limiter = SimulatedBoard(robot, sim), VelocityLimiter(Limits.of(robot))
-    wheels, both = DeadReckoning(robot), GyroEkf(robot)
+    model = DriveModel.of(robot)
+    wheels, both = Ekf(model), Ekf(model)
+    variance = (*UNMEASURED[:2], model.gyro_noise**2)
     rows, covariance = [], []
     for tick in range(1, 50 * 170):
         board.run_until(tick * 20_000_000)
         rate, counts = float(sim.imu()[0][2]), sim.wheel_ticks()
-        a, b = wheels.update(*counts, 0.02), both.update(*counts, rate, 0.02)
+        both.add(ImuReading(tick * 20_000_000, (0.0, 0.0, rate), variance))
+        for ekf in (wheels, both):
+            ekf.add(WheelCounts(tick * 20_000_000, *counts))
+        a, b = wheels.estimate, both.estimate
         if tick % 5 == 0:
             turn = 0.3 if (tick // 1047) % 2 else -0.3  # a circle to the left, one to the right
             board.command(*wheel_speeds(*limiter.step(0.3, turn, 0.0, 0.1), robot))

@@ -37,7 +37,9 @@ from chefbot.localization.params import AmclParams
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, WheelTicks
 from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.odometry.dead_reckoning import DeadReckoning
+from chefbot.odometry.drive_model import DriveModel
+from chefbot.odometry.ekf import Ekf
+from chefbot.odometry.readings import WheelCounts
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
@@ -55,9 +57,12 @@ def slam() -> None:
     robot, end = load_robot("chefbot_lidar"), second_launch("chefbot_lidar")
     lidar = robot.sensors.lidar
     assert lidar is not None
-    mount, wheels = lidar.mount.planar, DeadReckoning(robot)
+    mount, wheels = lidar.mount.planar, Ekf(DriveModel.of(robot))
     ticks = [m for t, m in said("chefbot_lidar", "wheel_ticks", WheelTicks) if t < end]
-    by_wheels = {m.header.stamp.ns / 1e9: wheels.update(m.left, m.right, 0.02).pose for m in ticks}
+    by_wheels = {}
+    for m in ticks:
+        wheels.add(WheelCounts(m.header.stamp.ns, m.left, m.right))
+        by_wheels[m.header.stamp.ns / 1e9] = wheels.estimate.pose
     params = GmappingParams(seed=SEED)
     drawn, mapper = OccupancyAccumulator(params.resolution, params.max_cells), Gmapping(params, mount)
     for stamp, scan, _ in scans_with_odometry("chefbot_lidar", 0.0, end):

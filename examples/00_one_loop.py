@@ -10,7 +10,9 @@ from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.exploration.explorer import Explorer
 from chefbot.maths.se2 import IDENTITY as HOME
-from chefbot.odometry.gyro_ekf import GyroEkf
+from chefbot.odometry.drive_model import DriveModel
+from chefbot.odometry.ekf import Ekf
+from chefbot.odometry.readings import ImuReading, WheelCounts
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
@@ -21,35 +23,35 @@ from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.world import load_world
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
-from chefbot.storage.atomic_files import write_atomic
 from chefbot.storage.map_files import map_png
 
-TICK, SCAN, PLAN, LOOK = 0.02, 5, 50, 350  # seconds; ticks for a scan, for a plan, for a look around
+TICK, SCAN, PLAN, LOOK = 0.02, 5, 50, 350  # s; ticks per scan, per plan, and of the first turn
 
 robot, world = load_robot("chefbot_lidar"), load_world("room")
-lidar, limits = robot.sensors.lidar, Limits.of(robot)
-assert lidar is not None
+lidar, imu, limits = robot.sensors.lidar, robot.sensors.imu, Limits.of(robot)
 angles, mount = lidar_angles(lidar), lidar.mount.planar
 
 sim = Simulation(robot, world, profile="real", seed=1)
-board = SimulatedBoard(robot, sim)  # holds the wheels' speeds, and stops by itself when nobody commands
-odometry = GyroEkf(robot)
+board = SimulatedBoard(robot, sim)  # controls the wheel speeds; stops after a timeout without commands
+odometry = Ekf(DriveModel.of(robot))
+gyro_variance, force_variance = [imu.gyro_noise**2] * 3, [imu.accelerometer_noise**2] * 3
 slam = Gmapping(GmappingParams(seed=1), sensor=mount)
 costs = LayeredCostmap(CostmapParams(), robot.footprint_radius)
 explorer, planner = Explorer(robot.footprint_radius), GridPlanner()
 controller, limiter = DwaController(limits), VelocityLimiter(limits)
 
-goal, status, twist, way, tick = None, ControllerStatus.NO_PATH, (0.0, 0.0), 0.0, 0
+goal, status, twist, tick = None, ControllerStatus.NO_PATH, (0.0, 0.0), 0
 while True:
     tick += 1
-    board.run_until(round(tick * TICK * 1e9))  # the world goes on
-    odom = odometry.update(*sim.wheel_ticks(), sim.imu()[0][2], TICK)
-    way += abs(odom.v) * TICK
+    board.run_until(stamp := round(tick * TICK * 1e9))  # advance the simulation
+    rates, force = sim.imu()
+    odometry.add(ImuReading(stamp, tuple(rates), gyro_variance, tuple(force), force_variance))
+    odometry.add(WheelCounts(stamp, *sim.wheel_ticks()))
     if tick % SCAN:
         continue
 
     ranges = sim.lidar()
-    if slam.update(angles, ranges, odom.pose):
+    if slam.update(angles, ranges, odometry.estimate.pose):
         costs.set_static(slam.map())
     costs.mark_and_clear("lidar", slam.pose @ mount, angles, ranges)
     costmap = costs.update()
@@ -57,11 +59,11 @@ while True:
     if tick > LOOK and (tick % PLAN == 0 or status is not ControllerStatus.RUNNING):
         grid = slam.map()
         if goal and status is ControllerStatus.REACHED and explorer.frontier_remains(grid, goal):
-            explorer.mark_failed(goal)  # it has been there, and still sees nothing
+            explorer.mark_failed(goal)  # reached, and the frontier is still there
         if not goal or status is ControllerStatus.REACHED or not explorer.frontier_remains(grid, goal):
             goal = explorer.decide(grid, planner.potential(costmap, slam.pose), slam.pose).goal
         if not goal and slam.pose.distance(HOME) < 0.1:
-            break  # nothing left to see, and at home again
+            break  # no frontier left, and at home
         controller.set_path(planner.plan(costmap, slam.pose, goal.pose if goal else HOME))
 
     v, w, status = controller.command(slam.pose, twist, costmap)
@@ -69,8 +71,8 @@ while True:
     board.command(*wheel_speeds(*twist, robot))
 
 picture = Path(sys.argv[1] if len(sys.argv) > 1 else "one_loop_map.png")
-write_atomic(picture, map_png(grid))
+picture.write_bytes(map_png(grid))
 off = slam.pose.distance(world.start.between(sim.truth().pose))
-print(f"drove {way:.1f} m in {tick * TICK:.0f} s and touched {sim.collisions().episodes} things")
+print(f"drove for {tick * TICK:.0f} s with {sim.collisions().episodes} collisions")
 print(f"mapped {grid.width * grid.resolution:.1f} x {grid.height * grid.resolution:.1f} m: {picture}")
-print(f"is at home, {1000 * off:.0f} mm from where it thinks it is")
+print(f"localization error at home: {1000 * off:.0f} mm")

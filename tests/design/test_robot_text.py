@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.design.sizing.robot_file_editor import Change, changed, headed, value_of
+from chefbot.robot.load import built_in_robots, find_robot
 
 TEXT = """# A robot.
 name: one
@@ -40,7 +43,7 @@ def test_only_the_value_and_its_comment_change() -> None:
 
 def test_a_value_inside_braces_keeps_the_braces() -> None:
     new = changed(TEXT, [Change(("plates", "notch", "length"), "160 mm", "why")])
-    assert "  notch: {length: 160 mm, depth: 25 mm}   # open\n" in new
+    assert re.search(r"\n  notch: {length: 160 mm, depth: 25 mm} +# open\n", new)
 
 
 def test_a_section_becomes_a_name_and_its_neighbours_stay() -> None:
@@ -50,7 +53,20 @@ def test_a_section_becomes_a_name_and_its_neighbours_stay() -> None:
 
 
 def test_the_last_line_may_lack_its_end() -> None:
-    assert changed(TEXT, [Change(("drive", "max_speed"), "1 m/s")]).endswith("\n  max_speed: 1 m/s")
+    assert changed(TEXT, [Change(("drive", "max_speed"), "1 m/s")]).endswith("\n  max_speed: 1 m/s\n")
+
+
+def test_a_comment_at_the_end_stays_above_a_new_section() -> None:
+    new = changed(TEXT + "\n# The end.", [Change(("driver",), "l298n", "chosen")])
+    assert new.endswith("max_speed: 0.35 m/s\n# The end.\n\ndriver: l298n                 # chosen\n")
+
+
+@pytest.mark.parametrize("name", built_in_robots())
+def test_a_robot_file_keeps_every_other_line(name: str) -> None:
+    text = find_robot(name).read_text()
+    new = changed(text, [Change(("body", "payload"), "1.25 kg")])
+    kept = [line for line in text.splitlines() if line and "payload:" not in line]
+    assert [line for line in new.splitlines() if line in kept] == kept
 
 
 def test_the_heading_is_replaced() -> None:
@@ -61,7 +77,7 @@ def test_the_heading_is_replaced() -> None:
     ("path", "line"),
     [
         (("body", "clearance"), "  radius: 15 cm\n  clearance: 3 cm             # why\nplates:"),
-        (("plates", "notch", "corner"), "{length: 10 cm, depth: 25 mm, corner: 3 cm}   # open\n"),
+        (("plates", "notch", "corner"), "{length: 10 cm, depth: 25 mm, corner: 3 cm} # open\n"),
         (("plates", "material"), "# open\n  material: 3 cm              # why\n\n# What drives it."),
         (("wheels", "diameter"), "max_speed: 0.35 m/s\n\nwheels:\n  diameter: 3 cm              # why\n"),
         (("driver",), "max_speed: 0.35 m/s\n\ndriver: 3 cm                  # why\n"),

@@ -58,8 +58,8 @@ def test_the_loop_is_short_enough_to_be_read() -> None:
 def test_one_loop_maps_the_room_and_comes_home(tmp_path: Path) -> None:
     done = run(str(EXAMPLES / "00_one_loop.py"), "map.png", folder=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "touched 0 things" in done.stdout
-    off = re.search(r"(\d+) mm from where it thinks", done.stdout)
+    assert "with 0 collisions" in done.stdout
+    off = re.search(r"home: (\d+) mm", done.stdout)
     assert off and int(off[1]) < 50
     width, height = Image.open(tmp_path / "map.png").size
     assert abs(width * 0.05 - 5.0) < 0.3 and abs(height * 0.05 - 4.0) < 0.3

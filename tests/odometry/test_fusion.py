@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pytest
 from faulty_drive import RATE, Faults, drive, hotel_round
+from synchronous import SynchronousEkf
 
 from chefbot.maths.angles import wrap
-from chefbot.odometry.dead_reckoning import DeadReckoning
-from chefbot.odometry.gyro_ekf import GyroEkf
 from chefbot.odometry.params import OdometryParams
 from chefbot.robot.load import load_robot
 
@@ -34,10 +33,10 @@ def live(rate):
 
 def run(seed, commands, faults, with_gyro):
     params = OdometryParams(slip=faults.slip, diameter_error=faults.diameter)
-    odometry = GyroEkf(ROBOT, params) if with_gyro else DeadReckoning(ROBOT, params)
+    odometry = SynchronousEkf(ROBOT, params)
     for reading in drive(ROBOT, commands, faults, np.random.default_rng(seed)):
-        gyro = (reading.gyro_z,) if with_gyro else ()
-        estimate = odometry.update(reading.left, reading.right, *gyro, DT)
+        gyro = reading.gyro_z if with_gyro else None
+        estimate = odometry.update(reading.left, reading.right, DT, gyro)
     return odometry, reading.truth, estimate
 
 
@@ -74,9 +73,9 @@ def test_a_gyro_makes_the_heading_several_times_better():
 
 def test_bias_is_found_at_standstill():
     bias, rng = 0.02, np.random.default_rng(5)  # several times what the robot file calls usual
-    ekf = GyroEkf(ROBOT)
+    ekf = SynchronousEkf(ROBOT)
     for _ in range(500):
-        estimate = ekf.update(0, 0, bias + ROBOT.sensors.imu.gyro_noise * rng.normal(), DT)
+        estimate = ekf.update(0, 0, DT, bias + ROBOT.sensors.imu.gyro_noise * rng.normal())
     found, deviation = ekf.gyro_bias
     assert abs(found - bias) < 4.0 * deviation < 1e-3
     assert abs(estimate.pose.yaw) < math.radians(0.05)
@@ -85,13 +84,13 @@ def test_bias_is_found_at_standstill():
 def test_a_wrong_diameter_is_found_from_the_gyro():
     """Only the difference of the wheels shows in the turning; the filter has to say so too."""
     commands, true_right = hotel_round(metres=15.0), 1.006
-    ekf, rolled, rng = GyroEkf(ROBOT), np.zeros(2), np.random.default_rng(2)
+    ekf, rolled, rng = SynchronousEkf(ROBOT), np.zeros(2), np.random.default_rng(2)
     base = ROBOT.wheels.separation
-    ekf.update(0, 0, 0.0, DT)
+    ekf.update(0, 0, DT, 0.0)
     for v, w in commands:
         rolled += DT * np.array([v - 0.5 * w * base, (v + 0.5 * w * base) / true_right])
         left, right = np.floor(rolled / ROBOT.metres_per_tick)
-        ekf.update(int(left), int(right), w + ROBOT.sensors.imu.gyro_noise * rng.normal(), DT)
+        ekf.update(int(left), int(right), DT, w + ROBOT.sensors.imu.gyro_noise * rng.normal())
     shares, covariance = ekf.calibration
     assert shares[1] - shares[0] == pytest.approx(0.006, abs=0.001)
     assert covariance[0, 0] + covariance[1, 1] > covariance[0, 0] + covariance[1, 1] - 2 * covariance[0, 1]
@@ -100,25 +99,25 @@ def test_a_wrong_diameter_is_found_from_the_gyro():
 def test_without_gyro_it_goes_on_with_less_certainty_and_says_so():
     commands = hotel_round(metres=10.0)
     readings = list(drive(ROBOT, commands, Faults(), np.random.default_rng(1)))
-    steady, dropped = GyroEkf(ROBOT), GyroEkf(ROBOT)
+    steady, dropped = SynchronousEkf(ROBOT), SynchronousEkf(ROBOT)
     for k, r in enumerate(readings):
-        with_gyro = steady.update(r.left, r.right, r.gyro_z, DT)
-        without = dropped.update(r.left, r.right, r.gyro_z if k < 400 else None, DT)
-    assert not steady.on_wheels_only and dropped.on_wheels_only
+        with_gyro = steady.update(r.left, r.right, DT, r.gyro_z)
+        without = dropped.update(r.left, r.right, DT, r.gyro_z if k < 400 else None)
+    assert steady.gyro_age == 0.0
     assert dropped.gyro_age == pytest.approx((len(readings) - 400) * DT)
     assert without.covariance[2, 2] > 4.0 * with_gyro.covariance[2, 2]
     assert nees(r.truth, without) < 16.3  # 99.9 % of chi-squared with 3 degrees of freedom
 
 
 def test_a_slipping_wheel_does_not_turn_the_heading():
-    ekf, wheels = GyroEkf(ROBOT), DeadReckoning(ROBOT)
+    ekf, wheels = SynchronousEkf(ROBOT), SynchronousEkf(ROBOT)
     left = right = 0
     slipped, gyro = 0, live(0.001)
     for k in range(600):
         spinning = 300 <= k < 330
         moving = k >= 100
         left, right = left + 90 * moving, right + (150 if spinning else 90) * moving
-        fused, counted = ekf.update(left, right, next(gyro), DT), wheels.update(left, right, DT)
+        fused, counted = ekf.update(left, right, DT, next(gyro)), wheels.update(left, right, DT)
         slipped += ekf.slipping
     by_counts = 60 * 30 * ROBOT.metres_per_tick / ROBOT.wheels.separation
     assert counted.pose.yaw == pytest.approx(by_counts, rel=0.05) and by_counts > 0.2
@@ -128,41 +127,41 @@ def test_a_slipping_wheel_does_not_turn_the_heading():
 
 @pytest.mark.parametrize("damage", [math.nan, math.inf, -1e9, 60.0])
 def test_a_damaged_reading_is_left_out(damage):
-    ekf = GyroEkf(ROBOT)
+    ekf = SynchronousEkf(ROBOT)
     for k in range(50):
-        before = ekf.update(80 * k, 80 * k, 0.0, DT)
-    after = ekf.update(80 * 50, 80 * 50, damage, DT)
-    assert ekf.gyro.refused == 1 and ekf.on_wheels_only
+        before = ekf.update(80 * k, 80 * k, DT, 0.0)
+    after = ekf.update(80 * 50, 80 * 50, DT, damage)
+    assert ekf.gyro.refused == 1 and ekf.gyro_age > 0.0
     assert abs(after.pose.yaw - before.pose.yaw) < 1e-3
-    ekf.update(80 * 51, 80 * 51, 0.0, DT)
-    assert not ekf.on_wheels_only
+    ekf.update(80 * 51, 80 * 51, DT, 0.0)
+    assert ekf.gyro_age == 0.0
 
 
 def test_a_robot_carried_away_turns_with_its_gyro():
-    ekf, still, turning = GyroEkf(ROBOT), live(0.0), live(1.0)
+    ekf, still, turning = SynchronousEkf(ROBOT), live(0.0), live(1.0)
     for _ in range(100):
-        ekf.update(0, 0, next(still), DT)
+        ekf.update(0, 0, DT, next(still))
     for _ in range(50):
-        estimate = ekf.update(0, 0, next(turning), DT)
+        estimate = ekf.update(0, 0, DT, next(turning))
     assert ekf.slipping
     assert estimate.pose.yaw == pytest.approx(1.0, abs=0.01)
 
 
 @pytest.mark.slow
 def test_covariances_stay_positive_semidefinite_over_an_hour():
-    ekf, rng, left, right = GyroEkf(ROBOT), np.random.default_rng(3), 0, 0
+    ekf, rng, left, right = SynchronousEkf(ROBOT), np.random.default_rng(3), 0, 0
     for k in range(60_000):
         if (k // 1000) % 3:
             left, right = left + int(rng.integers(60, 100)), right + int(rng.integers(60, 100))
-        estimate = ekf.update(left, right, float(rng.normal(0.0, 0.01)), 0.06)
+        estimate = ekf.update(left, right, 0.06, float(rng.normal(0.0, 0.01)))
     for matrix in (estimate.covariance, estimate.twist_covariance, ekf.calibration[1]):
         assert np.array_equal(matrix, matrix.T)
         assert np.linalg.eigvalsh(matrix).min() > -1e-12
 
 
 def test_moving_at_the_first_call_is_not_taken_for_bias():
-    ekf = GyroEkf(ROBOT)
-    ekf.update(12345, 54321, 0.7, DT)
+    ekf = SynchronousEkf(ROBOT)
+    ekf.update(12345, 54321, DT, 0.7)
     assert ekf.gyro_bias[0] == 0.0
 
 

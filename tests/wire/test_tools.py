@@ -8,7 +8,6 @@ import signal
 import sys
 import threading
 import time
-import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -38,8 +37,8 @@ from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import SENSOR_DATA, TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.session import RmwContext
-from chefbot.ros2.tools.graph_layout import lay_out
-from chefbot.ros2.tools.graph_svg import to_svg
+from chefbot.ros2.tools.graph import write_graph
+from chefbot.ros2.tools.graph_dot import to_dot
 from chefbot.ros2.tools.meter import Meter
 from chefbot.ros2.tools.param import parameter_to_plain, plain_to_parameter
 from chefbot.ros2.tools.remote_types import make_class
@@ -250,10 +249,10 @@ def test_ctrl_c_cancels_a_goal(verb: Callable, wire: RmwContext, base: RmwNode, 
 
 
 def test_the_graph_is_drawn_and_told(verb: Callable, base: RmwNode, tmp_path: Path) -> None:
-    out = tmp_path / "graph.svg"
+    out = tmp_path / "graph.dot"
     assert verb("graph", "--out", str(out), "--duration", "1")[0] == 0
-    texts = {one.text for one in ET.parse(out).iter("{http://www.w3.org/2000/svg}text")}
-    assert {"/r/base", "/r/slam", "/r/scan"} <= texts and any("Hz" in str(one) for one in texts)
+    text = out.read_text()
+    assert '"/r/base" -> "topic /r/scan"' in text and '"topic /r/scan" -> "/r/slam"' in text and " Hz" in text
     found = json.loads(verb("graph", "--json", "--duration", "1")[1])
     (scan,) = [one for one in found["topics"] if one["name"] == "/r/scan"]
     assert scan["publishers"] == ["/r/base"] and scan["subscriptions"] == ["/r/slam"]
@@ -329,32 +328,21 @@ def test_definitions_that_mean_harm_are_refused(field: FieldDescription) -> None
         make_class(one._replace(uses=(one,)))
 
 
-names = st.integers(0, 12).map(str)
-edges_of_graphs = st.lists(
-    st.tuples(names, names).filter(lambda edge: edge[0] != edge[1]), max_size=30, unique=True
-)
-
-
-@given(edges_of_graphs, st.randoms(use_true_random=False))
-def test_boxes_do_not_overlap_and_lines_join_them(edges: list, random) -> None:
-    sizes = {str(n): (random.uniform(20, 200), random.uniform(10, 80)) for n in range(13)}
-    layout = lay_out(sizes, edges)
-    boxes = list(layout.boxes.values())
-    for number, a in enumerate(boxes):
-        for b in boxes[number + 1 :]:
-            apart_x = a.x + a.width <= b.x + 1e-6 or b.x + b.width <= a.x + 1e-6
-            apart_y = a.y + a.height <= b.y + 1e-6 or b.y + b.height <= a.y + 1e-6
-            assert apart_x or apart_y
-    assert set(layout.lines) == set(edges)
-    for (tail, head), points in layout.lines.items():
-        for name, (x, y) in ((tail, points[0]), (head, points[-1])):
-            box = layout.boxes[name]
-            assert min(abs(x - box.x), abs(x - box.x - box.width)) < 1e-6
-            assert abs(y - box.y - box.height / 2) < 1e-6
-
-
-def test_a_picture_of_nothing_is_a_picture() -> None:
-    ET.fromstring(to_svg({"nodes": [], "topics": [], "actions": [], "mismatches": ["<&>"]}))
+def test_the_graph_is_quoted_and_drawn_by_graphviz_where_it_is_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dot = to_dot({"nodes": ["/a"], "topics": [], "actions": [], "mismatches": ['<&> "b"', "c"]})
+    assert '"/a" [label="/a"' in dot and '! <&> \\"b\\"\\n! c' in dot
+    monkeypatch.setenv("PATH", str(tmp_path))
+    out = tmp_path / "runs" / "graph.svg"
+    assert f"`dot -Tsvg {out.with_suffix('.dot')} -o {out}`" in write_graph(out, dot)
+    assert out.with_suffix(".dot").read_text() == dot and not out.exists()
+    program = tmp_path / "dot"
+    program.write_text('#!/bin/sh\n[ "$1" = -Tsvg ] && exec /bin/cat\necho "no format $1" >&2; exit 1\n')
+    program.chmod(0o755)
+    assert write_graph(out, dot) == str(out) and out.read_text() == dot
+    with pytest.raises(UserError, match="no format -Txyz"):
+        write_graph(tmp_path / "graph.xyz", dot)
 
 
 @given(st.lists(st.floats(1e-4, 10.0), min_size=1, max_size=30))

@@ -1,4 +1,4 @@
-"""Odometry from wheel encoders, IMU and scan matching by an extended Kalman filter."""
+"""Odometry from wheel encoders and IMU by an extended Kalman filter."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticArray, DiagnosticSt
 from chefbot.msgs.geometry_msgs import (
     Pose,
     PoseWithCovariance,
-    PoseWithCovarianceStamped,
     TransformStamped,
     Twist,
     TwistWithCovariance,
@@ -28,7 +27,7 @@ from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.estimate import MotionEstimate
 from chefbot.odometry.params import OdometryParams
-from chefbot.odometry.readings import ImuReading, PoseReading, Triple, WheelCounts
+from chefbot.odometry.readings import ImuReading, Triple, WheelCounts
 from chefbot.odometry.sensor_health import Condition, Source
 from chefbot.robot.section import Mount
 from chefbot.runtime.node import In, Node, Out, every, topic
@@ -43,8 +42,6 @@ class OdometryNode(Node):
     params: OdometryParams
     wheel_ticks: In[WheelTicks]
     imu: In[Imu] = topic("imu/data")
-    scan_match: In[PoseWithCovarianceStamped]
-    """Poses in `odom` from a scan matcher; optional."""
     odom: Out[Odometry]
     tf_out: Out[TFMessage] = topic("tf")
     diagnostics: Out[DiagnosticArray]
@@ -65,14 +62,6 @@ class OdometryNode(Node):
                 self._to_base_axes(imu.linear_acceleration),
                 self._variances(imu.linear_acceleration_covariance, spec.accelerometer_noise),
             )
-        )
-
-    def on_scan_match(self, match: PoseWithCovarianceStamped) -> None:
-        """Add a pose from scan matching, at the time of the scan, to the filter."""
-        covariance, planar = match.pose.covariance.reshape(6, 6), [0, 1, 5]
-        a, b, c = covariance[np.ix_(planar, planar)].tolist()
-        self._filter.add(
-            PoseReading(match.header.stamp.ns, match.pose.pose.se2, (tuple(a), tuple(b), tuple(c)))
         )
 
     def on_wheel_ticks(self, ticks: WheelTicks) -> None:

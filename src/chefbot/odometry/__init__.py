@@ -1,1 +1,1 @@
-"""Odometry from wheel encoders alone, and fused with IMU and scan matching by an extended Kalman filter."""
+"""Odometry from wheel encoders alone, and fused with an IMU by an extended Kalman filter."""

@@ -17,7 +17,6 @@ _CONSEQUENCES = {
     Source.GYRO: "continuing with the wheels alone",
     Source.ACCELEROMETER: "assuming a level floor",
     Source.ATTITUDE: "continuing without it",
-    Source.SCANS: "continuing without them",
 }
 
 

@@ -79,9 +79,10 @@ class DriveModel:
             raise ValueError(f"counter_bits must be 2 to 64, not {self.counter_bits}")
 
     @classmethod
-    def of(cls, robot: Robot, params: OdometryParams, counter_bits: int = 64) -> DriveModel:
+    def of(cls, robot: Robot, params: OdometryParams | None = None, counter_bits: int = 64) -> DriveModel:
         """Return the model of a robot; `counter_bits` is the width of the board's counters, which may wrap
         around."""
+        params = params or OdometryParams()
         imu, max_wheel_speed = robot.sensors.imu, robot.motor.no_load_speed * robot.wheel_radius
         calibration = robot.calibration
         factors = (

@@ -1,4 +1,4 @@
-"""Extended Kalman filter over wheels, gyro, accelerometer and scan-matching poses.
+"""Extended Kalman filter over wheels, gyro, accelerometer and attitude.
 
 Wheels measure standstill well, a gyro measures rotation well. A wheel slips and has a diameter error, a gyro
 has a bias; each makes the error of the other observable. At standstill the bias is observed directly: the
@@ -25,12 +25,12 @@ from chefbot.odometry.filter_state import FilterState
 from chefbot.odometry.fusion import predict_without_wheels, process_reading
 from chefbot.odometry.motion_model import YAW, X, Y
 from chefbot.odometry.out_of_sequence import History
-from chefbot.odometry.readings import ImuReading, PoseReading, Reading, WheelCounts, WheelTwist
+from chefbot.odometry.readings import ImuReading, Reading, WheelCounts, WheelTwist
 from chefbot.odometry.sensor_health import Condition, Source
 from chefbot.odometry.wheel_travel import EncoderState
 
 HORIZON_NS = 1_000_000_000
-"""Maximum delay of a reading, ns: longer than matching a scan takes, and short enough to reprocess."""
+"""Maximum delay of a reading, ns: longer than any transport takes, and short enough to reprocess."""
 LATE_NS = 50_000_000
 """Lag behind the newest reading from which a source counts as late, ns."""
 MAX_STEP = 100.0
@@ -42,7 +42,6 @@ LOST_NS = {
     Source.GYRO: 200_000_000,
     Source.ACCELEROMETER: 200_000_000,
     Source.ATTITUDE: 300_000_000,
-    Source.SCANS: 2_000_000_000,
 }
 """Timeout of each source, ns, a few of its periods. The estimate continues without the source immediately."""
 
@@ -164,4 +163,4 @@ def _sources(reading: Reading) -> tuple[Source, ...]:
             (Source.ATTITUDE, reading.attitude_variance),
         )
         return tuple(source for source, variance in measured if min(variance) != float("inf"))
-    return (Source.SCANS,) if isinstance(reading, PoseReading) else (Source.WHEELS,)
+    return (Source.WHEELS,)

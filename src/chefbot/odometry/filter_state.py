@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.motion_model import Array
-from chefbot.odometry.readings import ImuReading, PoseReading
+from chefbot.odometry.readings import ImuReading
 from chefbot.odometry.sensor_health import SensorMonitor, Source
 from chefbot.odometry.wheel_travel import EncoderState
 
@@ -32,7 +32,7 @@ class FilterState(NamedTuple):
     """Fault monitors by source; must not be changed in place."""
     stamp_ns: int | None = None
     counters: EncoderState = EncoderState()
-    pending: tuple[ImuReading | PoseReading, ...] = ()
+    pending: tuple[ImuReading, ...] = ()
     velocity: MeanVelocity | None = None
     gyro_ns: int | None = None
     """Start of the yaw increment `SWING`: the stamp of the last gyro reading, ns."""

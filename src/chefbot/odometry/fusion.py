@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.filter_state import FilterState
-from chefbot.odometry.measurement_updates import hear_imu, update_pose
+from chefbot.odometry.measurement_updates import update_imu
 from chefbot.odometry.propagation import PropagationInterval
-from chefbot.odometry.readings import ImuReading, Reading, WheelCounts, WheelTwist
+from chefbot.odometry.readings import Reading, WheelCounts, WheelTwist
 from chefbot.odometry.sensor_health import Source
 from chefbot.odometry.wheel_travel import (
     EncoderState,
@@ -88,8 +88,7 @@ def _initialise(belief: FilterState, reading: WheelCounts | WheelTwist) -> Filte
     """Set the origin of odom at the first wheel reading; discard the readings before it."""
     counts = (reading.left, reading.right) if isinstance(reading, WheelCounts) else None
     counters = belief.counters._replace(counts=counts)
-    imu_stamps = [r.stamp_ns for r in belief.pending if isinstance(r, ImuReading)]
-    gyro_ns = reading.stamp_ns if imu_stamps else None
+    gyro_ns = reading.stamp_ns if belief.pending else None
     return belief._replace(stamp_ns=reading.stamp_ns, counters=counters, pending=(), gyro_ns=gyro_ns)
 
 
@@ -100,10 +99,7 @@ def _propagate(
     interval = PropagationInterval(body, belief, rolled, stamp_ns - belief.stamp_ns, counters.standing)
     # Prediction to each pending reading and its measurement update, in order of the stamps
     for reading in belief.pending:
-        if isinstance(reading, ImuReading):
-            hear_imu(interval, reading)
-        else:
-            update_pose(interval, reading)
+        update_imu(interval, reading)
     # Prediction over the remaining part of the interval
     interval.move_to(stamp_ns)
     since = belief.contradicted_ns if belief.contradicted_ns is not None else stamp_ns

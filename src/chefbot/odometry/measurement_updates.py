@@ -1,4 +1,4 @@
-"""Measurement updates with accelerometer, attitude and scan-matching poses."""
+"""Measurement updates with gyro, accelerometer and attitude."""
 
 from __future__ import annotations
 
@@ -17,14 +17,11 @@ from chefbot.odometry.motion_model import (
     PITCH,
     ROLL,
     SIZE,
-    YAW,
     Array,
-    X,
-    Y,
     Z,
 )
 from chefbot.odometry.propagation import PropagationInterval, selection_jacobian
-from chefbot.odometry.readings import ImuReading, PoseReading
+from chefbot.odometry.readings import ImuReading
 from chefbot.odometry.sensor_health import Condition, Source
 from chefbot.robot.spec import GRAVITY
 
@@ -39,13 +36,11 @@ TILT_STATES: Flags = np.zeros(SIZE, np.bool_)
 wheel motion as given, so the planar states (heading, wheels, gyro about z) are consider states in these
 updates."""
 TILT_STATES[[Z, ROLL, PITCH, GYRO_BIAS_X, GYRO_BIAS_Y, ACCEL_BIAS_X, ACCEL_BIAS_Y]] = True
-MIN_MATCH_NOISE = 1e-3
-"""Minimum standard deviation of a scan match, m and rad; also used for a covariance that was left at zero."""
-STUCK_TURN, STUCK_SPEED, STUCK_TRAVEL = 0.05, 0.1, 0.1
-"""Wheel motion (rad, m/s, m) from which repeating readings of attitude, accelerometer and scans are stuck."""
+STUCK_TURN, STUCK_SPEED = 0.05, 0.1
+"""Wheel motion (rad, m/s) from which repeating readings of attitude and accelerometer are stuck."""
 
 
-def hear_imu(interval: PropagationInterval, reading: ImuReading) -> None:
+def update_imu(interval: PropagationInterval, reading: ImuReading) -> None:
     """Update the state with gyro, accelerometer and attitude at the stamp of the reading."""
     # Rates about x and y: zero-velocity update at standstill, otherwise input of the next prediction
     has_tilt = _has_tilt_rates(interval, reading) and not _zero_velocity_update(interval, reading)
@@ -57,19 +52,6 @@ def hear_imu(interval: PropagationInterval, reading: ImuReading) -> None:
         _update_accelerometer(interval, reading)
     if any(math.isfinite(v) for v in reading.attitude_variance):
         _update_attitude(interval, reading)
-
-
-def update_pose(interval: PropagationInterval, reading: PoseReading) -> None:
-    """Update the state with a scan-matching pose at its stamp."""
-    interval.move_to(reading.stamp_ns)
-    before = interval.monitors[Source.SCANS]
-    interval.monitors[Source.SCANS] = before.with_reading(reading.stamp_ns, tuple(reading.pose), STUCK_TRAVEL)
-    # Innovation y = z - h(x), h(x) = (x, y, yaw)
-    x, y, yaw = reading.pose
-    innovation = np.array([x - interval.state[X], y - interval.state[Y], wrap(yaw - interval.state[YAW])])
-    axes = (X, Y, YAW)
-    noise = np.array(reading.covariance) + MIN_MATCH_NOISE**2 * np.eye(3)
-    interval.gated_update(Source.SCANS, innovation, selection_jacobian(axes), noise, axes)
 
 
 def _has_tilt_rates(interval: PropagationInterval, reading: ImuReading) -> bool:

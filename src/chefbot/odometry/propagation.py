@@ -29,7 +29,7 @@ GYRO_TIMEOUT_NS = 100_000_000
 SLOPE_TIME_CONSTANT = 1.0
 """Time constant of the floor slope under a driving robot without a gyro, s: a tile or two at walking
 speed."""
-MAX_CONSECUTIVE_OUTLIERS = {Source.ATTITUDE: 5, Source.SCANS: 5, Source.ACCELEROMETER: 50}
+MAX_CONSECUTIVE_OUTLIERS = {Source.ATTITUDE: 5, Source.ACCELEROMETER: 50}
 """Outliers in a row after which a source is accepted, because then the estimate is wrong. The accelerometer
 observes the attitude only indirectly, and a push lasts longer than an outlier."""
 
@@ -135,7 +135,6 @@ class PropagationInterval:
         expected_rates = {
             Source.ATTITUDE: self.velocity.turn,
             Source.ACCELEROMETER: acceleration,
-            Source.SCANS: self.velocity.speed,
         }
         for source, rate in expected_rates.items():
             if self.monitors[source].repeating:

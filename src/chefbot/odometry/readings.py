@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from chefbot.maths.se2 import SE2
-
 UNMEASURED = (math.inf, math.inf, math.inf)
 """Variances of three axes that were not measured."""
 Triple = tuple[float, float, float]
@@ -52,19 +50,8 @@ class ImuReading(NamedTuple):
     attitude_variance: Triple = UNMEASURED
 
 
-class PoseReading(NamedTuple):
-    """A pose of the robot in odom from scan matching.
-
-    covariance: (x, y, yaw), 3 x 3 by rows, m^2, m rad, rad^2; positive definite.
-    """
-
-    stamp_ns: int
-    pose: SE2
-    covariance: tuple[Triple, Triple, Triple]
-
-
-Reading = WheelCounts | WheelTwist | ImuReading | PoseReading
-_RANKS = {ImuReading: 0, PoseReading: 1, WheelTwist: 2, WheelCounts: 2}
+Reading = WheelCounts | WheelTwist | ImuReading
+_RANKS = {ImuReading: 0, WheelTwist: 1, WheelCounts: 1}
 Key = tuple[int, int, str]
 
 

@@ -17,7 +17,6 @@ class Source(Enum):
     GYRO = "gyro"
     ACCELEROMETER = "accelerometer"
     ATTITUDE = "attitude"
-    SCANS = "scan matching"
 
 
 class Condition(Enum):

@@ -6,14 +6,16 @@ places:
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Annotated
 
 import msgspec
-import yaml
 from msgspec import Meta
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap
 
 from chefbot.config import read_config
 from chefbot.errors import UserError, name_hint
@@ -51,13 +53,34 @@ def load_places(path: Path) -> dict[str, SE2]:
 
 
 def save_places(path: Path, places: Mapping[str, SE2]) -> None:
-    """Write the places file atomically, with poses in the map frame."""
-    entries = {
-        name: {"x": f"{pose.x:.3f} m", "y": f"{pose.y:.3f} m", "yaw": f"{math.degrees(pose.yaw):.1f} deg"}
-        for name, pose in places.items()
-    }
-    about = "# Named places on the map beside this file; edit freely.\n"
-    write_atomic(path, (about + yaml.safe_dump({"places": entries}, sort_keys=False)).encode())
+    """Write the poses (map frame) into the places file atomically; comments and unchanged places are kept."""
+    yaml = YAML()
+    file, known = _loaded(path, yaml)
+    entries, written = file["places"], {name: _entry(pose) for name, pose in known.items()}
+    for name in [name for name in entries if name not in places]:
+        del entries[name]
+    for name, pose in places.items():
+        if written.get(name) != _entry(pose):
+            entries.setdefault(name, _entry(pose)).update(_entry(pose))
+    stream = io.BytesIO()
+    yaml.dump(file, stream)
+    write_atomic(path, stream.getvalue())
+
+
+def _loaded(path: Path, yaml: YAML) -> tuple[CommentedMap, dict[str, SE2]]:
+    """Return the content of a places file with its comments, and its poses; empty if there is no file."""
+    if path.is_file():
+        known = load_places(path)
+        return yaml.load(path.read_bytes()), known
+    file = CommentedMap({"places": CommentedMap()})
+    file.yaml_set_start_comment("Named places on the map beside this file; edit freely.")
+    return file, {}
+
+
+def _entry(pose: SE2) -> CommentedMap:
+    entry = CommentedMap(x=f"{pose.x:.3f} m", y=f"{pose.y:.3f} m", yaw=f"{math.degrees(pose.yaw):.1f} deg")
+    entry.fa.set_flow_style()
+    return entry
 
 
 def find_place(query: str, places: Collection[str]) -> str:

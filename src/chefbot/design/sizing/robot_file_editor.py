@@ -1,20 +1,20 @@
-"""Values of a robot file changed in its text, so that its order, units and comments stay as a person wrote them."""
+"""Changes of a robot file's values that keep its order, units and comments."""
 
 from __future__ import annotations
 
-import re
-from typing import NamedTuple
+import io
+from typing import Any, NamedTuple
 
-import yaml
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.error import CommentMark
+from ruamel.yaml.tokens import CommentToken
 
-from chefbot.errors import UserError
-
-_COMMENT = re.compile(r"[ \t]*#[^\n]*")
 COMMENT_COLUMN = 30
 
 
 class Change(NamedTuple):
-    """A new value of the key that `path` leads to, as text of YAML, and a comment that says why ('' for none)."""
+    """A new value of the key that `path` leads to, as YAML text, and a comment with the reason ('' for none)."""
 
     path: tuple[str, ...]
     text: str
@@ -22,18 +22,22 @@ class Change(NamedTuple):
 
 
 def changed(text: str, changes: list[Change]) -> str:
-    """`text` with the changes made, one after the other; a key that the file does not have is added.
+    """Return `text` with the changes made one after the other; a key that the file does not have is added.
 
-    A section that becomes a name (`motor: pololu_37d_70`) loses its inner lines; a comment behind a changed value
-    goes, as it spoke of the old one.
+    A section that becomes a name (`motor: pololu_37d_70`) loses its entries. The comment behind a changed value
+    is replaced, as it described the old one; all other comments are kept.
     """
+    yaml = _round_trip()
+    root = yaml.load(text)
     for change in changes:
-        text = _change(text, change)
-    return text
+        _change(root, change)
+    stream = io.StringIO()
+    yaml.dump(root, stream)
+    return stream.getvalue()
 
 
 def headed(text: str, lines: list[str]) -> str:
-    """`text` with `lines` as the comment at its top instead of the comment that it had there."""
+    """Return `text` with `lines` as the comment at its top, instead of the comment that it had there."""
     rest = text.split("\n")
     while rest and (rest[0].startswith("#") or not rest[0].strip()):
         rest.pop(0)
@@ -41,81 +45,71 @@ def headed(text: str, lines: list[str]) -> str:
 
 
 def value_of(text: str, path: tuple[str, ...]) -> str | None:
-    """The text of the key's value, None where the file does not have it."""
-    found = _find(_composed(text), path)
-    return str(found[1].value) if found and isinstance(found[1], yaml.ScalarNode) else None
+    """Return the key's value as text; None if the file does not have the key, or it is a section."""
+    value = _round_trip().load(text)
+    for key in path:
+        value = value.get(key) if isinstance(value, CommentedMap) else None
+    return None if value is None or isinstance(value, CommentedMap | CommentedSeq) else str(value)
 
 
-def _composed(text: str) -> yaml.MappingNode:
-    node = yaml.compose(text, Loader=yaml.SafeLoader)
-    if not isinstance(node, yaml.MappingNode):
-        raise UserError("the robot file is not a list of sections")
-    return node
+def _round_trip() -> YAML:
+    yaml = YAML()
+    yaml.preserve_quotes = True
+    yaml.width = 10_000  # long lines are not wrapped
+    yaml.indent(mapping=2, sequence=4, offset=2)
+    return yaml
 
 
-def _change(text: str, change: Change) -> str:
-    """The value replaced, or the key added to the deepest section on its way that the file has."""
-    root = _composed(text)
-    found = _find(root, change.path)
-    if found is not None:
-        return _replaced(text, found, change)
-    for depth in range(len(change.path) - 1, 0, -1):
-        section = _find(root, change.path[:depth])
-        if section is not None and isinstance(section[1], yaml.MappingNode) and section[1].value:
-            return _added(text, section[1], change, depth)
-    return text.rstrip("\n") + "\n\n" + _block(change.path, change, 0) + "\n"
+def _change(root: CommentedMap, change: Change) -> None:
+    section, path = root, change.path
+    while len(path) > 1 and isinstance(section.get(path[0]), CommentedMap):
+        section, path = section[path[0]], path[1:]
+    key, value = path[0], _round_trip().load(change.text)
+    for name in reversed(path[1:]):
+        value = CommentedMap({name: value})
+    if section.fa.flow_style():  # {key: value} has no comments of its own
+        section[key] = value
+        return
+    below = ""
+    if key in section:
+        below = _take_below(section, key)
+    elif section is root:
+        last = list(root)[-1]
+        end = _take_below(root, last).rstrip("\n")
+        _append(*_last_entry(root, last), f"{end}\n\n" if end else "\n")
+    else:
+        below = _take_below(section, list(section)[-1])
+    section[key] = value
+    section.ca.items.pop(key, None)
+    _append(*_last_entry(section, key), below, change.comment)
 
 
-def _replaced(text: str, found: tuple[yaml.Node, yaml.Node], change: Change) -> str:
-    begin, end = found[0].end_mark.index, _last_index(found[1])
-    tail = text[end:]
-    comment = _COMMENT.match(tail)
-    if comment:
-        tail = tail[comment.end() :]
-    line = f": {change.text}"
-    if tail[:1] in ("", "\n"):
-        line += _remark(change, begin - (text.rfind("\n", 0, begin) + 1) + len(line))
-    return text[:begin] + line + tail
+def _last_entry(holder: Any, key: Any) -> tuple[Any, Any]:
+    """Return the innermost last entry of a value: ruamel attaches the lines below the value to it."""
+    value = holder[key]
+    if not isinstance(value, CommentedMap | CommentedSeq) or value.fa.flow_style() or not value:
+        return holder, key
+    return _last_entry(value, list(value)[-1] if isinstance(value, CommentedMap) else len(value) - 1)
 
 
-def _added(text: str, section: yaml.MappingNode, change: Change, depth: int) -> str:
-    """The rest of the path behind the section's last entry."""
-    rest = change.path[depth:]
-    end = _last_index(section.value[-1][1])
-    if section.flow_style:
-        inner = change.text
-        for key in reversed(rest[1:]):
-            inner = f"{{{key}: {inner}}}"
-        return f"{text[:end]}, {rest[0]}: {inner}{text[end:]}"
-    line_end = text.find("\n", end)
-    line_end = len(text) if line_end < 0 else line_end
-    return text[:line_end] + "\n" + _block(rest, change, section.start_mark.column) + text[line_end:]
+def _take_below(holder: Any, key: Any) -> str:
+    """Remove the empty lines and comments below an entry, without the comment behind it, and return them."""
+    holder, key = _last_entry(holder, key)
+    slots = holder.ca.items.get(key)
+    token = slots and slots[2 if isinstance(holder, CommentedMap) else 0]
+    if not token:
+        return ""
+    behind, _, below = token.value.partition("\n")
+    token.value = behind + "\n"
+    return str(below)
 
 
-def _block(path: tuple[str, ...], change: Change, indent: int) -> str:
-    lines = [f"{' ' * (indent + 2 * i)}{key}:" for i, key in enumerate(path)]
-    lines[-1] += f" {change.text}"
-    lines[-1] += _remark(change, len(lines[-1]))
-    return "\n".join(lines)
-
-
-def _remark(change: Change, column: int) -> str:
-    return " " * max(2, COMMENT_COLUMN - column) + f"# {change.comment}" if change.comment else ""
-
-
-def _find(node: yaml.Node | None, path: tuple[str, ...]) -> tuple[yaml.Node, yaml.Node] | None:
-    """Nodes of the key and of its value."""
-    if not isinstance(node, yaml.MappingNode):
-        return None
-    for key, value in node.value:
-        if key.value == path[0]:
-            return (key, value) if len(path) == 1 else _find(value, path[1:])
-    return None
-
-
-def _last_index(node: yaml.Node) -> int:
-    """Where the node's text ends, without the comments and empty lines that follow a block."""
-    if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
-        last = node.value[-1]
-        return _last_index(last[1] if isinstance(last, tuple) else last)
-    return int(node.end_mark.index)
+def _append(holder: Any, key: Any, below: str, comment: str = "") -> None:
+    """Add lines below an entry, and a comment behind it if it has none."""
+    slot = 2 if isinstance(holder, CommentedMap) else 0
+    slots = holder.ca.items.setdefault(key, [None] * 4)
+    if slots[slot] is None:
+        behind = f"# {comment}" if comment else ""
+        slots[slot] = CommentToken(f"{behind}\n{below}", CommentMark(COMMENT_COLUMN), None)
+    else:
+        slots[slot].value += below

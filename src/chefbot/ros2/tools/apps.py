@@ -170,11 +170,13 @@ def param_describe(node: Annotated[str, _NODE], parameter: Annotated[str, _PARAM
 
 
 def graph(
-    out: Annotated[Path, typer.Option(help="SVG file")] = Path("runs/graph.svg"),
+    out: Annotated[Path, typer.Option(help="picture: svg, png or pdf; dot: text")] = Path(
+        "runs/graph.svg"
+    ),
     as_json: Annotated[bool, typer.Option("--json", help="print it as JSON, without a picture")] = False,
     duration: Annotated[float, typer.Option(min=0, help="how long rates are measured, s")] = 3.0,
 ) -> None:
-    """Draw the graph of nodes and topics with measured rates."""
+    """Draw the graph of nodes and topics with measured rates, by Graphviz where it is installed."""
     from chefbot.ros2.tools.graph import run_graph
 
     run_graph(out, as_json, duration)

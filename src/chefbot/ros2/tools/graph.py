@@ -1,17 +1,20 @@
-"""The command `chefbot graph`: nodes, topics and measured data rates, as a picture or as JSON."""
+"""The command `chefbot graph`: nodes, topics and measured data rates, drawn by Graphviz or as JSON."""
 
 from __future__ import annotations
 
 import json
+import shutil
+import subprocess
 import threading
 import time
 from pathlib import Path
 from typing import Any
 
+from chefbot.errors import UserError
 from chefbot.ros2.rmw.graph import Endpoint, EndpointGroup, Graph
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.tools.common import console, graph_node, is_hidden, mismatches, stop_event
-from chefbot.ros2.tools.graph_svg import to_svg
+from chefbot.ros2.tools.graph_dot import to_dot
 from chefbot.ros2.tools.meter import Meter, Rate
 from chefbot.ros2.tools.subscribe import TypedSampleCallback, subscribe_any
 from chefbot.ros2.tools.topic_info import without_tools
@@ -22,17 +25,44 @@ HOUSEKEEPING = {"/rosout", "/parameter_events"}
 
 
 def run_graph(out: Path, as_json: bool, seconds: float) -> None:
-    """Measure rates for `seconds`, then write the picture, or print the graph as JSON."""
+    """Measure rates for `seconds`, then draw the graph into `out`, or print it as JSON."""
     with graph_node("graph") as node, stop_event() as stop:
         rates = measure_rates(node, seconds, stop)
         graph = describe(node.wire.graph, rates)
     if as_json:
         console.print(json.dumps(graph, indent=2))
         return
-    write_into_folder(out, to_svg(graph).encode())
-    console.print(f"{out}: {len(graph['nodes'])} nodes, {len(graph['topics'])} topics")
+    note = write_graph(out, to_dot(graph))
+    console.print(f"{len(graph['nodes'])} nodes, {len(graph['topics'])} topics: {note}")
     for sentence in graph["mismatches"]:
         console.print(f"! {sentence}")
+
+
+def write_graph(out: Path, dot: str) -> str:
+    """Draw DOT text into `out` by Graphviz, and return a note on what was written.
+
+    The suffix of `out` chooses the format (svg, png, pdf, dot). The text itself is written if it is `.dot`, or,
+    beside `out`, if Graphviz is not installed. UserError if Graphviz does not know the format.
+    """
+    program = shutil.which("dot")
+    text = out.with_suffix(".dot")
+    if out == text or program is None:
+        write_into_folder(text, dot.encode())
+        if out == text:
+            return str(text)
+        draw = f"dot -T{_format(out)} {text} -o {out}"
+        return f"{text}; install Graphviz (sudo apt-get install graphviz) and draw it by `{draw}`"
+    command = [program, f"-T{_format(out)}"]
+    drawn = subprocess.run(command, input=dot.encode(), capture_output=True)
+    if drawn.returncode != 0:
+        reason = " ".join(drawn.stderr.decode(errors="replace").split())
+        raise UserError(f"Graphviz does not draw {out}: {reason}")
+    write_into_folder(out, drawn.stdout)
+    return str(out)
+
+
+def _format(out: Path) -> str:
+    return out.suffix[1:] or "svg"
 
 
 def measure_rates(node: RmwNode, seconds: float, stop: threading.Event) -> dict[str, dict[str, float | int]]:

@@ -315,7 +315,9 @@ def test_bridges_meet_the_topics_of_the_model(made: tuple[str, Path]) -> None:
 
 
 def test_every_world_has_its_launch_file(made: tuple[str, Path]) -> None:
-    launches = {file.name for file in (made[1] / "chefbot_gazebo" / "launch").glob("chefbot_*_world.launch.py")}
+    launches = {
+        file.name for file in (made[1] / "chefbot_gazebo" / "launch").glob("chefbot_*_world.launch.py")
+    }
     assert launches == {f"chefbot_{world}_world.launch.py" for world in built_in_worlds()}
 
 

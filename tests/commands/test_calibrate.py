@@ -11,9 +11,9 @@ import yaml
 
 from chefbot.cli import calibrate
 from chefbot.cli.calibrate import CalibrateOptions, run_calibrate
-from chefbot.design.export.mjcf import AsBuilt
 from chefbot.errors import UserError
 from chefbot.nodes.calibrator import CalibratorNode
+from chefbot.robot.as_built import AsBuilt
 from chefbot.robot.load import load_robot
 from chefbot.sim import simulation
 from chefbot.sim.realism import draw_as_built

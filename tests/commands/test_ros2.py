@@ -103,5 +103,5 @@ def test_a_robot_of_ones_own_is_named_by_its_file(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("like: desk\nname: mine\ndrive: {max_speed: 0.1 m/s}\n")
     run_ros2(str(tmp_path / "mine.yaml"), tmp_path / "src")
     bringup = tmp_path / "src" / "chefbot_bringup"
-    assert str(tmp_path / "mine.yaml") in (bringup / "launch" / "base.launch.py").read_text()
+    assert str(tmp_path / "mine.yaml") in (bringup / "config" / "robot.yaml").read_text()
     assert "vx_max: 0.1 " in (bringup / "config" / "nav2_params.yaml").read_text()

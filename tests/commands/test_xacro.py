@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from chefbot.cli.urdf_given import check_given, expanded
-from chefbot.design.export.ros_package import ros_package
+from chefbot.design.export.ros2.workspace import description_package
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
 
@@ -83,7 +83,7 @@ def test_a_turtlebots_description_is_expanded_as_xacro_does(tmp_path: Path) -> N
 def test_our_own_description_is_expanded_as_xacro_does(tmp_path: Path) -> None:
     files = {
         name: data
-        for name, data in ros_package(load_robot("chefbot")).items()
+        for name, data in description_package(load_robot("chefbot")).items()
         if name.endswith(("xml", "xacro"))
     }
     write(

@@ -93,8 +93,8 @@ def test_any_robot_is_the_same_in_every_description(
 
 
 def test_the_simulator_has_this_very_text(robot: Robot) -> None:
-    from chefbot.design.export.mjcf import AS_DRAWN
     from chefbot.maths.se2 import IDENTITY
+    from chefbot.robot.as_built import AS_DRAWN
 
     body = robot_xml(robot).body
     assert body in mjcf(robot)

@@ -8,12 +8,12 @@ import xml.etree.ElementTree as ET
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from chefbot.design.export.ros2.interfaces import interface_package
+from chefbot.design.export.ros2.workspace import message_package
 from chefbot.msgs.chefbot_msgs import Deliver
 from chefbot.msgs.idl.definition import type_hash
 from chefbot.msgs.idl.registry import message_type
 
-FILES = interface_package()
+FILES = {path: data.decode() for path, data in message_package().items()}
 MESSAGES = {path.removeprefix("msg/").removesuffix(".msg"): path for path in FILES if path.startswith("msg/")}
 
 

@@ -35,6 +35,7 @@ from chefbot.nodes.odometry import OdometryNode
 from chefbot.nodes.robot_state_publisher import RobotStatePublisherNode
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch, node_class, node_params
+from chefbot.sim.world.world import built_in_worlds
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 PACKAGES = ("chefbot_description", "chefbot_bringup", "chefbot_gazebo")
@@ -77,7 +78,7 @@ def test_papers_keep_the_rules_of_rep_149(made: tuple[str, Path], name: str) -> 
     assert root.findtext("buildtool_depend") == root.findtext("export/build_type") == "ament_cmake"
     depends = [one.text for one in root.iterfind("exec_depend")]
     assert len(depends) == len(set(depends)) and name not in depends
-    assert all(re.fullmatch(r"[a-z][a-z0-9_]*", one or "") for one in depends)
+    assert all(re.fullmatch(r"[a-z][a-z0-9_-]*", one or "") for one in depends)
     cmake = (package / "CMakeLists.txt").read_text()
     assert f"project({name} " in cmake and cmake.rstrip().endswith("ament_package()")
     (installed,) = re.findall(r"install\(DIRECTORY ([\w ]+) DESTINATION", cmake)
@@ -93,6 +94,7 @@ def test_the_chapters_launches_are_there_and_are_python(made: tuple[str, Path], 
     assert missing == ({"3dsensor"} if robot == "desk" and name == "chefbot_bringup" else set())
     for file in files:
         tree = ast.parse(file.read_text())
+        compile(tree, str(file), "exec")
         assert ast.get_docstring(tree)
         imported = {
             one.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for one in node.names
@@ -310,6 +312,21 @@ def test_bridges_meet_the_topics_of_the_model(made: tuple[str, Path]) -> None:
     to_ros = [row["ros_topic_name"] for row in rows if row["direction"] == "GZ_TO_ROS"]
     assert len(to_ros) == len(set(to_ros))
     assert ("/scan" in to_ros) == (load_robot(robot).sensors.lidar is not None)
+
+
+def test_every_world_has_its_launch_file(made: tuple[str, Path]) -> None:
+    launches = {
+        file.name for file in (made[1] / "chefbot_gazebo" / "launch").glob("chefbot_*_world.launch.py")
+    }
+    assert launches == {f"chefbot_{world}_world.launch.py" for world in built_in_worlds()}
+
+
+def test_rviz_shows_the_depth_image_of_a_robot_with_a_camera_only(made: tuple[str, Path]) -> None:
+    for name in ("robot", "navigation"):
+        file = yaml.safe_load((made[1] / "chefbot_bringup" / "rviz" / f"{name}.rviz").read_text())
+        shown = {one["Class"] for one in file["Visualization Manager"]["Displays"]}
+        camera = load_robot(made[0]).sensors.depth_camera
+        assert ("rviz_default_plugins/Image" in shown) == (camera is not None)
 
 
 @pytest.mark.slow

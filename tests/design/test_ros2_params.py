@@ -13,15 +13,15 @@ import pytest
 import yaml
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from tests.design.known_parameters import DISTRIBUTIONS
+from tests.design.parameter_check import faults
 
 from chefbot.design.export.ros2.annotated_yaml import Because, plain, written
 from chefbot.design.export.ros2.depth_to_scan import depth_to_scan
 from chefbot.design.export.ros2.derived_nav_params import Doubt, Figures
 from chefbot.design.export.ros2.ekf import STATE, ekf, ekf_tree
-from chefbot.design.export.ros2.known_parameters import DISTRIBUTIONS
 from chefbot.design.export.ros2.nav2 import nav2_params, nav2_tree
 from chefbot.design.export.ros2.odometry_noise import MARGIN, alphas
-from chefbot.design.export.ros2.parameter_check import faults
 from chefbot.design.export.ros2.slam import slam_toolbox, slam_tree
 from chefbot.errors import UserError
 from chefbot.robot.geometry.layout import overall_height

@@ -190,7 +190,8 @@ def test_the_packages_papers_are_in_order(package: Path) -> None:
     cmake = (package / "CMakeLists.txt").read_text()
     for folder in (path.name for path in package.iterdir() if path.is_dir()):
         assert folder in cmake
-    assert (package / "urdf" / f"{NAME}.urdf.xacro").exists() and f"{NAME}.urdf.xacro" in launch
+    assert (package / "urdf" / f"{NAME}.urdf.xacro").exists()
+    assert yaml.safe_load((package / "config" / "robot.yaml").read_text()) == {"name": NAME}
     for config in (package / "rviz" / "robot.rviz", package / "config" / "controllers.yaml"):
         assert isinstance(yaml.safe_load(config.read_text()), dict)
     controllers = yaml.safe_load((package / "config" / "controllers.yaml").read_text())

@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from chefbot.cli.describe import deliver
-from chefbot.config import parse_yaml
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.odometry.params import OdometryParams
@@ -38,40 +37,26 @@ def run_ros2(robot: str, out: Path) -> None:
 
 def ros2_packages(robot: Robot, name_or_file: str) -> Packages:
     """All files. Loads the CAD libraries. UserError for a robot that cannot navigate."""
-    from chefbot.design.export.ros2.bringup import PACKAGE as BRINGUP
-    from chefbot.design.export.ros2.bringup import bringup_package
     from chefbot.design.export.ros2.derived_nav_params import Doubt
-    from chefbot.design.export.ros2.gazebo import PACKAGE as GAZEBO
-    from chefbot.design.export.ros2.gazebo import gazebo_package
-    from chefbot.design.export.ros2.interfaces import PACKAGE as MESSAGES
-    from chefbot.design.export.ros2.interfaces import interface_package
-    from chefbot.design.export.ros_package import PACKAGE as DESCRIPTION
-    from chefbot.design.export.ros_package import ros_package
+    from chefbot.design.export.ros2.workspace import (
+        BRINGUP,
+        DESCRIPTION,
+        GAZEBO,
+        MESSAGES,
+        bringup_package,
+        description_package,
+        gazebo_package,
+        message_package,
+    )
 
     floor = OdometryParams()
     doubt = Doubt(floor.slip, floor.diameter_error, floor.separation_error)
-    bringup = bringup_package(robot, name_or_file, doubt)
-    _check_names(bringup)
-    gazebo = gazebo_package(robot, _worlds(robot))
     return {
-        DESCRIPTION: ros_package(robot),
-        BRINGUP: {path: text.encode() for path, text in bringup.items()},
-        GAZEBO: {path: text.encode() for path, text in gazebo.items()},
-        MESSAGES: {path: text.encode() for path, text in interface_package().items()},
+        DESCRIPTION: description_package(robot),
+        BRINGUP: bringup_package(robot, name_or_file, doubt),
+        GAZEBO: gazebo_package(robot, _worlds(robot)),
+        MESSAGES: message_package(),
     }
-
-
-def _check_names(files: dict[str, str]) -> None:
-    """ValueError if a file holds what ROS 2 would ignore or refuse: then the table or the file is wrong."""
-    from chefbot.design.export.ros2.known_parameters import DISTRIBUTIONS
-    from chefbot.design.export.ros2.parameter_check import faults
-
-    for path, text in files.items():
-        if path.startswith("config/"):
-            params = parse_yaml(text.encode(), path)
-            found = [fault for distribution in DISTRIBUTIONS for fault in faults(params, distribution)]
-            if found:
-                raise ValueError(f"{path}: {found[0]}")
 
 
 def _worlds(robot: Robot) -> dict[str, tuple[str, SE2]]:

@@ -18,12 +18,12 @@ def run_urdf(robot: str, out: Path | None) -> None:
 
 def run_package(robot: str, folder: Path) -> None:
     """A package for a ROS 2 workspace in a folder of the package's name below `folder`."""
-    from chefbot.design.export.ros_package import PACKAGE, ros_package
+    from chefbot.design.export.ros2.workspace import DESCRIPTION, description_package
 
-    home = folder if folder.name == PACKAGE else folder / PACKAGE
-    for path, data in ros_package(load_robot(robot)).items():
+    home = folder if folder.name == DESCRIPTION else folder / DESCRIPTION
+    for path, data in description_package(load_robot(robot)).items():
         write_into_folder(home / path, data)
-    deliver(f"Written: {home}; next, in the workspace: colcon build --packages-select {PACKAGE}\n", None)
+    deliver(f"Written: {home}; next, in the workspace: colcon build --packages-select {DESCRIPTION}\n", None)
 
 
 def run_check(path: Path) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from chefbot.design.export.mjcf import AS_DRAWN, AsBuilt
+from chefbot.robot.as_built import AS_DRAWN, AsBuilt
 
 RealismProfile = Literal["perfect", "real", "assembled"]
 """`real`: assembled with care and measured by hand. `assembled`: as first put together, never calibrated."""

@@ -13,6 +13,7 @@ from xml.sax.saxutils import quoteattr
 from chefbot.design.export.links import Primitive, UrdfLink, links, looks, sensor_mounts
 from chefbot.design.export.urdf_frames import joint_name, quaternion
 from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.robot.as_built import AS_DRAWN, AsBuilt
 from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.geometry.shapes import MassProperties
 from chefbot.robot.geometry.solids import SENSOR, RobotPart
@@ -30,25 +31,6 @@ square. With this it is 7 mm."""
 PHYSICS_STEP = 0.005  # s
 OPTION = f'<option timestep="{PHYSICS_STEP}" integrator="discrete" cone="elliptic" gravity="0 0 {-GRAVITY}"/>'
 FLOOR = '<geom name="floor" type="plane" size="0 0 1" friction="1 0.005 0.0001" rgba="0.75 0.7 0.6 1"/>'
-
-
-class AsBuilt(NamedTuple):
-    """How one robot differs from its drawing: factors on the numbers of the Robot, and sensors that look askew."""
-
-    left_wheel: float = 1.0
-    right_wheel: float = 1.0
-    separation: float = 1.0
-    friction: float = 1.0
-    gyro_scale: float = 1.0
-    lidar_yaw: float = 0.0
-    """Radians beyond the mount's, to the left."""
-    camera_yaw: float = 0.0
-    left_encoder: int = 1
-    """-1 if its wires are swapped."""
-    right_encoder: int = 1
-
-
-AS_DRAWN = AsBuilt()
 
 
 class RobotXml(NamedTuple):

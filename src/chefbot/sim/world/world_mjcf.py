@@ -6,8 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from chefbot.design.export.mjcf import FLOOR, OPTION, AsBuilt, numbers, robot_xml
+from chefbot.design.export.mjcf import FLOOR, OPTION, numbers, robot_xml
 from chefbot.maths.se2 import SE2
+from chefbot.robot.as_built import AsBuilt
 from chefbot.robot.spec import Robot
 from chefbot.sim.world.shapes import BOX, CAPSULE, SimulatedShape
 

@@ -1,78 +1,40 @@
-"""The package `chefbot_msgs`: our own message and action types, for ROS 2 to build: same fields, so same hashes.
+"""The messages and actions of `chefbot_msgs` in ROS 2's interface format, with the docstrings as comments.
 
-Form: https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html
+Format: https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html. The fields are those of the classes,
+so ROS 2 calculates the same type hashes.
 """
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterable
 
-from chefbot.design.export.ros2.package import manifest
 from chefbot.msgs import chefbot_msgs
 from chefbot.msgs.idl.action import Action
-from chefbot.msgs.idl.definition import describe
-from chefbot.msgs.idl.definition import interface_text as fields_text
-from chefbot.msgs.idl.fields import ros_type
+from chefbot.msgs.idl.definition import interface_text
 from chefbot.msgs.idl.message import Message
 
-PACKAGE = "chefbot_msgs"
-ABOUT = "What chefbot's nodes say that ROS 2 has no message for, written by chefbot."
-ROSIDL = (
-    "<buildtool_depend>rosidl_default_generators</buildtool_depend>",
-    "<exec_depend>rosidl_default_runtime</exec_depend>",
-    "<member_of_group>rosidl_interface_packages</member_of_group>",
-)
+
+def interface_files() -> dict[str, str]:
+    """Return the path in the package and the text of every .msg and .action file."""
+    files: dict[str, str] = {}
+    for kind in vars(chefbot_msgs).values():
+        if isinstance(kind, Action):
+            parts = (_commented(part) for part in (kind.goal, kind.result, kind.feedback))
+            files[f"action/{kind.name}.action"] = "---\n".join(parts)
+        elif _is_message(kind):
+            files[f"msg/{kind.__name__}.msg"] = _commented(kind)
+    return files
 
 
-def interface_package() -> dict[str, str]:
-    """Path in the package to text."""
-    own = [one for one in vars(chefbot_msgs).values() if isinstance(one, type) and _is_ours(one)]
-    actions = [one for one in vars(chefbot_msgs).values() if isinstance(one, Action)]
-    files = {f"msg/{one.__name__}.msg": _text(one) for one in own if "_" not in one.__name__}
-    for action in actions:
-        parts = (_text(one) for one in (action.goal, action.result, action.feedback))
-        files[f"action/{action.name}.action"] = "---\n".join(parts)
-    used = sorted({package for one in own for package in _packages(one)} - {PACKAGE})
-    if actions:
-        used = sorted({*used, "action_msgs"})
-    papers = manifest(PACKAGE, ABOUT, used, tag="depend", also=ROSIDL)
-    return {"package.xml": papers, "CMakeLists.txt": _cmake(used, sorted(files)), **files}
+def _is_message(kind: object) -> bool:
+    """Whether a name of the module is a message of its own: not an imported one, not a part of an action."""
+    if not (isinstance(kind, type) and issubclass(kind, Message)):
+        return False
+    return kind.__module__ == chefbot_msgs.__name__ and "_" not in kind.__name__
 
 
-def _is_ours(kind: type) -> bool:
-    return issubclass(kind, Message) and kind.__module__ == chefbot_msgs.__name__
-
-
-def _text(kind: type[Message]) -> str:
-    about = "".join(f"# {line}".rstrip() + "\n" for line in inspect.cleandoc(kind.__doc__ or "").splitlines())
-    return about + fields_text(kind)
-
-
-def _packages(kind: type[Message]) -> Iterable[str]:
-    """Of all types below it, but for those that rosidl makes of an action."""
-    if ros_type(kind).split("/")[1] == "action" and not kind.__name__.endswith(
-        ("_Goal", "_Result", "_Feedback")
-    ):
-        return ()
-    return (one.name.partition("/")[0] for one in describe(kind).uses)
-
-
-def _cmake(depends: Iterable[str], files: Iterable[str]) -> str:
-    found = "\n".join(f"find_package({one} REQUIRED)" for one in depends)
-    listed = "\n".join(f'  "{one}"' for one in files)
-    return f"""cmake_minimum_required(VERSION 3.8)
-project({PACKAGE})
-
-find_package(ament_cmake REQUIRED)
-find_package(rosidl_default_generators REQUIRED)
-{found}
-
-rosidl_generate_interfaces(${{PROJECT_NAME}}
-{listed}
-  DEPENDENCIES {" ".join(depends)}
-)
-
-ament_export_dependencies(rosidl_default_runtime)
-ament_package()
-"""
+def _commented(kind: type[Message]) -> str:
+    comment = "".join(
+        f"# {line}".rstrip() + "\n" for line in inspect.cleandoc(kind.__doc__ or "").splitlines()
+    )
+    return comment + interface_text(kind)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from chefbot.design.export.ros2.known_parameters import MPPI, NAMES, ONLY
+from tests.design.known_parameters import MPPI, NAMES, ONLY
+
 from chefbot.errors import name_hint
 
 SHAPES = {"collision_monitor": "polygons", "nav2_costmap_2d::ObstacleLayer": "observation_sources"}

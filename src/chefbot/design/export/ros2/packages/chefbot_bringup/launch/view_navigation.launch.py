@@ -1,0 +1,34 @@
+"""Show the map, scan, costs, plan and goals in RViz."""
+
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+SHARE = Path(get_package_share_directory("chefbot_bringup"))
+
+
+def generate_launch_description():
+    """Return RViz with the displays of navigation.rviz."""
+    time = {"use_sim_time": ParameterValue(LaunchConfiguration("use_sim_time"), value_type=bool)}
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                "use_sim_time",
+                default_value="true",
+                description="time from /clock",
+                choices=["true", "false"],
+            ),
+            Node(
+                package="rviz2",
+                executable="rviz2",
+                output="screen",
+                arguments=["-d", str(SHARE / "rviz" / "navigation.rviz")],
+                parameters=[time],
+            ),
+        ]
+    )

@@ -45,7 +45,8 @@ class MainGroup(CommandGroup):
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of the commands in the order of PANELS."""
         del ctx
-        return sorted(self.commands, key=lambda name: PANELS.index(str(self.commands[name].rich_help_panel)))
+        panels = {name: getattr(command, "rich_help_panel", "") for name, command in self.commands.items()}
+        return sorted(panels, key=lambda name: PANELS.index(panels[name]))
 
 
 app = new_group(

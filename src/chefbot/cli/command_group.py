@@ -5,14 +5,14 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, cast
 
 import typer
 from typer.core import TyperGroup
 
 from chefbot.errors import UserError, name_hint
 
-UsageError = typer.BadParameter.__base__ or typer.BadParameter
+UsageError = cast(type[Exception], typer.BadParameter.__base__)
 """Base class of the errors in options and arguments; Typer does not export it under a name of its own."""
 HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
@@ -39,25 +39,29 @@ class CommandGroup(TyperGroup):
 def suggestion(group: TyperGroup, name: str, path: str) -> str:
     """Return a hint at the nearest command of the group or of its subgroups, else how to list all."""
     lines = list(_command_lines(group))
-    nearest = _nearest(name, group, [line for line, _ in lines]) or _described_by(name, lines)
+    by_name: dict[str, str] = {}
+    for line, _ in lines:
+        by_name.setdefault(line.rpartition(" ")[2], line)
+        by_name.setdefault(line.replace(" ", "_"), line)
+    nearest = (
+        by_name.get(name)
+        or "".join(difflib.get_close_matches(name, group.commands, n=1))
+        or _nearest(name, by_name, cutoff=0.8)
+        or _described_by(name, lines)
+        or _nearest(name, by_name, cutoff=0.6)
+    )
     return f" (did you mean `{path} {nearest}`?)" if nearest else f"; `{path} --help` lists all commands"
 
 
-def _nearest(name: str, group: TyperGroup, lines: list[str]) -> str:
-    """Return the command line with the nearest name, "" if no name is near; an equal nested name goes first."""
-    by_name: dict[str, str] = {}
-    for line in lines:
-        by_name.setdefault(line.rpartition(" ")[2], line)
-        by_name.setdefault(line.replace(" ", "_"), line)
-    own = difflib.get_close_matches(name, group.commands, n=1)
-    found = [name] if name in by_name else own or difflib.get_close_matches(name, by_name, n=1)
-    return by_name[found[0]] if found else ""
+def _nearest(name: str, by_name: dict[str, str], cutoff: float) -> str:
+    """Return the command line with the nearest name, "" if none is near."""
+    return next((by_name[near] for near in difflib.get_close_matches(name, by_name, n=1, cutoff=cutoff)), "")
 
 
 def _described_by(name: str, lines: list[tuple[str, str]]) -> str:
-    """Return the first command line whose help contains the word, "" if there is none."""
-    word = re.compile(rf"\b{re.escape(name)}", re.IGNORECASE)
-    return next((line for line, text in lines if word.search(text)), "")
+    """Return the first command line whose help contains a word with this beginning, "" if none does."""
+    word = re.compile(rf"(?<![a-z]){re.escape(name)}", re.IGNORECASE)
+    return next((line for line, text in lines if len(name) > 2 and word.search(text)), "")
 
 
 def _command_lines(group: TyperGroup) -> Iterator[tuple[str, str]]:

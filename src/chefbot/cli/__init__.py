@@ -1,1 +1,1 @@
-"""What `chefbot` does on the command line, one file a verb."""
+"""The command line `chefbot GROUP VERB`: one package a group, whose `commands.py` declares its verbs."""

@@ -1,4 +1,4 @@
-"""How a verb begins and ends: a folder for kernels; faults as one sentence on stderr, and the exit code."""
+"""Start and end of a command: a folder for compiled kernels; errors as one sentence and an exit code."""
 
 from __future__ import annotations
 
@@ -13,54 +13,54 @@ from pathlib import Path
 import chefbot
 from chefbot.errors import UserError
 
-NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""Faults of a disk that `chefbot urdf > FILE` may meet."""
+DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""Errors of a disk that standard output may be redirected to."""
 
 
-def find_a_place_for_kernels() -> None:
-    """Numba does not start without a folder for compiled kernels; where none can be written, a passing one does."""
+def choose_kernel_folder() -> None:
+    """Set a temporary folder for compiled kernels where no usual one is writable: Numba does not start without."""
     usual = (Path(chefbot.__file__).parent, Path.home() / ".cache", Path.home())
     if "NUMBA_CACHE_DIR" not in os.environ and not any(os.access(folder, os.W_OK) for folder in usual):
         folder = tempfile.mkdtemp(prefix="chefbot_kernels_")
         os.environ["NUMBA_CACHE_DIR"] = folder
-        _tell(f"no folder for compiled kernels can be written; they go to {folder}")
+        _report(f"no folder for compiled kernels is writable; they are stored in {folder}")
 
 
-def _tell(sentence: str) -> None:
+def _report(sentence: str) -> None:
     sys.stderr.write(f"chefbot: {sentence}\n")
 
 
 @contextmanager
-def ended() -> Iterator[None]:
-    """Bad input is told with exit code 2, Ctrl-C is 130, a reader of the output that went away is fine."""
+def user_errors_reported() -> Iterator[None]:
+    """Report bad input in one sentence with exit code 2; Ctrl-C gives 130, a closed pipe at the output 0."""
     try:
         with _flushed():
             yield
     except UserError as error:
-        _tell(f"{error}")
+        _report(f"{error}")
         raise SystemExit(2) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None
     except BrokenPipeError:
-        _leave_stdout()
+        _redirect_stdout_to_null()
         raise SystemExit(0) from None
     except OSError as error:
-        if error.errno not in NO_ROOM or error.filename is not None:
+        if error.errno not in DISK_ERRORS or error.filename is not None:
             raise
-        _leave_stdout()
-        _tell(f"what it had to print could not be written: {error.strerror}")
+        _redirect_stdout_to_null()
+        _report(f"standard output could not be written: {error.strerror}")
         raise SystemExit(2) from None
 
 
 @contextmanager
 def _flushed() -> Iterator[None]:
-    """When Python ends, a full disk could no longer be told."""
+    """Flush standard output here: an error at Python's exit could no longer be reported."""
     try:
         yield
     finally:
         sys.stdout.flush()
 
 
-def _leave_stdout() -> None:
-    """Python writes what is left when it ends, and would complain again."""
+def _redirect_stdout_to_null() -> None:
+    """Discard what is buffered, since Python would write it at exit and fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 from rich.console import Console
 
-from chefbot.cli.design_json import as_plain
-from chefbot.cli.design_print import print_sheet
-from chefbot.cli.units import amounts
+from chefbot.cli.robot.design_json import as_plain
+from chefbot.cli.robot.design_print import print_sheet
+from chefbot.cli.robot.units import amounts
 from chefbot.config import read_bytes
 from chefbot.design.sizing.chapter_method import chapter_method
 from chefbot.design.sizing.component_selection import Verdict, nearest, settled, verdicts

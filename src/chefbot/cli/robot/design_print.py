@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.cli.units import amount, amounts
+from chefbot.cli.robot.units import amount, amounts
 from chefbot.design.sizing.calculation import Result
 from chefbot.design.sizing.chapter_method import KG_CM
 from chefbot.design.sizing.component_selection import CRITERION, Verdict, best_with

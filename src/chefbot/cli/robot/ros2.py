@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from chefbot.cli.describe import deliver
+from chefbot.cli.robot.descriptions import output
+from chefbot.config import parse_yaml
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.odometry.params import OdometryParams
@@ -28,7 +29,7 @@ def run_ros2(robot: str, out: Path) -> None:
     known = robot if robot in built_in_robots() else str(find_robot(robot).resolve())
     packages = ros2_packages(machine, known)
     _write(out, packages)
-    deliver(
+    output(
         f"Written to {out}: {', '.join(packages)}; next, in the folder above: colcon build --packages-select"
         f" {' '.join(packages)}\n",
         None,

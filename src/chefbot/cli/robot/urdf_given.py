@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
-from chefbot.cli.packages import package_folder
+from chefbot.cli.robot.packages import package_folder
 from chefbot.config import read_bytes
 from chefbot.design.export.urdf_check import Branch, check_urdf, mesh_names, parse_xml
 from chefbot.design.export.urdf_xacro import XACRO
@@ -19,7 +19,7 @@ MAX_BYTES = 10_000_000
 EXPANSION_SECONDS = 20.0
 EXPANSION_BYTES = 1_000_000_000
 """Of memory: a macro that calls itself would take all there is."""
-CHILD = "chefbot.cli.xacro_child"
+CHILD = "chefbot.cli.robot.xacro_child"
 """A process of its own, since an expansion may never end. -P: a file xacro.py in the folder at hand is not run."""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from chefbot.calibration.calibrate import CalibrationResult
 from chefbot.calibration.umbmark import ReturnErrors
-from chefbot.cli.calibrate_file import Findings
+from chefbot.cli.robot.calibrate_file import Findings
 from chefbot.robot.spec import Robot
 
 BLUE, ORANGE, GREY = "#1f6feb", "#e8710a", "0.55"

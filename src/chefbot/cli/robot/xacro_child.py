@@ -1,7 +1,7 @@
 """Expands a stranger's xacro file: the process of its own in which xacro runs, with everything replaced that would
 evaluate Python, read the environment, or read files outside the description's package.
 
-Usage: python -P -m chefbot.cli.xacro_child FILE BYTES_OF_MEMORY; the URDF goes to standard output.
+Usage: python -P -m chefbot.cli.robot.xacro_child FILE BYTES_OF_MEMORY; the URDF goes to standard output.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 import xacro
 
-from chefbot.cli.packages import home_package, package_folder
+from chefbot.cli.robot.packages import home_package, package_folder
 from chefbot.config import read_bytes
 from chefbot.design.export.urdf_check import parse_xml
 from chefbot.design.export.xacro_expression import Function, builtin_functions, evaluate, math_names

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.cli.drawing_picture import picture
+from chefbot.cli.robot.draw_picture import picture
 from chefbot.design.drawing.dxf import dxf_bytes, dxf_document
 from chefbot.design.drawing.paper import NAMES, Drawing
 from chefbot.design.drawing.sheets import asked_for, draw

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.cli.units import amounts
+from chefbot.cli.robot.units import amounts
 from chefbot.design.checks.finding import Finding
 from chefbot.design.checks.geometry_checks import check
 from chefbot.robot.catalogue import load_catalogue
@@ -30,7 +30,7 @@ def run_check(name_or_path: str, as_json: bool, out: Path | None) -> int:
     else:
         _print(robot.name, found)
     if out is not None:
-        from chefbot.cli.check_picture import write_picture  # drawing it takes a second more to load
+        from chefbot.cli.robot.check_picture import write_picture  # drawing it takes a second more to load
 
         write_picture(robot, out)
     return 1 if any(finding.severity == "error" for finding in found) else 0

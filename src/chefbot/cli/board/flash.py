@@ -1,4 +1,4 @@
-"""`chefbot firmware header` and `chefbot flash`: the robot's numbers into a board."""
+"""`chefbot board flash`: compile the firmware for a robot and flash it to its motor board."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from typing import NamedTuple
 from rich.console import Console
 
 import chefbot
-from chefbot.cli.describe import deliver
-from chefbot.design.export.firmware_header import firmware_header
 from chefbot.devices.board_ports import BOARD_VENDORS, ports
 from chefbot.devices.serial_connection import AUTO
 from chefbot.errors import UserError, name_hint
@@ -23,7 +21,7 @@ console = Console(highlight=False, soft_wrap=True)
 
 
 class Target(NamedTuple):
-    """How one kind of board gets its program."""
+    """How the firmware for one kind of board is compiled and flashed."""
 
     make: str
     program: str
@@ -32,7 +30,7 @@ class Target(NamedTuple):
     tool: str
     tool_packages: str
     arguments: tuple[str, ...]
-    """{program} and {port} are put in."""
+    """Arguments of the tool; {program} and {port} are replaced."""
 
 
 TARGETS = {
@@ -72,29 +70,27 @@ TARGETS = {
         "arm-none-eabi-g++",
         "gcc-arm-none-eabi",
         "picotool",
-        "take the package picotool where your distribution has one, or hold BOOTSEL while plugging the Pico in and "
-        "copy the file to the drive that appears",
+        "install the package picotool where your distribution has one, or hold BOOTSEL while plugging the Pico in "
+        "and copy the file to the drive that appears",
         ("load", "-v", "-x", "{program}"),
     ),
 }
 
 
-def run_header(robot: str, out: Path | None) -> None:
-    """The robot's constants as the C header that the firmware is compiled with."""
-    deliver(firmware_header(load_robot(robot)), out)
-
-
 def run_flash(board: str, robot: str, port: str) -> int:
-    """Compile for the robot and write it to the board; the tool's exit code."""
+    """Compile the firmware for the robot and flash it; returns the tool's exit code.
+
+    Raises UserError for an unknown board, a missing tool, or a program that does not compile.
+    """
     target = TARGETS.get(board)
     if target is None:
         raise UserError(f"no board is called {board!r}{name_hint(board, TARGETS)}")
-    load_robot(robot)  # its faults are told before the compiler's
+    load_robot(robot)  # its errors are reported before the compiler's
     program = _compiled(target, robot)
     if shutil.which(target.tool) is None:
         raise UserError(f"{target.tool} is not installed: {target.tool_packages}; the program is {program}")
-    known = {"program": str(program), "port": _port(port) if "{port}" in " ".join(target.arguments) else ""}
-    command = [target.tool, *(argument.format(**known) for argument in target.arguments)]
+    values = {"program": str(program), "port": _port(port) if "{port}" in " ".join(target.arguments) else ""}
+    command = [target.tool, *(argument.format(**values) for argument in target.arguments)]
     console.print(" ".join(command), markup=False)
     return subprocess.run(command).returncode
 
@@ -104,18 +100,29 @@ def _compiled(target: Target, robot: str) -> Path:
     for tool, packages in (("make", "make"), (target.compiler, target.compiler_packages)):
         if shutil.which(tool) is None:
             raise UserError(f"{tool} is not installed: sudo apt-get install {packages}")
-    named = str(Path(robot).resolve()) if Path(robot).exists() else robot
-    made = _cache() / "firmware"
-    command = ["make", "-s", "-C", str(folder), f"BUILD={made}", f"ROBOT={named}", f"PYTHON={sys.executable}"]
-    command.append(str(made / target.make))
-    done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode != 0:
-        raise UserError(f"the firmware does not compile: {(done.stderr or done.stdout).strip()[-500:]}")
-    return made / target.program
+    robot_argument = str(Path(robot).resolve()) if Path(robot).exists() else robot
+    build_folder = _cache() / "firmware"
+    command = [
+        "make",
+        "-s",
+        "-C",
+        str(folder),
+        f"BUILD={build_folder}",
+        f"ROBOT={robot_argument}",
+        f"PYTHON={sys.executable}",
+    ]
+    command.append(str(build_folder / target.make))
+    result = subprocess.run(command, capture_output=True, text=True)
+    if result.returncode != 0:
+        raise UserError(f"the firmware does not compile: {(result.stderr or result.stdout).strip()[-500:]}")
+    return build_folder / target.program
 
 
 def firmware_folder() -> Path:
-    """The firmware's sources: an installed package carries them, a checkout has them beside it. UserError."""
+    """Return the folder of the firmware's sources, in an installed package or in a checkout.
+
+    Raises UserError if they are missing.
+    """
     package = Path(chefbot.__file__).parent
     for folder in (package / "_firmware", package.parents[1] / "firmware"):
         if (folder / "core").is_dir():
@@ -124,15 +131,15 @@ def firmware_folder() -> Path:
 
 
 def _cache() -> Path:
-    """Where a user's programs keep what they can make again."""
+    """Return the user's cache folder of chefbot."""
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(home).resolve() / "chefbot"
 
 
-def _port(wanted: str) -> str:
-    if wanted != AUTO:
-        return wanted
+def _port(requested: str) -> str:
+    if requested != AUTO:
+        return requested
     likely = [port.path for port in ports() if port.vendor in BOARD_VENDORS]
     if len(likely) != 1:
-        raise UserError(f"say --port; boards may be at: {', '.join(likely) or 'no port'}")
+        raise UserError(f"give --port; boards may be at: {', '.join(likely) or 'no port'}")
     return likely[0]

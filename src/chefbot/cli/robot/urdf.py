@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from chefbot.cli.describe import deliver
+from chefbot.cli.robot.descriptions import output
 from chefbot.robot.load import load_robot
 from chefbot.storage.atomic_files import write_into_folder
 
@@ -13,7 +13,7 @@ def run_urdf(robot: str, out: Path | None) -> None:
     """The URDF with primitives instead of meshes: it needs no other file."""
     from chefbot.design.export.urdf import urdf
 
-    deliver(urdf(load_robot(robot)), out)
+    output(urdf(load_robot(robot)), out)
 
 
 def run_package(robot: str, folder: Path) -> None:
@@ -23,16 +23,16 @@ def run_package(robot: str, folder: Path) -> None:
     home = folder if folder.name == DESCRIPTION else folder / DESCRIPTION
     for path, data in description_package(load_robot(robot)).items():
         write_into_folder(home / path, data)
-    deliver(f"Written: {home}; next, in the workspace: colcon build --packages-select {DESCRIPTION}\n", None)
+    output(f"Written: {home}; next, in the workspace: colcon build --packages-select {DESCRIPTION}\n", None)
 
 
 def run_check(path: Path) -> None:
     """The tree of somebody's URDF or xacro; UserError with its first fault."""
-    from chefbot.cli.urdf_given import check_given
+    from chefbot.cli.robot.urdf_given import check_given
 
     tree = check_given(path)
     for branch in tree:
         words = [part for part in (branch.joint, f"{branch.mass:.4g} kg" if branch.mass else "") if part]
         told = f"  ({', '.join(words)})" if words else ""
-        deliver(f"{'  ' * branch.depth}{branch.link}{told}\n", None)
-    deliver(f"{len(tree)} links, {sum(branch.mass for branch in tree):.4g} kg\n", None)
+        output(f"{'  ' * branch.depth}{branch.link}{told}\n", None)
+    output(f"{len(tree)} links, {sum(branch.mass for branch in tree):.4g} kg\n", None)

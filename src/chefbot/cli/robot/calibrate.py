@@ -12,8 +12,8 @@ from rich.table import Table
 
 from chefbot.calibration.calibrate import CalibrationDrive, CalibrationResult, calibrate
 from chefbot.calibration.wheels import WheelParams
-from chefbot.cli.calibrate_file import Findings, findings_of, robot_text
-from chefbot.cli.calibrate_picture import picture
+from chefbot.cli.robot.calibrate_file import Findings, findings_of, robot_text
+from chefbot.cli.robot.calibrate_picture import picture
 from chefbot.errors import UserError
 from chefbot.launcher.launch import parse_arguments
 from chefbot.launcher.session import print_remarks, session, start

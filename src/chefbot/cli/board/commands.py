@@ -1,0 +1,84 @@
+"""The commands of `chefbot board`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chefbot.cli import completion
+from chefbot.cli.command_group import new_group
+from chefbot.cli.parameters import ROBOT_OPTION
+
+board_app = new_group("Motor board: find, check, flash, monitor, log, emulate.")
+_PORT = typer.Argument(
+    help="path of a serial port, or auto where there is only one", autocompletion=completion.serial_ports
+)
+_SECONDS = typer.Option(min=0, help="duration, s; 0: until Ctrl-C")
+
+
+@board_app.command("find")
+def find() -> None:
+    """List the serial ports with permissions, likely boards first, and print a udev rule if one is needed."""
+    from chefbot.cli.board.ports import print_serial_ports
+
+    print_serial_ports()
+
+
+@board_app.command("check")
+def check(port: Annotated[str, _PORT] = "auto") -> None:
+    """Check that a motor board answers at a port; exit code 1 with the reason if none does."""
+    from chefbot.cli.board.check import check_board
+
+    raise typer.Exit(check_board(port))
+
+
+@board_app.command("flash")
+def flash(
+    board: Annotated[str, typer.Option(help="mega, tiva or pico")],
+    robot: Annotated[str, ROBOT_OPTION] = "chefbot",
+    port: Annotated[
+        str,
+        typer.Option(
+            help="serial port of the board, where its tool needs one", autocompletion=completion.serial_ports
+        ),
+    ] = "auto",
+) -> None:
+    """Compile the firmware for a robot and flash it to the motor board."""
+    from chefbot.cli.board.flash import run_flash
+
+    raise typer.Exit(run_flash(board, robot, port))
+
+
+@board_app.command("monitor")
+def monitor(port: Annotated[str, _PORT] = "auto", seconds: Annotated[float, _SECONDS] = 0.0) -> None:
+    """Show the decoded messages of a board: a live table, or lines into a pipe. It does not drive."""
+    from chefbot.cli.board.serial_port import run_monitor
+
+    run_monitor(port, seconds)
+
+
+@board_app.command("log")
+def log(
+    port: Annotated[str, _PORT] = "auto",
+    out: Annotated[Path, typer.Option(help="log file")] = Path("runs/board.log"),
+    seconds: Annotated[float, _SECONDS] = 0.0,
+) -> None:
+    """Log the messages of a board as received, with times."""
+    from chefbot.cli.board.serial_port import run_log
+
+    run_log(port, out, seconds)
+
+
+@board_app.command("emulate")
+def emulate(
+    link: Annotated[Path, typer.Option(help="path at which the emulated serial port is opened")] = Path(
+        "runs/board"
+    ),
+    robot: Annotated[str, ROBOT_OPTION] = "chefbot",
+) -> None:
+    """Emulate a board: run the firmware on this computer, with modelled motors, at a pseudo-terminal."""
+    from chefbot.cli.board.emulate import run_emulator
+
+    raise typer.Exit(run_emulator(robot, link))

@@ -1,0 +1,94 @@
+"""`chefbot board find`: the serial ports of this computer, their permissions, and a udev rule."""
+
+from __future__ import annotations
+
+import getpass
+import os
+import sys
+from pathlib import Path
+
+from rich.console import Console
+
+from chefbot.devices.board_ports import BOARD_VENDORS, Port, ports
+
+try:
+    import grp
+except ImportError:  # Windows has no groups of ports
+    grp = None  # type: ignore[assignment]
+
+RULES = Path("/etc/udev/rules.d/60-chefbot.rules")
+"""Its number must be below 73: 73-seat-late.rules evaluates the tag uaccess."""
+BOARDS = {
+    "Arduino Mega 2560": (0x2341, 0x0042),
+    "Tiva Launchpad": (0x1CBE, 0x00FD),
+    "Raspberry Pi Pico": (0x2E8A, 0x000A),
+    "FTDI cable": (0x0403, 0x6001),
+    "CP210x cable": (0x10C4, 0xEA60),
+    "CH340 cable": (0x1A86, 0x7523),
+}
+"""USB vendor and product ids (http://www.linux-usb.org/usb.ids) of boards and serial converters."""
+console = Console(highlight=False, soft_wrap=True, markup=False)
+
+
+def print_serial_ports() -> None:
+    """Print the serial ports, and a udev rule where no board can be opened."""
+    for line in serial_port_lines():
+        console.print(line)
+
+
+def serial_port_lines() -> list[str]:
+    """Return sentences about the serial ports, with a udev rule where no board can be opened."""
+    found = ports()
+    if not found:
+        return ["serial ports: no device is plugged in", *_rule([])]
+    lines = [f"  {port.path}: {port.description}{_vendor(port)}; {_permission(port.path)}" for port in found]
+    boards = [port for port in found if port.vendor in BOARD_VENDORS]
+    needs_rule = not boards or any(not _may_open(port.path) for port in found)
+    return ["serial ports:", *lines, *(_rule(boards) if needs_rule else [])]
+
+
+def _vendor(port: Port) -> str:
+    if port.vendor is None or port.product is None:
+        return ""
+    maker = BOARD_VENDORS.get(port.vendor, "not a known board")
+    return f" [{port.vendor:04x}:{port.product:04x}, {maker}]"
+
+
+def _may_open(path: str) -> bool:
+    return os.access(path, os.R_OK | os.W_OK)
+
+
+def _permission(path: str) -> str:
+    user = getpass.getuser()
+    if grp is None or _may_open(path):
+        return f"{user} may open it"
+    try:
+        group = grp.getgrgid(Path(path).stat().st_gid).gr_name
+    except (OSError, KeyError):
+        return f"{user} may not open it"
+    own_groups = [grp.getgrgid(number).gr_name for number in os.getgroups()]
+    hint = (
+        "log out and in again"
+        if group in own_groups
+        else f"sudo usermod -aG {group} {user}, then log out and in"
+    )
+    return f"{user} may not open it; it belongs to group {group}: the rule below, or {hint}"
+
+
+def _rule(boards: list[Port]) -> list[str]:
+    """Return a udev rule for the boards found, else for all known ones; no port gets writable for all users."""
+    if sys.platform != "linux":
+        return []
+    numbers = {port.description: (port.vendor, port.product) for port in boards} or BOARDS
+    rules = [
+        f'SUBSYSTEM=="tty", ATTRS{{idVendor}}=="{vendor:04x}", ATTRS{{idProduct}}=="{product:04x}", '
+        f'MODE="0660", GROUP="dialout", TAG+="uaccess", ENV{{ID_MM_DEVICE_IGNORE}}="1"'
+        for vendor, product in numbers.values()
+    ]
+    return [
+        "",
+        f"Rule for {RULES}, by which members of dialout and the user at this computer may open the board, "
+        "and ModemManager ignores it:",
+        *rules,
+        "Then: sudo udevadm control --reload && sudo udevadm trigger, and plug the board in again.",
+    ]

@@ -1,0 +1,1 @@
+"""Implementation of `chefbot doctor`: the state of this computer and of the ROS graph."""

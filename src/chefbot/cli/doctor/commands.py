@@ -1,0 +1,30 @@
+"""The commands of `chefbot doctor`."""
+
+from __future__ import annotations
+
+import typer
+
+from chefbot.cli.command_group import new_group
+
+doctor_app = new_group(
+    "Check this computer: libraries, tools, serial ports, ROS graph.",
+    no_args_is_help=False,
+    invoke_without_command=True,
+)
+
+
+@doctor_app.callback()
+def doctor(ctx: typer.Context) -> None:
+    """Check this computer: libraries, tools, serial ports, ROS graph."""
+    if ctx.invoked_subcommand is None:
+        from chefbot.cli.doctor.report import print_report
+
+        print_report()
+
+
+@doctor_app.command("kernels")
+def kernels() -> None:
+    """Compile the numeric kernels now, as the first launch would."""
+    from chefbot.cli.doctor.kernels import compile_all
+
+    compile_all()

@@ -1,0 +1,55 @@
+"""`chefbot doctor`: the state of this computer as far as the robot needs it, and what to change."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+from importlib.metadata import PackageNotFoundError, version
+
+from rich.console import Console
+
+from chefbot import __version__
+from chefbot.cli.board.ports import serial_port_lines
+from chefbot.kernels.cache_stamp import is_complete, stamp_path
+from chefbot.ros2.tools.health import graph_lines
+
+TOOLS = {
+    "g++": "make host in firmware/, and pip install of the sources",
+    "avr-g++": "chefbot board flash --board mega",
+    "arm-none-eabi-g++": "chefbot board flash --board tiva or pico",
+    "make": "chefbot board flash",
+    "avrdude": "chefbot board flash --board mega",
+    "lm4flash": "chefbot board flash --board tiva",
+    "picotool": "chefbot board flash --board pico",
+}
+LIBRARIES = ("numpy", "numba", "mujoco-core", "pyserial")
+console = Console(highlight=False, soft_wrap=True)
+
+
+def print_report() -> None:
+    """Print libraries, tools, serial ports and the ROS graph in a few lines; nothing is changed."""
+    for sentence in (*_programs(), "", *serial_port_lines(), "", *graph_lines()):
+        console.print(sentence, markup=False)
+
+
+def _programs() -> list[str]:
+    kernels = (
+        "compiled"
+        if is_complete(stamp_path())
+        else "not compiled yet: the first launch takes a minute longer; `chefbot doctor kernels` compiles them"
+    )
+    missing = [f"{tool} (for `{use}`)" for tool, use in TOOLS.items() if shutil.which(tool) is None]
+    return [
+        f"chefbot {__version__}, Python {platform.python_version()}, {platform.machine()}, {os.cpu_count()} cores",
+        "libraries: " + ", ".join(f"{name} {_version(name)}" for name in LIBRARIES),
+        f"kernels: {kernels}",
+        f"not installed: {', '.join(missing)}" if missing else "all tools are installed",
+    ]
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "missing"

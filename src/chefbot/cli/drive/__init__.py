@@ -1,0 +1,1 @@
+"""Implementation of `chefbot drive`: teleoperation and commands for a running robot."""

@@ -1,0 +1,107 @@
+"""The commands of `chefbot drive`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import typer
+
+from chefbot.cli.command_group import new_group
+from chefbot.cli.parameters import JOIN, PAGE, WEB_UI
+
+drive_app = new_group("Drive: keyboard, gamepad, goals, deliveries, emergency stop.")
+_KEY_VALUES = typer.Argument(help="key:=value of the launch")
+
+
+@drive_app.command("keyboard")
+def keyboard(
+    arguments: Annotated[list[str] | None, _KEY_VALUES] = None,
+    page: Annotated[str, PAGE] = WEB_UI,
+    join: Annotated[list[str] | None, JOIN] = None,
+) -> None:
+    """Drive with the keys of this terminal, as launch keyboard_teleop; from another machine with --join."""
+    _teleoperate("keyboard_teleop", "remote_teleop", arguments or [], page, join or [])
+
+
+@drive_app.command("gamepad")
+def gamepad(
+    arguments: Annotated[list[str] | None, _KEY_VALUES] = None,
+    page: Annotated[str, PAGE] = WEB_UI,
+    join: Annotated[list[str] | None, JOIN] = None,
+) -> None:
+    """Drive with a gamepad, as launch gamepad_teleop; from another machine with --join."""
+    _teleoperate("gamepad_teleop", "remote_gamepad", arguments or [], page, join or [])
+
+
+def _teleoperate(local: str, remote: str, arguments: list[str], page: str, join: list[str]) -> None:
+    from chefbot.launcher.launch import run_launch
+
+    if join:
+        raise typer.Exit(run_launch(remote, arguments, join))
+    raise typer.Exit(run_launch(local, [f"page:={page}", *arguments]))
+
+
+@drive_app.command("goto")
+def goto(
+    target: Annotated[
+        list[str], typer.Argument(help="a named place or table number, or X Y [YAW] in m and degrees")
+    ],
+    page: Annotated[str, PAGE] = WEB_UI,
+) -> None:
+    """Send the robot to a named place, or to a pose in the map frame (`--` before negative numbers)."""
+    from chefbot.cli.drive.goals import send_goal
+
+    send_goal(target, page)
+
+
+@drive_app.command("cancel")
+def cancel(page: Annotated[str, PAGE] = WEB_UI) -> None:
+    """Cancel the goal and all deliveries."""
+    from chefbot.cli.drive.goals import cancel_goal
+
+    cancel_goal(page)
+
+
+@drive_app.command("stop")
+def stop(page: Annotated[str, PAGE] = WEB_UI) -> None:
+    """Press the emergency stop; exit code 1 if the robot does not confirm it."""
+    from chefbot.cli.drive.goals import press_stop
+
+    raise typer.Exit(press_stop(page))
+
+
+@drive_app.command("release")
+def release(page: Annotated[str, PAGE] = WEB_UI) -> None:
+    """Release the emergency stop; exit code 1 if it stays active."""
+    from chefbot.cli.drive.goals import release_stop
+
+    raise typer.Exit(release_stop(page))
+
+
+@drive_app.command("order")
+def order(
+    tables: Annotated[list[str], typer.Argument(help="tables in order: 3 7 5, or names of places")],
+    page: Annotated[str, PAGE] = WEB_UI,
+    wait: Annotated[bool, typer.Option("--wait/--no-wait", help="wait until the robot is home again")] = True,
+) -> None:
+    """Order a delivery to tables; exit code 1 if a table was not served."""
+    from chefbot.cli.drive.orders import order_delivery
+
+    raise typer.Exit(order_delivery(tables, page, wait))
+
+
+@drive_app.command("confirm")
+def confirm(
+    answer: Annotated[
+        Literal["", "loaded", "taken", "not-taken", "go-on", "kitchen", "end"],
+        typer.Argument(
+            help="loaded: the food is on the tray; taken: the guest has it; not-taken: nobody takes it; after a stop "
+            "or an additional goal: go-on, back to the kitchen, or end. Default: show what the delivery waits for"
+        ),
+    ] = "",
+    page: Annotated[str, PAGE] = WEB_UI,
+) -> None:
+    """Confirm what a delivery waits for, such as loaded or taken; without an answer, show it."""
+    from chefbot.cli.drive.orders import confirm_step
+
+    raise typer.Exit(confirm_step(answer, page))

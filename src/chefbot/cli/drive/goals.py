@@ -1,0 +1,94 @@
+"""`chefbot drive goto`, `cancel`, `stop` and `release`: commands for a running robot, by its web UI."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+from uuid import uuid4
+
+from rich.console import Console
+
+from chefbot.cli import running_robot
+from chefbot.cli.running_robot import await_refusal, known_places
+from chefbot.errors import UserError
+from chefbot.storage.places import find_place
+from chefbot.ui.commands import Cancel, Goal, GoPlace, OperatorCommand, Resume, Stop
+from chefbot.ui.web_ui_client import WebUiClient
+
+console = Console(highlight=False, soft_wrap=True, markup=False)
+
+
+def send_goal(target: list[str], page: str) -> None:
+    """Send a goal. Raises UserError for an unknown place, an invalid pose, or when the robot refuses it."""
+    with WebUiClient(page) as robot:
+        robot.send(_goal(target, robot))
+        await_refusal(robot)
+    console.print(f"Driving to {' '.join(target)}; `chefbot drive cancel` cancels it.")
+
+
+def _goal(target: list[str], robot: WebUiClient) -> OperatorCommand:
+    numbers = _numbers(target)
+    if len(target) == 1 or numbers is None:
+        return GoPlace(find_place(" ".join(target), known_places(robot)))
+    if len(numbers) > 3:
+        raise UserError(f"a pose is X Y [YAW], in m and degrees; got {len(numbers)} numbers")
+    x, y, *yaw = numbers
+    return Goal(x, y, math.radians(sum(yaw)))
+
+
+def _numbers(texts: list[str]) -> list[float] | None:
+    """Return the numbers, None if a text is none."""
+    try:
+        numbers = [float(text) for text in texts]
+    except ValueError:
+        return None
+    return numbers if all(map(math.isfinite, numbers)) else None
+
+
+def cancel_goal(page: str) -> None:
+    """Cancel the goal and all deliveries."""
+    with WebUiClient(page) as robot:
+        robot.send(Cancel())
+        await_refusal(robot)
+    console.print("Goal and deliveries are cancelled.")
+
+
+def press_stop(page: str) -> int:
+    """Press the emergency stop. Returns the exit code: 1 without confirmation by the drive base."""
+    key = uuid4().hex
+    with WebUiClient(page) as robot:
+        robot.send(Stop(key))
+        confirmed = _await_stop(robot, lambda stop: key in stop["confirmed"])
+    console.print(
+        "Stopped; `chefbot drive release` releases the emergency stop."
+        if confirmed
+        else "The drive base has not confirmed the stop: switch the robot off at its power switch."
+    )
+    return 0 if confirmed else 1
+
+
+def release_stop(page: str) -> int:
+    """Release the emergency stop. Returns the exit code: 1 if it stays active."""
+    with WebUiClient(page) as robot:
+        stop = robot.wait_for("stop", running_robot.RESPONSE_TIMEOUT)
+        if stop is None:
+            raise UserError(f"the robot at {page} does not report the state of its emergency stop")
+        robot.send(Resume(stop["pressed"]))
+        released = _await_stop(robot, lambda stop: not stop["stopped"])
+    console.print("The emergency stop is released." if released else "The emergency stop is still active.")
+    return 0 if released else 1
+
+
+def _await_stop(robot: WebUiClient, condition: Callable[[Any], bool]) -> bool:
+    """Return whether the stop layer meets the condition within the timeout."""
+    deadline = time.monotonic() + running_robot.RESPONSE_TIMEOUT
+    while True:
+        stop = robot.latest.get("stop")
+        if stop is not None and condition(stop):
+            return True
+        remaining = deadline - time.monotonic()
+        if remaining <= 0:
+            return False
+        robot.receive(remaining)

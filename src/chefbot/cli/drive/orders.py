@@ -1,0 +1,126 @@
+"""`chefbot drive order` and `chefbot drive confirm`: deliveries of a running robot."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.console import Console
+
+from chefbot.cli import running_robot
+from chefbot.cli.parameters import WEB_UI
+from chefbot.cli.running_robot import await_refusal, known_places
+from chefbot.errors import UserError
+from chefbot.storage.places import find_place
+from chefbot.ui.commands import Choose, Deliver, Loaded, NotTaken, OperatorCommand, Taken
+from chefbot.ui.web_ui_client import WebUiClient
+
+ANSWERS: dict[str, OperatorCommand] = {
+    "loaded": Loaded(),
+    "taken": Taken(),
+    "not-taken": NotTaken(),
+    "go-on": Choose("go_on"),
+    "kitchen": Choose("kitchen"),
+    "end": Choose("end"),
+}
+"""What a person can confirm during a delivery."""
+console = Console(highlight=False, soft_wrap=True, markup=False)
+
+
+def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
+    """Order a delivery. Returns the exit code: 1 if not every table was served.
+
+    Raises UserError if no robot that delivers runs at `page`, or if it refuses the order.
+    """
+    with WebUiClient(page) as robot:
+        places = known_places(robot)
+        if not places or robot.wait_for("delivery", running_robot.RESPONSE_TIMEOUT) is None:
+            raise UserError(
+                f"the robot at {page} does not deliver; it must run `chefbot launch amcl_demo` with a map "
+                "that has a file of named places beside it"
+            )
+        names = [find_place(table, places) for table in tables]
+        robot.send(Deliver(names))
+        if wait:
+            return _follow_delivery(robot, names)
+        await_refusal(robot)
+        console.print(f"ordered: {', '.join(names)}")
+        return 0
+
+
+def confirm_step(answer: str, page: str) -> int:
+    """Send one of ANSWERS; with "", show what the delivery waits for.
+
+    Returns the exit code: 1 if the robot did not continue.
+    """
+    with WebUiClient(page) as robot:
+        before = _delivery(robot, page)
+        if answer:
+            command = ANSWERS[answer]
+            if isinstance(command, Choose) and command.choice not in before["choices"]:
+                raise UserError(f"the delivery does not wait for {answer!r}: {before['step']}")
+            robot.send(command)
+            _await_change(robot, before)
+        now = robot.latest["delivery"]
+        console.print(now["step"])
+        _print_answers(now, page)
+        return 1 if answer and now == before else 0
+
+
+def _await_change(robot: WebUiClient, before: Mapping[str, Any]) -> None:
+    """Wait until the delivery has continued, or for the timeout."""
+    deadline = time.monotonic() + running_robot.RESPONSE_TIMEOUT
+    while robot.latest["delivery"] == before and (remaining := deadline - time.monotonic()) > 0:
+        robot.receive(remaining)
+
+
+def _delivery(robot: WebUiClient, page: str) -> Any:
+    delivery = robot.wait_for("delivery", running_robot.RESPONSE_TIMEOUT)
+    if delivery is None:
+        raise UserError(f"the robot at {page} does not deliver; it must run `chefbot launch amcl_demo`")
+    return delivery
+
+
+def _print_answers(delivery: Mapping[str, Any], page: str) -> None:
+    """Print the commands that confirm what the delivery waits for."""
+    choices = [choice.replace("_", "-") for choice in delivery["choices"]]
+    answers = {"loaded": ["loaded"], "taken": ["taken", "not-taken"], "choice": choices}
+    option = "" if page == WEB_UI else f" --page '{page}'"
+    for answer in answers.get(delivery["waits_for"], []):
+        console.print(f"  chefbot drive confirm {answer}{option}")
+
+
+def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
+    """Print every step until the robot is home again or has failed; return the exit code."""
+    begun = busy = False
+    printed = ""
+    while True:
+        if robot.receive() != "delivery":
+            continue
+        delivery = robot.latest["delivery"]
+        begun = begun or {*names} <= {delivery["place"], *delivery["queue"], *delivery["delivered"]}
+        if names in delivery["orders"] and not begun:
+            printed = _print_once(f"Behind other orders: {delivery['step']}", printed)
+            busy = True
+            continue
+        if delivery["step"] != printed:
+            printed = _print_once(delivery["step"], printed)
+            _print_answers(delivery, robot.url)
+        missed = [name for name in names if name not in delivery["delivered"]]
+        idle = delivery["state"] in ("idle", "errand") and not delivery["waits_for"]
+        if delivery["state"] == "failed" or (idle and (busy or not missed)):
+            return _exit_code(missed, delivery["state"])
+        busy = busy or not idle
+
+
+def _print_once(sentence: str, printed: str) -> str:
+    if sentence != printed:
+        console.print(sentence)
+    return sentence
+
+
+def _exit_code(missed: list[str], state: str) -> int:
+    if missed:
+        console.print(f"not delivered: {', '.join(missed)}")
+    return 1 if missed or state == "failed" else 0

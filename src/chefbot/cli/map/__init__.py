@@ -1,0 +1,1 @@
+"""Implementation of `chefbot map`: saving, building and comparing occupancy grid maps."""

@@ -1,0 +1,51 @@
+"""The commands of `chefbot map`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chefbot.cli.command_group import new_group
+from chefbot.cli.parameters import PAGE, WEB_UI
+
+map_app = new_group("Maps: save (map_saver), build from a log (SLAM), compare.")
+
+
+@map_app.command("save")
+def save(
+    file: Annotated[Path, typer.Option("-f", help="name of the map, without extension")] = Path("map"),
+    page: Annotated[str, PAGE] = WEB_UI,
+) -> None:
+    """Save the map of a running robot as NAME.pgm and NAME.yaml, as map_saver of ROS does."""
+    from chefbot.cli.map.save import save_running_map
+
+    save_running_map(file, page)
+
+
+@map_app.command("slam")
+def slam(
+    log: Annotated[Path, typer.Argument(help="a CARMEN log, .log or .log.gz")],
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/slam"),
+    particles: Annotated[int, typer.Option(min=1, max=1000, help="number of particles")] = 30,
+    seed: Annotated[int, typer.Option(min=0, help="random seed; same seed, same map")] = 1,
+    max_range: Annotated[
+        float, typer.Option(min=0.1, max=1000, help="longer ranges count as no return, m")
+    ] = 80.0,
+) -> None:
+    """Build a map from a recorded log: trajectory.tum, map.yaml, map.pgm and map.png."""
+    from chefbot.cli.map.slam import run_slam
+
+    run_slam(log, out, particles, seed, max_range)
+
+
+@map_app.command("compare")
+def compare(
+    file: Annotated[Path, typer.Argument(help="a map to judge, NAME.yaml")],
+    truth: Annotated[Path, typer.Argument(help="the reference map, NAME.yaml")],
+) -> None:
+    """Compare a map with a reference map: precision and recall of the walls, explored part, offset."""
+    from chefbot.cli.map.compare import compare_maps
+
+    compare_maps(file, truth)

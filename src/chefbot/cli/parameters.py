@@ -1,0 +1,21 @@
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+import typer
+
+from chefbot.cli import completion
+
+ROBOTS = "chefbot, chefbot_lidar, desk, porter, or a robot file"
+WORLDS = "hotel, room, workshop, empty, a world file, or any ROS map.yaml"
+WEB_UI = "http://127.0.0.1:8080"
+ROBOT_ARGUMENT = typer.Argument(help=ROBOTS, autocompletion=completion.robots)
+ROBOT_OPTION = typer.Option(help=ROBOTS, autocompletion=completion.robots)
+OUT_FILE = typer.Option(help="output file; default: standard output")
+PAGE = typer.Option(help="address of the running robot's web UI")
+LAN = typer.Option(
+    "--lan", help="serve the web UI to phones in this network; prints its address as a QR code"
+)
+JOIN = typer.Option(help="Zenoh endpoint of another machine, tls/HOST; repeatable")
+AS_JSON = typer.Option("--json", help="as JSON, in SI units")
+KEY_VALUES = typer.Argument(help="key:=value ...", autocompletion=completion.launch_arguments)

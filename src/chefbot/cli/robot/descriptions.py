@@ -1,0 +1,45 @@
+"""`chefbot robot export sdf`, `mjcf` and `firmware`, and the output of all text exports."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from chefbot.robot.load import load_robot
+from chefbot.storage.atomic_files import write_into_folder
+
+
+def run_sdf(robot: str, world: str | None, out: Path | None) -> None:
+    """Export the robot as a Gazebo model, or a world with the robot at its start pose."""
+    from chefbot.design.export.sdf import sdf
+
+    model = load_robot(robot)
+    if world is None:
+        output(sdf(model), out)
+        return
+    from chefbot.sim.world.load import load_any_world
+    from chefbot.sim.world.world_sdf import world_sdf
+
+    output(world_sdf(model, load_any_world(world, model)), out)
+
+
+def run_mjcf(robot: str, out: Path | None) -> None:
+    """Export the robot on a floor as MJCF: the text that the simulator uses, without a world."""
+    from chefbot.design.export.mjcf import mjcf
+
+    output(mjcf(load_robot(robot)), out)
+
+
+def run_firmware_header(robot: str, out: Path | None) -> None:
+    """Export the robot's constants as the C header that the firmware is compiled with."""
+    from chefbot.design.export.firmware_header import firmware_header
+
+    output(firmware_header(load_robot(robot)), out)
+
+
+def output(text: str, out: Path | None) -> None:
+    """Write the text to a file, whose folder is created if necessary, or to standard output."""
+    if out is None:
+        sys.stdout.write(text)
+        return
+    write_into_folder(out, text.encode())

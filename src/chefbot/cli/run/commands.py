@@ -1,0 +1,76 @@
+"""The commands `chefbot demo`, `chefbot launch` and `chefbot replay`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chefbot.cli import completion
+from chefbot.cli.parameters import JOIN, KEY_VALUES, LAN, ROBOT_OPTION, WORLDS
+
+
+def demo(
+    world: Annotated[str, typer.Option(help=WORLDS, autocompletion=completion.worlds)] = "hotel",
+    robot: Annotated[str, ROBOT_OPTION] = "chefbot",
+    seed: Annotated[int, typer.Option(min=0, help="random seed; same seed, same run")] = 1,
+    headless: Annotated[bool, typer.Option("--headless", help="without the web UI")] = False,
+    speed: Annotated[str, typer.Option(help="real-time factor, or max")] = "max",
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/demo"),
+    profile: Annotated[str, typer.Option(help="realism of the simulation: real or perfect")] = "real",
+    people: Annotated[int, typer.Option(min=0, max=50, help="number of simulated pedestrians")] = 0,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="port of the web UI")] = 8080,
+    processes: Annotated[
+        bool, typer.Option("--processes", help="as four processes, at a real-time factor of 4 at most")
+    ] = False,
+    lan: Annotated[bool, LAN] = False,
+) -> None:
+    """See a robot map a hotel, localize on the map and deliver food.
+
+    It explores a simulated world alone, saves the map, restarts, localizes, serves the tables, returns home and
+    writes a report.
+    """
+    from chefbot.demo.demo import DemoOptions, run_demo
+
+    options = DemoOptions(world, robot, seed, headless, speed, out, profile, people, port, processes, lan)
+    raise typer.Exit(run_demo(options))
+
+
+def launch(
+    name: Annotated[
+        str,
+        typer.Argument(
+            help="a launch, such as gmapping_demo, or a launch file", autocompletion=completion.launches
+        ),
+    ] = "",
+    arguments: Annotated[list[str] | None, KEY_VALUES] = None,
+    join: Annotated[list[str] | None, JOIN] = None,
+    listen: Annotated[
+        list[str] | None,
+        typer.Option(help="tcp/ADDRESS: accept connections there without keys or encryption; repeatable"),
+    ] = None,
+    host: Annotated[
+        str, typer.Option(help="run the nodes of this `host:`; default: this machine's name")
+    ] = "",
+    lan: Annotated[bool, LAN] = False,
+) -> None:
+    """Run a launch file: NAME key:=value ...; without NAME, list all."""
+    from chefbot.launcher.launch import list_launches, run_launch
+
+    if not name:
+        list_launches()
+        return
+    raise typer.Exit(run_launch(name, arguments or [], join or [], listen or [], host, lan))
+
+
+def replay(
+    log: Annotated[Path, typer.Argument(help="a log, run.mcap")],
+    check: Annotated[
+        bool, typer.Option("--check", help="exit with code 1 unless every output is bit-identical")
+    ] = False,
+) -> None:
+    """Run the nodes again on a recorded log."""
+    from chefbot.cli.run.replay import run_replay
+
+    raise typer.Exit(run_replay(log, check))

@@ -1,0 +1,28 @@
+"""What the commands for a running robot share: they use its web UI."""
+
+from __future__ import annotations
+
+import time
+
+from chefbot.maths.se2 import SE2
+from chefbot.ui.web_ui_client import WebUiClient
+
+RESPONSE_TIMEOUT = 10.0
+"""Timeout of a layer, s: a robot that has just started makes its first map within a few seconds."""
+REFUSAL_TIMEOUT = 0.5
+"""Time for which a refusal of a command is awaited, s."""
+PLACES_TIMEOUT = 1.0
+"""Timeout of the named places, s: they are sent with the first frames or not at all."""
+
+
+def known_places(robot: WebUiClient) -> dict[str, SE2]:
+    """Return the robot's named places with their poses in the map frame; empty if it has none."""
+    shown = robot.wait_for("places", PLACES_TIMEOUT) or []
+    return {place["name"]: SE2(place["x"], place["y"], place["yaw"]) for place in shown}
+
+
+def await_refusal(robot: WebUiClient) -> None:
+    """Receive for a while, so that a refusal of the last command raises its UserError."""
+    deadline = time.monotonic() + REFUSAL_TIMEOUT
+    while (remaining := deadline - time.monotonic()) > 0:
+        robot.receive(remaining)

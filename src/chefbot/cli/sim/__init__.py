@@ -1,0 +1,1 @@
+"""Implementation of `chefbot sim`: the simulator's worlds."""

@@ -1,0 +1,1 @@
+"""The command groups of the ROS graph tools: `topic`, `node`, `service`, `action`, `param`, `bag` and `graph`."""

@@ -60,7 +60,10 @@ def column_order(nodes: Iterable[str], flows: Sequence[Flow]) -> list[str]:
     """Return the order of nodes with the fewest backward arrows that exchanging neighbours finds."""
     last = [node for node in nodes if node in OPERATOR]
     order = [node for node in nodes if node not in OPERATOR]
-    flows = [flow._replace(senders=_without(flow.senders, last), receivers=_without(flow.receivers, last)) for flow in flows]
+    flows = [
+        flow._replace(senders=_without(flow.senders, last), receivers=_without(flow.receivers, last))
+        for flow in flows
+    ]
 
     def cost(candidate: Sequence[str]) -> int:
         place = {node: index for index, node in enumerate(candidate)}
@@ -107,7 +110,9 @@ def x_of(index: int) -> float:
 
 
 def _markers() -> str:
-    shape = '<marker id="{0}" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="8" markerHeight="8" orient="auto">'
+    shape = (
+        '<marker id="{0}" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="8" markerHeight="8" orient="auto">'
+    )
     shape += '<path d="M0 0 L8 4 L0 8 z" fill="{1}"/></marker>'
     colours = {"forward": FORWARD, "backward": BACKWARD, "action": ACTION}
     return "<defs>" + "".join(shape.format(name, colour) for name, colour in colours.items()) + "</defs>"
@@ -126,7 +131,11 @@ def _column(node: str, kind: str, x: float, height: float) -> str:
 
 
 def _row(flow: Flow, y: float, place: dict[str, int], shaded: bool, width: float) -> str:
-    parts = [f'<rect x="0" y="{y - ROW / 2}" width="{width}" height="{ROW}" fill="#f6f8fa" fill-opacity="0.6"/>'] if shaded else []
+    parts = (
+        [f'<rect x="0" y="{y - ROW / 2}" width="{width}" height="{ROW}" fill="#f6f8fa" fill-opacity="0.6"/>']
+        if shaded
+        else []
+    )
     kind = flow.type.replace("/msg/", "/").replace("/action/", "/")
     parts.append(
         f'<text x="10" y="{y + 4}">{escape(flow.name)} <tspan fill="#6e7781" font-size="10">{escape(kind)}</tspan></text>'

@@ -82,7 +82,7 @@ class Outcome(NamedTuple):
     contact: float
     stood_after: float
     """Seconds from the fault to the first commanded twist of zero that was not followed by another; inf: never."""
-    sentence: str
+    description: str
     status: int
     """Of the action, 0 while it goes on."""
 

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from chefbot.cli.design import run_design, work_out
+from chefbot.cli.units import SHOWN, amount
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.support.waiting import PATIENCE
 
 from chefbot.cli.app import app
-from chefbot.cli.design import run_design, work_out
-from chefbot.cli.units import SHOWN, amount
 from chefbot.design.sizing.requirements import judge
 from chefbot.design.sizing.stability import loaded
 from chefbot.errors import UserError

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from chefbot.cli.model import Format, run_model
 from PIL import Image
 from tests.support.waiting import in_time
 
-from chefbot.cli.model import Format, run_model
 from chefbot.errors import UserError
 from chefbot.robot.geometry.mass import unloaded_mass
 from chefbot.robot.load import load_robot

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from chefbot.cli.remote import order_delivery, press_round, save_running_map
 from tests.support.fake_robot import PLACES, fake_robot
 from tests.support.waiting import PATIENCE
 
 from chefbot.cli import remote
-from chefbot.cli.remote import order_delivery, press_round, save_running_map
 from chefbot.errors import UserError
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places

@@ -8,10 +8,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from chefbot.cli.ros2 import run_ros2
 from tests.support.waiting import PATIENCE
 
 from chefbot.cli import ros2
-from chefbot.cli.ros2 import run_ros2
 from chefbot.errors import UserError
 
 

@@ -6,8 +6,8 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
-
 from chefbot.cli.urdf_given import check_given, expanded
+
 from chefbot.design.export.ros2.workspace import description_package
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot

@@ -21,13 +21,13 @@ import ezdxf
 import msgspec
 import numpy as np
 import pytest
+from chefbot.cli.drawing import write_drawing
 from ezdxf import bbox
 from ezdxf.document import Drawing as Document
 from PIL import Image
 from typer.testing import CliRunner
 
 from chefbot.cli.app import app, main
-from chefbot.cli.drawing import write_drawing
 from chefbot.design.drawing.drawing import loop_box
 from chefbot.design.drawing.dxf import LAYERS, dxf_bytes, dxf_document
 from chefbot.design.drawing.paper import BINDING, MARGIN

@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from chefbot.cli.robot.descriptions import output
-from chefbot.config import parse_yaml
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.odometry.params import OdometryParams

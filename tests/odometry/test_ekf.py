@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sensed import BODY, PERIOD, ROBOT, sensed, through, weave
 
-from chefbot.errors import UserError
+from chefbot.errors import OdometryError
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.odometry.diagnostics import diagnostic_message
@@ -79,9 +79,9 @@ IMPOSSIBLE = [
 def test_what_would_take_the_robot_out_of_the_world_is_left_out_and_it_goes_on(impossible):
     """One such reading made the pose not a number for good."""
     ekf = through(READINGS[:200])
-    with suppress(UserError):
+    with suppress(OdometryError):
         ekf.add(impossible(READINGS[200].stamp_ns - 1))
-    with pytest.raises(UserError, match="out of any place"):
+    with pytest.raises(OdometryError, match="out of any place"):
         through(READINGS[200:210], ekf=ekf)
     moved = ekf.estimate.pose
     end = through(READINGS[210:300], ekf=ekf).estimate.pose
@@ -103,7 +103,7 @@ def test_a_match_with_a_singular_covariance_harms_nobody(covariance, seen):
     ekf = through(READINGS[:seen])
     ekf.add(PoseReading(READINGS[seen].stamp_ns - 1, IDENTITY, covariance))
     for reading in READINGS[seen : seen + 10]:
-        with suppress(UserError):
+        with suppress(OdometryError):
             ekf.add(reading)
     begun = ekf.estimate.pose
     end = through(READINGS[seen + 10 : seen + 300], ekf=ekf).estimate.pose

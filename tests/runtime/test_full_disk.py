@@ -16,13 +16,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
-from chefbot.errors import UserError
 from chefbot.launcher.session import DIAGNOSTICS_PERIOD_NS, session, start
 from chefbot.msgs.diagnostic_msgs import WARN, DiagnosticArray
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.replay import Replay, read_log
+from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.mcap_writer import McapWriter
 
 needs_root = pytest.mark.skipif(
@@ -74,7 +74,7 @@ def fill(path: Path, seed: int, largest: int) -> list[bytes]:
     file.reserve(200)
     taken: list[bytes] = []
     channels: list[int] = []
-    with pytest.raises(UserError, match=r"stopped: .*; free space or record elsewhere$"):
+    with pytest.raises(StorageError, match=r"stopped: .*; free space or record elsewhere$"):
         file.metadata("first", {"a": "b"})
         while True:
             if not channels or rng.random() < 0.02:
@@ -143,7 +143,7 @@ def test_a_robot_goes_on_when_its_log_is_full_and_says_so(
     )
     assert sum(one.topic == "double" for one in said) == 2000, "nothing else has changed"
     lines = capfd.readouterr().err.splitlines()
-    assert len(lines) == 2 and len(set(lines)) == 1 and "the robot goes on" in lines[0]
+    assert len(lines) == 2 and len(set(lines)) == 1 and "the robot continues" in lines[0]
     replay = Replay(read_log(path))
     replay.run()
     assert not replay.differences and replay.compared > 100

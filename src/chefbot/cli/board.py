@@ -26,7 +26,7 @@ from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import wall_ns
 from chefbot.sim.firmware import serve
-from chefbot.storage.atomic_files import make_folder, os_errors_as_user_errors
+from chefbot.storage.atomic_files import make_folder, os_errors_as_storage_errors
 
 WINDOW = 1.0
 """Seconds that a rate is taken over."""
@@ -84,7 +84,7 @@ def run_log(port: str, out: Path, seconds: float) -> None:
     """Each line as it came, behind the seconds since the start; bytes that do not print as \\x escapes."""
     count, splitter = 0, LineSplitter(longest=1000)
     make_folder(out.parent)
-    with os_errors_as_user_errors(out), _opened(port) as opened, _emptied(out) as file:
+    with os_errors_as_storage_errors(out), _opened(port) as opened, _emptied(out) as file:
         console.print(f"Logging {opened.port} to {out}; Ctrl-C ends it.", markup=False)
         try:
             for data, at in _chunks(opened, seconds):

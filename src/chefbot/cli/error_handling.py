@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import chefbot
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Faults of a disk that `chefbot urdf > FILE` may meet."""
@@ -36,7 +36,7 @@ def ended() -> Iterator[None]:
     try:
         with _flushed():
             yield
-    except UserError as error:
+    except ChefbotError as error:
         _tell(f"{error}")
         raise SystemExit(2) from None
     except KeyboardInterrupt:

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from chefbot.config import read_bytes
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.runtime.clock import wall_ns
 from chefbot.slam.carmen import CarmenOdom, CarmenScan, parse
 from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
@@ -31,7 +31,7 @@ def run_slam(path: Path, out: Path, particles: int, seed: int, max_range: float)
     began = wall_ns()
     try:
         result = _run(path, records, params)
-    except UserError as error:
+    except ChefbotError as error:
         raise UserError(f"log {path}: {error}") from None
     took = (wall_ns() - began) / 1e9
     make_folder(out)

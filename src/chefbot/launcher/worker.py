@@ -25,7 +25,7 @@ from chefbot.bridge.local_only import process_node
 from chefbot.bridge.ports import latched_topics
 from chefbot.bridge.robot_time import RobotTime
 from chefbot.bridge.sim_time_sync import ProgressPublisher
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 from chefbot.kernels.groups import GROUPS, groups_of
 from chefbot.launcher.session import announce, keep_loop_alive, print_fault, print_remarks
 from chefbot.robot.load import load_robot
@@ -61,7 +61,7 @@ def main() -> int:
                 {entry.kind for entry in split_by_process(order.launch)[1][order.process].nodes.values()}
             )
         run(order, stdin)
-    except UserError as error:
+    except ChefbotError as error:
         Console(stderr=True).print(f"process {order.process}: {error}", markup=False)
         return 2
     return 0

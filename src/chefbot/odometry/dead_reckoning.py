@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from chefbot.errors import OdometryError
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.estimate import MotionEstimate, estimate_of
@@ -41,7 +42,7 @@ class DeadReckoning:
 
     def _advance_clock(self, dt: float) -> int:
         if not dt > 0.0:
-            raise ValueError(f"dt must be positive, not {dt} s")
+            raise OdometryError(f"dt must be positive, not {dt} s")
         self._now_ns += max(round(dt * 1e9), 1)
         return self._now_ns
 

@@ -17,7 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from chefbot.errors import UserError
+from chefbot.errors import OdometryError
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.estimate import MotionEstimate, estimate_of
@@ -64,7 +64,7 @@ class Ekf:
     def add(self, reading: Reading) -> bool:
         """Process a reading; return False if it was too late or a duplicate.
 
-        Raise UserError for a reading that makes the pose infinite or moves it implausibly far; it is left
+        Raise OdometryError for a reading that makes the pose infinite or moves it implausibly far; it is left
         out.
         """
         newest = self._history.newest_ns
@@ -83,7 +83,7 @@ class Ekf:
         added = self._history.add(reading)
         if not _is_plausible(before, self.belief):
             self._revert_to(before)
-            raise UserError(
+            raise OdometryError(
                 f"a reading of {_sources(reading)[0].name.lower()} makes the odometry diverge; it is left out"
             )
         return added

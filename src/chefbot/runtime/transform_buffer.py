@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import islice
 
+from chefbot.errors import ChefbotError
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.geometry_msgs import TransformStamped
@@ -24,7 +25,7 @@ MAX_WAITING = 100
 Guard = Callable[[Callable[[SE2], None]], Callable[[SE2], None]]
 
 
-class TransformError(LookupError):
+class TransformError(ChefbotError):
     """The requested transform is not available; the message names the frame or time that is missing."""
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 from chefbot.config import read_bytes
-from chefbot.errors import UserError
+from chefbot.mapping.image_format import MapFormatError
 from chefbot.mapping.map_format import (
     GREY,
     WHITE,
@@ -23,7 +23,7 @@ from chefbot.mapping.map_format import (
 )
 from chefbot.maths.grid import Grid
 from chefbot.storage.atomic_files import (
-    os_errors_as_user_errors,
+    os_errors_as_storage_errors,
     remove,
     rename_all,
     resolve_path,
@@ -48,10 +48,10 @@ def save_map(folder_or_stem: Path, grid: Grid, mode: Mode = "trinary") -> Path:
     4. the extra image is removed.
 
     All four files are on disk before the first rename, so that a full disk leaves the old map intact.
-    UserError with the reason if anything fails.
+    StorageError with the reason if anything fails.
     """
     yaml = map_yaml_path(folder_or_stem)
-    with os_errors_as_user_errors(yaml):
+    with os_errors_as_storage_errors(yaml):
         yaml = resolve_path(yaml)
         _save_pair(yaml, yaml.with_name(yaml.name[: -len(".yaml")] + ".pgm"), grid, mode)
     return yaml
@@ -68,12 +68,12 @@ def map_yaml_path(folder_or_stem: Path) -> Path:
 def load_map(path: Path) -> Grid:
     """Load the map of a YAML file; a relative image path is relative to the YAML file's folder.
 
-    UserError with file and reason if the map is invalid or incomplete.
+    ConfigError with file and reason if the map is invalid or incomplete.
     """
     about = decode_map_yaml(read_bytes(path, "map file", MAX_YAML_BYTES), f"map file {path}")
     image = path.parent / about.image
     if image.exists() and not image.is_file():  # reading a pipe would block
-        raise UserError(f"map picture {image} is not a file")
+        raise MapFormatError(f"map picture {image} is not a file")
     return decode_map(about, read_bytes(image, "map picture", MAX_IMAGE_BYTES), f"map picture {image}")
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import yaml
 
-from chefbot.errors import UserError
+from chefbot.robot.errors import RobotFileError
 
 _COMMENT = re.compile(r"[ \t]*#[^\n]*")
 COMMENT_COLUMN = 30
@@ -49,7 +49,7 @@ def value_of(text: str, path: tuple[str, ...]) -> str | None:
 def _composed(text: str) -> yaml.MappingNode:
     node = yaml.compose(text, Loader=yaml.SafeLoader)
     if not isinstance(node, yaml.MappingNode):
-        raise UserError("the robot file is not a list of sections")
+        raise RobotFileError("the robot file is not a list of sections")
     return node
 
 

@@ -168,7 +168,8 @@ class Keyring:
             )
         if fleet.serial < old_fleet.serial:
             raise UserError(
-                f"the card's list is older ({fleet.serial}) than this machine's ({old_fleet.serial}); the newer is kept"
+                f"the card's list is older ({fleet.serial}) than this machine's ({old_fleet.serial}); "
+                "the newer is kept"
             )
 
     def _is_own(self, pem: bytes) -> bool:

@@ -173,6 +173,22 @@ def test_a_file_cut_anywhere_gives_all_whole_chunks(
     assert kept == said[: bag.total] and bag.total % 10 == 0
 
 
+def test_a_complete_file_beside_a_truncated_one_is_read_by_its_index(tmp_path: Path) -> None:
+    """Also where its name is a part of the other's."""
+    complete, truncated = tmp_path / "a.mcap", tmp_path / "a.mcap.mcap"
+    write(tmp_path / "whole.mcap")
+    data = (tmp_path / "whole.mcap").read_bytes()
+    complete.write_bytes(data)
+    truncated.write_bytes(data[: len(data) // 2])
+    bag = read_bag(tmp_path)
+    assert bag.truncated_files == {truncated}
+    damaged = bytearray(data)
+    damaged[len(data) // 3] ^= 255
+    complete.write_bytes(damaged)
+    with pytest.raises(BagError, match="is damaged after"):
+        list(bag.messages())
+
+
 @given(st.integers(0, 10**6), st.integers(0, 7))
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_damaged_file_is_read_or_refused(

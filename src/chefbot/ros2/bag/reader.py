@@ -60,6 +60,8 @@ class Bag(NamedTuple):
     truncated: tuple[str, ...]
     """A sentence for each truncated file; messages before the truncation are included."""
     distro: str
+    truncated_files: frozenset[Path]
+    """Files that end in the middle of a record or are damaged: they have no index."""
 
     @property
     def total(self) -> int:
@@ -77,7 +79,7 @@ class Bag(NamedTuple):
         Truncated files are read up to the truncation, in file order.
         """
         for file in self.files:
-            yield from _messages(file, topics, cut=any(str(file) in sentence for sentence in self.truncated))
+            yield from _messages(file, topics, cut=file in self.truncated_files)
 
 
 def read_bag(path: Path) -> Bag:
@@ -90,6 +92,7 @@ def read_bag(path: Path) -> Bag:
     files = _files_of(path, metadata) if folder else [path]
     contents = [_read_contents(file) for file in files]
     cut = tuple(content.cut for content in contents if content.cut)
+    cut_files = frozenset(file for file, content in zip(files, contents, strict=True) if content.cut)
     if folder and not metadata and not cut:
         cut = (f"{path} has no {METADATA_FILE}: recording ended too early; all {len(files)} files are whole",)
     starts = [content.start_ns for content in contents if content.topics and content.start_ns]
@@ -98,7 +101,7 @@ def read_bag(path: Path) -> Bag:
         metadata.get("ros_distro") or next((content.distro for content in contents if content.distro), "")
     )
     start, end = min(starts, default=0), max(ends, default=0)
-    return Bag(path, tuple(files), _merge(contents), start, end, cut, distro)
+    return Bag(path, tuple(files), _merge(contents), start, end, cut, distro, cut_files)
 
 
 class _Contents(NamedTuple):

@@ -22,12 +22,11 @@ from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.estimate import MotionEstimate, estimate_of
 from chefbot.odometry.filter_state import FilterState
-from chefbot.odometry.fusion import predict_without_wheels, process_reading
+from chefbot.odometry.fusion import predict_without_wheels, process_reading, without_counts
 from chefbot.odometry.motion_model import YAW, X, Y
 from chefbot.odometry.out_of_sequence import History
 from chefbot.odometry.readings import ImuReading, PoseReading, Reading, WheelCounts, WheelTwist
 from chefbot.odometry.sensor_health import Condition, Source
-from chefbot.odometry.wheel_travel import EncoderState
 
 HORIZON_NS = 1_000_000_000
 """Maximum delay of a reading, ns: longer than matching a scan takes, and short enough to reprocess."""
@@ -89,9 +88,13 @@ class Ekf:
         return added
 
     def _revert_to(self, before: FilterState) -> None:
-        """Return to the belief before a reading, without pending readings; the counters restart."""
+        """Return to the belief before a reading, without pending readings or counts; the number of restarts stays."""
         belief = before._replace(
-            pending=(), counters=EncoderState(), gyro_ns=None, spike_candidates=(), tilt_reading=None
+            pending=(),
+            counters=without_counts(before.counters),
+            gyro_ns=None,
+            spike_candidates=(),
+            tilt_reading=None,
         )
         self._history = History(partial(process_reading, self._body), belief, HORIZON_NS)
 

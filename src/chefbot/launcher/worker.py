@@ -38,12 +38,10 @@ from chefbot.runtime.node import RESTORED_PREFIX
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
 from chefbot.supervision.heartbeat import HeartbeatSender
-from chefbot.supervision.worker_process import PreloadSpec, WorkerSpec
+from chefbot.supervision.worker_process import EXIT_TIMEOUT, PreloadSpec, WorkerSpec
 
 PR_SET_PDEATHSIG = 1
 """prctl(2), linux/prctl.h: send this process a signal when its parent dies."""
-SHUTDOWN_TIMEOUT = 1.5
-"""Time between the request to end and the forced exit, s."""
 
 
 def main() -> int:
@@ -169,7 +167,7 @@ class LaunchInput:
                 self._lines.put(line)
         if self.stop is not None:
             self.stop()
-            time.sleep(SHUTDOWN_TIMEOUT)
+            time.sleep(EXIT_TIMEOUT)
         os._exit(0 if self.stop is None else 1)  # nothing has started yet, or a callback blocks the loop
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -64,6 +64,21 @@ def write_temporary(target: Path, data: bytes, number: int = 0) -> Path:
         remove([temporary])
         raise
     return temporary
+
+
+def write_all(writes: Sequence[tuple[Path, bytes]]) -> None:
+    """Write several files: all data is on disk before the first file gets its name.
+
+    So a full disk leaves all old files as they were. OSError if anything fails.
+    """
+    renames: list[tuple[Path, Path]] = []
+    try:
+        for number, (target, data) in enumerate(writes):
+            renames.append((write_temporary(target, data, number), target))
+    except BaseException:
+        remove(temporary for temporary, _ in renames)
+        raise
+    rename_all(renames)
 
 
 def rename_all(renames: list[tuple[Path, Path]]) -> None:

@@ -8,8 +8,8 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.config import MAX_BYTES, build, parse_config, parse_yaml, read_bytes, read_config
-from chefbot.errors import UserError, name_hint
+from chefbot.config import MAX_BYTES, ConfigError, build, parse_config, parse_yaml, read_bytes, read_config
+from chefbot.errors import name_hint
 
 
 class Inner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -32,7 +32,7 @@ def parse(text):
 
 
 def fault(text):
-    with pytest.raises(UserError) as caught:
+    with pytest.raises(ConfigError) as caught:
         parse(text)
     sentence = str(caught.value)
     assert sentence.startswith("file f.yaml") and "\n" not in sentence
@@ -118,14 +118,14 @@ def test_files(tmp_path):
     good.write_text("inner: {length: 1 m}")
     assert read_config(good, Outer, "thing file").inner.length == 1.0
     for name, reason in (("missing", "does not exist"), ("", "cannot be read"), ("a\0b", "cannot be read")):
-        with pytest.raises(UserError, match=reason) as caught:
+        with pytest.raises(ConfigError, match=reason) as caught:
             read_config(tmp_path / name, Outer, "thing file")
         assert str(caught.value).startswith("thing file")
     (tmp_path / "huge").write_bytes(b"#" * (MAX_BYTES + 1))
-    with pytest.raises(UserError, match="longer"):
+    with pytest.raises(ConfigError, match="longer"):
         read_bytes(tmp_path / "huge", "thing file")
     (tmp_path / "bytes").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(UserError, match="UTF-8"):
+    with pytest.raises(ConfigError, match="UTF-8"):
         read_config(tmp_path / "bytes", Outer, "thing file")
 
 
@@ -134,7 +134,7 @@ def test_files(tmp_path):
 def test_any_text_is_plain_data_or_a_sentence(text):
     try:
         parse_yaml(text.encode("utf-8", "surrogatepass"), "f")
-    except UserError as error:
+    except ConfigError as error:
         assert str(error).startswith("f")
 
 
@@ -160,7 +160,7 @@ def test_any_plain_data_is_a_value_or_a_sentence(value):
     for data in (value, {"inner": value}, {"inner": {"length": "1 m"}, "many": value, "by_name": value}):
         try:
             result = build(data, Outer, "f")
-        except UserError as error:
+        except ConfigError as error:
             assert str(error).startswith("f")
         else:
             assert 0 < result.inner.length <= 10

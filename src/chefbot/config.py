@@ -12,8 +12,8 @@ import msgspec
 import yaml
 from msgspec import inspect as types
 
-from chefbot.errors import UserError, name_hint
-from chefbot.maths.units import to_si
+from chefbot.errors import ChefbotError, name_hint
+from chefbot.maths.units import UnitError, to_si
 
 T = TypeVar("T")
 MAX_BYTES = 1_000_000
@@ -24,6 +24,10 @@ BOUNDS = (
     ("le", operator.le, "at most"),
 )
 """Bounds: attribute in msgspec, comparison that must hold, and text for error messages."""
+
+
+class ConfigError(ChefbotError):
+    """A file that cannot be read, or content of it with an unknown key, a wrong type or a value out of bounds."""
 
 
 class _StrictLoader(yaml.SafeLoader):
@@ -52,17 +56,17 @@ class _StrictLoader(yaml.SafeLoader):
 
 
 def read_bytes(path: Path, kind: str, limit: int = MAX_BYTES) -> bytes:
-    """Read a file; UserError if it is missing, unreadable or longer than `limit` bytes."""
+    """Read a file; ConfigError if it is missing, unreadable or longer than `limit` bytes."""
     try:
         with path.open("rb") as file:
             data = file.read(limit + 1)
     except FileNotFoundError:
-        raise UserError(f"{kind} {path} does not exist; check the name") from None
+        raise ConfigError(f"{kind} {path} does not exist; check the name") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise UserError(f"{kind} {path} cannot be read: {reason}") from None
+        raise ConfigError(f"{kind} {path} cannot be read: {reason}") from None
     if len(data) > limit:
-        raise UserError(f"{kind} {path} is longer than {limit} bytes; that is not a {kind}")
+        raise ConfigError(f"{kind} {path} is longer than {limit} bytes; that is not a {kind}")
     return data
 
 
@@ -81,14 +85,18 @@ def parse_yaml(data: bytes, where: str) -> Any:
     try:
         return yaml.load(data.decode(), Loader=_StrictLoader)
     except UnicodeDecodeError:
-        raise UserError(f"{where} is not text in UTF-8; it may be damaged or another kind of file") from None
+        raise ConfigError(
+            f"{where} is not text in UTF-8; it may be damaged or another kind of file"
+        ) from None
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = f", line {mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or "it cannot be parsed"
-        raise UserError(f"{where}{line}: not valid YAML: {problem}") from None
+        raise ConfigError(f"{where}{line}: not valid YAML: {problem}") from None
     except (RecursionError, ValueError, OverflowError):
-        raise UserError(f"{where}: not valid YAML: nested too deeply or with an impossible number") from None
+        raise ConfigError(
+            f"{where}: not valid YAML: nested too deeply or with an impossible number"
+        ) from None
 
 
 def build(value: Any, kind: type[T], where: str) -> T:
@@ -99,7 +107,7 @@ def build(value: Any, kind: type[T], where: str) -> T:
     except msgspec.ValidationError as error:
         message, _, path = str(error).partition(" - at `$")
         key = path.rstrip("`").lstrip(".")
-        raise UserError(f"{where}: {key + ': ' if key else ''}{message}") from None
+        raise ConfigError(f"{where}: {key + ': ' if key else ''}{message}") from None
 
 
 def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
@@ -120,7 +128,7 @@ def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
     if unit is not None:
         value = _quantity(value, unit, where, key)
     if isinstance(value, float) and not math.isfinite(value):
-        raise UserError(f"{where}: {key}: {value} is not a finite number")
+        raise ConfigError(f"{where}: {key}: {value} is not a finite number")
     _check_bounds(value, written, kind, unit or "", f"{where}: {key}")
     _check_form(value, kind, f"{where}: {key}")
     return value
@@ -131,7 +139,7 @@ def _check_form(value: Any, kind: types.Type, where: str) -> None:
     if isinstance(kind, types.Metadata) and isinstance(kind.type, types.StrType) and isinstance(value, str):
         form, pattern = (kind.extra or {}).get("form"), kind.type.pattern
         if form and pattern and not re.search(pattern, value):
-            raise UserError(f"{where}: {value[:40]!r} must be {form}")
+            raise ConfigError(f"{where}: {value[:40]!r} must be {form}")
 
 
 def _check_bounds(value: Any, written: Any, kind: types.Type, unit: str, where: str) -> None:
@@ -145,7 +153,7 @@ def _check_bounds(value: Any, written: Any, kind: types.Type, unit: str, where: 
     for name, holds, description in BOUNDS:
         bound = getattr(inner, name)
         if bound is not None and not holds(value, bound):
-            raise UserError(f"{where}: {written} must be {description} {bound:g} {unit}".rstrip())
+            raise ConfigError(f"{where}: {written} must be {description} {bound:g} {unit}".rstrip())
 
 
 def _is_number(value: Any) -> bool:
@@ -154,24 +162,24 @@ def _is_number(value: Any) -> bool:
 
 def _struct_to_si(value: Any, kind: types.StructType, where: str, key: str) -> Any:
     if not isinstance(value, dict):
-        raise UserError(f"{where}: {key or 'the file'} must be a section with keys, not {_describe(value)}")
+        raise ConfigError(f"{where}: {key or 'the file'} must be a section with keys, not {_describe(value)}")
     fields = {field.encode_name: field for field in kind.fields}
     for name in value:
         if name not in fields:
-            raise UserError(f"{where}: unknown key {_join(key, name)!r}{name_hint(str(name), fields)}")
+            raise ConfigError(f"{where}: unknown key {_join(key, name)!r}{name_hint(str(name), fields)}")
     missing = [f.encode_name for f in kind.fields if f.required and f.encode_name not in value]
     if missing:
-        raise UserError(f"{where}: {_join(key, missing[0])!r} is missing")
+        raise ConfigError(f"{where}: {_join(key, missing[0])!r} is missing")
     return {name: _to_si(item, fields[name].type, where, _join(key, name)) for name, item in value.items()}
 
 
 def _quantity(value: Any, unit: str, where: str, key: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-        raise UserError(f"{where}: {key} must be a quantity in {unit}, not {_describe(value)}")
+        raise ConfigError(f"{where}: {key} must be a quantity in {unit}, not {_describe(value)}")
     try:
         return to_si(str(value), unit)
-    except UserError as error:
-        raise UserError(f"{where}: {key}: {error}") from None
+    except UnitError as error:
+        raise ConfigError(f"{where}: {key}: {error}") from None
 
 
 def _join(key: str, name: Any) -> str:

@@ -1,4 +1,4 @@
-"""The exception for errors that the user can correct, and name suggestions for its messages."""
+"""The root of all exceptions of chefbot, those that several packages share, and name suggestions."""
 
 from __future__ import annotations
 
@@ -6,11 +6,25 @@ import difflib
 from collections.abc import Iterable
 
 
-class UserError(Exception):
-    """Invalid input, described in one sentence: what is wrong, where, and what to do.
+class ChefbotError(Exception):
+    """The root of the exceptions for invalid input and for what the environment does not permit.
 
-    The command line prints it without a traceback and exits with code 2.
+    The message is one sentence: what is wrong, where, and what to do. The command line prints it without a
+    traceback and exits with code 2. Each package has its own subclasses, one for each case that a caller may
+    want to handle.
     """
+
+
+class UserError(ChefbotError):
+    """A command, an option or an environment in which the program that the user started cannot work."""
+
+
+class OdometryError(ChefbotError):
+    """Odometry readings, or parameters of them, that no robot can have produced."""
+
+
+class ScanError(ChefbotError):
+    """A laser scan, depth image or camera model that contradicts itself or the parameters."""
 
 
 MAX_LISTED_NAMES = 12

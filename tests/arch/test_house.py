@@ -62,6 +62,49 @@ def test_functions_stay_short() -> None:
     assert sorted(lengths.values())[int(0.95 * len(lengths))] <= 50
 
 
+PURE = (
+    "maths", "msgs", "robot", "odometry", "scan", "slam", "localization", "mapping", "costmap", "planning", "control",
+    "behavior", "exploration", "calibration", "safety", "delivery", "board", "design", "ros2", "config.py",
+)  # fmt: skip
+"""Rings 0 and 1, and ros2: what other programs may use as a library."""
+UNSPECIFIC = {"UserError", "ChefbotError", "ValueError", "RuntimeError", "Exception"}
+"""Exceptions that do not say which case a caller has to handle."""
+ARRAY_SHAPES = "mapping/compare.py"
+"""Where arrays of different shapes are a mistake of the calling program, as in numpy."""
+
+
+def raised_names(path: Path) -> Iterator[tuple[int, str]]:
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Raise) and node.exc is not None:
+            error = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
+            yield node.lineno, ast.unparse(error)
+
+
+def test_libraries_raise_their_own_exceptions() -> None:
+    files = [path for path in FILES if path.relative_to(SOURCE).parts[0] in PURE]
+    assert len(files) > 100
+    found = [
+        f"{path.relative_to(SOURCE)}:{line} {name}"
+        for path in files
+        for line, name in raised_names(path)
+        if name in UNSPECIFIC and str(path.relative_to(SOURCE)) != ARRAY_SHAPES
+    ]
+    assert found == []
+
+
+def test_every_exception_has_the_common_root() -> None:
+    """The command line reports them by that root; node-internal signals are none of its business."""
+    roots = {base.__name__ for base in (Exception, ValueError, LookupError, KeyError, RuntimeError)}
+    found = [
+        f"{path.relative_to(SOURCE)}:{node.lineno} {node.name}"
+        for path in FILES
+        if path.relative_to(SOURCE).parts[0] in PURE
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.ClassDef) and any(ast.unparse(base) in roots for base in node.bases)
+    ]
+    assert found == []
+
+
 @pytest.mark.parametrize("path", inner_files(), ids=lambda path: str(path.relative_to(SOURCE)))
 def test_thought_has_no_clock_no_chance_and_no_voice(path: Path) -> None:
     forbidden = (

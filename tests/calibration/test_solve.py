@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from chefbot.calibration.errors import CalibrationError
 from chefbot.calibration.gyro import solve_gyro
 from chefbot.calibration.solve import solve
 from chefbot.calibration.umbmark import return_errors, umbmark
-from chefbot.errors import UserError
 
 sys.path.insert(0, str(Path(__file__).parent))
 from drives import DRAWN, SENSOR, Built, Track, usual
@@ -84,16 +84,16 @@ def test_a_robot_that_slips_all_the_time_is_refused() -> None:
     for _ in range(24):
         track.go(1.0, 0.0, slip=float(rng.normal(0.0, 0.2)))
         track.go(0.0, math.pi / 2)
-    with pytest.raises(UserError, match=r"fit no wheels.*they slip"):
+    with pytest.raises(CalibrationError, match=r"fit no wheels.*they slip"):
         solve(track.legs, track.links(), track.poses, DRAWN, SENSOR)
 
 
 def test_too_few_drives_and_a_dead_gyro_are_refused() -> None:
     track, _ = usual(Built())
-    with pytest.raises(UserError, match="too few"):
+    with pytest.raises(CalibrationError, match="too few"):
         solve(track.legs[:4], track.links(), track.poses, DRAWN, SENSOR)
     dead, _ = usual(Built(gyro_scale=0.0))
-    with pytest.raises(UserError, match="dead"):
+    with pytest.raises(CalibrationError, match="dead"):
         solve_gyro(dead.legs)
-    with pytest.raises(UserError, match="UMBmark needs a square to the left"):
+    with pytest.raises(CalibrationError, match="UMBmark needs a square to the left"):
         umbmark([Track(Built()).square(2.0, -1)], DRAWN, SENSOR)

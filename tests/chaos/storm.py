@@ -26,6 +26,7 @@ from chefbot.launcher.session import session, start
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
+from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import (
     Pose,
     PoseStamped,
@@ -39,7 +40,7 @@ from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.msgs.validity import InvalidMessageError, check, check_stamp
+from chefbot.msgs.validity import check, check_stamp
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import Publication

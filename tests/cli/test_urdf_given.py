@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from chefbot.design.export.urdf import urdf
 from chefbot.design.export.urdf_check import check_urdf, parse_xml
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.load import load_robot
 
@@ -93,7 +93,7 @@ def test_each_fault_is_one_sentence(fault: str, tmp_path: Path) -> None:
     text, sentence = FAULTS[fault]
     file = tmp_path / "given.urdf"
     file.write_text(text)
-    with pytest.raises(UserError, match=sentence) as caught:
+    with pytest.raises(ChefbotError, match=sentence) as caught:
         check_given(file)
     assert "given.urdf" in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -103,14 +103,14 @@ def test_a_mesh_behind_links_that_run_in_a_circle(tmp_path: Path) -> None:
     (tmp_path / "a.stl").symlink_to("b.stl")
     (tmp_path / "b.stl").symlink_to("a.stl")
     (tmp_path / "given.urdf").write_text(meshed("a.stl"))
-    with pytest.raises(UserError, match=r"mesh a\.stl cannot be read"):
+    with pytest.raises(ChefbotError, match=r"mesh a\.stl cannot be read"):
         check_given(tmp_path / "given.urdf")
 
 
 def test_a_pipe_for_a_mesh_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.stl")
     (tmp_path / "given.urdf").write_text(meshed("a.stl"))
-    with pytest.raises(UserError, match="is no file"):
+    with pytest.raises(ChefbotError, match="is no file"):
         check_given(tmp_path / "given.urdf")
 
 
@@ -159,7 +159,7 @@ def test_xacro_that_never_ends_or_cannot_be_expanded(fault: str, tmp_path: Path)
     files, sentence = INCLUDES[fault]
     for name, inside in files.items():
         (tmp_path / name).write_text(f'<robot name="r" {XACRO}>{inside}{links("a")}</robot>')
-    with pytest.raises(UserError, match=sentence) as caught:
+    with pytest.raises(ChefbotError, match=sentence) as caught:
         check_given(tmp_path / "a.xacro")
     assert "\n" not in str(caught.value)
 
@@ -167,7 +167,7 @@ def test_xacro_that_never_ends_or_cannot_be_expanded(fault: str, tmp_path: Path)
 def test_entities_in_an_included_file(tmp_path: Path) -> None:
     (tmp_path / "a.xacro").write_text(f'<robot name="r" {XACRO}><xacro:include filename="b.xacro"/></robot>')
     (tmp_path / "b.xacro").write_text('<!DOCTYPE r [<!ENTITY a "aa">]><robot/>')
-    with pytest.raises(UserError, match=r"b\.xacro: has a DOCTYPE"):
+    with pytest.raises(ChefbotError, match=r"b\.xacro: has a DOCTYPE"):
         check_given(tmp_path / "a.xacro")
 
 
@@ -194,5 +194,5 @@ OURS = urdf(load_robot("chefbot")).encode()
 def test_a_damaged_file_is_fine_or_a_sentence(at: int, cut: int, put: bytes) -> None:
     try:
         check_urdf(parse_xml(OURS[:at] + put + OURS[at + cut :], "it"), "it")
-    except UserError as error:
+    except ChefbotError as error:
         assert str(error).startswith("it")

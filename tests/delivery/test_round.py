@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from chefbot.delivery.mission import ENDED_BY_PERSON, UNKNOWN_PLACE, DeliveryRound, OrderOutcome
+from chefbot.delivery.mission import ENDED_BY_PERSON, UNKNOWN_PLACE, DeliveryRound, OrderError, OrderOutcome
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.msgs.geometry_msgs import PoseStamped
@@ -98,7 +98,7 @@ def test_stop_keeps_the_round_and_a_person_chooses_how_it_goes_on(choice: str) -
         and one.leg is None
         and len(one.status.pending_orders) == 2
     )
-    with pytest.raises(UserError, match="Resume"):
+    with pytest.raises(OrderError, match="Resume"):
         one.choose(choice)
     one.stop(False)
     assert waiter.now == ("waiting", "table_2", "choice") and one.leg is None
@@ -157,7 +157,7 @@ def test_a_go_to_during_a_round_has_to_say_when(state: str) -> None:
         event()
     assert one.status.state == state
     before = one.status
-    with pytest.raises(UserError, match="now, after it, or instead"):
+    with pytest.raises(OrderError, match="now, after it, or instead"):
         one.go(errand(""))
     assert one.status is before
 
@@ -285,7 +285,7 @@ class AnyDay(RuleBasedStateMachine):
         before = self.state
         try:
             self.round.go(errand(when))
-        except UserError:
+        except OrderError:
             assert self.state is before
 
     @rule(choice=st.sampled_from(["go_on", "kitchen", "end", "nonsense"]))
@@ -293,7 +293,7 @@ class AnyDay(RuleBasedStateMachine):
         before = self.state
         try:
             self.round.choose(choice)
-        except UserError:
+        except OrderError:
             assert self.state is before
 
     @rule()

@@ -33,7 +33,7 @@ from chefbot.design.drawing.dxf import LAYERS, dxf_bytes, dxf_document
 from chefbot.design.drawing.paper import BINDING, MARGIN
 from chefbot.design.drawing.sheets import SHEETS, asked_for, draw, sheets_of
 from chefbot.design.drawing.views import FRONT, PLAN, SIDE, TOP, cut, seen
-from chefbot.errors import UserError
+from chefbot.design.errors import DesignError
 from chefbot.maths.outline import Outline, circle, loop_moments, rectangle
 from chefbot.robot.geometry.outlines import base_plate_outline
 from chefbot.robot.geometry.shapes import Prism
@@ -342,7 +342,7 @@ def test_robots_have_the_sheets_of_their_parts() -> None:
     assert sheets_of(CHEFBOT) == list(SHEETS)
     single = VARIANTS["one plate"]
     assert sheets_of(single) == ["base_plate", "motor_clamp", "caster", "assembly"]
-    with pytest.raises(UserError, match="chefbot has no tube; its sheets are base_plate, motor_clamp"):
+    with pytest.raises(DesignError, match="chefbot has no tube; its sheets are base_plate, motor_clamp"):
         asked_for(single, ["tube"])
     assert asked_for(single, ["all", "caster"]) == sheets_of(single)
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from chefbot.board.firmware_constants import as_int32, firmware_constants
 from chefbot.design.export.firmware_header import firmware_header
-from chefbot.errors import UserError
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.motion_limits import max_acceleration, max_speed, max_wheel_speed
 from chefbot.robot.spec import Robot
@@ -73,13 +73,13 @@ def test_the_header_is_whole_numbers_with_unit_and_source(name: str) -> None:
 
 def test_an_encoder_too_fine_for_the_board_is_refused(robot: Robot) -> None:
     fast = msgspec.structs.replace(robot.motor, no_load_speed=40.0)
-    with pytest.raises(UserError, match="ticks/s"):
+    with pytest.raises(RobotFileError, match="ticks/s"):
         firmware_constants(msgspec.structs.replace(robot, motor=fast))
 
 
 def test_an_acceleration_too_small_for_the_board_is_refused(robot: Robot) -> None:
     lazy = msgspec.structs.replace(robot.drive, max_acceleration=1e-3)
-    with pytest.raises(UserError, match="max_acceleration"):
+    with pytest.raises(RobotFileError, match="max_acceleration"):
         firmware_constants(msgspec.structs.replace(robot, drive=lazy))
 
 

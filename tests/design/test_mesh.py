@@ -26,9 +26,9 @@ from chefbot.design.solids.rasterizer import rasterize
 from chefbot.design.solids.renderer import RenderedBody, picture
 from chefbot.design.solids.stl_obj import Piece, lying, obj, pieces, stl, whole
 from chefbot.design.solids.triangulation import Mesh, part_mesh
-from chefbot.errors import UserError
 from chefbot.maths.outline import Outline, circle, rectangle
 from chefbot.robot.chassis import Equipment
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry.layout import body_height
 from chefbot.robot.geometry.mass import unloaded_mass
 from chefbot.robot.geometry.shapes import (
@@ -148,7 +148,7 @@ def test_whatever_the_measures_the_assembly_is_closed(
     try:
         check_buildable(robot, "robot")
         parts = solids(robot)
-    except (UserError, IndexError):  # an impossible one, or a box on a plate that is gone
+    except (RobotFileError, IndexError):  # an impossible one, or a box on a plate that is gone
         assume(False)
     assert as_trimesh(whole(robot)).is_watertight
     assert all(as_trimesh(part_mesh(part.solids)).is_watertight for part in parts)
@@ -219,7 +219,7 @@ def test_equipment_with_a_taken_name_is_refused_in_a_sentence() -> None:
             name=name, place=MountingPosition(), size=Size(x=0.01, y=0.01, z=0.01), mass=0.1
         )
         other: Robot = msgspec.structs.replace(robot, equipment=(box_of_tricks,))
-        with pytest.raises(UserError, match=name):
+        with pytest.raises(RobotFileError, match=name):
             glb(other)
             bill(other)
 

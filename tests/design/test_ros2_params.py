@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from tests.design.known_parameters import DISTRIBUTIONS
 from tests.design.parameter_check import faults
 
+from chefbot.design.errors import DesignError
 from chefbot.design.export.ros2.annotated_yaml import Because, plain, written
 from chefbot.design.export.ros2.depth_to_scan import depth_to_scan
 from chefbot.design.export.ros2.derived_nav_params import Doubt, Figures
@@ -23,7 +24,7 @@ from chefbot.design.export.ros2.ekf import STATE, ekf, ekf_tree
 from chefbot.design.export.ros2.nav2 import nav2_params, nav2_tree
 from chefbot.design.export.ros2.odometry_noise import MARGIN, alphas
 from chefbot.design.export.ros2.slam import slam_toolbox, slam_tree
-from chefbot.errors import UserError
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_turn_acceleration
@@ -148,7 +149,7 @@ def test_physics_and_names_of_robots_nobody_built(
     robot = msgspec.structs.replace(robot, wheels=wheels, drive=drive)
     try:
         check_buildable(robot, "a robot")
-    except UserError:
+    except RobotFileError:
         assume(False)
     assume(max_speed(robot) > 0.01)
     check_physics(robot)
@@ -205,7 +206,7 @@ def test_the_short_sighted_drive_slowly() -> None:
 def test_a_robot_without_eyes_is_refused() -> None:
     robot = load_robot("desk")
     blind = msgspec.structs.replace(robot, sensors=msgspec.structs.replace(robot.sensors, lidar=None))
-    with pytest.raises(UserError, match=r"neither sensors\.lidar nor sensors\.depth_camera"):
+    with pytest.raises(DesignError, match=r"neither sensors\.lidar nor sensors\.depth_camera"):
         nav2_params(blind, FLOOR)
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chefbot.errors import UserError
 from chefbot.localization.amcl import Amcl
+from chefbot.localization.errors import LocalizationError
 from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
 from chefbot.localization.particle_filter import BeamEnds, FilterModels, ParticleFilter
@@ -172,9 +172,9 @@ def test_it_updates_on_motion_only_but_at_once_after_a_start(hotel: Any, lidar: 
 
 
 def test_user_errors_name_the_fault(hotel: Any, lidar: Any) -> None:
-    with pytest.raises(UserError, match="no free cell"):
+    with pytest.raises(LocalizationError, match="no free cell"):
         Amcl(AmclParams(), Grid(np.full((4, 4), -1, np.int8), 0.05, 0, 0), lidar.mount)
-    with pytest.raises(UserError, match="min_particles"):
+    with pytest.raises(LocalizationError, match="min_particles"):
         Amcl(AmclParams(min_particles=100, max_particles=50), hotel.grid, lidar.mount)
-    with pytest.raises(UserError, match="finite"):
+    with pytest.raises(LocalizationError, match="finite"):
         Amcl(AmclParams(), hotel.grid, lidar.mount).set_pose(SE2(math.nan, 0.0, 0.0))

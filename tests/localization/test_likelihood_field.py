@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_edt
 
-from chefbot.errors import UserError
+from chefbot.localization.errors import LocalizationError
 from chefbot.localization.likelihood_field import PAD, LikelihoodField, log_likelihood
 from chefbot.localization.params import AmclParams
 from chefbot.maths.grid import Grid
@@ -85,7 +85,7 @@ def test_scattered_poses_are_on_free_cells_and_everywhere() -> None:
 
 @pytest.mark.parametrize(("value", "missing"), [(100, "free"), (-1, "free"), (0, "occupied")])
 def test_a_map_without_free_or_occupied_cells_is_refused(value: int, missing: str) -> None:
-    with pytest.raises(UserError, match=f"no {missing} cell"):
+    with pytest.raises(LocalizationError, match=f"no {missing} cell"):
         LikelihoodField.of(Grid(np.full((5, 5), value, np.int8), 0.05, 0.0, 0.0), PARAMS)
-    with pytest.raises(UserError, match="no free cell"):
+    with pytest.raises(LocalizationError, match="no free cell"):
         LikelihoodField.of(Grid(np.zeros((0, 0), np.int8), 0.05, 0.0, 0.0), PARAMS)

@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from PIL import Image
 
-from chefbot.errors import UserError
-from chefbot.mapping.image_format import decode_image
+from chefbot.mapping.image_format import MapFormatError, decode_image
 from chefbot.mapping.map_format import (
     decode_map,
     decode_map_yaml,
@@ -191,7 +190,7 @@ def test_pgm_as_tools_write_it(image):
     ],
 )
 def test_a_damaged_picture_is_a_sentence(image, reason):
-    with pytest.raises(UserError, match=reason) as caught:
+    with pytest.raises(MapFormatError, match=reason) as caught:
         decode(image)
     assert str(caught.value).startswith("a.pgm")
 
@@ -215,7 +214,7 @@ def test_absurd_pictures_take_neither_memory_nor_time():
         png_bomb(20_000, 20_000),
         b"P2 9999 9999 255\n" + b"1 " * 1000,
     ):
-        with pytest.raises(UserError):
+        with pytest.raises(MapFormatError):
             decode(image)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
@@ -257,7 +256,7 @@ def test_absurd_pictures_take_neither_memory_nor_time():
 )
 def test_a_wrong_yaml_file_is_a_sentence(old, new, reason):
     assert old in YAML
-    with pytest.raises(UserError, match=reason) as caught:
+    with pytest.raises(MapFormatError, match=reason) as caught:
         decode(pgm([0]), yaml=YAML.replace(old, new))
     assert str(caught.value).startswith("map.yaml")
 
@@ -265,7 +264,7 @@ def test_a_wrong_yaml_file_is_a_sentence(old, new, reason):
 def test_a_mixed_pair_is_found():
     grid = Grid(np.zeros((3, 3), np.int8), 0.05, 0.0, 0.0)
     yaml = encode_map_yaml("a.pgm", grid, image=encode_pgm(grid))
-    with pytest.raises(UserError, match="image sha256"):
+    with pytest.raises(MapFormatError, match="image sha256"):
         decode(pgm(np.zeros((3, 3))), yaml=yaml)
     by_hand = b"\n".join(line for line in yaml.splitlines() if b"sha256" not in line)
     assert values(decode(pgm(np.zeros((3, 3))), yaml=by_hand)) == [[100] * 3] * 3
@@ -300,7 +299,7 @@ def test_a_turned_cell_is_found_where_it_is(yaw, row, column):
 
 def test_a_turn_cannot_blow_a_strip_up():
     yaml = YAML.replace(b", 0.0]", b", 0.7]")
-    with pytest.raises(UserError, match="turned by"):
+    with pytest.raises(MapFormatError, match="turned by"):
         decode(b"P5 1 1000000 255\n" + bytes(1_000_000), yaml=yaml)
 
 
@@ -331,7 +330,7 @@ def test_damaged_files_give_a_map_or_a_sentence(image, yaml):
     for some_yaml in (YAML, yaml):
         try:
             grid = decode(image, yaml=some_yaml)
-        except UserError as error:
+        except MapFormatError as error:
             assert "\n" not in str(error).strip()
         else:
             assert grid.cells.dtype == np.int8
@@ -339,6 +338,6 @@ def test_damaged_files_give_a_map_or_a_sentence(image, yaml):
 
 
 def test_a_picture_of_nothing_is_refused():
-    with pytest.raises(UserError, match="at least one"):
+    with pytest.raises(MapFormatError, match="at least one"):
         encode_pgm(Grid(np.zeros((0, 3), np.int8), 0.05, 0.0, 0.0))
     assert decode_image(pgm([7]), "x").levels.tolist() == [[7]]

@@ -9,8 +9,8 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.errors import UserError
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import PoseStamped, Twist
 from chefbot.msgs.idl.fields import fields_of, ros_type
 from chefbot.msgs.idl.message import Message
@@ -97,6 +97,6 @@ def test_yaml_takes_1e3_for_a_text_and_we_do_not() -> None:
     ],
 )
 def test_what_does_not_fit_is_refused_in_one_sentence(kind: type[Message], plain: object, said: str) -> None:
-    with pytest.raises(UserError) as error:
+    with pytest.raises(InvalidMessageError) as error:
         message_from_dict(kind, plain, "values", Time(1, 0))
     assert said in str(error.value) and str(error.value).startswith("values: ")

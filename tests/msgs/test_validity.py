@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelTicks
+from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import (
     Point,
     Pose,
@@ -30,7 +31,7 @@ from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid, Odometry, Path
 from chefbot.msgs.sensor_msgs import BatteryState, Image, Imu, JointState, LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.msgs.validity import MAX_FUTURE_NS, InvalidMessageError, check, check_stamp
+from chefbot.msgs.validity import MAX_FUTURE_NS, check, check_stamp
 
 SECOND = 1_000_000_000
 

@@ -10,13 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.costmap.conversions import mark_laser, mark_obstacles, plane_of
+from chefbot.costmap.conversions import costmap_message, mark_laser, mark_obstacles, plane_of
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.maths.costs import FREE, LETHAL
+from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Header
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import load_robot
 from chefbot.scan.camera import CameraModel
@@ -166,3 +167,10 @@ def test_of_chairs_the_seat_is_left() -> None:
     chair = chair_shapes(Chair(x=0.0, y=0.0), "chair")
     chairs = [[shape.transformed(pose) for shape in chair] for pose in places(40, 0.9, 1.5)]
     assert min(left_of(chairs)) >= 3
+
+
+def test_unknown_cells_are_minus_one_in_the_message() -> None:
+    """As nav_msgs/OccupancyGrid has it; known ones are percentages."""
+    cells = np.array([[FREE, LETHAL - 1, LETHAL, UNKNOWN]], np.uint8)
+    message = costmap_message(Header(), Costmap(cells, 0.05, 0.0, 0.0))
+    assert message.data.tolist() == [0, 99, 100, -1]

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sensed import BODY, PERIOD, ROBOT, sensed, through, weave
 
-from chefbot.errors import UserError
+from chefbot.errors import OdometryError
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY
 from chefbot.odometry.diagnostics import diagnostic_message
 from chefbot.odometry.ekf import HORIZON_NS, Ekf
 from chefbot.odometry.out_of_sequence import History
-from chefbot.odometry.readings import UNMEASURED, ImuReading, WheelCounts
+from chefbot.odometry.readings import UNMEASURED, ImuReading, WheelCounts, WheelTwist
 from chefbot.odometry.sensor_health import Condition, Source
 from chefbot.robot.spec import GRAVITY
 
@@ -75,20 +75,54 @@ def test_a_clock_that_is_set_back_does_not_stop_the_robot():
     assert abs(wrap(end.pose.yaw - undisturbed.pose.yaw)) < math.radians(1.0)
 
 
+def impossible_imu(stamp_ns: int) -> ImuReading:
+    unmeasured = (math.nan,) * 3
+    return ImuReading(stamp_ns, (0.1,) * 3, unmeasured, (0.0, 0.0, GRAVITY), unmeasured)
+
+
 def test_a_reading_that_makes_the_filter_diverge_is_left_out_and_it_goes_on():
     """One such reading made the pose not a number for good."""
     ekf = through(READINGS[:200])
-    with suppress(UserError):
-        ekf.add(
-            ImuReading(
-                READINGS[200].stamp_ns - 1, (0.1,) * 3, (math.nan,) * 3, (0.0, 0.0, GRAVITY), (math.nan,) * 3
-            )
-        )
-    with pytest.raises(UserError, match="makes the odometry diverge"):
+    with suppress(OdometryError):
+        ekf.add(impossible_imu(READINGS[200].stamp_ns - 1))
+    with pytest.raises(OdometryError, match="makes the odometry diverge"):
         through(READINGS[200:210], ekf=ekf)
     moved = ekf.estimate.pose
     end = through(READINGS[210:300], ekf=ekf).estimate.pose
     assert 0.0 < end.distance(moved) < 10.0
+
+
+def test_a_reading_that_is_left_out_does_not_lose_the_count_of_restarts():
+    ekf = Ekf(BODY)
+    for k, ticks in enumerate((50_000, 50_000, 0, 0)):
+        ekf.add(WheelCounts((k + 1) * PERIOD, ticks, ticks))
+    assert ekf.belief.counters.restarts == 1
+    ekf.add(impossible_imu(4 * PERIOD + 1))
+    with pytest.raises(OdometryError, match="diverge"):
+        ekf.add(WheelCounts(5 * PERIOD, 0, 0))
+    assert ekf.belief.counters.restarts == 1
+
+
+@pytest.mark.parametrize("gap_s", [9.0, 11.0])
+def test_after_a_long_gap_the_way_of_the_wheels_is_unknown(gap_s):
+    """Without an IMU too: within the limit the counts bridge the gap, beyond it they are a new beginning."""
+    ekf = Ekf(BODY)
+    for k in range(3):
+        ekf.add(WheelCounts((k + 1) * PERIOD, 0, 0))
+    ticks = round(1.0 / ROBOT.metres_per_tick)
+    ekf.add(WheelCounts(3 * PERIOD + round(gap_s * 1e9), ticks, ticks))
+    bridged = gap_s < 10.0
+    assert ekf.estimate.pose.x == pytest.approx(1.0 if bridged else 0.0, abs=1e-3)
+    assert (ekf.estimate.covariance[0, 0] > 1.0) != bridged
+    ekf.add(WheelCounts(4 * PERIOD + round(gap_s * 1e9), ticks, ticks))
+    assert ekf.estimate.pose.x == pytest.approx(1.0 if bridged else 0.0, abs=1e-3)
+
+
+def test_a_twist_is_not_extrapolated_over_a_long_gap():
+    ekf = Ekf(BODY)
+    for stamp_ns in (1, PERIOD, PERIOD + 20_000_000_000):
+        ekf.add(WheelTwist(stamp_ns, 0.5, 0.0, 1e-4, 1e-4, 1e-6))
+    assert ekf.estimate.pose.x < 0.1
 
 
 def test_a_reading_that_cannot_be_worked_in_changes_nothing():

@@ -8,9 +8,9 @@ import yaml
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from chefbot.config import build
-from chefbot.errors import UserError
+from chefbot.config import ConfigError, build
 from chefbot.robot.catalogue import KINDS, load_catalogue
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry.layout import body_height, ground_clearance, overall_height
 from chefbot.robot.geometry.mass import robot_mass_properties, total_mass, unloaded_mass
 from chefbot.robot.load import build_robot, built_in_robots, load_robot
@@ -140,7 +140,7 @@ def test_the_chefbot_is_what_its_chapter_asks_for():
     ],
 )
 def test_an_impossible_robot_is_a_sentence(section, key, value, sentence):
-    with pytest.raises(UserError) as caught:
+    with pytest.raises(ConfigError) as caught:
         load(changed(**{section: {key: value}}))
     assert sentence in str(caught.value)
     assert str(caught.value).startswith("robot file r.yaml")
@@ -152,41 +152,41 @@ def test_a_part_is_a_name_of_the_catalogue_or_a_section(section):
     """Both give the same robot; a name that is not in the catalogue gets the nearest one."""
     assert load(changed(**{section: {}})) == CHEFBOT
     name = yaml.safe_load(TEXT)[section]
-    with pytest.raises(UserError, match=rf"{section}: the catalogue has no .*did you mean '{name}'"):
+    with pytest.raises(RobotFileError, match=rf"{section}: the catalogue has no .*did you mean '{name}'"):
         load({**yaml.safe_load(TEXT), section: name + "x"})
-    with pytest.raises(UserError, match=rf"{section}"):
+    with pytest.raises(ConfigError, match=rf"{section}"):
         load({**yaml.safe_load(TEXT), section: 7})
 
 
 def test_equipment_of_one_name_would_be_two_parts_of_one_name():
     twice = yaml.safe_load(TEXT)
     twice["equipment"][1]["name"] = "computer"
-    with pytest.raises(UserError, match="computer"):
+    with pytest.raises(RobotFileError, match="computer"):
         load(twice)
     for name in ("motor_left", "base_link", "camera_link"):
         twice["equipment"][1]["name"] = name
-        with pytest.raises(UserError, match=name):
+        with pytest.raises(RobotFileError, match=name):
             load(twice)
 
 
 @pytest.mark.parametrize("name", ["battery", "base_link", "base_footprint", "imu_link", "wheel_left"])
 def test_a_robot_is_not_called_like_a_part_of_it(name):
-    with pytest.raises(UserError, match=f"name: a part of the robot is called '{name}' too"):
+    with pytest.raises(RobotFileError, match=f"name: a part of the robot is called '{name}' too"):
         load({**yaml.safe_load(TEXT), "name": name})
 
 
 def test_names_and_paths(tmp_path):
-    with pytest.raises(UserError, match="did you mean 'chefbot'"):
+    with pytest.raises(RobotFileError, match="did you mean 'chefbot'"):
         load_robot("chefbit")
-    with pytest.raises(UserError, match="does not exist"):
+    with pytest.raises(ConfigError, match="does not exist"):
         load_robot(str(tmp_path / "mine.yaml"))
     (tmp_path / "mine.yaml").write_text(TEXT.replace("name: chefbot", "name: mine"))
     assert load_robot(str(tmp_path / "mine.yaml")).name == "mine"
     (tmp_path / "mine.yaml").write_text(TEXT + "\nname: twice\n")
-    with pytest.raises(UserError, match="stands twice"):
+    with pytest.raises(ConfigError, match="stands twice"):
         load_robot(str(tmp_path / "mine.yaml"))
     (tmp_path / "mine.yaml").write_text(TEXT.replace("name: chefbot", "name: ../../etc"))
-    with pytest.raises(UserError, match="name"):
+    with pytest.raises(ConfigError, match="name"):
         load_robot(str(tmp_path / "mine.yaml"))
 
 
@@ -203,8 +203,8 @@ def test_a_robot_that_is_like_another_says_only_what_differs(tmp_path):
 @pytest.mark.parametrize(
     ("like", "sentence"),
     [
-        ("two.yaml", "circular 'like'"),
-        ("one.yaml", "circular 'like'"),
+        ("two.yaml", "refers back to itself"),
+        ("one.yaml", "refers back to itself"),
         ("nowhere.yaml", "does not exist"),
         ("chefbit", "did you mean 'chefbot'"),
         ("[chefbot]", "must be the name"),
@@ -214,7 +214,7 @@ def test_a_robot_that_is_like_another_says_only_what_differs(tmp_path):
 def test_a_circle_of_robots_or_a_missing_one_is_a_sentence(tmp_path, like, sentence):
     (tmp_path / "one.yaml").write_text("like: two.yaml\nname: one\n")
     (tmp_path / "two.yaml").write_text(f"like: {like}\nname: two\n")
-    with pytest.raises(UserError, match=sentence):
+    with pytest.raises(RobotFileError, match=sentence):
         load_robot(str(tmp_path / "one.yaml"))
 
 
@@ -281,7 +281,7 @@ FIGURES = (
 def test_a_possible_robot_has_finite_numbers_and_an_impossible_one_a_sentence(robot):
     try:
         check_buildable(robot, "robot file r.yaml")
-    except UserError as error:
+    except ConfigError as error:
         assert str(error).startswith("robot file r.yaml: ")
         return
     names = [name for name, kind in vars(Robot).items() if isinstance(kind, property)]
@@ -313,5 +313,5 @@ def test_a_robot_file_says_nothing_twice_and_leaves_nothing_out():
         for key in spelled(section) if section in KINDS else data[section]:
             if (section, key) == ("plates", "notch"):
                 continue
-            with pytest.raises(UserError, match=f"{section}.{key}"):
+            with pytest.raises(ConfigError, match=f"{section}.{key}"):
                 load(changed(**{section: {key: None}}))

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from PIL import Image
 from yaml import safe_load
 
-from chefbot.errors import UserError
+from chefbot.config import ConfigError
 from chefbot.maths.grid import Grid
 from chefbot.storage import atomic_files
-from chefbot.storage.atomic_files import write_atomic
+from chefbot.storage.atomic_files import StorageError, write_atomic
 from chefbot.storage.map_files import load_map, map_png, save_map
 
 CALLS = ("open", "write", "fsync", "close", "replace", "unlink")
@@ -103,7 +103,7 @@ def test_write_atomic_fails_at_any_call_and_leaves_old_or_new(tmp_path, monkeypa
         write_atomic(path, b"old")
         with monkeypatch.context() as patch:
             faulty(patch, n, error)
-            with pytest.raises(Killed if error is Killed else UserError) as caught:
+            with pytest.raises(Killed if error is Killed else StorageError) as caught:
                 write_atomic(path, b"new")
         assert path.read_bytes() in (b"old", b"new")
         if error is not Killed:
@@ -124,7 +124,7 @@ def test_save_map_fails_at_any_call_and_leaves_the_old_or_the_new_map(tmp_path, 
             faulty(patch, n, error)
             try:
                 save_map(tmp_path / "hotel", new)
-            except (UserError, Killed):
+            except (StorageError, Killed):
                 pass
             else:
                 assert error is not Killed, "what was called before is called again"
@@ -192,10 +192,10 @@ def test_what_is_no_file_is_written_to_and_stays_what_it_was(tmp_path):
     assert os.read(reader, 100) == b"through"
     os.close(reader)
     assert stat.S_ISFIFO(pipe.stat().st_mode)
-    with pytest.raises(UserError, match="No space left on device"):
+    with pytest.raises(StorageError, match="No space left on device"):
         write_atomic(Path("/dev/full"), b"x")
     assert stat.S_ISCHR(Path("/dev/full").stat().st_mode)
-    with pytest.raises(UserError, match="Is a directory"):
+    with pytest.raises(StorageError, match="Is a directory"):
         write_atomic(tmp_path, b"x")
 
 
@@ -207,14 +207,14 @@ def test_a_full_disk_leaves_the_old_map(tmp_path):
 import resource, signal, sys
 import numpy as np
 from pathlib import Path
-from chefbot.errors import UserError
+from chefbot.storage.atomic_files import StorageError
 from chefbot.maths.grid import Grid
 from chefbot.storage.map_files import save_map
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 try:
     save_map(Path(sys.argv[1]), Grid(np.zeros((300, 300), np.int8), 0.05, 0.0, 0.0))
-except UserError as error:
+except StorageError as error:
     print(error)
 """
     done = subprocess.run(
@@ -267,7 +267,7 @@ def test_a_map_that_is_not_there_is_a_sentence(tmp_path, name, reason):
         target = {"no_picture": "nothing.pgm", "folder_as_picture": "..", "pipe_as_picture": "pipe"}[image]
         (tmp_path / f"{image}.yaml").write_text(text.replace("m.pgm", target))
     (tmp_path / "huge.yaml").write_bytes(b"#" * 200_000)
-    with pytest.raises(UserError, match=reason):
+    with pytest.raises(ConfigError, match=reason):
         load_map(tmp_path / name)
 
 
@@ -275,9 +275,9 @@ def test_a_map_that_is_not_there_is_a_sentence(tmp_path, name, reason):
 def test_a_place_where_nothing_can_be_written_is_a_sentence(tmp_path, name):
     (tmp_path / "file").write_bytes(b"")
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
-    with pytest.raises(UserError, match="cannot be written"):
+    with pytest.raises(StorageError, match="cannot be written"):
         save_map(tmp_path / name, a_map(0))
-    with pytest.raises(UserError, match="cannot be written"):
+    with pytest.raises(StorageError, match="cannot be written"):
         write_atomic(tmp_path / name, b"x")
 
 
@@ -300,7 +300,7 @@ def test_one_flipped_spot_on_disk_is_found(tmp_path_factory, place, junk, in_yam
     damaged.write_bytes(data)
     try:
         loaded = load_map(yaml)
-    except UserError:
+    except ConfigError:
         return
     if not in_yaml:
         assert same(loaded, grid), "a changed picture is refused"

@@ -16,13 +16,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
-from chefbot.errors import UserError
 from chefbot.launcher.session import DIAGNOSTICS_PERIOD_NS, session, start
 from chefbot.msgs.diagnostic_msgs import WARN, DiagnosticArray
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.replay import Replay, read_log
+from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.mcap_writer import McapWriter
 
 needs_root = pytest.mark.skipif(
@@ -74,7 +74,7 @@ def fill(path: Path, seed: int, largest: int) -> list[bytes]:
     file.reserve(200)
     taken: list[bytes] = []
     channels: list[int] = []
-    with pytest.raises(UserError, match=r"stopped: .*; free space or record elsewhere$"):
+    with pytest.raises(StorageError, match=r"stopped: .*; free space or record elsewhere$"):
         file.metadata("first", {"a": "b"})
         while True:
             if not channels or rng.random() < 0.02:

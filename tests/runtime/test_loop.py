@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.errors import UserError
+from chefbot.config import ConfigError
 from chefbot.msgs.chefbot_msgs import Deliver_Goal
 from chefbot.msgs.std_msgs import Float64, String
 from chefbot.robot.load import load_robot
@@ -142,6 +142,6 @@ def test_a_launch_with_a_fault_starts_nothing() -> None:
     system = make({"counter": "Counter"})
     counter = system.nodes["counter"]
     bad = {"counter": NodeEntry(kind=f"{HERE}:Counter", params={"stpe": 2.0})}
-    with pytest.raises(UserError, match=r"unknown key 'stpe' \(did you mean 'step'\?\)"):
+    with pytest.raises(ConfigError, match=r"unknown key 'stpe' \(did you mean 'step'\?\)"):
         system.launch(Launch(name="bad", about="", args={}, nodes=bad))
     assert system.nodes["counter"] is counter

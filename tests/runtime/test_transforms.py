@@ -14,7 +14,7 @@ from chefbot.runtime.callback_faults import Fault
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.loop import DEVICE, Loop
 from chefbot.runtime.node_container import NodeContainer
-from chefbot.runtime.transform_buffer import MAX_FRAMES, TransformBuffer, TransformError
+from chefbot.runtime.transform_buffer import CACHE_TIME_NS, MAX_FRAMES, TransformBuffer, TransformError
 
 SECOND = 1_000_000_000
 
@@ -86,3 +86,24 @@ def test_the_rest_of_a_message_is_taken_when_a_part_is_refused() -> None:
     with pytest.raises(TransformError):
         tree.add_transforms(TFMessage((bad, good)), static=False)
     assert (tree.lookup("odom", "other").x, tree.lookup("odom", "base_footprint").x) == (3.0, 1.0)
+
+
+def test_an_older_transform_is_inserted_between_its_neighbours() -> None:
+    """Two publishers of one frame, or a network, may change the order of transforms."""
+    tree = TransformBuffer()
+    for second, x in ((1, 1.0), (3, 3.0), (2, 5.0)):
+        tree.add_transforms(moved(second * SECOND, x), static=False)
+    at = [tree.lookup("odom", "base_footprint", round(s * SECOND)).x for s in (1.0, 1.5, 2.0, 2.5, 3.0)]
+    assert at == [1.0, 3.0, 5.0, 4.0, 3.0]
+    assert tree.lookup("odom", "base_footprint").x == 3.0, "the latest is the one of the latest stamp"
+    tree.add_transforms(moved(2 * SECOND, 7.0), static=False)
+    assert tree.lookup("odom", "base_footprint", 2 * SECOND).x == 7.0
+
+
+def test_a_transform_before_the_history_is_dropped() -> None:
+    tree = TransformBuffer()
+    for stamp_ns in (CACHE_TIME_NS + SECOND, CACHE_TIME_NS, SECOND, SECOND - 1):
+        tree.add_transforms(moved(stamp_ns, stamp_ns / SECOND), static=False)
+    assert tree.lookup("odom", "base_footprint", SECOND).x == 1.0
+    with pytest.raises(TransformError, match="not known yet"):
+        tree.lookup("odom", "base_footprint", SECOND - 1)

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.errors import UserError
+from chefbot.errors import ScanError
 from chefbot.robot.load import load_robot
 from chefbot.scan.camera import CameraModel, depth_image
 from chefbot.scan.depth_to_scan import DepthToScan, DepthToScanParams
@@ -54,7 +54,7 @@ def check_case(case: dict[str, Any], camera: CameraModel, scan_height: int) -> N
         for encoding in case["accepted"]:
             depth_image(bytes(16), encoding, 2, 2, 8)
         for encoding in case["rejected"]:
-            with pytest.raises(UserError, match=encoding):
+            with pytest.raises(ScanError, match=encoding):
                 depth_image(bytes(16), encoding, 2, 2, 8)
         return
     expect = case["expect"]
@@ -154,13 +154,13 @@ def test_rows_with_padding_and_big_endian_pixels_are_read() -> None:
 
 
 def test_user_errors_name_the_fault() -> None:
-    with pytest.raises(UserError, match="scan_height 480"):
+    with pytest.raises(ScanError, match="scan_height 480"):
         converter(480)
-    with pytest.raises(UserError, match="shape"):
+    with pytest.raises(ScanError, match="shape"):
         converter().convert(np.zeros((10, 10), np.uint16))
-    with pytest.raises(UserError, match="float64"):
+    with pytest.raises(ScanError, match="float64"):
         converter().convert(np.zeros((480, 640)))  # type: ignore[arg-type]
-    with pytest.raises(UserError, match="too short"):
+    with pytest.raises(ScanError, match="too short"):
         depth_image(bytes(7), "16UC1", 2, 2, 4)
 
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
+from chefbot.errors import ScanError
 from chefbot.robot.section import Mount
 from chefbot.scan.camera import CameraModel
 from chefbot.scan.obstacle_scan import ObstaclePoints, ObstacleScanner, ObstacleScanParams
@@ -224,9 +224,9 @@ def test_millimetres_and_metres_agree() -> None:
 
 
 def test_user_errors_name_the_fault() -> None:
-    with pytest.raises(UserError, match="max_height"):
+    with pytest.raises(ScanError, match="max_height"):
         ObstacleScanner(CAMERA, Mount(x=0.0, z=0.3), 0.02, ObstacleScanParams())
-    with pytest.raises(UserError, match="looks back"):
+    with pytest.raises(ScanError, match="looks back"):
         ObstacleScanner(CAMERA, Mount(x=0.0, z=0.3, pitch=1.5), TOP, ObstacleScanParams())
-    with pytest.raises(UserError, match="shape"):
+    with pytest.raises(ScanError, match="shape"):
         scanner().scan(np.zeros((2, 2), np.uint16))

@@ -18,9 +18,9 @@ from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
 from chefbot.robot.motion_limits import max_acceleration, max_speed
 from chefbot.robot.spec import GRAVITY
 from chefbot.sim.board import EXCHANGE_PERIOD_NS, SimulatedBoard
-from chefbot.sim.firmware import BUILDER, LIBRARY, Firmware, library
+from chefbot.sim.firmware import BUILDER, CONTROL_NS, LIBRARY, Firmware, library
 from chefbot.sim.motor_board import SimulatedMotorBoard
-from chefbot.sim.simulation import Simulation
+from chefbot.sim.simulation import STEP_NS, Simulation
 from chefbot.sim.world.world import load_world
 
 # -- UMBmark: by the board's ticks alone
@@ -301,3 +301,7 @@ def test_constants_that_the_firmware_cannot_hold_are_refused() -> None:
     motor = msgspec.structs.replace(ROBOT.motor, no_load_speed=1e-6)
     with pytest.raises(RuntimeError, match="rejects the constants"):
         Firmware(msgspec.structs.replace(ROBOT, motor=motor))
+
+
+def test_a_control_period_is_a_number_of_steps_of_the_physics() -> None:
+    assert CONTROL_NS % STEP_NS == 0

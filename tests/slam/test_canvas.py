@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.errors import UserError
 from chefbot.maths.grid import UNKNOWN
 from chefbot.maths.se2 import SE2
+from chefbot.slam.cell_bounds import MapSizeError
 from chefbot.slam.occupancy_accumulator import OccupancyAccumulator
 from chefbot.slam.scan_beams import Beams, beams_of
 
@@ -74,7 +74,7 @@ def test_a_copy_is_independent(ring) -> None:
 
 def test_absurd_size_is_refused() -> None:
     far = Beams(np.zeros(2, np.float32), np.array([[1e4, 1e4]], np.float32), np.array([True]))
-    with pytest.raises(UserError, match="max_cells"):
+    with pytest.raises(MapSizeError, match="max_cells"):
         OccupancyAccumulator(0.05, 1_000_000).add_scan(far, HERE)
 
 

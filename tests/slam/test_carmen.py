@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenOdom, CarmenScan, beam_angles, parse
+from chefbot.slam.carmen import CarmenLogError, CarmenOdom, CarmenScan, beam_angles, parse
 
 ODOM = "ODOM 1.5 -2 0.25 0 0 0 976052857.5 host 12.25"
 SCAN = "FLASER 3 1 2.5 81.83 1.1 2.1 0.1 1 2 0.1 976052858.25 host 13"
@@ -53,7 +52,7 @@ def test_beams_start_at_minus_90_degrees(n: int, last: float, step: float) -> No
     ],
 )
 def test_a_broken_line_is_named(line: str) -> None:
-    with pytest.raises(UserError, match=r"line 3 of the CARMEN log"):
+    with pytest.raises(CarmenLogError, match=r"line 3 of the CARMEN log"):
         list(parse([ODOM, SCAN, line]))
 
 
@@ -62,5 +61,5 @@ def test_a_damaged_line_is_read_or_named_but_nothing_else(at: int, damage: str) 
     try:
         for r in parse([SCAN[:at] + damage + SCAN[at + len(damage) :]]):
             assert isinstance(r, CarmenScan) and math.isfinite(r.stamp) and np.isfinite(r.ranges).all()
-    except UserError as e:
+    except CarmenLogError as e:
         assert "line 1" in str(e)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from tests.support.lasers import CAMERA, LIDAR
 
-from chefbot.errors import UserError
+from chefbot.errors import OdometryError, ScanError
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam import Gmapping, GmappingParams, run_log, trajectory_tum
-from chefbot.slam.carmen import parse
+from chefbot.slam.carmen import CarmenLogError, parse
 
 
 def run(world, truth, odom, params=None, angles=LIDAR, sensor=IDENTITY, initial=IDENTITY, near=0.0):
@@ -130,7 +130,7 @@ def test_ranges_from_the_maximum_on_are_no_returns() -> None:
 def test_absurd_odometry_is_refused(odom: SE2) -> None:
     slam, ranges = Gmapping(GmappingParams(particles=2)), np.ones(len(LIDAR), np.float32)
     slam.update(LIDAR, ranges, SE2(0, 0, 0))
-    with pytest.raises(UserError, match="check"):
+    with pytest.raises(OdometryError, match="check"):
         slam.update(LIDAR, ranges, odom)
 
 
@@ -140,7 +140,7 @@ def test_odometry_that_leaps_is_said_and_the_map_goes_on(ring) -> None:
     slam.update(LIDAR, ranges, SE2(0, 0, 0))
     slam.update(LIDAR, ranges, SE2(0.3, 0, 0.1))
     for leap in (SE2(4e5, -1e5, 2.0), SE2(0.3, 0, 0.1), SE2(-200.0, 0, 0)):
-        with pytest.raises(UserError, match="jumped"):
+        with pytest.raises(OdometryError, match="jumped"):
             slam.update(LIDAR, ranges, leap)
         assert slam.pose == pytest.approx(SE2(0.3, 0, 0.1), abs=1e-6)
     assert slam.update(LIDAR, ring.ranges(SE2(1.85, 1.3, 0.1), LIDAR, 8.0), SE2(-199.45, 0, 0))
@@ -149,7 +149,7 @@ def test_odometry_that_leaps_is_said_and_the_map_goes_on(ring) -> None:
 
 
 def test_scans_must_have_an_angle_for_each_range() -> None:
-    with pytest.raises(UserError, match="angles"):
+    with pytest.raises(ScanError, match="angles"):
         Gmapping(GmappingParams()).update(LIDAR, np.ones(3, np.float32), SE2(0, 0, 0))
 
 
@@ -175,5 +175,5 @@ def test_the_far_value_that_logs_write_for_no_return_clears_little() -> None:
 
 
 def test_a_log_without_scans_is_refused() -> None:
-    with pytest.raises(UserError, match="no FLASER"):
+    with pytest.raises(CarmenLogError, match="no FLASER"):
         run_log([], GmappingParams())

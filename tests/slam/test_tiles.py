@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.errors import UserError
+from chefbot.slam.cell_bounds import MapSizeError
 from chefbot.slam.matching import score
 from chefbot.slam.shared_tiles import EMPTY, SHIFT, SIDE, STRIDE, TileMaps
 
@@ -109,5 +109,5 @@ def test_growing_moves_no_hit() -> None:
 @pytest.mark.parametrize("far", [1e4, 1e12, np.inf, np.nan])
 def test_absurd_extent_is_refused(far: float) -> None:
     maps = covered(1)
-    with pytest.raises(UserError, match="check odometry and scans"):
+    with pytest.raises(MapSizeError, match="check odometry and scans"):
         maps.grow_to(np.zeros(2), np.array([far, far]))

@@ -20,11 +20,11 @@ from mcap.writer import Writer
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosReliability
 
-from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import String
+from chefbot.ros2.bag.errors import BagError
 from chefbot.ros2.bag.player import Player
 from chefbot.ros2.bag.qos_profile import parse_qos_profiles, qos_profiles_to_yaml
 from chefbot.ros2.bag.reader import read_bag
@@ -165,12 +165,28 @@ def test_a_file_cut_anywhere_gives_all_whole_chunks(
     (folder / "cut.mcap").write_bytes(data[:at])
     try:
         bag = read_bag(folder / "cut.mcap")
-    except UserError as error:
+    except BagError as error:
         assert "cut off before its first message" in str(error) and at < 2000
         return
     assert len(bag.truncated) == 1 and "was cut off" in bag.truncated[0]
     kept = [one.data for one in bag.messages()]
     assert kept == said[: bag.total] and bag.total % 10 == 0
+
+
+def test_a_complete_file_beside_a_truncated_one_is_read_by_its_index(tmp_path: Path) -> None:
+    """Also where its name is a part of the other's."""
+    complete, truncated = tmp_path / "a.mcap", tmp_path / "a.mcap.mcap"
+    write(tmp_path / "whole.mcap")
+    data = (tmp_path / "whole.mcap").read_bytes()
+    complete.write_bytes(data)
+    truncated.write_bytes(data[: len(data) // 2])
+    bag = read_bag(tmp_path)
+    assert bag.truncated_files == {truncated}
+    damaged = bytearray(data)
+    damaged[len(data) // 3] ^= 255
+    complete.write_bytes(damaged)
+    with pytest.raises(BagError, match="is damaged after"):
+        list(bag.messages())
 
 
 @given(st.integers(0, 10**6), st.integers(0, 7))
@@ -186,7 +202,7 @@ def test_a_damaged_file_is_read_or_refused(
     try:
         bag = read_bag(folder / "bag.mcap")
         assert sum(1 for _ in bag.messages()) <= 31
-    except UserError as error:
+    except BagError as error:
         assert str(folder / "bag.mcap") in str(error)
 
 
@@ -250,9 +266,9 @@ def test_topics_that_cannot_be_said_are_named_and_left_out(wire: RmwContext, tmp
         player = Player(node, read_bag(path))
         assert len(player.skipped_topics) == 3 and player.play(1.0, NEVER).messages == 1
         assert "their_msgs/msg/Thing" in player.skipped_topics[0] and "json" in player.skipped_topics[1]
-        with pytest.raises(UserError, match="did you mean '/said'"):
+        with pytest.raises(BagError, match="did you mean '/said'"):
             Player(node, read_bag(path), ["/sad"])
-        with pytest.raises(UserError, match="nothing of"):
+        with pytest.raises(BagError, match="nothing of"):
             Player(node, read_bag(path), ["/a"])
 
 
@@ -272,12 +288,12 @@ def test_topics_that_cannot_be_said_are_named_and_left_out(wire: RmwContext, tmp
 def test_other_folders_are_refused_in_one_sentence(text: str | None, said: str, tmp_path: Path) -> None:
     if text is not None:
         (tmp_path / "metadata.yaml").write_text(text)
-    with pytest.raises(UserError, match=said):
+    with pytest.raises(BagError, match=said):
         read_bag(tmp_path)
 
 
 def test_nothing_is_overwritten(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="exists already"):
+    with pytest.raises(BagError, match="exists already"):
         BagWriter(tmp_path)
 
 

@@ -27,6 +27,7 @@ from chefbot.ros2.rmw.qos import (
     QosDuration,
     parse_qos,
 )
+from chefbot.ros2.rmw.subscription import MAX_PUBLISHERS, is_new
 
 PEER = "@ros2_lv/0/0c6db189a654dce58034f6cdc40249c7/0"
 OURS = "a1b2c3d4e5f60718293a4b5c6d7e8f90"
@@ -185,3 +186,16 @@ def test_names_are_resolved_as_ros_does() -> None:
     for bad in ("", "/", "a//b", "1a", "a-b", "scan/", "a b", "/a/*"):
         with pytest.raises(RmwError):
             resolve(bad)
+
+
+def test_a_sample_on_both_keys_is_taken_once_however_many_publish() -> None:
+    """The one that has been silent for longest is forgotten, not all of them."""
+    last: dict[bytes, int] = {}
+    gids = [number.to_bytes(16, "little") for number in range(MAX_PUBLISHERS + 1)]
+    for gid in gids[:-1]:
+        assert is_new(Attachment(1, 0, gid), last)
+    assert is_new(Attachment(2, 0, gids[0]), last), "it is the most recent one now"
+    assert is_new(Attachment(1, 0, gids[-1]), last)
+    assert len(last) == MAX_PUBLISHERS and gids[1] not in last
+    assert [gid for gid in gids[2:-1] if is_new(Attachment(1, 0, gid), last)] == []
+    assert not is_new(Attachment(2, 0, gids[0]), last)

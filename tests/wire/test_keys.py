@@ -8,6 +8,11 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec, ed25519, rsa
+from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
+from cryptography.x509.oid import NameOID
 from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
@@ -15,6 +20,7 @@ from typer.testing import CliRunner
 from chefbot.cli.app import app
 from chefbot.errors import UserError
 from chefbot.fleet.access_control import access_control, own_keys
+from chefbot.fleet.certificates import read_key
 from chefbot.fleet.keyring import Keyring
 from chefbot.fleet.membership import Card, Fleet, check_name
 from chefbot.fleet.secure_router import ExternalEndpoints, endpoint, rejection_sentence, router_config
@@ -173,3 +179,29 @@ def test_the_verbs_lead_a_robot_into_the_fleet(tmp_path: Path, monkeypatch: pyte
     assert "robot1 is no member any more" in say("remove", "robot1", "--folder", "office")
     with pytest.raises(UserError, match="no member"):
         CliRunner().invoke(app, ["keys", "remove", "robot9", "--folder", "office"], catch_exceptions=False)
+
+
+@pytest.mark.parametrize("kind", ["rsa", "p384", "ed25519"])
+def test_a_request_for_another_kind_of_key_is_one_sentence(
+    kind: str, tmp_path: Path, office: Keyring
+) -> None:
+    key = {
+        "rsa": lambda: rsa.generate_private_key(65537, 2048),
+        "p384": lambda: ec.generate_private_key(ec.SECP384R1()),
+        "ed25519": ed25519.Ed25519PrivateKey.generate,
+    }[kind]()
+    subject = x509.Name(
+        [
+            x509.NameAttribute(NameOID.COMMON_NAME, "robot1"),
+            x509.NameAttribute(NameOID.ORGANIZATIONAL_UNIT_NAME, "robot"),
+        ]
+    )
+    builder = x509.CertificateSigningRequestBuilder().subject_name(subject)
+    request = builder.sign(key, None if kind == "ed25519" else hashes.SHA256())  # type: ignore[arg-type]
+    (tmp_path / "robot1.request").write_bytes(request.public_bytes(Encoding.PEM))
+    with pytest.raises(UserError, match=r"robot1\.request is a request for a key of another kind than P-256"):
+        office.admit(tmp_path / "robot1.request", NOW)
+    if kind != "ed25519":
+        pem = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())  # type: ignore[attr-defined]
+        with pytest.raises(UserError, match="holds no private key of a fleet"):
+            read_key(pem, "a.key")

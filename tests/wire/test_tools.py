@@ -19,7 +19,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.cli.app import main
-from chefbot.errors import UserError
 from chefbot.msgs import rcl_interfaces as rcl
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.idl.definition import Description, FieldDescription, describe, type_hash
@@ -37,6 +36,7 @@ from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import SENSOR_DATA, TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.session import RmwContext
+from chefbot.ros2.tools.common import ToolError
 from chefbot.ros2.tools.graph import write_graph
 from chefbot.ros2.tools.graph_dot import to_dot
 from chefbot.ros2.tools.meter import Meter
@@ -324,7 +324,7 @@ def test_classes_made_of_told_definitions_are_ours(data: st.DataObject) -> None:
 )
 def test_definitions_that_mean_harm_are_refused(field: FieldDescription) -> None:
     one = Description("their_msgs/msg/Thing", (field,), ())
-    with pytest.raises(UserError):
+    with pytest.raises(ToolError):
         make_class(one._replace(uses=(one,)))
 
 
@@ -341,7 +341,7 @@ def test_the_graph_is_quoted_and_drawn_by_graphviz_where_it_is_installed(
     program.write_text('#!/bin/sh\n[ "$1" = -Tsvg ] && exec /bin/cat\necho "no format $1" >&2; exit 1\n')
     program.chmod(0o755)
     assert write_graph(out, dot) == str(out) and out.read_text() == dot
-    with pytest.raises(UserError, match="no format -Txyz"):
+    with pytest.raises(ToolError, match="no format -Txyz"):
         write_graph(tmp_path / "graph.xyz", dot)
 
 
@@ -381,5 +381,5 @@ def test_parameter_values_of_every_type_go_there_and_come_back(kind: int, plain:
      (rcl.STRING_ARRAY, "ab"), (rcl.INTEGER_ARRAY, [True])],
 )  # fmt: skip
 def test_parameter_values_of_another_type_are_refused(kind: int, plain: object) -> None:
-    with pytest.raises(UserError, match="is of type"):
+    with pytest.raises(ToolError, match="is of type"):
         plain_to_parameter(kind, plain, "x")

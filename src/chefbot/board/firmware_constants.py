@@ -9,7 +9,7 @@ from __future__ import annotations
 import zlib
 from typing import NamedTuple
 
-from chefbot.errors import UserError
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_wheel_speed
 from chefbot.robot.spec import DRIVE_EFFICIENCY, Robot
@@ -44,7 +44,7 @@ class FirmwareConstant(NamedTuple):
 def firmware_constants(robot: Robot) -> tuple[FirmwareConstant, ...]:
     """Return all constants in the order of the firmware's struct, the hash first.
 
-    Raises UserError where the encoder resolution is too high or too low for the board.
+    Raises RobotFileError where the encoder resolution is too high or too low for the board.
     """
     constants = _checked(robot, (*_motion(robot), *_power_and_sensors(robot)))
     text = "".join(f"{c.name}={c.value}\n" for c in constants)
@@ -116,12 +116,12 @@ def _power_and_sensors(robot: Robot) -> tuple[FirmwareConstant, ...]:
 def _checked(robot: Robot, constants: tuple[FirmwareConstant, ...]) -> tuple[FirmwareConstant, ...]:
     value = {c.name: c.value for c in constants}
     if value["no_load"] > MAX_NO_LOAD_TICKS:
-        raise UserError(
+        raise RobotFileError(
             f"{robot.name}: the encoder gives {value['no_load']} ticks/s at full speed, the motor board counts "
             f"at most {MAX_NO_LOAD_TICKS}; use an encoder with fewer counts, or count fewer edges."
         )
     if not MIN_ACCELERATION <= value["acceleration"] <= MAX_ACCELERATION:
-        raise UserError(
+        raise RobotFileError(
             f"{robot.name}: drive.max_acceleration is {value['acceleration']} ticks/s^2, the motor board takes "
             f"{MIN_ACCELERATION} to {MAX_ACCELERATION}; change motor.encoder_counts or drive.max_acceleration."
         )

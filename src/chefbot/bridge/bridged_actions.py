@@ -17,10 +17,11 @@ from chefbot.msgs.action_msgs import (
     GoalInfo,
 )
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.idl.action import Action
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.msgs.validity import InvalidMessageError, check
+from chefbot.msgs.validity import check
 from chefbot.ros2.rmw.action_client import ActionClient
 from chefbot.ros2.rmw.action_server import ActionServer
 from chefbot.ros2.rmw.node import RmwNode

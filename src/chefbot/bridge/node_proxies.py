@@ -12,7 +12,7 @@ from chefbot.bridge.local_only import LOCAL_ONLY_TYPES, LOCAL_TOPICS, LocalProce
 from chefbot.bridge.parameters import ParameterServices, to_value, with_values
 from chefbot.bridge.ports import Ports, Topic
 from chefbot.bridge.rosout import Rosout
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.msgs.action_msgs import CancelGoal, GoalStatusArray
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.idl.action import Action
@@ -280,7 +280,7 @@ class NodeProxies:
             try:
                 plain = with_values(node.params, values)
                 self._system.set_params(node.name, plain, WIRE_PUBLISHER)
-            except UserError as error:
+            except ChefbotError as error:
                 done(str(error))
                 return
             changed = tuple(Parameter(name, to_value(value)) for name, value in values.items())

@@ -9,12 +9,12 @@ import numpy as np
 
 from chefbot.calibration.alignment import MIN_COMMON_POINTS, ScanMatch, link_stations
 from chefbot.calibration.drive import DriveSegment, Square, Station
+from chefbot.calibration.errors import CalibrationError
 from chefbot.calibration.gyro import GyroSolution, solve_gyro
 from chefbot.calibration.solve import Solution, solve
 from chefbot.calibration.surface import Surface
 from chefbot.calibration.umbmark import ReturnErrors, Umbmark, return_errors, umbmark
 from chefbot.calibration.wheels import WheelParams
-from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 
 ROUNDS = 4
@@ -63,11 +63,11 @@ def calibrate(drive: CalibrationDrive, assumed: WheelParams, sensor: SE2) -> Cal
     assumed: wheels, and `sensor` the pose of the scanning sensor on the robot, both from the robot file. No
     data of the validation is used to calibrate. Its station poses come from scan matches and wheels of its
     own: at a station that sees a single wall only the ticks constrain the pose along it, and the wheels under
-    test must not do that. Raise UserError if the drive is insufficient: too short, no overlapping scans,
+    test must not do that. Raise CalibrationError if the drive is insufficient: too short, no overlapping scans,
     slipping wheels, a dead gyro.
     """
     if not (drive.squares and drive.validation_squares):
-        raise UserError("no square was completed; run the calibration to its last square")
+        raise CalibrationError("no square was completed; run the calibration to its last square")
     surfaces = [Surface(station.walls) for station in drive.stations]
     poses = [station.pose for station in drive.stations]
     known = drive.squares[-1].legs[-1].stations[1] + 1
@@ -124,7 +124,7 @@ def _check_links(found_links: Sequence[ScanMatch], known: int, station_count: in
     linked = {link.first for link in found_links} | {link.second for link in found_links}
     count, total = len([station for station in linked if station >= known]), station_count - known
     if count < MIN_LINKED_FRACTION * total:
-        raise UserError(
+        raise CalibrationError(
             f"at {total - count} of {total} stations the scan overlaps too little with the others "
             f"(fewer than {MIN_COMMON_POINTS} points of walls); calibrate in a room with walls within its reach"
         )

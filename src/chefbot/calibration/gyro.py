@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.calibration.drive import DriveSegment
-from chefbot.errors import UserError
+from chefbot.calibration.errors import CalibrationError
 from chefbot.maths.angles import wrap
 
 MIN_ROTATION = 4.0 * math.pi
@@ -32,13 +32,13 @@ class GyroSolution(NamedTuple):
 def solve_gyro(legs: Sequence[DriveSegment]) -> GyroSolution:
     """Fit gyro = scale * rotation + offset * seconds by least squares, with outliers removed.
 
-    Raise UserError if the robot turned too little, or if the gyro does not measure its rotations.
+    Raise CalibrationError if the robot turned too little, or if the gyro does not measure its rotations.
     """
     measured = np.array([leg.gyro for leg in legs])
     # Scan matching gives the angle modulo 2 pi; the uncalibrated gyro resolves the full turns
     rotations = np.array([leg.gyro + wrap(leg.seen.yaw - leg.gyro) for leg in legs])
     if np.abs(rotations).sum() < MIN_ROTATION:
-        raise UserError(
+        raise CalibrationError(
             f"the robot turned {math.degrees(np.abs(rotations).sum()):.0f} degrees by the gyro, too little to "
             "calibrate it; is it alive and upright?"
         )
@@ -50,7 +50,7 @@ def solve_gyro(legs: Sequence[DriveSegment]) -> GyroSolution:
         solution, noise = _fit(A[inliers], measured[inliers])
         inliers = np.abs(measured - A @ solution) <= OUTLIER * noise
     if abs(solution[0] - 1.0) > MAX_SCALE_ERROR:
-        raise UserError(
+        raise CalibrationError(
             f"the gyro scale is {solution[0]:.2f}; the gyro is dead, tilted, or not the firmware's chip"
         )
     # Covariance sigma^2 (A^T A)^-1

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from chefbot.calibration.alignment import ScanMatch
 from chefbot.calibration.drive import DriveSegment
+from chefbot.calibration.errors import CalibrationError
 from chefbot.calibration.wheels import WheelParams, distance_from_ticks, integrate_ticks
-from chefbot.errors import UserError
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 
@@ -86,11 +86,11 @@ def solve(
     """Estimate wheels, sensor pose and station poses from drives and scan matches.
 
     wheels, sensor: first guess from the robot file. poses: first guess of all station poses. known: number of
-    first poses that are fixed, and with them the sensor's pose. Raise UserError if there are too few
+    first poses that are fixed, and with them the sensor's pose. Raise CalibrationError if there are too few
     drives, or if too many are outliers.
     """
     if len(legs) < MIN_LEGS:
-        raise UserError(
+        raise CalibrationError(
             f"{len(legs)} drives are too few to calibrate; at least {MIN_LEGS}, straight and turning, are needed"
         )
     problem = _Problem(legs, links, poses, wheels, sensor, known)
@@ -111,11 +111,11 @@ def solve(
 def _check(noise: tuple[float, float], slipped: NDArray[np.bool_]) -> None:
     slips, advice = int(slipped.sum()), "clean tyres and floor, drive where nobody walks, and calibrate again"
     if slipped.mean() > MAX_OUTLIERS:
-        raise UserError(
+        raise CalibrationError(
             f"{slips} of {len(slipped)} drives fit no wheels: they slip, or the walls move; {advice}"
         )
     if noise[0] > MAX_NOISE[0] or noise[1] > MAX_NOISE[1]:
-        raise UserError(
+        raise CalibrationError(
             f"the drives fit no wheels, by {1000 * noise[0]:.0f} mm and {math.degrees(noise[1]):.1f} deg as a rule: "
             f"they slip, or the walls move; {advice}"
         )

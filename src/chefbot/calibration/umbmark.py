@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.calibration.drive import Square
+from chefbot.calibration.errors import CalibrationError
 from chefbot.calibration.wheels import WheelParams, integrate_ticks
-from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 
 ROUNDS = 12
@@ -41,7 +41,7 @@ class ReturnErrors(NamedTuple):
 def return_errors(squares: Sequence[Square], wheels: WheelParams, sensor: SE2) -> ReturnErrors:
     """Return true minus odometry position at the end of each square, in the frame of its start.
 
-    sensor: pose of the scanning sensor in base_link. Raise UserError unless both directions were driven.
+    sensor: pose of the scanning sensor in base_link. Raise CalibrationError unless both directions were driven.
     """
     errors: dict[int, list[tuple[float, float]]] = {1: [], -1: []}
     for square in squares:
@@ -49,7 +49,9 @@ def return_errors(squares: Sequence[Square], wheels: WheelParams, sensor: SE2) -
         odometry = integrate_ticks(square.ticks, wheels)
         errors[square.turn].append((truth.x - odometry.x, truth.y - odometry.y))
     if not (errors[1] and errors[-1]):
-        raise UserError("UMBmark needs a square to the left and one to the right; let the robot drive both")
+        raise CalibrationError(
+            "UMBmark needs a square to the left and one to the right; let the robot drive both"
+        )
     return ReturnErrors(np.array(errors[1]), np.array(errors[-1]))
 
 
@@ -78,7 +80,7 @@ def umbmark_step(errors: ReturnErrors, side: float, separation: float) -> Umbmar
     alpha, beta = (x_right + x_left) / (-4.0 * side), (x_right - x_left) / (-4.0 * side)
     # The formulas are linear in small angles only
     if abs(alpha) > 0.4 or abs(beta) > 0.8:
-        raise UserError(
+        raise CalibrationError(
             f"the squares end {max(abs(x_left), abs(x_right)):.2f} m from the odometry pose, too far for a square "
             f"of {side:.1f} m; look at wheels.diameter and wheels.separation in the robot file"
         )

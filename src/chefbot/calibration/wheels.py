@@ -55,12 +55,6 @@ def integrate_ticks(ticks: NDArray[np.float64], wheels: WheelParams) -> SE2:
     return SE2(x, y, wrap(float(turns.sum())))
 
 
-def rotation_from_ticks(ticks: NDArray[np.float64], wheels: WheelParams) -> float:
-    """Return the rotation to the left, rad, including full turns."""
-    left, right = (ticks[-1] - ticks[0]) * (wheels.left, wheels.right)
-    return float(right - left) / wheels.separation
-
-
 def distance_from_ticks(ticks: NDArray[np.float64], wheels: WheelParams) -> float:
     """Return the distance rolled back and forth, m, as the mean of both wheels."""
     return float((np.abs(np.diff(ticks, axis=0)) * (wheels.left, wheels.right)).sum()) / 2.0

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import chefbot
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 
 DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Errors of a disk that standard output may be redirected to."""
@@ -36,7 +36,7 @@ def user_errors_reported() -> Iterator[None]:
     try:
         with _flushed():
             yield
-    except UserError as error:
+    except ChefbotError as error:
         _report(f"{error}")
         raise SystemExit(2) from None
     except KeyboardInterrupt:

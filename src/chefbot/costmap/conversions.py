@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.costmap.layered_costmap import LayeredCostmap
-from chefbot.maths.costs import LETHAL, UNKNOWN, Costmap
+from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
@@ -24,7 +24,6 @@ PLANE_MARGIN, PLANE_TILT = 0.03, 0.0175
 """Margins, m and rad of pitch, by which an obstacle must extend above and below the scan plane."""
 _COST_TO_OCCUPANCY = np.concatenate([np.arange(255) * 100 // LETHAL, [-1]]).astype(np.int8)
 """Occupancy in percent, as in nav_msgs/OccupancyGrid, by cost; -1 for UNKNOWN."""
-assert _COST_TO_OCCUPANCY[UNKNOWN] == -1
 
 
 def plane_of(robot: Robot) -> float:

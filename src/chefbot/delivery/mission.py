@@ -14,7 +14,7 @@ import msgspec
 
 from chefbot.delivery import status_messages
 from chefbot.delivery.status_messages import IN_ROUND
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.msgs.geometry_msgs import PoseStamped
 
@@ -42,10 +42,14 @@ class OrderOutcome(NamedTuple):
     sentence: str
 
 
+class OrderError(ChefbotError):
+    """An order or request that the round cannot accept in its present state; a sentence for the operator."""
+
+
 class DeliveryRound:
     """The delivery state machine: every method is an event, `status` and `leg` are the outputs.
 
-    `resolve` converts the places of an order to names on the map and raises UserError for an unknown one.
+    `resolve` converts the places of an order to names on the map and raises a ChefbotError for an unknown one.
     """
 
     def __init__(
@@ -166,12 +170,12 @@ class DeliveryRound:
     def go(self, errand: Errand) -> None:
         """Start an errand: now (the round waits), after the round, or instead of it.
 
-        Raises UserError during an emergency stop, and if a round is in progress and `when` is none of these.
+        Raises OrderError during an emergency stop, and if a round is in progress and `when` is none of these.
         """
         if self.stopped and not (self.in_progress and errand.when == "after"):
-            raise UserError(status_messages.NOT_WHILE_STOPPED)
+            raise OrderError(status_messages.NOT_WHILE_STOPPED)
         if self.in_progress and errand.when not in ("now", "after", "instead"):
-            raise UserError(status_messages.ERRAND_NEEDS_WHEN)
+            raise OrderError(status_messages.ERRAND_NEEDS_WHEN)
         if self.in_progress and errand.when == "after":
             self._update_status(errands=(*self.status.errands, errand))
         elif self.status.hold_reason or (self.in_progress and errand.when == "now"):
@@ -182,10 +186,10 @@ class DeliveryRound:
     def choose(self, choice: str) -> None:
         """Apply the operator's choice for a waiting round: go_on, kitchen or end.
 
-        Raises UserError during an emergency stop.
+        Raises OrderError during an emergency stop.
         """
         if self.stopped:
-            raise UserError(status_messages.NOT_WHILE_STOPPED)
+            raise OrderError(status_messages.NOT_WHILE_STOPPED)
         if choice == "go_on" and self.status.hold_reason:
             self._drop_current_errand()
             self._update_status(hold_reason="")
@@ -375,7 +379,7 @@ class DeliveryRound:
             )
             try:
                 tables = self._tables(first)
-            except UserError as error:
+            except OrderError as error:
                 self._set_standing("failed", str(error))
                 self._on_end(OrderOutcome(first.id, (), UNKNOWN_PLACE, str(error)))
             else:
@@ -384,11 +388,11 @@ class DeliveryRound:
 
     def _tables(self, order: Order) -> tuple[str, ...]:
         if not order.places:
-            raise UserError(status_messages.NO_PLACE)
+            raise OrderError(status_messages.NO_PLACE)
         try:
             return self._resolve(order.places)
-        except UserError as error:
-            raise UserError(f"On this map {error}.") from None
+        except ChefbotError as error:
+            raise OrderError(f"On this map {error}.") from None
 
     def _update_status(self, **changes: Any) -> None:
         self.status = msgspec.structs.replace(self.status, **changes)

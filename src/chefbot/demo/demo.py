@@ -102,16 +102,14 @@ def run_demo(options: DemoOptions) -> int:
 
 
 def chosen_tables(world: World, seed: int) -> list[str]:
-    """Return the tables that order: three at random, or the first one where the world has fewer."""
+    """Return the tables that order: three at random, or all where the world has fewer."""
     tables = sorted(name for name in world.places if name.startswith("table_"))
     if not tables or "kitchen" not in world.places:
         raise UserError(
             f"world {world.name} has no room for a kitchen and a table; the demo has nowhere to go"
         )
-    if len(tables) < TABLES:
-        return tables[:1]
     rng = np.random.default_rng([seed, TABLES])
-    return [tables[i] for i in rng.choice(len(tables), TABLES, replace=False)]
+    return [tables[i] for i in rng.choice(len(tables), min(TABLES, len(tables)), replace=False)]
 
 
 def _speed(text: str) -> float:

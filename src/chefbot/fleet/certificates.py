@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
+from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import (
@@ -39,12 +39,12 @@ def key_pem(key: PrivateKey) -> bytes:
 
 
 def read_key(pem: bytes, where: str) -> PrivateKey:
-    """Load a private key from PEM. Raises UserError if it is no elliptic-curve key."""
+    """Load a private key from PEM. Raises UserError if it is no key on the curve P-256."""
     try:
         key = load_pem_private_key(pem, None)
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, UnsupportedAlgorithm):
         key = None
-    if not isinstance(key, ec.EllipticCurvePrivateKey):
+    if not (isinstance(key, ec.EllipticCurvePrivateKey) and isinstance(key.curve, ec.SECP256R1)):
         raise UserError(f"{where} holds no private key of a fleet; make it again with `chefbot keys`")
     return key
 
@@ -79,22 +79,34 @@ def request_pem(key: PrivateKey, member: str, role: str) -> bytes:
 
 
 def read_request(pem: bytes, where: str) -> x509.CertificateSigningRequest:
-    """Load a certificate signing request. Raises UserError if it is none or its signature is invalid."""
+    """Load a certificate signing request.
+
+    Raises UserError if it is none, its signature is invalid or its key is not on the curve P-256.
+    """
     try:
         request = x509.load_pem_x509_csr(pem)
-        if request.is_signature_valid:
-            return request
-    except (ValueError, InvalidSignature):
-        pass  # reported below
-    raise UserError(
-        f"{where} is no whole request of `chefbot keys robot` or `chefbot keys operator`; make it again"
-    )
+        valid, public = request.is_signature_valid, request.public_key()
+    except (ValueError, InvalidSignature, UnsupportedAlgorithm):
+        valid = False
+    if not valid:
+        raise UserError(
+            f"{where} is no whole request of `chefbot keys robot` or `chefbot keys operator`; make it again"
+        )
+    if not (isinstance(public, ec.EllipticCurvePublicKey) and isinstance(public.curve, ec.SECP256R1)):
+        raise UserError(
+            f"{where} is a request for a key of another kind than P-256; "
+            "make it with `chefbot keys robot` or `chefbot keys operator`"
+        )
+    return request
 
 
 def member_certificate(
     request: x509.CertificateSigningRequest, key: PrivateKey, authority: x509.Certificate, now: datetime
 ) -> x509.Certificate:
-    """Return the certificate that the authority's `key` issues for a request, for both ends of TLS."""
+    """Return the certificate that the authority's `key` issues for a request, for both ends of TLS.
+
+    The request must come from `read_request`, which checks its signature and its kind of key.
+    """
     member = common_name(request.subject)
     names = [x509.DNSName(member.replace("_", "-")), x509.DNSName(f"{member.replace('_', '-')}.local")]
     uses = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]
@@ -126,7 +138,8 @@ def ecdsa_sign(data: bytes, key: PrivateKey) -> bytes:
 def is_signature_valid(signature: bytes, data: bytes, authority: x509.Certificate) -> bool:
     """Return whether the signature of the data is the authority's."""
     public = authority.public_key()
-    assert isinstance(public, ec.EllipticCurvePublicKey)
+    if not isinstance(public, ec.EllipticCurvePublicKey):
+        return False
     try:
         public.verify(signature, data, ec.ECDSA(hashes.SHA256()))
     except InvalidSignature:

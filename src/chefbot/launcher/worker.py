@@ -25,7 +25,7 @@ from chefbot.bridge.local_only import process_node
 from chefbot.bridge.ports import latched_topics
 from chefbot.bridge.robot_time import RobotTime
 from chefbot.bridge.sim_time_sync import ProgressPublisher
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 from chefbot.kernels.groups import GROUPS, groups_of
 from chefbot.launcher.session import announce, keep_loop_alive, print_fault, print_remarks
 from chefbot.robot.load import load_robot
@@ -38,12 +38,10 @@ from chefbot.runtime.node import RESTORED_PREFIX
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
 from chefbot.supervision.heartbeat import HeartbeatSender
-from chefbot.supervision.worker_process import PreloadSpec, WorkerSpec
+from chefbot.supervision.worker_process import EXIT_TIMEOUT, PreloadSpec, WorkerSpec
 
 PR_SET_PDEATHSIG = 1
 """prctl(2), linux/prctl.h: send this process a signal when its parent dies."""
-SHUTDOWN_TIMEOUT = 1.5
-"""Time between the request to end and the forced exit, s."""
 
 
 def main() -> int:
@@ -61,7 +59,7 @@ def main() -> int:
                 {entry.kind for entry in split_by_process(order.launch)[1][order.process].nodes.values()}
             )
         run(order, stdin)
-    except UserError as error:
+    except ChefbotError as error:
         Console(stderr=True).print(f"process {order.process}: {error}", markup=False)
         return 2
     return 0
@@ -169,7 +167,7 @@ class LaunchInput:
                 self._lines.put(line)
         if self.stop is not None:
             self.stop()
-            time.sleep(SHUTDOWN_TIMEOUT)
+            time.sleep(EXIT_TIMEOUT)
         os._exit(0 if self.stop is None else 1)  # nothing has started yet, or a callback blocks the loop
 
 

@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
+from chefbot.errors import OdometryError
+from chefbot.localization.errors import LocalizationError
 from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
 from chefbot.localization.particle_filter import (
@@ -39,7 +40,7 @@ class Amcl:
 
     def __init__(self, params: AmclParams, grid: Grid, laser: SE2) -> None:
         if params.min_particles > params.max_particles:
-            raise UserError("min_particles is above max_particles; lower it")
+            raise LocalizationError("min_particles is above max_particles; lower it")
         self.params = params
         self.laser = laser
         self.field = LikelihoodField.of(grid, params)
@@ -62,7 +63,9 @@ class Amcl:
     def set_pose(self, pose: SE2, std_xy: float = 0.5, std_yaw: float = 0.26) -> None:
         """Start from a pose with the given standard deviations, metres and radians."""
         if not all(map(math.isfinite, (*pose, std_xy, std_yaw))) or min(std_xy, std_yaw) < 0.0:
-            raise UserError(f"start pose {pose} with spread {std_xy} m, {std_yaw} rad is not a finite pose")
+            raise LocalizationError(
+                f"start pose {pose} with spread {std_xy} m, {std_yaw} rad is not a finite pose"
+            )
         n = self._size_for(std_xy, std_yaw)
         particles = pose.array() + self._rng.normal(size=(n, 3)) * (std_xy, std_xy, std_yaw)
         particles[:, 2] = np.mod(particles[:, 2] + math.pi, 2.0 * math.pi) - math.pi
@@ -93,10 +96,10 @@ class Amcl:
         angles, ranges: (n,) radians and metres, laser frame; inf, NaN and ranges of at least range_max are no
         returns. The filter is updated when the robot has moved by update_min_d or update_min_a since the last
         update, and at the first scan after `set_pose` or `scatter`. A scan without any return only propagates
-        the particles. Raise UserError if the odometry is implausible.
+        the particles. Raise OdometryError if the odometry is implausible.
         """
         if not all(abs(value) < MAX_COORDINATE for value in odom):
-            raise UserError(f"odometry {tuple(odom)} is implausible; check the encoders")
+            raise OdometryError(f"odometry {tuple(odom)} is implausible; check the encoders")
         self._odom = odom
         if self._estimate_odom is None:
             self._estimate_odom = odom

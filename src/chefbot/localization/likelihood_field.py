@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
+from chefbot.localization.errors import LocalizationError
 from chefbot.localization.params import AmclParams
 from chefbot.maths.grid import Grid
 
@@ -201,13 +201,15 @@ class LikelihoodField:
 
     @staticmethod
     def of(grid: Grid, params: AmclParams) -> LikelihoodField:
-        """Compute the field of an occupancy grid; raise UserError without free or without occupied cells."""
+        """Compute the field of an occupancy grid; raise LocalizationError without free or without occupied cells."""
         occupied = grid.cells >= OCCUPIED_FROM
         free = np.argwhere((grid.cells >= 0) & (grid.cells < FREE_BELOW)).astype(np.int32)
         if free.shape[0] == 0:
-            raise UserError("the map has no free cell to place the robot on; load another map")
+            raise LocalizationError("the map has no free cell to place the robot on; load another map")
         if not occupied.any():
-            raise UserError("the map has no occupied cell, so no scan can be matched to it; load another map")
+            raise LocalizationError(
+                "the map has no occupied cell, so no scan can be matched to it; load another map"
+            )
         reach = max(1, math.ceil(params.laser_likelihood_max_dist / grid.resolution))
         # Distance transform, then tables of distance and log likelihood by squared distance
         squared = _squared_distances(surfaces(occupied), reach)

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
+from chefbot.localization.errors import LocalizationError
 from chefbot.maths.grid import Grid
 
 BIN_METRES = 0.5
@@ -56,7 +56,7 @@ class PoseBins:
         rows = max(1, math.ceil(grid.height * grid.resolution / BIN_METRES))
         columns = max(1, math.ceil(grid.width * grid.resolution / BIN_METRES))
         if rows * columns * BIN_YAWS > MAX_BINS:
-            raise UserError(
+            raise LocalizationError(
                 f"the map covers {grid.height * grid.resolution:g} x {grid.width * grid.resolution:g} m, more than"
                 " a robot can be found on; check its resolution, or cut it"
             )

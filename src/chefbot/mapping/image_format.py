@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from chefbot.errors import UserError
+from chefbot.config import ConfigError
 
 MAX_CELLS = 100_000_000
 """Maximum number of cells: 500 m by 500 m at 5 cm; larger is no map of a building."""
@@ -47,39 +47,43 @@ class MapImage:
     opacity: NDArray[np.uint8] | None = None
 
 
+class MapFormatError(ConfigError):
+    """A map file or its image that is damaged, contradictory or of another format."""
+
+
 def decode_image(data: bytes, where: str) -> MapImage:
-    """Decode a PGM (P5 or P2, white up to 65535) or PNG file; raise UserError with `where` for anything else."""
+    """Decode a PGM (P5 or P2, white up to 65535) or PNG file; raise MapFormatError with `where` for anything else."""
     if data[:2] in (b"P5", b"P2"):
         return _decode_pgm(data, where)
     if data.startswith(PNG_SIGNATURE):
         return _decode_png(data, where)
-    raise UserError(f"{where} is neither a PGM (P5, P2) nor a PNG file; convert it to one of these")
+    raise MapFormatError(f"{where} is neither a PGM (P5, P2) nor a PNG file; convert it to one of these")
 
 
 def check_size(width: int, height: int, where: str, limit: int = MAX_CELLS) -> None:
-    """Raise UserError for an image without pixels or with too many."""
+    """Raise MapFormatError for an image without pixels or with too many."""
     if width < 1 or height < 1:
-        raise UserError(f"{where} says it is {width} x {height} pixels; a map needs at least one")
+        raise MapFormatError(f"{where} says it is {width} x {height} pixels; a map needs at least one")
     if width * height > limit:
-        raise UserError(f"{where} says it is {width} x {height} pixels; {limit} is the maximum")
+        raise MapFormatError(f"{where} says it is {width} x {height} pixels; {limit} is the maximum")
 
 
 def _decode_pgm(data: bytes, where: str) -> MapImage:
     """Decode Netpbm's PGM: magic, width, height, white; one white space; then the pixels."""
     header = _HEADER.match(data)
     if header is None or not data[header.end() : header.end() + 1].isspace():
-        raise UserError(f"{where} has no complete PGM header; the file is damaged")
+        raise MapFormatError(f"{where} has no complete PGM header; the file is damaged")
     width, height, white = (int(number) for number in header.groups())
     check_size(width, height, where)
     if not 1 <= white <= 65535:
-        raise UserError(f"{where} says its white is {white}; a PGM has 1 to 65535")
+        raise MapFormatError(f"{where} says its white is {white}; a PGM has 1 to 65535")
     begin, count = header.end() + 1, width * height
     levels = _text_levels(data, begin, where) if data[1:2] == b"2" else _levels(data, begin, count, white)
     if len(levels) < count:
-        raise UserError(f"{where} ends after {len(levels)} of {count} pixels; the file is truncated")
+        raise MapFormatError(f"{where} ends after {len(levels)} of {count} pixels; the file is truncated")
     levels = levels[:count]
     if levels.max() > white:
-        raise UserError(
+        raise MapFormatError(
             f"{where} has a pixel of {levels.max():.0f} above its white of {white}; it is damaged"
         )
     return MapImage(levels.astype(np.uint16).reshape(height, width), white)
@@ -96,24 +100,24 @@ def _text_levels(data: bytes, begin: int, where: str) -> NDArray[np.generic]:
     """Return all pixels of a P2 file; float32 holds every valid value exactly and does not overflow."""
     text = re.sub(rb"#[^\n\r]*", b"", data[begin:])
     if text.translate(None, b"0123456789 \t\r\n\v\f"):
-        raise UserError(f"{where} has something other than numbers among its pixels; it is damaged")
+        raise MapFormatError(f"{where} has something other than numbers among its pixels; it is damaged")
     return np.fromstring(text, np.float32, sep=" ") if text.strip() else np.zeros(0, np.float32)
 
 
 def _decode_png(data: bytes, where: str) -> MapImage:
     """Decode a PNG: size from the first chunk (PNG specification, 11.2.2), pixels by Pillow within its limit."""
     if len(data) < 24 or data[12:16] != b"IHDR":
-        raise UserError(f"{where} has no complete PNG header; the file is damaged")
+        raise MapFormatError(f"{where} has no complete PNG header; the file is damaged")
     width, height = struct.unpack(">II", data[16:24])
     check_size(width, height, where, min(MAX_CELLS, Image.MAX_IMAGE_PIXELS or MAX_CELLS))
     try:
         with Image.open(io.BytesIO(data), formats=["PNG"]) as image:
             if image.size != (width, height):
-                raise UserError(f"{where} contradicts itself about its size; it is damaged")
+                raise MapFormatError(f"{where} contradicts itself about its size; it is damaged")
             image.load()
             return _to_picture(image)
     except _DAMAGED as error:
-        raise UserError(f"{where} cannot be read as PNG: {error}; the file is damaged") from None
+        raise MapFormatError(f"{where} cannot be read as PNG: {error}; the file is damaged") from None
 
 
 def _to_picture(image: Image.Image) -> MapImage:

@@ -14,9 +14,9 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.config import parse_yaml
-from chefbot.errors import UserError, name_hint
-from chefbot.mapping.image_format import MAX_CELLS, MapImage, check_size, decode_image
+from chefbot.config import ConfigError, parse_yaml
+from chefbot.errors import name_hint
+from chefbot.mapping.image_format import MAX_CELLS, MapFormatError, MapImage, check_size, decode_image
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 
 Mode = Literal["trinary", "scale", "raw"]
@@ -52,7 +52,7 @@ def encode_pgm(grid: Grid, mode: Mode = "trinary") -> bytes:
 
     Trinary mode keeps free, occupied and unknown, which is what AMCL and planners use. Raw mode keeps every
     percentage, although the image looks dark. Scale mode needs transparency, which a PGM lacks: raises
-    ValueError.
+    MapFormatError.
     """
     check_size(grid.width, grid.height, "the map")
     table = np.full(256, 255 if mode == "raw" else GREY, np.uint8)
@@ -63,7 +63,7 @@ def encode_pgm(grid: Grid, mode: Mode = "trinary") -> bytes:
         table[:101][percent / 100.0 > OCCUPIED_THRESH] = BLACK
         table[:101][percent / 100.0 < FREE_THRESH] = WHITE
     else:
-        raise ValueError(f"a PGM cannot hold a map of mode {mode!r}")
+        raise MapFormatError(f"a PGM cannot hold a map of mode {mode!r}")
     pixels = table[grid.cells[::-1].view(np.uint8)]  # -1 becomes index 255
     return b"P5\n%d %d\n255\n" % (grid.width, grid.height) + pixels.tobytes()
 
@@ -71,7 +71,7 @@ def encode_pgm(grid: Grid, mode: Mode = "trinary") -> bytes:
 def encode_map_yaml(image_name: str, grid: Grid, mode: Mode = "trinary", image: bytes | None = None) -> bytes:
     """Encode the YAML file; if the bytes of the image are given, a comment holds their SHA-256."""
     if not re.fullmatch(r"[^\x00-\x1f\x7f]+", image_name):
-        raise UserError(f"a map's picture cannot be called {image_name!r}; use printable characters")
+        raise MapFormatError(f"a map's picture cannot be called {image_name!r}; use printable characters")
     quoted = image_name if re.fullmatch(r"[A-Za-z][\w./-]*\.\w+", image_name) else _quoted(image_name)
     lines = [
         f"image: {quoted}",
@@ -93,29 +93,34 @@ def _quoted(text: str) -> str:
 
 
 def decode_map_yaml(data: bytes, where: str) -> MapDescription:
-    """Parse and validate the YAML file; raise UserError, beginning with `where`, if it is invalid."""
-    keys = parse_yaml(data, where)
+    """Parse and validate the YAML file; raise MapFormatError, beginning with `where`, if it is invalid."""
+    try:
+        keys = parse_yaml(data, where)
+    except ConfigError as error:
+        raise MapFormatError(str(error)) from None
     if not isinstance(keys, dict):
-        raise UserError(f"{where} is not a list of keys and values as a map's YAML file is")
+        raise MapFormatError(f"{where} is not a list of keys and values as a map's YAML file is")
     for key in keys:
         if key not in (*_REQUIRED_KEYS, "mode", *_IGNORED_KEYS):
-            raise UserError(f"{where}: unknown key {key!r}{name_hint(str(key), [*_REQUIRED_KEYS, 'mode'])}")
+            raise MapFormatError(
+                f"{where}: unknown key {key!r}{name_hint(str(key), [*_REQUIRED_KEYS, 'mode'])}"
+            )
     missing = [key for key in _REQUIRED_KEYS if key not in keys]
     if missing:
-        raise UserError(f"{where}: {missing[0]!r} is missing")
+        raise MapFormatError(f"{where}: {missing[0]!r} is missing")
     return _check_thresholds(_to_description(keys, _CHECKSUM.search(data), where), where)
 
 
 def _to_description(keys: dict[str, Any], checksum: re.Match[bytes] | None, where: str) -> MapDescription:
     image, origin, mode = keys["image"], keys["origin"], keys.get("mode", "trinary")
     if not isinstance(image, str) or not image or "\0" in image:
-        raise UserError(f"{where}: image must be the name of a PGM or PNG file, not {image!r:.40}")
+        raise MapFormatError(f"{where}: image must be the name of a PGM or PNG file, not {image!r:.40}")
     if not isinstance(origin, list) or len(origin) != 3:
-        raise UserError(f"{where}: origin must be [x, y, yaw], not {origin!r:.40}")
+        raise MapFormatError(f"{where}: origin must be [x, y, yaw], not {origin!r:.40}")
     if mode not in get_args(Mode):
-        raise UserError(f"{where}: no mode is called {mode!r:.40}{name_hint(str(mode), get_args(Mode))}")
+        raise MapFormatError(f"{where}: no mode is called {mode!r:.40}{name_hint(str(mode), get_args(Mode))}")
     if keys["negate"] not in (0, 1):
-        raise UserError(f"{where}: negate must be 0 or 1, not {keys['negate']!r:.40}")
+        raise MapFormatError(f"{where}: negate must be 0 or 1, not {keys['negate']!r:.40}")
     x, y, yaw = (_number(value, -_MAX_COORDINATE, _MAX_COORDINATE, "origin", where) for value in origin)
     return MapDescription(
         image,
@@ -136,7 +141,7 @@ def _number(value: Any, min_value: float, max_value: float, key: str, where: str
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not min_value <= number <= max_value:
-        raise UserError(
+        raise MapFormatError(
             f"{where}: {key} must be a number from {min_value:g} to {max_value:g}, not {value!r:.40}"
         )
     return number
@@ -145,17 +150,17 @@ def _number(value: Any, min_value: float, max_value: float, key: str, where: str
 def _check_thresholds(description: MapDescription, where: str) -> MapDescription:
     free, occupied = description.free_thresh, description.occupied_thresh
     if free > occupied or (free == occupied and description.mode == "scale"):
-        raise UserError(f"{where}: free_thresh {free:g} must be below occupied_thresh {occupied:g}")
+        raise MapFormatError(f"{where}: free_thresh {free:g} must be below occupied_thresh {occupied:g}")
     return description
 
 
 def decode_map(description: MapDescription, image: bytes, where: str) -> Grid:
-    """Decode a map from its image and description; `where` names the image in a UserError.
+    """Decode a map from its image and description; `where` names the image in a MapFormatError.
 
     A rotated image (yaw) is resampled onto the axes of the map frame: nearest cell, UNKNOWN outside.
     """
     if description.checksum is not None and hashlib.sha256(image).hexdigest() != description.checksum:
-        raise UserError(
+        raise MapFormatError(
             f"{where} is not the picture that its YAML file was written for; restore it,"
             " or remove the line 'image sha256' from the YAML file if you changed the picture yourself"
         )

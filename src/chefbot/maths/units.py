@@ -6,7 +6,7 @@ import re
 from functools import cache
 from typing import Any
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
 _UNIT = r"[A-Za-z°µμΩ%]+(?:(?:\^|\*\*)-?[0-9])?"
@@ -22,25 +22,29 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
+class UnitError(ChefbotError):
+    """A text that is no quantity in the unit that is expected."""
+
+
 def to_si(text: str, unit: str) -> float:
     """Convert a quantity with a unit to a number: `to_si("9 cm", "m") == 0.09`.
 
-    Where a torque is expected, `kg cm` is read as kgf cm, as data sheets write it. Raise UserError with what
+    Where a torque is expected, `kg cm` is read as kgf cm, as data sheets write it. Raise UnitError with what
     is wrong, without the location: the caller knows it.
     """
     import pint
 
     parts = _QUANTITY.fullmatch(text) if len(text) <= _MAX_LENGTH else None
     if parts is None:
-        raise UserError(
+        raise UnitError(
             f"{text[:_MAX_LENGTH]!r} is not a quantity; write a number and a unit, as in '1 {unit}'"
         )
     if parts["unit"] is None and unit:
-        raise UserError(f"{text!r} has no unit, write it with one, as in '1 {unit}'")
+        raise UnitError(f"{text!r} has no unit, write it with one, as in '1 {unit}'")
     normalized = text.replace("kg cm", "kgf cm") if unit == "N m" else text
     try:
         return float(_registry().Quantity(normalized).to(unit).magnitude)
     except pint.DimensionalityError:
-        raise UserError(f"{text!r} is not a quantity in {unit}") from None
+        raise UnitError(f"{text!r} is not a quantity in {unit}") from None
     except (pint.PintError, AttributeError, ValueError, OverflowError):
-        raise UserError(f"{text!r} is not a valid quantity; write a number and a unit of {unit}") from None
+        raise UnitError(f"{text!r} is not a valid quantity; write a number and a unit of {unit}") from None

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
+from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import Quaternion, Vector3
 from chefbot.msgs.idl.message import (
     Bool,
@@ -92,10 +92,10 @@ class Image(Message, frozen=True, eq=False):
     def pixels(self) -> NDArray[np.generic]:
         """Pixels: (height, width) in m for 32FC1 and in mm for 16UC1, (height, width, 3) for rgb8.
 
-        UserError for another encoding or an image without pixels.
+        InvalidMessageError for another encoding or an image without pixels.
         """
         if self.encoding not in _PIXEL_FORMATS or not (self.height and self.width):
-            raise UserError(
+            raise InvalidMessageError(
                 f"an image of {self.width} x {self.height} pixels of encoding {self.encoding[:20]!r} cannot be used;"
                 f" there are {', '.join(_PIXEL_FORMATS)}"
             )

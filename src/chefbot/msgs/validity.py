@@ -11,6 +11,7 @@ import numpy as np
 
 from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelTicks
 from chefbot.msgs.constraints import RULES, Rule
+from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.idl.fields import MessageField, fields_of
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import Odometry
@@ -31,10 +32,6 @@ MAX_FUTURE_NS = 5_000_000_000
 Clocks differ, and some nodes post-date their transforms."""
 MAX_ABS_VALUE = 1e12
 """Maximum magnitude of a number in a message."""
-
-
-class InvalidMessageError(ValueError):
-    """A message that breaks a rule; the text names the field and says what is wrong with it."""
 
 
 def check(message: Message) -> None:

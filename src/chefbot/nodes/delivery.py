@@ -8,8 +8,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.delivery.mission import DeliveryRound, DriveRequest, OrderOutcome
-from chefbot.errors import UserError
+from chefbot.delivery.mission import DeliveryRound, DriveRequest, OrderError, OrderOutcome
 from chefbot.msgs.chefbot_msgs import (
     Deliver,
     Deliver_Feedback,
@@ -207,7 +206,7 @@ class DeliveryNode(Node):
         """Apply an event to the round and publish a remark if it is refused."""
         try:
             event()
-        except UserError as error:
+        except OrderError as error:
             self.remark.publish(String(str(error)))
         self._update_drive()
 

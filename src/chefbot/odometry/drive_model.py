@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chefbot.errors import OdometryError
 from chefbot.odometry.motion_model import (
     ACCEL_BIAS_X,
     ACCEL_BIAS_Y,
@@ -76,7 +77,7 @@ class DriveModel:
 
     def __post_init__(self) -> None:
         if not 2 <= self.counter_bits <= 64:
-            raise ValueError(f"counter_bits must be 2 to 64, not {self.counter_bits}")
+            raise OdometryError(f"counter_bits must be 2 to 64, not {self.counter_bits}")
 
     @classmethod
     def of(cls, robot: Robot, params: OdometryParams | None = None, counter_bits: int = 64) -> DriveModel:

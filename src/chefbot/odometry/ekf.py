@@ -17,17 +17,16 @@ from functools import partial
 
 import numpy as np
 
-from chefbot.errors import UserError
+from chefbot.errors import OdometryError
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.estimate import MotionEstimate, estimate_of
 from chefbot.odometry.filter_state import FilterState
-from chefbot.odometry.fusion import predict_without_wheels, process_reading
+from chefbot.odometry.fusion import predict_without_wheels, process_reading, without_counts
 from chefbot.odometry.motion_model import YAW, X, Y
 from chefbot.odometry.out_of_sequence import History
 from chefbot.odometry.readings import ImuReading, Reading, WheelCounts, WheelTwist
 from chefbot.odometry.sensor_health import Condition, Source
-from chefbot.odometry.wheel_travel import EncoderState
 
 HORIZON_NS = 1_000_000_000
 """Maximum delay of a reading, ns: longer than any transport takes, and short enough to reprocess."""
@@ -63,7 +62,7 @@ class Ekf:
     def add(self, reading: Reading) -> bool:
         """Process a reading; return False if it was too late or a duplicate.
 
-        Raise UserError for a reading that makes the pose infinite or moves it implausibly far; it is left
+        Raise OdometryError for a reading that makes the pose infinite or moves it implausibly far; it is left
         out.
         """
         newest = self._history.newest_ns
@@ -82,15 +81,19 @@ class Ekf:
         added = self._history.add(reading)
         if not _is_plausible(before, self.belief):
             self._revert_to(before)
-            raise UserError(
+            raise OdometryError(
                 f"a reading of {_sources(reading)[0].name.lower()} makes the odometry diverge; it is left out"
             )
         return added
 
     def _revert_to(self, before: FilterState) -> None:
-        """Return to the belief before a reading, without pending readings; the counters restart."""
+        """Return to the belief before a reading, without pending readings or counts; the number of restarts stays."""
         belief = before._replace(
-            pending=(), counters=EncoderState(), gyro_ns=None, spike_candidates=(), tilt_reading=None
+            pending=(),
+            counters=without_counts(before.counters),
+            gyro_ns=None,
+            spike_candidates=(),
+            tilt_reading=None,
         )
         self._history = History(partial(process_reading, self._body), belief, HORIZON_NS)
 

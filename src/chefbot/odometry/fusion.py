@@ -18,8 +18,8 @@ from chefbot.odometry.wheel_travel import (
 )
 
 BRIDGE_NS = 10_000_000_000
-"""Longest gap in the wheel readings that the counter difference bridges, ns; after it the counts are
-discarded."""
+"""Longest gap in the wheel readings that a counter difference or a twist bridges, ns; after it the distance
+travelled is unknown."""
 
 
 def process_reading(body: DriveModel, belief: FilterState, reading: Reading) -> FilterState:
@@ -29,11 +29,15 @@ def process_reading(body: DriveModel, belief: FilterState, reading: Reading) -> 
     """
     if isinstance(reading, WheelCounts | WheelTwist):
         return _process_wheels(body, belief, reading)
-    if belief.stamp_ns is not None and reading.stamp_ns - belief.stamp_ns > BRIDGE_NS:
-        belief = predict_without_wheels(body, belief, reading.stamp_ns)._replace(
-            counters=_without_counts(belief.counters)
-        )
+    belief = _after_gap(body, belief, reading.stamp_ns)
     return belief._replace(pending=(*belief.pending, reading))
+
+
+def _after_gap(body: DriveModel, belief: FilterState, stamp_ns: int) -> FilterState:
+    if belief.stamp_ns is None or stamp_ns - belief.stamp_ns <= BRIDGE_NS:
+        return belief
+    counters = without_counts(belief.counters)
+    return predict_without_wheels(body, belief, stamp_ns)._replace(counters=counters)
 
 
 def predict_without_wheels(body: DriveModel, belief: FilterState, stamp_ns: int) -> FilterState:
@@ -48,7 +52,8 @@ def predict_without_wheels(body: DriveModel, belief: FilterState, stamp_ns: int)
     return _propagate(body, belief, unknown_travel(body, dt_ns / 1e9), stamp_ns, belief.counters)
 
 
-def _without_counts(counters: EncoderState) -> EncoderState:
+def without_counts(counters: EncoderState) -> EncoderState:
+    """Return the counters as after a gap: without counts to subtract, but with the number of restarts."""
     return EncoderState(restarts=counters.restarts)
 
 
@@ -57,7 +62,7 @@ def _process_wheels(body: DriveModel, belief: FilterState, reading: WheelCounts 
     watches = dict(belief.monitors)
     values = tuple(float(v) for v in reading[1:3])
     watches[Source.WHEELS] = watches[Source.WHEELS].with_reading(stamp_ns, values, float("inf")).used()
-    belief = belief._replace(monitors=watches)
+    belief = _after_gap(body, belief._replace(monitors=watches), stamp_ns)
     if belief.stamp_ns is None:
         return _initialise(belief, reading)
     if isinstance(reading, WheelTwist):

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from chefbot.errors import OdometryError
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.filter_state import FilterState, MeanVelocity
 from chefbot.odometry.kalman_update import ALL, CHI2_GATE, Flags, correct, distance, forget
@@ -56,7 +57,7 @@ class PropagationInterval:
         self, body: DriveModel, belief: FilterState, rolled: WheelTravel, dt_ns: int, standing: bool
     ) -> None:
         if belief.stamp_ns is None:
-            raise ValueError("the belief has no stamp to propagate from")
+            raise OdometryError("the belief has no stamp to propagate from")
         self.model, self.last, self.standing = body, belief.velocity, standing
         self.monitors = dict(belief.monitors)
         self.gyro_ns, self.spike_candidates, self.tilt_reading = (

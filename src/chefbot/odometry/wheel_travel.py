@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from chefbot.errors import OdometryError
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.readings import WheelCounts, WheelTwist
 
@@ -81,7 +82,7 @@ def travel_from_counts(
     and error modelling for a mobile robot"), plus that of rounding; at standstill there is no rounding error.
     """
     if before.counts is None:
-        raise ValueError("the first counts have no earlier counts to subtract")
+        raise OdometryError("the first counts have no earlier counts to subtract")
     pairs = zip((reading.left, reading.right), before.counts, strict=True)
     left, right = (tick_difference(new, old, body.counter_bits) for new, old in pairs)
     after = _updated_counters(before, reading, (left, right), dt_ns)

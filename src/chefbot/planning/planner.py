@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.errors import ChefbotError
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 
@@ -22,7 +23,7 @@ class PlanningFailure(Enum):
     NO_VALID_PATH = "no way leads from the start to the goal or to anything within tolerance of it"
 
 
-class PlanningError(Exception):
+class PlanningError(ChefbotError):
     """Raised when no path was found; `failure` is the reason, the message contains the position."""
 
     def __init__(self, failure: PlanningFailure, where: SE2) -> None:

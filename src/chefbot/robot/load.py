@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from chefbot.config import build, parse_yaml, read_bytes
-from chefbot.errors import UserError, name_hint
+from chefbot.errors import name_hint
 from chefbot.robot.catalogue import KINDS, component
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.spec import Robot
 from chefbot.robot.validation import check_buildable
 
@@ -21,13 +22,13 @@ def built_in_robots() -> dict[str, Path]:
 
 
 def load_robot(name_or_path: str) -> Robot:
-    """Load a built-in robot by name or a robot file by path. Raises UserError with file, key and reason."""
+    """Load a built-in robot by name or a robot file by path. Raises RobotFileError with file, key and reason."""
     path = find_robot(name_or_path)
     return parse_robot(read_bytes(path, "robot file"), path)
 
 
 def parse_robot(text: bytes, path: Path) -> Robot:
-    """Parse the text of the robot file `path`. Raises UserError with file, key and reason."""
+    """Parse the text of the robot file `path`. Raises RobotFileError with file, key and reason."""
     return build_robot(_resolve_like(text, path, ()), f"robot file {path}")
 
 
@@ -50,7 +51,7 @@ def find_robot(name_or_path: str) -> Path:
         return built_in[name_or_path]
     if name_or_path.endswith((".yaml", ".yml")) or "/" in name_or_path:
         return Path(name_or_path)
-    raise UserError(
+    raise RobotFileError(
         f"no robot is called {name_or_path!r}{name_hint(name_or_path, built_in)}; give one of these or a file"
     )
 
@@ -63,11 +64,11 @@ def _resolve_like(text: bytes, path: Path, seen: tuple[Path, ...]) -> Any:
         return data
     base_name, seen = data.pop(LIKE), (*seen, path.resolve())
     if not isinstance(base_name, str):
-        raise UserError(f"{where}: {LIKE} must be the name of a robot or of a file")
+        raise RobotFileError(f"{where}: {LIKE} must be the name of a robot or of a file")
     base_path = find_robot(base_name)
     base_path = base_path if base_path.is_absolute() else path.parent / base_path
     if base_path.resolve() in seen:
-        raise UserError(f"{where}: {LIKE}: {base_name} refers back to itself: circular 'like'")
+        raise RobotFileError(f"{where}: {LIKE}: {base_name} refers back to itself: circular 'like'")
     return _merge(_resolve_like(read_bytes(base_path, "robot file"), base_path, seen), data)
 
 

@@ -6,7 +6,8 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 
-from chefbot.errors import UserError, name_hint
+from chefbot.errors import name_hint
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry import layout
 from chefbot.robot.geometry.layout import body_height
 from chefbot.robot.geometry.mass import total_mass
@@ -21,7 +22,7 @@ Contradiction = tuple[bool, str, str]
 
 
 def check_buildable(robot: Robot, where: str) -> None:
-    """Raise UserError for the first contradiction in a robot description."""
+    """Raise RobotFileError for the first contradiction in a robot description."""
     check_geometry(robot, where)
     _raise_first(_drive(robot), where)
 
@@ -35,7 +36,7 @@ def check_geometry(robot: Robot, where: str) -> None:
 def _raise_first(contradictions: Iterator[Contradiction], where: str) -> None:
     for impossible, key, reason in contradictions:
         if impossible:
-            raise UserError(f"{where}: {key}: {reason}")
+            raise RobotFileError(f"{where}: {key}: {reason}")
 
 
 def mm(metres: float) -> str:

@@ -11,14 +11,13 @@ from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray, DiagnosticStatus, KeyValue
 from chefbot.msgs.geometry_msgs import Twist, TwistStamped
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.loop import DEVICE, CallbackStatistics, Loop
-from chefbot.runtime.transform_buffer import TransformError
 
 MOTION_COMMANDS: tuple[type[Message], ...] = (Twist, TwistStamped, WheelSpeeds)
 """Types of motion commands."""
@@ -30,8 +29,6 @@ STATUS = "node faults"
 """Name of the status in /diagnostics."""
 REPORT_PERIOD_NS = 1_000_000_000
 """Minimum period between two messages on /diagnostics, ns."""
-INPUT_ERRORS = (UserError, TransformError)
-"""Exceptions caused by invalid input, such as a frame that no node publishes, rather than by a bug."""
 MAX_REASONS = 100
 """Maximum number of sentences that are counted separately; all others are counted by callback."""
 
@@ -46,7 +43,7 @@ class Fault(NamedTuple):
     @property
     def sentence(self) -> str:
         """Description of the fault for users, at most 300 characters."""
-        kind = "" if isinstance(self.error, INPUT_ERRORS) else f"{type(self.error).__name__}: "
+        kind = "" if isinstance(self.error, ChefbotError) else f"{type(self.error).__name__}: "
         return f"{self.callback}: {kind}{self.error}"[:300]
 
 
@@ -65,7 +62,7 @@ class Faults:
         self._next_report_ns = loop.now_ns
         self._report_scheduled = False
         self.bug_count = 0
-        """Number of faults that are not INPUT_ERRORS: bugs."""
+        """Number of faults that invalid input did not cause (see ChefbotError): bugs."""
         loop.faults = self
 
     @property
@@ -87,7 +84,7 @@ class Faults:
         """
         if isinstance(error, UserError) and callback.from_device:
             raise error
-        self.bug_count += not isinstance(error, INPUT_ERRORS)
+        self.bug_count += not isinstance(error, ChefbotError)
         self._recent_ns.setdefault(callback.owner, deque(maxlen=FAULT_LIMIT)).append(self._loop.now_ns)
         self._count(Fault(callback.name, error))
         if self._publishes and not self._report_scheduled:

@@ -11,10 +11,11 @@ from msgspec import Struct
 
 from chefbot.config import build
 from chefbot.errors import UserError, name_hint
+from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.msgs.validity import InvalidMessageError, check_stamp
+from chefbot.msgs.validity import check_stamp
 from chefbot.robot.spec import Robot
 from chefbot.runtime.callback_faults import Fault, Faults
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params

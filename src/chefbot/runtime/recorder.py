@@ -8,13 +8,13 @@ from pathlib import Path
 import msgspec
 
 from chefbot import __version__
-from chefbot.errors import UserError
 from chefbot.msgs.idl.definition import definition_text
 from chefbot.msgs.idl.fields import ros_type
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.sensor_msgs import CompressedImage, Image
 from chefbot.robot.spec import Robot
 from chefbot.runtime.loop import Publication
+from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.mcap_writer import McapWriter
 
 IMAGES: tuple[type[Message], ...] = (Image, CompressedImage)
@@ -61,7 +61,7 @@ class Recorder:
             return
         try:
             self._write(publication)
-        except UserError as disk_full:
+        except StorageError as disk_full:
             self._on_end(str(disk_full))
 
     def close(self) -> None:

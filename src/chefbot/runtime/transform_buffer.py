@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import islice
 
+from chefbot.errors import ChefbotError
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.geometry_msgs import TransformStamped
@@ -24,12 +25,8 @@ MAX_WAITING = 100
 Guard = Callable[[Callable[[SE2], None]], Callable[[SE2], None]]
 
 
-class TransformError(LookupError):
+class TransformError(ChefbotError):
     """The requested transform is not available; the message names the frame or time that is missing."""
-
-
-class TooNewError(TransformError):
-    """The requested time lies after the last transform of a frame, so it may become available."""
 
 
 @dataclass(frozen=True)
@@ -52,16 +49,17 @@ class _Edge:
         self.poses: deque[SE2] = deque()
 
     def add(self, stamp: int, pose: SE2) -> None:
+        """Insert a pose at its stamp; a second one of the same stamp replaces the first."""
         if self.static:
             self.stamps.clear()
             self.poses.clear()
-        if self.stamps and stamp <= self.stamps[-1]:
-            if stamp == self.stamps[-1]:
-                self.poses[-1] = pose
-            return  # older than the newest transform: dropped
-        self.stamps.append(stamp)
-        self.poses.append(pose)
-        while stamp - self.stamps[0] > CACHE_TIME_NS:
+        i = bisect_left(self.stamps, stamp)
+        if i < len(self.stamps) and self.stamps[i] == stamp:
+            self.poses[i] = pose
+            return
+        self.stamps.insert(i, stamp)
+        self.poses.insert(i, pose)
+        while self.stamps[-1] - self.stamps[0] > CACHE_TIME_NS:
             self.stamps.popleft()
             self.poses.popleft()
 
@@ -143,8 +141,6 @@ class TransformBuffer:
         for request in pending:
             try:
                 pose = self.lookup(request.target, request.source, request.stamp_ns)
-            except TooNewError:
-                self._pending.append(request)
             except TransformError:
                 self._keep_if_answerable(request)
             else:

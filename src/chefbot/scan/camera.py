@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError, name_hint
+from chefbot.errors import ScanError, name_hint
 from chefbot.robot.sensors import DepthCamera
 
 Depth = NDArray[np.uint16] | NDArray[np.float32]
@@ -33,11 +33,11 @@ class CameraModel:
 
     def __post_init__(self) -> None:
         if not (self.fx > 0 and self.fy > 0 and self.width >= 2 and self.height >= 1):
-            raise UserError(f"camera {self} has no image; give fx, fy > 0 and a width of at least 2 pixels")
+            raise ScanError(f"camera {self} has no image; give fx, fy > 0 and a width of at least 2 pixels")
         if not (0 <= self.cx <= self.width - 1 and 0 <= self.cy <= self.height - 1):
-            raise UserError(f"camera {self} has its optical axis outside the image; check cx and cy")
+            raise ScanError(f"camera {self} has its optical axis outside the image; check cx and cy")
         if not 0 < self.range_min < self.range_max:
-            raise UserError(f"camera {self} needs 0 < range_min < range_max")
+            raise ScanError(f"camera {self} needs 0 < range_min < range_max")
 
     @staticmethod
     def of(camera: DepthCamera) -> CameraModel:
@@ -55,14 +55,14 @@ class CameraModel:
         )
 
     def check(self, depth: Depth) -> None:
-        """Raise UserError if an image has another size than the camera or is no depth image."""
+        """Raise ScanError if an image has another size than the camera or is no depth image."""
         if depth.shape != (self.height, self.width):
-            raise UserError(
+            raise ScanError(
                 f"depth image of shape {depth.shape}, but the camera has {self.height} rows"
                 f" and {self.width} columns"
             )
         if depth.dtype not in (np.uint16, np.float32):
-            raise UserError(f"depth image of {depth.dtype}; it must be uint16 (mm) or float32 (m)")
+            raise ScanError(f"depth image of {depth.dtype}; it must be uint16 (mm) or float32 (m)")
 
 
 def depth_image(
@@ -70,13 +70,13 @@ def depth_image(
 ) -> Depth:
     """Return the pixels (h, w) of a sensor_msgs/Image of encoding 16UC1 or 32FC1.
 
-    step: bytes per row. Raise UserError for another encoding or for too little data.
+    step: bytes per row. Raise ScanError for another encoding or for too little data.
     """
     if encoding not in _ENCODINGS:
-        raise UserError(f"image encoding {encoding!r} is not one of depth{name_hint(encoding, _ENCODINGS)}")
+        raise ScanError(f"image encoding {encoding!r} is not one of depth{name_hint(encoding, _ENCODINGS)}")
     kind = np.dtype((">" if is_bigendian else "<") + _ENCODINGS[encoding])
     if step < width * kind.itemsize or len(data) < step * height:
-        raise UserError(
+        raise ScanError(
             f"image of {len(data)} bytes, {step} per row, is too short for"
             f" {width} x {height} pixels of {encoding}"
         )

@@ -16,7 +16,7 @@ from msgspec import Meta
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
+from chefbot.errors import ScanError
 from chefbot.scan.camera import CameraModel, Depth
 
 
@@ -117,7 +117,7 @@ class DepthToScan:
         self._first_row = int(camera.cy - params.scan_height / 2.0)
         self._rows = params.scan_height
         if camera.cy < params.scan_height / 2.0 or self._first_row + self._rows > camera.height:
-            raise UserError(
+            raise ScanError(
                 f"scan_height {self._rows} about row {camera.cy:g} does not fit an image of"
                 f" {camera.height} rows"
             )
@@ -157,7 +157,7 @@ class DepthToScan:
         """Convert an image (h, w) of uint16 mm or float32 m to ranges (width,), m, at `angles`.
 
         A range is NaN without a reading within the limits, and +-inf with infinite readings only. Raise
-        UserError for an image of another size or type.
+        ScanError for an image of another size or type.
         """
         self.camera.check(depth)
         band = depth[self._first_row : self._first_row + self._rows]

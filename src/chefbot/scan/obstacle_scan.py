@@ -16,7 +16,7 @@ from msgspec import Meta
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
+from chefbot.errors import ScanError
 from chefbot.robot.section import Mount
 from chefbot.scan.camera import CameraModel, Depth
 
@@ -196,7 +196,7 @@ class ObstacleScanner:
         self, camera: CameraModel, mount: Mount, max_height: float, params: ObstacleScanParams
     ) -> None:
         if max_height <= params.min_height:
-            raise UserError(f"max_height {max_height:g} m must be above min_height {params.min_height:g} m")
+            raise ScanError(f"max_height {max_height:g} m must be above min_height {params.min_height:g} m")
         self.camera = camera
         self._heights = (mount.z, params.min_height, max_height, params.pitch_tolerance)
         self._row_gap = MAX_FLOOR_GAP_ROWS / (mount.z * camera.fy)
@@ -204,7 +204,7 @@ class ObstacleScanner:
         down = (np.arange(camera.height) - camera.cy) / camera.fy
         ahead = math.cos(mount.pitch) - down * math.sin(mount.pitch)
         if ahead.min() <= 0.0:
-            raise UserError(
+            raise ScanError(
                 f"camera pitch {mount.pitch:g} rad: part of the image looks back; mount it flatter"
             )
         self._slope = (-math.sin(mount.pitch) - down * math.cos(mount.pitch)).astype(np.float32)
@@ -223,7 +223,7 @@ class ObstacleScanner:
         self._columns = np.bincount(self._bins.reshape(-1), minlength=count) / self.camera.height
 
     def scan(self, depth: Depth) -> ObstaclePoints:
-        """Detect obstacles in an image (h, w) of uint16 mm or float32 m; raise UserError for another size or
+        """Detect obstacles in an image (h, w) of uint16 mm or float32 m; raise ScanError for another size or
         type."""
         self.camera.check(depth)
         count = self.angles.size

@@ -88,6 +88,3 @@ class SimulatedMotorBoard:
 def _echo(distance: float) -> int:
     """Return the round-trip time of an echo in microseconds; at least 1, since 0 means no echo."""
     return NO_ECHO if math.isinf(distance) else max(1, round(2e6 * distance / SPEED_OF_SOUND))
-
-
-assert CONTROL_NS % STEP_NS == 0

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 from chefbot.maths.se2 import SE2
 
 _MAX_COORDINATE = 1e6
@@ -17,6 +17,10 @@ _MAX_COORDINATE = 1e6
 _MAX_BEAMS = 100_000
 _TRAILING_FIELDS = 3
 """Number of fields at the end of a line: ipc_timestamp, host, logger_timestamp."""
+
+
+class CarmenLogError(ChefbotError):
+    """A CARMEN log with a line that cannot be parsed, or without any scan."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,7 @@ class CarmenScan:
 def parse(log: str | Iterable[str]) -> Iterator[CarmenOdom | CarmenScan]:
     """Yield the FLASER and ODOM readings of a log, given as a text or as lines, in the order of the lines.
 
-    Stamps may step back; the order of the lines is the true one. Other lines are skipped. Raise UserError
+    Stamps may step back; the order of the lines is the true one. Other lines are skipped. Raise CarmenLogError
     with the number of the first line that cannot be parsed.
     """
     lines = log.splitlines() if isinstance(log, str) else log
@@ -54,25 +58,27 @@ def parse(log: str | Iterable[str]) -> Iterator[CarmenOdom | CarmenScan]:
             continue
         try:
             yield _scan(fields) if fields[0] == "FLASER" else _odom(fields)
-        except ValueError as e:
-            raise UserError(f"line {number} of the CARMEN log: {e}; cut or repair the line") from e
+        except (ValueError, CarmenLogError) as e:
+            raise CarmenLogError(f"line {number} of the CARMEN log: {e}; cut or repair the line") from e
 
 
 def _odom(fields: list[str]) -> CarmenOdom:
     if len(fields) != 7 + _TRAILING_FIELDS:
-        raise ValueError(f"ODOM has {len(fields)} words instead of 10")
+        raise CarmenLogError(f"ODOM has {len(fields)} words instead of 10")
     return CarmenOdom(_number(fields[-3]), _pose(fields[1:4]))
 
 
 def _scan(fields: list[str]) -> CarmenScan:
     n = int(fields[1]) if len(fields) > 1 and fields[1].isdecimal() and len(fields[1]) < 10 else 0
     if not 1 < n <= _MAX_BEAMS:
-        raise ValueError(
+        raise CarmenLogError(
             f"FLASER is followed by {' '.join(fields[1:2]) or 'nothing'} instead of the number of beams"
         )
     # FLASER n r_1 .. r_n  laser x y yaw  robot x y yaw  stamp host stamp
     if len(fields) != n + 8 + _TRAILING_FIELDS:
-        raise ValueError(f"FLASER of {n} beams has {len(fields)} words instead of {n + 8 + _TRAILING_FIELDS}")
+        raise CarmenLogError(
+            f"FLASER of {n} beams has {len(fields)} words instead of {n + 8 + _TRAILING_FIELDS}"
+        )
     ranges = np.array([_number(w) for w in fields[2 : n + 2]], np.float32)
     laser, odom = _pose(fields[n + 2 : n + 5]), _pose(fields[n + 5 : n + 8])
     return CarmenScan(_number(fields[-3]), beam_angles(n), ranges, laser, odom)
@@ -89,12 +95,12 @@ def beam_angles(n: int) -> NDArray[np.float32]:
 def _pose(fields: list[str]) -> SE2:
     x, y, yaw = (_number(w) for w in fields)
     if max(abs(x), abs(y), abs(yaw)) > _MAX_COORDINATE:
-        raise ValueError(f"pose {x:g} {y:g} {yaw:g} is implausibly far away")
+        raise CarmenLogError(f"pose {x:g} {y:g} {yaw:g} is implausibly far away")
     return SE2(x, y, yaw)
 
 
 def _number(field: str) -> float:
     value = float(field)
     if not math.isfinite(value):
-        raise ValueError(f"{field} is not a finite number")
+        raise CarmenLogError(f"{field} is not a finite number")
     return value

@@ -8,9 +8,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 
 _T = TypeVar("_T", bound=np.generic)
+
+
+class MapSizeError(ChefbotError):
+    """A map that would have to grow beyond the maximum number of cells, or beyond plausible coordinates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +52,10 @@ class CellBounds:
         )
 
     def check_size(self, cells: int) -> CellBounds:
-        """Return the rectangle itself; raise UserError if it has more than `cells` cells."""
+        """Return the rectangle itself; raise MapSizeError if it has more than `cells` cells."""
         if self.cells > cells:
             height, width = self.shape
-            raise UserError(
+            raise MapSizeError(
                 f"the map would have to grow to {width} x {height} cells, more than the {cells} of max_cells:"
                 " check odometry and scans, or use a coarser resolution"
             )
@@ -80,9 +84,11 @@ MAX_COORDINATE = 1e8
 def cells_of(points: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return the cells that contain the points (n, 2), given in cells.
 
-    Raise UserError if one is implausibly far away.
+    Raise MapSizeError if one is implausibly far away.
     """
     if not (np.abs(points) < MAX_COORDINATE).all():
         max_coordinate = np.abs(points).max()
-        raise UserError(f"a beam ends {max_coordinate:.3g} cells from the origin: check odometry and scans")
+        raise MapSizeError(
+            f"a beam ends {max_coordinate:.3g} cells from the origin: check odometry and scans"
+        )
     return np.floor(points).astype(np.int64)

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
+from chefbot.errors import OdometryError, ScanError
 from chefbot.maths.angles import wrap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -85,7 +85,7 @@ class Gmapping:
         and ranges of at least `range_max` mean no return; NaN, -inf and ranges not above 0 are invalid
         (REP-117).
 
-        Raise UserError if the odometry is implausible, the arrays differ in length or the map would become
+        Raise OdometryError if the odometry is implausible, the arrays differ in length or the map would become
         too large. Raise it also if odometry jumps; the robot then keeps its pose in the map and the odom
         frame is taken as reset.
         """
@@ -94,7 +94,7 @@ class Gmapping:
             # The odom frame was reset: keep the motion since the last processed scan
             self._processed_odom = odom @ self._odom.between(self._processed_odom)
             self._odom = odom
-            raise UserError(
+            raise OdometryError(
                 f"odometry jumped by {jump:.6g} m between two scans: treated as an odometry reset"
             )
         if self._odom is not None:
@@ -113,9 +113,9 @@ class Gmapping:
     @staticmethod
     def _validate_input(angles: NDArray[np.float32], ranges: NDArray[np.float32], odom: SE2) -> None:
         if not all(abs(v) < _MAX_COORDINATE for v in odom):
-            raise UserError(f"odometry {tuple(odom)} is implausible: check the encoders and the log")
+            raise OdometryError(f"odometry {tuple(odom)} is implausible: check the encoders and the log")
         if np.shape(angles) != np.shape(ranges) or np.ndim(ranges) != 1:
-            raise UserError(
+            raise ScanError(
                 f"a scan has {np.shape(angles)} angles and {np.shape(ranges)} ranges: give one for each beam"
             )
 

@@ -6,10 +6,9 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenOdom, CarmenScan
+from chefbot.slam.carmen import CarmenLogError, CarmenOdom, CarmenScan
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.no_return import NoReturn, detect_no_return
 from chefbot.slam.params import GmappingParams
@@ -38,11 +37,11 @@ def run_log(
     The pose of the laser on the robot is that of the first scan, the map frame the robot's pose at that scan.
     Ranges from `max_range` on are no returns, and so are those that the log itself shows to be: each
     laser has its own number for them. Such beams mark no wall and clear the map up to `clear_range`. Raise
-    UserError if the recording has no scan.
+    CarmenLogError if the recording has no scan.
     """
     scans = [record for record in records if isinstance(record, CarmenScan)]
     if not scans:
-        raise UserError("the log holds no FLASER line: give a CARMEN log with laser scans")
+        raise CarmenLogError("the log holds no FLASER line: give a CARMEN log with laser scans")
     slam = Gmapping(params, sensor=scans[0].odom.between(scans[0].laser))
     no_return = detect_no_return(scans)
     range_max = min(params.max_range, no_return.min_range if no_return else math.inf)

@@ -63,7 +63,7 @@ class TileMaps:
     def grow_to(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
         """Grow the tables to hold `low` to `high`, (x, y) in cells of the map frame, plus one tile.
 
-        Raise UserError if that takes more than `max_cells` cells.
+        Raise MapSizeError if that takes more than `max_cells` cells.
         """
         first, last = cells_of(np.vstack([low, high])) // SIDE + np.array([[-1], [1]])
         if self._extent.contains(first, last):

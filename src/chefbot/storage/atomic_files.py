@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
+
+
+class StorageError(ChefbotError):
+    """A file or folder that cannot be written; the message holds the path and the system's reason."""
 
 
 def write_atomic(path: Path, data: bytes) -> None:
     """Write `data` to `path` atomically and durably; after a failure the old content is still there.
 
     A symbolic link is followed. A device or a pipe is written to directly, as a rename would replace it by a
-    file. UserError with the reason, e.g. a full disk.
+    file. StorageError with the reason, e.g. a full disk.
     """
-    with os_errors_as_user_errors(path):
+    with os_errors_as_storage_errors(path):
         if path.exists() and not path.is_file():
             path.write_bytes(data)
             return
@@ -26,20 +30,20 @@ def write_atomic(path: Path, data: bytes) -> None:
 
 
 @contextmanager
-def os_errors_as_user_errors(path: Path) -> Iterator[None]:
-    """Convert an OSError while writing `path` to a UserError of one sentence."""
+def os_errors_as_storage_errors(path: Path) -> Iterator[None]:
+    """Convert an OSError while writing `path` to a StorageError of one sentence."""
     try:
         yield
     except OSError as error:
-        raise UserError(f"{path} cannot be written: {error.strerror or error}") from error
+        raise StorageError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def make_folder(folder: Path) -> None:
-    """Create a folder and its parents if they do not exist; UserError if that fails."""
+    """Create a folder and its parents if they do not exist; StorageError if that fails."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise UserError(f"folder {folder} cannot be made: {error.strerror or error}") from None
+        raise StorageError(f"folder {folder} cannot be made: {error.strerror or error}") from None
 
 
 def write_temporary(target: Path, data: bytes, number: int = 0) -> Path:
@@ -60,6 +64,21 @@ def write_temporary(target: Path, data: bytes, number: int = 0) -> Path:
         remove([temporary])
         raise
     return temporary
+
+
+def write_all(writes: Sequence[tuple[Path, bytes]]) -> None:
+    """Write several files: all data is on disk before the first file gets its name.
+
+    So a full disk leaves all old files as they were. OSError if anything fails.
+    """
+    renames: list[tuple[Path, Path]] = []
+    try:
+        for number, (target, data) in enumerate(writes):
+            renames.append((write_temporary(target, data, number), target))
+    except BaseException:
+        remove(temporary for temporary, _ in renames)
+        raise
+    rename_all(renames)
 
 
 def rename_all(renames: list[tuple[Path, Path]]) -> None:
@@ -102,10 +121,10 @@ def resolve_path(path: Path) -> Path:
     try:
         return path.resolve()
     except (ValueError, RuntimeError) as error:  # a null character; links in a circle
-        raise UserError(f"{str(path)!r} cannot be written: {error}") from None
+        raise StorageError(f"{str(path)!r} cannot be written: {error}") from None
 
 
 def write_into_folder(path: Path, data: bytes) -> None:
-    """Write a file atomically, creating its folder if necessary; UserError with the reason."""
+    """Write a file atomically, creating its folder if necessary; StorageError with the reason."""
     make_folder(path.parent)
     write_atomic(path, data)

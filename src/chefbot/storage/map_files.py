@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import io
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 from chefbot.config import read_bytes
-from chefbot.errors import UserError
+from chefbot.mapping.image_format import MapFormatError
 from chefbot.mapping.map_format import (
     GREY,
     WHITE,
@@ -23,11 +24,10 @@ from chefbot.mapping.map_format import (
 )
 from chefbot.maths.grid import Grid
 from chefbot.storage.atomic_files import (
-    os_errors_as_user_errors,
+    os_errors_as_storage_errors,
     remove,
-    rename_all,
     resolve_path,
-    write_temporary,
+    write_all,
 )
 
 MAX_IMAGE_BYTES = 500_000_000
@@ -36,7 +36,12 @@ MAX_IMAGE_BYTES = 500_000_000
 MAX_YAML_BYTES = 100_000
 
 
-def save_map(folder_or_stem: Path, grid: Grid, mode: Mode = "trinary") -> Path:
+def save_map(
+    folder_or_stem: Path,
+    grid: Grid,
+    mode: Mode = "trinary",
+    companions: Sequence[tuple[Path, bytes]] = (),
+) -> Path:
     """Write NAME.pgm and NAME.yaml and return the path of the latter; a folder gets `map.pgm`, `map.yaml`.
 
     At every moment, even if the process is killed, NAME.yaml names a complete image that belongs to it. Two
@@ -47,13 +52,14 @@ def save_map(folder_or_stem: Path, grid: Grid, mode: Mode = "trinary") -> Path:
     3. the image replaces NAME.pgm, and a YAML file that names that one follows;
     4. the extra image is removed.
 
-    All four files are on disk before the first rename, so that a full disk leaves the old map intact.
-    UserError with the reason if anything fails.
+    All four files are on disk before the first rename, so that a full disk leaves the old map intact, and so
+    are `companions`: other files with their data that are written together with the map or not at all.
+    StorageError with the reason if anything fails.
     """
     yaml = map_yaml_path(folder_or_stem)
-    with os_errors_as_user_errors(yaml):
+    with os_errors_as_storage_errors(yaml):
         yaml = resolve_path(yaml)
-        _save_pair(yaml, yaml.with_name(yaml.name[: -len(".yaml")] + ".pgm"), grid, mode)
+        _save_pair(yaml, yaml.with_name(yaml.name[: -len(".yaml")] + ".pgm"), grid, mode, companions)
     return yaml
 
 
@@ -68,12 +74,12 @@ def map_yaml_path(folder_or_stem: Path) -> Path:
 def load_map(path: Path) -> Grid:
     """Load the map of a YAML file; a relative image path is relative to the YAML file's folder.
 
-    UserError with file and reason if the map is invalid or incomplete.
+    ConfigError with file and reason if the map is invalid or incomplete.
     """
     about = decode_map_yaml(read_bytes(path, "map file", MAX_YAML_BYTES), f"map file {path}")
     image = path.parent / about.image
     if image.exists() and not image.is_file():  # reading a pipe would block
-        raise UserError(f"map picture {image} is not a file")
+        raise MapFormatError(f"map picture {image} is not a file")
     return decode_map(about, read_bytes(image, "map picture", MAX_IMAGE_BYTES), f"map picture {image}")
 
 
@@ -86,7 +92,9 @@ def map_png(grid: Grid) -> bytes:
     return file.getvalue()
 
 
-def _save_pair(yaml: Path, pgm: Path, grid: Grid, mode: Mode) -> None:
+def _save_pair(
+    yaml: Path, pgm: Path, grid: Grid, mode: Mode, companions: Sequence[tuple[Path, bytes]]
+) -> None:
     image = encode_pgm(grid, mode)
     extra = pgm.with_name(f"{pgm.stem}.{hashlib.sha256(image).hexdigest()[:16]}.pgm")
     writes = [
@@ -95,14 +103,7 @@ def _save_pair(yaml: Path, pgm: Path, grid: Grid, mode: Mode) -> None:
         (pgm, image),
         (yaml, encode_map_yaml(pgm.name, grid, mode, image)),
     ]
-    renames: list[tuple[Path, Path]] = []
-    try:
-        for number, (target, data) in enumerate(writes):
-            renames.append((write_temporary(target, data, number), target))
-    except BaseException:
-        remove(temporary for temporary, _ in renames)
-        raise
-    rename_all(renames)
+    write_all([*writes, *companions])
     remove(_intermediate_images(pgm))
 
 

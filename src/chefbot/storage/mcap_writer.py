@@ -10,7 +10,7 @@ from typing import BinaryIO, TypeVar
 from mcap.writer import CompressionType, Writer
 
 from chefbot import __version__
-from chefbot.errors import UserError
+from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.disk_reservation import DiskReservation
 
 T = TypeVar("T")
@@ -25,7 +25,7 @@ WORST = 1.01
 
 
 class McapWriter:
-    """Writes messages, as CDR bytes, to an MCAP file; UserError, once, if the disk is full or gone.
+    """Writes messages, as CDR bytes, to an MCAP file; StorageError, once, if the disk is full or gone.
 
     It reserves space for the end of the file before it accepts a message: a file that ends because the disk
     is full is complete, with all messages accepted before. `last_record` returns a metadata record to be
@@ -84,7 +84,7 @@ class McapWriter:
         try:
             self._finish()
         except OSError as error:
-            raise UserError(f"recording {self.path} could not be finished: {error.strerror}") from None
+            raise StorageError(f"recording {self.path} could not be finished: {error.strerror}") from None
 
     def _schema(self, kind: str, definition: bytes) -> int:
         key = kind, definition
@@ -126,8 +126,10 @@ class McapWriter:
                 self._file.close()
             raise self._stop_error(error) from None
 
-    def _stop_error(self, error: OSError) -> UserError:
-        return UserError(f"recording {self.path} stopped: {error.strerror}; free space or record elsewhere")
+    def _stop_error(self, error: OSError) -> StorageError:
+        return StorageError(
+            f"recording {self.path} stopped: {error.strerror}; free space or record elsewhere"
+        )
 
     def _finish(self) -> None:
         if self._file.closed:
@@ -172,4 +174,4 @@ def _open(path: Path) -> BinaryIO:
         path.parent.mkdir(parents=True, exist_ok=True)
         return path.open("wb")
     except OSError as error:
-        raise UserError(f"cannot record to {path}: {error.strerror}") from None
+        raise StorageError(f"cannot record to {path}: {error.strerror}") from None

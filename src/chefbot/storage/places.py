@@ -47,7 +47,7 @@ def places_path(map_path: Path) -> Path:
 
 
 def load_places(path: Path) -> dict[str, SE2]:
-    """Load the poses by name; UserError with file and key if the file is invalid."""
+    """Load the poses by name; ConfigError with file and key if the file is invalid."""
     file = read_config(path, PlacesFile, "places file")
     return {name: SE2(place.x, place.y, place.yaw) for name, place in file.places.items()}
 

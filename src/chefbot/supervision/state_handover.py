@@ -10,7 +10,7 @@ import msgspec
 
 from chefbot.bridge.parameters import from_value, with_values
 from chefbot.config import build
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.registry import message_type
@@ -105,7 +105,7 @@ class StateHandover:
             current = self._params.get(name) or node_params(node_type, entry.params, where)
             try:
                 requested = build(with_values(current, values), type(current), where)
-            except (UserError, LookupError, TypeError) as error:
+            except (ChefbotError, LookupError, TypeError) as error:
                 raise RmwError(f"not stored for a restart of {name}: {error}") from None
             if not all(
                 is_live(parameter, node_type.live_params) for parameter in changed_params(current, requested)

@@ -12,7 +12,7 @@ import msgspec
 
 from chefbot.supervision.heartbeat import HeartbeatMonitor
 from chefbot.supervision.state_handover import StoredMessage
-from chefbot.supervision.worker_process import WorkerProcess, WorkerSpec
+from chefbot.supervision.worker_process import KILL_TIMEOUT, WorkerProcess, WorkerSpec
 
 MIN_RESTART_DELAY, MAX_RESTART_DELAY = 0.5, 10.0
 """Delay before a process that died is restarted, s; doubled at each restart up to the maximum."""
@@ -20,8 +20,6 @@ STABLE_TIME = 10.0
 """Uptime after which the restart delay is reset to its minimum, s."""
 PERIOD = 0.02
 """Period of the watch loop, s; the exit of a child wakes it at once."""
-SHUTDOWN_TIMEOUT = 2.0
-"""Time that processes have to exit by themselves before they are killed, s."""
 SPARE_AFTER = 2.0
 """Time that all processes must have been running before a spare is started, s, as starting needs the CPU."""
 COMMAND = (sys.executable, "-m", "chefbot.launcher.worker")
@@ -113,7 +111,7 @@ class Supervisor:
         }
 
     def close(self) -> None:
-        """End all processes; takes SHUTDOWN_TIMEOUT seconds and the time of killing at most."""
+        """End all processes; takes KILL_TIMEOUT seconds and the time of killing at most."""
         self._closing = True
         self._wake.set()
         self._thread.join()
@@ -122,7 +120,7 @@ class Supervisor:
             worker.request_exit()
         if self._spare is not None:
             self._spare.end(0.0)  # it has no work to finish
-        deadline = time.monotonic() + SHUTDOWN_TIMEOUT
+        deadline = time.monotonic() + KILL_TIMEOUT
         for worker in running:
             worker.end(max(0.0, deadline - time.monotonic()))
         for child in self._children:

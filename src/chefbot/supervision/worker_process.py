@@ -13,6 +13,10 @@ import msgspec
 from chefbot.runtime.launch import Launch
 from chefbot.supervision.state_handover import StoredMessage
 
+EXIT_TIMEOUT = 1.5
+"""Time that a worker gives its nodes to stop, from the request to exit to its forced exit, s."""
+KILL_TIMEOUT = EXIT_TIMEOUT + 0.5
+"""Time from the request to exit until the supervisor kills a worker, s."""
 MAX_HEARTBEATS = 4096
 """Maximum number of heartbeats that are read at once: those of two minutes."""
 

@@ -18,7 +18,7 @@ from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.ui.client import BrowserConnection
 from chefbot.ui.commands import MAX_TEXT, Drive, OperatorCommand, Ping, Stop, Withdraw, parse_command
 from chefbot.ui.dead_man import DeadManSwitch
@@ -51,7 +51,7 @@ class WebUiServer:
     """Sends layers to browsers and passes their commands to `on_command`.
 
     `on_command` runs in the server's thread and must return at once (put the command into a queue); a
-    UserError that it raises is sent as a sentence to the browser that sent the command. Bound to a network
+    ChefbotError that it raises is sent as a sentence to the browser that sent the command. Bound to a network
     address instead of loopback, the server requires a token that only the URL returned by `start` contains.
     `model` generates the robot's solids (GLB); it is called in a thread on the first request.
     """
@@ -208,7 +208,7 @@ class WebUiServer:
                 self._deadman.drive(client, command)
             else:
                 self._on_command(command)
-        except UserError as error:
+        except ChefbotError as error:
             client.send_refusal(str(error))
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from starlette.requests import Request
 from starlette.responses import Response
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 from chefbot.ui.files import SECURITY_HEADERS
 
 GLB = "model/gltf-binary"
@@ -30,7 +30,7 @@ class SolidsEndpoint:
             return Response("This page shows no robot's solids.", 404, SECURITY_HEADERS, "text/plain")
         try:
             return Response(await self._get_glb(self._make), 200, SECURITY_HEADERS, GLB)
-        except UserError as error:
+        except ChefbotError as error:
             return Response(str(error), 500, SECURITY_HEADERS, "text/plain")
 
     async def _get_glb(self, make: Callable[[], bytes]) -> bytes:

@@ -23,7 +23,7 @@ from chefbot.devices.board_ports import explain, explain_disconnection, open_por
 from chefbot.devices.serial_connection import AUTO
 from chefbot.errors import UserError
 from chefbot.runtime.clock import wall_ns
-from chefbot.storage.atomic_files import make_folder, os_errors_as_user_errors
+from chefbot.storage.atomic_files import make_folder, os_errors_as_storage_errors
 
 WINDOW = 1.0
 """Period of the rate measurement, s."""
@@ -45,7 +45,7 @@ def run_log(port: str, out: Path, seconds: float) -> None:
     """Log each received line after the seconds since the start, with \\x escapes for bytes that do not print."""
     count, splitter = 0, LineSplitter(longest=1000)
     make_folder(out.parent)
-    with os_errors_as_user_errors(out), opened_port(port) as opened, _opened_log(out) as file:
+    with os_errors_as_storage_errors(out), opened_port(port) as opened, _opened_log(out) as file:
         console.print(f"Logging {opened.port} to {out}; Ctrl-C ends it.", markup=False)
         try:
             for data, at in _chunks(opened, seconds):

@@ -12,12 +12,12 @@ from rich.console import Console
 from rich.progress import Progress
 
 from chefbot.config import read_bytes
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.runtime.clock import wall_ns
 from chefbot.slam.carmen import CarmenOdom, CarmenScan, parse
 from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
 from chefbot.slam.params import GmappingParams
-from chefbot.storage.atomic_files import make_folder, write_atomic
+from chefbot.storage.atomic_files import make_folder
 from chefbot.storage.map_files import map_png, save_map
 
 MAX_LOG_BYTES = 2_000_000_000
@@ -31,13 +31,13 @@ def run_slam(path: Path, out: Path, particles: int, seed: int, max_range: float)
     began = wall_ns()
     try:
         result = _run(path, records, params)
-    except UserError as error:
+    except ChefbotError as error:
         raise UserError(f"log {path}: {error}") from None
     took = (wall_ns() - began) / 1e9
     make_folder(out)
-    write_atomic(out / "trajectory.tum", trajectory_tum(result).encode())
-    save_map(out / "map", result.grid)
-    write_atomic(out / "map.png", map_png(result.grid))
+    trajectory = (out / "trajectory.tum", trajectory_tum(result).encode())
+    picture = (out / "map.png", map_png(result.grid))
+    save_map(out / "map", result.grid, companions=(trajectory, picture))
     if result.no_return is not None:
         least, share = result.no_return
         console.print(f"Ranges of {least:.2f} m and more are taken for no return: {share:.1%} of all beams.")

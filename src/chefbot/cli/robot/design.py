@@ -22,8 +22,8 @@ from chefbot.design.sizing.requirements import judge
 from chefbot.design.sizing.robot_file_editor import Change, changed, headed, value_of
 from chefbot.design.sizing.stability import loaded
 from chefbot.design.sizing.suggested_fixes import remedies
-from chefbot.errors import UserError
-from chefbot.maths.units import to_si
+from chefbot.errors import ChefbotError, UserError
+from chefbot.maths.units import UnitError, to_si
 from chefbot.robot.catalogue import load_catalogue
 from chefbot.robot.load import LIKE, find_robot, parse_robot
 from chefbot.robot.spec import Robot
@@ -134,7 +134,7 @@ def _asked(path: Path, given: dict[str, str]) -> _Draft:
     asked = [Change(OPTIONS[name].path, _quantity(name, value), "asked for") for name, value in given.items()]
     try:
         return draft.with_changes(asked, asked=True)
-    except UserError as error:
+    except ChefbotError as error:
         raise UserError(f"with {_options(given)}: {error}") from None
 
 
@@ -144,7 +144,7 @@ def _quantity(name: str, value: str) -> str:
     text = f"{value} {option.unit}" if _NUMBER.fullmatch(value.strip()) else value
     try:
         to_si(text, option.si)
-    except UserError as error:
+    except UnitError as error:
         raise UserError(f"--{name}: {error}") from None
     return text.strip()
 

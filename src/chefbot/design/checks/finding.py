@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 
 import msgspec
 
-from chefbot.errors import UserError
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.spec import Robot
 from chefbot.robot.validation import check_buildable, check_geometry
 
@@ -137,6 +137,6 @@ def _passes(robot: Robot, look: Callable[[Robot, str], None]) -> bool:
     try:
         msgspec.convert(msgspec.to_builtins(robot), Robot)
         look(robot, "")
-    except (UserError, msgspec.ValidationError):
+    except (RobotFileError, msgspec.ValidationError):
         return False
     return True

@@ -10,7 +10,8 @@ from xml.parsers import expat
 
 import numpy as np
 
-from chefbot.errors import UserError, name_hint
+from chefbot.design.errors import DesignError
+from chefbot.errors import name_hint
 
 MAX_DEPTH = 100
 """Elements within elements; a URDF needs ten."""
@@ -26,6 +27,10 @@ SLACK = 1e-6
 """Of the largest moment: what rounding to a few digits may break of the triangle inequality."""
 
 
+class UrdfError(DesignError):
+    """A URDF that is no valid description of one robot; the message names file and element."""
+
+
 class Branch(NamedTuple):
     """A link in the tree: how deep, its mass in kg (0 for a mere frame), and the kind of its joint."""
 
@@ -36,7 +41,7 @@ class Branch(NamedTuple):
 
 
 def parse_xml(data: bytes, where: str) -> ET.Element:
-    """The root element. UserError for broken XML, for a DOCTYPE (entities can grow without bound) and for
+    """The root element. UrdfError for broken XML, for a DOCTYPE (entities can grow without bound) and for
     elements nested too deeply."""
     scout, depth = expat.ParserCreate(), 0
 
@@ -44,14 +49,14 @@ def parse_xml(data: bytes, where: str) -> ET.Element:
         nonlocal depth
         depth += 1
         if depth > MAX_DEPTH:
-            raise UserError(f"{where}: elements are nested more than {MAX_DEPTH} deep; that is no robot")
+            raise UrdfError(f"{where}: elements are nested more than {MAX_DEPTH} deep; that is no robot")
 
     def end(_tag: str) -> None:
         nonlocal depth
         depth -= 1
 
     def doctype(*_: object) -> None:
-        raise UserError(
+        raise UrdfError(
             f"{where}: has a DOCTYPE, which can define entities that grow without bound; remove it"
         )
 
@@ -60,13 +65,13 @@ def parse_xml(data: bytes, where: str) -> ET.Element:
         scout.Parse(data, True)
         return ET.fromstring(data)
     except (expat.ExpatError, ET.ParseError, ValueError, LookupError) as error:
-        raise UserError(f"{where}: is not valid XML: {error}") from None
+        raise UrdfError(f"{where}: is not valid XML: {error}") from None
 
 
 def check_urdf(root: ET.Element, where: str) -> list[Branch]:
-    """The tree, root first. UserError with the first fault that is found."""
+    """The tree, root first. UrdfError with the first fault that is found."""
     if root.tag != "robot":
-        raise UserError(f"{where}: its outermost element is <{root.tag}>, not <robot>; that is no URDF")
+        raise UrdfError(f"{where}: its outermost element is <{root.tag}>, not <robot>; that is no URDF")
     links = _links(root, where)
     joints = _joints(root, links, where)
     for name, link in links.items():
@@ -85,12 +90,12 @@ def _links(root: ET.Element, where: str) -> dict[str, ET.Element]:
     for link in root.iterfind("link"):
         name = link.get("name", "")
         if not name:
-            raise UserError(f"{where}: a link has no name; give it one")
+            raise UrdfError(f"{where}: a link has no name; give it one")
         if name in links:
-            raise UserError(f"{where}: two links are called {name!r}; rename one")
+            raise UrdfError(f"{where}: two links are called {name!r}; rename one")
         links[name] = link
     if not links:
-        raise UserError(f"{where}: has no link; a robot needs at least one")
+        raise UrdfError(f"{where}: has no link; a robot needs at least one")
     return links
 
 
@@ -102,13 +107,13 @@ def _joints(root: ET.Element, links: dict[str, ET.Element], where: str) -> dict[
         name, kind = joint.get("name", ""), joint.get("type", "")
         at = f"{where}: joint {name!r}"
         if not name or name in names:
-            raise UserError(f"{at}: every joint needs a name of its own")
+            raise UrdfError(f"{at}: every joint needs a name of its own")
         names.add(name)
         if kind not in JOINTS:
-            raise UserError(f"{at}: its type {kind!r} is unknown{name_hint(kind, JOINTS)}")
+            raise UrdfError(f"{at}: its type {kind!r} is unknown{name_hint(kind, JOINTS)}")
         parent, child = (_end(joint, tag, links, at) for tag in ("parent", "child"))
         if child in above:
-            raise UserError(
+            raise UrdfError(
                 f"{at}: link {child!r} hangs on {above[child][0]!r} already; a link has one parent"
             )
         _numbers(joint.find("origin"), {"xyz": 3, "rpy": 3}, at)
@@ -121,21 +126,21 @@ def _end(joint: ET.Element, tag: str, links: dict[str, ET.Element], at: str) -> 
     element = joint.find(tag)
     name = "" if element is None else element.get("link", "")
     if name not in links:
-        raise UserError(f"{at}: its {tag} link {name!r} does not exist{name_hint(name, links)}")
+        raise UrdfError(f"{at}: its {tag} link {name!r} does not exist{name_hint(name, links)}")
     return name
 
 
 def _check_axis(joint: ET.Element, kind: str, at: str) -> None:
     axis = _numbers(joint.find("axis"), {"xyz": 3}, at).get("xyz")
     if axis is not None and kind != "fixed" and not any(axis):
-        raise UserError(f"{at}: its axis is zero; it needs a direction")
+        raise UrdfError(f"{at}: its axis is zero; it needs a direction")
     if kind in ("revolute", "prismatic"):
         limit = joint.find("limit")
         if limit is None:
-            raise UserError(f"{at}: a {kind} joint needs <limit>")
+            raise UrdfError(f"{at}: a {kind} joint needs <limit>")
         bounds = _numbers(limit, {"lower": 1, "upper": 1}, at)
         if bounds.get("lower", [0.0])[0] > bounds.get("upper", [0.0])[0]:
-            raise UserError(f"{at}: its lower limit is above its upper one")
+            raise UrdfError(f"{at}: its lower limit is above its upper one")
 
 
 def _numbers(element: ET.Element | None, wanted: dict[str, int], at: str) -> dict[str, list[float]]:
@@ -151,7 +156,7 @@ def _numbers(element: ET.Element | None, wanted: dict[str, int], at: str) -> dic
             values = []
         if len(values) != count or not all(map(math.isfinite, values)):
             wish = "a finite number" if count == 1 else f"{count} finite numbers"
-            raise UserError(f"{at}: {element.tag} {key}={text[:40]!r} must be {wish}")
+            raise UrdfError(f"{at}: {element.tag} {key}={text[:40]!r} must be {wish}")
         found[key] = values
     return found
 
@@ -163,19 +168,19 @@ def _check_inertial(link: ET.Element, at: str) -> None:
     _numbers(inertial.find("origin"), {"xyz": 3, "rpy": 3}, at)
     mass = _numbers(inertial.find("mass"), {"value": 1}, at).get("value", [0.0])[0]
     if mass <= 0.0:
-        raise UserError(f"{at}: its mass is {mass:g} kg; it must be positive")
+        raise UrdfError(f"{at}: its mass is {mass:g} kg; it must be positive")
     tensor = _numbers(inertial.find("inertia"), dict.fromkeys(TENSOR, 1), at)
     missing = [name for name in TENSOR if name not in tensor]
     if missing:
-        raise UserError(f"{at}: its inertia lacks {missing[0]}")
+        raise UrdfError(f"{at}: its inertia lacks {missing[0]}")
     ixx, iyy, izz, ixy, ixz, iyz = (tensor[name][0] for name in TENSOR)
     moments = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
     if moments[0] <= 0.0:
-        raise UserError(
+        raise UrdfError(
             f"{at}: its inertia has a principal moment of {moments[0]:.3g} kg m^2; all must be positive"
         )
     if moments[0] + moments[1] < moments[2] * (1.0 - SLACK):
-        raise UserError(
+        raise UrdfError(
             f"{at}: its principal moments {moments[0]:.3g}, {moments[1]:.3g} and {moments[2]:.3g} kg m^2 break the "
             "triangle inequality: no body has them"
         )
@@ -187,27 +192,27 @@ def _check_shapes(link: ET.Element, at: str) -> None:
         geometry = holder.find("geometry")
         shapes = [] if geometry is None else list(geometry)
         if len(shapes) != 1:
-            raise UserError(f"{at}: a {holder.tag} has {len(shapes)} shapes; it needs exactly one")
+            raise UrdfError(f"{at}: a {holder.tag} has {len(shapes)} shapes; it needs exactly one")
         _check_size(shapes[0], f"{at}: {holder.tag}")
 
 
 def _check_size(shape: ET.Element, at: str) -> None:
     if shape.tag == "mesh":
         if not shape.get("filename"):
-            raise UserError(f"{at}: a mesh names no file")
+            raise UrdfError(f"{at}: a mesh names no file")
         return
     if shape.tag not in SIZES:
-        raise UserError(f"{at}: <{shape.tag}> is no shape of URDF{name_hint(shape.tag, (*SIZES, 'mesh'))}")
+        raise UrdfError(f"{at}: <{shape.tag}> is no shape of URDF{name_hint(shape.tag, (*SIZES, 'mesh'))}")
     counts = {key: 3 if key == "size" else 1 for key in SIZES[shape.tag]}
     sizes = _numbers(shape, counts, at)
     if set(sizes) != set(counts) or min(value for values in sizes.values() for value in values) <= 0.0:
-        raise UserError(f"{at}: a {shape.tag} needs {' and '.join(counts)}, all positive")
+        raise UrdfError(f"{at}: a {shape.tag} needs {' and '.join(counts)}, all positive")
 
 
 def _tree(links: dict[str, ET.Element], above: dict[str, tuple[str, str]], where: str) -> list[Branch]:
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
-        raise UserError(
+        raise UrdfError(
             f"{where}: {roots[0]!r} and {roots[1]!r} hang on nothing; a robot has one root, join them"
         )
     below: dict[str, list[str]] = {}
@@ -216,7 +221,7 @@ def _tree(links: dict[str, ET.Element], above: dict[str, tuple[str, str]], where
     tree = [branch for root in roots for branch in _branches(root, links, above, below)]
     lost = sorted(set(links) - {branch.link for branch in tree})
     if lost:
-        raise UserError(f"{where}: the joints above link {lost[0]!r} run in a circle; cut it")
+        raise UrdfError(f"{where}: the joints above link {lost[0]!r} run in a circle; cut it")
     return tree
 
 

@@ -13,6 +13,8 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from chefbot.design.errors import DesignError
+
 MAX_TEXT = 10_000
 """Characters of an expression."""
 MAX_STRING, MAX_ITEMS = 100_000, 10_000
@@ -40,7 +42,7 @@ _COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
 _VALUES = (bool, int, float, str, list, tuple, dict, range, type(None))
 
 
-class RefusedError(ValueError):
+class RefusedError(DesignError):
     """An expression that is more than arithmetic; the text is a sentence."""
 
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
 from chefbot.maths.outline import Corner, arc_between, edges
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry.shapes import AXES, Ball, Solid
 from chefbot.robot.geometry.solids import RobotPart, solids
 from chefbot.robot.spec import Robot
@@ -73,7 +73,7 @@ def _check_names(names: list[str]) -> None:
     """Files and nodes are called by them."""
     for name in names:
         if names.count(name) > 1 or name in (ALL, ASSEMBLY):
-            raise UserError(f"equipment of the robot file is called {name!r}, which is taken; rename it")
+            raise RobotFileError(f"equipment of the robot file is called {name!r}, which is taken; rename it")
 
 
 def bill_csv(items: list[Item]) -> bytes:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from chefbot.design.export.links import UrdfLink, links
 from chefbot.design.solids.triangulation import DEVIATION, part_mesh
-from chefbot.errors import UserError
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry.shapes import Vector, rotation
 from chefbot.robot.geometry.solids import RobotPart
 from chefbot.robot.materials import RgbaColour
@@ -68,7 +68,9 @@ def _scene(robot: Robot, deviation: float) -> Scene:
         for part in link.parts:
             node = frames.get(part.name, part.name)
             if node in scene.graph.nodes:
-                raise UserError(f"equipment of the robot file is called {node!r}, which is taken; rename it")
+                raise RobotFileError(
+                    f"equipment of the robot file is called {node!r}, which is taken; rename it"
+                )
             shared = meshes.setdefault((part.solids, part.material, part.colour), node)
             if shared not in scene.geometry:
                 scene.geometry[shared] = _coloured(part, deviation)

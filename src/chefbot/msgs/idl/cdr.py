@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import numpy as np
 
+from chefbot.errors import ChefbotError
 from chefbot.msgs.idl.codegen import FunctionSource
 from chefbot.msgs.idl.fields import NUMPY_TYPES, MessageField, fields_of, ros_type
 from chefbot.msgs.idl.precision import exact, float32_fields
@@ -29,7 +30,7 @@ _FORMATS = {
 }  # fmt: skip
 
 
-class CdrError(ValueError):
+class CdrError(ChefbotError):
     """Bytes that are no valid message of the type, or values that do not fit their fields."""
 
 
@@ -39,7 +40,7 @@ def encode(message: Message) -> bytes:
     try:
         _writer(type(message))(parts, message, 0)
         return b"".join(parts)
-    except (struct.error, AttributeError, TypeError, ValueError, OverflowError) as error:
+    except (struct.error, AttributeError, TypeError, ValueError, OverflowError, CdrError) as error:
         raise CdrError(f"{ros_type(type(message))}: {error}") from error
 
 
@@ -49,7 +50,7 @@ def decode(kind: type[M], data: bytes) -> M:
         raise CdrError(f"{ros_type(kind)}: not little-endian CDR")
     try:
         message, end = _reader(kind)(data, 4)
-    except (struct.error, UnicodeDecodeError, ValueError, IndexError) as error:
+    except (struct.error, UnicodeDecodeError, ValueError, IndexError, CdrError) as error:
         raise CdrError(f"{ros_type(kind)}: {error}") from error
     if len(data) - end > 8:  # peers may pad the end by at most one alignment
         raise CdrError(f"{ros_type(kind)}: {len(data) - end} bytes too many")
@@ -73,7 +74,7 @@ def _padded(format_codes: str, offset: int) -> str:
 
 
 def _raise_bad_length() -> NoReturn:
-    raise ValueError("a length reaches beyond the bytes or its bound")
+    raise CdrError("a length reaches beyond the bytes or its bound")
 
 
 @cache

@@ -6,8 +6,9 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from chefbot.errors import UserError, name_hint
+from chefbot.errors import name_hint
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.idl.fields import NUMPY_TYPES, MessageField, fields_of, ros_type
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import Header
@@ -31,7 +32,7 @@ def message_to_dict(message: Message, max_elements: int | None = None) -> dict[s
 def message_from_dict(kind: type[M], plain: Any, where: str, now: Time | None = None) -> M:
     """Convert plain data to a message; missing fields get their defaults.
 
-    `now`: the time for the placeholders. UserError, beginning with `where`, for unknown fields, wrong types
+    `now`: the time for the placeholders. InvalidMessageError, beginning with `where`, for unknown fields, wrong types
     and numbers out of range.
     """
     return cast(M, _message(kind, plain, where, now))
@@ -64,12 +65,14 @@ def _message(kind: type[Message], plain: Any, where: str, now: Time | None) -> M
         plain = {}
     fields = {field.name: field for field in fields_of(kind)}
     if not isinstance(plain, dict):
-        raise UserError(
+        raise InvalidMessageError(
             f"{where}: {ros_type(kind)} has the fields {', '.join(fields) or 'none'}; write {{name: value}}"
         )
     for name in plain:
         if name not in fields:
-            raise UserError(f"{where}: {ros_type(kind)} has no field {name!r}{name_hint(str(name), fields)}")
+            raise InvalidMessageError(
+                f"{where}: {ros_type(kind)} has no field {name!r}{name_hint(str(name), fields)}"
+            )
     values = {name: _value(fields[name], item, f"{where}: {name}", now) for name, item in plain.items()}
     return kind(**values)
 
@@ -78,11 +81,11 @@ def _value(field: MessageField, plain: Any, where: str, now: Time | None) -> Any
     if not field.is_array:
         return _element(field, plain, where, now)
     if not isinstance(plain, (list, tuple)):
-        raise UserError(f"{where} is a list: write [a, b]")
+        raise InvalidMessageError(f"{where} is a list: write [a, b]")
     if field.fixed_size and len(plain) != field.fixed_size:
-        raise UserError(f"{where} has {field.fixed_size} elements, not {len(plain)}")
+        raise InvalidMessageError(f"{where} has {field.fixed_size} elements, not {len(plain)}")
     if field.bound and len(plain) > field.bound:
-        raise UserError(f"{where} has at most {field.bound} elements, not {len(plain)}")
+        raise InvalidMessageError(f"{where} has at most {field.bound} elements, not {len(plain)}")
     values = [_element(field, item, f"{where}[{index}]", now) for index, item in enumerate(plain)]
     if field.message is not None or field.element == "string":
         return tuple(values)
@@ -96,7 +99,7 @@ def _element(field: MessageField, plain: Any, where: str, now: Time | None) -> A
         return _text(plain, field.string_bound, where)
     if field.element == "bool":
         if not isinstance(plain, bool):
-            raise UserError(f"{where} is true or false, not {plain!r}")
+            raise InvalidMessageError(f"{where} is true or false, not {plain!r}")
         return plain
     if field.element in ("float32", "float64"):
         return _float(plain, where)
@@ -105,9 +108,9 @@ def _element(field: MessageField, plain: Any, where: str, now: Time | None) -> A
 
 def _text(plain: Any, bound: int, where: str) -> str:
     if not isinstance(plain, str):
-        raise UserError(f"{where} is a text, not {plain!r}; put it in quotes")
+        raise InvalidMessageError(f"{where} is a text, not {plain!r}; put it in quotes")
     if bound and len(plain.encode()) > bound:
-        raise UserError(f"{where} has at most {bound} bytes")
+        raise InvalidMessageError(f"{where} has at most {bound} bytes")
     return plain
 
 
@@ -118,12 +121,12 @@ def _float(plain: Any, where: str) -> float:
             return float(plain)
     except (ValueError, OverflowError):
         pass
-    raise UserError(f"{where} is a number, not {plain!r}")
+    raise InvalidMessageError(f"{where} is a number, not {plain!r}")
 
 
 def _integer(plain: Any, limits: np.iinfo[Any], where: str) -> int:
     if isinstance(plain, bool) or not isinstance(plain, int):
-        raise UserError(f"{where} is a whole number, not {plain!r}")
+        raise InvalidMessageError(f"{where} is a whole number, not {plain!r}")
     if not limits.min <= plain <= limits.max:
-        raise UserError(f"{where} must lie between {limits.min} and {limits.max}, not {plain}")
+        raise InvalidMessageError(f"{where} must lie between {limits.min} and {limits.max}, not {plain}")
     return plain

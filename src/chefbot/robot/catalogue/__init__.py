@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from chefbot.config import build, parse_yaml, read_bytes
-from chefbot.errors import UserError, name_hint
+from chefbot.errors import name_hint
 from chefbot.robot.drivetrain import Battery, Motor, MotorDriver
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.section import RobotSection
 
 FOLDER = Path(__file__).parent
@@ -37,11 +38,11 @@ def load_catalogue() -> Catalogue:
 def component(section: str, name: str, where: str) -> Any:
     """Return the plain data of the catalogue component that a robot file names.
 
-    Raises UserError with the nearest known name if there is no such component.
+    Raises RobotFileError with the nearest known name if there is no such component.
     """
     entries = _entries(section)
     if name not in entries:
-        raise UserError(f"{where}: {section}: the catalogue has no {name!r}{name_hint(name, entries)}")
+        raise RobotFileError(f"{where}: {section}: the catalogue has no {name!r}{name_hint(name, entries)}")
     return entries[name]
 
 

@@ -7,9 +7,10 @@ import time
 from collections.abc import Collection
 from typing import Any, NamedTuple
 
-from chefbot.errors import UserError, name_hint
+from chefbot.errors import name_hint
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.rosgraph_msgs import Clock
+from chefbot.ros2.bag.errors import BagError
 from chefbot.ros2.bag.reader import Bag, BagMessage, BagTopic
 from chefbot.ros2.rmw.errors import RmwError
 from chefbot.ros2.rmw.names import InterfaceType, resolve
@@ -36,7 +37,7 @@ class PlaybackResult(NamedTuple):
 class Player:
     """A player with publishers for all topics of a bag, or for the chosen ones.
 
-    Raises UserError when a chosen topic is not in the bag, or when none of them can be published.
+    Raises BagError when a chosen topic is not in the bag, or when none of them can be published.
     """
 
     def __init__(
@@ -44,13 +45,13 @@ class Player:
     ) -> None:
         """Create the publishers of the topics to play.
 
-        With `clock` the recorded time is published on /clock; raises UserError when the bag has a /clock that
+        With `clock` the recorded time is published on /clock; raises BagError when the bag has a /clock that
         is played.
         """
         self._bag = bag
         self._chosen = _choose(bag, topics)
         if clock and CLOCK_TOPIC in self._chosen:
-            raise UserError(f"{bag.path} has {CLOCK_TOPIC} itself, which is played; leave --clock out")
+            raise BagError(f"{bag.path} has {CLOCK_TOPIC} itself, which is played; leave --clock out")
         self.skipped_topics: list[str] = []
         """A sentence for each topic that cannot be published."""
         self._publishers: dict[tuple[str, InterfaceType], Publisher[Any]] = {}
@@ -60,7 +61,7 @@ class Player:
         self._clock = node.publisher(CLOCK_TOPIC, Clock, CLOCK) if clock else None
         self._clock_ns = 0
         if not self._publishers:
-            raise UserError(
+            raise BagError(
                 f"nothing of {bag.path} can be played: " + ("; ".join(self.skipped_topics) or "it is empty")
             )
 
@@ -126,7 +127,7 @@ def _choose(bag: Bag, topics: Collection[str] | None) -> set[str]:
         return available
     chosen = {name if name.startswith("/") else f"/{name}" for name in topics}
     for name in sorted(chosen - available):
-        raise UserError(f"{bag.path} has no topic {name}{name_hint(name, available)}")
+        raise BagError(f"{bag.path} has no topic {name}{name_hint(name, available)}")
     return chosen
 
 

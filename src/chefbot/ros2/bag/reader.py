@@ -14,8 +14,8 @@ from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
 from zstandard import ZstdError
 
-from chefbot.errors import UserError
 from chefbot.msgs.idl.registry import message_type
+from chefbot.ros2.bag.errors import BagError
 from chefbot.ros2.bag.qos_profile import parse_qos_profiles
 from chefbot.ros2.bag.writer import METADATA_FILE, METADATA_RECORD
 from chefbot.ros2.rmw.names import InterfaceType
@@ -60,6 +60,8 @@ class Bag(NamedTuple):
     truncated: tuple[str, ...]
     """A sentence for each truncated file; messages before the truncation are included."""
     distro: str
+    truncated_files: frozenset[Path]
+    """Files that end in the middle of a record or are damaged: they have no index."""
 
     @property
     def total(self) -> int:
@@ -77,19 +79,20 @@ class Bag(NamedTuple):
         Truncated files are read up to the truncation, in file order.
         """
         for file in self.files:
-            yield from _messages(file, topics, cut=any(str(file) in sentence for sentence in self.truncated))
+            yield from _messages(file, topics, cut=file in self.truncated_files)
 
 
 def read_bag(path: Path) -> Bag:
     """Read a bag folder or an MCAP file.
 
-    Raises UserError when it is neither, or nothing in it can be read.
+    Raises BagError when it is neither, or nothing in it can be read.
     """
     folder = path.is_dir()
     metadata = _read_metadata(path) if folder else {}
     files = _files_of(path, metadata) if folder else [path]
     contents = [_read_contents(file) for file in files]
     cut = tuple(content.cut for content in contents if content.cut)
+    cut_files = frozenset(file for file, content in zip(files, contents, strict=True) if content.cut)
     if folder and not metadata and not cut:
         cut = (f"{path} has no {METADATA_FILE}: recording ended too early; all {len(files)} files are whole",)
     starts = [content.start_ns for content in contents if content.topics and content.start_ns]
@@ -98,7 +101,7 @@ def read_bag(path: Path) -> Bag:
         metadata.get("ros_distro") or next((content.distro for content in contents if content.distro), "")
     )
     start, end = min(starts, default=0), max(ends, default=0)
-    return Bag(path, tuple(files), _merge(contents), start, end, cut, distro)
+    return Bag(path, tuple(files), _merge(contents), start, end, cut, distro, cut_files)
 
 
 class _Contents(NamedTuple):
@@ -120,17 +123,17 @@ def _read_metadata(folder: Path) -> dict[str, Any]:
             metadata = yaml.safe_load(stream.read(MAX_METADATA))["rosbag2_bagfile_information"]
             storage = metadata["storage_identifier"]
     except OSError as error:
-        raise UserError(f"{file} cannot be read: {error.strerror}") from None
+        raise BagError(f"{file} cannot be read: {error.strerror}") from None
     except (yaml.YAMLError, KeyError, TypeError, ValueError):
-        raise UserError(
+        raise BagError(
             f"{file} is not bag metadata; remove it, and the MCAP files beside it are read"
         ) from None
     if storage != "mcap":
-        raise UserError(
+        raise BagError(
             f"{folder} is stored as {storage}; only mcap is supported, convert it with `ros2 bag convert`"
         )
     if metadata.get("compression_mode"):
-        raise UserError(f"{folder} is compressed by rosbag2 itself; `ros2 bag convert` unpacks it")
+        raise BagError(f"{folder} is compressed by rosbag2 itself; `ros2 bag convert` unpacks it")
     return dict(metadata)
 
 
@@ -138,7 +141,7 @@ def _files_of(folder: Path, metadata: dict[str, Any]) -> list[Path]:
     listed = [folder / str(name) for name in metadata.get("relative_file_paths") or []]
     files = listed or sorted(folder.glob("*.mcap"))
     if not files:
-        raise UserError(f"{folder} contains no bag: no {METADATA_FILE} and no MCAP file")
+        raise BagError(f"{folder} contains no bag: no {METADATA_FILE} and no MCAP file")
     return files
 
 
@@ -148,9 +151,9 @@ def _read_contents(file: Path) -> _Contents:
         with file.open("rb") as stream:
             return _summary(stream) or _scan(file, stream)
     except FileNotFoundError:
-        raise UserError(f"bag {file} does not exist; check the name") from None
+        raise BagError(f"bag {file} does not exist; check the name") from None
     except OSError as error:
-        raise UserError(f"bag {file} cannot be read: {error.strerror}") from None
+        raise BagError(f"bag {file} cannot be read: {error.strerror}") from None
 
 
 def _summary(stream: IO[bytes]) -> _Contents | None:
@@ -202,7 +205,7 @@ def _scan(file: Path, stream: IO[bytes]) -> _Contents:
     except READ_ERRORS as error:
         reason = str(error) or type(error).__name__
     if reason and not channels:
-        raise UserError(f"{file} is not an MCAP file, or cut off before its first message: {reason}")
+        raise BagError(f"{file} is not an MCAP file, or cut off before its first message: {reason}")
     topics = [_topic(schemas, channel, counts.get(channel.id, 0)) for channel in channels.values()]
     total = sum(counts.values())
     cut = f"{file} was cut off or is damaged; the {total} messages before are intact" if reason else ""
@@ -263,7 +266,7 @@ def _messages(file: Path, topics: Collection[str] | None, *, cut: bool) -> Itera
     except READ_ERRORS as error:
         if not cut:
             reason = str(error) or type(error).__name__
-            raise UserError(f"{file} is damaged after {count} messages: {reason}") from None
+            raise BagError(f"{file} is damaged after {count} messages: {reason}") from None
 
 
 def _records(stream: IO[bytes], cut: bool) -> Iterator[tuple[Schema | None, Channel, Message]]:

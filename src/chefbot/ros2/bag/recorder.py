@@ -42,7 +42,7 @@ class BagRecorder:
     def run(self, seconds: float | None, stop: threading.Event) -> None:
         """Record for `seconds`, or until `stop` is set.
 
-        Raises UserError when the disk is full.
+        Raises StorageError when the disk is full.
         """
         now = time.monotonic()
         deadline, flush_at = (None if seconds is None else now + seconds), now + FLUSH_PERIOD

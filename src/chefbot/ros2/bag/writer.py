@@ -8,9 +8,9 @@ from typing import Any
 
 import yaml
 
-from chefbot.errors import UserError
 from chefbot.msgs.idl.definition import definition_text
 from chefbot.msgs.idl.registry import message_type
+from chefbot.ros2.bag.errors import BagError
 from chefbot.ros2.bag.qos_profile import qos_profiles_to_yaml, qos_to_profile
 from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.qos import QoS
@@ -39,7 +39,7 @@ class _Topic:
 class BagWriter:
     """A writer of CDR messages to a bag; `out` is a new folder, or a file NAME.mcap.
 
-    Raises UserError when it exists already or cannot be written.
+    Raises BagError when it exists already or cannot be written.
     """
 
     def __init__(self, out: Path) -> None:
@@ -47,7 +47,7 @@ class BagWriter:
         self._folder = None if out.suffix == ".mcap" else out
         self.path = out if self._folder is None else out / f"{out.name}_0.mcap"
         if out.exists():
-            raise UserError(f"{out} exists already; choose another -o, bags are never overwritten")
+            raise BagError(f"{out} exists already; choose another -o, bags are never overwritten")
         self._file = McapWriter(self.path, self._last_record)
         self._file.reserve(METADATA_RESERVE)
         self._topics: dict[tuple[str, InterfaceType], _Topic] = {}

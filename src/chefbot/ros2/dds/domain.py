@@ -8,7 +8,7 @@ from typing import Any
 from cyclonedds.core import DDSException, Policy, Qos
 from cyclonedds.domain import Domain, DomainParticipant
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 
 AUTO, LOOPBACK = "auto", "lo"
 CONFIGURATION = "CYCLONEDDS_URI"
@@ -25,6 +25,10 @@ _LOCAL = (
 _SINGLE_INTERFACE = "<CycloneDDS><Domain><General>" + _GENERAL + "</General></Domain></CycloneDDS>"
 
 
+class DdsError(ChefbotError):
+    """A DDS domain that cannot be joined with the present settings."""
+
+
 def interface_from_environment() -> str:
     """Return loopback if ROS 2's variables restrict discovery to this machine, else Cyclone's default."""
     local_range = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper() == "LOCALHOST"
@@ -35,7 +39,7 @@ class DdsParticipant:
     """A participant in a DDS domain.
 
     `interface` is a network interface's name, 'lo', or 'auto' for Cyclone's choice. Settings in
-    CYCLONEDDS_URI are applied on top. Raises UserError when DDS cannot be opened that way.
+    CYCLONEDDS_URI are applied on top. Raises DdsError when DDS cannot be opened that way.
     """
 
     def __init__(self, number: int, interface: str) -> None:
@@ -47,7 +51,7 @@ class DdsParticipant:
                 self._domain = Domain(number, ",".join(filter(None, (config, user_config))))
             self.participant = DomainParticipant(number, Qos(Policy.Userdata(ENCLAVE)))
         except DDSException:
-            raise UserError(
+            raise DdsError(
                 f"DDS domain {number} cannot be opened on interface {interface!r}; `ip link` names the interfaces, "
                 f"and what {CONFIGURATION} says must fit"
             ) from None

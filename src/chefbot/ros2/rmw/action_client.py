@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from chefbot.errors import ChefbotError
 from chefbot.msgs.action_msgs import CancelGoal, CancelGoal_Request, CancelGoal_Response, GoalInfo
 from chefbot.msgs.idl.action import Action
 from chefbot.msgs.idl.editions import convert, older_editions
@@ -25,7 +26,7 @@ from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.service import NO_TIMEOUT, Client, NoResponseError
 
 
-class GoalRejectedError(Exception):
+class GoalRejectedError(ChefbotError):
     """Raised when the action server rejects a goal."""
 
 

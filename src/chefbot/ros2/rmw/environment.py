@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 
-from chefbot.errors import UserError
+from chefbot.ros2.rmw.errors import SessionError
 from chefbot.ros2.rmw.session import MAX_DOMAIN, PORT
 
 DOMAIN_VARIABLE, PORT_VARIABLE = "ROS_DOMAIN_ID", "CHEFBOT_WIRE_PORT"
 
 
 def domain_from_environment() -> int:
-    """Return ROS_DOMAIN_ID, or 0 if unset; raises UserError when it is no valid domain."""
+    """Return ROS_DOMAIN_ID, or 0 if unset; raises SessionError when it is no valid domain."""
     return _number(DOMAIN_VARIABLE, 0, MAX_DOMAIN, 0)
 
 
@@ -28,7 +28,7 @@ def _number(variable: str, minimum: int, maximum: int, default: int) -> int:
     if not text:
         return default
     if not (text.isascii() and text.isdigit() and minimum <= int(text) <= maximum):
-        raise UserError(
+        raise SessionError(
             f"the environment's {variable}={text} must be a number between {minimum} and {maximum}"
         )
     return int(text)

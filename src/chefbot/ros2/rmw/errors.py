@@ -1,16 +1,22 @@
-"""The error for malformed rmw_zenoh data, and a counter of rejected messages."""
+"""The errors of rmw_zenoh's data and sessions, and a counter of rejected messages."""
 
 from __future__ import annotations
 
 import threading
 from collections import Counter
 
+from chefbot.errors import ChefbotError
 
-class RmwError(ValueError):
+
+class RmwError(ChefbotError):
     """Raised for a token, QoS string, attachment or name that does not have rmw_zenoh's form.
 
     The message names the offending text and the reason.
     """
+
+
+class SessionError(ChefbotError):
+    """Raised when a session on the network cannot be opened: an invalid domain, or no way to the router."""
 
 
 class ErrorCounter:

@@ -11,6 +11,7 @@ from typing import Any, Generic, TypeVar
 import zenoh
 from zenoh import handlers
 
+from chefbot.errors import ChefbotError
 from chefbot.msgs.idl.cdr import CdrError
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.service import Service
@@ -26,7 +27,7 @@ NO_TIMEOUT = 10 * 365 * 86400.0
 """Timeout for results of actions, s: ten years, effectively none."""
 
 
-class NoResponseError(Exception):
+class NoResponseError(ChefbotError):
     """Raised when a service has no server, or its server disappeared or refused the request.
 
     The message names the service.

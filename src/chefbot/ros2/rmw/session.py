@@ -16,8 +16,7 @@ from typing import Any
 
 import zenoh
 
-from chefbot.errors import UserError
-from chefbot.ros2.rmw.errors import ErrorCounter
+from chefbot.ros2.rmw.errors import ErrorCounter, SessionError
 from chefbot.ros2.rmw.graph import Graph
 from chefbot.ros2.rmw.malloc_tuning import tune_malloc
 
@@ -41,13 +40,13 @@ time and half the CPU (docs/why.md). ZENOH_RUNTIME in the environment takes prec
 class RmwContext:
     """A Zenoh session and the ROS graph of its domain.
 
-    With `router` it becomes the router when there is none; short-lived programs should not. Raises UserError
+    With `router` it becomes the router when there is none; short-lived programs should not. Raises SessionError
     when the session cannot be opened.
     """
 
     def __init__(self, domain: int = 0, *, port: int = PORT, router: bool = True) -> None:
         if not 0 <= domain <= MAX_DOMAIN:
-            raise UserError(f"ROS domain {domain} must lie between 0 and {MAX_DOMAIN}")
+            raise SessionError(f"ROS domain {domain} must lie between 0 and {MAX_DOMAIN}")
         tune_malloc()
         self.domain = domain
         self.rejected = ErrorCounter()
@@ -126,7 +125,7 @@ def _open_router(port: int) -> zenoh.Session | None:
     except zenoh.ZError as error:
         if "in use" in str(error):
             return None
-        raise UserError(
+        raise SessionError(
             f"the Zenoh router port {LOOPBACK}:{port} cannot be opened: {_short(error)}"
         ) from None
 
@@ -147,7 +146,7 @@ def _open_peer(port: int) -> zenoh.Session:
     try:
         return _open(config)
     except zenoh.ZError as error:
-        raise UserError(f"the Zenoh session cannot be opened: {_short(error)}") from None
+        raise SessionError(f"the Zenoh session cannot be opened: {_short(error)}") from None
 
 
 def _common() -> dict[str, Any]:

@@ -8,8 +8,8 @@ from typing import Any
 import zenoh
 from zenoh import ext, handlers
 
+from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.idl.cdr import CdrError
-from chefbot.msgs.validity import InvalidMessageError
 from chefbot.ros2.rmw.attachment import Attachment, checked, parse
 from chefbot.ros2.rmw.errors import ErrorCounter, RmwError
 from chefbot.ros2.rmw.qos import QoS
@@ -25,7 +25,7 @@ CPU_BUFFERS = "_buf_cpu"
 """Key suffix where newer rmw_zenoh sends types with `uint8[]` on request (`backends:cpu:`)."""
 
 MAX_PUBLISHERS = 100
-"""Maximum number of publishers whose sequence numbers are kept."""
+"""Maximum number of publishers whose sequence numbers are kept, those of the most recent samples."""
 
 
 class Subscription:
@@ -56,7 +56,8 @@ class Subscription:
         callback = handlers.Callback(self._on_sample, indirect=False)
         keys = [key, f"{key}/{CPU_BUFFERS}"] if buffered else [key]
         self._last: dict[bytes, int] | None = {} if buffered else None
-        """Last sequence number of each publisher, where one sample may arrive on both keys."""
+        """Last sequence number of each publisher, where one sample may arrive on both keys; the most recent
+        publisher is last."""
         self._zenoh = [_declare(wire.session, each, qos, callback, origin) for each in keys]
 
     def close(self) -> None:
@@ -69,21 +70,22 @@ class Subscription:
         try:
             data = sample.attachment
             attachment = checked(None if data is None else data.to_bytes())
-            if self._last is None or self._is_new(parse(attachment), self._last):
+            if self._last is None or is_new(parse(attachment), self._last):
                 self._callback(sample.payload.to_bytes(), attachment)
         except (RmwError, CdrError, InvalidMessageError) as error:
             self._refused.add(f"{self._topic}: {error}")
 
-    def _is_new(self, attachment: Attachment, last: dict[bytes, int]) -> bool:
-        """Return False for a sample that already arrived on the other key.
 
-        Newer rmw_zenoh publishes on both keys when older subscribers are present.
-        """
-        previous = last.get(attachment.gid, 0)
-        if len(last) >= MAX_PUBLISHERS:
-            last.clear()
-        last[attachment.gid] = max(previous, attachment.sequence)
-        return attachment.sequence > previous
+def is_new(attachment: Attachment, last: dict[bytes, int]) -> bool:
+    """Return False for a sample that already arrived on the other key.
+
+    Newer rmw_zenoh publishes on both keys when older subscribers are present.
+    """
+    previous = last.pop(attachment.gid, 0)
+    if len(last) >= MAX_PUBLISHERS:
+        del last[next(iter(last))]  # the publisher that has been silent for longest
+    last[attachment.gid] = max(previous, attachment.sequence)
+    return attachment.sequence > previous
 
 
 def _declare(

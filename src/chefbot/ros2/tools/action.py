@@ -9,7 +9,6 @@ from concurrent.futures import TimeoutError as NoTimeLeftError
 from threading import Event
 from typing import Any
 
-from chefbot.errors import UserError
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.idl.action import Action
@@ -22,6 +21,7 @@ from chefbot.ros2.rmw.graph import EndpointGroup
 from chefbot.ros2.rmw.service import NoResponseError
 from chefbot.ros2.tools.common import (
     MAX_SHOWN_ELEMENTS,
+    ToolError,
     console,
     errors,
     find,
@@ -58,14 +58,14 @@ def run_send(name: str, arguments: Sequence[str], quiet: bool) -> int:
         named = find(node.wire.graph.actions, name, "action")
         action = _action(named)
         if type_given and type_name(type_given, "action") != action.ros_name:
-            raise UserError(f"action {named.name} is a {action.ros_name}, not a {type_given}")
+            raise ToolError(f"action {named.name} is a {action.ros_name}, not a {type_given}")
         goal = message_from_dict(action.goal, values, f"values for {named.name}", Time.of(time.time_ns()))
         client = ActionClient(node, named.name, action)
         deadline = time.monotonic() + SERVED_WAIT
         while not client.served and time.monotonic() < deadline:
             time.sleep(0.01)
         if not client.served:
-            raise UserError(
+            raise ToolError(
                 f"action {named.name} is not within reach, or its results are of an unknown version"
             )
         handle = client.send_goal_async(goal, None if quiet else _show_feedback)
@@ -73,7 +73,7 @@ def run_send(name: str, arguments: Sequence[str], quiet: bool) -> int:
 
 
 def _action(named: EndpointGroup) -> Action[Any, Any, Any]:
-    """Return our definition of a served action in any version known here; raises UserError when unknown."""
+    """Return our definition of a served action in any version known here; raises ToolError when unknown."""
     kinds = [server.info.type for server in named.providers]
     kind = kinds[0] if len({kind.name for kind in kinds}) == 1 else only_type(named, "action")
     action_name = kind.name.removesuffix(SEND_GOAL)
@@ -107,7 +107,7 @@ def _await(handle: GoalHandle, name: str, stop: Event) -> int:
             handle.cancel()
             deadline = time.monotonic() + CANCEL_WAIT
         if deadline is not None and time.monotonic() > deadline:
-            raise UserError(f"{name} did not end in {CANCEL_WAIT:g} s after it was cancelled; it may go on")
+            raise ToolError(f"{name} did not end in {CANCEL_WAIT:g} s after it was cancelled; it may go on")
         try:
             status, result = handle.result.result(timeout=0.05)
         except NoTimeLeftError:
@@ -116,6 +116,6 @@ def _await(handle: GoalHandle, name: str, stop: Event) -> int:
             console.print(f"status: rejected; {name} rejected the goal, see /diagnostics for the reason")
             return 1
         except (NoResponseError, CancelledError) as error:
-            raise UserError(f"{name}: {error}") from None
+            raise ToolError(f"{name}: {error}") from None
         console.print(f"result:\n{_indented(result)}\nstatus: {ENDINGS.get(status, str(status))}")
         return 0 if status == STATUS_SUCCEEDED else 1

@@ -7,15 +7,24 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
-from chefbot.errors import UserError
 from chefbot.ros2.bag.player import Player
 from chefbot.ros2.bag.reader import Bag, read_bag
 from chefbot.ros2.bag.recorder import BagRecorder
 from chefbot.ros2.bag.writer import BagWriter
 from chefbot.ros2.rmw.graph import Graph
-from chefbot.ros2.tools.common import columns, console, errors, full_name, graph_node, is_hidden, stop_event
+from chefbot.ros2.tools.common import (
+    ToolError,
+    columns,
+    console,
+    errors,
+    full_name,
+    graph_node,
+    is_hidden,
+    stop_event,
+)
 from chefbot.ros2.tools.topic_echo import quantity
 from chefbot.ros2.tools.topic_info import without_tools
+from chefbot.storage.atomic_files import StorageError
 
 
 def run_record(out: Path | None, topics: Sequence[str], include_hidden: bool, seconds: float) -> None:
@@ -25,7 +34,7 @@ def run_record(out: Path | None, topics: Sequence[str], include_hidden: bool, se
     """
     requested = {full_name(topic) for topic in topics}
     if requested and include_hidden:
-        raise UserError("give topics or --all, not both")
+        raise ToolError("give topics or --all, not both")
     with graph_node("record") as node, stop_event() as stop:
         writer = BagWriter(out or Path(f"rosbag2_{datetime.now(UTC).astimezone():%Y_%m_%d-%H_%M_%S}"))
         for name in sorted(requested - set(node.wire.graph.topics())):
@@ -37,11 +46,11 @@ def run_record(out: Path | None, topics: Sequence[str], include_hidden: bool, se
         )
         try:
             recorder.run(seconds or None, stop)
-        except UserError as error:
-            with suppress(UserError):  # no space for metadata.yaml either; the MCAP file contains it
+        except StorageError as error:
+            with suppress(StorageError):  # no space for metadata.yaml either; the MCAP file contains it
                 writer.close()
             count = sum(writer.counts.values())
-            raise UserError(f"{error}; the {count} messages before are intact") from None
+            raise ToolError(f"{error}; the {count} messages before are intact") from None
         node.close()
         recorder.write_queued()
         writer.close()
@@ -79,7 +88,7 @@ def _topics_without_publishers(graph: Graph, bag: Bag) -> list[str]:
         errors.print(f"chefbot: not played, because they have publishers now: {', '.join(left_out)}")
     chosen = [name for name in names if name not in live]
     if names and not chosen:
-        raise UserError(
+        raise ToolError(
             f"other nodes publish on all topics of {bag.path} now; use another ROS_DOMAIN_ID, or --topics"
         )
     return chosen

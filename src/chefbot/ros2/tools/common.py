@@ -14,7 +14,7 @@ import yaml
 from rich.console import Console
 
 from chefbot.config import parse_yaml
-from chefbot.errors import UserError, name_hint
+from chefbot.errors import ChefbotError, name_hint
 from chefbot.ros2.rmw.environment import domain_from_environment, port_from_environment
 from chefbot.ros2.rmw.errors import RmwError
 from chefbot.ros2.rmw.graph import NO_TYPE_HASH, EndpointGroup, Graph
@@ -46,7 +46,7 @@ errors = Console(highlight=False, soft_wrap=True, markup=False, emoji=False, std
 def graph_node(verb: str, *, alone: bool = False) -> Iterator[RmwNode]:
     """Provide a node for the duration of a command, with the complete graph.
 
-    Raises UserError when there are no other nodes, unless `alone`: then the command opens the network for
+    Raises ToolError when there are no other nodes, unless `alone`: then the command opens the network for
     late-joining nodes and its node is visible under the name `verb`; otherwise it is hidden, as tools are.
     """
     port, domain = port_from_environment(), domain_from_environment()
@@ -54,7 +54,7 @@ def graph_node(verb: str, *, alone: bool = False) -> Iterator[RmwNode]:
         if not alone and not wire.graph.wait_for(_has_node, QUIET_WAIT):
             errors.print(f"chefbot: no ROS nodes found at {LOOPBACK}:{port} yet; waiting {START_WAIT:g} s")
             if not wire.graph.wait_for(_has_node, START_WAIT):
-                raise UserError(
+                raise ToolError(
                     f"no ROS nodes found at {LOOPBACK}:{port}, domain {domain}; start a launch first, "
                     "or rmw_zenohd where ROS 2's own nodes run"
                 )
@@ -88,25 +88,33 @@ def stop_event() -> Iterator[threading.Event]:
         yield stop
 
 
+class ToolError(ChefbotError):
+    """A request to a ROS 2 tool that names nothing on the network, or that a node did not fulfil."""
+
+
+class UnknownTypeError(ToolError):
+    """A message, service or action type of which there is no matching definition."""
+
+
 def full_name(name: str) -> str:
-    """Return the full name of a topic or service; raises UserError for an invalid name."""
+    """Return the full name of a topic or service; raises ToolError for an invalid name."""
     try:
         return resolve(name)
     except RmwError as error:
-        raise UserError(str(error)) from None
+        raise ToolError(str(error)) from None
 
 
 def find(lookup: Callable[[], Mapping[str, T]], name: str, what: str) -> T:
     """Return the entry of a topic, service, action or node, waiting briefly for it to appear.
 
-    Raises UserError with the nearest names.
+    Raises ToolError with the nearest names.
     """
     full, deadline = full_name(name), time.monotonic() + NAME_WAIT
     while full not in (entries := lookup()) and time.monotonic() < deadline:
         time.sleep(0.05)
     if full not in entries:
         candidates = {candidate for candidate in entries if not is_hidden(candidate)}
-        raise UserError(
+        raise ToolError(
             f"there is no {what} {full} on the wire{name_hint(full, candidates) or '; there are none at all'}"
         )
     return entries[full]
@@ -118,28 +126,28 @@ def is_hidden(name: str) -> bool:
 
 
 def only_type(named: EndpointGroup, what: str) -> InterfaceType:
-    """Return the type of the publishers or servers; raises UserError when they disagree."""
+    """Return the type of the publishers or servers; raises ToolError when they disagree."""
     types = list(dict.fromkeys(endpoint.info.type for endpoint in (named.providers or named.consumers)))
     if len(types) > 1:
-        raise UserError(f"{what} {named.name} has more than one type: {', '.join(map(type_text, types))}")
+        raise ToolError(f"{what} {named.name} has more than one type: {', '.join(map(type_text, types))}")
     return types[0]
 
 
 def local_definition(kind: InterfaceType, find_type: Callable[[str], T], what: str) -> T:
     """Return our definition of a type in the graph.
 
-    Raises UserError with the hashes when it is unknown or of another version.
+    Raises UnknownTypeError with the hashes when it is unknown or of another version.
     """
     try:
         found = find_type(kind.name)
     except KeyError:
-        raise UserError(
+        raise UnknownTypeError(
             f"{what} has the type {type_text(kind)}, of which there is no definition here"
         ) from None
     ours = InterfaceType.of(found).hash  # type: ignore[arg-type]
     if kind.hash != ours:
         theirs = "no hash (ROS 2 Humble)" if kind.hash == NO_TYPE_HASH else f"hash {kind.hash}"
-        raise UserError(f"{what} has {kind.name} in another version: {theirs} there, {ours} here")
+        raise UnknownTypeError(f"{what} has {kind.name} in another version: {theirs} there, {ours} here")
     return found
 
 
@@ -161,7 +169,7 @@ def type_and_values(arguments: Sequence[str]) -> tuple[str, Any]:
     remaining = list(arguments)
     type_given = remaining.pop(0) if remaining and _TYPE.fullmatch(remaining[0]) else ""
     if len(remaining) > 1:
-        raise UserError("write [TYPE] VALUES, the values as YAML or JSON in quotes: '{linear: {x: 0.1}}'")
+        raise ToolError("write [TYPE] VALUES, the values as YAML or JSON in quotes: '{linear: {x: 0.1}}'")
     return type_given, parse_yaml(remaining[0].encode(), "the values") if remaining else None
 
 

@@ -10,10 +10,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-from chefbot.errors import UserError
 from chefbot.ros2.rmw.graph import Endpoint, EndpointGroup, Graph
 from chefbot.ros2.rmw.node import RmwNode
-from chefbot.ros2.tools.common import console, graph_node, is_hidden, mismatches, stop_event
+from chefbot.ros2.tools.common import ToolError, console, graph_node, is_hidden, mismatches, stop_event
 from chefbot.ros2.tools.graph_dot import to_dot
 from chefbot.ros2.tools.meter import Meter, Rate
 from chefbot.ros2.tools.subscribe import TypedSampleCallback, subscribe_any
@@ -42,7 +41,7 @@ def write_graph(out: Path, dot: str) -> str:
     """Draw DOT text into `out` by Graphviz, and return a note on what was written.
 
     The suffix of `out` chooses the format (svg, png, pdf, dot). The text itself is written if it is `.dot`, or,
-    beside `out`, if Graphviz is not installed. UserError if Graphviz does not know the format.
+    beside `out`, if Graphviz is not installed. ToolError if Graphviz does not know the format.
     """
     program = shutil.which("dot")
     text = out.with_suffix(".dot")
@@ -56,7 +55,7 @@ def write_graph(out: Path, dot: str) -> str:
     drawn = subprocess.run(command, input=dot.encode(), capture_output=True)
     if drawn.returncode != 0:
         reason = " ".join(drawn.stderr.decode(errors="replace").split())
-        raise UserError(f"Graphviz does not draw {out}: {reason}")
+        raise ToolError(f"Graphviz does not draw {out}: {reason}")
     write_into_folder(out, drawn.stdout)
     return str(out)
 

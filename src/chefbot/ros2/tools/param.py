@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from chefbot.config import parse_yaml
-from chefbot.errors import UserError, name_hint
+from chefbot.errors import name_hint
 from chefbot.msgs import rcl_interfaces as rcl
 from chefbot.ros2.rmw.graph import Graph
 from chefbot.ros2.rmw.node import RmwNode
-from chefbot.ros2.tools.common import columns, console, find, graph_node, is_hidden, to_yaml
+from chefbot.ros2.tools.common import ToolError, columns, console, find, graph_node, is_hidden, to_yaml
 from chefbot.ros2.tools.service import call
 
 TIMEOUT = 5.0
@@ -43,7 +43,7 @@ def run_list(name: str) -> None:
     with graph_node("param") as node:
         nodes = [_find_owner(node.wire.graph, name)] if name else _owners(node.wire.graph)
         if not nodes:
-            raise UserError("no node has parameters")
+            raise ToolError("no node has parameters")
         for owner in nodes:
             names = _names(node, owner)
             console.print(f"{owner}:" if names else f"{owner}: none")
@@ -121,7 +121,7 @@ def parameter_to_plain(value: rcl.ParameterValue) -> Any:
 
 
 def plain_to_parameter(kind: int, plain: Any, name: str) -> rcl.ParameterValue:
-    """Convert plain data to a parameter value of the type `kind`; raises UserError for another type."""
+    """Convert plain data to a parameter value of the type `kind`; raises ToolError for another type."""
     types: dict[int, Any] = {rcl.BOOL: bool, rcl.INTEGER: int, rcl.DOUBLE: (int, float), rcl.STRING: str}
     single = {rcl.BYTE_ARRAY: rcl.INTEGER}.get(kind, kind - rcl.BOOL_ARRAY + rcl.BOOL)
     array = kind in PARAMETER_TYPES and kind >= rcl.BYTE_ARRAY
@@ -131,7 +131,7 @@ def plain_to_parameter(kind: int, plain: Any, name: str) -> rcl.ParameterValue:
         isinstance(value, expected) and (expected is bool or not isinstance(value, bool)) for value in values
     )
     if not fits or isinstance(plain, list) != array:
-        raise UserError(f"{name} is of type {PARAMETER_TYPES[kind].name}, which {to_yaml(plain)} is not")
+        raise ToolError(f"{name} is of type {PARAMETER_TYPES[kind].name}, which {to_yaml(plain)} is not")
     if kind in (rcl.STRING_ARRAY,):
         plain = tuple(plain)
     field: dict[str, Any] = {PARAMETER_TYPES[kind].field: float(plain) if kind == rcl.DOUBLE else plain}
@@ -147,7 +147,7 @@ def _owners(graph: Graph) -> list[str]:
 def _find_owner(graph: Graph, name: str) -> str:
     found = find(lambda: {node.full_name: node for node in graph.nodes()}, name, "node").full_name
     if found not in _owners(graph):
-        raise UserError(f"node {found} has no parameters")
+        raise ToolError(f"node {found} has no parameters")
     return found
 
 
@@ -164,8 +164,8 @@ def _get(node: RmwNode, owner: str, names: list[str]) -> list[rcl.ParameterValue
 def _get_one(node: RmwNode, owner: str, parameter: str) -> rcl.ParameterValue:
     names = _names(node, owner)
     if parameter not in names:
-        raise UserError(f"{owner} has no parameter {parameter!r}{name_hint(parameter, names)}")
+        raise ToolError(f"{owner} has no parameter {parameter!r}{name_hint(parameter, names)}")
     values = _get(node, owner, [parameter])
     if len(values) != 1 or values[0].type not in PARAMETER_TYPES:
-        raise UserError(f"{owner} does not return {parameter}")
+        raise ToolError(f"{owner} does not return {parameter}")
     return values[0]

@@ -12,7 +12,6 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.errors import UserError
 from chefbot.msgs.idl.definition import Description, FieldDescription, description_hash
 from chefbot.msgs.idl.fields import NUMPY_TYPES
 from chefbot.msgs.idl.message import Message
@@ -26,7 +25,7 @@ from chefbot.msgs.type_description_interfaces import (
 from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.service import NoResponseError
-from chefbot.ros2.tools.common import local_definition
+from chefbot.ros2.tools.common import UnknownTypeError, local_definition
 
 REQUEST_TIMEOUT = 2.0
 """Timeout of a request to one node, s."""
@@ -46,11 +45,11 @@ accepted."""
 def definition_of(node: RmwNode, kind: InterfaceType, what: str) -> type[Message]:
     """Return our message class of a type, or one built from the definition that a node provides.
 
-    Raises UserError with the type's name and hash if there is none.
+    Raises UnknownTypeError with the type's name and hash if there is none.
     """
     try:
         return local_definition(kind, message_type, what)
-    except UserError:
+    except UnknownTypeError:
         description = _request_description(node, kind)
         if description is None:
             raise
@@ -60,7 +59,7 @@ def definition_of(node: RmwNode, kind: InterfaceType, what: str) -> type[Message
 def make_class(description: Description) -> type[Message]:
     """Build a message class from a type description.
 
-    Raises UserError for a field that cannot be decoded here, such as a wide string.
+    Raises UnknownTypeError for a field that cannot be decoded here, such as a wide string.
     """
     nested = {used.name: used for used in description.uses}
 
@@ -77,7 +76,7 @@ def make_class(description: Description) -> type[Message]:
     try:
         return build(description._replace(uses=()))
     except (KeyError, RecursionError):
-        raise UserError(
+        raise UnknownTypeError(
             f"the definition of {description.name} that a node provides is inconsistent"
         ) from None
 
@@ -133,11 +132,11 @@ def _field(field: FieldDescription, nested: Any) -> tuple[str, Any, Any]:
     """Return name, annotation and default of a field, as `chefbot.msgs.idl.message` expects them."""
     array_form, base_id = divmod(field.type_id, _ARRAY_OFFSET)
     if array_form > 3 or not _NAME.fullmatch(field.name) or keyword.iskeyword(field.name):
-        raise UserError(f"a field {field.name!r} of type id {field.type_id} cannot be read here")
+        raise UnknownTypeError(f"a field {field.name!r} of type id {field.type_id} cannot be read here")
     if array_form == _FIXED_ARRAY and (
         base_id not in _PRIMITIVES or base_id in _STRING_IDS or field.capacity > _MAX_ELEMENTS
     ):
-        raise UserError(
+        raise UnknownTypeError(
             f"a field {field.name} that is an array of {field.capacity} such elements cannot be decoded"
         )
     size = ("", f"[{field.capacity}]", f"[<={field.capacity}]", "[]")[array_form]
@@ -149,7 +148,7 @@ def _field(field: FieldDescription, nested: Any) -> tuple[str, Any, Any]:
         return field.name, Annotated[kind, size.strip("[]")] if array_form != 3 else kind, ()
     element = _PRIMITIVES.get(base_id)
     if element is None:
-        raise UserError(f"a field {field.name} of type id {field.type_id} cannot be read here")
+        raise UnknownTypeError(f"a field {field.name} of type id {field.type_id} cannot be read here")
     if element == "string":
         bound = f"<={field.string_capacity}" if base_id == 21 else ""
         default: Any = () if array_form else ""

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from concurrent.futures import TimeoutError as NoTimeLeftError
 from typing import Any
 
-from chefbot.errors import UserError
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.registry import service_type
 from chefbot.msgs.idl.service import Service
@@ -15,6 +14,7 @@ from chefbot.msgs.idl.yaml_conversion import message_from_dict, message_to_dict
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.service import NoResponseError
 from chefbot.ros2.tools.common import (
+    ToolError,
     console,
     find,
     graph_node,
@@ -47,7 +47,7 @@ def run_call(name: str, arguments: Sequence[str], timeout: float) -> None:
         named = find(node.wire.graph.services, name, "service")
         kind = only_type(named, "service")
         if type_given and type_name(type_given, "srv") != kind.name:
-            raise UserError(f"service {named.name} is a {kind.name}, not a {type_given}")
+            raise ToolError(f"service {named.name} is a {kind.name}, not a {type_given}")
         service = local_definition(kind, service_type, f"service {named.name}")
         request = message_from_dict(service.request, values, f"values for {named.name}")
         console.print(to_yaml(message_to_dict(call(node, named.name, service, request, timeout))))
@@ -56,7 +56,7 @@ def run_call(name: str, arguments: Sequence[str], timeout: float) -> None:
 def call(node: RmwNode, name: str, service: Service[Any, Any], request: Message, timeout: float) -> Any:
     """Call a service and return the response.
 
-    Raises UserError when there is no response in time, or the server refuses.
+    Raises ToolError when there is no response in time, or the server refuses.
     """
     client = node.client(name, service)
     deadline = time.monotonic() + min(SERVED_WAIT, timeout)
@@ -65,6 +65,6 @@ def call(node: RmwNode, name: str, service: Service[Any, Any], request: Message,
     try:
         return client.call(request, timeout)
     except NoResponseError as error:
-        raise UserError(str(error)) from None
+        raise ToolError(str(error)) from None
     except NoTimeLeftError:
-        raise UserError(f"service {name} gave no answer in {timeout:g} s") from None
+        raise ToolError(f"service {name} gave no answer in {timeout:g} s") from None

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from chefbot.errors import UserError, name_hint
+from chefbot.errors import name_hint
 from chefbot.msgs.idl.cdr import CdrError
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.yaml_conversion import message_to_dict
@@ -18,6 +18,8 @@ from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos_matching import offered_types
 from chefbot.ros2.tools.common import (
     MAX_SHOWN_ELEMENTS,
+    ToolError,
+    UnknownTypeError,
     console,
     errors,
     find,
@@ -103,7 +105,7 @@ def make_formatter(
 ) -> Show:
     """Return a function that converts received samples to text.
 
-    Raises UserError when all types are unknown, or none has the field.
+    Raises ToolError when all types are unknown, or none has the field.
     """
     known, unknown = _definitions(node, topic, kinds)
 
@@ -132,17 +134,17 @@ def make_formatter(
 
 def _definitions(
     node: RmwNode, topic: str, kinds: list[InterfaceType]
-) -> tuple[dict[InterfaceType, type[Message]], dict[InterfaceType, UserError]]:
+) -> tuple[dict[InterfaceType, type[Message]], dict[InterfaceType, UnknownTypeError]]:
     """Return message classes by type, and for the other types the reason why there is none.
 
-    Raises UserError when there is no class at all.
+    Raises ToolError when there is no class at all.
     """
     known: dict[InterfaceType, type[Message]] = {}
-    unknown: dict[InterfaceType, UserError] = {}
+    unknown: dict[InterfaceType, UnknownTypeError] = {}
     for kind in kinds:
         try:
             known[kind] = definition_of(node, kind, f"topic {topic}")
-        except UserError as error:
+        except UnknownTypeError as error:
             unknown[kind] = error
     if unknown and not known:
         raise next(iter(unknown.values()))
@@ -156,7 +158,7 @@ def _pick(message: Message, path: str) -> Any:
         if name:
             if not isinstance(value, Message) or name not in value.__struct_fields__:
                 names = value.__struct_fields__ if isinstance(value, Message) else ()
-                raise UserError(f"--field {path}: there is no {name}{name_hint(name, names)}")
+                raise ToolError(f"--field {path}: there is no {name}{name_hint(name, names)}")
             value = getattr(value, name)
         else:
             value = value[index] if index < len(value) else None
@@ -169,7 +171,7 @@ def _steps(path: str) -> Iterator[tuple[str, int]]:
     for part in path.replace("[", ".").split("."):
         match = _STEP.fullmatch(part)
         if match is None:
-            raise UserError(
+            raise ToolError(
                 f"--field {path}: write names and numbers with dots, as pose.position.x or ranges[0]"
             )
         yield match[1] or "", int(match[2] or 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 
-from chefbot.errors import UserError, name_hint
+from chefbot.errors import name_hint
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.registry import message_type
@@ -16,6 +16,7 @@ from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.publisher import Publisher
 from chefbot.ros2.rmw.qos import DEFAULT, TRANSIENT_LOCAL_QOS, QoS
 from chefbot.ros2.tools.common import (
+    ToolError,
     console,
     errors,
     full_name,
@@ -80,7 +81,7 @@ def _message_type(node: RmwNode, name: str, type_given: str) -> tuple[type[Messa
         return kind, existing or InterfaceType.of(kind)
     if not endpoints:
         others = name_hint(name, (topic for topic in node.wire.graph.topics() if not is_hidden(topic)))
-        raise UserError(
+        raise ToolError(
             f"{name} is not in the ROS graph yet, so its type must be given before the values{others}"
         )
     wire_type = endpoints[0].info.type
@@ -91,7 +92,7 @@ def _local_definition(name: str) -> type[Message]:
     try:
         return local_definition(InterfaceType.of(message_type(name)), message_type, name)
     except KeyError:
-        raise UserError(
+        raise ToolError(
             f"there is no definition of {name!r} here; write it as geometry_msgs/msg/Twist"
         ) from None
 

@@ -12,7 +12,8 @@ from chefbot.design.drawing.sheets.caster import caster
 from chefbot.design.drawing.sheets.clamp import motor_clamp
 from chefbot.design.drawing.sheets.plates import base_plate, upper_plate
 from chefbot.design.drawing.sheets.turned import pole, tube
-from chefbot.errors import UserError, name_hint
+from chefbot.design.errors import DesignError
+from chefbot.errors import name_hint
 from chefbot.robot.geometry.solids import solids
 
 if TYPE_CHECKING:
@@ -38,13 +39,15 @@ def sheets_of(robot: Robot) -> list[str]:
 
 
 def asked_for(robot: Robot, names: list[str]) -> list[str]:
-    """The sheets of these names, `all` for every one; UserError for a name that is none, or not this robot's."""
+    """The sheets of these names, `all` for every one; DesignError for a name that is none, or not this robot's."""
     has = sheets_of(robot)
     for name in names:
         if name not in SHEETS and name != ALL:
-            raise UserError(f"no sheet is called {name!r}{name_hint(name, [*SHEETS, ALL])}")
+            raise DesignError(f"no sheet is called {name!r}{name_hint(name, [*SHEETS, ALL])}")
         if name not in has and name != ALL:
-            raise UserError(f"{robot.name} has no {name.replace('_', ' ')}; its sheets are {', '.join(has)}")
+            raise DesignError(
+                f"{robot.name} has no {name.replace('_', ' ')}; its sheets are {', '.join(has)}"
+            )
     return has if ALL in names else list(dict.fromkeys(names))
 
 

@@ -7,6 +7,8 @@ import textwrap
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TypeAlias
 
+from chefbot.design.errors import DesignError
+
 Plain: TypeAlias = bool | int | float | str | list[str] | list[float] | list[bool]
 """What a ROS 2 parameter can be; an empty list has no type and is none."""
 WIDTH = 110
@@ -71,7 +73,7 @@ def written(value: Plain) -> str:
 def _double(value: float) -> str:
     """Always with a point: YAML 1.1 takes 1e-9 for a string."""
     if not math.isfinite(value):
-        raise ValueError(f"{value} is no parameter")
+        raise DesignError(f"{value} is no parameter")
     mantissa, mark, exponent = f"{value:.9g}".partition("e")
     return (mantissa if "." in mantissa else f"{mantissa}.0") + mark + exponent
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+from chefbot.design.errors import DesignError
 from chefbot.design.export.ros2.annotated_yaml import Because, at_most, rounded, short
 from chefbot.design.export.urdf_frames import DEPTH_FRAME
-from chefbot.errors import UserError
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.motion_limits import (
     max_acceleration,
@@ -67,7 +67,7 @@ class Figures:
 
     @cached_property
     def sight(self) -> Sight:
-        """Of the sensor that the robot maps with. UserError if it has none."""
+        """Of the sensor that the robot maps with. DesignError if it has none."""
         lidar, camera = self.robot.sensors.lidar, self.robot.sensors.depth_camera
         if lidar is not None:
             return Sight(
@@ -75,7 +75,7 @@ class Figures:
                 lidar.noise, 2 * math.pi, lidar.mount.z,
             )  # fmt: skip
         if camera is None:
-            raise UserError(
+            raise DesignError(
                 f"robot {self.robot.name} has neither sensors.lidar nor sensors.depth_camera: navigation needs one"
             )
         useful = camera.range_with_noise(self.resolution.number)

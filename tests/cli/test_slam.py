@@ -1,0 +1,73 @@
+"""`chefbot slam`: all results of a log, or none."""
+
+from __future__ import annotations
+
+import errno
+import math
+import os
+from pathlib import Path
+
+import pytest
+from chefbot.cli.slam import run_slam
+
+from chefbot.errors import ChefbotError, UserError
+from chefbot.storage.atomic_files import StorageError
+
+RESULTS = ["map.pgm", "map.png", "map.yaml", "trajectory.tum"]
+BEAMS = 180
+
+
+def log_of_a_round_room(path: Path, turns: int = 3) -> Path:
+    """The robot turns in the middle of a round room of 2 m radius, 0.6 rad a scan."""
+    lines = []
+    for turn in range(turns):
+        pose = f"0 0 {0.6 * turn:g}"
+        lines.append(f"FLASER {BEAMS} {'2.0 ' * BEAMS}{pose} {pose} {turn} host {turn}")
+    path.write_text("\n".join(lines))
+    return path
+
+
+def mapped(folder: Path) -> Path:
+    log = log_of_a_round_room(folder / "room.log")
+    run_slam(log, folder / "out", particles=2, seed=1, max_range=10.0)
+    return folder / "out"
+
+
+def test_the_results_lie_in_the_folder(tmp_path: Path) -> None:
+    out = mapped(tmp_path)
+    assert sorted(path.name for path in out.iterdir()) == RESULTS
+    assert len((out / "trajectory.tum").read_text().splitlines()) == 3
+
+
+@pytest.mark.parametrize("write", range(6))
+def test_a_full_disk_leaves_all_old_results(
+    write: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = mapped(tmp_path)
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    syncs, sync = iter(range(100)), os.fsync
+
+    def full(handle: int) -> None:
+        if next(syncs) == write:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        sync(handle)
+
+    monkeypatch.setattr(os, "fsync", full)
+    log = log_of_a_round_room(tmp_path / "longer.log", turns=5)
+    with pytest.raises(StorageError, match="No space left on device"):
+        run_slam(log, out, particles=2, seed=1, max_range=10.0)
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("ODOM 0 0 0 0 0 0 0 host 0", r"room\.log: the log holds no FLASER line"),
+        ("FLASER 2 1 1 0 0 0 9e9 0 0 0 host 0", r"room\.log: line 1 of the CARMEN log"),
+    ],
+)
+def test_a_log_that_cannot_be_mapped_is_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
+    (tmp_path / "room.log").write_text(text)
+    with pytest.raises(UserError, match=sentence) as caught:
+        run_slam(tmp_path / "room.log", tmp_path / "out", particles=2, seed=1, max_range=math.inf)
+    assert isinstance(caught.value, ChefbotError) and not (tmp_path / "out").exists()

@@ -11,6 +11,7 @@ import yaml
 from chefbot.cli.calibrate import CalibrateOptions, run_calibrate
 
 from chefbot.cli import calibrate
+from chefbot.config import ConfigError
 from chefbot.errors import UserError
 from chefbot.nodes.calibrator import CalibratorNode
 from chefbot.robot.as_built import AsBuilt
@@ -107,5 +108,5 @@ def test_what_is_wrong_on_the_command_line_is_a_sentence(tmp_path: Path) -> None
         run_calibrate(CalibrateOptions("chefbot", [], False, 1, tmp_path, "model_robot"))
     with pytest.raises(UserError, match="key:=value"):
         run_calibrate(options(tmp_path, "squares=2"))
-    with pytest.raises(UserError, match="squares"):
+    with pytest.raises(ConfigError, match="squares"):
         run_calibrate(options(tmp_path, "squares:=0"))

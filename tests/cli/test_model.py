@@ -16,9 +16,10 @@ from chefbot.cli.model import Format, run_model
 from PIL import Image
 from tests.support.waiting import in_time
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.robot.geometry.mass import unloaded_mass
 from chefbot.robot.load import load_robot
+from chefbot.storage.atomic_files import StorageError
 
 CHEFBOT = [sys.executable, "-m", "chefbot"]
 
@@ -107,7 +108,7 @@ def test_what_cannot_be_is_said_in_a_sentence(
     (tmp_path / "file").write_text("old")
     (tmp_path / "folder.glb").mkdir()
     (tmp_path / "device.glb").symlink_to("/dev/full")
-    with pytest.raises(UserError, match=words) as refusal:
+    with pytest.raises(ChefbotError, match=words) as refusal:
         run_model("desk", form, part, mm, tmp_path / out)
     assert "\n" not in str(refusal.value)
     assert (tmp_path / "file").read_text() == "old"
@@ -121,7 +122,7 @@ def test_a_full_disk_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.M
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "write", full)
-    with pytest.raises(UserError, match="No space left"):
+    with pytest.raises(StorageError, match="No space left"):
         run_model("desk", "stl", "pole", False, target)
     monkeypatch.undo()
     assert target.read_bytes() == b"old"

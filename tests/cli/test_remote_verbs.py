@@ -12,6 +12,7 @@ from tests.support.waiting import PATIENCE
 
 from chefbot.cli import remote
 from chefbot.errors import UserError
+from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places
 from chefbot.ui.commands import Deliver, Loaded
@@ -127,6 +128,6 @@ def test_map_saver_without_a_map_or_a_folder(tmp_path: Path) -> None:
         with pytest.raises(UserError, match="no map yet"):
             save_running_map(tmp_path / "room", robot.url)
         robot.map_a_room()
-        with pytest.raises(UserError, match="cannot be written"):
+        with pytest.raises(StorageError, match="cannot be written"):
             save_running_map(tmp_path / "none" / "room", robot.url)
     assert list(tmp_path.iterdir()) == []

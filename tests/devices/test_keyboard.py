@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from tests.support.fake_robot import fake_robot
 from tests.support.waiting import PATIENCE
 
+from chefbot.config import ConfigError
 from chefbot.devices.keyboard import ARROWS, KeyboardDevice, keys_of
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
@@ -168,7 +169,7 @@ def test_the_terminal_is_given_back_when_another_node_cannot_start(pty: Pty) -> 
     driven = Driven()
     kind = "chefbot.devices.map_file:MapFileDevice"
     driven.entries[kind] = NodeEntry(kind=kind, params={"map": "/no/such/map.yaml"})
-    with pytest.raises(UserError, match="does not exist"):
+    with pytest.raises(ConfigError, match="does not exist"):
         driven.start()
     assert not pty.echoes
     driven.system.stop()

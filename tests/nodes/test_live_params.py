@@ -9,6 +9,7 @@ import pytest
 from msgspec import inspect as types
 
 from chefbot.bridge.parameters import flatten, with_values
+from chefbot.config import ConfigError
 from chefbot.errors import UserError
 from chefbot.launcher.session import session, start
 from chefbot.maths.se2 import SE2
@@ -119,6 +120,6 @@ def test_nobody_lets_the_robot_run_on_after_the_last_command(timeout: float) -> 
     """It would go on for as long, at full speed, when a hand or a cable lets go."""
     system = thinking()
     plain = with_values(system.nodes["base"].params, {"limiter.timeout": timeout})
-    with pytest.raises(UserError, match="timeout"):
+    with pytest.raises(ConfigError, match="timeout"):
         system.set_params("base", plain, "test")
     system.stop()

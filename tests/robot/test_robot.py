@@ -214,7 +214,7 @@ def test_a_robot_that_is_like_another_says_only_what_differs(tmp_path):
 def test_a_circle_of_robots_or_a_missing_one_is_a_sentence(tmp_path, like, sentence):
     (tmp_path / "one.yaml").write_text("like: two.yaml\nname: one\n")
     (tmp_path / "two.yaml").write_text(f"like: {like}\nname: two\n")
-    with pytest.raises(RobotFileError, match=sentence):
+    with pytest.raises(ConfigError, match=sentence):
         load_robot(str(tmp_path / "one.yaml"))
 
 

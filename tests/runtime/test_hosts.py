@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.runtime.hosts import check_host, hosts_of, part_for_machine
 from chefbot.runtime.launch import Launch, NodeEntry, load_launch
 
@@ -73,5 +73,5 @@ nodes:
     ],
 )
 def test_what_does_not_fit_is_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
-    with pytest.raises(UserError, match=sentence):
+    with pytest.raises(ChefbotError, match=sentence):
         load_launch(write(tmp_path, text))

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
+from chefbot.mapping.image_format import MapFormatError
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
@@ -129,7 +130,7 @@ def test_the_robot_cannot_leave_the_map() -> None:
     ["1, 2, 3", "[1, 2]", "[1, 2, .nan]", "[1, 2, a]", "[1, true, 2]", "[1, 2, 1e9]", "[1, 2, 90]", "{"],
 )
 def test_a_start_that_is_none_is_refused(text: str) -> None:
-    with pytest.raises(UserError, match=r"start:='"):
+    with pytest.raises(ChefbotError, match=r"start:='"):
         parse_start_pose(text)
 
 
@@ -162,7 +163,7 @@ def test_which_map_is_localized_on(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 def test_a_map_without_its_picture_is_told_as_a_map(tmp_path: Path, text: str) -> None:
     path = tmp_path / "map.yaml"
     path.write_text(text)
-    with pytest.raises(UserError, match="image"):
+    with pytest.raises(MapFormatError, match="image"):
         load_any_world(str(path), ROBOT)
 
 

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.errors import UserError
+from chefbot.config import ConfigError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import built_in_robots, load_robot
@@ -175,7 +176,7 @@ places: {home: {x: 0 m, y: 0 m}}
 def test_faults_are_said_with_file_and_key(old: str, new: str, said: str) -> None:
     assert old in GOOD
     parse_world(GOOD.encode(), "world file small.yaml")
-    with pytest.raises(UserError, match=said) as fault:
+    with pytest.raises(ChefbotError, match=said) as fault:
         parse_world(GOOD.replace(old, new, 1).encode(), "world file small.yaml")
     assert str(fault.value).startswith("world file small.yaml")
 
@@ -193,7 +194,7 @@ def test_a_box_may_be_called_as_a_part_of_the_robot_is() -> None:
 def test_unknown_worlds_name_the_nearest() -> None:
     with pytest.raises(UserError, match="did you mean 'hotel'"):
         load_world("hotell")
-    with pytest.raises(UserError, match="does not exist"):
+    with pytest.raises(ConfigError, match="does not exist"):
         load_world("no/such/world.yaml")
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.errors import UserError
+from chefbot.config import ConfigError
 from chefbot.msgs.action_msgs import STATUS_SUCCEEDED
 from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal
 from chefbot.msgs.std_msgs import Float64, String
@@ -95,7 +95,7 @@ def test_parts_of_a_launch(tmp_path: Path) -> None:
         "sums": ["doubler"],
         "kitchen": ["cook"],
     }
-    with pytest.raises(UserError, match="process"):
+    with pytest.raises(ConfigError, match="process"):
         path.write_text(LAUNCH.replace("kitchen", "my kitchen"))
         load_launch(str(path))
     assert NodeEntry(kind="a:B").process == ""

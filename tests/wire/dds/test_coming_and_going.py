@@ -12,6 +12,7 @@ from tests.wire.dds.other import Peer
 
 from chefbot.errors import UserError
 from chefbot.msgs.std_msgs import String
+from chefbot.ros2.dds.domain import DdsError
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.session import RmwContext
 
@@ -82,5 +83,5 @@ def test_bad_words_on_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_no_such_interface_is_said(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
-    with pytest.raises(UserError, match="no_such_0"):
+    with pytest.raises(DdsError, match="no_such_0"):
         DdsParticipant(domain, "no_such_0")

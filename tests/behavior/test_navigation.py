@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -90,9 +92,7 @@ def test_feedback_is_never_closer_than_its_period(pauses: list[int]) -> None:
         if progress.process(FollowPath_Feedback(3.0, 0.0), now_ns):
             published.append(now_ns)
             progress.feedback(now_ns, PoseStamped(), 0)
-    assert all(
-        after - before >= FEEDBACK_PERIOD_NS for before, after in zip(published, published[1:], strict=False)
-    )
+    assert all(after - before >= FEEDBACK_PERIOD_NS for before, after in pairwise(published))
 
 
 @pytest.mark.parametrize(("speed", "remaining"), [(0.5, 4.0), (0.0, 0.0)])

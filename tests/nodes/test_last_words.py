@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from chefbot.delivery.drive_retry import NO_NAVIGATOR
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import (
@@ -28,7 +29,6 @@ from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.nodes.delivery import NO_NAVIGATOR
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.clock import StepClock

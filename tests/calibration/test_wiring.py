@@ -25,7 +25,7 @@ def test_a_robot_that_does_as_it_is_told_is_well() -> None:
         (leg(-900, 900, SE2(0.15, 0.0, 0.0), 0.0), 0.15, 0.0, "the left encoder counts against"),
         (leg(900, -900, SE2(0.15, 0.0, 0.0), 0.0), 0.15, 0.0, "the right encoder counts against"),
         (leg(-900, -900, SE2(0.15, 0.0, 0.0), 0.0), 0.15, 0.0, "both encoders"),
-        (leg(900, 900, SE2(-0.15, 0.0, 0.0), 0.0), 0.15, 0.0, "backwards when told forwards"),
+        (leg(900, 900, SE2(-0.15, 0.0, 0.0), 0.0), 0.15, 0.0, "backwards when commanded forwards"),
         (leg(-500, 500, SE2(0.0, 0.0, -0.6), -0.6), 0.0, 0.6, "are exchanged"),
         (leg(-500, 500, SE2(0.0, 0.0, 0.6), -0.6), 0.0, 0.6, "upside down"),
     ],

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from tests.support.nodes import ROOM, Life
 
+from chefbot.delivery.drive_retry import BLOCKED_PATH_TIMEOUT, NAVIGATOR_TIMEOUT, NO_NAVIGATOR, NO_VALID_PATH
 from chefbot.msgs.chefbot_msgs import Errand, Order
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
-from chefbot.nodes.delivery import BLOCKED_PATH_TIMEOUT, NAVIGATOR_TIMEOUT, NO_NAVIGATOR, NO_VALID_PATH
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams
 

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from tests.support.nodes import Life, Robot
 
+from chefbot.behavior.relocalization import LOCALIZED_UPDATES_REQUIRED, MAX_SPIN_STEPS
 from chefbot.control.waiting_state import LOST
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
@@ -25,7 +26,7 @@ from chefbot.msgs.nav2_msgs import (
     Spin_Result,
 )
 from chefbot.msgs.std_msgs import Header, String
-from chefbot.nodes.navigator import LOCALIZED_UPDATES_REQUIRED, MAX_SPIN_STEPS, PATIENCE_EXCEEDED
+from chefbot.nodes.navigator import PATIENCE_EXCEEDED
 from chefbot.ros2.rmw.action_client import new_goal_id
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.coroutines import Future

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from chefbot.delivery.drive_retry import NO_NAVIGATOR
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import (
@@ -32,7 +33,6 @@ from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.nodes.delivery import NO_NAVIGATOR
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.clock import StepClock

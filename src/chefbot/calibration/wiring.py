@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from chefbot.calibration.drive import DriveSegment
+from chefbot.msgs.diagnostic_msgs import ERROR, DiagnosticArray
 
 SIDES = ("left", "right")
 MIN_TICKS = 20
@@ -42,6 +43,12 @@ def _encoder_advice(side: str) -> str:
     return (
         f"the {side} encoder counts against its motor: swap its wires A and B, or the two leads of the motor"
     )
+
+
+def board_error(array: DiagnosticArray) -> str:
+    """Return the message of the board's first error in the diagnostics, or an empty string."""
+    errors = [one.message for one in array.status if one.name == "board" and one.level == ERROR]
+    return errors[0] if errors else ""
 
 
 def explain_board_message(board: str, left: int, right: int) -> str:

@@ -94,6 +94,12 @@ class DeliveryRound:
         if not restored.hold_reason:
             self._resume_drive()
 
+    def resume_after_stop(self, *, pressed: bool, pressed_meanwhile: bool) -> None:
+        """Hold the restored round if the emergency stop is pressed, or was at some time since its last message."""
+        if pressed or pressed_meanwhile:
+            self.stop(True)
+            self.stop(pressed)
+
     def cancel(self) -> None:
         """Cancel the round, the waiting orders and the errands."""
         previous = self.status

@@ -37,7 +37,7 @@ from chefbot.storage.atomic_files import make_folder, write_atomic
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
 from chefbot.ui.browser import open_browser
-from chefbot.ui.web_ui import CLICK_STD_XY, CLICK_STD_YAW
+from chefbot.ui.message_conversion import CLICK_STD_XY, CLICK_STD_YAW
 
 SECOND = 1_000_000_000
 """One second in nanoseconds."""

@@ -2,33 +2,23 @@
 
 from __future__ import annotations
 
-import math
-
 import msgspec
 import numpy as np
 
 from chefbot.localization.amcl import Amcl
-from chefbot.localization.clusters import position_spread
+from chefbot.localization.messages import particle_cloud, pose_message, same_grid, status_message
 from chefbot.localization.params import AmclParams
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
-from chefbot.msgs.geometry_msgs import (
-    Pose,
-    PoseWithCovariance,
-    PoseWithCovarianceStamped,
-    TransformStamped,
-    covariance_36,
-)
-from chefbot.msgs.nav2_msgs import Particle, ParticleCloud
+from chefbot.msgs.geometry_msgs import PoseWithCovarianceStamped, TransformStamped
+from chefbot.msgs.nav2_msgs import ParticleCloud
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.msgs.std_msgs import Empty, Header
+from chefbot.msgs.std_msgs import Empty
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.node import In, Node, Out, every, restored, topic
 from chefbot.scan.usable_range import usable_range
 
-SHOWN_PARTICLES = 500
-"""Maximum number of particles published; more would only slow down the web UI."""
 RESTORED_STD_XY, RESTORED_STD_YAW = 0.1, 0.1
 """Standard deviations of a pose restored after a restart, m and rad."""
 
@@ -67,7 +57,7 @@ class AmclNode(Node):
 
     def on_map(self, message: OccupancyGrid) -> None:
         """Restart localization on a new map; the same map, from a restarted map server, changes nothing."""
-        if self._current_map is None or not _same_map(message, self._current_map):
+        if self._current_map is None or not same_grid(message.grid, self._current_map.grid):
             self._amcl = None
         self._current_map = message
 
@@ -98,10 +88,8 @@ class AmclNode(Node):
         transform = TransformStamped.of(stamp, "map", "odom", self._amcl.map_T_odom)
         self.tf_out.publish(TFMessage((transform,)))
         if updated:
-            covariance = covariance_36(self._amcl.covariance)
-            pose = PoseWithCovariance(Pose.of(self._amcl.pose), covariance)
-            self.amcl_pose.publish(PoseWithCovarianceStamped(Header.of(stamp, "map"), pose))
-            self._publish_status(stamp)
+            self.amcl_pose.publish(pose_message(self._amcl, stamp))
+            self.localization_status.publish(status_message(self._amcl, stamp))
 
     def _create_amcl(self, sensor: SE2, odom: SE2) -> Amcl:
         assert self.map.last is not None
@@ -127,42 +115,8 @@ class AmclNode(Node):
         spread = np.sqrt(np.diag(message.pose.planar_covariance))
         self._amcl.set_pose(message.pose.pose.se2, float(max(spread[0], spread[1])), float(spread[2]))
 
-    def _publish_status(self, stamp: int) -> None:
-        assert self._amcl is not None
-        spread = position_spread(self._amcl.covariance)
-        yaw = math.sqrt(max(self._amcl.covariance[2, 2], 0.0))
-        localized = self._amcl.converged
-        sentence = f"I know where I am to {spread:.2f} m." if localized else "Not localized yet."
-        self.localization_status.publish(
-            LocalizationStatus(
-                Header.of(stamp, "map"),
-                localized,
-                self._amcl.confidence,
-                spread,
-                yaw,
-                len(self._amcl.particles),
-                sentence,
-            )
-        )
-
     @every(hz=1)
     def publish_particles(self) -> None:
         """Publish a sample of the particles for display."""
-        if self._amcl is None:
-            return
-        step = max(1, len(self._amcl.particles) // SHOWN_PARTICLES)
-        particles = tuple(
-            Particle(Pose.of(SE2.of(pose)), float(weight))
-            for pose, weight in zip(self._amcl.particles[::step], self._amcl.weights[::step], strict=True)
-        )
-        self.particle_cloud.publish(ParticleCloud(Header.of(self.now_ns, "map"), particles))
-
-
-def _same_map(a: OccupancyGrid, b: OccupancyGrid) -> bool:
-    first, second = a.grid, b.grid
-    same_geometry = (first.origin_x, first.origin_y, first.resolution) == (
-        second.origin_x,
-        second.origin_y,
-        second.resolution,
-    )
-    return same_geometry and np.array_equal(first.cells, second.cells)
+        if self._amcl is not None:
+            self.particle_cloud.publish(particle_cloud(self._amcl, self.now_ns))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -14,34 +13,21 @@ from numpy.typing import NDArray
 from chefbot.costmap.conversions import costmap_message, mark_laser, mark_obstacles, plane_of
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LIVE_PARAMS, CostmapParams
+from chefbot.costmap.pose_jump import PoseJumpDetector
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
-from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, ComputePathToPose_Result
 from chefbot.msgs.nav_msgs import OccupancyGrid, Path
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Float64, Header
+from chefbot.planning.global_planning import ERROR_CODES, NO_TRANSFORM, RETRY_WITHOUT_FAR_MARKS
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
-from chefbot.planning.planner import Planner, PlanningError, PlanningFailure
+from chefbot.planning.planner import Planner, PlanningError
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.plugins import load_plugin
 from chefbot.runtime.transform_buffer import TransformError
-
-ERROR_CODES = {
-    PlanningFailure.START_OUTSIDE_MAP: 203,
-    PlanningFailure.GOAL_OUTSIDE_MAP: 204,
-    PlanningFailure.START_OCCUPIED: 205,
-    PlanningFailure.GOAL_OCCUPIED: 206,
-    PlanningFailure.NO_VALID_PATH: 208,
-}
-"""Error codes of nav2_msgs/action/ComputePathToPose."""
-NO_TRANSFORM = 202
-RETRY_WITHOUT_FAR_MARKS = (PlanningFailure.NO_VALID_PATH, PlanningFailure.GOAL_OCCUPIED)
-"""Failures after which planning is repeated without obstacles out of sensor range, which may have left."""
-JUMP_DISTANCE, JUMP_ANGLE = 0.5, 0.26
-"""Jump of the estimated pose, m and rad (15 degrees), after which the obstacle layers are cleared."""
 
 
 class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -73,7 +59,7 @@ class PlannerNode(Node):
             self.robot.footprint_radius,
             avoid_unknown=self.robot.sensors.forward_sensing_only,
         )
-        self._map_T_odom: SE2 | None = None
+        self._pose_jump = PoseJumpDetector()
         self._planner = self._make_planner()
 
     def reconfigure(self, params: PlannerNodeParams) -> None:
@@ -109,17 +95,9 @@ class PlannerNode(Node):
         except TransformError:
             return  # not localized yet: marks would be in the wrong place
         if self.map.last is not None:
-            self._clear_after_pose_jump(map_T_odom, odom_T_sensor)
+            if self._pose_jump.process(map_T_odom, odom_T_sensor):
+                self._costs.clear()
             mark(self._costs, map_T_odom @ odom_T_sensor)
-
-    def _clear_after_pose_jump(self, map_T_odom: SE2, odom_T_sensor: SE2) -> None:
-        """Clear the obstacle layers after a jump of the pose: relocalization, a moved robot or a loop closure."""
-        if self._map_T_odom is not None:
-            jump = (self._map_T_odom @ odom_T_sensor).between(map_T_odom @ odom_T_sensor)
-            if math.hypot(jump.x, jump.y) < JUMP_DISTANCE and abs(jump.yaw) < JUMP_ANGLE:
-                return
-            self._costs.clear()
-        self._map_T_odom = map_T_odom
 
     def on_clear_costmaps(self, radius: Float64) -> None:
         """Clear the marks within a radius (m) of the robot."""
@@ -140,7 +118,7 @@ class PlannerNode(Node):
         except PlanningError as error:
             code = ERROR_CODES[error.failure]
             return ComputePathToPose_Result(error_code=code, error_msg=str(error))
-        path = self._path(poses)
+        path = Path.of(Header.of(self.now_ns, "map"), poses)
         self.plan.publish(path)
         return ComputePathToPose_Result(path)
 
@@ -155,10 +133,6 @@ class PlannerNode(Node):
             if error.failure not in RETRY_WITHOUT_FAR_MARKS:
                 raise
             return self._planner.plan(self._costs.costs_without_far_marks(robot), start, goal)
-
-    def _path(self, poses: NDArray[np.float64]) -> Path:
-        header = Header.of(self.now_ns, "map")
-        return Path(header, tuple(PoseStamped(header, Pose.of(SE2.of(pose))) for pose in poses))
 
     @every(hz=1)
     def publish_costmap(self) -> None:

@@ -1,4 +1,4 @@
-"""Messages as plain arrays for the web UI."""
+"""Messages as plain arrays for the web UI, and its clicks as messages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,16 @@ from numpy.typing import NDArray
 
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.geometry_msgs import (
+    PoseStamped,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    covariance_36,
+)
 from chefbot.msgs.nav_msgs import Path
+
+CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
+"""Standard deviations of a clicked pose, m and rad."""
 
 
 class CostImage(NamedTuple):
@@ -32,3 +41,9 @@ def path_points(path: Path, frame: SE2) -> NDArray[np.float64]:
     """Return the points of a path, (n, 2), transformed from `frame` to the map."""
     points = [(stamped.pose.position.x, stamped.pose.position.y) for stamped in path.poses]
     return frame.apply(np.array(points, np.float64).reshape(-1, 2))
+
+
+def clicked_pose(clicked: PoseStamped) -> PoseWithCovarianceStamped:
+    """Return a pose that the operator has clicked on the map, with its covariance."""
+    covariance = covariance_36(np.diag([CLICK_STD_XY**2, CLICK_STD_XY**2, CLICK_STD_YAW**2]))
+    return PoseWithCovarianceStamped(clicked.header, PoseWithCovariance(clicked.pose, covariance))

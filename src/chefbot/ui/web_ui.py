@@ -19,14 +19,7 @@ from chefbot.msgs.chefbot_msgs import (
     WheelTicks,
 )
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
-from chefbot.msgs.geometry_msgs import (
-    Pose,
-    PoseStamped,
-    PoseWithCovariance,
-    PoseWithCovarianceStamped,
-    Twist,
-    covariance_36,
-)
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
 from chefbot.msgs.nav2_msgs import ParticleCloud
 from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry, Path
 from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, LaserScan
@@ -39,7 +32,7 @@ from chefbot.ui import commands as do
 from chefbot.ui.browser import url_for_view
 from chefbot.ui.delivery_view import delivery_view, is_errand, validate_command
 from chefbot.ui.layers import DepthView, FrameView, ProgressView, RobotView, ScanView, StatusView, StopView
-from chefbot.ui.message_conversion import cost_image, path_points
+from chefbot.ui.message_conversion import clicked_pose, cost_image, path_points
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
 from chefbot.ui.real_time_factor import RealTimeFactor
@@ -47,8 +40,6 @@ from chefbot.ui.robot_view import frame_views, make_glb, wheel_angles
 from chefbot.ui.server import WebUiServer
 from chefbot.ui.web_ui_params import WebUiParams
 
-CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
-"""Standard deviations of a clicked pose, m and rad."""
 REPEAT_HZ = 5
 """Rate at which unconfirmed requests are repeated, Hz."""
 DIAGNOSTICS_AGE_NS = 5_000_000_000
@@ -394,9 +385,7 @@ class WebUiDevice(Device):
             self.goal_pose.publish(self._stamped(pose))
 
     def _publish_initial_pose(self, pose: SE2) -> None:
-        covariance = covariance_36(np.diag([CLICK_STD_XY**2, CLICK_STD_XY**2, CLICK_STD_YAW**2]))
-        message = PoseWithCovariance(Pose.of(pose), covariance)
-        self.initialpose.publish(PoseWithCovarianceStamped(Header.of(self.now_ns, "map"), message))
+        self.initialpose.publish(clicked_pose(self._stamped(pose)))
 
     def _stamped(self, pose: SE2) -> PoseStamped:
         return PoseStamped(Header.of(self.now_ns, "map"), Pose.of(pose))

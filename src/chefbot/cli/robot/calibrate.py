@@ -97,8 +97,7 @@ def _measure(robot: Robot, launch: Launch, options: CalibrateOptions) -> Measure
             raise UserError(f"no calibration: {why}; no robot file was written, the recording is {recording}")
         scan = node.scan.last
         assert scan is not None
-        drive = CalibrationDrive(node.stations, node.legs, node.squares, node.checks)
-        return Measured(drive, node.mount, scan.header.frame_id, _truth(system))
+        return Measured(node.drive, node.mount, scan.header.frame_id, _truth(system))
 
 
 def _truth(system: NodeContainer) -> dict[str, float] | None:

@@ -1,0 +1,44 @@
+"""Retries of a drive whose navigator is missing, or whose path to the kitchen or home is blocked."""
+
+from __future__ import annotations
+
+NO_NAVIGATOR = 9000
+"""Error code UNKNOWN of nav2_msgs/action/NavigateToPose; here: the navigator died or is not available."""
+NO_VALID_PATH = 208
+"""NO_VALID_PATH of nav2_msgs/action/ComputePathToPose: an obstacle or a person blocks the only path."""
+BLOCKED_PATH_TIMEOUT, BLOCKED_RETRY_PERIOD = 120.0, 10.0
+"""Time for which a blocked path to the kitchen or home is retried, and period of the retries, s.
+
+A blocked table is skipped instead, because the robot can serve the next one."""
+NAVIGATOR_TIMEOUT = 120.0
+"""Time without a navigator after which a place counts as not reached, s: restarting a process may take a minute on a
+busy computer."""
+RETRY_PERIOD = 0.5
+"""Retry period while the places or the navigator are not available, s."""
+
+
+class DriveRetry:
+    """Decides after each attempt of one drive whether there is another one. Times are in ns."""
+
+    def __init__(self) -> None:
+        self._failing_since_ns: int | None = None
+
+    def pause(self, code: int, start_ns: int, now_ns: int, *, required: bool) -> float | None:
+        """Return the pause (s) before the next attempt, or None if the result of this one is final.
+
+        code: error code of the attempt from `start_ns` until `now_ns`, 0 if the place was reached. required: whether
+        the round cannot go on without the place, as the kitchen or home.
+        """
+        was_active = code == NO_NAVIGATOR and (now_ns - start_ns) / 1e9 > NAVIGATOR_TIMEOUT
+        if self._failing_since_ns is None or was_active:
+            self._failing_since_ns = now_ns
+        if now_ns >= self._failing_since_ns + round(_patience(code, required) * 1e9):
+            return None
+        return BLOCKED_RETRY_PERIOD if code == NO_VALID_PATH else RETRY_PERIOD
+
+
+def _patience(code: int, required: bool) -> float:
+    """Return the time (s) since the first failure for which a drive with this error code is retried."""
+    if code == NO_NAVIGATOR:
+        return NAVIGATOR_TIMEOUT
+    return BLOCKED_PATH_TIMEOUT if required and code == NO_VALID_PATH else 0.0

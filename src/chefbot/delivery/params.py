@@ -1,0 +1,25 @@
+"""Parameters of the deliveries."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+
+class DeliveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Names of kitchen and home, and timers that replace the buttons."""
+
+    kitchen: Annotated[str, Meta(min_length=1, description="name of the place where food is loaded")] = (
+        "kitchen"
+    )
+    home: Annotated[str, Meta(min_length=1, description="name of the place to wait for orders")] = "home"
+    loading_time: Annotated[
+        float,
+        Meta(ge=0, le=3600, description="loading timeout, s; 0: wait for 'Loaded'"),
+    ] = 0.0
+    taking_time: Annotated[
+        float,
+        Meta(ge=0, le=3600, description="pickup timeout, s; 0: wait for 'Taken'"),
+    ] = 0.0

@@ -1,0 +1,61 @@
+"""The course of an exploration: turns to look around, the end when no frontier is left, and the status."""
+
+from __future__ import annotations
+
+import math
+
+from chefbot.exploration.explorer import FULL_TURN, ExplorationDecision, ExplorationGoal
+from chefbot.msgs.builtin_interfaces import Duration
+from chefbot.msgs.chefbot_msgs import ExplorationStatus
+from chefbot.msgs.nav2_msgs import Spin_Goal
+from chefbot.msgs.std_msgs import Header
+from chefbot.robot.spec import Robot
+
+EMPTY_MAPS_TO_FINISH = 2
+"""Consecutive maps without a frontier that end the exploration: the last scans may not be in the map yet."""
+NOTHING_DECIDED = ExplorationDecision(None, ())
+"""Decision before the first map."""
+
+
+class ExplorationSession:
+    """Keeps the state of an exploration between two maps; `decision` is the latest one."""
+
+    def __init__(self) -> None:
+        self.decision = NOTHING_DECIDED
+        self._turn = -FULL_TURN
+        self._empty_maps = 0
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether no goal was left on enough maps in a row."""
+        return self._empty_maps >= EMPTY_MAPS_TO_FINISH
+
+    def process(self, decision: ExplorationDecision) -> ExplorationGoal | None:
+        """Process the decision on a new map and return the goal to visit, None to wait for another map."""
+        self.decision = decision
+        self._empty_maps = self._empty_maps + 1 if decision.goal is None else 0
+        return decision.goal
+
+    def next_turn(self) -> Spin_Goal:
+        """Return a full turn, alternately left and right, so that the scale errors of the heading cancel."""
+        self._turn = -self._turn
+        return Spin_Goal(self._turn, Duration.of(30.0))
+
+
+def field_of_view(robot: Robot) -> float:
+    """Return the field of view of the robot's mapping sensor, rad; 2 pi with a lidar."""
+    sensors = robot.sensors
+    if sensors.lidar is not None or sensors.depth_camera is None:
+        return 2.0 * math.pi
+    return sensors.depth_camera.field_of_view
+
+
+def exploration_status(
+    now_ns: int, *, done: bool, decision: ExplorationDecision, sentence: str
+) -> ExplorationStatus:
+    """Return the status to publish, with the skipped frontiers of a decision and their reasons."""
+    remaining = tuple(
+        f"({frontier.x:.1f}, {frontier.y:.1f}) {frontier.length:.1f} m: {frontier.reason}"
+        for frontier in decision.skipped
+    )
+    return ExplorationStatus(Header.of(now_ns, "map"), done, len(remaining), sentence, remaining)

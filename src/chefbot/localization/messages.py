@@ -1,0 +1,55 @@
+"""Messages of a localization: pose, status and particles."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from chefbot.localization.amcl import Amcl
+from chefbot.localization.clusters import position_spread
+from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import LocalizationStatus
+from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
+from chefbot.msgs.nav2_msgs import Particle, ParticleCloud
+from chefbot.msgs.std_msgs import Header
+
+SHOWN_PARTICLES = 500
+"""Maximum number of particles published; more would only slow down the web UI."""
+
+
+def pose_message(amcl: Amcl, stamp_ns: int) -> PoseWithCovarianceStamped:
+    """Return the estimated pose on the map with its covariance."""
+    pose = PoseWithCovariance(Pose.of(amcl.pose), covariance_36(amcl.covariance))
+    return PoseWithCovarianceStamped(Header.of(stamp_ns, "map"), pose)
+
+
+def status_message(amcl: Amcl, stamp_ns: int) -> LocalizationStatus:
+    """Return whether the filter has converged, its confidence and its standard deviations (m, rad)."""
+    spread = position_spread(amcl.covariance)
+    yaw = math.sqrt(max(amcl.covariance[2, 2], 0.0))
+    sentence = f"I know where I am to {spread:.2f} m." if amcl.converged else "Not localized yet."
+    count = len(amcl.particles)
+    header = Header.of(stamp_ns, "map")
+    return LocalizationStatus(header, amcl.converged, amcl.confidence, spread, yaw, count, sentence)
+
+
+def particle_cloud(amcl: Amcl, now_ns: int) -> ParticleCloud:
+    """Return a sample of the particles for display."""
+    step = max(1, len(amcl.particles) // SHOWN_PARTICLES)
+    particles = tuple(
+        Particle(Pose.of(SE2.of(pose)), float(weight))
+        for pose, weight in zip(amcl.particles[::step], amcl.weights[::step], strict=True)
+    )
+    return ParticleCloud(Header.of(now_ns, "map"), particles)
+
+
+def same_grid(first: Grid, second: Grid) -> bool:
+    """Return whether two maps have the same geometry and the same cells."""
+    same_geometry = (first.origin_x, first.origin_y, first.resolution) == (
+        second.origin_x,
+        second.origin_y,
+        second.resolution,
+    )
+    return same_geometry and np.array_equal(first.cells, second.cells)

@@ -1,0 +1,120 @@
+"""Runs a delivery round: drives its legs, presses its buttons by timer, and publishes its status."""
+
+from __future__ import annotations
+
+import msgspec
+
+from chefbot.delivery.button_timer import ButtonPress, ButtonTimer
+from chefbot.delivery.drive_retry import NO_NAVIGATOR, DriveRetry
+from chefbot.delivery.mission import DeliveryRound, DriveRequest, OrderOutcome
+from chefbot.delivery.params import DeliveryParams
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, Places
+from chefbot.msgs.geometry_msgs import PoseStamped
+from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
+from chefbot.msgs.std_msgs import Header
+from chefbot.runtime.actions import action_client
+from chefbot.runtime.coroutines import Cancelled, Task
+from chefbot.runtime.node import In, Node, Out, topic
+from chefbot.safety.emergency_stop import REFUSED
+from chefbot.storage.places import find_place
+
+
+class DeliveryRoundNode(Node):
+    """Base class of the delivery node: the round and its drives, without the events that move it on."""
+
+    params: DeliveryParams
+    places: In[Places]
+    navigate_to_pose = action_client(NavigateToPose)
+    delivery_status: Out[DeliveryStatus] = topic(latched=True)
+
+    def start(self) -> None:
+        """Start idle; the drives begin once `_ready` is set."""
+        self._round = DeliveryRound(
+            self.params.kitchen, self.params.home, self._resolve, self._report_outcome
+        )
+        self._published_status: DeliveryStatus | None = None
+        self._ready = False
+        self._leg: DriveRequest | None = None
+        self._drive: Task[None] | None = None
+        self._timer = ButtonTimer()
+
+    def stop(self) -> None:
+        """Cancel the drive when the node stops; the round is kept in the status."""
+        self._leg = None
+        super().stop()
+
+    def _update_drive(self) -> None:
+        """Publish the status and start, replace or cancel the drive according to the round's leg."""
+        self._publish()
+        leg = self._round.leg if self._ready else None
+        requested, current = (each.number if each else None for each in (leg, self._leg))
+        if requested == current:
+            return
+        self._leg, running = leg, self._drive
+        if running is not None:
+            running.cancel()
+        self._drive = self.spawn(self._drive_leg(leg)) if leg is not None else None
+
+    async def _drive_leg(self, leg: DriveRequest) -> None:
+        """Drive a leg until it is reached, fails or is preempted."""
+        try:
+            result = await self._navigate(leg)
+        except Cancelled:
+            if self._leg is not leg:
+                raise  # cancelled because the round has another leg
+            self._round.on_diverted()
+        else:
+            if result.error_msg == REFUSED:
+                self._round.stop(True)  # the emergency stop message has not arrived here yet
+            else:
+                self._round.arrived(result.error_msg if result.error_code else "")
+        self._drive = self._leg = None
+        self._update_drive()
+
+    async def _navigate(self, leg: DriveRequest) -> NavigateToPose_Result:
+        """Navigate, and retry if the navigator died or the path to the kitchen or home is blocked."""
+        pose = leg.pose or self._poses().get(leg.place)
+        if pose is None:
+            await self.sleep(0.0)
+            return NavigateToPose_Result(NO_NAVIGATOR, f"there is no place called {leg.place!r} on this map")
+        retry = DriveRetry()
+        while True:
+            start_ns, result = self.now_ns, await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
+            required = leg.place in (self.params.kitchen, self.params.home)
+            pause = retry.pause(result.error_code, start_ns, self.now_ns, required=required)
+            if pause is None:
+                return result
+            await self.sleep(pause)
+
+    def _resolve(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the names of places as on the map; UserError if one of them, kitchen or home is missing."""
+        places = self._poses()
+        for place in (self.params.kitchen, self.params.home):
+            find_place(place, places)
+        return tuple(find_place(name, places) for name in names)
+
+    def _poses(self) -> dict[str, PoseStamped]:
+        return {place.name: place.pose for place in self.places.last.places} if self.places.last else {}
+
+    async def _press_after(self, press: ButtonPress) -> None:
+        await self.sleep(press.seconds)
+        if self._timer.elapse(press, self._round):
+            self._update_drive()
+
+    def _publish(self) -> None:
+        press = self._timer.update(self._round, self.params)
+        if press is not None:
+            self.spawn(self._press_after(press))
+        status = self._round.status
+        if status is self._published_status:
+            return
+        self._published_status = status
+        header = Header.of(self.now_ns, "map")
+        self.delivery_status.publish(msgspec.structs.replace(status, header=header))
+        self._report_status(status)
+
+    def _report_status(self, status: DeliveryStatus) -> None:
+        """Process a status that was published."""
+
+    def _report_outcome(self, outcome: OrderOutcome) -> None:
+        """Process the outcome of an order."""

@@ -1,0 +1,74 @@
+"""The growing map of an exploration, and the goals at its frontiers."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.exploration.explorer import ExplorationDecision, ExplorationGoal, Explorer
+from chefbot.exploration.session import field_of_view
+from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.planning.grid_planner import GridPlanner
+from chefbot.planning.planner import PlanningError
+from chefbot.runtime.coroutines import Future, wait_any
+from chefbot.runtime.node import In, Node
+
+MAP_TIMEOUT = 2.5
+"""Maximum time that the mapper takes to publish a new map, s."""
+
+
+class FrontierMapNode(Node):
+    """Base class of a node that selects goals at the frontiers of the latest map.
+
+    Its parameters have the fields `explorer`, `costmap` and `planner`.
+    """
+
+    map: In[OccupancyGrid]
+
+    def start(self) -> None:
+        """Start without a map."""
+        self._explorer = Explorer(
+            self.robot.footprint_radius, field_of_view(self.robot), self.params.explorer
+        )
+        self._planner = GridPlanner(self.params.planner)
+        self._new_map: Future[None] = Future()
+
+    def on_map(self, _: OccupancyGrid) -> None:
+        """Complete the future of the tasks that wait for a map."""
+        pending, self._new_map = self._new_map, Future()
+        pending.set_result(None)
+
+    async def _await_new_map(self) -> None:
+        """Wait for the next map, with a timeout: a mapper without new data publishes none."""
+        while self.map.last is None:
+            await self._new_map
+        await wait_any(self._new_map, self.sleep(MAP_TIMEOUT))
+
+    def _frontier_remains(self, goal: ExplorationGoal) -> bool:
+        """Return whether the goal's frontier is still there."""
+        if self.map.last is None:
+            return True
+        return self._explorer.frontier_remains(self.map.last.grid, goal)
+
+    def _decide(self) -> ExplorationDecision:
+        """Select the next goal on the latest map."""
+        assert self.map.last is not None
+        grid = self.map.last.grid
+        robot = self.tf.lookup("map", "base_link")
+        return self._explorer.decide(grid, self._cost_to_come(grid, robot), robot)
+
+    def _cost_to_come(self, grid: Grid, robot: SE2) -> NDArray[np.float32]:
+        costs = LayeredCostmap(
+            self.params.costmap,
+            self.robot.footprint_radius,
+            avoid_unknown=self.robot.sensors.forward_sensing_only,
+        )
+        costs.set_static(grid)
+        try:
+            return self._planner.potential(costs.update(), robot)
+        except PlanningError:
+            # the robot's cell is occupied: nothing is reachable
+            return np.full(grid.cells.shape, np.inf, np.float32)

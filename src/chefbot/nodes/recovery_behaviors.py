@@ -1,0 +1,71 @@
+"""Client of the behavior server: recovery behaviors of a robot that is blocked, and relocalization of a lost one."""
+
+from __future__ import annotations
+
+from chefbot.behavior.recovery import RecoveryBehavior, RecoveryParams
+from chefbot.behavior.relocalization import (
+    SPIN_STEP_GOAL,
+    YIELD_TIME,
+    LocalizationMonitor,
+    Relocalization,
+    RelocalizationStep,
+)
+from chefbot.msgs.chefbot_msgs import LocalizationStatus
+from chefbot.msgs.nav2_msgs import BackUp, Spin, Spin_Result
+from chefbot.msgs.std_msgs import Float64
+from chefbot.runtime.actions import action_client
+from chefbot.runtime.coroutines import Cancelled, Future, wait_any
+from chefbot.runtime.node import In, Node, Out
+
+COSTMAP_REFRESH_TIME = 1.0
+"""Time that the sensors need to mark the present obstacles again, s."""
+
+
+class RecoveryBehaviorsNode(Node):
+    """Base class of a node that runs recovery behaviors and knows whether localization has converged."""
+
+    localization_status: In[LocalizationStatus]
+    spin = action_client(Spin)
+    backup = action_client(BackUp)
+    clear_costmaps: Out[Float64]
+
+    def start(self) -> None:
+        """Start as localized, until the first status."""
+        self._localization = LocalizationMonitor()
+        self._localization_lost: Future[None] = Future()
+
+    def on_localization_status(self, status: LocalizationStatus) -> None:
+        """Count consecutive localized updates, and interrupt what waits for the loss of localization."""
+        self._localization.process(status)
+        if self._localization.is_lost:
+            self._localization_lost.set_result(None)
+
+    async def _relocalize(self) -> str:
+        """Rotate in place until localization has converged; return an error message, empty on success."""
+        relocalization, step = Relocalization(self._localization), RelocalizationStep.SPIN
+        while step is RelocalizationStep.SPIN:
+            step = relocalization.after_spin(await self._spin_one_step())
+            if step is RelocalizationStep.YIELD:
+                await self.sleep(YIELD_TIME)
+                step = relocalization.after_yield()
+        return relocalization.fault
+
+    async def _spin_one_step(self) -> Spin_Result | None:
+        """Rotate by one step; return None if another motion preempted this one."""
+        spinning = self.spin.call(SPIN_STEP_GOAL)
+        await wait_any(spinning)
+        try:
+            return spinning.result()
+        except Cancelled:
+            return None
+
+    async def _recover(self, behavior: RecoveryBehavior, params: RecoveryParams) -> None:
+        if behavior is RecoveryBehavior.CLEAR:
+            self.clear_costmaps.publish(Float64(params.clear_radius))
+            await self.sleep(COSTMAP_REFRESH_TIME)
+        elif behavior is RecoveryBehavior.SPIN:
+            await self.spin.call(params.spin_goal)
+        elif behavior is RecoveryBehavior.BACK_UP:
+            await self.backup.call(params.back_up_goal(self.robot))
+        else:
+            await self.sleep(params.wait)

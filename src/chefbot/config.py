@@ -170,8 +170,8 @@ def _ros_hint(name: str, kind: types.StructType, key: str) -> str:
     """Return a hint to the key that has the meaning of a ROS package's key, from the structs' ROS_KEYS."""
     ros_keys: dict[str, tuple[str, str]] = getattr(kind.cls, "ROS_KEYS", {})
     if name in ros_keys:
-        field, meaning = ros_keys[name]
-        return f" ({_join(key, field)!r} is {meaning})"
+        ours, meaning = ros_keys[name]
+        return f" ({_join(key, ours)!r} is {meaning})"
     for field in kind.fields:
         inner = field.type
         if isinstance(inner, types.StructType) and (

@@ -166,11 +166,27 @@ def _struct_to_si(value: Any, kind: types.StructType, where: str, key: str) -> A
     fields = {field.encode_name: field for field in kind.fields}
     for name in value:
         if name not in fields:
-            raise ConfigError(f"{where}: unknown key {_join(key, name)!r}{name_hint(str(name), fields)}")
+            hint = _ros_hint(str(name), kind, key) or name_hint(str(name), fields)
+            raise ConfigError(f"{where}: unknown key {_join(key, name)!r}{hint}")
     missing = [f.encode_name for f in kind.fields if f.required and f.encode_name not in value]
     if missing:
         raise ConfigError(f"{where}: {_join(key, missing[0])!r} is missing")
     return {name: _to_si(item, fields[name].type, where, _join(key, name)) for name, item in value.items()}
+
+
+def _ros_hint(name: str, kind: types.StructType, key: str) -> str:
+    """Return a hint to the key that has the meaning of a ROS package's key, from the structs' ROS_KEYS."""
+    ros_keys: dict[str, tuple[str, str]] = getattr(kind.cls, "ROS_KEYS", {})
+    if name in ros_keys:
+        ours, meaning = ros_keys[name]
+        return f" ({_join(key, ours)!r} is {meaning})"
+    for field in kind.fields:
+        inner = field.type
+        if isinstance(inner, types.StructType) and (
+            hint := _ros_hint(name, inner, _join(key, field.encode_name))
+        ):
+            return hint
+    return ""
 
 
 def _quantity(value: Any, unit: str, where: str, key: str) -> float:

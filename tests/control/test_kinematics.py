@@ -8,7 +8,7 @@ import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.devices.test_line import MS, opened, speeds
+from tests.devices.session import MS, opened, speeds
 
 from chefbot.board.session import BoardSession
 from chefbot.control.kinematics import wheel_speeds

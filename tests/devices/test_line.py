@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from tests.devices.session import BITS, MS, ROBOT, motion, opened, sent_lines, speeds, wrapped
 from tests.firmware.lines import framed
 
 from chefbot.board import BoardSession, LineSplitter, ReceivedLine, SensorConverter, frame, parse, unframe
@@ -17,22 +17,8 @@ from chefbot.board.framing import MAX_LINE_LENGTH
 from chefbot.board.messages import BoardLine, MotionLine
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import Imu
-from chefbot.robot.load import load_robot
 
-ROBOT = load_robot("chefbot")
-MS = 1_000_000
 STEP_US = 10_000
-BITS = 1 << 32
-
-
-def wrapped(value: int) -> int:
-    """As the board writes a signed 32-bit counter."""
-    return (value + BITS // 2) % BITS - BITS // 2
-
-
-def motion(sequence: int, t: int, left: int = 0, right: int = 0, angle: int = 0, samples: int = 0) -> bytes:
-    numbers = f"{t % BITS} {wrapped(left)} {wrapped(right)} {wrapped(angle)} {samples % 65536}"
-    return framed(f"e {sequence % 65536} {numbers} 0000")
 
 
 def stream(count: int, first: int = 0) -> list[bytes]:
@@ -287,37 +273,12 @@ def test_over_missing_gyro_samples_no_turn_is_told() -> None:
 # -- what we say
 
 
-def _spoken(data: bytes) -> Iterator[list[str]]:
-    for line in data.split(b"\n"):
-        if line:
-            text = unframe(line)
-            assert text is not None
-            yield text.split(" ")
-
-
-def opened(first: int = 100) -> BoardSession:
-    """A session with an answered handshake and a stop commanded, at 1 s."""
-    session = BoardSession(ROBOT, token=6)
-    (hello,) = _spoken(session.data_to_send(0))
-    ticks = round(1000 * ROBOT.motor.ticks_per_turn)
-    answer = f"chefbot 1 test 00000000 {ticks} 100 1000 9000 9000 9000 9000 {first} 03"
-    session.receive_data(framed(f"v 0 {hello[1]} {answer}"), 0)
-    assert session.is_open and session.refused is None
-    session.receive_data(motion(1, 1_000_000), 1000 * MS)
-    session.command(0.0, 0.0, 1000 * MS)
-    return session
-
-
-def speeds(data: bytes) -> list[tuple[int, int]]:
-    return [(int(words[2]), int(words[3])) for words in _spoken(data) if words[0] == "s"]
-
-
 def test_nothing_but_handshakes_before_an_answer() -> None:
     session = BoardSession(ROBOT)
     said = b"".join(
         session.data_to_send(n * 20 * MS) + session.command(4.0, 4.0, n * 20 * MS) for n in range(100)
     )
-    assert {words[0] for words in _spoken(said)} == {"v"}
+    assert {words[0] for words in sent_lines(said)} == {"v"}
 
 
 @given(st.sampled_from([math.nan, math.inf, -math.inf]), st.booleans())
@@ -347,7 +308,7 @@ def test_every_command_fits_the_protocol(values: list[float], first: int) -> Non
     """At most nine digits, numbers one ahead of each other modulo 2^16."""
     session, expected = opened(first), first
     for n, value in enumerate(values, start=1):
-        for words in _spoken(session.command(value, -value, (1000 + n) * MS)):
+        for words in sent_lines(session.command(value, -value, (1000 + n) * MS)):
             assert all(len(word.lstrip("-")) <= 9 for word in words[1:])
             assert int(words[1]) == (expected + 1 + n) % 65536  # one stop was said before
 
@@ -359,7 +320,7 @@ def test_after_a_clear_nothing_drives_before_a_stop() -> None:
     for n in range(30):
         said += session.data_to_send((1100 + 20 * n) * MS) + session.command(4.0, 4.0, (1110 + 20 * n) * MS)
     assert set(speeds(said)) == {(0, 0)}
-    assert "c" in {words[0] for words in _spoken(said)}
+    assert "c" in {words[0] for words in sent_lines(said)}
     session.receive_data(motion(2, 1_800_000), 1800 * MS)
     session.command(0.0, 0.0, 1800 * MS)
     assert speeds(session.command(4.0, 4.0, 1820 * MS))[0][0] > 0
@@ -379,10 +340,10 @@ def test_without_ticks_from_the_board_a_stop_is_said_instead() -> None:
 def test_an_emergency_stop_is_said_until_the_board_has_it() -> None:
     session = opened()
     said = [session.stop(1100 * MS)] + [session.data_to_send((1100 + 20 * n) * MS) for n in range(1, 30)]
-    assert all("x" in {words[0] for words in _spoken(data)} for data in said)
+    assert all("x" in {words[0] for words in sent_lines(data)} for data in said)
     session.receive_data(framed("e 2 1700000 0 0 0 0 0302"), 1700 * MS)
     later = b"".join(session.data_to_send((1710 + 20 * n) * MS) for n in range(10))
-    assert "x" not in {words[0] for words in _spoken(later)}
+    assert "x" not in {words[0] for words in sent_lines(later)}
 
 
 def test_a_board_of_another_version_or_with_other_ticks_is_refused_in_a_sentence() -> None:
@@ -391,7 +352,7 @@ def test_a_board_of_another_version_or_with_other_ticks_is_refused_in_a_sentence
         ("chefbot 1 test 00000000 8400000 100 1000 9000 9000 9000 9000 7 03", "8400 ticks per turn"),
     ):
         session = BoardSession(ROBOT)
-        (hello,) = _spoken(session.data_to_send(0))
+        (hello,) = sent_lines(session.data_to_send(0))
         session.receive_data(framed(f"v 0 {hello[1]} {answer}"), 0)
         assert not session.is_open
         assert session.refused is not None and word in session.refused and "chefbot flash" in session.refused

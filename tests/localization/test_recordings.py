@@ -21,16 +21,19 @@ from scipy.stats import binom
 from chefbot.localization.amcl import Amcl
 from chefbot.localization.params import AmclParams
 from chefbot.maths.grid import Grid
+from chefbot.maths.odometry_noise import OdometryNoise
 from chefbot.maths.se2 import SE2
 
 SHARED = Path(os.environ.get("CHEFBOT_SHARED", Path(__file__).parents[2].parent / "shared")) / "data/slam"
 RANGE = 30.0
 CELL = 0.05
 POOR_ODOMETRY = AmclParams(
-    rotation_noise_from_rotation=0.2,
-    rotation_noise_from_translation=0.1,
-    translation_noise_from_translation=0.2,
-    translation_noise_from_rotation=0.1,
+    odometry_noise=OdometryNoise(
+        rotation_from_rotation=0.2,
+        rotation_from_translation=0.1,
+        translation_from_translation=0.2,
+        translation_from_rotation=0.1,
+    ),
 )
 pytestmark = [pytest.mark.slow, pytest.mark.data]
 

@@ -9,6 +9,7 @@ import pytest
 from tests.support.lasers import CAMERA, LIDAR
 
 from chefbot.errors import OdometryError, ScanError
+from chefbot.maths.odometry_noise import OdometryNoise
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam import Gmapping, GmappingParams, run_log, trajectory_tum
 from chefbot.slam.carmen import CarmenLogError, parse
@@ -47,10 +48,12 @@ def test_a_depth_camera_improves_good_odometry(ring, drive, odometry, seed: int)
     params = GmappingParams(
         particles=30,
         seed=seed,
-        translation_noise_from_translation=0.05,
-        translation_noise_from_rotation=0.05,
-        rotation_noise_from_translation=0.05,
-        rotation_noise_from_rotation=0.05,
+        odometry_noise=OdometryNoise(
+            translation_from_translation=0.05,
+            translation_from_rotation=0.05,
+            rotation_from_translation=0.05,
+            rotation_from_rotation=0.05,
+        ),
     )
     _, errors = run(ring, truth, odom, params, CAMERA, SE2(0.1, 0, 0), near=0.45)
     assert lost > 0.7

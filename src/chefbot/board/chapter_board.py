@@ -62,7 +62,7 @@ class ChapterLink:
         self._robot = robot
         self._reader = ChapterReader()
         self._pids = (WheelPid(robot), WheelPid(robot))
-        self._max_tick_rate = MAX_SPEED_FACTOR * robot.motor.no_load_speed * robot.motor.ticks_per_radian
+        self._max_tick_rate = MAX_SPEED_FACTOR * robot.motor.no_load_tick_rate
         self._max_wheel_speed = MAX_SPEED / robot.wheel_radius
         self._battery: int | None = None
         self._stopped = False

@@ -58,7 +58,6 @@ def as_int32(value: int) -> int:
 
 def _motion(robot: Robot) -> tuple[FirmwareConstant, ...]:
     ticks_per_metre = 1.0 / robot.metres_per_tick
-    no_load = robot.motor.no_load_speed * robot.motor.ticks_per_radian
     turn_wheel_speed = max_turn(robot) * robot.wheels.separation
     return (
         FirmwareConstant(
@@ -82,7 +81,7 @@ def _motion(robot: Robot) -> tuple[FirmwareConstant, ...]:
             "ticks/s^2",
             "drive.max_acceleration",
         ),
-        FirmwareConstant("no_load", round(no_load), "ticks/s", "motor.no_load_speed"),
+        FirmwareConstant("no_load", round(robot.motor.no_load_tick_rate), "ticks/s", "motor.no_load_speed"),
         FirmwareConstant(
             "lag", min(round(1000 * _lag(robot)), MAX_LAG_MS), "ms", "motor, mass with body.payload, wheels"
         ),
@@ -94,8 +93,8 @@ def _lag(robot: Robot) -> float:
     torque-speed line."""
     # Reflected inertia of half the mass at the wheel radius, plus the rotor.
     inertia = total_mass(robot) * robot.wheel_radius**2 / 2.0 + robot.motor.rotor_inertia
-    # Linear torque-speed line: tau = J * omega_no_load / (eta * T_stall).
-    return inertia * robot.motor.no_load_speed / (DRIVE_EFFICIENCY * robot.motor.stall_torque)
+    # Linear torque-speed line: tau = J * (omega_no_load / T_stall) / eta.
+    return inertia * robot.motor.speed_torque_gradient / DRIVE_EFFICIENCY
 
 
 def _power_and_sensors(robot: Robot) -> tuple[FirmwareConstant, ...]:

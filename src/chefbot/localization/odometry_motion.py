@@ -61,18 +61,15 @@ def spread(motion: SE2, params: AmclParams) -> tuple[float, float, float]:
 
     The variances are alpha1 rot1^2 + alpha2 trans^2 and so on.
     """
+    noise = params.odometry_noise
     rot1, trans, rot2 = decompose(motion)
     return (
-        math.hypot(
-            params.rotation_noise_from_rotation * rot1, params.rotation_noise_from_translation * trans
-        ),
+        math.hypot(noise.rotation_from_rotation * rot1, noise.rotation_from_translation * trans),
         math.sqrt(
-            (params.translation_noise_from_translation * trans) ** 2
-            + params.translation_noise_from_rotation**2 * (rot1**2 + rot2**2)
+            (noise.translation_from_translation * trans) ** 2
+            + noise.translation_from_rotation**2 * (rot1**2 + rot2**2)
         ),
-        math.hypot(
-            params.rotation_noise_from_rotation * rot2, params.rotation_noise_from_translation * trans
-        ),
+        math.hypot(noise.rotation_from_rotation * rot2, noise.rotation_from_translation * trans),
     )
 
 

@@ -7,6 +7,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from chefbot.maths.odometry_noise import OdometryNoise
+
 
 class AmclParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of `Amcl`, with Nav2's names where the concept is the same."""
@@ -15,22 +17,12 @@ class AmclParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     max_particles: Annotated[
         int, Meta(ge=10, le=1_000_000, description="maximum number of particles after resampling")
     ] = 20_000
-    rotation_noise_from_rotation: Annotated[
-        float,
-        Meta(ge=0.0, le=2.0, description="rotation noise from rotation, rad/rad: square root of alpha1"),
-    ] = 0.05
-    rotation_noise_from_translation: Annotated[
-        float,
-        Meta(ge=0.0, le=5.0, description="rotation noise from translation, rad/m: square root of alpha2"),
-    ] = 0.05
-    translation_noise_from_translation: Annotated[
-        float,
-        Meta(ge=0.0, le=2.0, description="translation noise from translation, m/m: square root of alpha3"),
-    ] = 0.1
-    translation_noise_from_rotation: Annotated[
-        float,
-        Meta(ge=0.0, le=2.0, description="translation noise from rotation, m/rad: square root of alpha4"),
-    ] = 0.05
+    odometry_noise: OdometryNoise = OdometryNoise(
+        translation_from_translation=0.1,
+        translation_from_rotation=0.05,
+        rotation_from_translation=0.05,
+        rotation_from_rotation=0.05,
+    )
     z_hit: Annotated[
         float, Meta(gt=0.0, le=1.0, description="share of the beams that end on something mapped")
     ] = 0.9

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
+from chefbot.maths.odometry_noise import OdometryNoise
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
@@ -16,10 +17,12 @@ from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
 
 CAMERA = GmappingParams(
-    translation_noise_from_translation=0.01,
-    translation_noise_from_rotation=0.003,
-    rotation_noise_from_translation=0.003,
-    rotation_noise_from_rotation=0.006,
+    odometry_noise=OdometryNoise(
+        translation_from_translation=0.01,
+        translation_from_rotation=0.003,
+        rotation_from_translation=0.003,
+        rotation_from_rotation=0.006,
+    ),
     min_translation_noise=0.002,
     min_rotation_noise=0.001,
 )

@@ -25,6 +25,7 @@ from chefbot.odometry.motion_model import (
     Array,
 )
 from chefbot.odometry.params import OdometryParams
+from chefbot.robot.motion_limits import no_load_wheel_speed, turn_rate_on_spot
 from chefbot.robot.spec import Robot
 
 SPEED_MARGIN = 1.5
@@ -84,7 +85,7 @@ class DriveModel:
         """Return the model of a robot; `counter_bits` is the width of the board's counters, which may wrap
         around."""
         params = params or OdometryParams()
-        imu, max_wheel_speed = robot.sensors.imu, robot.motor.no_load_speed * robot.wheel_radius
+        imu, max_wheel_speed = robot.sensors.imu, no_load_wheel_speed(robot)
         calibration = robot.calibration
         factors = (
             calibration.left_wheel,
@@ -101,7 +102,7 @@ class DriveModel:
             diameter_error=calibration.wheel_deviation or params.diameter_error,
             separation_error=calibration.separation_deviation or params.separation_error,
             max_wheel_speed=SPEED_MARGIN * max_wheel_speed,
-            max_yaw_rate=TURN_MARGIN * 2.0 * max_wheel_speed / robot.wheels.separation,
+            max_yaw_rate=TURN_MARGIN * turn_rate_on_spot(robot, max_wheel_speed),
             max_yaw_acceleration=TURN_MARGIN * robot.drive.max_turn_acceleration,
             imu_x=imu.mount.x,
             imu_y=imu.mount.y,

@@ -85,6 +85,11 @@ class Tubes(RobotSection, frozen=True, kw_only=True):
     wall: Length
     material: Name
 
+    @property
+    def outer_radius(self) -> float:
+        """Outer radius, metres."""
+        return self.bore / 2.0 + self.wall
+
 
 class MotorClamp(RobotSection, frozen=True, kw_only=True):
     """Angle bracket below the base plate: flange screwed to the plate, face holding the motor's front."""
@@ -108,6 +113,16 @@ class Wheels(RobotSection, frozen=True, kw_only=True):
     """Coefficient of friction of the tyre on the floor."""
     gap: Length
     """Distance between a wheel and its motor clamp."""
+
+    @property
+    def inner_face(self) -> float:
+        """Distance of the wheels' inner faces from the robot's plane of symmetry, metres."""
+        return self.separation / 2.0 - self.width / 2.0
+
+    @property
+    def outer_face(self) -> float:
+        """Distance of the wheels' outer faces from the robot's plane of symmetry, metres."""
+        return self.separation / 2.0 + self.width / 2.0
 
 
 class Casters(RobotSection, frozen=True, kw_only=True):

@@ -71,6 +71,16 @@ class Motor(RobotSection, frozen=True, kw_only=True):
         return self.ticks_per_turn / (2.0 * math.pi)
 
     @property
+    def no_load_tick_rate(self) -> float:
+        """Encoder counts per second at no-load speed."""
+        return self.no_load_speed * self.ticks_per_radian
+
+    @property
+    def speed_torque_gradient(self) -> float:
+        """Speed lost per torque along the motor's straight line, rad/s per N m, at any voltage."""
+        return self.no_load_speed / self.stall_torque
+
+    @property
     def rotor_inertia(self) -> float:
         """Rotor inertia reflected to the gearbox output shaft, kg m^2."""
         return ROTOR_INERTIA_FACTOR * self.mass * self.diameter**2 * self.gear_ratio**2

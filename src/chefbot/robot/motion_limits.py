@@ -5,7 +5,25 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from chefbot.robot.geometry.mass import total_mass
-from chefbot.robot.spec import DRIVE_EFFICIENCY, DRIVEN_WEIGHT_FRACTION, GRAVITY, ROLLING_RESISTANCE, Robot
+from chefbot.robot.spec import GRAVITY, ROLLING_RESISTANCE, Robot
+
+
+def rolling_torque(robot: Robot) -> float:
+    """Return the torque of each wheel against rolling resistance on a hard floor, N m, of the loaded robot."""
+    return ROLLING_RESISTANCE * total_mass(robot) * GRAVITY * robot.wheel_radius / 2.0
+
+
+def no_load_wheel_speed(robot: Robot) -> float:
+    """Return the speed of a wheel at the ground, m/s, at the motor's no-load speed."""
+    return robot.motor.no_load_speed * robot.wheel_radius
+
+
+def turn_rate_on_spot(robot: Robot, wheel_speed: float) -> float:
+    """Return the turn rate on the spot, rad/s, with wheels at a speed at the ground, m/s, one forward, one back.
+
+    An acceleration of the wheels, m/s^2, gives the angular acceleration, rad/s^2.
+    """
+    return 2.0 * wheel_speed / robot.wheels.separation
 
 
 def max_wheel_speed(robot: Robot) -> float:
@@ -13,11 +31,9 @@ def max_wheel_speed(robot: Robot) -> float:
 
     The motor's speed falls linearly with torque; the load is rolling resistance over drive efficiency.
     """
-    # Torque per wheel against rolling resistance: half the robot's weight on each motor.
-    rolling_torque = ROLLING_RESISTANCE * total_mass(robot) * GRAVITY * robot.wheel_radius / 2.0
     # Share of the no-load speed that is left at this torque (linear motor characteristic).
-    speed_fraction = 1.0 - rolling_torque / (DRIVE_EFFICIENCY * robot.motor.stall_torque)
-    return robot.motor.no_load_speed * robot.wheel_radius * max(speed_fraction, 0.0)
+    speed_fraction = 1.0 - rolling_torque(robot) / robot.wheel_stall_torque
+    return no_load_wheel_speed(robot) * max(speed_fraction, 0.0)
 
 
 def max_speed(robot: Robot) -> float:
@@ -27,13 +43,13 @@ def max_speed(robot: Robot) -> float:
 
 def max_turn(robot: Robot) -> float:
     """Return the maximum turn rate on the spot, rad/s."""
-    return min(robot.drive.max_turn, 2.0 * max_wheel_speed(robot) / robot.wheels.separation)
+    return min(robot.drive.max_turn, turn_rate_on_spot(robot, max_wheel_speed(robot)))
 
 
 def max_acceleration(robot: Robot) -> float:
     """Return the maximum forward acceleration, m/s^2, limited by tyre grip and motor torque."""
-    grip_limit = robot.wheels.friction * GRAVITY * DRIVEN_WEIGHT_FRACTION
-    motor_limit = 2.0 * DRIVE_EFFICIENCY * robot.motor.stall_torque / (robot.wheel_radius * total_mass(robot))
+    grip_limit = robot.traction * GRAVITY
+    motor_limit = 2.0 * robot.wheel_stall_torque / (robot.wheel_radius * total_mass(robot))
     return min(robot.drive.max_acceleration, grip_limit, motor_limit)
 
 
@@ -42,7 +58,7 @@ def max_turn_acceleration(robot: Robot) -> float:
 
     The wheels accelerate no harder than when driving forward.
     """
-    return min(robot.drive.max_turn_acceleration, 2.0 * max_acceleration(robot) / robot.wheels.separation)
+    return min(robot.drive.max_turn_acceleration, turn_rate_on_spot(robot, max_acceleration(robot)))
 
 
 class Limits(NamedTuple):

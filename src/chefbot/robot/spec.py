@@ -80,7 +80,21 @@ class Robot(RobotSection, frozen=True, kw_only=True):
         return self.wheel_radius / self.motor.ticks_per_radian
 
     @property
+    def wheel_stall_torque(self) -> float:
+        """Stall torque of one motor at its wheel, after the losses of the drive, N m."""
+        return DRIVE_EFFICIENCY * self.motor.stall_torque
+
+    @property
+    def traction(self) -> float:
+        """Maximum push of the driven tyres on a level floor, as a share of the robot's weight."""
+        return self.wheels.friction * DRIVEN_WEIGHT_FRACTION
+
+    @property
+    def wheel_corner_radius(self) -> float:
+        """Distance of the wheels' outer corners from the middle of the axle, seen from above, metres."""
+        return math.hypot(self.wheels.outer_face, self.wheel_radius)
+
+    @property
     def footprint_radius(self) -> float:
         """Circumscribed radius of plates and wheels about the middle of the axle, metres."""
-        wheel_corner = math.hypot(self.wheels.separation / 2 + self.wheels.width / 2, self.wheel_radius)
-        return max(self.body.radius, wheel_corner)
+        return max(self.body.radius, self.wheel_corner_radius)

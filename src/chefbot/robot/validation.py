@@ -178,7 +178,7 @@ def _wheels(robot: Robot) -> Iterator[Contradiction]:
     )
     yield wheels.separation <= wheels.width, "wheels.separation", "the wheels overlap each other"
     yield (
-        wheels.separation / 2 - wheels.width / 2 > body.radius + wheels.width,
+        wheels.inner_face > body.radius + wheels.width,
         "wheels.separation",
         f"the wheels stand clear of the plate of {mm(body.radius)} radius; make it smaller or body.radius larger",
     )

@@ -10,6 +10,10 @@ from numpy.typing import NDArray
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.params import GmappingParams
 
+LATERAL_NOISE_FACTOR = 0.3
+"""Noise across the direction of travel as a fraction of that along it: `sxy` in motionmodel.cpp of
+openslam_gmapping."""
+
 
 class OdometryStep:
     """The motion since the last processed scan, and the length of the path it took."""
@@ -30,25 +34,26 @@ class OdometryStep:
     def variance(self, params: GmappingParams) -> NDArray[np.float64]:
         """Return the variances (3,) of the error in x, y (m^2) and heading (rad^2).
 
-        As in gmapping's motion model, standard deviations grow linearly with travel and rotation; lateral
-        errors are 0.3 times the longitudinal ones.
+        As in gmapping's motion model, standard deviations grow linearly with travel and rotation; errors
+        across the direction of travel are LATERAL_NOISE_FACTOR times those along it.
         """
-        p, t, r = params, self.travel, self.rotation
+        noise, t, r = params.odometry_noise, self.travel, self.rotation
         forward, lateral = abs(self.motion.x), abs(self.motion.y)
         # Path length in excess of the net displacement: it adds error in both directions
         detour = t - math.hypot(forward, lateral)
-        lateral_noise = 0.3 * p.translation_noise_from_translation
+        lateral_noise = LATERAL_NOISE_FACTOR * noise.translation_from_translation
         std = [
-            p.translation_noise_from_translation * (forward + detour)
-            + p.translation_noise_from_rotation * r
+            noise.translation_from_translation * (forward + detour)
+            + noise.translation_from_rotation * r
             + lateral_noise * lateral,
-            p.translation_noise_from_translation * (lateral + detour)
-            + p.translation_noise_from_rotation * r
+            noise.translation_from_translation * (lateral + detour)
+            + noise.translation_from_rotation * r
             + lateral_noise * forward,
-            p.rotation_noise_from_rotation * r + p.rotation_noise_from_translation * t,
+            noise.rotation_from_rotation * r + noise.rotation_from_translation * t,
         ]
         # Minimum noise, since the stamps of scan and odometry differ
-        min_std = np.array([p.min_translation_noise, p.min_translation_noise, p.min_rotation_noise])
+        min_xy, min_yaw = params.min_translation_noise, params.min_rotation_noise
+        min_std = np.array([min_xy, min_xy, min_yaw])
         return np.square(std) + np.square(min_std)
 
 

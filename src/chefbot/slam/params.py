@@ -7,6 +7,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from chefbot.maths.odometry_noise import OdometryNoise
+
 
 class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of `Gmapping`; the defaults suit lasers of 180 to 360 degrees and depth cameras indoors."""
@@ -34,19 +36,12 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     iterations: Annotated[
         int, Meta(ge=1, le=10, description="how often the matcher halves its last steps")
     ] = 4
-    translation_noise_from_translation: Annotated[
-        float, Meta(ge=0.0, le=1.0, description="travel error due to travel, m per m (standard deviation)")
-    ] = 0.1
-    translation_noise_from_rotation: Annotated[
-        float,
-        Meta(ge=0.0, le=1.0, description="travel error due to rotation, m per rad (standard deviation)"),
-    ] = 0.1
-    rotation_noise_from_translation: Annotated[
-        float, Meta(ge=0.0, le=1.0, description="heading error due to travel, rad per m (standard deviation)")
-    ] = 0.2
-    rotation_noise_from_rotation: Annotated[
-        float, Meta(ge=0.0, le=1.0, description="heading error due to rotation, rad per rad (std. deviation)")
-    ] = 0.2
+    odometry_noise: OdometryNoise = OdometryNoise(
+        translation_from_translation=0.1,
+        translation_from_rotation=0.1,
+        rotation_from_translation=0.2,
+        rotation_from_rotation=0.2,
+    )
     min_translation_noise: Annotated[
         float,
         Meta(ge=0.0001, le=0.1, description="minimum odometry noise per step, m (standard deviation)"),

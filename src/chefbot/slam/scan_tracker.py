@@ -6,14 +6,17 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.maths.odometry_noise import OdometryNoise
 from chefbot.maths.se2 import SE2
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
 
 TRACKER_PARAMS = GmappingParams(
     particles=1, linear_update=0.0, angular_update=0.0, sigma=0.03, iterations=8, independent_beams=100.0,
-    translation_noise_from_translation=0.02, translation_noise_from_rotation=0.003,
-    rotation_noise_from_translation=0.01, rotation_noise_from_rotation=0.02,
+    odometry_noise=OdometryNoise(
+        translation_from_translation=0.02, translation_from_rotation=0.003,
+        rotation_from_translation=0.01, rotation_from_rotation=0.02,
+    ),
     min_translation_noise=0.002, min_rotation_noise=0.001,
 )  # fmt: skip
 """One particle, every scan, small steps: the room is small and odometry errors between scans are small."""

@@ -65,7 +65,7 @@ def _higher(robot: Robot, body: PartBody, lack: float) -> tuple[str, str]:
 
 def _notch(robot: Robot) -> Iterator[Finding]:
     """The chapter's rule for the slot, and the air round the wheel where it passes the plate."""
-    half, inner = half_chord(robot), robot.wheels.separation / 2 - robot.wheels.width / 2
+    half, inner = half_chord(robot), robot.wheels.inner_face
     if half <= 0.0:
         return
     notch, wheel = robot.plates.notch, robot.wheels.diameter

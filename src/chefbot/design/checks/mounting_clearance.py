@@ -36,8 +36,7 @@ def box_room(robot: Robot, box: ClearanceBox, others: list[ClearanceBox]) -> flo
     if place.plate < robot.plates.count:
         distances.append(robot.tubes.length - size.z)
     if robot.plates.count > 1:
-        thick = robot.tubes.bore / 2.0 + robot.tubes.wall
-        distances += [_to_point(box, at) - thick for at in layout.pole_positions(robot)]
+        distances += [_to_point(box, at) - robot.tubes.outer_radius for at in layout.pole_positions(robot)]
     distances += [_between(box, other) for other in others if other.place.plate == place.plate]
     return min(distances)
 

@@ -14,10 +14,10 @@ from chefbot.design.export.links import Primitive, UrdfLink, links, looks, senso
 from chefbot.design.export.urdf_frames import joint_name, quaternion
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.robot.as_built import AS_DRAWN, AsBuilt
-from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.geometry.shapes import MassProperties
 from chefbot.robot.geometry.solids import SENSOR, RobotPart
-from chefbot.robot.spec import DRIVE_EFFICIENCY, GRAVITY, ROLLING_RESISTANCE, Robot
+from chefbot.robot.motion_limits import rolling_torque
+from chefbot.robot.spec import DRIVE_EFFICIENCY, GRAVITY, Robot
 
 HULL_GROUP, LOOKS_GROUP, HOUSING_GROUP = 1, 2, 3
 """Geom groups of the robot: what collides, its parts as built, and the sensors' housings, which their own rays
@@ -92,11 +92,10 @@ def _sub_body(robot: Robot, link: UrdfLink, as_built: AsBuilt) -> str:
     x, y, z = link.at
     joint = ""
     if link.turns:
-        rolling = ROLLING_RESISTANCE * total_mass(robot) * GRAVITY * robot.wheel_radius / 2
         name = joint_name(link.name)
         joint = (
             f'<joint name="{name}" type="hinge" axis="0 1 0" armature="{robot.motor.rotor_inertia:.3g}" '
-            f'frictionloss="{rolling:.9g}"/>'
+            f'frictionloss="{rolling_torque(robot):.9g}"/>'
         )
         y, z = y * as_built.separation, z * _wheel_factor(link.name, as_built)
     pos = numbers((x, y, z))
@@ -150,8 +149,8 @@ def _site(name: str, at: tuple[float, float, float], pitch: float, yaw: float) -
 
 
 def _actuators(robot: Robot) -> str:
-    stall = DRIVE_EFFICIENCY * robot.motor.stall_torque
-    slope = stall / robot.motor.no_load_speed
+    stall = robot.wheel_stall_torque
+    slope = DRIVE_EFFICIENCY / robot.motor.speed_torque_gradient
     full = max(1.0, robot.battery.full_voltage / robot.motor.voltage)
     line = (
         f'gaintype="fixed" gainprm="{stall:.9g}" biastype="affine" biasprm="0 0 {-slope:.9g}" '

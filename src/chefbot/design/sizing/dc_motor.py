@@ -14,7 +14,7 @@ SOURCE = "straight motor line (Hughes and Drury, Electric Motors and Drives, ch.
 
 def speed(motor: Motor, torque: float, voltage: float, name: str) -> Result:
     """Of the gear's shaft under `torque` N m at `voltage`, rad/s; negative where the load is too heavy."""
-    value = motor.no_load_speed * (voltage / motor.voltage - torque / motor.stall_torque)
+    value = motor.no_load_speed * voltage / motor.voltage - torque * motor.speed_torque_gradient
     return worked(
         name, value, "rad/s", "n0 * (V / Vr - T / Ts)", SOURCE,
         n0=motor.no_load_speed, V=voltage, Vr=motor.voltage, T=torque, Ts=motor.stall_torque,

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from chefbot.design.sizing import dc_motor
 from chefbot.design.sizing.calculation import Result, worked
-from chefbot.design.sizing.forces import CRUISE_ON_CARPET, DRIVEN_WHEELS, motor_torque, worst
+from chefbot.design.sizing.forces import (
+    CRUISE_ON_CARPET,
+    DRIVEN_WHEELS,
+    motor_torque,
+    requested_wheel_speed,
+    worst,
+)
 from chefbot.robot.spec import Robot
 
 CONVERTER_EFFICIENCY = 0.9
@@ -19,7 +25,7 @@ SOURCE = "energy balance; battery's sheet"
 def driving_power(robot: Robot, mass: float) -> Result:
     """Of both motors at full speed on level carpet, W."""
     torque = motor_torque(robot, mass, CRUISE_ON_CARPET).value
-    across = dc_motor.voltage(robot.motor, torque, robot.drive.max_speed / robot.wheel_radius).value
+    across = dc_motor.voltage(robot.motor, torque, requested_wheel_speed(robot)).value
     drawn = dc_motor.current(robot.motor, torque, "").value
     return worked(
         "power of both motors, cruising on carpet", DRIVEN_WHEELS * across * drawn, "W", "n * U * I",

@@ -19,6 +19,11 @@ SOURCE = "free body of the robot; RobotShop, Drive Motor Sizing Tutorial"
 GRIP_SOURCE = "Coulomb friction of the driven tyres"
 
 
+def requested_wheel_speed(robot: Robot) -> float:
+    """Return the angular velocity of the wheels, rad/s, at the owner's maximum speed."""
+    return robot.drive.max_speed / robot.wheel_radius
+
+
 class Duty(NamedTuple):
     """A way of driving: rolling resistance, slope in radians, acceleration in m/s^2."""
 
@@ -75,11 +80,10 @@ def motor_torque(robot: Robot, mass: float, duty: Duty) -> Result:
 
 def grip(robot: Robot, mass: float, slope: float) -> Result:
     """The most that the driven tyres can push together before they slip, N."""
-    friction = robot.wheels.friction
-    value = friction * DRIVEN_WEIGHT_FRACTION * mass * GRAVITY * math.cos(slope)
+    value = robot.traction * mass * GRAVITY * math.cos(slope)
     return worked(
         "grip of both driven tyres", value, "N", "mu * k * m * g * cos(s)", GRIP_SOURCE,
-        mu=friction, k=DRIVEN_WEIGHT_FRACTION, m=mass, g=GRAVITY, s=slope,
+        mu=robot.wheels.friction, k=DRIVEN_WEIGHT_FRACTION, m=mass, g=GRAVITY, s=slope,
     )  # fmt: skip
 
 

@@ -14,10 +14,12 @@ from chefbot.design.sizing.forces import (
     force,
     grip,
     motor_torque,
+    requested_wheel_speed,
     worst,
 )
 from chefbot.design.sizing.stability import SAFETY, Load, tipping
 from chefbot.robot.geometry import layout
+from chefbot.robot.motion_limits import turn_rate_on_spot
 from chefbot.robot.spec import Robot
 
 SPEED_RESERVE = 1.2
@@ -160,12 +162,12 @@ def wheel_speed(robot: Robot, mass: float) -> float:
 
 def wanted_speed(robot: Robot) -> float:
     """Of the wheels with the reserve, rad/s."""
-    return SPEED_RESERVE * robot.drive.max_speed / robot.wheel_radius
+    return SPEED_RESERVE * requested_wheel_speed(robot)
 
 
 def turn_rate(robot: Robot, mass: float) -> float:
     """On the spot, rad/s."""
-    return 2.0 * wheel_speed(robot, mass) * robot.wheel_radius / robot.wheels.separation
+    return turn_rate_on_spot(robot, wheel_speed(robot, mass) * robot.wheel_radius)
 
 
 def boards(robot: Robot) -> int:

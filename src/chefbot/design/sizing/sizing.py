@@ -10,7 +10,13 @@ import math
 
 from chefbot.design.sizing import dc_motor, energy_budget, forces
 from chefbot.design.sizing.calculation import Result, worked
-from chefbot.design.sizing.requirements import SPEED_RESERVE, WORST_SHARE_OF_STALL, turn_rate, wheel_speed
+from chefbot.design.sizing.requirements import (
+    SPEED_RESERVE,
+    WORST_SHARE_OF_STALL,
+    turn_rate,
+    wanted_speed,
+    wheel_speed,
+)
 from chefbot.design.sizing.stability import Load, tipping
 from chefbot.robot.geometry import layout
 from chefbot.robot.spec import Robot
@@ -65,10 +71,9 @@ def stands(robot: Robot, load: Load) -> list[Result]:
 
 
 def _needed_speed(robot: Robot) -> Result:
-    speed, radius = robot.drive.max_speed, robot.wheel_radius
     return worked(
-        "speed of the wheels, with reserve", SPEED_RESERVE * speed / radius, "rad/s", "k * v / r",
-        "20 to 30 % to correct with", k=SPEED_RESERVE, v=speed, r=radius,
+        "speed of the wheels, with reserve", wanted_speed(robot), "rad/s", "k * v / r",
+        "20 to 30 % to correct with", k=SPEED_RESERVE, v=robot.drive.max_speed, r=robot.wheel_radius,
     )  # fmt: skip
 
 

@@ -108,8 +108,7 @@ def _bears(distance: float, load: Load) -> Result:
 
 def _hard_braking(robot: Robot) -> Result:
     friction = robot.wheels.friction
-    value = friction * DRIVEN_WEIGHT_FRACTION
-    return worked("meets", value, "g", "mu * k", SOURCE, mu=friction, k=DRIVEN_WEIGHT_FRACTION)
+    return worked("meets", robot.traction, "g", "mu * k", SOURCE, mu=friction, k=DRIVEN_WEIGHT_FRACTION)
 
 
 def _braking_downhill(robot: Robot) -> Result:

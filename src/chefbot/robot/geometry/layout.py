@@ -43,7 +43,7 @@ def motor_bottom(robot: Robot) -> float:
 
 def clamp_front(robot: Robot) -> float:
     """Return |y| of the clamp face towards the wheel, m."""
-    return robot.wheels.separation / 2 - robot.wheels.width / 2 - robot.wheels.gap
+    return robot.wheels.inner_face - robot.wheels.gap
 
 
 def motor_front(robot: Robot) -> float:

@@ -146,8 +146,7 @@ PLATE_OUTLINES = {
 def _poles_and_tubes(robot: Robot) -> Iterator[RobotPart]:
     poles, tubes, undersides = robot.poles, robot.tubes, layout.plate_undersides(robot)
     rod = Prism(Outline(circle(poles.radius), (circle(robot.plates.screw_hole / 2),)), poles.height)
-    bore = tubes.bore / 2
-    tube = Prism(Outline(circle(bore + tubes.wall), (circle(bore),)), tubes.length)
+    tube = Prism(Outline(circle(tubes.outer_radius), (circle(tubes.bore / 2),)), tubes.length)
     for level, underside in enumerate(undersides[:-1], start=1):
         floor = underside + robot.plates.thickness
         ceiling = floor + tubes.length
@@ -177,7 +176,7 @@ def _motor(robot: Robot, side: str, sign: float) -> RobotPart:
     """Return a motor with body and shaft; its frame lies where the shaft leaves the body."""
     motor = robot.motor
     front = layout.motor_front(robot)
-    shaft_length = robot.wheels.separation / 2 + robot.wheels.width / 2 - front
+    shaft_length = robot.wheels.outer_face - front
     body_at = (0.0, -sign * motor.length / 2, motor.shaft_offset)
     body = Prism(Outline(circle(motor.diameter / 2)), motor.length, "y", body_at)
     shaft = Prism(

@@ -10,6 +10,7 @@ import math
 
 from chefbot.design.export.ros2.annotated_yaml import Because, Tree, rounded, short
 from chefbot.design.export.ros2.derived_nav_params import Figures
+from chefbot.robot.motion_limits import turn_rate_on_spot
 
 EXAMPLE_SPEED, EXAMPLE_TURN, EXAMPLE_AHEAD, EXAMPLE_CELL = 0.5, 1.9, 1.4, 0.05
 """Nav2's example robot: m/s, rad/s, m, m."""
@@ -26,7 +27,7 @@ def controller_server(figures: Figures) -> Tree:
     robot = figures.robot
     tick = robot.metres_per_tick * robot.sensors.imu.rate
     slowest = min(tick, CRAWL * figures.speed.number)
-    turning = min(2 * tick / robot.wheels.separation, CRAWL * figures.turn.number)
+    turning = min(turn_rate_on_spot(robot, tick), CRAWL * figures.turn.number)
     return {
         "controller_frequency": figures.frequency.because(),
         "min_x_velocity_threshold": Because(

@@ -17,6 +17,7 @@ from chefbot.robot.motion_limits import (
     max_turn,
     max_turn_acceleration,
     max_wheel_speed,
+    turn_rate_on_spot,
 )
 from chefbot.robot.spec import Robot
 
@@ -88,10 +89,10 @@ class Figures:
     def radius(self) -> Figure:
         """The circle that the robot is for a planner."""
         robot = self.robot
-        corner = math.hypot((robot.wheels.separation + robot.wheels.width) / 2, robot.wheel_radius)
         return Figure(
             math.ceil(robot.footprint_radius * 1e4) / 1e4,
-            f"the larger of body.radius {short(robot.body.radius)} and the wheels' corners, {short(corner)}",
+            f"the larger of body.radius {short(robot.body.radius)} and the wheels' corners,"
+            f" {short(robot.wheel_corner_radius)}",
         )
 
     @cached_property
@@ -130,7 +131,7 @@ class Figures:
     def turn(self) -> Figure:
         """On the spot, rad/s."""
         robot = self.robot
-        rims = 2 * max_wheel_speed(robot) / robot.wheels.separation
+        rims = turn_rate_on_spot(robot, max_wheel_speed(robot))
         return Figure(
             at_most(max_turn(robot)),
             f"drive.max_turn {short(robot.drive.max_turn)}, and no more than 2 x wheel speed / separation ="
@@ -150,7 +151,7 @@ class Figures:
     def turn_acceleration(self) -> Figure:
         """On the spot, rad/s^2."""
         robot = self.robot
-        rims = 2 * max_acceleration(robot) / robot.wheels.separation
+        rims = turn_rate_on_spot(robot, max_acceleration(robot))
         return Figure(
             at_most(max_turn_acceleration(robot)),
             f"drive.max_turn_acceleration {short(robot.drive.max_turn_acceleration)}, and no more than"

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 SIMULATED = """# Written by `chefbot ros2`: the simulated robot without anything that says where it is on a map.
-about: "The simulated base for ROS 2 navigation{how}."
+description: "The simulated base for ROS 2 navigation{how}."
 include: [simulator, base]
 """
 BUILT = """# Written by `chefbot ros2`: the built robot without anything that says where it is on a map.
-about: "The built base for ROS 2 navigation{how}; board_port:= is where the board is."
+description: "The built base for ROS 2 navigation{how}; board_port:= is where the board is."
 clock: wall
 args: {{board_port: auto, port: 8080}}
 include: [base]
@@ -16,7 +16,7 @@ nodes:
   page:
     kind: chefbot.ui.web_ui:WebUiDevice
     params: {{port: "${{port}}"}}
-    unless: "${{headless}}"
+    disabled: "${{headless}}"
 """
 WHEELS_ALONE = """\
   odometry:                     # wheels alone, elsewhere: robot_localization joins them with the gyro
@@ -26,7 +26,7 @@ WHEELS_ALONE = """\
 YOURS = """# Written by `chefbot ros2`: our localization and navigation for a robot whose drivers are ROS 2's.
 # It needs /scan, odom -> base_footprint -> base_link and the scan's frame on /tf and /tf_static, and obeys /cmd_vel,
 # geometry_msgs/Twist. Only radius, speeds and the scan's range and frame are taken from the robot file.
-about: Our navigation on a ROS 2 robot; map_file:= is its map.
+description: Our navigation on a ROS 2 robot; map_file:= is its map.
 clock: wall
 args: {map_file: runs/demo/map.yaml, port: 8080}
 include: [navigation]
@@ -38,7 +38,7 @@ nodes:
   page:
     kind: chefbot.ui.web_ui:WebUiDevice
     params: {port: "${port}"}
-    unless: "${headless}"
+    disabled: "${headless}"
 """
 
 

@@ -326,7 +326,8 @@ class WebUiDevice(Device):
         if doors is None:
             return ()
         return tuple(
-            DoorView(name, opening > 0.0) for name, opening in zip(doors.name, doors.position, strict=True)
+            DoorView(name, bool(opening > 0.0))
+            for name, opening in zip(doors.name, doors.position, strict=True)
         )
 
     def _warnings(self) -> tuple[str, ...]:

@@ -61,7 +61,7 @@ def system_with(listeners: int) -> NodeContainer:
     system = NodeContainer(Loop(StepClock()), ROBOT, 1)
     nodes = {"first": NodeEntry(kind=f"{__name__}:First")}
     nodes |= {f"second_{i}": NodeEntry(kind=f"{__name__}:Second") for i in range(listeners)}
-    system.launch(Launch(name="bench", about="", args={}, nodes=nodes))
+    system.launch(Launch(name="bench", description="", args={}, nodes=nodes))
     return system
 
 

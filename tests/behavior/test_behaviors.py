@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.behavior.behavior import BehaviorProgress, free_ahead
-from chefbot.behavior.motions import DriveStraight, Spin, Wait
+from chefbot.behavior.motions import DriveStraight, Spin
 from chefbot.maths.costs import INSCRIBED, LETHAL, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
@@ -81,9 +81,3 @@ def test_a_robot_that_cannot_move_times_out():
     steps = [straight.update(SE2(0.0, 0.0, 0.0), floor(), DT).progress for _ in range(30)]
     assert steps[10] is BehaviorProgress.RUNNING
     assert steps[-1] is BehaviorProgress.TIMED_OUT
-
-
-def test_wait_waits():
-    wait = Wait(1.0)
-    running = [wait.update(SE2(0, 0, 0), floor(), DT).progress is BehaviorProgress.RUNNING for _ in range(30)]
-    assert sum(running) == pytest.approx(19, abs=1)

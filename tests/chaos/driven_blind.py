@@ -100,7 +100,7 @@ class BlindDrive:
         params: dict[str, Any] = {"world": world, "profile": profile, "people": 0, "picture_hz": 0}
         nodes = {name: NodeEntry(kind=kind) for name, kind in NODES.items()}
         nodes["simulator"] = NodeEntry(kind=NODES["simulator"], params=params)
-        self.system.launch(Launch(name="driven", about="", args={}, nodes=nodes))
+        self.system.launch(Launch(name="driven", description="", args={}, nodes=nodes))
         simulator: Any = self.system.nodes["simulator"]
         self.simulation: Simulation = simulator.simulation
         if at is not None:

@@ -22,7 +22,7 @@ from tests.support.waiting import in_time
 
 STOP_MS, BACK_S = 200.0, 5.0
 PONDERING = """
-about: A step that takes long, in a process of its own.
+description: A step that takes long, in a process of its own.
 clock: wall
 nodes:
   frames: {kind: "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode"}

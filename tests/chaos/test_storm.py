@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from chefbot.robot.load import load_robot
-from chefbot.sim.world.floor_plan import lidar_plan
+from chefbot.sim.world.floor_plan import floor_plan
 from chefbot.sim.world.load import load_any_world
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
@@ -33,7 +33,7 @@ def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The room as a mapper would save it."""
     path = tmp_path_factory.mktemp("map") / "room.yaml"
     world = load_any_world("room", load_robot("chefbot_lidar"))
-    save_map(path, lidar_plan(world, load_robot("chefbot_lidar")))
+    save_map(path, floor_plan(world, load_robot("chefbot_lidar").sensors.lidar.mount.z))
     save_places(places_path(path), world.places)
     return path
 

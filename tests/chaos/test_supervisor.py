@@ -59,7 +59,7 @@ class Kept:
 
 @contextmanager
 def supervised(kept: Kept, notes: Path) -> Iterator[Supervisor]:
-    order = WorkerSpec(Launch(name="x", about="", args={}, nodes={}), "a", ".", 0, 7447)
+    order = WorkerSpec(Launch(name="x", description="", args={}, nodes={}), "a", ".", 0, 7447)
     command = (sys.executable, "-c", NOTING, str(notes))
     one = Supervisor([order], kept.told.append, command, hooks=kept.hooks())
     try:

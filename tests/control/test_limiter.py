@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.control.kinematics import twist, wheel_speeds
+from chefbot.control.kinematics import wheel_speeds
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
 from chefbot.safety.velocity_limiter import VelocityLimiter
@@ -48,5 +48,7 @@ def test_nonsense_and_stale_commands_stop_and_say_why(v, age):
 
 
 @given(st.floats(-1, 1), st.floats(-3, 3))
-def test_wheels_and_twist_are_inverse(v, w):
-    assert twist(*wheel_speeds(v, w, ROBOT), ROBOT) == pytest.approx((v, w), abs=1e-9)
+def test_wheel_speeds_give_the_twist(v, w):
+    left, right = (speed * ROBOT.wheel_radius for speed in wheel_speeds(v, w, ROBOT))
+    assert (left + right) / 2 == pytest.approx(v, abs=1e-9)
+    assert (right - left) / ROBOT.wheels.separation == pytest.approx(w, abs=1e-9)

@@ -76,7 +76,7 @@ class Driven:
         entry = NodeEntry(
             kind="chefbot.devices.gamepad:GamepadDevice", params={"device": str(path), **params}
         )
-        self.system.launch(Launch(name="t", about="", args={}, nodes={"gamepad": entry}))
+        self.system.launch(Launch(name="t", description="", args={}, nodes={"gamepad": entry}))
 
     def all(self, kind: type) -> list[Any]:
         return [one.message for one in self.said if isinstance(one.message, kind)]

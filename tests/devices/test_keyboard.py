@@ -75,7 +75,7 @@ class Driven:
         self.entries = {kind: NodeEntry(kind=kind) for kind in (KEYBOARD, *more)}
 
     def start(self) -> None:
-        self.system.launch(Launch(name="t", about="", args={}, nodes=self.entries))
+        self.system.launch(Launch(name="t", description="", args={}, nodes=self.entries))
 
     def until_said(self) -> tuple[float, float]:
         """Simulated time runs on until the thread of the terminal has brought the next key."""

@@ -26,7 +26,7 @@ from chefbot.runtime.node_container import NodeContainer
 
 ROBOT = load_robot("chefbot")
 LAUNCH = """
-about: What remembers a STOP, and the base.
+description: What remembers a STOP, and the base.
 clock: wall
 args: {wire: "off"}
 nodes:
@@ -68,7 +68,7 @@ class Life:
                 remap={"stop_memory/remark": "memory/remark"},
             ),
         }
-        self.system.launch(Launch(name="t", about="", args={}, nodes=nodes))
+        self.system.launch(Launch(name="t", description="", args={}, nodes=nodes))
         self.run()
 
     def run(self) -> None:

@@ -22,7 +22,7 @@ from chefbot.runtime.launch import built_in_launches, load_launch, node_class, n
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.replay import Replay, read_log
-from chefbot.sim.world.floor_plan import lidar_plan
+from chefbot.sim.world.floor_plan import floor_plan
 from chefbot.sim.world.load import load_any_world
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
@@ -33,7 +33,7 @@ NEEDS_A_ROBOT = {
 }
 NEEDS_A_BOARD = {"robot_standalone"}  # tests/devices/test_board.py has one
 SENSES_NOTHING = {"model_robot"}
-PARTS = {name for name in built_in_launches() if not load_launch(name).about}
+PARTS = {name for name in built_in_launches() if not load_launch(name).description}
 ALONE = sorted(set(built_in_launches()) - NEEDS_A_ROBOT - NEEDS_A_BOARD - PARTS)
 CHAPTER = {
     *("chefbot_empty_world", "chefbot_hotel_world", "gmapping_demo", "amcl_demo", "view_navigation"),
@@ -58,7 +58,7 @@ def saved_map(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The room as a mapper would save it, with its places beside it."""
     path = tmp_path_factory.mktemp("map") / "room.yaml"
     world = load_any_world("room", load_robot("chefbot_lidar"))
-    save_map(path, lidar_plan(world, load_robot("chefbot_lidar")))
+    save_map(path, floor_plan(world, load_robot("chefbot_lidar").sensors.lidar.mount.z))
     save_places(places_path(path), world.places)
     return path
 

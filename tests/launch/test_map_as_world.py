@@ -15,7 +15,7 @@ from chefbot.msgs.nav_msgs import Odometry
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import Publication
-from chefbot.sim.world.floor_plan import lidar_plan
+from chefbot.sim.world.floor_plan import floor_plan
 from chefbot.sim.world.world import load_world
 from chefbot.storage.map_files import save_map
 
@@ -27,7 +27,10 @@ TURN = Twist.of(0.1, 0.6)
 @pytest.fixture(scope="module")
 def room_map(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The room as a perfect mapper's map, without places."""
-    return save_map(tmp_path_factory.mktemp("map") / "stranger", lidar_plan(load_world("room"), ROBOT))
+    return save_map(
+        tmp_path_factory.mktemp("map") / "stranger",
+        floor_plan(load_world("room"), ROBOT.sensors.lidar.mount.z),
+    )
 
 
 @pytest.mark.slow

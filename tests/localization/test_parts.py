@@ -14,6 +14,7 @@ from chefbot.localization.likelihood_field import surfaces
 from chefbot.localization.params import AmclParams
 from chefbot.localization.pose_bins import PoseBins
 from chefbot.maths.grid import Grid
+from chefbot.maths.resampling import low_variance
 from chefbot.maths.se2 import SE2
 
 GRID = Grid(np.zeros((200, 200), np.int8), 0.05, 0.0, 0.0)
@@ -60,7 +61,7 @@ def test_standing_still_moves_nothing() -> None:
 def test_the_comb_draws_each_within_one_of_its_share(raw: list[float], n: int, offset: float) -> None:
     weights = np.array(raw) + 1e-9
     weights /= weights.sum()
-    counts = np.bincount(resampling.low_variance(weights, n, offset), minlength=weights.size)
+    counts = np.bincount(low_variance(weights, n, offset), minlength=weights.size)
     assert counts.sum() == n
     assert np.all(np.abs(counts - n * weights) < 1.0 + 1e-6)
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from chefbot.maths.angles import mean_angle, wrap, wrap_array
+from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
 
 metres = st.floats(-100, 100)
@@ -60,29 +60,12 @@ def test_wrap_keeps_the_direction_and_the_interval(angle):
     assert -math.pi <= wrapped < math.pi
     assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-9)
     assert math.sin(wrapped) == pytest.approx(math.sin(angle), abs=1e-9)
-    assert wrap_array(np.array([angle]))[0] == wrapped
 
 
 @pytest.mark.parametrize("angle", [math.pi, -math.pi, math.nextafter(-math.pi, -4), -1e-17, 0.0, 3 * math.pi])
 def test_wrap_at_its_ends(angle):
     assert -math.pi <= wrap(angle) < math.pi
-    assert -math.pi <= wrap_array(np.array([angle]))[0] < math.pi
 
 
 def test_wrap_hides_no_damage():
-    assert math.isnan(wrap(math.nan)) and np.isnan(wrap_array(np.array([math.nan]))).all()
-
-
-@given(st.floats(-3, 3), st.floats(-0.5, 0.5))
-def test_mean_angle_turns_with_its_angles(middle, spread):
-    assert wrap(mean_angle(np.array([middle - spread, middle + spread])) - middle) == pytest.approx(
-        0, abs=1e-9
-    )
-    around_the_back = np.array([math.pi - 0.1, -math.pi + 0.3])
-    assert mean_angle(around_the_back) == pytest.approx(-math.pi + 0.1)
-
-
-def test_mean_angle_by_weight():
-    angles = np.array([0.0, math.pi / 2])
-    assert mean_angle(angles, np.array([5.0, 0.0])) == 0.0
-    assert mean_angle(angles, np.array([1.0, 3.0])) == pytest.approx(math.atan2(3, 1))
+    assert math.isnan(wrap(math.nan))

@@ -21,7 +21,7 @@ from chefbot.runtime.node_container import NodeContainer
 def test_home_is_where_odometry_began_however_late_the_mapper_comes(odom: SE2) -> None:
     system = NodeContainer(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
     entry = NodeEntry(kind="chefbot.nodes.gmapping:GmappingNode")
-    system.launch(Launch(name="test", about="", args={}, nodes={"gmapping": entry}))
+    system.launch(Launch(name="test", description="", args={}, nodes={"gmapping": entry}))
     said: list[TransformStamped] = []
     system.loop.subscribe("tf", "test", lambda message: said.extend(message.transforms))  # type: ignore[attr-defined]
     now = system.loop.now_ns

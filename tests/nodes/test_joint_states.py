@@ -45,7 +45,7 @@ class Told:
         self.fixed: list[TFMessage] = []
         for topic, heard in (("joint_states", self.joints), ("tf", self.frames), ("tf_static", self.fixed)):
             loop.subscribe(topic, "test", heard.append)  # type: ignore[arg-type]
-        system.launch(Launch(name="t", about="", args={}, nodes=nodes))
+        system.launch(Launch(name="t", description="", args={}, nodes=nodes))
         for left, right in ticks:
             loop.run(until_ns=loop.now_ns + TICK_NS)
             loop.publish("wheel_ticks", WheelTicks(Header.of(loop.now_ns, ""), left, right), "board")

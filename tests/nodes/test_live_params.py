@@ -62,7 +62,7 @@ def thinking() -> NodeContainer:
     }
     entries = {name: NodeEntry(kind=f"chefbot.nodes.{kind}") for name, kind in kinds.items()}
     system = NodeContainer(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
-    system.launch(Launch(name="test", about="", args={}, nodes=entries))
+    system.launch(Launch(name="test", description="", args={}, nodes=entries))
     return system
 
 

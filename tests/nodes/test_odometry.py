@@ -20,7 +20,7 @@ def health(silent_from: float) -> list[tuple[int, str]]:
     """Level and sentence of every second of a straight drive; the gyro is silent from `silent_from` s on."""
     system = NodeContainer(Loop(StepClock()), load_robot("chefbot"), 1)
     entry = NodeEntry(kind="chefbot.nodes.odometry:OdometryNode")
-    system.launch(Launch(name="test", about="", args={}, nodes={"odometry": entry}))
+    system.launch(Launch(name="test", description="", args={}, nodes={"odometry": entry}))
     heard: list[tuple[int, str]] = []
 
     def listen(message: DiagnosticArray) -> None:

@@ -33,7 +33,7 @@ def marked(beliefs: list[SE2]) -> set[tuple[int, int]]:
     in turn to be at these poses."""
     system = NodeContainer(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
     entry = NodeEntry(kind="chefbot.nodes.planner:PlannerNode")
-    system.launch(Launch(name="test", about="", args={}, nodes={"planner": entry}))
+    system.launch(Launch(name="test", description="", args={}, nodes={"planner": entry}))
     heard: list[OccupancyGrid] = []
     system.loop.subscribe("global_costmap/costmap", "test", heard.append)
 

@@ -67,7 +67,7 @@ def tried(robot: str) -> list[str]:
     system.loop.add_observer(said.append)
     kinds = {"navigator": "chefbot.nodes.navigator:NavigatorNode", "walled": f"{__name__}:Walled"}
     nodes = {name: NodeEntry(kind=kind) for name, kind in kinds.items()}
-    system.launch(Launch(name="test", about="", args={}, nodes=nodes))
+    system.launch(Launch(name="test", description="", args={}, nodes=nodes))
     goal = PoseStamped(Header.of(0, "map"), Pose.of(SE2(1.0, 0.0, 0.0)))
     system.loop.publish("goal_pose", goal, "test")
     system.loop.run(until_ns=60_000_000_000)

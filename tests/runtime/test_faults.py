@@ -98,7 +98,7 @@ def system_of() -> NodeContainer:
 
 def launch_of(*kinds: type[Node]) -> Launch:
     entries = {kind.__name__.lower(): NodeEntry(kind=f"{__name__}:{kind.__name__}") for kind in kinds}
-    return Launch(name="faulty", about="", args={}, nodes=entries)
+    return Launch(name="faulty", description="", args={}, nodes=entries)
 
 
 @pytest.fixture

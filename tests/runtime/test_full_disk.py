@@ -130,7 +130,7 @@ def test_a_robot_goes_on_when_its_log_is_full_and_says_so(
     }
     with files_up_to(60_000), session(load_robot("chefbot"), 1, "simulation", 0.0, path) as system:
         system.loop.add_observer(said.append)
-        start(system, Launch(name="toys", about="", args={}, nodes=nodes))
+        start(system, Launch(name="toys", description="", args={}, nodes=nodes))
         system.loop.run(until_ns=200_000_000_000)
     told = [one for one in said if isinstance(one.message, DiagnosticArray)]
     assert {(one.message.status[0].name, one.message.status[0].level) for one in told} == {

@@ -18,7 +18,7 @@ HOSTS = ("", "nuc", "laptop")
 @given(st.dictionaries(st.sampled_from("abcdef"), st.sampled_from(HOSTS), max_size=6))
 def test_each_node_runs_on_exactly_one_machine(homes: dict[str, str]) -> None:
     nodes = {name: NodeEntry(kind="a:B", host=host) for name, host in homes.items()}
-    launch = Launch(name="x", about="", args={}, nodes=nodes)
+    launch = Launch(name="x", description="", args={}, nodes=nodes)
     parts = {machine: part_for_machine(launch, machine) for machine in ("robot1", "nuc", "laptop")}
     known = set(hosts_of(launch)) | {"robot1"}
     run = [name for machine, part in parts.items() if machine in known for name in part.nodes]
@@ -52,7 +52,7 @@ def test_an_entry_without_a_kind_changes_an_included_one(tmp_path: Path) -> None
 include: [simulator]
 nodes:
   simulator: {host: server, params: {picture_hz: 1.0}, remap: {scan: scan_raw}}
-  page: {unless: true}
+  page: {disabled: true}
 """
     before = load_launch("simulator").nodes["simulator"]
     nodes = load_launch(write(tmp_path, own)).nodes

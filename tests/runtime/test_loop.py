@@ -24,7 +24,7 @@ HERE = "tests.runtime.toys"
 def make(nodes: dict[str, str], seed: int = 1, start_ns: int = 0) -> NodeContainer:
     system = NodeContainer(Loop(StepClock(), start_ns), load_robot("chefbot"), seed)
     entries = {name: NodeEntry(kind=f"{HERE}:{kind}") for name, kind in nodes.items()}
-    system.launch(Launch(name="test", about="", args={}, nodes=entries))
+    system.launch(Launch(name="test", description="", args={}, nodes=entries))
     return system
 
 
@@ -133,7 +133,7 @@ def test_devices_stay_when_the_next_launch_names_them_too() -> None:
     counter, doubler = system.nodes["counter"], system.nodes["doubler"]
     system.loop.run(until_ns=10**9)
     entries = {name: NodeEntry(kind=f"{HERE}:{name.title()}") for name in ("counter", "doubler")}
-    system.launch(Launch(name="next", about="", args={}, nodes=entries))
+    system.launch(Launch(name="next", description="", args={}, nodes=entries))
     assert system.nodes["counter"] is counter
     assert system.nodes["doubler"] is not doubler
 
@@ -143,5 +143,5 @@ def test_a_launch_with_a_fault_starts_nothing() -> None:
     counter = system.nodes["counter"]
     bad = {"counter": NodeEntry(kind=f"{HERE}:Counter", params={"stpe": 2.0})}
     with pytest.raises(ConfigError, match=r"unknown key 'stpe' \(did you mean 'step'\?\)"):
-        system.launch(Launch(name="bad", about="", args={}, nodes=bad))
+        system.launch(Launch(name="bad", description="", args={}, nodes=bad))
     assert system.nodes["counter"] is counter

@@ -24,11 +24,11 @@ def record(path: Path, *, step: float = 1.0) -> None:
     recorder = Recorder(path, system.robot, 5)
     system.loop.add_observer(recorder)
     entries = {name: NodeEntry(kind=f"tests.runtime.toys:{kind}") for name, kind in NODES.items()}
-    first = Launch(name="first", about="", args={}, nodes=entries)
+    first = Launch(name="first", description="", args={}, nodes=entries)
     system.launch(first)
     system.loop.run(until_ns=2_500_000_000)
     del entries["guest"]
-    system.loop.post(lambda: system.launch(Launch(name="second", about="", args={}, nodes=entries)))
+    system.loop.post(lambda: system.launch(Launch(name="second", description="", args={}, nodes=entries)))
     system.loop.run(until_ns=5_000_000_000)
     recorder.close()
 

@@ -12,13 +12,13 @@ from chefbot.config import ConfigError
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
+from chefbot.robot.geometry.layout import ground_clearance, overall_height
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world.floor_plan import body_plan, floor_plan, free_area, lidar_plan, reachable
+from chefbot.sim.world.floor_plan import floor_plan, reachable
 from chefbot.sim.world.furniture import PERSON_RADIUS
 from chefbot.sim.world.map_world import merged_rectangles, world_from_map
-from chefbot.sim.world.picture import plan_picture
 from chefbot.sim.world.shapes import box, cylinder, distance
 from chefbot.sim.world.world import World, built_in_worlds, load_world, parse_world
 
@@ -75,8 +75,9 @@ def test_the_hotel_is_one() -> None:
 
 
 def test_lidar_sees_the_occupied_cells_of_the_floor_plan(world: World) -> None:
-    plan, lidar = lidar_plan(world, ROBOT), ROBOT.sensors.lidar
+    lidar = ROBOT.sensors.lidar
     assert lidar is not None
+    plan = floor_plan(world, lidar.mount.z)
     angles = lidar_angles(lidar)
     hits = 0
     for pose in world.places.values():
@@ -93,7 +94,7 @@ def test_lidar_sees_the_occupied_cells_of_the_floor_plan(world: World) -> None:
 def test_beams_are_free_up_to_their_end_in_the_plan() -> None:
     room, lidar = load_world("room"), ROBOT.sensors.lidar
     assert lidar is not None
-    plan = lidar_plan(room, ROBOT)
+    plan = floor_plan(room, lidar.mount.z)
     ranges = Simulation(ROBOT, room).lidar()
     for r, a in zip(ranges.tolist(), lidar_angles(lidar).tolist(), strict=True):
         for s in np.arange(0.1, r - 0.1, 0.05).tolist() if math.isfinite(r) else ():
@@ -106,13 +107,18 @@ def floor_touches(plan: Grid, x: float, y: float) -> bool:
     return bool((plan.cells[row - 1 : row + 2, column - 1 : column + 2] == FREE).any())
 
 
+def free_area(grid: Grid) -> float:
+    return float(np.count_nonzero(grid.cells == FREE)) * grid.resolution**2
+
+
 def test_what_is_above_or_below_the_slice_is_not_in_the_plan() -> None:
     room = load_world("room")
     table = next(s for s in room.static if s.name == "dining_table/top")
     assert floor_plan(room, 0.2).at(table.x, table.y) == FREE
     assert floor_plan(room, 0.0, 1.0).at(table.x, table.y) == OCCUPIED
-    assert free_area(floor_plan(room, 0.2)) > free_area(body_plan(room, ROBOT))
-    assert free_area(reachable(room, ROBOT)) < free_area(body_plan(room, ROBOT)) < 5.0 * 4.0
+    body = floor_plan(room, ground_clearance(ROBOT), overall_height(ROBOT))
+    assert free_area(floor_plan(room, 0.2)) > free_area(body)
+    assert free_area(reachable(room, ROBOT)) < free_area(body) < 5.0 * 4.0
 
 
 def test_rooms_outside_and_behind_closed_doors_are_not_explorable() -> None:
@@ -241,8 +247,3 @@ def test_distance_to_a_box_is_that_to_its_nearest_point(
 def test_distance_to_a_cylinder() -> None:
     shape = cylinder("c", (1.0, 0.0), 0.0, 0.5, 1.0, (0, 0, 0))
     assert distance(shape, np.array([3.0, 1.0]), np.array([0.0, 0.2])).tolist() == [1.5, 0.0]
-
-
-def test_the_picture_is_written(tmp_path, world: World) -> None:  # type: ignore[no-untyped-def]
-    plan_picture(world, tmp_path / "plan.png", dpi=20)
-    assert (tmp_path / "plan.png").stat().st_size > 1000

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chefbot.maths.resampling import low_variance
 from chefbot.maths.se2 import SE2
 from chefbot.slam.motion_model import OdometryStep, compose
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.particle_ancestry import ParticleAncestry
-from chefbot.slam.resampling import effective_number, normalized, systematic
+from chefbot.slam.resampling import effective_number, normalized
 from chefbot.slam.scan_beams import beams_of, reach, thinned
 
 
@@ -46,7 +47,7 @@ def test_systematic_resampling_gives_each_its_share(logs: list[float], offset: f
     assert weights.sum() == pytest.approx(1)
     assert 1 - 1e-9 <= effective_number(weights) <= len(logs) + 1e-9
     share = weights * len(logs)
-    counts = np.bincount(systematic(weights, offset), minlength=len(logs))
+    counts = np.bincount(low_variance(weights, len(weights), offset), minlength=len(logs))
     assert counts.sum() == len(logs)
     assert (counts >= np.floor(share - 1e-9)).all() and (counts <= np.ceil(share + 1e-9)).all()
 

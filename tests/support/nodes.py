@@ -94,7 +94,7 @@ class Life:
         nodes = {
             name: NodeEntry(kind=kind, params=(params or {}).get(name, {})) for name, kind in kinds.items()
         }
-        self.system.launch(Launch(name="second life", about="", args={}, nodes=nodes))
+        self.system.launch(Launch(name="second life", description="", args={}, nodes=nodes))
         for topic, word in words.items():
             self.loop.publish(RESTORED_PREFIX + topic, word, "wire", from_device=True)
         places = tuple(

@@ -26,7 +26,7 @@ class Robot:
             for name in ("here", "there")
         }
         nodes = {**pages, "base": BASE} if base else pages
-        self.system.launch(Launch(name="test", about="", args={}, nodes=nodes))
+        self.system.launch(Launch(name="test", description="", args={}, nodes=nodes))
         self.said: list[bool] = []
         self.asked: list[bool] = []
         loop = self.system.loop

@@ -33,7 +33,7 @@ class Driver:
         self.remarks: list[str] = []
         self.loop.subscribe("remote_drive/remark", "test", self._hear)
         entry = NodeEntry(kind="chefbot.ui.remote_drive:RemoteDriveDevice", params={"page": url})
-        self.system.launch(Launch(name="t", about="", args={}, nodes={"drive": entry}))
+        self.system.launch(Launch(name="t", description="", args={}, nodes={"drive": entry}))
 
     def _hear(self, message: object) -> None:
         assert isinstance(message, String)

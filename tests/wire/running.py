@@ -32,7 +32,7 @@ def launch_of(names: tuple[str, ...]) -> Launch:
     """With something that keeps the loop going, as a device does in every real launch."""
     entries = {name: NodeEntry(kind=f"tests.runtime.toys:{ALL[name]}") for name in names}
     entries["metronome"] = NodeEntry(kind="tests.runtime.toys:Counter", remap={"count": "tick"})
-    return Launch(name="test", about="", args={}, nodes=entries)
+    return Launch(name="test", description="", args={}, nodes=entries)
 
 
 class Running:

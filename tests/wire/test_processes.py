@@ -27,7 +27,7 @@ from tests.support.processes import children_of, is_alive
 from tests.support.waiting import PATIENCE, in_time, wait_for
 
 LAUNCH = """
-about: Counting here, doubling and cooking elsewhere.
+description: Counting here, doubling and cooking elsewhere.
 clock: wall
 nodes:
   counter: {kind: "own_toys:Counter"}
@@ -39,7 +39,7 @@ TOYS = Path(__file__).parents[1] / "runtime" / "toys.py"
 
 
 def order(name: str) -> WorkerSpec:
-    return WorkerSpec(Launch(name="x", about="", args={}, nodes={}), name, ".", 0, 7447)
+    return WorkerSpec(Launch(name="x", description="", args={}, nodes={}), name, ".", 0, 7447)
 
 
 SLEEPY = "import sys; sys.stdin.readline(); sys.stdin.read()"

@@ -27,7 +27,7 @@ from tests.chaos.launched import running, wait_for
 from tests.support.waiting import PATIENCE
 
 LAUNCH = """
-about: A waiter and the gate before the wheels, in a process of their own.
+description: A waiter and the gate before the wheels, in a process of their own.
 clock: wall
 nodes:
   odometry: {kind: "chefbot.nodes.odometry:OdometryNode"}

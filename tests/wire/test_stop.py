@@ -18,7 +18,7 @@ from chefbot.safety.stop_latch import ESTOP_RESTORED
 from tests.chaos.launched import Launched, running, wait_for
 
 LAUNCH = """
-about: The gate before the wheels in a process of its own.
+description: The gate before the wheels in a process of its own.
 clock: wall
 nodes:
   odometry: {kind: "chefbot.nodes.odometry:OdometryNode"}

@@ -85,18 +85,3 @@ class DriveStraight:
         if not free_ahead(costmap, pose, sign * check_distance):
             return BehaviorStep(0.0, 0.0, BehaviorProgress.BLOCKED)
         return BehaviorStep(sign * speed, self.HOLD * wrap(start.yaw - pose.yaw), BehaviorProgress.RUNNING)
-
-
-class Wait:
-    """Stands still for `duration` seconds."""
-
-    def __init__(self, duration: float) -> None:
-        self.duration = duration
-        self._elapsed = 0.0
-
-    def update(self, pose: SE2, costmap: Costmap, dt: float) -> BehaviorStep:  # noqa: ARG002
-        """Return a zero twist until the duration is over."""
-        self._elapsed += dt
-        return BehaviorStep(
-            0.0, 0.0, BehaviorProgress.DONE if self._elapsed >= self.duration else BehaviorProgress.RUNNING
-        )

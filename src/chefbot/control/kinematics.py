@@ -1,4 +1,4 @@
-"""Forward and inverse kinematics of a differential drive (Siegwart & Nourbakhsh 2004, 3.2.2)."""
+"""Inverse kinematics of a differential drive (Siegwart & Nourbakhsh 2004, 3.2.2)."""
 
 from __future__ import annotations
 
@@ -12,9 +12,3 @@ def wheel_speeds(v: float, w: float, robot: Robot) -> tuple[float, float]:
     """
     differential = w * robot.effective_wheel_separation / 2
     return (v - differential) / robot.left_wheel_radius, (v + differential) / robot.right_wheel_radius
-
-
-def twist(left: float, right: float, robot: Robot) -> tuple[float, float]:
-    """Return the twist (v, w) in m/s and rad/s for the angular velocities of the wheels in rad/s."""
-    left_speed, right_speed = left * robot.left_wheel_radius, right * robot.right_wheel_radius
-    return (left_speed + right_speed) / 2, (right_speed - left_speed) / robot.effective_wheel_separation

@@ -57,7 +57,7 @@ class KernelWorkload:
         self.loop = Loop(StepClock())
         self.system = NodeContainer(self.loop, self.robot, 1)
         nodes = {name: NodeEntry(kind=NODE_CLASSES[name]) for name in ("frames", *names)}
-        self.system.launch(Launch(name="kernels", about="", args={}, nodes=nodes))
+        self.system.launch(Launch(name="kernels", description="", args={}, nodes=nodes))
         self.run()
 
     def publish(self, topic: str, message: Message) -> None:

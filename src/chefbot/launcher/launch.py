@@ -53,9 +53,9 @@ def list_launches() -> None:
     table = Table("launch", "what it does", "its arguments", box=None)
     for name in built_in_launches():
         launch = load_launch(name)
-        if launch.about:
+        if launch.description:
             own_args = {key: value for key, value in launch.args.items() if key not in STANDARD_ARGS}
-            table.add_row(name, launch.about, _as_command_line(own_args))
+            table.add_row(name, launch.description, _as_command_line(own_args))
     console.print(table)
     console.print(f"\nArguments of all launches: {_as_command_line(STANDARD_ARGS)}")
 
@@ -209,7 +209,7 @@ def _check(launch: Launch) -> None:
 
 
 def _announce(system: NodeContainer, launch: Launch) -> None:
-    console.print(f"[bold]{launch.name}[/]: {launch.about}")
+    console.print(f"[bold]{launch.name}[/]: {launch.description}")
     announce(console, system.nodes.values())
 
 

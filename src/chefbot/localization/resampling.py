@@ -1,6 +1,6 @@
 """Low-variance resampling with a number of particles from KLD sampling.
 
-Probabilistic Robotics, tables 4.4 and 8.4; Fox 2003, Adapting the sample size in particle filters through
+Probabilistic Robotics, table 8.4; Fox 2003, Adapting the sample size in particle filters through
 KLD-sampling.
 """
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from chefbot.localization.params import AmclParams
 from chefbot.localization.pose_bins import PoseBins, bin_of
+from chefbot.maths.resampling import low_variance
 
 GOLDEN_RATIO = 0.6180339887498949
 
@@ -31,26 +32,9 @@ def kld_bound(bins: int, error: float, quantile: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def low_variance(weights: NDArray[np.float64], n: int, offset: float) -> NDArray[np.int32]:
-    """Draw n indices with n equidistant pointers into the cumulative weights (sum 1); offset in [0, 1). O(n)."""
-    indices = np.empty(n, np.int32)
-    last = weights.size - 1
-    i = 0
-    cumulative = weights[0]
-    for k in range(n):
-        pointer = (k + offset) / n
-        # Advance to the weight interval that contains the pointer
-        while pointer >= cumulative and i < last:
-            i += 1
-            cumulative += weights[i]
-        indices[k] = i
-    return indices
-
-
-@njit(cache=True, nogil=True)
 def _required_particles(
     particles: NDArray[np.float64],
-    indices: NDArray[np.int32],
+    indices: NDArray[np.int64],
     stride: int,
     limits: tuple[int, int, float, float],
     corner: tuple[float, float],

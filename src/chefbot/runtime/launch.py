@@ -1,6 +1,6 @@
 """Launch files: the robot, its devices and nodes, and their parameters.
 
-about: Drive a simulated robot with the keyboard.
+description: Drive a simulated robot with the keyboard.
 args: {robot: chefbot, world: hotel}
 include: [simulator, base]
 nodes:
@@ -43,8 +43,8 @@ class NodeEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Name of the process that the node runs in; empty: the launch's own process."""
     host: Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$|^$")] = ""
     """Name of the machine that the node runs on (see `hosts`); empty: the robot."""
-    unless: bool = False
-    """True disables the node; meant for arguments such as `headless`."""
+    disabled: bool = False
+    """Whether the node is left out; meant for arguments such as `headless`."""
 
 
 STANDARD_ARGS: dict[str, ArgValue] = {
@@ -69,7 +69,7 @@ none)."""
 class LaunchFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A launch file as it is written."""
 
-    about: str = ""
+    description: str = ""
     clock: ClockKind = "simulation"
     args: dict[str, ArgValue] = {}
     include: list[str] = []
@@ -80,7 +80,7 @@ class Launch(msgspec.Struct, frozen=True, kw_only=True):
     """A launch with its arguments substituted; it can be written to a log and read back."""
 
     name: str
-    about: str
+    description: str
     clock: ClockKind = "simulation"
     args: dict[str, ArgValue]
     nodes: dict[str, NodeEntry]
@@ -125,8 +125,8 @@ def load_launch(name_or_path: str, given: Mapping[str, str] | None = None) -> La
         arguments[key] = _parse_argument(path.stem, key, text, defaults[key])
     arguments = {key: _expand_home(path.stem, key, value) for key, value in arguments.items()}
     file = _read(path, arguments)
-    nodes = {node: entry for node, entry in _nodes(path, arguments).items() if not entry.unless}
-    return Launch(name=path.stem, about=file.about, clock=file.clock, args=arguments, nodes=nodes)
+    nodes = {node: entry for node, entry in _nodes(path, arguments).items() if not entry.disabled}
+    return Launch(name=path.stem, description=file.description, clock=file.clock, args=arguments, nodes=nodes)
 
 
 def find_launch(name_or_path: str) -> Path:

@@ -22,7 +22,7 @@ from chefbot.msgs.geometry_msgs import (
     TwistWithCovariance,
 )
 from chefbot.msgs.nav_msgs import Odometry
-from chefbot.msgs.sensor_msgs import CameraInfo, Image, LaserScan
+from chefbot.msgs.sensor_msgs import CameraInfo, Image, JointState, LaserScan
 from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.robot.sensors import Lidar
 from chefbot.runtime.node import In, Out, every, topic
@@ -106,6 +106,8 @@ class SimulatorDevice(MotorBoardNode):
     ground_truth: Out[Odometry]
     collision: Out[Collision]
     remark: Out[String] = topic("simulation/remark")
+    doors: Out[JointState] = topic("simulation/doors", latched=True)
+    """Opening of each door, 0 closed .. 1 open, as the position of a joint."""
 
     def start(self) -> None:
         """Build the world and start the physics at the present time."""
@@ -122,12 +124,15 @@ class SimulatorDevice(MotorBoardNode):
         self._frames = 0
         self._collisions = 0
         self._pending_remarks: list[str] = []
+        self._door_openings: dict[str, float] = {}
         rng = self.context.rng().spawn(1)[0]
         self._lidar_output = faulty_lidar(self.scan.publish, rng)
         self._camera_output = faulty_camera(self.depth.publish, rng)
         self._start_camera(seed)
         if self.robot.sensors.lidar is None:
             self.scan.unadvertise()
+        if not world.doors:
+            self.doors.unadvertise()
         description = f"robot {self.robot.name} in world {world.name}, {FAULTS[self.params.profile]}"
         self.announcement = (
             f"Simulated {description}; physics by MuJoCo, camera by rays on the CPU (needs no GL)."
@@ -216,6 +221,7 @@ class SimulatorDevice(MotorBoardNode):
             self.diagnostics.publish(DiagnosticArray(self._header("base_link"), (status,)))
         if self._due(TRUTH_HZ):
             self._publish_truth()
+            self._publish_doors()
         self._publish_collisions()
 
     def _due(self, rate: float) -> bool:
@@ -239,6 +245,14 @@ class SimulatorDevice(MotorBoardNode):
         pose = PoseWithCovariance(Pose.of(self._origin.between(truth.pose)))
         twist = TwistWithCovariance(Twist.of(truth.v, truth.w))
         self.ground_truth.publish(Odometry(self._header("map"), "base_link", pose, twist))
+
+    def _publish_doors(self) -> None:
+        """Publish the doors' openings when they have changed."""
+        openings = self.simulation.doors()
+        if openings != self._door_openings:
+            self._door_openings = openings
+            position = np.array(list(openings.values()))
+            self.doors.publish(JointState(self._header("map"), tuple(openings), position))
 
     def _publish_collisions(self) -> None:
         for remark in self._pending_remarks:

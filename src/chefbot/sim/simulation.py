@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from typing import Any, NamedTuple
 
@@ -244,12 +243,6 @@ class Simulation:
         """Poses of the pedestrians, x forward."""
         return [walker.pose for walker in self._walkers]
 
-    def state_hash(self) -> str:
-        """Return the SHA-256 of the full dynamic state; equal for equal arguments and calls."""
-        digest = hashlib.sha256(self._state().tobytes())
-        digest.update(repr((self._steps, self.battery.charge, self.people)).encode())
-        return digest.hexdigest()
-
     def drop_box(self, x: float, y: float, size: tuple[float, float, float]) -> str:
         """Put a box (side lengths in metres) on the floor and return its name.
 
@@ -295,9 +288,9 @@ class Simulation:
             raise UserError(f"a door opens between 0 and 1, not {open_fraction}")
         self._doors[self.world.door(name).name].target = open_fraction
 
-    def door(self, name: str) -> float:
-        """Return the current opening of a door, 0..1."""
-        return self._doors[self.world.door(name).name].open
+    def doors(self) -> dict[str, float]:
+        """Return the current opening of each door by name, 0..1."""
+        return {name: door.open for name, door in self._doors.items()}
 
     def _prepare_sensors(self, rng: Generator) -> None:
         sensors = self.robot.sensors

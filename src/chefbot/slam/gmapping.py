@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from chefbot.errors import OdometryError, ScanError
 from chefbot.maths.angles import wrap
 from chefbot.maths.grid import Grid
+from chefbot.maths.resampling import low_variance
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.map_pyramid import HillClimbParams, MapLevel, OdometryPrior
 from chefbot.slam.motion_model import OdometryStep, compose
 from chefbot.slam.occupancy_accumulator import OccupancyAccumulator
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.particle_ancestry import ParticleAncestry
-from chefbot.slam.resampling import effective_number, normalized, systematic
+from chefbot.slam.resampling import effective_number, normalized
 from chefbot.slam.scan_beams import Beams, beams_of, reach
 
 _COARSE_FACTOR = 4.0
@@ -175,7 +176,8 @@ class Gmapping:
 
     def _resample(self) -> None:
         # Low-variance resampling; maps are shared by reference until they are written to
-        parents = systematic(normalized(self._log_weights), self._random.random())
+        weights = normalized(self._log_weights)
+        parents = low_variance(weights, len(weights), self._random.random())
         self._poses = self._poses[parents]
         self._path_log_likelihoods = self._path_log_likelihoods[parents]
         self._log_weights = np.zeros(len(parents))

@@ -86,6 +86,13 @@ class DepthView:
     frame: str
 
 
+class DoorView(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A door of the simulated world; `open` is false only when it is fully closed."""
+
+    name: str
+    open: bool
+
+
 class StatusView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The robot's state as texts and numbers; None is unknown and shows as a dash."""
 
@@ -115,7 +122,7 @@ class StatusView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """Diagnostics that are not OK, one sentence each."""
     failures: int = 0
     """Number of failed goals; `reason` is that of the last."""
-    doors: tuple[str, ...] = ()
+    doors: tuple[DoorView, ...] = ()
     """Doors that the simulation can move."""
 
 

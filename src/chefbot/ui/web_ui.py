@@ -22,7 +22,7 @@ from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
 from chefbot.msgs.nav2_msgs import ParticleCloud
 from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry, Path
-from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, LaserScan
+from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, JointState, LaserScan
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.motion_limits import max_speed, max_turn
@@ -31,7 +31,16 @@ from chefbot.runtime.transform_buffer import TransformError
 from chefbot.ui import commands as do
 from chefbot.ui.browser import url_for_view
 from chefbot.ui.delivery_view import delivery_view, is_errand, validate_command
-from chefbot.ui.layers import DepthView, FrameView, ProgressView, RobotView, ScanView, StatusView, StopView
+from chefbot.ui.layers import (
+    DepthView,
+    DoorView,
+    FrameView,
+    ProgressView,
+    RobotView,
+    ScanView,
+    StatusView,
+    StopView,
+)
 from chefbot.ui.message_conversion import clicked_pose, cost_image, path_points
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
@@ -77,6 +86,7 @@ class WebUiDevice(Device):
     diagnostics: In[DiagnosticArray]
     emergency_stop: In[Bool]
     stop_status: In[EmergencyStopStatus]
+    doors: In[JointState] = topic("simulation/doors")
 
     goal_pose: Out[PoseStamped]
     initialpose: Out[PoseWithCovarianceStamped]
@@ -299,6 +309,16 @@ class WebUiDevice(Device):
             failures=self._failures,
             simulation=self.params.simulation,
             warnings=self._warnings(),
+            doors=self._doors(),
+        )
+
+    def _doors(self) -> tuple[DoorView, ...]:
+        doors = self.doors.last
+        if doors is None:
+            return ()
+        return tuple(
+            DoorView(name, bool(opening > 0.0))
+            for name, opening in zip(doors.name, doors.position, strict=True)
         )
 
     def _warnings(self) -> tuple[str, ...]:

@@ -194,14 +194,9 @@ def _scan(file: Path, stream: IO[bytes]) -> _Contents:
     times: list[int] = []
     reason = ""
     try:
-        for record in StreamReader(stream, record_size_limit=None).records:
-            if isinstance(record, Schema):
-                schemas[record.id] = record
-            elif isinstance(record, Channel):
-                channels[record.id] = record
-            elif isinstance(record, Message):
-                counts[record.channel_id] = counts.get(record.channel_id, 0) + 1
-                times = [min([record.log_time, *times[:1]]), max([record.log_time, *times[1:]])]
+        for message in _scanned_messages(stream, schemas, channels):
+            counts[message.channel_id] = counts.get(message.channel_id, 0) + 1
+            times = [min([message.log_time, *times[:1]]), max([message.log_time, *times[1:]])]
     except READ_ERRORS as error:
         reason = str(error) or type(error).__name__
     if reason and not channels:
@@ -275,11 +270,19 @@ def _records(stream: IO[bytes], cut: bool) -> Iterator[tuple[Schema | None, Chan
         return
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
+    for message in _scanned_messages(stream, schemas, channels):
+        channel = channels[message.channel_id]
+        yield schemas.get(channel.schema_id), channel, message
+
+
+def _scanned_messages(
+    stream: IO[bytes], schemas: dict[int, Schema], channels: dict[int, Channel]
+) -> Iterator[Message]:
+    """Iterate over the messages in file order, adding the schemas and channels on the way."""
     for record in StreamReader(stream, record_size_limit=None).records:
         if isinstance(record, Schema):
             schemas[record.id] = record
         elif isinstance(record, Channel):
             channels[record.id] = record
         elif isinstance(record, Message):
-            channel = channels[record.channel_id]
-            yield schemas.get(channel.schema_id), channel, record
+            yield record

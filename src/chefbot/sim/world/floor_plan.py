@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,18 +29,6 @@ def floor_plan(world: World, low: float, high: float | None = None, resolution: 
     return _plan(world, low, low if high is None else high, resolution)
 
 
-def lidar_plan(world: World, robot: Robot) -> Grid:
-    """Return the map that the robot's lidar should produce. Raises UserError for a robot without one."""
-    if robot.sensors.lidar is None:
-        raise UserError(f"robot {robot.name} has no lidar")
-    return floor_plan(world, robot.sensors.lidar.mount.z)
-
-
-def body_plan(world: World, robot: Robot) -> Grid:
-    """Return the map of everything that the robot could touch, from base plate to the top of its payload."""
-    return floor_plan(world, ground_clearance(robot), overall_height(robot))
-
-
 def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float = RESOLUTION) -> Grid:
     """Return a grid that is FREE where the robot's centre can get to from the start, OCCUPIED elsewhere.
 
@@ -56,11 +43,6 @@ def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float
     free_cells = (clearance_m - resolution / 2 >= radius) & _within_bounds(plan, world)
     cells = np.where(_connected_to_start(free_cells, plan, world.start), FREE, OCCUPIED).astype(np.int8)
     return Grid(cells, plan.resolution, plan.origin_x, plan.origin_y)
-
-
-def free_area(grid: Grid) -> float:
-    """Return the area of the FREE cells in square metres."""
-    return float(np.count_nonzero(grid.cells == FREE)) * grid.resolution**2
 
 
 def _plan(world: World, low: float, high: float, resolution: float) -> Grid:
@@ -122,8 +104,3 @@ def _connected_to_start(free_cells: NDArray[np.bool_], grid: Grid, start: SE2) -
     if label == 0:
         raise UserError(f"the start ({start.x:.2f}, {start.y:.2f}) is not free in this world")
     return np.asarray(labels == label)
-
-
-def are_free(grid: Grid, places: Sequence[SE2]) -> list[bool]:
-    """Return for each place whether it lies in a FREE cell of the grid."""
-    return [grid.at(place.x, place.y) == FREE for place in places]

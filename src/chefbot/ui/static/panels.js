@@ -120,14 +120,14 @@ export class Panels {
   }
 
   offerDoors(doors) {
-    const names = JSON.stringify(doors ?? []);
-    if (names === this.doors) return;
-    this.doors = names;
+    const state = JSON.stringify(doors ?? []);
+    if (state === this.doors) return;
+    this.doors = state;
     $("doors-box").hidden = !doors?.length;
-    $("doors").replaceChildren(...(doors ?? []).map((name) => {
+    $("doors").replaceChildren(...(doors ?? []).map(({ name, open }) => {
       const row = document.createElement("div"), label = document.createElement("span");
       row.className = "door";
-      label.textContent = title(name);
+      label.textContent = `${title(name)}: ${open ? "open" : "closed"}`;
       row.append(label, button("Open", name, () => this.send({ do: "open_door", name })),
         button("Close", name, () => this.send({ do: "close_door", name })));
       return row;

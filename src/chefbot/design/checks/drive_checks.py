@@ -1,4 +1,4 @@
-"""The sums of the design sheet, as findings: what motors, driver, battery and stability lack, and what would do."""
+"""Checks of motors, driver, battery and stability by the design sheet, as findings with suggested values."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ HEAVIEST = 5
 
 
 def drives(robot: Robot, catalogue: Catalogue) -> Iterator[Finding]:
-    """Every sizing check that fails, and the mass against its budget."""
+    """Return the failed sizing checks, and a finding if the mass exceeds its budget."""
     load = loaded(robot)
     for check in judge(robot, load):
         if not check.passed and check.name != SEEN_ELSEWHERE:

@@ -1,4 +1,4 @@
-"""One fault of a robot, with its numbers, the key of the robot file to change and a value that would do."""
+"""A finding: a fault of a robot with its numbers, the key to change and a suggested value."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ AWAY = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 35, 40, 50, 60, 70, 80, 90,
 
 
 class Finding(NamedTuple):
-    """SI units throughout; `have` should be at least, or at most, `bound`."""
+    """A fault of a robot in SI units; `have` should be at least, or at most, `bound`."""
 
     severity: Severity
     rule: str
@@ -37,7 +37,7 @@ class Finding(NamedTuple):
 
 
 class Bound(NamedTuple):
-    """A figure and what it should be at least."""
+    """A figure of the robot and its minimum."""
 
     have: float
     least: float
@@ -45,14 +45,14 @@ class Bound(NamedTuple):
 
     @property
     def broken(self) -> bool:
-        """Beyond rounding."""
+        """Return whether the figure is below the minimum by more than rounding."""
         return self.have < self.least - 1e-9 * max(1.0, abs(self.least))
 
 
 def below(
     rule: str, subject: str, sentence: str, bound: Bound, key: str, value: str, severity: Severity = "error"
 ) -> Iterator[Finding]:
-    """The finding, if the bound is broken."""
+    """Return the finding if the figure is below its bound, else nothing."""
     if bound.broken:
         yield Finding(
             severity, rule, subject, sentence, bound.have, bound.least, bound.unit, True, key, value
@@ -60,17 +60,17 @@ def below(
 
 
 def mm_up(metres: float) -> str:
-    """The next whole millimetre: `mm_up(0.0801) == "81 mm"`."""
+    """Return the length in metres rounded up to millimetres: `mm_up(0.0801) == "81 mm"`."""
     return f"{math.ceil(1000.0 * metres - 1e-6)} mm"
 
 
 def mm_down(metres: float) -> str:
-    """The whole millimetre below."""
+    """Return the length in metres rounded down to millimetres, with the unit."""
     return f"{math.floor(1000.0 * metres + 1e-6)} mm"
 
 
 def value_at(robot: Robot, key: str) -> Any:
-    """`value_at(robot, "equipment[0].place.x")`."""
+    """Return the number at a key of the robot file, such as `value_at(robot, "equipment[0].place.x")`."""
     value: Any = robot
     for name, index in _steps(key):
         value = getattr(value, name) if index is None else getattr(value, name)[index]
@@ -78,7 +78,7 @@ def value_at(robot: Robot, key: str) -> Any:
 
 
 def with_value(robot: Robot, key: str, value: Any) -> Robot:
-    """The robot with another value at `key`."""
+    """Return the robot with another value at `key`."""
     changed: Robot = _replaced(robot, _steps(key), value)
     return changed
 
@@ -124,12 +124,12 @@ def _outwards(present: float) -> Iterator[float]:
 
 
 def has_solids(robot: Robot) -> bool:
-    """Whether lengths are positive and holes leave something, so that there is something to look at."""
+    """Return whether all lengths are positive and holes leave material, so that solids exist."""
     return _passes(robot, check_geometry)
 
 
 def is_possible(robot: Robot) -> bool:
-    """Whether a robot file could say this."""
+    """Return whether the robot passes the validation of a robot file."""
     return _passes(robot, check_buildable)
 
 

@@ -17,7 +17,7 @@ from chefbot.robot.spec import Robot
 
 
 def check(robot: Robot, catalogue: Catalogue) -> list[Finding]:
-    """All findings, errors first; the catalogue is where other motors, drivers and batteries come from."""
+    """Return all findings, errors first; motors, drivers and batteries are suggested from the catalogue."""
     found = [
         *overlaps(robot),
         *ground(robot),

@@ -21,7 +21,7 @@ STANDS = ("wheel", "caster")
 
 
 def ground(robot: Robot) -> Iterator[Finding]:
-    """All findings between plate and floor."""
+    """Return all findings about the clearance between base plate and floor."""
     yield from _on_the_floor(robot)
     yield from _clearance(robot)
     yield from _notch(robot)
@@ -99,7 +99,7 @@ def _room_to_pull(robot: Robot, inner: float) -> Iterator[Finding]:
 
 
 def half_chord(robot: Robot) -> float:
-    """Half of the wheel's length, metres, where it passes the base plate; 0 where it stays below."""
+    """Return half of the wheel's chord at the base plate, m; 0 if the wheel stays below the plate."""
     radius, low = robot.wheel_radius, layout.plate_undersides(robot)[0]
     height = min(max(radius, low), low + robot.plates.thickness)
     return math.sqrt(max(radius**2 - (height - radius) ** 2, 0.0)) if height < 2.0 * radius else 0.0

@@ -1,4 +1,4 @@
-"""Parts that are in the same place: booleans on the solids."""
+"""Overlaps between parts, found by boolean operations on the solids."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ WAYS = {
 
 
 class Overlap(NamedTuple):
-    """Two bodies, what they share in m^3, and the sides of its box in metres."""
+    """Two overlapping bodies, their common volume in m^3 and the sides of its bounding box in metres."""
 
     one: PartBody
     other: PartBody
@@ -43,7 +43,7 @@ class Overlap(NamedTuple):
 
 
 def overlapping(robot: Robot) -> Iterator[Overlap]:
-    """All pairs that share more than TOLERANCE."""
+    """Return all pairs of bodies that share more than TOLERANCE."""
     for one, other in combinations(bodies(robot), 2):
         found = overlap(one, other)
         if found is not None:
@@ -51,7 +51,7 @@ def overlapping(robot: Robot) -> Iterator[Overlap]:
 
 
 def overlap(one: PartBody, other: PartBody) -> Overlap | None:
-    """What two bodies share, None where that is no more than TOLERANCE."""
+    """Return the overlap of two bodies, None if it is not larger than TOLERANCE."""
     if np.any(one.high <= other.low) or np.any(other.high <= one.low):
         return None
     shared = one.surface ^ other.surface
@@ -64,7 +64,7 @@ def overlap(one: PartBody, other: PartBody) -> Overlap | None:
 
 
 def overlaps(robot: Robot) -> Iterator[Finding]:
-    """A finding for each pair, with the nearest place where the movable one of both is free."""
+    """Return a finding for each overlapping pair, with the nearest free place of the part that can move."""
     found = sorted(overlapping(robot), key=lambda pair: -pair.volume)
     for i, pair in enumerate(found):
         lighter, heavier = sorted((pair.one.part, pair.other.part), key=lambda part: part.mass)
@@ -103,7 +103,7 @@ def _inside(robot: Robot, box: PartBody) -> bool:
 
 
 def keys_of(robot: Robot, part: RobotPart) -> list[str]:
-    """Keys that move the part, boxes and sensors before what carries them."""
+    """Return the keys that move a part; boxes and sensors come before what carries them."""
     name = part.name.removesuffix("_stand")
     if name in FRAMES:
         return [f"sensors.{FRAMES[name]}.mount.{axis}" for axis in "xyz"]

@@ -1,4 +1,4 @@
-"""Screw holes: inside of the material, clear of edges and of each other."""
+"""Screw holes: inside the material, with clearance to edges and to each other."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SPACING = 2.2
 
 
 class Hole(NamedTuple):
-    """A screw's hole in a part: its middle, and the key that moves it."""
+    """A screw hole in a part: its centre, and the key that moves it."""
 
     part: str
     name: str
@@ -39,7 +39,7 @@ class Hole(NamedTuple):
 
 
 def holes(robot: Robot) -> Iterator[Finding]:
-    """All findings of all screw holes and of the hole for the shaft."""
+    """Return all findings about screw holes and about the hole for the shaft."""
     diameter = robot.plates.screw_hole
     base = [
         *_named("base_plate", "pole screw", pole_holes(robot), "poles.reach"),

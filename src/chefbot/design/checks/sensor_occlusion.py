@@ -1,7 +1,7 @@
-"""What of the sensors' view the robot itself stands in.
+"""Occlusion of the sensors by the robot itself.
 
-The part of a body that is inside of a field of view is cut out and projected from the sensor onto a plane in front
-of it: there, shares of area are shares of the picture, and nothing is sampled.
+The part of a body inside a field of view is cut out and projected from the sensor onto a plane in front of
+it, on which shares of area are shares of the picture; nothing is sampled.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ FAR_ROBOTS = 3.0
 
 
 class Hidden(NamedTuple):
-    """Share of the view that the robot hides, and by part."""
+    """Share of a field of view that the robot occludes, in all and by part."""
 
     share: float
     by_part: dict[str, float]
 
     @property
     def names(self) -> str:
-        """The parts, the largest first."""
+        """Return the names of the occluding parts, the largest first."""
         return ", ".join(sorted(self.by_part, key=lambda name: -self.by_part[name]))
 
 
 class Sectors(NamedTuple):
-    """Angle in radians of a scan that the robot hides, by part; the farthest point that a beam meets, metres."""
+    """Occluded angle of a scan by part, rad, and the distance of the farthest occluding point, m."""
 
     angle: float
     by_part: dict[str, float]
@@ -56,7 +56,7 @@ class Sectors(NamedTuple):
 
 
 def views(robot: Robot) -> Iterator[Finding]:
-    """All findings of camera, ultrasonic ranger and lidar."""
+    """Return all findings about camera, ultrasonic ranger and lidar."""
     camera, ranger, lidar = (
         robot.sensors.depth_camera,
         robot.sensors.ultrasonic,
@@ -89,9 +89,9 @@ def _view(robot: Robot, name: str, field: str, what: str) -> Iterator[Finding]:
 
 
 def hidden_from(robot: Robot, name: str, field: str, enough: float = 1.0) -> Hidden:
-    """What the robot hides of the view of the camera or of the ultrasonic ranger.
+    """Return the share of the view of the camera or of the ultrasonic ranger that the robot occludes.
 
-    Once a part alone hides a share of more than `enough`, the rest is not looked at.
+    Once one part alone occludes a share of more than `enough`, the other parts are skipped.
     """
     sensor: DepthCamera | Ultrasonic = getattr(robot.sensors, field)
     window = _picture(sensor) if isinstance(sensor, DepthCamera) else _cone(sensor)
@@ -201,7 +201,7 @@ def _free_height(robot: Robot) -> str:
 
 
 def hidden_sectors(robot: Robot, lidar: Lidar) -> Sectors:
-    """Of the plane that the lidar turns in; a part that another hides wholly is not named."""
+    """Return the occluded sectors of the lidar's plane; a part that is completely behind another is not named."""
     turn, at = _frame(lidar.mount)
     spans: dict[str, list[tuple[float, float]]] = {}
     farthest = 0.0

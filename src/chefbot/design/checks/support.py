@@ -1,4 +1,4 @@
-"""Whether everything stands on something: on its plate, under the next one, in touch with the rest."""
+"""Support of equipment and sensors: on their plate, below the next plate, connected to other parts."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ REST = ("wheel", "payload")
 
 
 def seats(robot: Robot) -> Iterator[Finding]:
-    """All findings of equipment and sensors on their plates."""
+    """Return all findings about equipment and sensors that do not rest on their plates."""
     found = bodies(robot)
     floating = _floating(found)
     for body in found:

@@ -28,7 +28,7 @@ MILLIMETRES, METRIC = 4, 1
 
 
 class Look(NamedTuple):
-    """AutoCAD colour index (readable on white and on black), line type, width in hundredths of a millimetre."""
+    """AutoCAD colour index (readable on white and on black), line type, line width in hundredths of a millimetre."""
 
     colour: int
     linetype: str
@@ -57,7 +57,7 @@ ALIGNMENT = {
 
 
 def dxf_document(drawing: Drawing) -> Document:
-    """The drawing as an ezdxf document."""
+    """Return the drawing as an ezdxf document."""
     _use_one_font()
     with _fixed_meta_data():
         document = ezdxf.new("R2010", units=MILLIMETRES)
@@ -76,7 +76,7 @@ def dxf_document(drawing: Drawing) -> Document:
 
 
 def dxf_bytes(document: Document) -> bytes:
-    """As a file, with neither date nor chance nor the order of a set in it."""
+    """Return the contents of a DXF file; they depend on the drawing only, not on date or random identifiers."""
     for name in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf would take them in a set's order
         document.classes.add_class(name)
     text = io.StringIO()

@@ -1,4 +1,4 @@
-"""Which lines of several parts a viewer sees: nearer parts cover those behind them."""
+"""Hidden-line removal between parts: nearer parts cover those behind them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SPECK = 0.2
 
 
 class VisibleLines(NamedTuple):
-    """Visible lines of a shape, and a point of its visible face with that face's area, mm^2."""
+    """Visible lines of a shape, and a point of its visible face with the area of that face, mm^2."""
 
     items: list[Item]
     anchor: Point
@@ -29,8 +29,11 @@ class VisibleLines(NamedTuple):
 
 
 def visible(shapes: Sequence[ViewShape]) -> list[VisibleLines]:
-    """Of each shape, in the given order. A shape covers everything that reaches less far to the viewer:
-    exact for parts that do not run through each other in depth."""
+    """Return the visible lines of each shape, in the given order.
+
+    A shape covers every shape that is farther from the viewer: exact for parts that do not intersect in
+    depth.
+    """
     import shapely
 
     result: dict[int, VisibleLines] = {}

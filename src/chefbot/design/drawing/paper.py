@@ -1,4 +1,4 @@
-"""The sheet: paper and scale that hold a plan, frame and title block (ISO 216, 5455, 5457, 7200)."""
+"""The sheet: paper and scale that fit a plan, frame and title block (ISO 216, 5455, 5457, 7200)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NAMES = {A4: "A4", A3: "A3"}
 
 
 class Scale(NamedTuple):
-    """Paper to part as written, and millimetres of part to one of paper."""
+    """The scale as written, and the millimetres of the part for one millimetre on paper."""
 
     text: str
     factor: float
@@ -52,7 +52,7 @@ CHOICES = (
 
 
 class Drawing(NamedTuple):
-    """A whole sheet in true millimetres; the paper's lower left corner is the origin."""
+    """A complete sheet in millimetres of the part; the origin is the paper's lower left corner."""
 
     name: str
     title: Title
@@ -62,12 +62,12 @@ class Drawing(NamedTuple):
 
     @property
     def size(self) -> tuple[float, float]:
-        """Of the paper, in the millimetres of the drawing."""
+        """Return the size of the paper in millimetres of the drawing."""
         return self.paper[0] * self.scale.factor, self.paper[1] * self.scale.factor
 
 
 def compose(name: str, plan: Callable[[float], Plan]) -> Drawing:
-    """Draw at the largest scale that fits and set frame and title block; the last choice takes what is left."""
+    """Return the sheet with frame and title block at the largest scale that fits, else at the last scale."""
     for paper, scale in CHOICES:
         drawn = plan(scale.factor)
         box = around(item_box(item, scale.factor) for item in drawn.items)
@@ -120,7 +120,7 @@ def _block(title: Title, paper: tuple[float, float], scale: Scale) -> list[Item]
 
 
 def mass_text(mass: float) -> str:
-    """Three figures, in grams below a kilogram."""
+    """Return a mass with three digits, in grams below a kilogram."""
     return f"{mass:.3g} kg" if mass >= 1.0 else f"{mass * 1000:.3g} g"
 
 

@@ -18,12 +18,12 @@ ON_ITS_SIDE = 1.5707963267948966
 
 
 def sdf(robot: Robot) -> str:
-    """A file with the model alone."""
+    """Return an SDF file with the robot's model only."""
     return document(sdf_model(robot))
 
 
 def sdf_model(robot: Robot, start: SE2 = IDENTITY) -> ET.Element:
-    """<model> with links, wheel joints, frames, sensors and drive; base_link stands at `start` in the world."""
+    """Return <model> with links, wheel joints, frames, sensors and drive; base_link is at `start` in the world."""
     model = ET.Element("model", name=robot.name, canonical_link="base_link")
     posed(model, (start.x, start.y, 0.0), (0.0, 0.0, start.yaw))
     for link in links(robot):

@@ -23,7 +23,7 @@ WHEELS = ("wheel_left_link", "wheel_right_link")
 
 
 def gz_sensors(robot: Robot, prefix: str = "") -> dict[str, ET.Element]:
-    """Frame to its <sensor>, with the robot's rates, ranges and noise; topics as ours are called."""
+    """Return frame to <sensor> with the robot's rates, ranges and noise, and chefbot's topics."""
     return {frame: _sensor(frame, sensor, prefix) for frame, sensor in robot.sensors.by_frame.items()}
 
 
@@ -134,7 +134,7 @@ def _range(lidar: ET.Element, low: float, high: float) -> None:
 
 
 def gz_drive(robot: Robot, prefix: str = "") -> list[ET.Element]:
-    """The differential drive and the wheels' angles as systems of a model."""
+    """Return the model's systems for the differential drive and the joint states."""
     drive = plugin("gz-sim-diff-drive-system", "gz::sim::systems::DiffDrive")
     joints = [f"{prefix}{joint_name(wheel)}" for wheel in WHEELS]
     for tag, joint in zip(("left_joint", "right_joint"), joints, strict=True):
@@ -162,5 +162,5 @@ def gz_drive(robot: Robot, prefix: str = "") -> list[ET.Element]:
 
 
 def plugin(filename: str, name: str) -> ET.Element:
-    """A system of gz-sim."""
+    """Return the element of a gz-sim system."""
     return ET.Element("plugin", filename=filename, name=name)

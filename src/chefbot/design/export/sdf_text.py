@@ -1,4 +1,4 @@
-"""The few words that all of SDF is made of (http://sdformat.org/spec)."""
+"""The elements that SDF files are made of (http://sdformat.org/spec)."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ VERSION = "1.9"
 
 
 def said(parent: ET.Element, tag: str, value: object, **attributes: str) -> ET.Element:
-    """`<tag>value</tag>`; numbers with nine digits, truths as SDF wants them."""
+    """Add `<tag>value</tag>`; numbers have nine digits, booleans are true or false."""
     element = ET.SubElement(parent, tag, attributes)
     element.text = written(value)
     return element
 
 
 def written(value: object) -> str:
-    """A value as text."""
+    """Return a value as SDF text."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):
@@ -30,13 +30,13 @@ def written(value: object) -> str:
 
 
 def posed(parent: ET.Element, at: Vector, rpy: Vector = (0.0, 0.0, 0.0), relative_to: str = "") -> None:
-    """A pose: metres, and radians about the standing axes x, y, z."""
+    """Add a pose: metres, and radians about the fixed axes x, y, z."""
     attributes = {"relative_to": relative_to} if relative_to else {}
     said(parent, "pose", (*at, *rpy), **attributes)
 
 
 def geometry(parent: ET.Element, solid: Primitive) -> None:
-    """Shape and size; a wheel is a cylinder, turned by its pose."""
+    """Add shape and size; a wheel is a cylinder, turned by its pose."""
     shape = ET.SubElement(ET.SubElement(parent, "geometry"), shape_tag(solid))
     if solid.kind == "box":
         said(shape, "size", tuple(float(side) for side in solid.size))
@@ -47,26 +47,26 @@ def geometry(parent: ET.Element, solid: Primitive) -> None:
 
 
 def shape_tag(solid: Primitive) -> str:
-    """`cylinder` for a wheel too."""
+    """Return the tag of a shape; `cylinder` for a wheel too."""
     return "cylinder" if solid.kind == "wheel" else solid.kind
 
 
 def coloured(parent: ET.Element, colour: RgbaColour) -> None:
-    """A material without gloss."""
+    """Add a material without specular reflection."""
     material = ET.SubElement(parent, "material")
     said(material, "ambient", tuple(colour))
     said(material, "diffuse", tuple(colour))
 
 
 def rubbing(parent: ET.Element, friction: float) -> None:
-    """Coulomb friction, the same along and across."""
+    """Add Coulomb friction, the same along and across."""
     ode = ET.SubElement(ET.SubElement(ET.SubElement(parent, "surface"), "friction"), "ode")
     said(ode, "mu", float(friction))
     said(ode, "mu2", float(friction))
 
 
 def document(child: ET.Element, remark: str = "") -> str:
-    """The whole file round a model or a world."""
+    """Return the file that contains a model or a world."""
     root = ET.Element("sdf", version=VERSION)
     if remark:
         root.append(ET.Comment(f" {remark} "))

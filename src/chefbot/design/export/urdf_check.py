@@ -1,4 +1,4 @@
-"""Whether somebody's URDF describes one robot: a tree of links with possible masses, shapes and joints."""
+"""Validation of a URDF by others: one tree of links with valid masses, shapes and joints."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SLACK = 1e-6
 
 
 class Branch(NamedTuple):
-    """A link in the tree: how deep, its mass in kg (0 for a mere frame), and the kind of its joint."""
+    """A link in the tree: its depth, its mass in kg (0 for a frame) and the type of its joint."""
 
     depth: int
     link: str
@@ -36,8 +36,11 @@ class Branch(NamedTuple):
 
 
 def parse_xml(data: bytes, where: str) -> ET.Element:
-    """The root element. UserError for broken XML, for a DOCTYPE (entities can grow without bound) and for
-    elements nested too deeply."""
+    """Return the root element.
+
+    UserError for broken XML, for a DOCTYPE (entities can grow without bound) and for elements nested too
+    deeply.
+    """
     scout, depth = expat.ParserCreate(), 0
 
     def start(_tag: str, _attributes: dict[str, str]) -> None:
@@ -64,7 +67,7 @@ def parse_xml(data: bytes, where: str) -> ET.Element:
 
 
 def check_urdf(root: ET.Element, where: str) -> list[Branch]:
-    """The tree, root first. UserError with the first fault that is found."""
+    """Return the tree, root first. UserError with the first fault that is found."""
     if root.tag != "robot":
         raise UserError(f"{where}: its outermost element is <{root.tag}>, not <robot>; that is no URDF")
     links = _links(root, where)
@@ -76,7 +79,7 @@ def check_urdf(root: ET.Element, where: str) -> list[Branch]:
 
 
 def mesh_names(root: ET.Element) -> list[str]:
-    """What visuals and collisions ask for, each once."""
+    """Return the mesh files of visuals and collisions, each once."""
     return list(dict.fromkeys(mesh.get("filename", "") for mesh in root.iterfind("link/*/geometry/mesh")))
 
 

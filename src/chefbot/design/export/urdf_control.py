@@ -1,6 +1,8 @@
-"""What a URDF says beyond the body: ros2_control's block, and Gazebo's extensions.
+"""The parts of a URDF beyond the body: ros2_control's block, and Gazebo's extensions.
 
-ros2_control: https://control.ros.org/jazzy/doc/ros2_control/hardware_interface/doc/hardware_components_userdoc.html
+ros2_control:
+https://control.ros.org/jazzy/doc/ros2_control/hardware_interface/doc/hardware_components_userdoc.html
+
 Gazebo: http://sdformat.org/tutorials?tut=sdformat_urdf_extensions
 """
 
@@ -20,8 +22,11 @@ MOCK = "mock_components/GenericSystem"
 
 
 def ros2_control(robot: Robot, prefix: str = "", hardware: str = MOCK) -> ET.Element:
-    """The two wheels for diff_drive_controller: commanded by velocity within the motor's, known by position
-    and velocity; with the gear as ros2_control's transmission (joint = motor / ratio)."""
+    """Return the two wheels for diff_drive_controller and their gear.
+
+    Velocity commands are within the motor's limits; the states are position and velocity; the transmission
+    has the gear ratio (joint = motor / ratio).
+    """
     block = ET.Element("ros2_control", name=f"{prefix}drive", type="system")
     said(ET.SubElement(block, "hardware"), "plugin", hardware)
     for wheel in WHEELS:
@@ -47,7 +52,7 @@ def _transmission(robot: Robot, wheel: str, prefix: str) -> ET.Element:
 
 
 def gazebo(robot: Robot, prefix: str = "") -> list[ET.Element]:
-    """Friction of what touches, sensors, and the drive."""
+    """Return the friction of links in contact, the sensors and the drive."""
     blocks = [_friction(f"{prefix}{wheel}", robot.wheels.friction) for wheel in WHEELS]
     blocks += [
         _friction(f"{prefix}caster_{name}_link", CASTER_FRICTION) for name in layout.caster_positions(robot)

@@ -45,14 +45,14 @@ class RefusedError(ValueError):
 
 
 class Function(NamedTuple):
-    """What an expression may call; never a value of its own."""
+    """A function that an expression may call; it is never a value."""
 
     name: str
     call: Callable[..., Any]
 
 
 def builtin_functions() -> dict[str, Function]:
-    """Python's functions that cannot reach beyond their arguments; those with iterators give lists."""
+    """Return Python's functions without side effects; those with iterators return lists."""
     found = {name: Function(name, getattr(builtins, name)) for name in _BUILTINS}
     return found | {name: Function(name, _listed(getattr(builtins, name))) for name in _ITERATORS}
 
@@ -62,7 +62,7 @@ def _listed(iterator: Callable[..., Any]) -> Callable[..., list[Any]]:
 
 
 def math_names() -> dict[str, Function | float]:
-    """The constants and functions of `math`, those aside whose results grow without bound."""
+    """Return the constants and functions of `math`, except those whose results grow without bound."""
     names = {name: value for name, value in vars(math).items() if not name.startswith("_")}
     return {
         name: Function(name, value) if callable(value) else value
@@ -72,10 +72,10 @@ def math_names() -> dict[str, Function | float]:
 
 
 def evaluate(expression: str, names: Mapping[str, Any]) -> Any:
-    """The value of `expression`, whose names are looked up in `names`.
+    """Return the value of `expression`, whose names are looked up in `names`.
 
-    Raises RefusedError for what is no arithmetic or too large, NameError for an unknown name, and what the
-    operators themselves raise (ZeroDivisionError, TypeError, ...).
+    Raises RefusedError for an expression that is not arithmetic or too large, NameError for an unknown name,
+    and what the operators themselves raise (ZeroDivisionError, TypeError, ...).
     """
     if len(expression) > MAX_TEXT:
         raise RefusedError(f"the expression is longer than {MAX_TEXT} characters")

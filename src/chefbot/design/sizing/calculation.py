@@ -1,4 +1,4 @@
-"""A result with its working: the formula in symbols, the same with the numbers put in, and where it is from."""
+"""A result with its calculation: the formula in symbols, the same with numbers, and its source."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Result(NamedTuple):
 
     @property
     def numbers(self) -> str:
-        """The formula with the numbers put in; evaluating it gives `value` to four digits."""
+        """Return the formula with numbers filled in; it evaluates to `value` with four digits."""
         return _WORD.sub(self._number, self.formula)
 
     def _number(self, word: re.Match[str]) -> str:
@@ -34,5 +34,5 @@ class Result(NamedTuple):
 
 
 def worked(name: str, value: float, unit: str, formula: str, source: str, **symbols: float) -> Result:
-    """A Result; the symbols of the formula are given by name."""
+    """Return a Result; the symbols of the formula are given by name."""
     return Result(name, value, unit, formula, symbols, source)

@@ -1,7 +1,8 @@
-"""The drive's sums as the Chefbot chapter makes them, with its arithmetic: g = 10 m/s^2 and pi = 3.14.
+"""The drive calculation of the Chefbot chapter with its arithmetic: g = 10 m/s^2 and pi = 3.14.
 
-Right as arithmetic, wrong as a model: it takes the torque at which a tyre slips for the torque that driving
-needs, and gives each wheel the load of both. `chefbot.design.sizing.sizing` has the corrected method.
+The arithmetic is correct, the model is not: it takes the torque at which a tyre slips for the torque that
+driving needs, and loads each wheel with the weight of both. `chefbot.design.sizing.sizing` has the corrected
+method.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ KG_CM = GRAVITY / 100.0
 
 
 def chapter_method(robot: Robot) -> list[Result]:
-    """Weight, load, torque and speed, in the chapter's order; the two choices come last."""
+    """Return weight, load, torque and speed in the chapter's order; the two choices come last."""
     weight = _weight(robot)
     load = worked("load on the driven wheels", weight.value / 2.0, "N", "W / 2", SOURCE, W=weight.value)
     torque = _torque(robot, load.value)
@@ -67,5 +68,5 @@ def _choices(torque: float, speed: float) -> list[Result]:
 
 
 def round_up(value: float, step: float) -> float:
-    """The smallest multiple of `step` that is not below `value`."""
+    """Return the smallest multiple of `step` that is not below `value`."""
     return math.ceil(value / step - 1e-9) * step

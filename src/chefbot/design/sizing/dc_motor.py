@@ -1,7 +1,7 @@
-"""A brushed motor as the straight line between no-load and stall, at any voltage.
+"""A brushed motor as the straight line between no load and stall, at any voltage.
 
-Speed n = n0 * V/Vr - T * n0/Ts and current I = I0 + (Is - I0) * T/Ts: constant flux, constant resistance, no-load
-torque neglected (Hughes and Drury, Electric Motors and Drives, ch. 3).
+Speed n = n0 * V/Vr - T * n0/Ts and current I = I0 + (Is - I0) * T/Ts: constant flux, constant resistance,
+no-load torque neglected (Hughes and Drury, Electric Motors and Drives, ch. 3).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ SOURCE = "straight motor line (Hughes and Drury, Electric Motors and Drives, ch.
 
 
 def speed(motor: Motor, torque: float, voltage: float, name: str) -> Result:
-    """Of the gear's shaft under `torque` N m at `voltage`, rad/s; negative where the load is too heavy."""
+    """Return the speed of the gear shaft under `torque` N m at `voltage`, rad/s; negative if the load is too heavy."""
     value = motor.no_load_speed * (voltage / motor.voltage - torque / motor.stall_torque)
     return worked(
         name, value, "rad/s", "n0 * (V / Vr - T / Ts)", SOURCE,
@@ -22,7 +22,7 @@ def speed(motor: Motor, torque: float, voltage: float, name: str) -> Result:
 
 
 def current(motor: Motor, torque: float, name: str) -> Result:
-    """Of one motor that gives `torque` N m, A; independent of the voltage."""
+    """Return the current of one motor at `torque` N m, A; independent of the voltage."""
     value = (
         motor.no_load_current + (motor.stall_current - motor.no_load_current) * torque / motor.stall_torque
     )
@@ -33,7 +33,7 @@ def current(motor: Motor, torque: float, name: str) -> Result:
 
 
 def voltage(motor: Motor, torque: float, turning: float) -> Result:
-    """Across one motor that turns at `turning` rad/s under `torque` N m, V."""
+    """Return the voltage of one motor at `turning` rad/s and `torque` N m, V."""
     value = motor.voltage * (turning / motor.no_load_speed + torque / motor.stall_torque)
     return worked(
         "voltage across a cruising motor", value, "V", "Vr * (n / n0 + T / Ts)", SOURCE,
@@ -42,7 +42,7 @@ def voltage(motor: Motor, torque: float, turning: float) -> Result:
 
 
 def stall_torque(motor: Motor, voltage: float) -> Result:
-    """At another voltage than the rated one, N m."""
+    """Return the stall torque at another voltage than the rated one, N m."""
     return worked(
         "stall torque, empty battery", motor.stall_torque * voltage / motor.voltage, "N m", "Ts * V / Vr",
         SOURCE, Ts=motor.stall_torque, V=voltage, Vr=motor.voltage,
@@ -50,7 +50,7 @@ def stall_torque(motor: Motor, voltage: float) -> Result:
 
 
 def stall_current(motor: Motor, voltage: float) -> Result:
-    """At another voltage than the rated one, A."""
+    """Return the stall current at another voltage than the rated one, A."""
     return worked(
         "stall current, full battery", motor.stall_current * voltage / motor.voltage, "A", "Is * V / Vr",
         SOURCE, Is=motor.stall_current, V=voltage, Vr=motor.voltage,

@@ -1,4 +1,4 @@
-"""All that `chefbot design` finds out about a robot."""
+"""The results of `chefbot design` for a robot."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from chefbot.robot.spec import Robot
 
 
 class Sheet(NamedTuple):
-    """The robot as asked for, both methods, every set of parts, and the chosen one."""
+    """The requested robot, both methods, every set of parts, and the chosen one."""
 
     name: str
     given: dict[str, str]

@@ -1,4 +1,4 @@
-"""Where the battery's energy goes: mean power, run time, the highest current and the fuse for it."""
+"""The energy budget: mean power, run time, the peak current and the fuse for it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SOURCE = "energy balance; battery's sheet"
 
 
 def driving_power(robot: Robot, mass: float) -> Result:
-    """Of both motors at full speed on level carpet, W."""
+    """Return the power of both motors at full speed on level carpet, W."""
     torque = motor_torque(robot, mass, CRUISE_ON_CARPET).value
     across = dc_motor.voltage(robot.motor, torque, robot.drive.max_speed / robot.wheel_radius).value
     drawn = dc_motor.current(robot.motor, torque, "").value
@@ -28,7 +28,7 @@ def driving_power(robot: Robot, mass: float) -> Result:
 
 
 def mean_power(robot: Robot, mass: float) -> Result:
-    """Driving without a pause, all electronics on, W."""
+    """Return the mean power of continuous driving with all electronics on, W."""
     motors, electronics = driving_power(robot, mass).value, robot.power.electronics
     value = motors + electronics / CONVERTER_EFFICIENCY
     return worked(
@@ -38,7 +38,7 @@ def mean_power(robot: Robot, mass: float) -> Result:
 
 
 def usable_energy(robot: Robot) -> Result:
-    """Down to where the robot must stop, J."""
+    """Return the energy down to the charge at which the robot must stop, J."""
     battery = robot.battery
     value = battery.capacity * battery.voltage * battery.usable
     return worked(
@@ -48,13 +48,13 @@ def usable_energy(robot: Robot) -> Result:
 
 
 def run_time(robot: Robot, mass: float) -> Result:
-    """Of one charge, s."""
+    """Return the run time of one charge, s."""
     energy, power = usable_energy(robot).value, mean_power(robot, mass).value
     return worked("run time", energy / power, "s", "E / P", SOURCE, E=energy, P=power)
 
 
 def highest_draw(robot: Robot, mass: float) -> Result:
-    """From the nearly empty battery while the robot speeds up on the ramp, A; the bridges fully on."""
+    """Return the peak current of the nearly empty battery while accelerating on the ramp, A."""
     drawn = dc_motor.current(robot.motor, motor_torque(robot, mass, worst(robot)).value, "").value
     electronics, empty = robot.power.electronics, robot.battery.empty_voltage
     value = DRIVEN_WHEELS * drawn + electronics / (CONVERTER_EFFICIENCY * empty)
@@ -65,7 +65,7 @@ def highest_draw(robot: Robot, mass: float) -> Result:
 
 
 def fuse(robot: Robot, mass: float) -> Result:
-    """The next blade fuse that carries the highest draw, A; above the largest, the bare product."""
+    """Return the next blade fuse above the peak current, A; above the largest fuse, the calculated value."""
     draw = highest_draw(robot, mass).value
     wanted = FUSE_RESERVE * draw
     value = next((rating for rating in FUSES if rating >= wanted), wanted)

@@ -1,4 +1,4 @@
-"""What a robot's motors, driver and battery must fulfil, each as a figure against a bound."""
+"""Requirements of a robot's motors, driver and battery, each as a figure against a bound."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Part = Literal["motor", "driver", "battery", "robot"]
 
 
 class Check(NamedTuple):
-    """One figure, SI, against a bound; `key` is what to change in the robot file."""
+    """One figure, SI, against a bound; `key` is the key of the robot file to change."""
 
     part: Part
     name: str
@@ -49,28 +49,28 @@ class Check(NamedTuple):
 
     @property
     def lack(self) -> float:
-        """What is missing or too much, as a share of the larger of the two; 0 where the check passes."""
+        """Return the shortfall or excess as a share of the larger of the two; 0 if the check passes."""
         gap = self.bound - self.have if self.at_least else self.have - self.bound
         return 0.0 if gap <= 1e-9 * abs(self.bound) else gap / max(abs(self.bound), abs(self.have))
 
     @property
     def passed(self) -> bool:
-        """Whether the bound is kept."""
+        """Return whether the figure keeps the bound."""
         return self.lack == 0.0
 
 
 def at_least(part: Part, name: str, have: float, bound: float, unit: str, key: str = "") -> Check:
-    """`have` must reach `bound`; the key to change is the part's own, if none is given."""
+    """Return the check that `have` reaches `bound`; the key is by default the part's own."""
     return Check(part, name, have, bound, unit, True, key or part)
 
 
 def at_most(part: Part, name: str, have: float, bound: float, unit: str, key: str = "") -> Check:
-    """`have` must not exceed `bound`."""
+    """Return the check that `have` does not exceed `bound`."""
     return Check(part, name, have, bound, unit, False, key or part)
 
 
 def judge(robot: Robot, load: Load) -> list[Check]:
-    """All checks of a robot; `load` is its mass and centre with the payload."""
+    """Return all checks of a robot; `load` is its mass and centre with the payload."""
     return [
         *motor_checks(robot, load.mass),
         *driver_checks(robot, load.mass),
@@ -80,7 +80,7 @@ def judge(robot: Robot, load: Load) -> list[Check]:
 
 
 def motor_checks(robot: Robot, mass: float) -> list[Check]:
-    """Torque, heat, speed, voltage and room."""
+    """Return the checks of torque, heat, speed, voltage and space."""
     motor, empty = robot.motor, robot.battery.empty_voltage
     hardest = motor_torque(robot, mass, worst(robot)).value
     lasting = motor_torque(robot, mass, climb(robot)).value
@@ -114,7 +114,7 @@ def motor_checks(robot: Robot, mass: float) -> list[Check]:
 
 
 def driver_checks(robot: Robot, mass: float) -> list[Check]:
-    """The voltages of battery and board, the currents of the motor, room."""
+    """Return the checks of the voltages of battery and board, the motor currents, and space."""
     driver, battery, level = robot.driver, robot.battery, LOGIC_SHARE * BOARD_LOGIC
     lasting = dc_motor.current(robot.motor, motor_torque(robot, mass, climb(robot)).value, "").value
     stalled = dc_motor.stall_current(robot.motor, battery.full_voltage).value
@@ -129,7 +129,7 @@ def driver_checks(robot: Robot, mass: float) -> list[Check]:
 
 
 def battery_checks(robot: Robot, mass: float) -> list[Check]:
-    """Energy, current and room."""
+    """Return the checks of energy, current and space."""
     run_time, draw = energy_budget.run_time(robot, mass).value, energy_budget.highest_draw(robot, mass).value
     given = robot.battery.continuous_current
     return [
@@ -140,7 +140,7 @@ def battery_checks(robot: Robot, mass: float) -> list[Check]:
 
 
 def robot_checks(robot: Robot, load: Load) -> list[Check]:
-    """Grip and tipping: no motor helps there."""
+    """Return the checks of grip and tipping, which no motor can improve."""
     push, held = force(load.mass, worst(robot)).value, grip(robot, load.mass, robot.drive.max_slope).value
     slips = at_least("robot", "grip on the ramp", held, push, "N", "drive.max_acceleration")
     tips = [
@@ -153,21 +153,21 @@ def robot_checks(robot: Robot, load: Load) -> list[Check]:
 
 
 def wheel_speed(robot: Robot, mass: float) -> float:
-    """That the motors hold on level carpet with the battery empty, rad/s; 0 where they cannot move the robot."""
+    """Return the wheel speed on level carpet with an empty battery, rad/s; 0 if the motors cannot move the robot."""
     torque = motor_torque(robot, mass, CRUISE_ON_CARPET).value
     return max(dc_motor.speed(robot.motor, torque, robot.battery.empty_voltage, "").value, 0.0)
 
 
 def wanted_speed(robot: Robot) -> float:
-    """Of the wheels with the reserve, rad/s."""
+    """Return the required wheel speed with the reserve, rad/s."""
     return SPEED_RESERVE * robot.drive.max_speed / robot.wheel_radius
 
 
 def turn_rate(robot: Robot, mass: float) -> float:
-    """On the spot, rad/s."""
+    """Return the turn rate on the spot, rad/s."""
     return 2.0 * wheel_speed(robot, mass) * robot.wheel_radius / robot.wheels.separation
 
 
 def boards(robot: Robot) -> int:
-    """Driver boards for both motors."""
+    """Return the number of driver boards for both motors."""
     return math.ceil(DRIVEN_WHEELS / robot.driver.channels)

@@ -1,4 +1,4 @@
-"""Values of a robot file changed in its text, so that its order, units and comments stay as a person wrote them."""
+"""Edits of values in the text of a robot file that keep its order, units and comments."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COMMENT_COLUMN = 30
 
 
 class Change(NamedTuple):
-    """A new value of the key that `path` leads to, as text of YAML, and a comment that says why ('' for none)."""
+    """A new value of the key at `path`, as YAML text, and a comment ('' for none)."""
 
     path: tuple[str, ...]
     text: str
@@ -22,10 +22,10 @@ class Change(NamedTuple):
 
 
 def changed(text: str, changes: list[Change]) -> str:
-    """`text` with the changes made, one after the other; a key that the file does not have is added.
+    """Return `text` with the changes, one after the other; a missing key is added.
 
-    A section that becomes a name (`motor: pololu_37d_70`) loses its inner lines; a comment behind a changed value
-    goes, as it spoke of the old one.
+    A section that becomes a name (`motor: pololu_37d_70`) loses its inner lines; the comment behind a changed
+    value is removed, because it belongs to the old one.
     """
     for change in changes:
         text = _change(text, change)
@@ -33,7 +33,7 @@ def changed(text: str, changes: list[Change]) -> str:
 
 
 def headed(text: str, lines: list[str]) -> str:
-    """`text` with `lines` as the comment at its top instead of the comment that it had there."""
+    """Return `text` with `lines` in place of the comment at its top."""
     rest = text.split("\n")
     while rest and (rest[0].startswith("#") or not rest[0].strip()):
         rest.pop(0)
@@ -41,7 +41,7 @@ def headed(text: str, lines: list[str]) -> str:
 
 
 def value_of(text: str, path: tuple[str, ...]) -> str | None:
-    """The text of the key's value, None where the file does not have it."""
+    """Return the text of the key's value, None if the file does not have it."""
     found = _find(_composed(text), path)
     return str(found[1].value) if found and isinstance(found[1], yaml.ScalarNode) else None
 

@@ -1,7 +1,7 @@
-"""The design sheet of a robot: what driving needs, what its motors, driver and battery give, whether it tips.
+"""The design sheet of a robot: requirements of the drive, results of motors, driver and battery, stability.
 
-The chapter's own method is in `chapter_method`; here the weight is that of the solids, torque comes from the forces
-on the robot instead of from the grip, and speed, heat, energy and stability are looked at.
+The chapter's own method is in `chapter_method`; here the weight is that of the solids, the torque follows
+from the forces on the robot instead of from the grip, and speed, heat, energy and stability are checked.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from chefbot.robot.spec import Robot
 
 
 def needs(robot: Robot, load: Load) -> list[Result]:
-    """Forces, torques and speed that the drive must reach."""
+    """Return the forces, torques and speed that the drive must reach."""
     mass, cases = load.mass, forces.duties(robot)
     return [
         worked("mass with payload", mass, "kg", "b + p", "solids", b=mass - robot.body.payload, p=robot.body.payload),
@@ -30,7 +30,7 @@ def needs(robot: Robot, load: Load) -> list[Result]:
 
 
 def gives(robot: Robot, load: Load) -> list[Result]:
-    """What the motor gives, and what driver and battery must."""
+    """Return the results of the motor, and the requirements of driver and battery."""
     mass, motor, battery = load.mass, robot.motor, robot.battery
     cruising = forces.motor_torque(robot, mass, forces.CRUISE_ON_CARPET).value
     climbing = forces.motor_torque(robot, mass, forces.climb(robot)).value
@@ -53,7 +53,7 @@ def gives(robot: Robot, load: Load) -> list[Result]:
 
 
 def stands(robot: Robot, load: Load) -> list[Result]:
-    """Clearance below the motor, and for each way of tipping what the robot bears and what it may meet."""
+    """Return the clearance below the motor, and limit and expected value of each way of tipping."""
     return [
         _motor_clearance(robot),
         *(
@@ -97,7 +97,7 @@ def _motor_clearance(robot: Robot) -> Result:
 
 
 def smallest_wheel(robot: Robot) -> float:
-    """Diameter at which the motor's body keeps the wanted clearance, m, up to the next millimetre."""
+    """Return the diameter at which the motor's body keeps the wanted clearance, m, rounded up to millimetres."""
     motor = robot.motor
     radius = robot.body.clearance - motor.shaft_offset + motor.diameter / 2.0
     return math.ceil(2000.0 * radius - 1e-6) / 1000.0

@@ -1,4 +1,4 @@
-"""What the geometry can do where no set passes: larger plates for what tips, larger wheels for a thick motor."""
+"""Changes of the geometry if no set of parts passes: larger plates against tipping, larger wheels for a thick motor."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ LARGEST_GROWTH = 2.0
 
 
 def remedies(candidates: Iterable[Verdict], fixed: set[tuple[str, ...]]) -> list[Change]:
-    """Changes of the geometry, outside of the `fixed` keys, that mend the best set that nothing else is wrong with.
+    """Return changes of the geometry, outside of the `fixed` keys, that repair the best set with no other fault.
 
-    None where every set has another fault too.
+    None if every set has another fault too.
     """
     ways = {key: way for key, way in WAYS.items() if tuple(key.split(".")) not in fixed}
     for verdict in sorted(candidates, key=lambda verdict: (verdict.mass, verdict.power)):
@@ -46,7 +46,7 @@ WAYS: dict[str, Callable[[Robot], Change | None]] = {TIPS_LESS: _radius, WHEEL: 
 
 
 def stable_radius(robot: Robot) -> float | None:
-    """The smallest radius of the plates, in steps of RADIUS_STEP, at which nothing tips; None beyond reason."""
+    """Return the minimum plate radius, in steps of RADIUS_STEP, without tipping; None if it is unreasonable."""
     radius = robot.body.radius
     while radius < LARGEST_GROWTH * robot.body.radius:
         radius += RADIUS_STEP

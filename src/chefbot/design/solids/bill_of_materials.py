@@ -1,4 +1,4 @@
-"""The bill of materials: every sort of part, how often, of what, how heavy, how large; the prices are left open."""
+"""The bill of materials: parts with number, material, mass and size; the prices are empty."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ HEAD = (
 
 
 class Item(NamedTuple):
-    """Equal pieces: one of them, how many, what one asks for in a shop (else empty), and its box's sides, metres."""
+    """Equal pieces: one of them, the number, its title in a shop (or empty), and the sides of its box, m."""
 
     name: str
     part: RobotPart
@@ -46,15 +46,15 @@ class Item(NamedTuple):
 
     @property
     def mass(self) -> float:
-        """Of all, kg."""
+        """Return the mass of all pieces, kg."""
         return self.number * self.part.mass
 
 
 def bill(robot: Robot) -> list[Item]:
-    """All parts of the robot, the payload not; in the order in which one meets them from the base plate up.
+    """Return all parts of the robot without the payload, in order from the base plate up.
 
-    An item is called after its kind; where pieces of a kind differ, as stands do in length, after the first of
-    its pieces.
+    An item has the name of its kind; where pieces of a kind differ, as stands do in length, the name of its
+    first piece.
     """
     groups: dict[tuple[object, ...], list[RobotPart]] = {}
     for part in solids(robot):
@@ -77,7 +77,7 @@ def _check_names(names: list[str]) -> None:
 
 
 def bill_csv(items: list[Item]) -> bytes:
-    """With a line of names first, millimetres and kilograms, and two empty fields for the prices."""
+    """Return a CSV table in millimetres and kilograms with a header and two empty fields for the prices."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(HEAD)
@@ -89,7 +89,7 @@ def bill_csv(items: list[Item]) -> bytes:
 
 
 def box(pieces: tuple[Solid, ...]) -> tuple[float, float, float]:
-    """Sides of the smallest box along the axes of the solids' frame, metres; exact."""
+    """Return the sides of the exact bounding box of the solids in their frame, m."""
     corners = np.vstack([_ends(piece) for piece in pieces])
     x, y, z = np.ptp(corners, axis=0).tolist()
     return x, y, z

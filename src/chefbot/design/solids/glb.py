@@ -29,16 +29,16 @@ ROUGH = 0.65
 
 
 def glb(robot: Robot, deviation: float = DEVIATION) -> bytes:
-    """All links that have mass, as one binary file.
+    """Return all links with mass as one binary file.
 
-    A node is named like its link and holds a node for each part. A sensor's node is named like its frame, and
-    lies where that frame lies.
+    A node has the name of its link and contains a node for each part. The node of a sensor has the name and
+    the place of its frame.
     """
     return _binary(_scene(robot, deviation))
 
 
 def part_glb(part: RobotPart, deviation: float = DEVIATION) -> bytes:
-    """A part alone, in its own frame."""
+    """Return a single part in its own frame."""
     from trimesh import Scene
 
     scene = Scene(base_frame="part", metadata={})

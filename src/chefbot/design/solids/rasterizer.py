@@ -19,7 +19,7 @@ Ints = NDArray[np.int64]
 
 
 class RasterizedView(NamedTuple):
-    """Of each pixel (h, w): depth (inf where there is nothing) and number of the nearest triangle (-1: none)."""
+    """For each pixel (h, w): depth (inf for none) and number of the nearest triangle (-1 for none)."""
 
     depth: NDArray[np.float32]
     triangle: NDArray[np.int32]
@@ -35,9 +35,10 @@ class _Rows(NamedTuple):
 
 
 def rasterize(corners: Floats, width: int, height: int) -> RasterizedView:
-    """corners (n, 3, 3): triangle, corner, (x, y, depth); pixel (row i, column j) has its middle at (j+.5, i+.5).
+    """Return the view of corners (n, 3, 3): triangle, corner, (x, y, depth).
 
-    y is down and smaller depth is nearer. Triangles are drawn from the side where they run counter-clockwise.
+    Pixel (row i, column j) has its middle at (j+.5, i+.5); y is down and smaller depth is nearer. Triangles
+    are drawn from the side where they are counter-clockwise.
     """
     depth = np.full(width * height, np.inf, np.float32)
     nearest = np.full(width * height, -1, np.int32)

@@ -1,4 +1,4 @@
-"""A picture of solids: parallel projection from the front left above, one lamp with its shadow, a soft sky, edges."""
+"""A picture of solids: parallel projection, one lamp with its shadow, ambient light and edges."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ UP = np.array([[0.0, 0.0, 1.0]], np.float32)
 
 
 class RenderedBody(NamedTuple):
-    """Something to be seen: where it stands, and its colour."""
+    """A mesh in metres at its place in the scene, and its colour."""
 
     mesh: Mesh
     colour: RgbaColour
@@ -74,7 +74,7 @@ class _Eye(NamedTuple):
 
 
 def picture(bodies: list[RenderedBody], size: tuple[int, int] = SIZE) -> NDArray[np.uint8]:
-    """Red, green, blue (height, width, 3) of bodies that stand on a floor at their lowest point."""
+    """Return red, green, blue (height, width, 3) of bodies that stand on a floor at their lowest point."""
     width, height = FINE * size[0], FINE * size[1]
     scene = _scene(bodies)
     eye = _eye(scene.corners, AZIMUTH, ELEVATION, width, height)

@@ -1,4 +1,4 @@
-"""A part's solids as triangles: closed, fine enough that the volume is right, and united where they touch."""
+"""A part's solids as closed triangle meshes of bounded volume error, united where they touch."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BALL_TURN = (12.0, 23.0, 37.0)
 class Mesh(NamedTuple):
     """Vertices (n, 3) in metres, triangles (m, 3) counter-clockwise seen from outside; normals (n, 3) or None.
 
-    With normals, a vertex on an edge stands there once for each face that meets in it.
+    With normals, a vertex on an edge is repeated for each of its faces.
     """
 
     vertices: NDArray[np.float64]
@@ -43,18 +43,17 @@ class Mesh(NamedTuple):
 
     @property
     def volume(self) -> float:
-        """Cubic metres (divergence theorem)."""
+        """Return the volume in cubic metres (divergence theorem)."""
         a, b, c = self.vertices[self.triangles.T]
         return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
 
 
 @lru_cache(maxsize=256)
 def part_mesh(solids: tuple[Solid, ...], deviation: float = DEVIATION, shaded: bool = False) -> Mesh:
-    """Solids of one part in the part's frame, arcs kept within `deviation` metres and the volume within
-    VOLUME_SHARE; with normals if `shaded`.
+    """Return the mesh of a part's solids in the part's frame, with normals if `shaded`.
 
-    Prisms are united to one shell. A ball stays a shell of its own: it touches its cup along a line only, and
-    has to turn in it.
+    Arcs are accurate to `deviation` metres and the volume to VOLUME_SHARE. Prisms are united to one shell. A
+    ball stays a shell of its own: it touches its cup along a line only, and must turn in it.
     """
     prisms = [_mesh(_prism(solid, deviation)) for solid in solids if isinstance(solid, Prism)]
     balls = [_mesh(_ball(solid, deviation), shaded) for solid in solids if isinstance(solid, Ball)]
@@ -62,7 +61,7 @@ def part_mesh(solids: tuple[Solid, ...], deviation: float = DEVIATION, shaded: b
 
 
 def joined(meshes: list[Mesh]) -> Mesh:
-    """Several as one, beside each other."""
+    """Return several meshes as one without uniting them."""
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
     triangles = [mesh.triangles + offset for mesh, offset in zip(meshes, offsets, strict=True)]
     normals = [mesh.normals for mesh in meshes if mesh.normals is not None]
@@ -74,7 +73,7 @@ def joined(meshes: list[Mesh]) -> Mesh:
 
 
 def united(meshes: list[Mesh], shaded: bool = False) -> Mesh:
-    """The union of closed meshes without normals: bodies that touch or overlap become one."""
+    """Return the union of closed meshes without normals: bodies that touch or overlap become one."""
     from manifold3d import Manifold, Mesh64, OpType
 
     ends = np.cumsum([len(mesh.vertices) for mesh in meshes])
@@ -98,7 +97,7 @@ def _together(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def placed(mesh: Mesh, turn: NDArray[np.float64], at: NDArray[np.float64]) -> Mesh:
-    """Turned by the matrix (3, 3), then moved by `at` metres."""
+    """Return the mesh rotated by a matrix (3, 3), then shifted by `at` metres."""
     normals = None if mesh.normals is None else mesh.normals @ turn.T
     return Mesh(mesh.vertices @ turn.T + at, mesh.triangles, normals)
 

@@ -1,4 +1,4 @@
-"""The whole robot: from the front, from its right side, and its lowest deck from above; with a parts list."""
+"""The assembly: front view, right side view and the lowest deck from above, with a parts list."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ NUMBERS = 14.0
 
 
 class Face(NamedTuple):
-    """A view with what is seen of each kind of part."""
+    """A view with the visible shapes of each kind of part."""
 
     items: list[Item]
     box: BoundingBox
@@ -49,7 +49,7 @@ class Face(NamedTuple):
 
 
 def assembly(robot: Robot, factor: float) -> Plan:
-    """Three views in first-angle order and the parts list right of them."""
+    """Return three views in first-angle projection with the parts list to their right."""
     front, side, top = _faces(robot)
     chosen = _marks(robot, [front, side, top])
     drawn = [

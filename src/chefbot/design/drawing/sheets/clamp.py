@@ -35,7 +35,7 @@ LEADER, CLEAR = 35.0, 2.0
 
 
 def motor_clamp(robot: Robot, factor: float) -> Plan:
-    """Three views; the right side's is its mirror image."""
+    """Return three views of the left motor clamp; the right one is its mirror image."""
     part = pieces(robot, "motor_clamp")[0]
     face, side, above = (
         [seen(solid, view) for solid in part.solids] for view in (FACE, FROM_LEFT, FROM_ABOVE)

@@ -1,4 +1,4 @@
-"""A value with the reason for it, and YAML files made of such values."""
+"""Parameter values with the reason for each, and YAML files made of them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WIDTH = 110
 
 
 class Because(NamedTuple):
-    """A parameter's value and why it is so: formula and numbers."""
+    """A parameter's value and the reason for it: formula and numbers."""
 
     value: Plain
     why: str = ""
@@ -24,7 +24,7 @@ PlainTree: TypeAlias = dict[str, "Plain | PlainTree"]
 
 
 def plain(tree: Tree) -> PlainTree:
-    """The values without reasons."""
+    """Return the values without their reasons."""
     found: PlainTree = {}
     for key, entry in tree.items():
         value = entry.value if isinstance(entry, Because) else entry
@@ -33,7 +33,7 @@ def plain(tree: Tree) -> PlainTree:
 
 
 def yaml_text(tree: Tree, head: str) -> str:
-    """A YAML file: the remark `head` on top, a reason behind its value or above it where it is long."""
+    """Return a YAML file with `head` as its comment; a reason follows its value, or precedes it if it is long."""
     lines = [f"# {line}" for line in head.strip().splitlines()]
     return "\n".join([*lines, *_lines(tree, 0)]) + "\n"
 
@@ -56,7 +56,7 @@ def _lines(tree: Tree, depth: int) -> Iterator[str]:
 
 
 def written(value: Plain) -> str:
-    """As ROS 2's parser reads it back in the same type: 1.0 is a double, 1 an integer, "1" a string."""
+    """Return a value as YAML that ROS 2 parses to the same type: 1.0 is a double, 1 an integer, "1" a string."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list):
@@ -77,15 +77,15 @@ def _double(value: float) -> str:
 
 
 def short(value: float) -> str:
-    """A number in a sentence."""
+    """Return a number with three digits for a sentence."""
     return f"{value:.3g}"
 
 
 def at_most(value: float) -> float:
-    """Rounded down to a tenth of a millimetre (per second): a limit must not grow by rounding."""
+    """Return the value rounded down to a tenth of a millimetre (per second), so that a limit does not grow."""
     return math.floor(value * 1e4) / 1e4 if value > 1e-3 else value
 
 
 def rounded(value: float) -> float:
-    """Four digits: what is derived from a robot file is known no better."""
+    """Return the value with four digits, the accuracy of a robot file."""
     return float(f"{value:.4g}")

@@ -22,7 +22,7 @@ STOPPED = 0.1
 
 
 def controller_server(figures: Figures) -> Tree:
-    """Goal and progress checkers, and two controllers that the topic controller_selector chooses between."""
+    """Return goal checker, progress checker and the two controllers of the topic controller_selector."""
     robot = figures.robot
     tick = robot.metres_per_tick * robot.sensors.imu.rate
     slowest = min(tick, CRAWL * figures.speed.number)
@@ -61,7 +61,7 @@ def controller_server(figures: Figures) -> Tree:
 
 
 def mppi(figures: Figures) -> Tree:
-    """Model predictive path integral control."""
+    """Return the parameters of model predictive path integral control."""
     v, w, hz = figures.speed, figures.turn, figures.frequency.number
     steps = math.ceil(figures.horizon.number * hz)
     rear = figures.sight.angle > math.pi
@@ -95,7 +95,7 @@ def mppi(figures: Figures) -> Tree:
 
 
 def mppi_critics(figures: Figures) -> Tree:
-    """What a trajectory pays for; distances and numbers of path points scale with the horizon's reach."""
+    """Return MPPI's critics; distances and numbers of path points scale with the distance driven in the horizon."""
 
     def metres(example: float) -> Because:
         told = (
@@ -149,7 +149,7 @@ def mppi_critics(figures: Figures) -> Tree:
 
 
 def dwb(figures: Figures) -> Tree:
-    """The dynamic window: one twist for the whole look-ahead, so half of MPPI's horizon."""
+    """Return the parameters of DWB; it keeps one twist for the entire look-ahead, so half of MPPI's horizon."""
     v, w, a, b = figures.speed, figures.turn, figures.acceleration, figures.turn_acceleration
     sim_time = min(max(figures.horizon.number / 2, 1.0), 2.0)
     point = figures.radius.times(2.0 / 3.0, "two thirds of the radius ahead of the middle")

@@ -1,4 +1,4 @@
-"""The two costmaps of Nav2: size, footprint, inflation and what sensors mark."""
+"""The two costmaps of Nav2: size, footprint, inflation and obstacle sources."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ CLEAR_BEYOND = 0.5
 
 
 def local_costmap(figures: Figures) -> Tree:
-    """Rolls with the robot in odom."""
+    """Return the costmap that moves with the robot in odom."""
     side = Because(math.ceil(figures.window.number), figures.window.how)
     hz = min(figures.sight.rate, figures.frequency.number)
     return {
@@ -32,7 +32,7 @@ def local_costmap(figures: Figures) -> Tree:
 
 
 def global_costmap(figures: Figures) -> Tree:
-    """The map, what stands on it now, and room round both."""
+    """Return the costmap of the map, with current obstacles and inflation."""
     return {
         "update_frequency": 1.0,
         "publish_frequency": 1.0,

@@ -1,4 +1,4 @@
-"""`depth_to_scan.yaml` for depthimage_to_laserscan, where no node of ours makes the camera's scan.
+"""`depth_to_scan.yaml` for depthimage_to_laserscan, which replaces chefbot's scan node.
 
 Names: https://index.ros.org/p/depthimage_to_laserscan/.
 """
@@ -12,14 +12,14 @@ from chefbot.robot.sensors import DepthCamera
 
 
 def depth_to_scan(camera: DepthCamera) -> str:
-    """The file's text."""
+    """Return the YAML file with reasons as comments."""
     return yaml_text(
         depth_tree(camera), "A laser scan of the depth camera's middle rows, written by `chefbot ros2`."
     )
 
 
 def depth_tree(camera: DepthCamera) -> Tree:
-    """The node's parameters with reasons."""
+    """Return the parameters of the node with their reasons."""
     return {
         "depthimage_to_laserscan": {
             "ros__parameters": {

@@ -1,4 +1,4 @@
-"""What a navigation stack must know of a robot, each figure with its formula and numbers."""
+"""Figures of a robot that navigation parameters derive from, each with its formula and numbers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ EDGE = 2.0
 
 
 class Doubt(NamedTuple):
-    """How badly the robot's numbers fit it on its floor, as standard deviations: see our odometry's params."""
+    """Standard deviations of the odometry's errors, as in the parameters of the odometry node."""
 
     slip: float
     """m after one metre of a wheel; it grows with the root of the distance."""
@@ -40,7 +40,7 @@ class Doubt(NamedTuple):
 
 
 class Sight(NamedTuple):
-    """What the scan is made of. Metres, Hz, radians."""
+    """The sensor that the scan is made from; metres, Hz, radians."""
 
     sensor: str
     topic: str
@@ -60,14 +60,14 @@ class Sight(NamedTuple):
 
 @dataclass(frozen=True)
 class Figures:
-    """The figures that several parameters share."""
+    """The figures that several navigation parameters share."""
 
     robot: Robot
     doubt: Doubt
 
     @cached_property
     def sight(self) -> Sight:
-        """Of the sensor that the robot maps with. UserError if it has none."""
+        """Return the sensor for mapping. UserError if the robot has none."""
         lidar, camera = self.robot.sensors.lidar, self.robot.sensors.depth_camera
         if lidar is not None:
             return Sight(
@@ -86,7 +86,7 @@ class Figures:
 
     @cached_property
     def radius(self) -> Figure:
-        """The circle that the robot is for a planner."""
+        """Return the radius of the circular footprint, m."""
         robot = self.robot
         corner = math.hypot((robot.wheels.separation + robot.wheels.width) / 2, robot.wheel_radius)
         return Figure(
@@ -96,7 +96,7 @@ class Figures:
 
     @cached_property
     def resolution(self) -> Figure:
-        """Side of a map's cell."""
+        """Return the side of a map cell, m."""
         wanted = self.robot.footprint_radius / CELLS_PER_RADIUS
         cell = next((cell for cell in CELLS if cell <= wanted * (1 + 1e-9)), CELLS[-1])
         return Figure(
@@ -105,7 +105,7 @@ class Figures:
 
     @cached_property
     def speed(self) -> Figure:
-        """Forward, m/s."""
+        """Return the maximum forward speed, m/s."""
         robot, sighted = self.robot, self.sighted
         told = f"drive.max_speed {short(robot.drive.max_speed)}, and no more than the loaded motors hold,"
         told += f" {short(max_wheel_speed(robot))}"
@@ -115,7 +115,7 @@ class Figures:
 
     @cached_property
     def sighted(self) -> Figure:
-        """The speed from which it stops within what it sees, m/s: v t + v^2 / 2a = d."""
+        """Return the maximum speed from which the robot stops within its range of view, m/s: v t + v^2 / 2a = d."""
         sight, a = self.sight, self.acceleration.number
         room = max(sight.range_max - self.radius.number, 0.0)
         t = 1.0 / sight.rate + 1.0 / SLOWEST
@@ -128,7 +128,7 @@ class Figures:
 
     @cached_property
     def turn(self) -> Figure:
-        """On the spot, rad/s."""
+        """Return the maximum turn rate on the spot, rad/s."""
         robot = self.robot
         rims = 2 * max_wheel_speed(robot) / robot.wheels.separation
         return Figure(
@@ -139,7 +139,7 @@ class Figures:
 
     @cached_property
     def acceleration(self) -> Figure:
-        """Forward, m/s^2."""
+        """Return the maximum forward acceleration, m/s^2."""
         wish = short(self.robot.drive.max_acceleration)
         return Figure(
             at_most(max_acceleration(self.robot)),
@@ -148,7 +148,7 @@ class Figures:
 
     @cached_property
     def turn_acceleration(self) -> Figure:
-        """On the spot, rad/s^2."""
+        """Return the maximum angular acceleration on the spot, rad/s^2."""
         robot = self.robot
         rims = 2 * max_acceleration(robot) / robot.wheels.separation
         return Figure(
@@ -159,7 +159,7 @@ class Figures:
 
     @cached_property
     def frequency(self) -> Figure:
-        """Of the controller, Hz."""
+        """Return the frequency of the controller, Hz."""
         cells = self.speed.number / self.resolution.number
         hz = min(max(5.0 * math.ceil(2.0 * cells / 5.0), SLOWEST), FASTEST)
         return Figure(
@@ -170,13 +170,13 @@ class Figures:
 
     @cached_property
     def latency(self) -> Figure:
-        """From an obstacle to a command that knows of it, s."""
+        """Return the delay from an obstacle to a command that considers it, s."""
         old, late = 1.0 / self.sight.rate, 1.0 / self.frequency.number
         return Figure(old + late, f"a scan may be {short(old)} s old and a command {short(late)} s late")
 
     @cached_property
     def stopping(self) -> Figure:
-        """Metres from full speed to rest."""
+        """Return the stopping distance from full speed, m."""
         v, a, t = self.speed.number, self.acceleration.number, self.latency.number
         return Figure(
             v * t + v * v / (2 * a),
@@ -185,7 +185,7 @@ class Figures:
 
     @cached_property
     def horizon(self) -> Figure:
-        """Seconds that a controller must look ahead: to a stop, and to a quarter turn on the spot after it."""
+        """Return the look-ahead time of a controller, s: a stop, then a quarter turn on the spot."""
         v, a = self.speed.number, self.acceleration.number
         w, b = self.turn.number, self.turn_acceleration.number
         brake, quarter = v / a, math.pi / 2 / w + w / b
@@ -197,13 +197,13 @@ class Figures:
 
     @cached_property
     def ahead(self) -> Figure:
-        """Metres driven within the horizon at full speed."""
+        """Return the distance driven within the horizon at full speed, m."""
         v, t = self.speed.number, self.horizon.number
         return Figure(v * t, f"max speed x horizon = {short(v)} x {short(t)}")
 
     @cached_property
     def inflation(self) -> Figure:
-        """How far costs reach from an obstacle, m."""
+        """Return the inflation radius around obstacles, m."""
         r, s, two = self.radius.number, self.stopping.number, 2 * self.resolution.number
         return Figure(
             r + s + two,
@@ -213,7 +213,7 @@ class Figures:
 
     @cached_property
     def cost_scaling(self) -> Figure:
-        """1/m."""
+        """Return the exponential decay of inflated costs, 1/m."""
         beyond = self.inflation.number - self.radius.number
         return Figure(
             EDGE / beyond,
@@ -222,7 +222,7 @@ class Figures:
 
     @cached_property
     def window(self) -> Figure:
-        """Side of the local costmap, m."""
+        """Return the side of the local costmap, m."""
         half = self.ahead.number + self.inflation.number
         return Figure(
             2 * half,
@@ -232,7 +232,7 @@ class Figures:
 
     @cached_property
     def marking(self) -> Figure:
-        """Returns nearer than this are obstacles, m."""
+        """Return the maximum range of returns that mark obstacles, m."""
         corner = self.window.number / math.sqrt(2.0)
         useful, far = self.sight.range_max, self.sight.far
         return Figure(
@@ -243,18 +243,18 @@ class Figures:
 
     @cached_property
     def top(self) -> Figure:
-        """What is higher passes above the robot, m."""
+        """Return the height above which obstacles are ignored, m."""
         high = max(overall_height(self.robot), self.sight.height) + self.resolution.number
         return Figure(high, f"the loaded robot's height {short(overall_height(self.robot))} and a cell")
 
     @cached_property
     def reach_goal(self) -> Figure:
-        """Tolerance of a goal, m."""
+        """Return the position tolerance of a goal, m."""
         return Figure(2 * self.resolution.number, "two cells: what localization on a grid can promise")
 
     @cached_property
     def face_goal(self) -> Figure:
-        """Tolerance of a goal's heading, rad."""
+        """Return the yaw tolerance of a goal, rad."""
         wanted = self.resolution.number / self.radius.number
         return Figure(
             min(wanted, 0.25), f"the rim is off by one cell at most: resolution / radius = {short(wanted)}"
@@ -262,19 +262,19 @@ class Figures:
 
 
 class Figure(NamedTuple):
-    """A number and how it came about."""
+    """A number with its derivation in a sentence."""
 
     number: float
     how: str
 
     def because(self, why: str = "") -> Because:
-        """As a parameter."""
+        """Return the rounded number as a parameter with its reason."""
         return Because(rounded(self.number), f"{why}: {self.how}" if why else self.how)
 
     def limit(self, why: str = "", sign: float = 1.0) -> Because:
-        """As a parameter whose magnitude must not grow by rounding."""
+        """Return the number as a parameter whose magnitude does not grow by rounding."""
         return Because(sign * self.number, f"{why}: {self.how}" if why else self.how)
 
     def times(self, factor: float, why: str) -> Because:
-        """A share or a multiple of it."""
+        """Return a multiple of the number as a parameter."""
         return Because(rounded(factor * self.number), why)

@@ -18,7 +18,7 @@ STILL = 1e-6
 
 
 def ekf(robot: Robot, doubt: Doubt) -> str:
-    """The file's text."""
+    """Return the YAML file with reasons as comments."""
     return yaml_text(
         ekf_tree(robot, doubt),
         f"robot_localization for the robot {robot.name}, written by `chefbot ros2`; used with odometry:=ekf.\n"
@@ -27,7 +27,7 @@ def ekf(robot: Robot, doubt: Doubt) -> str:
 
 
 def ekf_tree(robot: Robot, doubt: Doubt) -> Tree:
-    """The node's parameters with reasons."""
+    """Return the parameters of the node with their reasons."""
     figures = Figures(robot, doubt)
     hz = min(robot.sensors.imu.rate, 50.0)
     return {
@@ -57,7 +57,7 @@ def ekf_tree(robot: Robot, doubt: Doubt) -> Tree:
 
 
 def fused(*names: str) -> list[bool]:
-    """Which of the state's 15 elements a sensor tells."""
+    """Return which of the 15 elements of the state a sensor measures."""
     return [name in names for name in STATE]
 
 

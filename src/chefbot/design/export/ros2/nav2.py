@@ -28,7 +28,7 @@ SEND_TO = "cmd_vel_nav"
 
 
 def nav2_params(robot: Robot, doubt: Doubt) -> str:
-    """The file's text."""
+    """Return the YAML file with reasons as comments."""
     return yaml_text(
         nav2_tree(robot, doubt),
         f"Nav2 for the robot {robot.name}, written by `chefbot ros2`; parameter names of Jazzy and Kilted.\n"
@@ -37,7 +37,7 @@ def nav2_params(robot: Robot, doubt: Doubt) -> str:
 
 
 def nav2_tree(robot: Robot, doubt: Doubt) -> Tree:
-    """Node to its parameters with reasons."""
+    """Return node to parameters with their reasons."""
     figures = Figures(robot, doubt)
     nodes: dict[str, Tree] = {
         "amcl": amcl(figures),
@@ -57,7 +57,7 @@ def nav2_tree(robot: Robot, doubt: Doubt) -> Tree:
 
 
 def amcl(figures: Figures) -> Tree:
-    """Localization: sensor ranges, map errors and odometry's errors are the robot's."""
+    """Return localization; sensor ranges, map errors and odometry errors are the robot's."""
     sight, cell = figures.sight, figures.resolution.number
     travel = 2 * cell
     blur = math.hypot(2 * cell, sight.noise)
@@ -103,7 +103,7 @@ def amcl(figures: Figures) -> Tree:
 
 
 def bt_navigator() -> Tree:
-    """Its trees and plugins are the distribution's defaults."""
+    """Return the navigator with the behavior trees of the distribution."""
     return {
         "global_frame": "map",
         "robot_base_frame": "base_link",
@@ -118,7 +118,7 @@ def bt_navigator() -> Tree:
 
 
 def planner_server(figures: Figures) -> Tree:
-    """A round robot that turns on the spot needs no kinematic planner."""
+    """Return NavFn; a round robot that turns on the spot needs no kinematic planner."""
     return {
         "expected_planner_frequency": Because(1.0, "how often the behaviour tree asks"),
         "planner_plugins": ["GridBased"],
@@ -134,7 +134,7 @@ def planner_server(figures: Figures) -> Tree:
 
 
 def smoother_server() -> Tree:
-    """As Nav2 has it."""
+    """Return the path smoother with Nav2's defaults."""
     return {
         "smoother_plugins": ["simple_smoother"],
         "simple_smoother": {
@@ -147,7 +147,7 @@ def smoother_server() -> Tree:
 
 
 def behavior_server(figures: Figures) -> Tree:
-    """Recoveries within the robot's limits."""
+    """Return the recovery behaviors within the robot's limits."""
     blind = (
         "" if figures.sight.angle > math.pi else "; nothing looks behind: what the costmap remembers must do"
     )
@@ -179,7 +179,7 @@ def behavior_server(figures: Figures) -> Tree:
 
 
 def velocity_smoother(figures: Figures) -> Tree:
-    """The robot's ramp; our base has the same, so that with it this changes nothing."""
+    """Return the robot's acceleration limits, which chefbot's base applies as well."""
     v, w = figures.speed.number, figures.turn.number
     a, b = figures.acceleration.number, figures.turn_acceleration.number
     back = v if figures.sight.angle > math.pi else v / 2
@@ -211,7 +211,7 @@ def velocity_smoother(figures: Figures) -> Tree:
 
 
 def collision_monitor(figures: Figures) -> Tree:
-    """Brakes for what stands in the way of the last command."""
+    """Return the monitor that slows down before obstacles on the commanded path."""
     v, a, t = figures.speed.number, figures.acceleration.number, figures.latency.number
     sight = figures.sight
     return {
@@ -248,7 +248,7 @@ def collision_monitor(figures: Figures) -> Tree:
 
 
 def waypoint_follower() -> Tree:
-    """As Nav2 has it."""
+    """Return the waypoint follower with Nav2's defaults."""
     return {
         "loop_rate": 20,
         "stop_on_failure": False,

@@ -1,4 +1,4 @@
-"""How far wheels lead astray, as the noise parameters of AMCL and robot_localization."""
+"""Odometry errors as the noise parameters of AMCL and robot_localization."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ SPREAD = 0.25
 
 
 def alphas(figures: Figures, travel: float, turned: float) -> dict[str, Because]:
-    """AMCL's alpha1 .. alpha4 for an update every `travel` metres or `turned` radians.
+    """Return AMCL's alpha1 .. alpha4 for an update every `travel` metres or `turned` radians.
 
-    AMCL's variances are alpha1 turn^2 + alpha2 travel^2 of a turn, alpha3 travel^2 + alpha4 turn^2 of a length
-    (Thrun, Burgard & Fox 2005, table 5.6 in variances, as nav2_amcl's DifferentialMotionModel has them). Ours:
-    each wheel's travel s is off by slip sqrt(s) + diameter_error s, independently, and the separation by its share.
+    AMCL's variances are alpha1 turn^2 + alpha2 travel^2 of a turn, alpha3 travel^2 + alpha4 turn^2 of a
+    length (Thrun, Burgard & Fox 2005, table 5.6 in variances, as nav2_amcl's DifferentialMotionModel has
+    them). Here the travel s of each wheel has the independent error slip sqrt(s) + diameter_error s, and the
+    separation its relative error.
     """
     slip, diameter, share = figures.doubt
     track = figures.robot.wheels.separation
@@ -48,13 +49,16 @@ def alphas(figures: Figures, travel: float, turned: float) -> dict[str, Because]
 
 
 def gyro_deviation(figures: Figures) -> float:
-    """rad/s: noise and the offset that a start leaves, which robot_localization does not estimate."""
+    """Return the gyroscope deviation, rad/s: noise and the bias, which robot_localization does not estimate."""
     imu = figures.robot.sensors.imu
     return math.hypot(imu.gyro_noise, imu.gyro_bias)
 
 
 def wheels_turn_deviation(figures: Figures) -> float:
-    """rad/s, over one second at the robot's speed and turn: slip, unequal wheels, the separation's error."""
+    """Return the standard deviation of the wheels' turn rate over one second, rad/s.
+
+    Causes: slip, unequal wheels and the error of the separation, at maximum speed and turn rate.
+    """
     slip, diameter, share = figures.doubt
     v, track = figures.speed.number, figures.robot.wheels.separation
     unequal = math.sqrt(2.0) * math.hypot(slip * math.sqrt(v), diameter * v) / track

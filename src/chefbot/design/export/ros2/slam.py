@@ -1,7 +1,7 @@
 """`slam_toolbox.yaml` for its asynchronous online mapper.
 
-Names: https://github.com/SteveMacenski/slam_toolbox (README, config/mapper_params_online_async.yaml), whose values
-for cells of 5 cm stand where nothing else is said.
+Names: https://github.com/SteveMacenski/slam_toolbox (README, config/mapper_params_online_async.yaml). Values
+without a reason are its defaults for cells of 5 cm.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ OVERLAP = 6.0
 
 
 def slam_toolbox(robot: Robot, doubt: Doubt) -> str:
-    """The file's text."""
+    """Return the YAML file with reasons as comments."""
     return yaml_text(
         slam_tree(robot, doubt), f"slam_toolbox for the robot {robot.name}, written by `chefbot ros2`."
     )
 
 
 def slam_tree(robot: Robot, doubt: Doubt) -> Tree:
-    """The node's parameters with reasons."""
+    """Return the parameters of the node with their reasons."""
     figures = Figures(robot, doubt)
     return {
         "slam_toolbox": {

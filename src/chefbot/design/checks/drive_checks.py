@@ -30,14 +30,14 @@ from chefbot.robot.geometry.solids import solids
 from chefbot.robot.spec import GRAVITY, Robot
 
 SEEN_ELSEWHERE = "room round it"
-"""The sheet's estimate of what overlaps and edges tell from the solids."""
+"""Checks that the design sheet estimates and the solids decide."""
 MENDED_OUTSIDE = ("driver", "input level without a level shifter")
 """A part that no robot file has: a level shifter does."""
 NO_OTHER = "; no single other part of the catalogue mends it: `chefbot design` tries all sets"
 HEAVIEST = 5
 
 
-def drives(robot: Robot, catalogue: Catalogue) -> Iterator[Finding]:
+def check_drive(robot: Robot, catalogue: Catalogue) -> Iterator[Finding]:
     """Return the failed sizing checks, and a finding if the mass exceeds its budget."""
     load = loaded(robot)
     for check in judge(robot, load):
@@ -62,7 +62,7 @@ def _finding(robot: Robot, check: Check, load: Load, catalogue: Catalogue) -> Fi
 
 
 def _budget(robot: Robot) -> Iterator[Finding]:
-    """The solids against what the sums on paper assumed."""
+    """The mass of the solids against the budget of the design sheet."""
     heaviest: dict[str, float] = {}
     for part in solids(robot):
         heaviest[part.kind] = heaviest.get(part.kind, 0.0) + part.mass
@@ -173,4 +173,4 @@ LESS: dict[str, tuple[str, Callable[[Robot, Load], str]]] = {
     "run time": ("power.run_time", _run_time),
     "grip on the ramp": ("drive.max_slope", _slope),
 }
-"""Name of a check to what may be asked for instead, where nothing better is to be had."""
+"""Name of a check to the requirement that can be relaxed if no component is better."""

@@ -40,13 +40,13 @@ class Bound(NamedTuple):
     """A figure of the robot and its minimum."""
 
     have: float
-    least: float
+    minimum: float
     unit: str
 
     @property
     def broken(self) -> bool:
         """Return whether the figure is below the minimum by more than rounding."""
-        return self.have < self.least - 1e-9 * max(1.0, abs(self.least))
+        return self.have < self.minimum - 1e-9 * max(1.0, abs(self.minimum))
 
 
 def below(
@@ -55,7 +55,7 @@ def below(
     """Return the finding if the figure is below its bound, else nothing."""
     if bound.broken:
         yield Finding(
-            severity, rule, subject, sentence, bound.have, bound.least, bound.unit, True, key, value
+            severity, rule, subject, sentence, bound.have, bound.minimum, bound.unit, True, key, value
         )
 
 
@@ -102,7 +102,9 @@ def _replaced(value: Any, steps: list[tuple[str, int | None]], new: Any) -> Any:
     return msgspec.structs.replace(value, **{name: items})
 
 
-def searched(robot: Robot, keys: Iterable[str], good: Callable[[Robot], bool]) -> tuple[str, str]:
+def nearest_valid_length(
+    robot: Robot, keys: Iterable[str], is_valid: Callable[[Robot], bool]
+) -> tuple[str, str]:
     """The first of the keys, and the length nearest to its present one, with which the robot is good.
 
     ("", "") where there is none within the last of AWAY.
@@ -110,7 +112,7 @@ def searched(robot: Robot, keys: Iterable[str], good: Callable[[Robot], bool]) -
     for key in keys:
         for value in _outwards(float(value_at(robot, key))):
             candidate = with_value(robot, key, value)
-            if has_solids(candidate) and good(candidate) and is_possible(candidate):
+            if has_solids(candidate) and is_valid(candidate) and is_possible(candidate):
                 return key, f"{1000.0 * value:.6g} mm"
     return "", ""
 

@@ -20,7 +20,7 @@ STANDS = ("wheel", "caster")
 """Kinds of parts that belong on the floor."""
 
 
-def ground(robot: Robot) -> Iterator[Finding]:
+def check_ground_clearance(robot: Robot) -> Iterator[Finding]:
     """Return all findings about the clearance between base plate and floor."""
     yield from _on_the_floor(robot)
     yield from _clearance(robot)
@@ -78,7 +78,7 @@ def _notch(robot: Robot) -> Iterator[Finding]:
         Bound(length, wheel, "m"), "plates.notch.length", mm_up(longest),
     )  # fmt: skip
     yield from below(
-        rule, "base_plate, wheel", "the wheel's rim has too little air before and behind it",
+        rule, "base_plate, wheel", "the wheel has too little clearance before and behind it",
         Bound(length / 2 - half, WHEEL_GAP, "m"), "plates.notch.length", mm_up(longest),
     )  # fmt: skip
     depth = math.ceil(1000.0 * (robot.body.radius - inner + WHEEL_GAP) - 1e-6) / 1000.0

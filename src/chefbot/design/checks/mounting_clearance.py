@@ -17,18 +17,18 @@ class ClearanceBox(NamedTuple):
     size: Size
 
 
-def battery_room(robot: Robot) -> float:
+def battery_clearance(robot: Robot) -> float:
     """Return the minimum clearance of the battery, m; negative if it overlaps something."""
     others = [*_equipment(robot), ClearanceBox(robot.places.driver, robot.driver.size)]
-    return box_room(robot, ClearanceBox(robot.places.battery, robot.battery.size), others)
+    return box_clearance(robot, ClearanceBox(robot.places.battery, robot.battery.size), others)
 
 
-def driver_room(robot: Robot) -> float:
+def driver_clearance(robot: Robot) -> float:
     """Return the minimum clearance of the driver, m; an overlap with the battery counts for the battery only."""
-    return box_room(robot, ClearanceBox(robot.places.driver, robot.driver.size), _equipment(robot))
+    return box_clearance(robot, ClearanceBox(robot.places.driver, robot.driver.size), _equipment(robot))
 
 
-def box_room(robot: Robot, box: ClearanceBox, others: list[ClearanceBox]) -> float:
+def box_clearance(robot: Robot, box: ClearanceBox, others: list[ClearanceBox]) -> float:
     """Return the minimum distance to edge, poles, other boxes and ceiling, m; negative if they overlap."""
     place, size = box
     corner = math.hypot(abs(place.x) + size.x / 2.0, abs(place.y) + size.y / 2.0)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chefbot.design.checks.finding import Finding, searched
+from chefbot.design.checks.finding import Finding, nearest_valid_length
 from chefbot.design.checks.part_bodies import PartBody, bodies, named
 from chefbot.robot.geometry.solids import RobotPart
 from chefbot.robot.spec import Robot
@@ -70,7 +70,7 @@ def overlaps(robot: Robot) -> Iterator[Finding]:
         lighter, heavier = sorted((pair.one.part, pair.other.part), key=lambda part: part.mass)
         keys = keys_of(robot, lighter) + keys_of(robot, heavier)
         if {"base_plate", "wheel"} <= {pair.one.part.kind, pair.other.part.kind}:
-            continue  # the notch's own check says it better
+            continue  # the check of the notch reports it
         key, value = _remedy(robot, pair, keys, len(found)) if i < MOST_REMEDIES else ("", "")
         x, y, z = (1000.0 * side for side in pair.size)
         yield Finding(
@@ -84,7 +84,7 @@ def _remedy(robot: Robot, pair: Overlap, keys: list[str], before: int) -> tuple[
     """Key and value with which these two are apart, inside the body, and no other pair has come together."""
     names = pair.one.name, pair.other.name
 
-    def good(candidate: Robot) -> bool:
+    def is_valid(candidate: Robot) -> bool:
         both = named(candidate, *names)
         if len(both) == 2 and overlap(*both) is not None:
             return False
@@ -92,7 +92,7 @@ def _remedy(robot: Robot, pair: Overlap, keys: list[str], before: int) -> tuple[
             return False
         return len(list(islice(overlapping(candidate), before))) < before
 
-    return searched(robot, keys, good)
+    return nearest_valid_length(robot, keys, is_valid)
 
 
 def _inside(robot: Robot, box: PartBody) -> bool:

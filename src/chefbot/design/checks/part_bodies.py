@@ -41,7 +41,7 @@ def bodies(robot: Robot) -> tuple[PartBody, ...]:
 
 
 def named(robot: Robot, *names: str) -> list[PartBody]:
-    """Return the parts with these names; names without a part are left out, because a moved sensor may need no stand."""
+    """Return the parts with these names; unknown names are left out: a moved sensor may need no stand."""
     parts = [part for part in (*solids(robot), payload(robot)) if part.name in names]
     return [_placed(part, link_origin(robot, part.link)) for part in parts]
 

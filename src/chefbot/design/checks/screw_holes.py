@@ -118,9 +118,9 @@ def _distance(point: NDArray[np.float64], loop: NDArray[np.float64]) -> float:
 
 def _inside(point: NDArray[np.float64], loop: NDArray[np.float64]) -> bool:
     """By the number of edges to the right of the point."""
-    following = np.roll(loop, -1, axis=0)
-    crosses = (loop[:, 1] > point[1]) != (following[:, 1] > point[1])
-    a, b = loop[crosses], following[crosses]
+    next_corners = np.roll(loop, -1, axis=0)
+    crosses = (loop[:, 1] > point[1]) != (next_corners[:, 1] > point[1])
+    a, b = loop[crosses], next_corners[crosses]
     x = a[:, 0] + (point[1] - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
     return bool(np.count_nonzero(x > point[0]) % 2)
 

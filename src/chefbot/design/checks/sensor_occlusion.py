@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.design.checks.finding import Bound, Finding, Severity, below, mm_up, searched
+from chefbot.design.checks.finding import Bound, Finding, Severity, below, mm_up, nearest_valid_length
 from chefbot.design.checks.part_bodies import PartBody, bodies, placement
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.geometry.shapes import rotation
@@ -55,7 +55,7 @@ class Sectors(NamedTuple):
     farthest: float
 
 
-def views(robot: Robot) -> Iterator[Finding]:
+def check_sensor_views(robot: Robot) -> Iterator[Finding]:
     """Return all findings about camera, ultrasonic ranger and lidar."""
     camera, ranger, lidar = (
         robot.sensors.depth_camera,
@@ -77,10 +77,10 @@ def _view(robot: Robot, name: str, field: str, what: str) -> Iterator[Finding]:
         return
     mount = f"sensors.{field}.mount"
 
-    def good(candidate: Robot) -> bool:
+    def is_valid(candidate: Robot) -> bool:
         return hidden_from(candidate, name, field, enough=HIDDEN_WARNING).share <= HIDDEN_WARNING
 
-    key, value = searched(robot, [f"{mount}.x", f"{mount}.z"], good)
+    key, value = nearest_valid_length(robot, [f"{mount}.x", f"{mount}.z"], is_valid)
     sentence = f"{100 * hidden.share:.3g} % of the {what} shows the robot: {hidden.names}"
     yield Finding(
         severity, "view", hidden.names, sentence, hidden.share, HIDDEN_WARNING, "", False,
@@ -98,15 +98,15 @@ def hidden_from(robot: Robot, name: str, field: str, enough: float = 1.0) -> Hid
     turn, at = _frame(sensor.mount)
     view = _pyramid(window, FAR_ROBOTS * (robot.footprint_radius + overall_height(robot)))
     view = view.transform(placement(turn, at))
-    whole, shadows, by_part = _polygon_area(window), [], {}
+    full_area, shadows, by_part = _polygon_area(window), [], {}
     for body in _others(robot, name):
         seen = body.surface ^ view
         if not seen.is_empty():
             shadows.append(_shadow(seen, turn, at))
-            by_part[body.name] = float(shadows[-1].area()) / whole
+            by_part[body.name] = float(shadows[-1].area()) / full_area
             if by_part[body.name] > enough:
                 break
-    return Hidden(_union_area(shadows) / whole, by_part)
+    return Hidden(_union_area(shadows) / full_area, by_part)
 
 
 def _others(robot: Robot, name: str) -> list[PartBody]:
@@ -183,21 +183,21 @@ def _scan(robot: Robot, lidar: Lidar) -> Iterator[Finding]:
     yield Finding(
         "warning", "view", names, sentence, sectors.angle, 0.0, "rad", False, key, value,
     )  # fmt: skip
-    least = sectors.farthest + NOISE_RESERVE * lidar.noise
+    minimum = sectors.farthest + NOISE_RESERVE * lidar.noise
     yield from below(
         "view", names, "the lidar measures the robot itself, with noise, and takes it for a wall",
-        Bound(lidar.range_min, least, "m"), "sensors.lidar.range_min", mm_up(least),
+        Bound(lidar.range_min, minimum, "m"), "sensors.lidar.range_min", mm_up(minimum),
     )  # fmt: skip
 
 
 def _free_height(robot: Robot) -> str:
     """Where nothing hides it."""
 
-    def good(candidate: Robot) -> bool:
+    def is_valid(candidate: Robot) -> bool:
         lidar = candidate.sensors.lidar
         return lidar is not None and hidden_sectors(candidate, lidar).angle == 0.0
 
-    return searched(robot, ["sensors.lidar.mount.z"], good)[1]
+    return nearest_valid_length(robot, ["sensors.lidar.mount.z"], is_valid)[1]
 
 
 def hidden_sectors(robot: Robot, lidar: Lidar) -> Sectors:
@@ -228,9 +228,9 @@ def _section(body: PartBody, turn: NDArray[np.float64], at: NDArray[np.float64])
 
 def _farthest_met(loop: NDArray[np.float64]) -> float:
     """Of the edges that face the lidar; all of it lies inside a loop that has none."""
-    following = np.roll(loop, -1, axis=0)
-    facing = _cross(loop, following) < 0.0
-    met = np.vstack([loop[facing], following[facing]]) if facing.any() else loop
+    next_corners = np.roll(loop, -1, axis=0)
+    facing = _cross(loop, next_corners) < 0.0
+    met = np.vstack([loop[facing], next_corners[facing]]) if facing.any() else loop
     return float(np.hypot(*met.T).max())
 
 

@@ -27,7 +27,7 @@ REST = ("wheel", "payload")
 """Kinds of parts that are held by other means than standing on something."""
 
 
-def seats(robot: Robot) -> Iterator[Finding]:
+def check_support(robot: Robot) -> Iterator[Finding]:
     """Return all findings about equipment and sensors that do not rest on their plates."""
     found = bodies(robot)
     floating = _floating(found)

@@ -100,7 +100,7 @@ class Radial(NamedTuple):
     text: str = "<>"
 
     @property
-    def words(self) -> str:
+    def label(self) -> str:
         """Return the text with sign and measurement filled in, because programs differ in writing the sign."""
         size = f"R{number(self.radius)}" if self.kind == "radius" else f"Ø{number(2.0 * self.radius)}"
         return self.text.replace("<>", size)
@@ -273,6 +273,6 @@ def _linear_box(item: Linear, factor: float) -> BoundingBox:
 
 def _radial_box(item: Radial, factor: float) -> BoundingBox:
     angle, reach = math.radians(item.angle), item.radius + item.reach * factor
-    text = Text("DIMENSION", item.x + reach * math.cos(angle), item.y + reach * math.sin(angle), item.words)
+    text = Text("DIMENSION", item.x + reach * math.cos(angle), item.y + reach * math.sin(angle), item.label)
     align: Align = "left" if math.cos(angle) >= 0 else "right"
     return around((_dot(item.x, item.y), _text_box(text._replace(align=align), factor)))

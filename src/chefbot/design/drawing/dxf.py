@@ -87,7 +87,7 @@ def dxf_bytes(document: Document) -> bytes:
 
 @contextmanager
 def _fixed_meta_data() -> Iterator[None]:
-    """ezdxf writes the date and a random identifier unless it is told not to, for all documents at once."""
+    """ezdxf writes the date and a random identifier unless this global option is set."""
     before = ezdxf.options.write_fixed_meta_data_for_testing
     ezdxf.options.write_fixed_meta_data_for_testing = True
     try:
@@ -205,7 +205,7 @@ def _add_radial(space: Modelspace, item: Radial, factor: float) -> None:
         radius=item.radius,
         angle=item.angle,
         location=(item.x + reach * math.cos(angle), item.y + reach * math.sin(angle)),
-        text=item.words,
+        text=item.label,
         dimstyle=DIMENSIONS,
         override={"dimtoh": 1},
         dxfattribs={"layer": "DIMENSION"},

@@ -153,8 +153,8 @@ def _numbers(element: ET.Element | None, wanted: dict[str, int], at: str) -> dic
         except ValueError:
             values = []
         if len(values) != count or not all(map(math.isfinite, values)):
-            wish = "a finite number" if count == 1 else f"{count} finite numbers"
-            raise UserError(f"{at}: {element.tag} {key}={text[:40]!r} must be {wish}")
+            expected = "a finite number" if count == 1 else f"{count} finite numbers"
+            raise UserError(f"{at}: {element.tag} {key}={text[:40]!r} must be {expected}")
         found[key] = values
     return found
 

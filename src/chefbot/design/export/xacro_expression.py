@@ -224,6 +224,6 @@ def _check_power(base: int, exponent: int) -> None:
 
 
 def _check_repetition(sequence: str | list[Any] | tuple[Any, ...], times: int) -> None:
-    most = MAX_STRING if isinstance(sequence, str) else MAX_ITEMS
-    if len(sequence) * times > most:
-        raise RefusedError(f"a repetition {times} times is longer than {most} characters or items")
+    maximum = MAX_STRING if isinstance(sequence, str) else MAX_ITEMS
+    if len(sequence) * times > maximum:
+        raise RefusedError(f"a repetition {times} times is longer than {maximum} characters or items")

@@ -33,6 +33,6 @@ class Result(NamedTuple):
         return f"{value:.5g}" if value >= 0.0 else f"({value:.5g})"
 
 
-def worked(name: str, value: float, unit: str, formula: str, source: str, **symbols: float) -> Result:
+def calculated(name: str, value: float, unit: str, formula: str, source: str, **symbols: float) -> Result:
     """Return a Result; the symbols of the formula are given by name."""
     return Result(name, value, unit, formula, symbols, source)

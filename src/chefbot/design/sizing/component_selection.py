@@ -1,4 +1,4 @@
-"""Selection of motor, driver and battery: every set of the catalogue is checked, the lightest that passes is chosen."""
+"""Selection of motor, driver and battery: every set of the catalogue is checked, a light one is chosen."""
 
 from __future__ import annotations
 

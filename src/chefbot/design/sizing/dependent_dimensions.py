@@ -19,7 +19,7 @@ Values = dict[tuple[str, str], float]
 """Section and field to a length in metres."""
 
 
-def following(robot: Robot, diameter: float, radius: float) -> list[Change]:
+def dependent_changes(robot: Robot, diameter: float, radius: float) -> list[Change]:
     """Return the changes that keep the proportions with wheels of `diameter` and plates of `radius`, metres."""
     edge = _edge(robot, radius - robot.body.radius)
     moved = [Change(path, mm(value), "moves with body.radius") for path, value in edge.items()]

@@ -16,7 +16,7 @@ class Sheet(NamedTuple):
 
     name: str
     given: dict[str, str]
-    """Option to what was asked for."""
+    """Command-line option to its requested value."""
     robot: Robot
     follows: list[Change]
     """What the geometry had to follow with."""

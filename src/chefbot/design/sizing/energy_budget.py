@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from chefbot.design.sizing import dc_motor
-from chefbot.design.sizing.calculation import Result, worked
+from chefbot.design.sizing.calculation import Result, calculated
 from chefbot.design.sizing.forces import CRUISE_ON_CARPET, DRIVEN_WHEELS, motor_torque, worst
 from chefbot.robot.spec import Robot
 
@@ -21,7 +21,7 @@ def driving_power(robot: Robot, mass: float) -> Result:
     torque = motor_torque(robot, mass, CRUISE_ON_CARPET).value
     across = dc_motor.voltage(robot.motor, torque, robot.drive.max_speed / robot.wheel_radius).value
     drawn = dc_motor.current(robot.motor, torque, "").value
-    return worked(
+    return calculated(
         "power of both motors, cruising on carpet", DRIVEN_WHEELS * across * drawn, "W", "n * U * I",
         dc_motor.SOURCE, n=DRIVEN_WHEELS, U=across, I=drawn,
     )  # fmt: skip
@@ -31,7 +31,7 @@ def mean_power(robot: Robot, mass: float) -> Result:
     """Return the mean power of continuous driving with all electronics on, W."""
     motors, electronics = driving_power(robot, mass).value, robot.power.electronics
     value = motors + electronics / CONVERTER_EFFICIENCY
-    return worked(
+    return calculated(
         "power from the battery", value, "W", "M + E / eta", SOURCE,
         M=motors, E=electronics, eta=CONVERTER_EFFICIENCY,
     )  # fmt: skip
@@ -41,7 +41,7 @@ def usable_energy(robot: Robot) -> Result:
     """Return the energy down to the charge at which the robot must stop, J."""
     battery = robot.battery
     value = battery.capacity * battery.voltage * battery.usable
-    return worked(
+    return calculated(
         "usable energy of the battery", value, "J", "Q * V * u", battery.title,
         Q=battery.capacity, V=battery.voltage, u=battery.usable,
     )  # fmt: skip
@@ -50,7 +50,7 @@ def usable_energy(robot: Robot) -> Result:
 def run_time(robot: Robot, mass: float) -> Result:
     """Return the run time of one charge, s."""
     energy, power = usable_energy(robot).value, mean_power(robot, mass).value
-    return worked("run time", energy / power, "s", "E / P", SOURCE, E=energy, P=power)
+    return calculated("run time", energy / power, "s", "E / P", SOURCE, E=energy, P=power)
 
 
 def highest_draw(robot: Robot, mass: float) -> Result:
@@ -58,7 +58,7 @@ def highest_draw(robot: Robot, mass: float) -> Result:
     drawn = dc_motor.current(robot.motor, motor_torque(robot, mass, worst(robot)).value, "").value
     electronics, empty = robot.power.electronics, robot.battery.empty_voltage
     value = DRIVEN_WHEELS * drawn + electronics / (CONVERTER_EFFICIENCY * empty)
-    return worked(
+    return calculated(
         "highest current from the battery", value, "A", "n * I + E / (eta * V)", SOURCE,
         n=DRIVEN_WHEELS, I=drawn, E=electronics, eta=CONVERTER_EFFICIENCY, V=empty,
     )  # fmt: skip
@@ -69,7 +69,7 @@ def fuse(robot: Robot, mass: float) -> Result:
     draw = highest_draw(robot, mass).value
     wanted = FUSE_RESERVE * draw
     value = next((rating for rating in FUSES if rating >= wanted), wanted)
-    return worked(
+    return calculated(
         "fuse",
         value,
         "A",

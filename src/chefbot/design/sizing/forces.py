@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from chefbot.design.sizing.calculation import Result, worked
+from chefbot.design.sizing.calculation import Result, calculated
 from chefbot.robot.spec import DRIVE_EFFICIENCY, DRIVEN_WEIGHT_FRACTION, GRAVITY, ROLLING_RESISTANCE, Robot
 
 CARPET_RESISTANCE = 0.05
@@ -58,7 +58,7 @@ def force(mass: float, duty: Duty) -> Result:
         + GRAVITY * math.sin(duty.slope)
         + duty.rolling * GRAVITY * math.cos(duty.slope)
     )  # fmt: skip
-    return worked(
+    return calculated(
         f"force: {duty.name}", value, "N", "m * (a + g * sin(s) + c * g * cos(s))", SOURCE,
         m=mass, a=duty.acceleration, g=GRAVITY, s=duty.slope, c=duty.rolling,
     )  # fmt: skip
@@ -68,7 +68,7 @@ def motor_torque(robot: Robot, mass: float, duty: Duty) -> Result:
     """Return the torque of each motor at the gear shaft, N m."""
     push = force(mass, duty).value
     value = push * robot.wheel_radius / (DRIVEN_WHEELS * DRIVE_EFFICIENCY)
-    return worked(
+    return calculated(
         f"torque of each motor: {duty.name}", value, "N m", "F * r / (n * eta)", SOURCE,
         F=push, r=robot.wheel_radius, n=DRIVEN_WHEELS, eta=DRIVE_EFFICIENCY,
     )  # fmt: skip
@@ -78,7 +78,7 @@ def grip(robot: Robot, mass: float, slope: float) -> Result:
     """Return the maximum force of both driven tyres before they slip, N."""
     friction = robot.wheels.friction
     value = friction * DRIVEN_WEIGHT_FRACTION * mass * GRAVITY * math.cos(slope)
-    return worked(
+    return calculated(
         "grip of both driven tyres", value, "N", "mu * k * m * g * cos(s)", GRIP_SOURCE,
         mu=friction, k=DRIVEN_WEIGHT_FRACTION, m=mass, g=GRAVITY, s=slope,
     )  # fmt: skip
@@ -87,7 +87,7 @@ def grip(robot: Robot, mass: float, slope: float) -> Result:
 def slip_torque(robot: Robot, mass: float) -> Result:
     """Return the torque at each wheel at which it slips on a level floor, N m."""
     push = grip(robot, mass, 0.0).value
-    return worked(
+    return calculated(
         "torque at which a tyre slips", push * robot.wheel_radius / DRIVEN_WHEELS, "N m", "F * r / n",
         GRIP_SOURCE, F=push, r=robot.wheel_radius, n=DRIVEN_WHEELS,
     )  # fmt: skip

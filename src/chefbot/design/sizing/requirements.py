@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from chefbot.design.checks.mounting_clearance import battery_room, driver_room
+from chefbot.design.checks.mounting_clearance import battery_clearance, driver_clearance
 from chefbot.design.sizing import dc_motor, energy_budget
 from chefbot.design.sizing.forces import (
     CRUISE_ON_CARPET,
@@ -124,7 +124,7 @@ def driver_checks(robot: Robot, mass: float) -> list[Check]:
         at_least("driver", "continuous current", driver.continuous_current, lasting, "A"),
         at_most("driver", "input level without a level shifter", driver.logic_high_min, level, "V"),
         at_least("driver", "current of a stalled motor", driver.peak_current, stalled, "A"),
-        at_least("driver", "room round it", driver_room(robot), 0.0, "m", "places.driver"),
+        at_least("driver", "room round it", driver_clearance(robot), 0.0, "m", "places.driver"),
     ]
 
 
@@ -135,7 +135,7 @@ def battery_checks(robot: Robot, mass: float) -> list[Check]:
     return [
         at_least("battery", "run time", run_time, robot.power.run_time, "s"),
         at_least("battery", "current", given, draw, "A"),
-        at_least("battery", "room round it", battery_room(robot), 0.0, "m", "places.battery"),
+        at_least("battery", "room round it", battery_clearance(robot), 0.0, "m", "places.battery"),
     ]
 
 
@@ -145,7 +145,7 @@ def robot_checks(robot: Robot, load: Load) -> list[Check]:
     slips = at_least("robot", "grip on the ramp", held, push, "N", "drive.max_acceleration")
     tips = [
         at_least(
-            "robot", f"tipping, {case.name}", case.bears.value, SAFETY * case.meets.value, "g", TIPS_LESS
+            "robot", f"tipping, {case.name}", case.limit.value, SAFETY * case.expected.value, "g", TIPS_LESS
         )
         for case in tipping(robot, load)
     ]

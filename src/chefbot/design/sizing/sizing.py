@@ -9,18 +9,18 @@ from __future__ import annotations
 import math
 
 from chefbot.design.sizing import dc_motor, energy_budget, forces
-from chefbot.design.sizing.calculation import Result, worked
+from chefbot.design.sizing.calculation import Result, calculated
 from chefbot.design.sizing.requirements import SPEED_RESERVE, WORST_SHARE_OF_STALL, turn_rate, wheel_speed
 from chefbot.design.sizing.stability import Load, tipping
 from chefbot.robot.geometry import layout
 from chefbot.robot.spec import Robot
 
 
-def needs(robot: Robot, load: Load) -> list[Result]:
+def drive_requirements(robot: Robot, load: Load) -> list[Result]:
     """Return the forces, torques and speed that the drive must reach."""
-    mass, cases = load.mass, forces.duties(robot)
+    mass, payload, cases = load.mass, robot.body.payload, forces.duties(robot)
     return [
-        worked("mass with payload", mass, "kg", "b + p", "solids", b=mass - robot.body.payload, p=robot.body.payload),
+        calculated("mass with payload", mass, "kg", "b + p", "solids", b=mass - payload, p=payload),
         *(forces.force(mass, case) for case in cases),
         forces.grip(robot, mass, robot.drive.max_slope),
         *(forces.motor_torque(robot, mass, case) for case in cases),
@@ -29,7 +29,7 @@ def needs(robot: Robot, load: Load) -> list[Result]:
     ]  # fmt: skip
 
 
-def gives(robot: Robot, load: Load) -> list[Result]:
+def component_results(robot: Robot, load: Load) -> list[Result]:
     """Return the results of the motor, and the requirements of driver and battery."""
     mass, motor, battery = load.mass, robot.motor, robot.battery
     cruising = forces.motor_torque(robot, mass, forces.CRUISE_ON_CARPET).value
@@ -52,21 +52,21 @@ def gives(robot: Robot, load: Load) -> list[Result]:
     ]
 
 
-def stands(robot: Robot, load: Load) -> list[Result]:
+def stability_results(robot: Robot, load: Load) -> list[Result]:
     """Return the clearance below the motor, and limit and expected value of each way of tipping."""
     return [
         _motor_clearance(robot),
         *(
             result._replace(name=f"{case.name}: {result.name}")
             for case in tipping(robot, load)
-            for result in (case.bears, case.meets)
+            for result in (case.limit, case.expected)
         ),
     ]
 
 
 def _needed_speed(robot: Robot) -> Result:
     speed, radius = robot.drive.max_speed, robot.wheel_radius
-    return worked(
+    return calculated(
         "speed of the wheels, with reserve", SPEED_RESERVE * speed / radius, "rad/s", "k * v / r",
         "20 to 30 % to correct with", k=SPEED_RESERVE, v=speed, r=radius,
     )  # fmt: skip
@@ -74,7 +74,7 @@ def _needed_speed(robot: Robot) -> Result:
 
 def _usable_torque(robot: Robot) -> Result:
     stall = dc_motor.stall_torque(robot.motor, robot.battery.empty_voltage).value
-    return worked(
+    return calculated(
         "torque for a moment, empty battery", WORST_SHARE_OF_STALL * stall, "N m", "k * T",
         "maximum-power point of the motor line", k=WORST_SHARE_OF_STALL, T=stall,
     )  # fmt: skip
@@ -82,7 +82,7 @@ def _usable_torque(robot: Robot) -> Result:
 
 def _turn_rate(robot: Robot, mass: float) -> Result:
     rims = wheel_speed(robot, mass) * robot.wheel_radius
-    return worked(
+    return calculated(
         "turn rate on the spot", turn_rate(robot, mass), "rad/s", "2 * v / L", "differential drive",
         v=rims, L=robot.wheels.separation,
     )  # fmt: skip
@@ -90,7 +90,7 @@ def _turn_rate(robot: Robot, mass: float) -> Result:
 
 def _motor_clearance(robot: Robot) -> Result:
     motor = robot.motor
-    return worked(
+    return calculated(
         "clearance below the motor's body", layout.motor_bottom(robot), "m", "r + o - d / 2", motor.title,
         r=robot.wheel_radius, o=motor.shaft_offset, d=motor.diameter,
     )  # fmt: skip

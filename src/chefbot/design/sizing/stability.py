@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from chefbot.design.sizing.calculation import Result, worked
+from chefbot.design.sizing.calculation import Result, calculated
 from chefbot.robot.geometry.layout import body_height, overall_height
 from chefbot.robot.geometry.mass import robot_mass_properties
 from chefbot.robot.spec import DRIVEN_WEIGHT_FRACTION, GRAVITY, Robot
@@ -79,18 +79,18 @@ class Tipping(NamedTuple):
     """A way of tipping: limit and expected value of horizontal over vertical acceleration."""
 
     name: str
-    bears: Result
-    meets: Result
+    limit: Result
+    expected: Result
 
 
 def tipping(robot: Robot, load: Load) -> list[Tipping]:
     """Return every case: braking on the flat and downhill, standing across a ramp, turning."""
     forward, sideways, any_way = _rooms(robot, load)
     return [
-        Tipping("braking as hard as the tyres grip", _bears(forward, load), _hard_braking(robot)),
-        Tipping("braking down the ramp", _bears(forward, load), _braking_downhill(robot)),
-        Tipping("standing on the ramp, any way round", _bears(any_way, load), _standing(robot)),
-        Tipping("turning at full speed", _bears(sideways, load), _turning(robot)),
+        Tipping("braking as hard as the tyres grip", _limit(forward, load), _hard_braking(robot)),
+        Tipping("braking down the ramp", _limit(forward, load), _braking_downhill(robot)),
+        Tipping("standing on the ramp, any way round", _limit(any_way, load), _standing(robot)),
+        Tipping("turning at full speed", _limit(sideways, load), _turning(robot)),
     ]
 
 
@@ -102,27 +102,27 @@ def _rooms(robot: Robot, load: Load) -> tuple[float, float, float]:
     return forward, sideways, nearest_edge(polygon, foot)
 
 
-def _bears(distance: float, load: Load) -> Result:
-    return worked("bears", distance / load.z, "g", "d / h", SOURCE, d=distance, h=load.z)
+def _limit(distance: float, load: Load) -> Result:
+    return calculated("bears", distance / load.z, "g", "d / h", SOURCE, d=distance, h=load.z)
 
 
 def _hard_braking(robot: Robot) -> Result:
     friction = robot.wheels.friction
     value = friction * DRIVEN_WEIGHT_FRACTION
-    return worked("meets", value, "g", "mu * k", SOURCE, mu=friction, k=DRIVEN_WEIGHT_FRACTION)
+    return calculated("meets", value, "g", "mu * k", SOURCE, mu=friction, k=DRIVEN_WEIGHT_FRACTION)
 
 
 def _braking_downhill(robot: Robot) -> Result:
     slope, braking = robot.drive.max_slope, robot.drive.max_acceleration
     value = math.tan(slope) + braking / (GRAVITY * math.cos(slope))
-    return worked("meets", value, "g", "tan(s) + a / (g * cos(s))", SOURCE, s=slope, a=braking, g=GRAVITY)
+    return calculated("meets", value, "g", "tan(s) + a / (g * cos(s))", SOURCE, s=slope, a=braking, g=GRAVITY)
 
 
 def _standing(robot: Robot) -> Result:
     slope = robot.drive.max_slope
-    return worked("meets", math.tan(slope), "g", "tan(s)", SOURCE, s=slope)
+    return calculated("meets", math.tan(slope), "g", "tan(s)", SOURCE, s=slope)
 
 
 def _turning(robot: Robot) -> Result:
     speed, turn = robot.drive.max_speed, robot.drive.max_turn
-    return worked("meets", speed * turn / GRAVITY, "g", "v * w / g", SOURCE, v=speed, w=turn, g=GRAVITY)
+    return calculated("meets", speed * turn / GRAVITY, "g", "v * w / g", SOURCE, v=speed, w=turn, g=GRAVITY)

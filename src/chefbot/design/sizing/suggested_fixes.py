@@ -1,4 +1,4 @@
-"""Changes of the geometry if no set of parts passes: larger plates against tipping, larger wheels for a thick motor."""
+"""Changes of the geometry if no set of parts passes: larger plates or larger wheels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LARGEST_GROWTH = 2.0
 """Times the radius; a robot that tips still is another robot."""
 
 
-def remedies(candidates: Iterable[Verdict], fixed: set[tuple[str, ...]]) -> list[Change]:
+def geometry_fixes(candidates: Iterable[Verdict], fixed: set[tuple[str, ...]]) -> list[Change]:
     """Return changes of the geometry, outside of the `fixed` keys, that repair the best set with no other fault.
 
     None if every set has another fault too.

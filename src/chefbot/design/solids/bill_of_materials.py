@@ -19,7 +19,7 @@ from chefbot.robot.spec import Robot
 SAME = 7
 """Figures in which equal pieces agree; left and right ones are turned against each other."""
 ALL, ASSEMBLY = "all", "assembly"
-"""What is no part, but may be asked for like one."""
+"""Names that are no parts and can be selected like one."""
 HEAD = (
     "part",
     "count",

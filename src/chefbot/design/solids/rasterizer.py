@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-MOST = 500_000
+BATCH = 500_000
 """Rows, or pixels, that are worked on at once; it bounds the memory."""
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -119,7 +119,7 @@ def _groups(sizes: Ints) -> Iterator[slice]:
     start = 0
     while start < len(sizes):
         done = ends[start] - sizes[start]
-        stop = max(int(np.searchsorted(ends, done + MOST, "right")), start + 1)
+        stop = max(int(np.searchsorted(ends, done + BATCH, "right")), start + 1)
         yield slice(start, stop)
         start = stop
 

@@ -31,12 +31,12 @@ def pieces(robot: Robot) -> list[Piece]:
     return [Piece(part.name, _in_base(robot, part), part.material, part.colour) for part in solids(robot)]
 
 
-def whole(robot: Robot) -> Mesh:
+def united_robot(robot: Robot) -> Mesh:
     """Return all parts united in base_link; parts in contact are one body, a ball in its cup stays another."""
     return united([piece.mesh for piece in pieces(robot)])
 
 
-def lying(part: RobotPart) -> Piece:
+def in_print_position(part: RobotPart) -> Piece:
     """Return a part in its printing position: lowest z = 0, on the largest end of a prism with nothing below.
 
     A part without such an end keeps its orientation.

@@ -37,7 +37,7 @@ def sheets_of(robot: Robot) -> list[str]:
     return [name for name in SHEETS if name in kinds]
 
 
-def asked_for(robot: Robot, names: list[str]) -> list[str]:
+def selected_sheets(robot: Robot, names: list[str]) -> list[str]:
     """Return the selected sheets, all for `all`; UserError for a name that is unknown or not of this robot."""
     has = sheets_of(robot)
     for name in names:

@@ -8,27 +8,27 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TypeAlias
 
 Plain: TypeAlias = bool | int | float | str | list[str] | list[float] | list[bool]
-"""What a ROS 2 parameter can be; an empty list has no type and is none."""
+"""The types of ROS 2 parameters; an empty list has no type."""
 WIDTH = 110
 
 
-class Because(NamedTuple):
+class Explained(NamedTuple):
     """A parameter's value and the reason for it: formula and numbers."""
 
     value: Plain
-    why: str = ""
+    reason: str = ""
 
 
-Tree: TypeAlias = Mapping[str, "Because | Plain | Tree"]
+Tree: TypeAlias = Mapping[str, "Explained | Plain | Tree"]
 PlainTree: TypeAlias = dict[str, "Plain | PlainTree"]
 
 
-def plain(tree: Tree) -> PlainTree:
+def plain_values(tree: Tree) -> PlainTree:
     """Return the values without their reasons."""
     found: PlainTree = {}
     for key, entry in tree.items():
-        value = entry.value if isinstance(entry, Because) else entry
-        found[key] = plain(value) if isinstance(value, Mapping) else value
+        value = entry.value if isinstance(entry, Explained) else entry
+        found[key] = plain_values(value) if isinstance(value, Mapping) else value
     return found
 
 
@@ -45,22 +45,22 @@ def _lines(tree: Tree, depth: int) -> Iterator[str]:
             yield f"{margin}{key}:"
             yield from _lines(entry, depth + 1)
             continue
-        value, why = entry if isinstance(entry, Because) else (entry, "")
-        line = f"{margin}{key}: {written(value)}"
-        if why and len(line) + len(why) + 4 <= WIDTH:
-            yield f"{line}  # {why}"
+        value, reason = entry if isinstance(entry, Explained) else (entry, "")
+        line = f"{margin}{key}: {yaml_scalar(value)}"
+        if reason and len(line) + len(reason) + 4 <= WIDTH:
+            yield f"{line}  # {reason}"
             continue
-        for part in textwrap.wrap(why, WIDTH - len(margin) - 2):
+        for part in textwrap.wrap(reason, WIDTH - len(margin) - 2):
             yield f"{margin}# {part}"
         yield line
 
 
-def written(value: Plain) -> str:
+def yaml_scalar(value: Plain) -> str:
     """Return a value as YAML that ROS 2 parses to the same type: 1.0 is a double, 1 an integer, "1" a string."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list):
-        return f"[{', '.join(written(one) for one in value)}]"
+        return f"[{', '.join(yaml_scalar(one) for one in value)}]"
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     if isinstance(value, int):
@@ -69,9 +69,9 @@ def written(value: Plain) -> str:
 
 
 def _double(value: float) -> str:
-    """Always with a point: YAML 1.1 takes 1e-9 for a string."""
+    """With a decimal point, because YAML 1.1 parses 1e-9 as a string."""
     if not math.isfinite(value):
-        raise ValueError(f"{value} is no parameter")
+        raise ValueError(f"{value} is not a finite parameter")
     mantissa, mark, exponent = f"{value:.9g}".partition("e")
     return (mantissa if "." in mantissa else f"{mantissa}.0") + mark + exponent
 
@@ -81,7 +81,7 @@ def short(value: float) -> str:
     return f"{value:.3g}"
 
 
-def at_most(value: float) -> float:
+def rounded_down(value: float) -> float:
     """Return the value rounded down to a tenth of a millimetre (per second), so that a limit does not grow."""
     return math.floor(value * 1e4) / 1e4 if value > 1e-3 else value
 

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import math
 
-from chefbot.design.export.ros2.annotated_yaml import Because, Tree, rounded, short
+from chefbot.design.export.ros2.annotated_yaml import Explained, Tree, rounded, short
 from chefbot.design.export.ros2.derived_nav_params import Figures
 
 EXAMPLE_SPEED, EXAMPLE_TURN, EXAMPLE_AHEAD, EXAMPLE_CELL = 0.5, 1.9, 1.4, 0.05
 """Nav2's example robot: m/s, rad/s, m, m."""
 MOVEMENT_TIMEOUT = 8.0
-"""Seconds without progress, as our own progress checker's."""
+"""Seconds without progress, as in chefbot's progress checker."""
 CRAWL = 0.02
-"""Share of the full speed that is never taken for standing."""
+"""Share of the full speed above which the robot never counts as standing."""
 STOPPED = 0.1
 """Share of the full speed that counts as standing."""
 
@@ -28,32 +28,34 @@ def controller_server(figures: Figures) -> Tree:
     slowest = min(tick, CRAWL * figures.speed.number)
     turning = min(2 * tick / robot.wheels.separation, CRAWL * figures.turn.number)
     return {
-        "controller_frequency": figures.frequency.because(),
-        "min_x_velocity_threshold": Because(
+        "controller_frequency": figures.frequency.explained(),
+        "min_x_velocity_threshold": Explained(
             rounded(slowest),
             f"one encoder tick, {short(1000 * robot.metres_per_tick)} mm, per odometry message of"
-            f" {short(robot.sensors.imu.rate)} Hz: slower may be standing; {CRAWL:g} of full speed at most",
+            f" {short(robot.sensors.imu.rate)} Hz; a lower speed may be standstill; {CRAWL:g} of full speed at most",
         ),
         "min_y_velocity_threshold": 0.5,
-        "min_theta_velocity_threshold": Because(
+        "min_theta_velocity_threshold": Explained(
             rounded(turning),
-            f"both wheels so slow: 2 x that / separation; {CRAWL:g} of the full turn at most",
+            f"both wheels at that speed: 2 x speed / separation; {CRAWL:g} of the full turn rate at most",
         ),
         "failure_tolerance": 0.3,
         "progress_checker_plugins": ["progress_checker"],
         "goal_checker_plugins": ["general_goal_checker"],
         "controller_plugins": ["FollowPath", "DWB"],
         "progress_checker": {
-            "plugin": Because("nav2_controller::PoseProgressChecker", "turning on the spot is progress too"),
-            "required_movement_radius": figures.radius.because(),
+            "plugin": Explained(
+                "nav2_controller::PoseProgressChecker", "a turn on the spot counts as progress"
+            ),
+            "required_movement_radius": figures.radius.explained(),
             "required_movement_angle": 0.5,
             "movement_time_allowance": MOVEMENT_TIMEOUT,
         },
         "general_goal_checker": {
             "plugin": "nav2_controller::SimpleGoalChecker",
             "stateful": True,
-            "xy_goal_tolerance": figures.reach_goal.because(),
-            "yaw_goal_tolerance": figures.face_goal.because(),
+            "xy_goal_tolerance": figures.goal_tolerance.explained(),
+            "yaw_goal_tolerance": figures.goal_yaw_tolerance.explained(),
         },
         "FollowPath": mppi(figures),
         "DWB": dwb(figures),
@@ -64,29 +66,31 @@ def mppi(figures: Figures) -> Tree:
     """Return the parameters of model predictive path integral control."""
     v, w, hz = figures.speed, figures.turn, figures.frequency.number
     steps = math.ceil(figures.horizon.number * hz)
-    rear = figures.sight.angle > math.pi
+    rear = figures.scan_sensor.angle > math.pi
     return {
         "plugin": "nav2_mppi_controller::MPPIController",
-        "motion_model": Because("DiffDrive", "two driven wheels"),
-        "model_dt": Because(
-            1.0 / hz, "1 / controller_frequency to the last digit, or MPPI does not shift its sequence"
+        "motion_model": Explained("DiffDrive", "two driven wheels"),
+        "model_dt": Explained(
+            1.0 / hz, "exactly 1 / controller_frequency, otherwise MPPI does not shift its control sequence"
         ),
-        "time_steps": Because(steps, f"horizon x frequency; {figures.horizon.how}"),
+        "time_steps": Explained(steps, f"horizon x frequency; {figures.horizon.derivation}"),
         "batch_size": 1000,
         "iteration_count": 1,
         "vx_max": v.limit(),
-        "vx_min": Because(-v.number / 2, "half of it backwards: it sees there")
+        "vx_min": Explained(-v.number / 2, "half of it in reverse: the scan covers the rear")
         if rear
-        else Because(0.0, f"the {figures.sight.sensor} looks ahead: it does not drive where it is blind"),
+        else Explained(0.0, f"no reverse: the {figures.scan_sensor.sensor} does not cover the rear"),
         "wz_max": w.limit(),
         "ax_max": figures.acceleration.limit(),
-        "ax_min": figures.acceleration.limit("brakes as hard", -1.0),
+        "ax_min": figures.acceleration.limit("decelerates as it accelerates", -1.0),
         "az_max": figures.turn_acceleration.limit(),
         "vx_std": v.times(0.2 / EXAMPLE_SPEED, "0.2 at 0.5 m/s in Nav2's example: the same share"),
         "wz_std": w.times(0.4 / EXAMPLE_TURN, "0.4 at 1.9 rad/s in Nav2's example: the same share"),
         "temperature": 0.3,
         "gamma": 0.015,
-        "prune_distance": figures.ahead.times(1.7 / EXAMPLE_AHEAD, f"1.7 / 1.4 of {figures.ahead.how}"),
+        "prune_distance": figures.lookahead.times(
+            1.7 / EXAMPLE_AHEAD, f"1.7 / 1.4 of {figures.lookahead.derivation}"
+        ),
         "transform_tolerance": 0.1,
         "visualize": False,
         "regenerate_noises": True,
@@ -97,19 +101,23 @@ def mppi(figures: Figures) -> Tree:
 def mppi_critics(figures: Figures) -> Tree:
     """Return MPPI's critics; distances and numbers of path points scale with the distance driven in the horizon."""
 
-    def metres(example: float) -> Because:
-        told = (
-            f"{example:g} x {short(figures.ahead.number)} / {EXAMPLE_AHEAD:g}: share of the horizon's reach"
+    def metres(example: float) -> Explained:
+        ahead = figures.lookahead
+        reason = (
+            f"{example:g} x {short(ahead.number)} / {EXAMPLE_AHEAD:g}: scaled with the look-ahead distance"
         )
-        return figures.ahead.times(example / EXAMPLE_AHEAD, told)
+        return ahead.times(example / EXAMPLE_AHEAD, reason)
 
-    def points(example: int) -> Because:
-        cells = figures.ahead.number / figures.resolution.number
+    def points(example: int) -> Explained:
+        cells = figures.lookahead.number / figures.resolution.number
         of_example = EXAMPLE_AHEAD / EXAMPLE_CELL
         number = max(1, round(example * cells / of_example))
-        return Because(number, f"{example} of {of_example:g} cells in reach there, so of {short(cells)} here")
+        return Explained(
+            number,
+            f"{example} of {of_example:g} cells of look-ahead in the example, scaled to {short(cells)} cells",
+        )
 
-    def critic(weight: float, **more: Because | float | bool) -> Tree:
+    def critic(weight: float, **more: Explained | float | bool) -> Tree:
         return {"enabled": True, "cost_power": 1, "cost_weight": weight, **more}
 
     critics: dict[str, Tree] = {
@@ -118,12 +126,12 @@ def mppi_critics(figures: Figures) -> Tree:
             3.81,
             near_collision_cost=253,
             critical_cost=300.0,
-            consider_footprint=Because(False, "the robot is round"),
+            consider_footprint=Explained(False, "circular footprint"),
             collision_cost=1000000.0,
             near_goal_distance=metres(1.0),
             trajectory_point_step=2,
         ),
-        "GoalCritic": critic(5.0, threshold_to_consider=figures.ahead.because()),
+        "GoalCritic": critic(5.0, threshold_to_consider=figures.lookahead.explained()),
         "GoalAngleCritic": critic(3.0, threshold_to_consider=metres(0.5)),
         "PathAlignCritic": critic(
             14.0,
@@ -134,7 +142,7 @@ def mppi_critics(figures: Figures) -> Tree:
             use_path_orientations=False,
         ),
         "PathFollowCritic": critic(
-            5.0, offset_from_furthest=points(5), threshold_to_consider=figures.ahead.because()
+            5.0, offset_from_furthest=points(5), threshold_to_consider=figures.lookahead.explained()
         ),
         "PathAngleCritic": critic(
             2.0,
@@ -152,7 +160,7 @@ def dwb(figures: Figures) -> Tree:
     """Return the parameters of DWB; it keeps one twist for the entire look-ahead, so half of MPPI's horizon."""
     v, w, a, b = figures.speed, figures.turn, figures.acceleration, figures.turn_acceleration
     sim_time = min(max(figures.horizon.number / 2, 1.0), 2.0)
-    point = figures.radius.times(2.0 / 3.0, "two thirds of the radius ahead of the middle")
+    point = figures.radius.times(2.0 / 3.0, "two thirds of the radius ahead of the centre")
     return {
         "plugin": "dwb_core::DWBLocalPlanner",
         "min_vel_x": 0.0,
@@ -166,19 +174,19 @@ def dwb(figures: Figures) -> Tree:
         "acc_lim_x": a.limit(),
         "acc_lim_y": 0.0,
         "acc_lim_theta": b.limit(),
-        "decel_lim_x": a.limit("brakes as hard", -1.0),
+        "decel_lim_x": a.limit("decelerates as it accelerates", -1.0),
         "decel_lim_y": 0.0,
-        "decel_lim_theta": b.limit("brakes as hard", -1.0),
+        "decel_lim_theta": b.limit("decelerates as it accelerates", -1.0),
         "vx_samples": 20,
         "vy_samples": 5,
         "vtheta_samples": 20,
-        "sim_time": Because(
-            rounded(sim_time), f"half of the horizon of {short(figures.horizon.number)} s, 1 to 2"
+        "sim_time": Explained(
+            rounded(sim_time), f"half of the horizon of {short(figures.horizon.number)} s, limited to 1 to 2"
         ),
-        "linear_granularity": figures.resolution.because("a cell"),
+        "linear_granularity": figures.resolution.explained("a cell"),
         "angular_granularity": 0.025,
         "transform_tolerance": 0.2,
-        "xy_goal_tolerance": figures.reach_goal.because(),
+        "xy_goal_tolerance": figures.goal_tolerance.explained(),
         "trans_stopped_velocity": v.times(STOPPED, f"{STOPPED:g} of the full speed"),
         "short_circuit_trajectory_evaluation": True,
         "stateful": True,

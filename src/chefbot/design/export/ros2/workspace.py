@@ -12,7 +12,7 @@ from pathlib import Path
 
 from chefbot.design.export.ros2.annotated_yaml import Tree, yaml_text
 from chefbot.design.export.ros2.depth_to_scan import depth_to_scan
-from chefbot.design.export.ros2.derived_nav_params import Doubt
+from chefbot.design.export.ros2.derived_nav_params import OdometryErrors
 from chefbot.design.export.ros2.ekf import ekf
 from chefbot.design.export.ros2.interfaces import interface_files
 from chefbot.design.export.ros2.nav2 import nav2_params
@@ -48,7 +48,7 @@ def description_package(robot: Robot) -> Files:
     return _static(DESCRIPTION) | _encoded(texts) | meshes
 
 
-def bringup_package(robot: Robot, name_or_file: str, doubt: Doubt) -> Files:
+def bringup_package(robot: Robot, name_or_file: str, odometry_errors: OdometryErrors) -> Files:
     """Return the files of chefbot_bringup: launch files and parameters of chefbot's nodes and of Nav2.
 
     name_or_file: default of the launch argument robot, as `chefbot launch` takes it. UserError for a robot without
@@ -57,9 +57,9 @@ def bringup_package(robot: Robot, name_or_file: str, doubt: Doubt) -> Files:
     camera, static = robot.sensors.depth_camera, _static(BRINGUP)
     texts = {
         "config/robot.yaml": _robot_config(robot, {"robot": name_or_file}),
-        "config/nav2_params.yaml": nav2_params(robot, doubt),
-        "config/slam_toolbox.yaml": slam_toolbox(robot, doubt),
-        "config/ekf.yaml": ekf(robot, doubt),
+        "config/nav2_params.yaml": nav2_params(robot, odometry_errors),
+        "config/slam_toolbox.yaml": slam_toolbox(robot, odometry_errors),
+        "config/ekf.yaml": ekf(robot, odometry_errors),
     }
     if camera is None:
         del static["launch/3dsensor.launch.py"]

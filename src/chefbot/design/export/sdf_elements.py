@@ -13,14 +13,14 @@ VERSION = "1.9"
 """Of SDF; Gazebo Harmonic and Garden read it, and so does the libsdformat of Debian 12."""
 
 
-def said(parent: ET.Element, tag: str, value: object, **attributes: str) -> ET.Element:
+def add_value(parent: ET.Element, tag: str, value: object, **attributes: str) -> ET.Element:
     """Add `<tag>value</tag>`; numbers have nine digits, booleans are true or false."""
     element = ET.SubElement(parent, tag, attributes)
-    element.text = written(value)
+    element.text = xml_text(value)
     return element
 
 
-def written(value: object) -> str:
+def xml_text(value: object) -> str:
     """Return a value as SDF text."""
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -29,21 +29,21 @@ def written(value: object) -> str:
     return numbers(value) if isinstance(value, tuple) else str(value)
 
 
-def posed(parent: ET.Element, at: Vector, rpy: Vector = (0.0, 0.0, 0.0), relative_to: str = "") -> None:
+def add_pose(parent: ET.Element, at: Vector, rpy: Vector = (0.0, 0.0, 0.0), relative_to: str = "") -> None:
     """Add a pose: metres, and radians about the fixed axes x, y, z."""
     attributes = {"relative_to": relative_to} if relative_to else {}
-    said(parent, "pose", (*at, *rpy), **attributes)
+    add_value(parent, "pose", (*at, *rpy), **attributes)
 
 
-def geometry(parent: ET.Element, solid: Primitive) -> None:
+def add_geometry(parent: ET.Element, solid: Primitive) -> None:
     """Add shape and size; a wheel is a cylinder, turned by its pose."""
     shape = ET.SubElement(ET.SubElement(parent, "geometry"), shape_tag(solid))
     if solid.kind == "box":
-        said(shape, "size", tuple(float(side) for side in solid.size))
+        add_value(shape, "size", tuple(float(side) for side in solid.size))
     else:
-        said(shape, "radius", float(solid.size[0]))
+        add_value(shape, "radius", float(solid.size[0]))
     if shape.tag == "cylinder":
-        said(shape, "length", float(solid.size[1]))
+        add_value(shape, "length", float(solid.size[1]))
 
 
 def shape_tag(solid: Primitive) -> str:
@@ -51,21 +51,21 @@ def shape_tag(solid: Primitive) -> str:
     return "cylinder" if solid.kind == "wheel" else solid.kind
 
 
-def coloured(parent: ET.Element, colour: RgbaColour) -> None:
+def add_material(parent: ET.Element, colour: RgbaColour) -> None:
     """Add a material without specular reflection."""
     material = ET.SubElement(parent, "material")
-    said(material, "ambient", tuple(colour))
-    said(material, "diffuse", tuple(colour))
+    add_value(material, "ambient", tuple(colour))
+    add_value(material, "diffuse", tuple(colour))
 
 
-def rubbing(parent: ET.Element, friction: float) -> None:
+def add_friction(parent: ET.Element, friction: float) -> None:
     """Add Coulomb friction, the same along and across."""
     ode = ET.SubElement(ET.SubElement(ET.SubElement(parent, "surface"), "friction"), "ode")
-    said(ode, "mu", float(friction))
-    said(ode, "mu2", float(friction))
+    add_value(ode, "mu", float(friction))
+    add_value(ode, "mu2", float(friction))
 
 
-def document(child: ET.Element, remark: str = "") -> str:
+def sdf_document(child: ET.Element, remark: str = "") -> str:
     """Return the file that contains a model or a world."""
     root = ET.Element("sdf", version=VERSION)
     if remark:

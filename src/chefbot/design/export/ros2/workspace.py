@@ -80,8 +80,10 @@ def gazebo_package(robot: Robot, worlds: Mapping[str, tuple[str, SE2]]) -> Files
     for name in ("lidar", "ultrasonic", "depth_camera"):
         rows = static.pop(f"config/bridge_{name}.yaml")
         bridge += b"" if getattr(robot.sensors, name) is None else rows
+    launch = static.pop("launch/chefbot_world.launch.py")
+    static |= {f"launch/chefbot_{name}_world.launch.py": launch for name in worlds}
     start: Tree = {name: {"x": pose.x, "y": pose.y, "yaw": pose.yaw} for name, (_, pose) in worlds.items()}
-    config = {"name": robot.name, "lidar": robot.sensors.lidar is not None, "start": start}
+    config: Tree = {"name": robot.name, "lidar": robot.sensors.lidar is not None, "start": start}
     texts = {
         "config/robot.yaml": _robot_config(robot, config),
         f"models/{robot.name}.sdf": sdf(robot),

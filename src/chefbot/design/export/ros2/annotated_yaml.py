@@ -5,11 +5,16 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple, TypeAlias
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+
+import yaml
 
 Plain: TypeAlias = bool | int | float | str | list[str] | list[float] | list[bool]
 """The types of ROS 2 parameters; an empty list has no type."""
 WIDTH = 110
+TEMPLATES = Path(__file__).parent / "packages" / "chefbot_bringup" / "config"
+"""Parameter files with the values that do not depend on the robot; the others are empty."""
 
 
 class Explained(NamedTuple):
@@ -30,6 +35,24 @@ def plain_values(tree: Tree) -> PlainTree:
         value = entry.value if isinstance(entry, Explained) else entry
         found[key] = plain_values(value) if isinstance(value, Mapping) else value
     return found
+
+
+def with_template(name: str, derived: Tree) -> Tree:
+    """Return a template's parameters with the derived values; ValueError for a value that is missing."""
+    return _filled(yaml.safe_load((TEMPLATES / name).read_text()), derived)
+
+
+def _filled(template: Mapping[str, Any], derived: Tree) -> Tree:
+    found: dict[str, Explained | Plain | Tree] = {}
+    for key, value in template.items():
+        inside = derived.get(key)
+        if isinstance(value, Mapping):
+            found[key] = _filled(value, inside if isinstance(inside, Mapping) else {})
+        elif inside is None and value is None:
+            raise ValueError(f"the template's parameter {key} has no derived value")
+        else:
+            found[key] = value if inside is None else inside
+    return found | {key: value for key, value in derived.items() if key not in template}
 
 
 def yaml_text(tree: Tree, head: str) -> str:

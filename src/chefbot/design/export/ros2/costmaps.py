@@ -20,44 +20,28 @@ def local_costmap(figures: Figures) -> Tree:
             rounded(hz),
             f"the rate of the scan, {short(figures.scan_sensor.rate)} Hz, the controller frequency at most",
         ),
-        "publish_frequency": 2.0,
-        "global_frame": "odom",
-        "robot_base_frame": "base_link",
-        "rolling_window": True,
         "width": side,
         "height": Explained(math.ceil(figures.local_costmap_side.number), "as width"),
-        "track_unknown_space": False,
-        **_common(figures, ["obstacle_layer", "inflation_layer"]),
+        **_common(figures),
     }
 
 
 def global_costmap(figures: Figures) -> Tree:
     """Return the costmap of the map, with current obstacles and inflation."""
-    return {
-        "update_frequency": 1.0,
-        "publish_frequency": 1.0,
-        "global_frame": "map",
-        "robot_base_frame": "base_link",
-        "track_unknown_space": True,
-        "static_layer": {"plugin": "nav2_costmap_2d::StaticLayer", "map_subscribe_transient_local": True},
-        **_common(figures, ["static_layer", "obstacle_layer", "inflation_layer"]),
-    }
+    return _common(figures)
 
 
-def _common(figures: Figures, layers: list[str]) -> Tree:
+def _common(figures: Figures) -> Tree:
     cell = figures.resolution.number
     return {
         "resolution": figures.resolution.explained(),
         "robot_radius": figures.radius.explained(),
         "footprint_padding": Explained(rounded(cell / 5), "a fifth of a cell"),
-        "plugins": list(layers),
         "obstacle_layer": _obstacles(figures),
         "inflation_layer": {
-            "plugin": "nav2_costmap_2d::InflationLayer",
             "inflation_radius": figures.inflation.explained(),
             "cost_scaling_factor": figures.cost_scaling.explained(),
         },
-        "always_send_full_costmap": True,
     }
 
 
@@ -72,8 +56,6 @@ def _obstacles(figures: Figures) -> Tree:
             figures, "/depth_scan", camera.range_min, camera.range_with_noise(figures.resolution.number)
         )
     return {
-        "plugin": "nav2_costmap_2d::ObstacleLayer",
-        "enabled": True,
         "observation_sources": " ".join(sources),
         **sources,
     }

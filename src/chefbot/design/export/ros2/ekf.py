@@ -6,7 +6,14 @@ measurements come with the messages; of the process they are per second.
 
 from __future__ import annotations
 
-from chefbot.design.export.ros2.annotated_yaml import Explained, Tree, rounded, short, yaml_text
+from chefbot.design.export.ros2.annotated_yaml import (
+    Explained,
+    Tree,
+    rounded,
+    short,
+    with_template,
+    yaml_text,
+)
 from chefbot.design.export.ros2.derived_nav_params import Figures, OdometryErrors
 from chefbot.design.export.ros2.odometry_noise import gyro_deviation, wheels_turn_deviation
 from chefbot.robot.spec import Robot
@@ -30,30 +37,20 @@ def ekf_tree(robot: Robot, odometry_errors: OdometryErrors) -> Tree:
     """Return the parameters of the node with their reasons."""
     figures = Figures(robot, odometry_errors)
     hz = min(robot.sensors.imu.rate, 50.0)
-    return {
+    derived: Tree = {
         "ekf_filter_node": {
             "ros__parameters": {
                 "frequency": Explained(rounded(hz), "the rate of the IMU, 50 at most"),
                 "sensor_timeout": Explained(rounded(5.0 / hz), "five missed messages"),
                 "two_d_mode": Explained(True, "the robot moves in a plane"),
-                "publish_tf": True,
-                "publish_acceleration": False,
-                "print_diagnostics": True,
-                "map_frame": "map",
-                "odom_frame": "odom",
-                "base_link_frame": "base_footprint",
-                "world_frame": "odom",
                 "odom0": Explained("wheel_odom", "wheels only, so that the gyroscope is not counted twice"),
                 "odom0_config": Explained(fused("vx", "vy", "vyaw"), "vy: no lateral slip"),
-                "odom0_queue_size": 10,
-                "odom0_differential": False,
-                "odom0_relative": False,
                 **_gyro(figures),
-                "use_control": False,
                 "process_noise_covariance": _process(figures),
             }
         }
     }
+    return with_template("ekf.yaml", derived)
 
 
 def fused(*names: str) -> list[bool]:
@@ -71,13 +68,13 @@ def _gyro(figures: Figures) -> Tree:
         return {"odom0_nodelay": Explained(False, f"no imu0: {reason}: the wheels only are more accurate")}
     return {
         "imu0": Explained("imu/data", reason),
-        "imu0_config": Explained(
-            fused("vyaw"), "yaw rate; the accelerometer measures vibration of the plates"
-        ),
         "imu0_queue_size": 10,
         "imu0_differential": False,
         "imu0_relative": False,
         "imu0_remove_gravitational_acceleration": True,
+        "imu0_config": Explained(
+            fused("vyaw"), "yaw rate; the accelerometer measures vibration of the plates"
+        ),
     }
 
 

@@ -8,7 +8,14 @@ from __future__ import annotations
 
 import math
 
-from chefbot.design.export.ros2.annotated_yaml import Explained, Tree, rounded, short, yaml_text
+from chefbot.design.export.ros2.annotated_yaml import (
+    Explained,
+    Tree,
+    rounded,
+    short,
+    with_template,
+    yaml_text,
+)
 from chefbot.design.export.ros2.derived_nav_params import Figures, OdometryErrors
 from chefbot.robot.spec import Robot
 
@@ -29,30 +36,8 @@ def slam_toolbox(robot: Robot, odometry_errors: OdometryErrors) -> str:
 def slam_tree(robot: Robot, odometry_errors: OdometryErrors) -> Tree:
     """Return the parameters of the node with their reasons."""
     figures = Figures(robot, odometry_errors)
-    return {
-        "slam_toolbox": {
-            "ros__parameters": {**_solver(), **_sensor(figures), **_steps(figures), **_matching(figures)}
-        }
-    }
-
-
-def _solver() -> Tree:
-    return {
-        "solver_plugin": "solver_plugins::CeresSolver",
-        "ceres_linear_solver": "SPARSE_NORMAL_CHOLESKY",
-        "ceres_preconditioner": "SCHUR_JACOBI",
-        "ceres_trust_strategy": "LEVENBERG_MARQUARDT",
-        "ceres_dogleg_type": "TRADITIONAL_DOGLEG",
-        "ceres_loss_function": "None",
-        "odom_frame": "odom",
-        "map_frame": "map",
-        "base_frame": "base_footprint",
-        "mode": "mapping",
-        "debug_logging": False,
-        "stack_size_to_use": 40000000,
-        "enable_interactive_mode": True,
-        "use_map_saver": True,
-    }
+    derived: Tree = {**_sensor(figures), **_steps(figures), **_matching(figures)}
+    return with_template("slam_toolbox.yaml", {"slam_toolbox": {"ros__parameters": derived}})
 
 
 def _sensor(figures: Figures) -> Tree:
@@ -68,13 +53,9 @@ def _sensor(figures: Figures) -> Tree:
             f" {short(scan_sensor.noise)} m of {short(cell)} m",
         ),
         "resolution": figures.resolution.explained(),
-        "throttle_scans": 1,
         "transform_timeout": Explained(
             rounded(2.0 / scan_sensor.rate), f"two scans of {short(scan_sensor.rate)} Hz"
         ),
-        "transform_publish_period": 0.02,
-        "tf_buffer_duration": 30.0,
-        "map_update_interval": 2.0,
     }
 
 
@@ -107,30 +88,10 @@ def _matching(figures: Figures) -> Tree:
         )
 
     return {
-        "use_scan_matching": True,
-        "use_scan_barycenter": True,
-        "scan_buffer_size": 10,
-        "scan_buffer_maximum_scan_distance": 10.0,
-        "link_match_minimum_response_fine": 0.1,
-        "link_scan_maximum_distance": 1.5,
-        "do_loop_closing": True,
-        "loop_search_maximum_distance": 3.0,
-        "loop_match_minimum_chain_size": 10,
-        "loop_match_maximum_variance_coarse": 3.0,
-        "loop_match_minimum_response_coarse": 0.35,
-        "loop_match_minimum_response_fine": 0.45,
         "correlation_search_space_dimension": cells(0.5),
         "correlation_search_space_resolution": cells(0.01),
         "correlation_search_space_smear_deviation": cells(0.1),
         "loop_search_space_dimension": cells(8.0),
         "loop_search_space_resolution": cells(0.05),
         "loop_search_space_smear_deviation": cells(0.03),
-        "distance_variance_penalty": 0.5,
-        "angle_variance_penalty": 1.0,
-        "fine_search_angle_offset": 0.00349,
-        "coarse_search_angle_offset": 0.349,
-        "coarse_angle_resolution": 0.0349,
-        "minimum_angle_penalty": 0.9,
-        "minimum_distance_penalty": 0.5,
-        "use_response_expansion": True,
     }

@@ -32,7 +32,7 @@ from chefbot.robot.spec import GRAVITY, Robot
 SEEN_ELSEWHERE = "room round it"
 """Checks that the design sheet estimates and the solids decide."""
 MENDED_OUTSIDE = ("driver", "input level without a level shifter")
-"""A part that no robot file has: a level shifter does."""
+"""Checks that a part outside the robot file repairs: a level shifter."""
 NO_OTHER = "; no single other part of the catalogue mends it: `chefbot design` tries all sets"
 HEAVIEST = 5
 
@@ -80,7 +80,7 @@ def _budget(robot: Robot) -> Iterator[Finding]:
 
 
 def _fitting(robot: Robot, entries: dict[str, Any], exchange: Callable[[Any], Robot], part: str) -> str:
-    """The lightest of the catalogue with which the part's checks, and as many others as now, pass."""
+    """The lightest component with which the part's checks pass, and as many others as now."""
     now = sum(1 for check in judge(robot, loaded(robot)) if not check.passed and check.part != part)
     for name in sorted(entries, key=lambda name: entries[name].mass):
         candidate = exchange(entries[name])
@@ -124,7 +124,7 @@ def _turn(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
 
 
 def _acceleration(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
-    """What grip leaves on the steepest ramp."""
+    """Acceleration that the grip permits on the steepest ramp."""
     slope = robot.drive.max_slope
     held = grip(robot, load.mass, slope).value / load.mass
     left = held - GRAVITY * (math.sin(slope) + CARPET_RESISTANCE * math.cos(slope))
@@ -133,7 +133,7 @@ def _acceleration(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
 
 
 def _slope(robot: Robot, load: Load) -> str:
-    """The steepest whole degree at which the tyres hold."""
+    """Maximum slope without slip, in full degrees."""
     duty = worst(robot)
     for degrees in range(math.floor(math.degrees(robot.drive.max_slope)), -1, -1):
         slope = math.radians(degrees)
@@ -143,7 +143,7 @@ def _slope(robot: Robot, load: Load) -> str:
 
 
 def _speed(robot: Robot, load: Load) -> str:
-    """What the motors hold with the reserve."""
+    """Maximum speed of the motors with the reserve."""
     speed = wheel_speed(robot, load.mass) * robot.wheel_radius / SPEED_RESERVE
     return f"{math.floor(100.0 * speed) / 100.0:g} m/s" if speed >= 0.01 else ""
 
@@ -167,7 +167,7 @@ REMEDIES: dict[str, Callable[[Robot, Load, Catalogue], str]] = {
     "drive.max_acceleration": _acceleration,
     TIPS_LESS: _radius,
 }
-"""Key to a value of it with which the check passes."""
+"""Key to a value with which the check passes."""
 LESS: dict[str, tuple[str, Callable[[Robot, Load], str]]] = {
     "speed with reserve": ("drive.max_speed", _speed),
     "run time": ("power.run_time", _run_time),

@@ -16,7 +16,7 @@ from chefbot.robot.validation import check_buildable, check_geometry
 Severity = Literal["error", "warning"]
 _INDEXED = re.compile(r"(\w+)\[(\d+)\]")
 AWAY = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 35, 40, 50, 60, 70, 80, 90, 100, 120, 150)
-"""Millimetres that a value is moved by in search of one that does."""
+"""Range of the search for a valid length, mm."""
 
 
 class Finding(NamedTuple):
@@ -25,7 +25,7 @@ class Finding(NamedTuple):
     severity: Severity
     rule: str
     subject: str
-    """The parts that are concerned."""
+    """Names of the parts."""
     sentence: str
     have: float
     bound: float
@@ -33,7 +33,7 @@ class Finding(NamedTuple):
     at_least: bool
     key: str
     value: str
-    """What would do at `key`, as a robot file writes it; empty where no single value does."""
+    """Suggested value of `key` in the notation of a robot file; empty if no single value suffices."""
 
 
 class Bound(NamedTuple):
@@ -118,7 +118,7 @@ def nearest_valid_length(
 
 
 def _outwards(present: float) -> Iterator[float]:
-    """Whole millimetres round the present value, the near ones first."""
+    """Integer millimetres around the present value, the nearest first."""
     start = round(1000.0 * present)
     for away in AWAY:
         yield (start + away) / 1000.0

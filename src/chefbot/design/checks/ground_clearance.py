@@ -15,9 +15,9 @@ from chefbot.robot.spec import Robot
 CONTACT = 1e-4
 """Metres within which a wheel's lowest point is on the floor."""
 WHEEL_GAP = 0.001
-"""Metres round a wheel in its notch: less, and a bent shaft or a thread scrapes."""
+"""Minimum clearance of a wheel in its notch, m, for a bent shaft or a thread."""
 STANDS = ("wheel", "caster")
-"""Kinds of parts that belong on the floor."""
+"""Kinds of parts that touch the floor."""
 
 
 def check_ground_clearance(robot: Robot) -> Iterator[Finding]:
@@ -42,7 +42,7 @@ def _on_the_floor(robot: Robot) -> Iterator[Finding]:
 
 
 def _clearance(robot: Robot) -> Iterator[Finding]:
-    """Plate, and whatever else hangs; the motor's body is one of the sizing checks."""
+    """Clearance of the plate and of hanging parts; the sizing checks cover the motor."""
     wanted = robot.body.clearance
     others = {body.part.kind: body for body in bodies(robot) if body.part.link == "base_link"}
     for kind, body in others.items():
@@ -55,7 +55,7 @@ def _clearance(robot: Robot) -> Iterator[Finding]:
 
 
 def _higher(robot: Robot, body: PartBody, lack: float) -> tuple[str, str]:
-    """What lifts the body by `lack` metres: a sensor's own mount, or the wheels under all the rest."""
+    """Key and value that raise the body by `lack` metres: the sensor's mount or the wheel diameter."""
     heights = [key for key in keys_of(robot, body.part) if key.endswith("mount.z")]
     if heights:
         return heights[0], mm_up(body.part.at[2] + lack)
@@ -64,7 +64,7 @@ def _higher(robot: Robot, body: PartBody, lack: float) -> tuple[str, str]:
 
 
 def _notch(robot: Robot) -> Iterator[Finding]:
-    """The chapter's rule for the slot, and the air round the wheel where it passes the plate."""
+    """The chapter's rule for the slot, and the clearance of the wheel where it passes the plate."""
     half, inner = half_chord(robot), robot.wheels.separation / 2 - robot.wheels.width / 2
     if half <= 0.0:
         return

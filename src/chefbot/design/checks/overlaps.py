@@ -16,9 +16,9 @@ from chefbot.robot.geometry.solids import RobotPart
 from chefbot.robot.spec import Robot
 
 TOLERANCE = 1e-9
-"""Cubic metres (1 mm^3): parts that touch are fine, and polygons stand for round things."""
-MOST_REMEDIES = 8
-"""Overlaps for which a value is looked for; after those are mended, the next are."""
+"""Cubic metres (1 mm^3): contact is permitted, and polygons approximate arcs."""
+MAX_FIXES = 8
+"""Maximum number of overlaps with a suggested value."""
 FRAMES = {"imu": "imu", "ultrasonic": "ultrasonic", "camera": "depth_camera", "laser": "lidar"}
 """Name of a sensor's part to its key."""
 WAYS = {
@@ -71,7 +71,7 @@ def overlaps(robot: Robot) -> Iterator[Finding]:
         keys = keys_of(robot, lighter) + keys_of(robot, heavier)
         if {"base_plate", "wheel"} <= {pair.one.part.kind, pair.other.part.kind}:
             continue  # the check of the notch reports it
-        key, value = _remedy(robot, pair, keys, len(found)) if i < MOST_REMEDIES else ("", "")
+        key, value = _remedy(robot, pair, keys, len(found)) if i < MAX_FIXES else ("", "")
         x, y, z = (1000.0 * side for side in pair.size)
         yield Finding(
             "error", "overlap", f"{pair.one.name}, {pair.other.name}",
@@ -81,7 +81,7 @@ def overlaps(robot: Robot) -> Iterator[Finding]:
 
 
 def _remedy(robot: Robot, pair: Overlap, keys: list[str], before: int) -> tuple[str, str]:
-    """Key and value with which these two are apart, inside the body, and no other pair has come together."""
+    """Key and value with which both parts are separate and inside the body, without a new overlap."""
     names = pair.one.name, pair.other.name
 
     def is_valid(candidate: Robot) -> bool:
@@ -96,7 +96,7 @@ def _remedy(robot: Robot, pair: Overlap, keys: list[str], before: int) -> tuple[
 
 
 def _inside(robot: Robot, box: PartBody) -> bool:
-    """Whether no corner sticks out of the round body; wheels and casters may."""
+    """Whether all corners are inside the round body; wheels and casters are exempt."""
     x, y = np.maximum(np.abs(box.low), np.abs(box.high))[:2].tolist()
     boxes = ("equipment", "sensor")
     return box.part.material not in boxes or math.hypot(x, y) <= robot.body.radius

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from manifold3d import Manifold
 
 DEVIATION = 4e-6
-"""Metres between round things and the polygons that stand for them: finer than for a printer, so that a shaft in
-its wheel's bore shares no volume that counts."""
+"""Metres between arcs and their polygons: fine enough that a shaft in its bore shares no volume."""
 
 
 class PartBody(NamedTuple):

@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from manifold3d import CrossSection, Manifold
 
 NEAR = 1e-4
-"""Metres before the sensor where its view begins."""
+"""Distance of the near plane from the sensor, m."""
 HIDDEN_WARNING, HIDDEN_ERROR = 0.001, 0.02
-"""Share of a picture, or of a cone's section, that the robot may hide."""
+"""Permitted occlusion by the robot: share of a picture, or of a cone's section."""
 CONE_SIDES = 64
 NOISE_RESERVE = 3.0
-"""Standard deviations by which the lidar's shortest range must be beyond the robot's own parts."""
+"""Standard deviations between the robot's farthest part and the lidar's minimum range."""
 FAR_ROBOTS = 3.0
-"""The view is cut off so many footprints away: there the robot ends."""
+"""Distance of the far plane in footprint radii, beyond the robot."""
 
 
 class Hidden(NamedTuple):
@@ -140,7 +140,7 @@ def _pyramid(window: NDArray[np.float64], far: float) -> Manifold:
 
 
 def _shadow(seen: Manifold, turn: NDArray[np.float64], at: NDArray[np.float64]) -> CrossSection:
-    """On the plane one metre ahead; the faces that look at the sensor cover what all of them cover."""
+    """The projection onto the plane one metre ahead; the faces towards the sensor suffice."""
     from manifold3d import CrossSection, FillRule
 
     mesh = seen.to_mesh64()
@@ -170,7 +170,7 @@ def _polygon_area(corners: NDArray[np.float64]) -> float:
 
 
 def _scan(robot: Robot, lidar: Lidar) -> Iterator[Finding]:
-    """Sectors that the robot hides, and whether it takes itself for a wall."""
+    """Occluded sectors, and returns from the robot that look like walls."""
     sectors = hidden_sectors(robot, lidar)
     if sectors.angle <= 0.0:
         return
@@ -191,7 +191,7 @@ def _scan(robot: Robot, lidar: Lidar) -> Iterator[Finding]:
 
 
 def _free_height(robot: Robot) -> str:
-    """Where nothing hides it."""
+    """Mount height without occlusion, as text; empty if there is none."""
 
     def is_valid(candidate: Robot) -> bool:
         lidar = candidate.sensors.lidar
@@ -220,14 +220,14 @@ def hidden_sectors(robot: Robot, lidar: Lidar) -> Sectors:
 
 
 def _section(body: PartBody, turn: NDArray[np.float64], at: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Outer loops (n, 2) in the lidar's plane: what is behind a wall does not count."""
+    """Outer loops (n, 2) in the lidar's plane."""
     back = body.surface.transform(placement(turn.T, -turn.T @ at))
     loops = (np.asarray(loop) for loop in back.slice(0.0).to_polygons())
     return [loop for loop in loops if _cross(loop, np.roll(loop, -1, axis=0)).sum() > 0.0]
 
 
 def _farthest_met(loop: NDArray[np.float64]) -> float:
-    """Of the edges that face the lidar; all of it lies inside a loop that has none."""
+    """Distance of the farthest point on edges that face the lidar."""
     next_corners = np.roll(loop, -1, axis=0)
     facing = _cross(loop, next_corners) < 0.0
     met = np.vstack([loop[facing], next_corners[facing]]) if facing.any() else loop
@@ -247,7 +247,7 @@ def _interval(loop: NDArray[np.float64]) -> list[tuple[float, float]]:
 
 
 def _covered(spans: list[tuple[float, float]]) -> float:
-    """Length of the union."""
+    """Total length of the union of intervals."""
     total, reached = 0.0, -math.inf
     for low, high in sorted(spans):
         total += max(high - max(low, reached), 0.0)

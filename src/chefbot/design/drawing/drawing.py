@@ -21,11 +21,11 @@ MM = 1000.0
 TEXT = 2.5
 """Height of letters on paper, mm (ISO 3098 series: 2.5, 3.5, 5)."""
 LETTER = 0.85
-"""Width of a letter to its height, rather too much than too little."""
+"""Ratio of a letter's width to its height, an upper estimate."""
 ROW = 7.0
-"""Between two rows of dimensions, mm on paper."""
+"""Distance of two rows of dimensions, mm on paper."""
 FIRST_ROW = 9.0
-"""From the view to the first row, mm on paper."""
+"""Distance from the view to the first row, mm on paper."""
 
 
 class Line(NamedTuple):
@@ -124,7 +124,7 @@ class Title(NamedTuple):
     size: str
     pieces: int
     mass: float
-    """Of one piece, kg."""
+    """Mass of one piece, kg."""
 
 
 class Plan(NamedTuple):

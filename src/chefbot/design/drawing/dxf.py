@@ -48,7 +48,7 @@ LINETYPES = {
     "DASHED": ("Hidden line", [4.0, 3.0, -1.0]),
     "DIVIDE": ("Neighbouring part", [9.0, 5.0, -1.0, 0.5, -1.0, 0.5, -1.0]),
 }
-"""By the names that LibreCAD knows; lengths on paper, mm (ISO 128-2)."""
+"""Line types with LibreCAD's names; lengths on paper, mm (ISO 128-2)."""
 ALIGNMENT = {
     "left": TextEntityAlignment.MIDDLE_LEFT,
     "middle": TextEntityAlignment.MIDDLE_CENTER,
@@ -97,7 +97,7 @@ def _fixed_meta_data() -> Iterator[None]:
 
 
 def _use_one_font() -> None:
-    """Texts are measured with the font that comes with matplotlib, whatever the computer has."""
+    """Texts are measured with matplotlib's font on every computer."""
     if not fonts.font_manager.has_font(FONT):
         fonts.font_manager.build(
             [str(Path(matplotlib.get_data_path()) / "fonts" / "ttf")], support_dirs=False

@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     import shapely
 
 DEVIATION = 0.01
-"""Millimetres that a partly covered arc may be off; whole ones stay true."""
+"""Maximum deviation of a partly covered arc, mm; uncovered arcs are exact."""
 GRID = 1e-4
 """Millimetres that corners are rounded to, so that edges which touch do not cross by a rounding error."""
 SPECK = 0.2
-"""Millimetres of line, or square millimetres of face, that are not worth showing."""
+"""Millimetres of line, or square millimetres of face, below which nothing is drawn."""
 
 
 class VisibleLines(NamedTuple):

@@ -21,11 +21,11 @@ from chefbot.maths.outline import Corner
 
 A4, A3 = (297.0, 210.0), (420.0, 297.0)
 BINDING, MARGIN = 20.0, 10.0
-"""Left of the frame, and on the other three sides, mm on paper."""
+"""Margins left of the frame and on the other sides, mm on paper."""
 BLOCK = (180.0, 32.0)
-"""Title block, mm on paper."""
+"""Size of the title block, mm on paper."""
 AIR = 5.0
-"""Between frame and drawing, mm on paper."""
+"""Distance between frame and drawing, mm on paper."""
 NAMES = {A4: "A4", A3: "A3"}
 
 
@@ -80,14 +80,14 @@ def compose(name: str, plan: Callable[[float], Plan]) -> Drawing:
 
 
 def _room(paper: tuple[float, float], factor: float) -> BoundingBox:
-    """For the drawing: inside the frame, above the title block."""
+    """The area of the drawing: inside the frame, above the title block."""
     left, low = BINDING + AIR, MARGIN + BLOCK[1] + AIR
     right, high = paper[0] - MARGIN - AIR, paper[1] - MARGIN - AIR
     return BoundingBox(left * factor, low * factor, right * factor, high * factor)
 
 
 def _frame(title: Title, paper: tuple[float, float], scale: Scale) -> tuple[Item, ...]:
-    """Drawn at paper size and grown to the sheet's."""
+    """The frame at paper size, scaled to the sheet."""
     width, height = paper
     items: list[Item] = [rectangle("TITLE", BoundingBox(BINDING, MARGIN, width - MARGIN, height - MARGIN))]
     items += [_shifted(item, width - MARGIN - BLOCK[0], MARGIN) for item in _block(title, paper, scale)]

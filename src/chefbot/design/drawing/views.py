@@ -14,7 +14,7 @@ from chefbot.robot.geometry.shapes import AXES, Ball, Prism, Solid, rotation
 from chefbot.robot.geometry.solids import RobotPart
 
 DEVIATION = 1e-5
-"""Metres that the silhouette of a turned part may leave its arcs."""
+"""Maximum deviation of the silhouette of a rotated part from its arcs, m."""
 
 
 class View(NamedTuple):
@@ -117,7 +117,7 @@ def _reach(prism: Prism, towards: NDArray[np.float64]) -> float:
 
 
 def _turned(solid: Solid, turn: NDArray[np.float64], at: NDArray[np.float64], view: View) -> ViewShape:
-    """Silhouette of a solid that stands askew: the hull of its points, right for the boxes that sensors are."""
+    """Silhouette of a tilted solid: the hull of its points, exact for convex solids."""
     if isinstance(solid, Ball):
         return seen(solid._replace(at=tuple((turn @ np.array(solid.at) + at).tolist())), view)
     flat = np.array(points(solid.outline.edge, DEVIATION))

@@ -87,7 +87,7 @@ def _box(name: str, prism: Prism, edge: np.ndarray, at: Vector, rpy: Vector) -> 
 
 
 def _base(robot: Robot) -> UrdfLink:
-    """Everything but wheels and payload; it collides as one cylinder and two balls."""
+    """Everything except wheels and payload; its collision shape is one cylinder and two balls."""
     low, high = ground_clearance(robot), body_height(robot)
     hull = Primitive("hull", "cylinder", (0.0, 0.0, (low + high) / 2), (robot.body.radius, high - low))
     casters = [

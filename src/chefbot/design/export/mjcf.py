@@ -108,7 +108,7 @@ def _wheel_factor(name: str, as_built: AsBuilt) -> float:
 
 
 def _look(part: RobotPart, primitive: Primitive, colour: Iterable[float]) -> str:
-    """Seen, and touched by nothing."""
+    """A visible geom without collisions."""
     at = f'pos="{numbers(primitive.at)}" quat="{numbers(quaternion(primitive.rpy))}"'
     group = HOUSING_GROUP if part.material == SENSOR else LOOKS_GROUP
     look = f'group="{group}" contype="0" conaffinity="0" mass="0" rgba="{numbers(colour)}"'

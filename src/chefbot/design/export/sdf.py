@@ -79,7 +79,7 @@ def _solid(element: ET.Element, tag: str, solid: Primitive) -> ET.Element:
 
 
 def _friction(robot: Robot, hull: Primitive) -> float:
-    """Casters slide: they stand for balls that roll in their cups."""
+    """Casters slide with low friction, as balls that roll in their cups."""
     if hull.kind == "wheel":
         return robot.wheels.friction
     return CASTER_FRICTION if hull.kind == "sphere" else BODY_FRICTION
@@ -101,7 +101,7 @@ def _joint(model: ET.Element, robot: Robot, link: UrdfLink) -> None:
 
 
 def _frames(model: ET.Element, robot: Robot) -> None:
-    """What has no mass is a frame, not a link: Gazebo would give a link one kilogram."""
+    """Frames without mass; as links they would have one kilogram in Gazebo."""
     known = {link.name for link in links(robot)}
     for frame in (Frame("base_footprint", "base_link", (0.0, 0.0, 0.0)), *fixed_frames(robot)):
         if frame.name not in known:

@@ -10,7 +10,7 @@ from chefbot.robot.geometry.shapes import Vector
 from chefbot.robot.materials import RgbaColour
 
 VERSION = "1.9"
-"""Of SDF; Gazebo Harmonic and Garden read it, and so does the libsdformat of Debian 12."""
+"""Version of SDF that Gazebo Harmonic and Garden and Debian 12's libsdformat read."""
 
 
 def add_value(parent: ET.Element, tag: str, value: object, **attributes: str) -> ET.Element:

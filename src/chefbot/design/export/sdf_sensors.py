@@ -16,9 +16,9 @@ from chefbot.robot.sensors import DepthCamera, ImuSpec, Lidar, Ultrasonic
 from chefbot.robot.spec import Robot
 
 PICTURE_NEAR = 0.05
-"""Metres; the colour picture shows what is nearer than the depth can be measured."""
+"""Near clip of the colour image, m, below the minimum depth."""
 CONE_STEP = math.radians(2.0)
-"""Between the rays that stand for an ultrasonic cone: finer than a chair's leg of 3.5 cm at one metre."""
+"""Angle between the rays of an ultrasonic cone: finer than a chair leg of 3.5 cm at one metre."""
 WHEELS = ("wheel_left_link", "wheel_right_link")
 
 
@@ -47,7 +47,7 @@ def _sensor(frame: str, sensor: ImuSpec | Ultrasonic | DepthCamera | Lidar, pref
 
 
 def _kind(sensor: ImuSpec | Ultrasonic | DepthCamera | Lidar) -> tuple[str, str]:
-    """Gazebo's type of sensor and our topic."""
+    """Gazebo's sensor type and chefbot's topic."""
     if isinstance(sensor, ImuSpec):
         return "imu", "imu/data"
     if isinstance(sensor, DepthCamera):
@@ -77,7 +77,7 @@ def _noise(parent: ET.Element, deviation: float) -> ET.Element:
 
 
 def _camera(element: ET.Element, sensor: DepthCamera, prefix: str) -> None:
-    """Depth's noise grows with its square, which SDF cannot say: Gazebo's depth is exact."""
+    """The noise of depth grows with its square, which SDF cannot describe: Gazebo's depth is exact."""
     camera = ET.SubElement(element, "camera")
     add_value(camera, "horizontal_fov", float(sensor.field_of_view))
     image = ET.SubElement(camera, "image")
@@ -96,7 +96,7 @@ def _clip(parent: ET.Element, near: float, far: float) -> None:
 
 
 def _lidar(element: ET.Element, sensor: Lidar) -> None:
-    """A full turn; the last beam stands one step before the first."""
+    """A full turn; the last beam is one step before the first."""
     lidar = ET.SubElement(element, "lidar")
     scan = ET.SubElement(lidar, "scan")
     _fan(scan, "horizontal", sensor.beams, -math.pi, math.pi - 2.0 * math.pi / sensor.beams)
@@ -109,7 +109,7 @@ def _lidar(element: ET.Element, sensor: Lidar) -> None:
 
 
 def _cone(element: ET.Element, sensor: Ultrasonic) -> None:
-    """Gazebo has no sonar: rays over the cone, of which the nearest is what a ranger would say."""
+    """Gazebo has no sonar: rays over the cone, of which the nearest is the range."""
     lidar = ET.SubElement(element, "lidar")
     scan = ET.SubElement(lidar, "scan")
     half = sensor.field_of_view / 2.0

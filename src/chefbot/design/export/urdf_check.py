@@ -13,7 +13,7 @@ import numpy as np
 from chefbot.errors import UserError, name_hint
 
 MAX_DEPTH = 100
-"""Elements within elements; a URDF needs ten."""
+"""Maximum nesting of elements; a URDF needs ten."""
 JOINTS = ("fixed", "continuous", "revolute", "prismatic", "floating", "planar")
 SIZES = {
     "box": ("size",),
@@ -23,7 +23,7 @@ SIZES = {
 }
 TENSOR = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 SLACK = 1e-6
-"""Of the largest moment: what rounding to a few digits may break of the triangle inequality."""
+"""Tolerance of the triangle inequality over the largest moment, for rounded numbers."""
 
 
 class Branch(NamedTuple):
@@ -142,7 +142,7 @@ def _check_axis(joint: ET.Element, kind: str, at: str) -> None:
 
 
 def _numbers(element: ET.Element | None, wanted: dict[str, int], at: str) -> dict[str, list[float]]:
-    """Attributes that are there, as finite numbers of the wanted count."""
+    """Present attributes as finite numbers of the expected count."""
     found = {}
     for key, count in wanted.items():
         text = None if element is None else element.get(key)

@@ -18,7 +18,7 @@ from chefbot.robot.geometry import layout
 from chefbot.robot.spec import Robot
 
 MOCK = "mock_components/GenericSystem"
-"""ros2_control's stand-in for hardware: it takes every command as done."""
+"""ros2_control's simulated hardware, which reaches every command at once."""
 
 
 def ros2_control(robot: Robot, prefix: str = "", hardware: str = MOCK) -> ET.Element:

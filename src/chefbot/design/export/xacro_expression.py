@@ -18,7 +18,7 @@ MAX_TEXT = 10_000
 MAX_STRING, MAX_ITEMS = 100_000, 10_000
 """Characters of a text and items of a list that an expression may make."""
 MAX_BITS = 1024
-"""Of an integer, about the largest float."""
+"""Maximum bits of an integer, about those of the largest float."""
 _UNBOUNDED = ("factorial", "comb", "perm")
 _BUILTINS = (
     "list", "dict", "len", "str", "float", "int", "bool", "min", "max", "round", "sorted", "range",
@@ -137,7 +137,7 @@ class _Evaluation:
         return apply(self.value(node.operand))
 
     def _boolop(self, node: ast.BoolOp) -> Any:
-        """As Python has it: the first operand that decides, the rest not looked at."""
+        """Short-circuit evaluation as in Python."""
         for operand in node.values[:-1]:
             value = self.value(operand)
             if bool(value) == isinstance(node.op, ast.Or):

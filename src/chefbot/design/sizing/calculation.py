@@ -18,7 +18,7 @@ class Result(NamedTuple):
     formula: str
     """Right-hand side in the symbols of `symbols`; `*`, `/`, `^`, and ceil, sqrt, sin, cos, tan."""
     symbols: dict[str, float]
-    """What stands for each symbol, in SI units, angles in radians."""
+    """Value of each symbol in SI units, angles in radians."""
     source: str
 
     @property

@@ -13,7 +13,7 @@ from chefbot.robot.spec import Robot
 
 NOTCH_LONGER = 0.01
 """Metres: the chapter's slot of 10 cm for a wheel of 9 cm."""
-LEAST_MOVE = 5e-5
+MIN_MOVE = 5e-5
 """Metres; files are written to a tenth of a millimetre."""
 Values = dict[tuple[str, str], float]
 """Section and field to a length in metres."""
@@ -44,7 +44,7 @@ def with_radius(robot: Robot, radius: float) -> Robot:
 
 def raised(robot: Robot, rise: float) -> Robot:
     """Return the robot with every sensor `rise` metres higher."""
-    if abs(rise) < LEAST_MOVE:
+    if abs(rise) < MIN_MOVE:
         return robot
     higher = {}
     for field in robot.sensors.__struct_fields__:
@@ -60,7 +60,7 @@ def moved_sensors(before: Robot, after: Robot) -> list[Change]:
     changes = []
     for field in before.sensors.__struct_fields__:
         old, new = getattr(before.sensors, field), getattr(after.sensors, field)
-        if old is not None and abs(new.mount.z - old.mount.z) >= LEAST_MOVE:
+        if old is not None and abs(new.mount.z - old.mount.z) >= MIN_MOVE:
             path = ("sensors", field, "mount", "z")
             changes.append(Change(path, mm(new.mount.z), "moves with the plates"))
     return changes
@@ -80,7 +80,7 @@ def _notch(robot: Robot, diameter: float) -> list[Change]:
 
 
 def _edge(robot: Robot, further: float) -> Values:
-    """What stands at the plates' edge, `further` out."""
+    """Parts at the plates' edge, moved outwards by `further`."""
     if abs(further) < 1e-9:
         return {}
     return {

@@ -19,10 +19,10 @@ class Sheet(NamedTuple):
     """Command-line option to its requested value."""
     robot: Robot
     follows: list[Change]
-    """What the geometry had to follow with."""
+    """Dependent changes of the geometry."""
     own: list[Check]
-    """How the file's own motor, driver and battery do."""
+    """The checks of the file's own motor, driver and battery."""
     chapter: list[Result]
     candidates: list[Verdict]
     chosen: Verdict
-    """The choice, or where nothing passes the nearest."""
+    """The chosen set, or the nearest one if none passes."""

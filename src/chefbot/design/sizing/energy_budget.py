@@ -8,9 +8,9 @@ from chefbot.design.sizing.forces import CRUISE_ON_CARPET, DRIVEN_WHEELS, motor_
 from chefbot.robot.spec import Robot
 
 CONVERTER_EFFICIENCY = 0.9
-"""Of the converters between battery and electronics (usual for switching ones; not measured)."""
+"""Efficiency of the converters between battery and electronics (typical, not measured)."""
 FUSE_RESERVE = 1.25
-"""A fuse carries 80 % of its rating for good (Littelfuse, Fuseology)."""
+"""Permitted continuous load of a fuse over its rating (Littelfuse, Fuseology)."""
 FUSES = (1.0, 2.0, 3.0, 5.0, 7.5, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 60.0, 80.0, 100.0)
 """Amperes of blade fuses, ISO 8820-3."""
 SOURCE = "energy balance; battery's sheet"

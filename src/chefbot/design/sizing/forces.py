@@ -31,7 +31,7 @@ class Duty(NamedTuple):
 
 CRUISE_ON_FLOOR = Duty("flat hard floor, cruising", ROLLING_RESISTANCE, 0.0, 0.0)
 CRUISE_ON_CARPET = Duty("flat carpet, cruising", CARPET_RESISTANCE, 0.0, 0.0)
-"""What the robot may do for hours."""
+"""Cruising on level carpet, possible for hours."""
 
 
 def climb(robot: Robot) -> Duty:

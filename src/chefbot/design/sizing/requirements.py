@@ -21,18 +21,18 @@ from chefbot.robot.geometry import layout
 from chefbot.robot.spec import Robot
 
 SPEED_RESERVE = 1.2
-"""Of the no-load line under load at the empty battery: a closed loop needs 20 to 30 % to correct with."""
+"""Speed reserve at an empty battery: a closed loop needs 20 to 30 % for corrections."""
 WORST_SHARE_OF_STALL = 0.5
 """Beyond half the stall torque a motor gives less power and more heat (maximum-power point of the line)."""
 OVERVOLTAGE = 1.25
-"""Full battery over the motor's rated voltage; makers warn of a shorter life above it."""
+"""Maximum voltage of a full battery over the motor's rated voltage, for its life."""
 TIPS_LESS = "body.radius"
 """The key that moves wheels and casters apart."""
 WHEEL = "wheels.diameter"
 BOARD_LOGIC = 3.3
-"""Volts of a motor board's outputs; all boards that the firmware knows run at it."""
+"""Output voltage of the motor board, V; the same for all boards of the firmware."""
 LOGIC_SHARE = 0.9
-"""Of BOARD_LOGIC that is left under load and noise."""
+"""Share of BOARD_LOGIC that remains under load and noise."""
 Part = Literal["motor", "driver", "battery", "robot"]
 
 

@@ -54,7 +54,7 @@ def _composed(text: str) -> yaml.MappingNode:
 
 
 def _change(text: str, change: Change) -> str:
-    """The value replaced, or the key added to the deepest section on its way that the file has."""
+    """Replace the value, or add the key to the deepest existing section of its path."""
     root = _composed(text)
     found = _find(root, change.path)
     if found is not None:

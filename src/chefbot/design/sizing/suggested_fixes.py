@@ -14,7 +14,7 @@ from chefbot.robot.spec import Robot
 
 RADIUS_STEP = 0.005
 LARGEST_GROWTH = 2.0
-"""Times the radius; a robot that tips still is another robot."""
+"""Maximum plate radius over the present one."""
 
 
 def geometry_fixes(candidates: Iterable[Verdict], fixed: set[tuple[str, ...]]) -> list[Change]:
@@ -42,7 +42,7 @@ def _radius(robot: Robot) -> Change | None:
 
 
 WAYS: dict[str, Callable[[Robot], Change | None]] = {TIPS_LESS: _radius, WHEEL: _wheel}
-"""Key of a check to how the geometry mends it."""
+"""Key of a check to the change of geometry that repairs it."""
 
 
 def stable_radius(robot: Robot) -> float | None:

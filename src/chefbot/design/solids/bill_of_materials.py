@@ -17,7 +17,7 @@ from chefbot.robot.geometry.solids import RobotPart, solids
 from chefbot.robot.spec import Robot
 
 SAME = 7
-"""Figures in which equal pieces agree; left and right ones are turned against each other."""
+"""Digits in which equal pieces agree; left and right ones are rotated."""
 ALL, ASSEMBLY = "all", "assembly"
 """Names that are no parts and can be selected like one."""
 HEAD = (
@@ -70,7 +70,7 @@ def bill(robot: Robot) -> list[Item]:
 
 
 def _check_names(names: list[str]) -> None:
-    """Files and nodes are called by them."""
+    """Names must be unique, because files and nodes have them."""
     for name in names:
         if names.count(name) > 1 or name in (ALL, ASSEMBLY):
             raise UserError(f"equipment of the robot file is called {name!r}, which is taken; rename it")
@@ -112,7 +112,7 @@ def _ends(solid: Solid) -> NDArray[np.float64]:
 
 
 def _farthest(a: Corner, b: Corner) -> list[tuple[float, float]]:
-    """The start of an edge, and where its arc goes farthest along x or y."""
+    """The start of an edge and the extreme points of its arc along x and y."""
     if a.bulge == 0.0:
         return [(a.x, a.y)]
     arc = arc_between(a, b)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 BATCH = 500_000
-"""Rows, or pixels, that are worked on at once; it bounds the memory."""
+"""Rows or pixels of a batch; it bounds the memory."""
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
@@ -82,7 +82,7 @@ def _spans(corners: Floats, triangle: Ints, row: Ints, width: int) -> _Rows:
 def _draw(
     corners: Floats, rows: _Rows, width: int, depth: NDArray[np.float32], nearest: NDArray[np.int32]
 ) -> None:
-    """Nearer ones win; of equally near ones, the last in the list."""
+    """Keep the nearest triangle; among equal depths, the last one."""
     triangle = np.repeat(rows.triangle, rows.long)
     column = np.repeat(rows.first, rows.long) + _counting(rows.long)
     row = np.repeat(rows.row, rows.long)
@@ -94,7 +94,7 @@ def _draw(
 
 
 def _depth(corners: Floats, triangle: Ints, x: NDArray[Any], y: NDArray[Any]) -> Floats:
-    """Of the triangle's plane; never beyond its corners, where it is seen nearly edge-on."""
+    """Depth of the triangle's plane, limited to the depths of its corners."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     dx = (u[:, 2] * v[:, 1] - v[:, 2] * u[:, 1]) / _area(corners)
     dy = (v[:, 2] * u[:, 0] - u[:, 2] * v[:, 0]) / _area(corners)
@@ -103,7 +103,7 @@ def _depth(corners: Floats, triangle: Ints, x: NDArray[Any], y: NDArray[Any]) ->
 
 
 def _area(corners: Floats) -> Floats:
-    """Twice, signed (n,)."""
+    """Twice the signed area, (n,)."""
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
 
@@ -114,7 +114,7 @@ def _batches(rows: _Rows) -> Iterator[_Rows]:
 
 
 def _groups(sizes: Ints) -> Iterator[slice]:
-    """Neighbours that sum up to at most MOST, or a single one that is larger."""
+    """Slices with a total of at most BATCH, or of a single larger item."""
     ends = np.cumsum(sizes)
     start = 0
     while start < len(sizes):

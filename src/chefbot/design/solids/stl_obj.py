@@ -73,7 +73,7 @@ def _in_base(robot: Robot, part: RobotPart) -> Mesh:
 
 
 def _turn_down(mesh: Mesh, drawn: tuple[Solid, ...]) -> NDArray[np.float64]:
-    """The rotation that turns the best end down."""
+    """The rotation that puts the best end at the bottom."""
     best, down = 0.0, np.array([0.0, 0.0, -1.0])
     for solid in drawn:
         if isinstance(solid, Ball):

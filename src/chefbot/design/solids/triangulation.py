@@ -17,18 +17,18 @@ if TYPE_CHECKING:
 DEVIATION = 2e-5
 """Metres between a true arc and its chords at most: less than a printer or a laser resolves."""
 VOLUME_SHARE = 8e-4
-"""Of a solid's volume that its chords may cut off or add at most."""
+"""Maximum volume error over the volume of a solid."""
 THINNEST = 0.01
-"""Share of an outline that its holes leave; where they leave less or nothing, the volume is bound no closer."""
+"""Minimum remaining share of an outline with holes for which the volume error is bounded."""
 FINER = 0.7
-"""From one try to the next, as long as the volume is too far off."""
+"""Factor between refinements while the volume error is too large."""
 SAME = 1e-6
 """Millimetres: coordinates that differ by less are rounding errors of the same one."""
 MILLI = 1e-3
 SHARP = 45.0
 """Degrees between two triangles that make an edge; chords of an arc meet at 15 at most."""
 BALL_TURN = (12.0, 23.0, 37.0)
-"""Degrees about x, y, z: no edge of a ball then falls on an edge of the cup that it runs in."""
+"""Rotation of balls about x, y, z, degrees, so that their edges miss those of the cup."""
 
 
 class Mesh(NamedTuple):
@@ -86,7 +86,7 @@ def united(meshes: list[Mesh], shaded: bool = False) -> Mesh:
 
 
 def _together(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Coordinates (n, 3) that are nearly the same made the same: faces that lie on each other then really do."""
+    """Coordinates (n, 3) with nearly equal values made equal, so that touching faces coincide."""
     result = np.empty_like(corners)
     for axis, values in enumerate(corners.T):
         order = np.argsort(values)
@@ -111,7 +111,7 @@ def _prism(prism: Prism, deviation: float) -> Manifold:
 
 
 def _section(outline: Outline, deviation: float) -> CrossSection:
-    """In millimetres, as finely cut as its area asks for. Holes of a robot in question may run into each other."""
+    """The section in millimetres, as fine as its area requires; holes may overlap."""
     from manifold3d import CrossSection, FillRule
 
     exact = outline.moments().area

@@ -72,7 +72,7 @@ def _face(shapes: list[ViewShape], box: BoundingBox, factor: float) -> list[Item
 
 
 def _beyond(box: BoundingBox, hole: BoundingBox, factor: float) -> float:
-    """From the hole along its leader to where its size stands clear of the face, mm on paper."""
+    """Length of the leader from the hole to the text outside the face, mm on paper."""
     across = box.right - hole.middle[0] + CLEAR * factor
     return (across / math.cos(math.radians(LEADER)) - hole.width / 2) / factor
 

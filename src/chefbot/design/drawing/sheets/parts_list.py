@@ -84,7 +84,7 @@ def _cells(robot: Robot, entry: Entry) -> tuple[str, ...]:
 
 
 def _material(robot: Robot, entry: Entry) -> str:
-    """What it is made of; of a bought part, what it is called."""
+    """The material; for a bought part its name."""
     bought = {"motor": robot.motor.title, "driver": robot.driver.title, "battery": robot.battery.title}
     text = bought.get(entry.kind, entry.parts[0].material)
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."

@@ -164,7 +164,7 @@ def _caster_sizes(robot: Robot, factor: float) -> list[Item]:
 
 
 def _labels(robot: Robot, factor: float) -> list[Item]:
-    """Names as in the chapter's figure, where no dimension runs: those of the poles towards the axle."""
+    """Labels as in the chapter's figure, away from dimensions."""
     middle, width = layout.clamp_middle(robot) * MM, robot.motor_clamp.width * MM / 2
     offset, edge = robot.casters.offset * MM, robot.body.radius * MM
     beside = (robot.casters.radius + robot.casters.wall) * MM + 2.0 * factor

@@ -132,7 +132,7 @@ def run_launch_file(path: Path, workspace: Path, monkeypatch: Any) -> list[Any]:
 
     packages.get_package_share_directory = get_package_share_directory  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "ament_index_python.packages", packages)
-    space: dict[str, Any] = {}
+    space: dict[str, Any] = {"__file__": str(path)}
     exec(compile(path.read_text(), str(path), "exec"), space)
     return list(space["generate_launch_description"]().entities)
 

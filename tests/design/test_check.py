@@ -12,9 +12,9 @@ pytest.importorskip("manifold3d")
 from chefbot.cli.check import run_check
 
 from chefbot.design.checks import part_bodies
-from chefbot.design.checks.finding import has_solids, searched, with_value
+from chefbot.design.checks.finding import has_solids, nearest_valid_length, with_value
 from chefbot.design.checks.geometry_checks import check
-from chefbot.design.checks.ground_clearance import ground
+from chefbot.design.checks.ground_clearance import check_ground_clearance
 from chefbot.design.checks.overlaps import overlapping
 from chefbot.design.checks.sensor_occlusion import hidden_from, hidden_sectors
 from chefbot.maths.units import to_si
@@ -99,7 +99,7 @@ def test_faults_that_need_more_than_one_value_are_found(key, value, rule, subjec
 def test_wheels_above_the_floor_and_casters_below_it_are_found(monkeypatch):
     """No robot file can say that, as heights follow from the wheels: here the derivation is made wrong."""
     robot = with_value(ROBOTS["chefbot"], "name", "on_stilts")
-    assert list(ground(robot)) == []
+    assert list(check_ground_clearance(robot)) == []
     monkeypatch.setattr(layout, "CASTER_GAP", -0.002)
     origin = part_bodies.link_origin
 
@@ -108,7 +108,7 @@ def test_wheels_above_the_floor_and_casters_below_it_are_found(monkeypatch):
         return (x, y, z + 0.003) if link == "wheel_left_link" else (x, y, z)
 
     monkeypatch.setattr(part_bodies, "link_origin", raised)
-    found = list(ground(with_value(robot, "name", "on_other_stilts")))
+    found = list(check_ground_clearance(with_value(robot, "name", "on_other_stilts")))
     subjects = {f.subject: f.have for f in found if f.rule == "floor"}
     assert subjects == {
         "wheel_left": pytest.approx(0.003, abs=1e-5),
@@ -120,7 +120,7 @@ def test_wheels_above_the_floor_and_casters_below_it_are_found(monkeypatch):
 def test_only_what_a_robot_file_could_say_is_tried():
     """A clamp narrower than its screw holes has no solid: to look for its triangles would never end."""
     tried = []
-    assert searched(ROBOTS["chefbot"], ["motor_clamp.width"], tried.append) == ("", "")
+    assert nearest_valid_length(ROBOTS["chefbot"], ["motor_clamp.width"], tried.append) == ("", "")
     assert len(tried) > 10 and all(has_solids(robot) for robot in tried)
 
 

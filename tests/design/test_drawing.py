@@ -31,7 +31,7 @@ from chefbot.cli.app import app, main
 from chefbot.design.drawing.drawing import loop_box
 from chefbot.design.drawing.dxf import LAYERS, dxf_bytes, dxf_document
 from chefbot.design.drawing.paper import BINDING, MARGIN
-from chefbot.design.drawing.sheets import SHEETS, asked_for, draw, sheets_of
+from chefbot.design.drawing.sheets import SHEETS, draw, selected_sheets, sheets_of
 from chefbot.design.drawing.views import FRONT, PLAN, SIDE, TOP, cut, seen
 from chefbot.design.errors import DesignError
 from chefbot.maths.outline import Outline, circle, loop_moments, rectangle
@@ -343,8 +343,8 @@ def test_robots_have_the_sheets_of_their_parts() -> None:
     single = VARIANTS["one plate"]
     assert sheets_of(single) == ["base_plate", "motor_clamp", "caster", "assembly"]
     with pytest.raises(DesignError, match="chefbot has no tube; its sheets are base_plate, motor_clamp"):
-        asked_for(single, ["tube"])
-    assert asked_for(single, ["all", "caster"]) == sheets_of(single)
+        selected_sheets(single, ["tube"])
+    assert selected_sheets(single, ["all", "caster"]) == sheets_of(single)
 
 
 def test_the_parts_list_names_every_part() -> None:

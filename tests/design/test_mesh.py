@@ -24,7 +24,7 @@ from chefbot.design.solids.bill_of_materials import bill, bill_csv, box
 from chefbot.design.solids.glb import glb, part_glb
 from chefbot.design.solids.rasterizer import rasterize
 from chefbot.design.solids.renderer import RenderedBody, picture
-from chefbot.design.solids.stl_obj import Piece, lying, obj, pieces, stl, whole
+from chefbot.design.solids.stl_obj import Piece, in_print_position, obj, pieces, stl, united_robot
 from chefbot.design.solids.triangulation import Mesh, part_mesh
 from chefbot.maths.outline import Outline, circle, rectangle
 from chefbot.robot.chassis import Equipment
@@ -120,7 +120,7 @@ def test_finer_chords_come_nearer_to_the_true_mass() -> None:
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_assembly_is_one_closed_mesh_in_which_no_two_parts_overlap(name: str) -> None:
     robot = load_robot(name)
-    united = whole(robot)
+    united = united_robot(robot)
     read = trimesh.load(io.BytesIO(stl(united)), file_type="stl")
     assert read.is_watertight
     assert read.volume == pytest.approx(sum(part.volume for part in solids(robot)), rel=1e-3)
@@ -150,7 +150,7 @@ def test_whatever_the_measures_the_assembly_is_closed(
         parts = solids(robot)
     except (RobotFileError, IndexError):  # an impossible one, or a box on a plate that is gone
         assume(False)
-    assert as_trimesh(whole(robot)).is_watertight
+    assert as_trimesh(united_robot(robot)).is_watertight
     assert all(as_trimesh(part_mesh(part.solids)).is_watertight for part in parts)
 
 
@@ -228,7 +228,7 @@ def test_equipment_with_a_taken_name_is_refused_in_a_sentence() -> None:
 def test_stl_and_obj_read_back_as_what_was_written(scale: float) -> None:
     robot = load_robot("chefbot")
     for item in bill(robot):
-        piece = lying(item.part)
+        piece = in_print_position(item.part)
         read = trimesh.load(io.BytesIO(stl(piece.mesh, scale)), file_type="stl")
         text, looks = obj([piece], "looks.mtl", scale)
         again = trimesh.load(io.BytesIO(text), file_type="obj", force="mesh")
@@ -250,7 +250,7 @@ def test_the_assembly_as_obj_names_every_part() -> None:
 
 @pytest.mark.parametrize("part", all_parts(), ids=lambda part: part.name)
 def test_a_part_lies_flat_and_whole_on_the_printers_bed(part: RobotPart) -> None:
-    mesh = lying(part).mesh
+    mesh = in_print_position(part).mesh
     assert mesh.vertices[:, 2].min() == pytest.approx(0.0, abs=1e-12)
     assert mesh.volume == pytest.approx(part_mesh(part.solids).volume, rel=1e-9)
     corners = mesh.vertices[mesh.triangles]
@@ -360,7 +360,7 @@ def kernel_error(shape: Any, exact: MassProperties) -> float:
 
 
 def test_a_piece_has_no_normals_where_nobody_asked() -> None:
-    piece: Piece = lying(all_parts()[0])
+    piece: Piece = in_print_position(all_parts()[0])
     assert piece.mesh.normals is None
     shaded = part_mesh(all_parts()[0].solids, shaded=True)
     assert shaded.normals is not None

@@ -17,9 +17,9 @@ from tests.design.known_parameters import DISTRIBUTIONS
 from tests.design.parameter_check import faults
 
 from chefbot.design.errors import DesignError
-from chefbot.design.export.ros2.annotated_yaml import Because, plain, written
+from chefbot.design.export.ros2.annotated_yaml import Explained, plain_values, yaml_scalar
 from chefbot.design.export.ros2.depth_to_scan import depth_to_scan
-from chefbot.design.export.ros2.derived_nav_params import Doubt, Figures
+from chefbot.design.export.ros2.derived_nav_params import Figures, OdometryErrors
 from chefbot.design.export.ros2.ekf import STATE, ekf, ekf_tree
 from chefbot.design.export.ros2.nav2 import nav2_params, nav2_tree
 from chefbot.design.export.ros2.odometry_noise import MARGIN, alphas
@@ -31,7 +31,7 @@ from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, m
 from chefbot.robot.spec import Robot
 from chefbot.robot.validation import check_buildable
 
-FLOOR = Doubt(slip=0.003, diameter_error=0.003, separation_error=0.005)
+FLOOR = OdometryErrors(slip=0.003, diameter_error=0.003, separation_error=0.005)
 ROBOTS = sorted(built_in_robots())
 
 
@@ -83,18 +83,19 @@ def check_physics(robot: Robot) -> None:
     period = 1.0 / control["controller_frequency"]
     assert abs(mppi["model_dt"] - period) < 1e-6  # beyond that MPPI does not shift its sequence, or refuses
     horizon = mppi["model_dt"] * mppi["time_steps"]
-    reaction = 1.0 / Figures(robot, FLOOR).sight.rate + period
+    reaction = 1.0 / Figures(robot, FLOOR).scan_sensor.rate + period
     assert horizon >= reaction + max_speed(robot) / max_acceleration(robot) - 1e-3
     assert nodes["behavior_server"]["max_rotational_vel"] <= max_turn(robot) + slack
 
-    sight = Figures(robot, FLOOR).sight
+    scan_sensor = Figures(robot, FLOOR).scan_sensor
     if (
         mppi["vx_max"] < max_speed(robot) - 2e-4
     ):  # slower than it could: then because of what it sees, and not much
         told = (
-            stopping_distance(mppi["vx_max"], mppi["ax_max"], 1.0 / sight.rate + 0.1) + robot.footprint_radius
+            stopping_distance(mppi["vx_max"], mppi["ax_max"], 1.0 / scan_sensor.rate + 0.1)
+            + robot.footprint_radius
         )
-        assert 0.98 * sight.range_max <= told <= sight.range_max + 1e-3
+        assert 0.98 * scan_sensor.range_max <= told <= scan_sensor.range_max + 1e-3
     radius, inflation = costs["robot_radius"], costs["inflation_layer"]["inflation_radius"]
     assert robot.footprint_radius <= radius <= robot.footprint_radius + 2e-4
     needed = stopping_distance(mppi["vx_max"], mppi["ax_max"], reaction)
@@ -200,7 +201,9 @@ def test_the_short_sighted_drive_slowly() -> None:
     seen, dimly = (nav2(one)["controller_server"]["FollowPath"]["vx_max"] for one in (robot, dim))
     assert dimly < 0.8 * seen == pytest.approx(0.8 * max_speed(robot))
     check_physics(dim)
-    assert "stop within the" in nav2_params(dim, FLOOR) and "stop within the" not in nav2_params(robot, FLOOR)
+    assert "stops within the" in nav2_params(dim, FLOOR) and "stops within the" not in nav2_params(
+        robot, FLOOR
+    )
 
 
 def test_a_robot_without_eyes_is_refused() -> None:
@@ -248,10 +251,10 @@ def test_scan_matching_keeps_kartos_bounds(name: str) -> None:
     assert told["min_laser_range"] < told["max_laser_range"]
 
 
-def leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Because]]:
+def leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Explained]]:
     for key, value in tree.items():
-        if isinstance(value, Because) or not hasattr(value, "items"):
-            yield f"{path}.{key}", value if isinstance(value, Because) else Because(value)
+        if isinstance(value, Explained) or not hasattr(value, "items"):
+            yield f"{path}.{key}", value if isinstance(value, Explained) else Explained(value)
         else:
             yield from leaves(value, f"{path}.{key}")
 
@@ -262,7 +265,7 @@ def test_what_differs_between_robots_says_why(make: Any) -> None:
     shared = set.intersection(*(set(tree) for tree in trees))
     differing = {path for path in shared if len({str(tree[path].value) for tree in trees}) > 1}
     assert differing
-    silent = {path for path in differing if not all(tree[path].why for tree in trees)}
+    silent = {path for path in differing if not all(tree[path].reason for tree in trees)}
     assert {path.rpartition(".")[2] for path in silent} <= {"observation_sources"}
     if make is nav2_tree:
         assert len(differing) > 50
@@ -271,24 +274,26 @@ def test_what_differs_between_robots_says_why(make: Any) -> None:
 def test_a_reason_holds_the_numbers_that_make_the_value() -> None:
     """The inflation's reason, computed again from its own text."""
     tree = dict(leaves(nav2_tree(load_robot("porter"), FLOOR)))
-    value, why = tree[".local_costmap.local_costmap.ros__parameters.inflation_layer.inflation_radius"]
-    numbers = [float(word.rstrip(":")) for word in why.split() if word.rstrip(":").replace(".", "").isdigit()]
+    value, reason = tree[".local_costmap.local_costmap.ros__parameters.inflation_layer.inflation_radius"]
+    numbers = [
+        float(word.rstrip(":")) for word in reason.split() if word.rstrip(":").replace(".", "").isdigit()
+    ]
     assert sum(numbers[:3]) == pytest.approx(value, rel=5e-3)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_text_reads_back_as_the_values_in_their_types(name: str) -> None:
     robot = load_robot(name)
-    assert yaml.safe_load(nav2_params(robot, FLOOR)) == plain(nav2_tree(robot, FLOOR)) or differs_by_digits(
-        robot
-    )
+    assert yaml.safe_load(nav2_params(robot, FLOOR)) == plain_values(
+        nav2_tree(robot, FLOOR)
+    ) or differs_by_digits(robot)
     assert max(len(line) for line in nav2_params(robot, FLOOR).splitlines() if "[" not in line) <= 112
 
 
 def differs_by_digits(robot: Robot) -> bool:
     """Nine digits are written; a period such as 1/15 s has more."""
     read = dict(leaves(yaml.safe_load(nav2_params(robot, FLOOR))))
-    meant = dict(leaves(plain(nav2_tree(robot, FLOOR))))
+    meant = dict(leaves(plain_values(nav2_tree(robot, FLOOR))))
     assert read.keys() == meant.keys()
     for path, one in meant.items():
         assert type(read[path].value) is type(one.value)
@@ -308,7 +313,7 @@ def differs_by_digits(robot: Robot) -> bool:
 def test_a_written_value_keeps_its_type(value: Any) -> None:
     if isinstance(value, str):
         assume(value.isprintable())
-    read = yaml.safe_load(written(value))
+    read = yaml.safe_load(yaml_scalar(value))
     assert type(read) is type(value)
     assert read == (pytest.approx(value, rel=1e-8) if isinstance(value, float) else value)
 

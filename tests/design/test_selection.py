@@ -5,12 +5,12 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from chefbot.design.checks.mounting_clearance import battery_room
+from chefbot.design.checks.mounting_clearance import battery_clearance
 from chefbot.design.sizing.component_selection import Verdict, best_with, choose, nearest, settled, verdicts
 from chefbot.design.sizing.dependent_dimensions import moved_sensors, with_motor, with_radius
 from chefbot.design.sizing.requirements import judge
 from chefbot.design.sizing.stability import loaded
-from chefbot.design.sizing.suggested_fixes import remedies, stable_radius
+from chefbot.design.sizing.suggested_fixes import geometry_fixes, stable_radius
 from chefbot.robot.catalogue import load_catalogue
 from chefbot.robot.geometry import layout
 from chefbot.robot.load import built_in_robots, load_robot
@@ -106,17 +106,17 @@ def test_nothing_passes_for_a_robot_beyond_the_catalogue() -> None:
     assert choose(sets) is None
     least = nearest(sets)
     assert least.lack == min(verdict.lack for verdict in sets)
-    assert remedies(sets, set()) == []
+    assert geometry_fixes(sets, set()) == []
 
 
 def test_only_the_geometry_s_faults_are_mended_and_only_where_the_owner_leaves_it_open() -> None:
     sets = verdicts(asked(CHEFBOT, 2.0, 0.35), CATALOGUE)
     thick = [verdict for verdict in sets if verdict.parts.motor.startswith("gobilda")]
-    (change,) = remedies(thick, set())
+    (change,) = geometry_fixes(thick, set())
     assert change.path == ("wheels", "diameter")
-    assert remedies(thick, {("wheels", "diameter")}) == []
+    assert geometry_fixes(thick, {("wheels", "diameter")}) == []
     slow = [verdict for verdict in sets if verdict.parts.motor == "pololu_37d_131"]
-    assert remedies(slow, set()) == []
+    assert geometry_fixes(slow, set()) == []
 
 
 def test_a_larger_plate_carries_what_tips_the_smaller_one() -> None:
@@ -146,15 +146,15 @@ def test_sensors_rise_with_the_plates_on_a_thicker_motor() -> None:
 @pytest.mark.parametrize(("x", "y"), [(0.3, 0.01), (0.01, 0.3)])
 def test_a_battery_that_is_too_long_does_not_fit(x: float, y: float) -> None:
     size = msgspec.structs.replace(CHEFBOT.battery.size, x=x, y=y)
-    assert battery_room(CHEFBOT) >= 0.0
-    assert battery_room(but_battery(size)) < 0.0
+    assert battery_clearance(CHEFBOT) >= 0.0
+    assert battery_clearance(but_battery(size)) < 0.0
 
 
 def test_a_battery_that_is_too_high_or_stands_on_the_driver_does_not_fit() -> None:
     tall = msgspec.structs.replace(CHEFBOT.battery.size, z=CHEFBOT.tubes.length + 0.001)
-    assert battery_room(but_battery(tall)) == pytest.approx(-0.001)
+    assert battery_clearance(but_battery(tall)) == pytest.approx(-0.001)
     places = msgspec.structs.replace(CHEFBOT.places, battery=CHEFBOT.places.driver)
-    assert battery_room(msgspec.structs.replace(CHEFBOT, places=places)) < 0.0
+    assert battery_clearance(msgspec.structs.replace(CHEFBOT, places=places)) < 0.0
 
 
 def but_battery(size: Size) -> Robot:

@@ -90,11 +90,11 @@ def test_the_chapter_s_method_gives_the_chapter_s_printed_numbers() -> None:
 @given(robots, masses)
 def test_every_printed_working_comes_to_the_printed_result(robot: Robot, mass: float) -> None:
     load = Load(mass + robot.body.payload, 0.01, -0.005, 0.2)
-    results = [*chapter_method(robot), *sizing.needs(robot, load)]
-    results += [*sizing.gives(robot, load), *sizing.stands(robot, load)]
-    worked = [result for result in results if not result.formula.startswith("next ")]
-    assert len(worked) > 30
-    for result in worked:
+    results = [*chapter_method(robot), *sizing.drive_requirements(robot, load)]
+    results += [*sizing.component_results(robot, load), *sizing.stability_results(robot, load)]
+    calculated = [result for result in results if not result.formula.startswith("next ")]
+    assert len(calculated) > 30
+    for result in calculated:
         scale = max(abs(result.value), 1e-3 * max(abs(value) for value in result.symbols.values()))
         assert evaluated(result) == pytest.approx(result.value, abs=2e-3 * scale), result.name
         assert result.source and result.unit in (
@@ -300,13 +300,13 @@ def test_braking_tips_where_the_moments_about_the_caster_balance(
     load = Load(mass, 0.0, 0.0, height)
     braking = tipping(but(CHEFBOT, drive={"max_slope": 0.0, "max_acceleration": a}), load)[1]
     overturning, righting = mass * a * height, mass * GRAVITY * CHEFBOT.casters.offset
-    assert (braking.meets.value > braking.bears.value) == (overturning > righting)
+    assert (braking.expected.value > braking.limit.value) == (overturning > righting)
 
 
 @given(st.floats(0.05, 1.0), st.floats(0.001, 1.0))
 def test_a_higher_load_never_stands_better(height: float, more: float) -> None:
     low, high = (tipping(CHEFBOT, Load(5.0, 0.0, 0.0, z)) for z in (height, height + more))
-    assert all(b.bears.value < a.bears.value for a, b in zip(low, high, strict=True))
+    assert all(b.limit.value < a.limit.value for a, b in zip(low, high, strict=True))
 
 
 def test_the_payload_s_middle_is_half_its_height_above_the_top() -> None:
@@ -319,4 +319,4 @@ def test_the_payload_s_middle_is_half_its_height_above_the_top() -> None:
 
 
 def test_a_centre_beyond_the_wheels_bears_nothing() -> None:
-    assert tipping(CHEFBOT, Load(5.0, 0.5, 0.0, 0.2))[0].bears.value < 0.0
+    assert tipping(CHEFBOT, Load(5.0, 0.5, 0.0, 0.2))[0].limit.value < 0.0

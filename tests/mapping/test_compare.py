@@ -1,12 +1,13 @@
-"""Map quality: known maps, known figures."""
+"""Map quality: known maps, known figures; displaced maps, known displacements."""
 
 import math
 
 import numpy as np
 import pytest
 
-from chefbot.mapping.compare import quality
+from chefbot.mapping.compare import align, compare, quality
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from chefbot.maths.se2 import IDENTITY, SE2
 
 
 def room(height=120, width=160, resolution=0.05):
@@ -19,13 +20,33 @@ def room(height=120, width=160, resolution=0.05):
     return Grid(cells, resolution, -2.0, 1.0)
 
 
+def moved(grid, truth_T_map):
+    """The map that a robot draws whose frame differs: walls as seen from that frame, on other axes."""
+    padding, finer = 20, 3
+    out = Grid(
+        np.full((grid.height + 2 * padding, grid.width + 2 * padding), UNKNOWN, np.int8),
+        grid.resolution,
+        grid.origin_x - padding * grid.resolution,
+        grid.origin_y - padding * grid.resolution,
+    )
+    for value in (FREE, OCCUPIED):  # walls win
+        row, column = np.nonzero(np.kron(grid.cells == value, np.ones((finer, finer), bool)))
+        points = np.column_stack([column + 0.5, row + 0.5]) * grid.resolution / finer
+        points = truth_T_map.inverse().apply(points + np.array([grid.origin_x, grid.origin_y]))
+        x, y = np.floor((points - (out.origin_x, out.origin_y)) / out.resolution).astype(int).T
+        out.cells[y, x] = value
+    return out
+
+
 def changed(grid, cells):
     return Grid(cells, grid.resolution, grid.origin_x, grid.origin_y)
 
 
 def test_the_plan_itself_is_perfect():
-    result = quality(room(), room())
-    assert (result.precision, result.recall, result.explored) == (1.0, 1.0, 1.0)
+    result = compare(room(), room())
+    assert result.as_is == result.aligned
+    assert (result.as_is.precision, result.as_is.recall, result.as_is.explored) == (1.0, 1.0, 1.0)
+    assert result.alignment == pytest.approx(IDENTITY, abs=1e-12)
 
 
 def test_one_cell_is_tolerated_and_two_are_not():
@@ -78,6 +99,16 @@ def test_the_inside_of_a_pillar_need_not_be_found():
     assert quality(changed(truth, hollow), truth).recall == 1.0
 
 
+def test_only_what_is_explorable_counts():
+    truth = room()
+    mask = np.zeros_like(truth.cells, dtype=bool)
+    mask[11:-11, 11:60] = truth.cells[11:-11, 11:60] == FREE
+    cells = truth.cells.copy()
+    cells[:, 61:] = UNKNOWN
+    result = quality(changed(truth, cells), truth, mask)
+    assert (result.explored, result.recall) == (1.0, 1.0)
+
+
 def test_another_resolution():
     truth = room()
     coarse = Grid(truth.cells[::2, ::2], 0.1, truth.origin_x, truth.origin_y)
@@ -89,6 +120,38 @@ def test_another_resolution():
 def test_a_map_of_nothing():
     truth = room()
     empty = changed(truth, np.full_like(truth.cells, UNKNOWN))
-    result = quality(empty, truth)
-    assert math.isnan(result.precision)
-    assert (result.recall, result.explored) == (0.0, 0.0)
+    result = compare(empty, truth)
+    assert math.isnan(result.as_is.precision)
+    assert (result.as_is.recall, result.as_is.explored) == (0.0, 0.0)
+    assert result.alignment == IDENTITY
+
+
+def test_a_mask_of_another_shape_is_refused():
+    with pytest.raises(ValueError, match="mask"):
+        quality(room(), room(), np.ones((3, 3), dtype=bool))
+
+
+@pytest.mark.parametrize(
+    "offset",
+    [SE2(0.12, -0.07, 0.02), SE2(-0.2, 0.2, -0.03), SE2(0.0, 0.0, 0.05), SE2(0.3, 0.0, 0.0)],
+)
+def test_a_displaced_map_is_found_and_both_figures_are_told(offset):
+    truth = room()
+    drawn = moved(truth, offset)
+    result = compare(drawn, truth)
+    # what counts is where walls come to lie, not the turn about a far origin
+    for corner in ([-1.5, 1.5], [5.5, 6.5], [2.0, 1.5]):
+        there = offset.apply(np.array([corner])) - result.alignment.apply(np.array([corner]))
+        assert np.hypot(*there[0]) < 0.04
+    assert result.alignment.yaw == pytest.approx(offset.yaw, abs=0.005)
+    assert result.aligned.precision > 0.97 and result.aligned.recall > 0.97
+    assert result.as_is.precision < result.aligned.precision
+
+
+def test_alignment_is_deterministic_and_small():
+    rng = np.random.default_rng(0)
+    noise = rng.choice(np.array([FREE, OCCUPIED], np.int8), p=[0.9, 0.1], size=(80, 80))
+    grid = Grid(noise, 0.05, 3.0, 3.0)
+    first, second = align(grid, room()), align(grid, room())
+    assert first == second
+    assert abs(first.yaw) <= math.radians(4.0) + 1e-12

@@ -10,7 +10,7 @@ def launches(incomplete: str) -> list[tuple[str, str]]:
     from chefbot.runtime.launch import built_in_launches, load_launch
 
     names = [name for name in built_in_launches() if name.startswith(incomplete)]
-    described = [(name, load_launch(name).about) for name in names]
+    described = [(name, load_launch(name).description) for name in names]
     return [(name, about) for name, about in described if about]
 
 

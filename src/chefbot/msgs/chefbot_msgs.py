@@ -64,7 +64,7 @@ class ObstacleScan(Message, frozen=True, eq=False):
 
 
 class LocalizationStatus(Message, frozen=True, eq=False):
-    """The quality of the pose estimate, with a description in `sentence`."""
+    """The quality of the pose estimate, with a description of the state."""
 
     header: Header = Header()
     localized: Bool = False
@@ -142,7 +142,7 @@ class DeliveryStatus(Message, frozen=True, eq=False):
 class EmergencyStopStatus(Message, frozen=True, eq=False):
     """The state of the emergency stop.
 
-    `sentence`: the reason; `pressed_at`: when it was last pressed, 0 if never.
+    `description`: the reason; `pressed_at`: when it was last pressed, 0 if never.
     """
 
     header: Header = Header()

@@ -16,12 +16,12 @@ from chefbot.cli.robot.units import amounts
 from chefbot.config import read_bytes
 from chefbot.design.sizing.chapter_method import chapter_method
 from chefbot.design.sizing.component_selection import Verdict, nearest, settled, verdicts
-from chefbot.design.sizing.dependent_dimensions import following, moved_sensors
+from chefbot.design.sizing.dependent_dimensions import dependent_changes, moved_sensors
 from chefbot.design.sizing.design_sheet import Sheet
 from chefbot.design.sizing.requirements import judge
 from chefbot.design.sizing.robot_file_editor import Change, changed, headed, value_of
 from chefbot.design.sizing.stability import loaded
-from chefbot.design.sizing.suggested_fixes import remedies
+from chefbot.design.sizing.suggested_fixes import geometry_fixes
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.units import UnitError, to_si
 from chefbot.robot.catalogue import load_catalogue
@@ -88,7 +88,7 @@ class _Draft(NamedTuple):
         texts = {change.path: change.text for change in changes}
         diameter = _metres(texts.get(("wheels", "diameter")), self.robot.wheels.diameter)
         radius = _metres(texts.get(("body", "radius")), self.robot.body.radius)
-        more = following(self.robot, diameter, radius)
+        more = dependent_changes(self.robot, diameter, radius)
         text = changed(self.text, [*changes, *more])
         follows = (*self.follows, *([] if asked else changes), *more)
         return _Draft(self.path, text, parse_robot(text.encode(), self.path), follows)
@@ -107,7 +107,7 @@ def work_out(path: Path, given: dict[str, str]) -> tuple[str, Sheet]:
     own = judge(draft.robot, loaded(draft.robot))
     candidates = verdicts(draft.robot, load_catalogue())
     while (chosen := settled(candidates)) is None:
-        changes = remedies(candidates, {OPTIONS[name].path for name in given})
+        changes = geometry_fixes(candidates, {OPTIONS[name].path for name in given})
         if not changes or len(draft.follows) > MOST_FOLLOWING:
             break
         draft = draft.with_changes(changes)

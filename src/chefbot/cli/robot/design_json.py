@@ -9,7 +9,7 @@ from chefbot.design.sizing.component_selection import CRITERION, Verdict, best_w
 from chefbot.design.sizing.dependent_dimensions import moved_sensors
 from chefbot.design.sizing.design_sheet import Sheet
 from chefbot.design.sizing.requirements import Check
-from chefbot.design.sizing.sizing import gives, needs, stands
+from chefbot.design.sizing.sizing import component_results, drive_requirements, stability_results
 
 
 def as_plain(sheet: Sheet) -> dict[str, Any]:
@@ -22,9 +22,9 @@ def as_plain(sheet: Sheet) -> dict[str, Any]:
         "follows": {".".join(change.path): change.text for change in follows},
         "own_failures": [_check(check) for check in sheet.own if not check.passed],
         "chapter": [_result(result) for result in sheet.chapter],
-        "needs": [_result(result) for result in needs(robot, load)],
-        "gives": [_result(result) for result in gives(robot, load)],
-        "stands": [_result(result) for result in stands(robot, load)],
+        "needs": [_result(result) for result in drive_requirements(robot, load)],
+        "gives": [_result(result) for result in component_results(robot, load)],
+        "stands": [_result(result) for result in stability_results(robot, load)],
         "catalogue": {part: _catalogue(sheet, part) for part in ("motor", "driver", "battery")},
         "criterion": CRITERION,
         "choice": _verdict(sheet.chosen) if sheet.chosen.passed else None,

@@ -13,7 +13,7 @@ from chefbot.design.sizing.dependent_dimensions import moved_sensors
 from chefbot.design.sizing.design_sheet import Sheet
 from chefbot.design.sizing.forces import motor_torque, slip_torque, worst
 from chefbot.design.sizing.requirements import Check
-from chefbot.design.sizing.sizing import gives, needs, stands
+from chefbot.design.sizing.sizing import component_results, drive_requirements, stability_results
 from chefbot.design.sizing.stability import SAFETY
 
 MOST_REASONS = 3
@@ -26,11 +26,14 @@ def print_sheet(console: Console, sheet: Sheet) -> None:
     console.print(f"[bold]{sheet.name}[/]: {wishes(sheet)}\n")
     console.print(_side_by_side(sheet))
     console.print(_workings("The chapter's method", sheet.chapter))
-    console.print(_workings(f"Corrected: what driving needs with {chosen.parts.motor}", needs(robot, load)))
-    console.print(_workings(f"What {', '.join(chosen.parts)} give", gives(robot, load)))
+    console.print(
+        _workings(f"Corrected: what driving needs with {chosen.parts.motor}", drive_requirements(robot, load))
+    )
+    console.print(_workings(f"What {', '.join(chosen.parts)} give", component_results(robot, load)))
     console.print(
         _workings(
-            f"Clearance and tipping (the robot must bear {SAFETY:g} times what it meets)", stands(robot, load)
+            f"Clearance and tipping (the robot must bear {SAFETY:g} times what it meets)",
+            stability_results(robot, load),
         )
     )
     for part, title in PARTS.items():
@@ -53,7 +56,7 @@ def _side_by_side(sheet: Sheet) -> Table:
     """The figures that both methods have."""
     robot, load = sheet.chosen.robot, sheet.chosen.load
     chapter = {result.name: result for result in sheet.chapter}
-    corrected = {result.name: result for result in needs(robot, load)}
+    corrected = {result.name: result for result in drive_requirements(robot, load)}
     table = _table("Both methods", "", "chapter", "corrected", "why they differ")
     hardest = motor_torque(robot, load.mass, worst(robot)).value
     speed = corrected["speed of the wheels, with reserve"]

@@ -10,7 +10,7 @@ from rich.table import Table
 from chefbot.cli.robot.draw_picture import picture
 from chefbot.design.drawing.dxf import dxf_bytes, dxf_document
 from chefbot.design.drawing.paper import NAMES, Drawing
-from chefbot.design.drawing.sheets import asked_for, draw
+from chefbot.design.drawing.sheets import draw, selected_sheets
 from chefbot.robot.load import load_robot
 from chefbot.storage.atomic_files import make_folder, write_atomic
 
@@ -20,7 +20,7 @@ console = Console(highlight=False)
 def run_drawing(names: list[str], robot: str, out: Path) -> None:
     """Write NAME.dxf, .png and .pdf of every sheet asked for, and print a list of them."""
     model = load_robot(robot)
-    sheets = asked_for(model, names)
+    sheets = selected_sheets(model, names)
     make_folder(out)
     table = Table("sheet", "paper", "scale", "files")
     for name in sheets:

@@ -37,7 +37,7 @@ def run_ros2(robot: str, out: Path) -> None:
 
 def ros2_packages(robot: Robot, name_or_file: str) -> Packages:
     """All files. Loads the CAD libraries. UserError for a robot that cannot navigate."""
-    from chefbot.design.export.ros2.derived_nav_params import Doubt
+    from chefbot.design.export.ros2.derived_nav_params import OdometryErrors
     from chefbot.design.export.ros2.workspace import (
         BRINGUP,
         DESCRIPTION,
@@ -50,10 +50,10 @@ def ros2_packages(robot: Robot, name_or_file: str) -> Packages:
     )
 
     floor = OdometryParams()
-    doubt = Doubt(floor.slip, floor.diameter_error, floor.separation_error)
+    odometry_errors = OdometryErrors(floor.slip, floor.diameter_error, floor.separation_error)
     return {
         DESCRIPTION: description_package(robot),
-        BRINGUP: bringup_package(robot, name_or_file, doubt),
+        BRINGUP: bringup_package(robot, name_or_file, odometry_errors),
         GAZEBO: gazebo_package(robot, _worlds(robot)),
         MESSAGES: message_package(),
     }

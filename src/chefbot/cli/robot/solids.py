@@ -104,9 +104,9 @@ def _single(robot: Robot, chosen: Item | None, form: str, scale: float, target: 
 
 
 def _part_files(item: Item, form: str, scale: float) -> dict[str, bytes]:
-    from chefbot.design.solids.stl_obj import lying, obj, stl
+    from chefbot.design.solids.stl_obj import in_print_position, obj, stl
 
-    piece = lying(item.part)._replace(name=item.name)
+    piece = in_print_position(item.part)._replace(name=item.name)
     if form == "stl":
         return {f"{item.name}.stl": stl(piece.mesh, scale)}
     library = f"{item.name}.mtl"
@@ -115,10 +115,10 @@ def _part_files(item: Item, form: str, scale: float) -> dict[str, bytes]:
 
 
 def _assembly_files(robot: Robot, form: str, scale: float, stem: str) -> dict[str, bytes]:
-    from chefbot.design.solids.stl_obj import obj, pieces, stl, whole
+    from chefbot.design.solids.stl_obj import obj, pieces, stl, united_robot
 
     if form == "stl":
-        return {f"{stem}.stl": stl(whole(robot), scale)}
+        return {f"{stem}.stl": stl(united_robot(robot), scale)}
     text, looks = obj(pieces(robot), f"{stem}.mtl", scale)
     return {f"{stem}.obj": text, f"{stem}.mtl": looks}
 
@@ -141,9 +141,9 @@ def _png(robot: Robot, chosen: Item | None) -> bytes:
     from PIL import Image
 
     from chefbot.design.solids.renderer import RenderedBody, picture
-    from chefbot.design.solids.stl_obj import lying, pieces
+    from chefbot.design.solids.stl_obj import in_print_position, pieces
 
-    shown = [lying(chosen.part)] if chosen else pieces(robot)
+    shown = [in_print_position(chosen.part)] if chosen else pieces(robot)
     file = io.BytesIO()
     Image.fromarray(picture([RenderedBody(piece.mesh, piece.colour) for piece in shown])).save(file, "PNG")
     return file.getvalue()

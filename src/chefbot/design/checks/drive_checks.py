@@ -1,4 +1,4 @@
-"""The sums of the design sheet, as findings: what motors, driver, battery and stability lack, and what would do."""
+"""Checks of motors, driver, battery and stability by the design sheet, as findings with suggested values."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from chefbot.robot.geometry.solids import solids
 from chefbot.robot.spec import GRAVITY, Robot
 
 SEEN_ELSEWHERE = "room round it"
-"""The sheet's estimate of what overlaps and edges tell from the solids."""
+"""Checks that the design sheet estimates and the solids decide."""
 MENDED_OUTSIDE = ("driver", "input level without a level shifter")
-"""A part that no robot file has: a level shifter does."""
+"""Checks that a part outside the robot file repairs: a level shifter."""
 NO_OTHER = "; no single other part of the catalogue mends it: `chefbot design` tries all sets"
 HEAVIEST = 5
 
 
-def drives(robot: Robot, catalogue: Catalogue) -> Iterator[Finding]:
-    """Every sizing check that fails, and the mass against its budget."""
+def check_drive(robot: Robot, catalogue: Catalogue) -> Iterator[Finding]:
+    """Return the failed sizing checks, and a finding if the mass exceeds its budget."""
     load = loaded(robot)
     for check in judge(robot, load):
         if not check.passed and check.name != SEEN_ELSEWHERE:
@@ -62,7 +62,7 @@ def _finding(robot: Robot, check: Check, load: Load, catalogue: Catalogue) -> Fi
 
 
 def _budget(robot: Robot) -> Iterator[Finding]:
-    """The solids against what the sums on paper assumed."""
+    """The mass of the solids against the budget of the design sheet."""
     heaviest: dict[str, float] = {}
     for part in solids(robot):
         heaviest[part.kind] = heaviest.get(part.kind, 0.0) + part.mass
@@ -80,7 +80,7 @@ def _budget(robot: Robot) -> Iterator[Finding]:
 
 
 def _fitting(robot: Robot, entries: dict[str, Any], exchange: Callable[[Any], Robot], part: str) -> str:
-    """The lightest of the catalogue with which the part's checks, and as many others as now, pass."""
+    """The lightest component with which the part's checks pass, and as many others as now."""
     now = sum(1 for check in judge(robot, loaded(robot)) if not check.passed and check.part != part)
     for name in sorted(entries, key=lambda name: entries[name].mass):
         candidate = exchange(entries[name])
@@ -124,7 +124,7 @@ def _turn(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
 
 
 def _acceleration(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
-    """What grip leaves on the steepest ramp."""
+    """Acceleration that the grip permits on the steepest ramp."""
     slope = robot.drive.max_slope
     held = grip(robot, load.mass, slope).value / load.mass
     left = held - GRAVITY * (math.sin(slope) + CARPET_RESISTANCE * math.cos(slope))
@@ -133,7 +133,7 @@ def _acceleration(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
 
 
 def _slope(robot: Robot, load: Load) -> str:
-    """The steepest whole degree at which the tyres hold."""
+    """Maximum slope without slip, in full degrees."""
     duty = worst(robot)
     for degrees in range(math.floor(math.degrees(robot.drive.max_slope)), -1, -1):
         slope = math.radians(degrees)
@@ -143,7 +143,7 @@ def _slope(robot: Robot, load: Load) -> str:
 
 
 def _speed(robot: Robot, load: Load) -> str:
-    """What the motors hold with the reserve."""
+    """Maximum speed of the motors with the reserve."""
     speed = wheel_speed(robot, load.mass) * robot.wheel_radius / SPEED_RESERVE
     return f"{math.floor(100.0 * speed) / 100.0:g} m/s" if speed >= 0.01 else ""
 
@@ -167,10 +167,10 @@ REMEDIES: dict[str, Callable[[Robot, Load, Catalogue], str]] = {
     "drive.max_acceleration": _acceleration,
     TIPS_LESS: _radius,
 }
-"""Key to a value of it with which the check passes."""
+"""Key to a value with which the check passes."""
 LESS: dict[str, tuple[str, Callable[[Robot, Load], str]]] = {
     "speed with reserve": ("drive.max_speed", _speed),
     "run time": ("power.run_time", _run_time),
     "grip on the ramp": ("drive.max_slope", _slope),
 }
-"""Name of a check to what may be asked for instead, where nothing better is to be had."""
+"""Name of a check to the requirement that can be relaxed if no component is better."""

@@ -1,4 +1,4 @@
-"""One fault of a robot, with its numbers, the key of the robot file to change and a value that would do."""
+"""A finding: a fault of a robot with its numbers, the key to change and a suggested value."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from chefbot.robot.validation import check_buildable, check_geometry
 Severity = Literal["error", "warning"]
 _INDEXED = re.compile(r"(\w+)\[(\d+)\]")
 AWAY = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 35, 40, 50, 60, 70, 80, 90, 100, 120, 150)
-"""Millimetres that a value is moved by in search of one that does."""
+"""Range of the search for a valid length, mm."""
 
 
 class Finding(NamedTuple):
-    """SI units throughout; `have` should be at least, or at most, `bound`."""
+    """A fault of a robot in SI units; `have` should be at least, or at most, `bound`."""
 
     severity: Severity
     rule: str
     subject: str
-    """The parts that are concerned."""
+    """Names of the parts."""
     sentence: str
     have: float
     bound: float
@@ -33,44 +33,44 @@ class Finding(NamedTuple):
     at_least: bool
     key: str
     value: str
-    """What would do at `key`, as a robot file writes it; empty where no single value does."""
+    """Suggested value of `key` in the notation of a robot file; empty if no single value suffices."""
 
 
 class Bound(NamedTuple):
-    """A figure and what it should be at least."""
+    """A figure of the robot and its minimum."""
 
     have: float
-    least: float
+    minimum: float
     unit: str
 
     @property
     def broken(self) -> bool:
-        """Beyond rounding."""
-        return self.have < self.least - 1e-9 * max(1.0, abs(self.least))
+        """Return whether the figure is below the minimum by more than rounding."""
+        return self.have < self.minimum - 1e-9 * max(1.0, abs(self.minimum))
 
 
 def below(
     rule: str, subject: str, sentence: str, bound: Bound, key: str, value: str, severity: Severity = "error"
 ) -> Iterator[Finding]:
-    """The finding, if the bound is broken."""
+    """Return the finding if the figure is below its bound, else nothing."""
     if bound.broken:
         yield Finding(
-            severity, rule, subject, sentence, bound.have, bound.least, bound.unit, True, key, value
+            severity, rule, subject, sentence, bound.have, bound.minimum, bound.unit, True, key, value
         )
 
 
 def mm_up(metres: float) -> str:
-    """The next whole millimetre: `mm_up(0.0801) == "81 mm"`."""
+    """Return the length in metres rounded up to millimetres: `mm_up(0.0801) == "81 mm"`."""
     return f"{math.ceil(1000.0 * metres - 1e-6)} mm"
 
 
 def mm_down(metres: float) -> str:
-    """The whole millimetre below."""
+    """Return the length in metres rounded down to millimetres, with the unit."""
     return f"{math.floor(1000.0 * metres + 1e-6)} mm"
 
 
 def value_at(robot: Robot, key: str) -> Any:
-    """`value_at(robot, "equipment[0].place.x")`."""
+    """Return the number at a key of the robot file, such as `value_at(robot, "equipment[0].place.x")`."""
     value: Any = robot
     for name, index in _steps(key):
         value = getattr(value, name) if index is None else getattr(value, name)[index]
@@ -78,7 +78,7 @@ def value_at(robot: Robot, key: str) -> Any:
 
 
 def with_value(robot: Robot, key: str, value: Any) -> Robot:
-    """The robot with another value at `key`."""
+    """Return the robot with another value at `key`."""
     changed: Robot = _replaced(robot, _steps(key), value)
     return changed
 
@@ -102,7 +102,9 @@ def _replaced(value: Any, steps: list[tuple[str, int | None]], new: Any) -> Any:
     return msgspec.structs.replace(value, **{name: items})
 
 
-def searched(robot: Robot, keys: Iterable[str], good: Callable[[Robot], bool]) -> tuple[str, str]:
+def nearest_valid_length(
+    robot: Robot, keys: Iterable[str], is_valid: Callable[[Robot], bool]
+) -> tuple[str, str]:
     """The first of the keys, and the length nearest to its present one, with which the robot is good.
 
     ("", "") where there is none within the last of AWAY.
@@ -110,13 +112,13 @@ def searched(robot: Robot, keys: Iterable[str], good: Callable[[Robot], bool]) -
     for key in keys:
         for value in _outwards(float(value_at(robot, key))):
             candidate = with_value(robot, key, value)
-            if has_solids(candidate) and good(candidate) and is_possible(candidate):
+            if has_solids(candidate) and is_valid(candidate) and is_possible(candidate):
                 return key, f"{1000.0 * value:.6g} mm"
     return "", ""
 
 
 def _outwards(present: float) -> Iterator[float]:
-    """Whole millimetres round the present value, the near ones first."""
+    """Integer millimetres around the present value, the nearest first."""
     start = round(1000.0 * present)
     for away in AWAY:
         yield (start + away) / 1000.0
@@ -124,12 +126,12 @@ def _outwards(present: float) -> Iterator[float]:
 
 
 def has_solids(robot: Robot) -> bool:
-    """Whether lengths are positive and holes leave something, so that there is something to look at."""
+    """Return whether all lengths are positive and holes leave material, so that solids exist."""
     return _passes(robot, check_geometry)
 
 
 def is_possible(robot: Robot) -> bool:
-    """Whether a robot file could say this."""
+    """Return whether the robot passes the validation of a robot file."""
     return _passes(robot, check_buildable)
 
 

@@ -15,13 +15,13 @@ from chefbot.robot.spec import Robot
 CONTACT = 1e-4
 """Metres within which a wheel's lowest point is on the floor."""
 WHEEL_GAP = 0.001
-"""Metres round a wheel in its notch: less, and a bent shaft or a thread scrapes."""
+"""Minimum clearance of a wheel in its notch, m, for a bent shaft or a thread."""
 STANDS = ("wheel", "caster")
-"""Kinds of parts that belong on the floor."""
+"""Kinds of parts that touch the floor."""
 
 
-def ground(robot: Robot) -> Iterator[Finding]:
-    """All findings between plate and floor."""
+def check_ground_clearance(robot: Robot) -> Iterator[Finding]:
+    """Return all findings about the clearance between base plate and floor."""
     yield from _on_the_floor(robot)
     yield from _clearance(robot)
     yield from _notch(robot)
@@ -42,7 +42,7 @@ def _on_the_floor(robot: Robot) -> Iterator[Finding]:
 
 
 def _clearance(robot: Robot) -> Iterator[Finding]:
-    """Plate, and whatever else hangs; the motor's body is one of the sizing checks."""
+    """Clearance of the plate and of hanging parts; the sizing checks cover the motor."""
     wanted = robot.body.clearance
     others = {body.part.kind: body for body in bodies(robot) if body.part.link == "base_link"}
     for kind, body in others.items():
@@ -55,7 +55,7 @@ def _clearance(robot: Robot) -> Iterator[Finding]:
 
 
 def _higher(robot: Robot, body: PartBody, lack: float) -> tuple[str, str]:
-    """What lifts the body by `lack` metres: a sensor's own mount, or the wheels under all the rest."""
+    """Key and value that raise the body by `lack` metres: the sensor's mount or the wheel diameter."""
     heights = [key for key in keys_of(robot, body.part) if key.endswith("mount.z")]
     if heights:
         return heights[0], mm_up(body.part.at[2] + lack)
@@ -64,7 +64,7 @@ def _higher(robot: Robot, body: PartBody, lack: float) -> tuple[str, str]:
 
 
 def _notch(robot: Robot) -> Iterator[Finding]:
-    """The chapter's rule for the slot, and the air round the wheel where it passes the plate."""
+    """The chapter's rule for the slot, and the clearance of the wheel where it passes the plate."""
     half, inner = half_chord(robot), robot.wheels.inner_face
     if half <= 0.0:
         return
@@ -78,7 +78,7 @@ def _notch(robot: Robot) -> Iterator[Finding]:
         Bound(length, wheel, "m"), "plates.notch.length", mm_up(longest),
     )  # fmt: skip
     yield from below(
-        rule, "base_plate, wheel", "the wheel's rim has too little air before and behind it",
+        rule, "base_plate, wheel", "the wheel has too little clearance before and behind it",
         Bound(length / 2 - half, WHEEL_GAP, "m"), "plates.notch.length", mm_up(longest),
     )  # fmt: skip
     depth = math.ceil(1000.0 * (robot.body.radius - inner + WHEEL_GAP) - 1e-6) / 1000.0
@@ -99,7 +99,7 @@ def _room_to_pull(robot: Robot, inner: float) -> Iterator[Finding]:
 
 
 def half_chord(robot: Robot) -> float:
-    """Half of the wheel's length, metres, where it passes the base plate; 0 where it stays below."""
+    """Return half of the wheel's chord at the base plate, m; 0 if the wheel stays below the plate."""
     radius, low = robot.wheel_radius, layout.plate_undersides(robot)[0]
     height = min(max(radius, low), low + robot.plates.thickness)
     return math.sqrt(max(radius**2 - (height - radius) ** 2, 0.0)) if height < 2.0 * radius else 0.0

@@ -11,25 +11,25 @@ from chefbot.robot.spec import Robot
 
 
 class ClearanceBox(NamedTuple):
-    """Something on a plate."""
+    """A box that is mounted on a plate."""
 
     place: MountingPosition
     size: Size
 
 
-def battery_room(robot: Robot) -> float:
-    """The least distance of the battery to anything round it, m; negative where they overlap."""
+def battery_clearance(robot: Robot) -> float:
+    """Return the minimum clearance of the battery, m; negative if it overlaps something."""
     others = [*_equipment(robot), ClearanceBox(robot.places.driver, robot.driver.size)]
-    return box_room(robot, ClearanceBox(robot.places.battery, robot.battery.size), others)
+    return box_clearance(robot, ClearanceBox(robot.places.battery, robot.battery.size), others)
 
 
-def driver_room(robot: Robot) -> float:
-    """The same of the driver; that the battery is in its way is the battery's matter."""
-    return box_room(robot, ClearanceBox(robot.places.driver, robot.driver.size), _equipment(robot))
+def driver_clearance(robot: Robot) -> float:
+    """Return the minimum clearance of the driver, m; an overlap with the battery counts for the battery only."""
+    return box_clearance(robot, ClearanceBox(robot.places.driver, robot.driver.size), _equipment(robot))
 
 
-def box_room(robot: Robot, box: ClearanceBox, others: list[ClearanceBox]) -> float:
-    """The least distance to edge, poles, other boxes and ceiling, m; negative where they overlap."""
+def box_clearance(robot: Robot, box: ClearanceBox, others: list[ClearanceBox]) -> float:
+    """Return the minimum distance to edge, poles, other boxes and ceiling, m; negative if they overlap."""
     place, size = box
     corner = math.hypot(abs(place.x) + size.x / 2.0, abs(place.y) + size.y / 2.0)
     distances = [robot.body.radius - corner]

@@ -1,4 +1,4 @@
-"""Parts that are in the same place: booleans on the solids."""
+"""Overlaps between parts, found by boolean operations on the solids."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chefbot.design.checks.finding import Finding, searched
+from chefbot.design.checks.finding import Finding, nearest_valid_length
 from chefbot.design.checks.part_bodies import PartBody, bodies, named
 from chefbot.robot.geometry.solids import RobotPart
 from chefbot.robot.spec import Robot
 
 TOLERANCE = 1e-9
-"""Cubic metres (1 mm^3): parts that touch are fine, and polygons stand for round things."""
-MOST_REMEDIES = 8
-"""Overlaps for which a value is looked for; after those are mended, the next are."""
+"""Cubic metres (1 mm^3): contact is permitted, and polygons approximate arcs."""
+MAX_FIXES = 8
+"""Maximum number of overlaps with a suggested value."""
 FRAMES = {"imu": "imu", "ultrasonic": "ultrasonic", "camera": "depth_camera", "laser": "lidar"}
 """Name of a sensor's part to its key."""
 WAYS = {
@@ -34,7 +34,7 @@ WAYS = {
 
 
 class Overlap(NamedTuple):
-    """Two bodies, what they share in m^3, and the sides of its box in metres."""
+    """Two overlapping bodies, their common volume in m^3 and the sides of its bounding box in metres."""
 
     one: PartBody
     other: PartBody
@@ -43,7 +43,7 @@ class Overlap(NamedTuple):
 
 
 def overlapping(robot: Robot) -> Iterator[Overlap]:
-    """All pairs that share more than TOLERANCE."""
+    """Return all pairs of bodies that share more than TOLERANCE."""
     for one, other in combinations(bodies(robot), 2):
         found = overlap(one, other)
         if found is not None:
@@ -51,7 +51,7 @@ def overlapping(robot: Robot) -> Iterator[Overlap]:
 
 
 def overlap(one: PartBody, other: PartBody) -> Overlap | None:
-    """What two bodies share, None where that is no more than TOLERANCE."""
+    """Return the overlap of two bodies, None if it is not larger than TOLERANCE."""
     if np.any(one.high <= other.low) or np.any(other.high <= one.low):
         return None
     shared = one.surface ^ other.surface
@@ -64,14 +64,14 @@ def overlap(one: PartBody, other: PartBody) -> Overlap | None:
 
 
 def overlaps(robot: Robot) -> Iterator[Finding]:
-    """A finding for each pair, with the nearest place where the movable one of both is free."""
+    """Return a finding for each overlapping pair, with the nearest free place of the part that can move."""
     found = sorted(overlapping(robot), key=lambda pair: -pair.volume)
     for i, pair in enumerate(found):
         lighter, heavier = sorted((pair.one.part, pair.other.part), key=lambda part: part.mass)
         keys = keys_of(robot, lighter) + keys_of(robot, heavier)
         if {"base_plate", "wheel"} <= {pair.one.part.kind, pair.other.part.kind}:
-            continue  # the notch's own check says it better
-        key, value = _remedy(robot, pair, keys, len(found)) if i < MOST_REMEDIES else ("", "")
+            continue  # the check of the notch reports it
+        key, value = _remedy(robot, pair, keys, len(found)) if i < MAX_FIXES else ("", "")
         x, y, z = (1000.0 * side for side in pair.size)
         yield Finding(
             "error", "overlap", f"{pair.one.name}, {pair.other.name}",
@@ -81,10 +81,10 @@ def overlaps(robot: Robot) -> Iterator[Finding]:
 
 
 def _remedy(robot: Robot, pair: Overlap, keys: list[str], before: int) -> tuple[str, str]:
-    """Key and value with which these two are apart, inside the body, and no other pair has come together."""
+    """Key and value with which both parts are separate and inside the body, without a new overlap."""
     names = pair.one.name, pair.other.name
 
-    def good(candidate: Robot) -> bool:
+    def is_valid(candidate: Robot) -> bool:
         both = named(candidate, *names)
         if len(both) == 2 and overlap(*both) is not None:
             return False
@@ -92,18 +92,18 @@ def _remedy(robot: Robot, pair: Overlap, keys: list[str], before: int) -> tuple[
             return False
         return len(list(islice(overlapping(candidate), before))) < before
 
-    return searched(robot, keys, good)
+    return nearest_valid_length(robot, keys, is_valid)
 
 
 def _inside(robot: Robot, box: PartBody) -> bool:
-    """Whether no corner sticks out of the round body; wheels and casters may."""
+    """Whether all corners are inside the round body; wheels and casters are exempt."""
     x, y = np.maximum(np.abs(box.low), np.abs(box.high))[:2].tolist()
     boxes = ("equipment", "sensor")
     return box.part.material not in boxes or math.hypot(x, y) <= robot.body.radius
 
 
 def keys_of(robot: Robot, part: RobotPart) -> list[str]:
-    """Keys that move the part, boxes and sensors before what carries them."""
+    """Return the keys that move a part; boxes and sensors come before what carries them."""
     name = part.name.removesuffix("_stand")
     if name in FRAMES:
         return [f"sensors.{FRAMES[name]}.mount.{axis}" for axis in "xyz"]

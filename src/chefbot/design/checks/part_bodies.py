@@ -1,4 +1,4 @@
-"""The parts of a robot as closed bodies in base_link that can be cut with each other."""
+"""The parts of a robot as closed meshes in base_link, ready for boolean operations."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ if TYPE_CHECKING:
     from manifold3d import Manifold
 
 DEVIATION = 4e-6
-"""Metres between round things and the polygons that stand for them: finer than for a printer, so that a shaft in
-its wheel's bore shares no volume that counts."""
+"""Metres between arcs and their polygons: fine enough that a shaft in its bore shares no volume."""
 
 
 class PartBody(NamedTuple):
-    """A part, its closed surface in base_link, and the corners of its box."""
+    """A part, its closed surface in base_link, and the corners of its bounding box."""
 
     part: RobotPart
     surface: Manifold
@@ -31,23 +30,23 @@ class PartBody(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Of the part."""
+        """Return the name of the part."""
         return self.part.name
 
 
 def bodies(robot: Robot) -> tuple[PartBody, ...]:
-    """All parts and the payload."""
+    """Return the bodies of all parts and of the payload."""
     return tuple(_placed(part, link_origin(robot, part.link)) for part in (*solids(robot), payload(robot)))
 
 
 def named(robot: Robot, *names: str) -> list[PartBody]:
-    """The parts of these names that the robot has: a sensor that is moved may need no stand any more."""
+    """Return the parts with these names; unknown names are left out: a moved sensor may need no stand."""
     parts = [part for part in (*solids(robot), payload(robot)) if part.name in names]
     return [_placed(part, link_origin(robot, part.link)) for part in parts]
 
 
 def placement(turn: NDArray[np.float64], shift: Any) -> NDArray[np.float64]:
-    """(3, 4): first turned, then shifted."""
+    """Return the transform (3, 4) of a part into base_link: rotation, then translation."""
     return np.column_stack([turn, np.asarray(shift, dtype=float)])
 
 

@@ -1,4 +1,4 @@
-"""Screw holes: inside of the material, clear of edges and of each other."""
+"""Screw holes: inside the material, with clearance to edges and to each other."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from chefbot.robot.geometry.outlines import (
 from chefbot.robot.spec import Robot
 
 FINE = 1e-5
-"""Metres between an arc and the chords that distances are taken to."""
+"""Metres between an arc and the chords that distances are measured to."""
 EDGE_DISTANCE = 1.2
 """Hole's middle to the edge, in diameters (EN 1993-1-8, table 3.3: e1, e2); for thin plates a rule of thumb."""
 SPACING = 2.2
@@ -30,7 +30,7 @@ SPACING = 2.2
 
 
 class Hole(NamedTuple):
-    """A screw's hole in a part: its middle, and the key that moves it."""
+    """A screw hole in a part: its centre, and the key that moves it."""
 
     part: str
     name: str
@@ -39,7 +39,7 @@ class Hole(NamedTuple):
 
 
 def holes(robot: Robot) -> Iterator[Finding]:
-    """All findings of all screw holes and of the hole for the shaft."""
+    """Return all findings about screw holes and about the hole for the shaft."""
     diameter = robot.plates.screw_hole
     base = [
         *_named("base_plate", "pole screw", pole_holes(robot), "poles.reach"),
@@ -60,7 +60,7 @@ def _named(part: str, name: str, places: list[tuple[float, float]], key: str) ->
 
 
 def _in_outline(outline: Outline, found: list[Hole], diameter: float) -> Iterator[Finding]:
-    """The worst of each kind of hole, against the edges and against all other screws."""
+    """The worst hole of each kind, against the edges and all other screws."""
     loops = [np.array(points(outline.edge, FINE))]
     for loop in outline.holes:
         arc = arc_between(loop[0], loop[1])
@@ -74,7 +74,7 @@ def _in_outline(outline: Outline, found: list[Hole], diameter: float) -> Iterato
 
 
 def _edge(hole: Hole, margin: float, diameter: float) -> Iterator[Finding]:
-    """Broken out, or merely close to the edge."""
+    """A hole that is open, or too close to the edge."""
     severity: Severity = "error" if margin <= diameter / 2.0 else "warning"
     x, y = 1000.0 * hole.at[0], 1000.0 * hole.at[1]
     sentence = (
@@ -117,16 +117,16 @@ def _distance(point: NDArray[np.float64], loop: NDArray[np.float64]) -> float:
 
 
 def _inside(point: NDArray[np.float64], loop: NDArray[np.float64]) -> bool:
-    """By the number of edges to the right of the point."""
-    following = np.roll(loop, -1, axis=0)
-    crosses = (loop[:, 1] > point[1]) != (following[:, 1] > point[1])
-    a, b = loop[crosses], following[crosses]
+    """Whether a point is inside, by the number of edges to its right."""
+    next_corners = np.roll(loop, -1, axis=0)
+    crosses = (loop[:, 1] > point[1]) != (next_corners[:, 1] > point[1])
+    a, b = loop[crosses], next_corners[crosses]
     x = a[:, 0] + (point[1] - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
     return bool(np.count_nonzero(x > point[0]) % 2)
 
 
 def _shaft_hole(robot: Robot) -> Iterator[Finding]:
-    """The clamp's face keeps material round the shaft's hole."""
+    """The material of the clamp's face around the hole of the shaft."""
     outline = clamp_face_outline(robot, layout.plate_undersides(robot)[0] - robot.motor_clamp.thickness)
     arc = arc_between(*outline.holes[0][:2])
     margin = _margin((arc.x, arc.y), [np.array(points(outline.edge, FINE))])

@@ -1,7 +1,7 @@
-"""What of the sensors' view the robot itself stands in.
+"""Occlusion of the sensors by the robot itself.
 
-The part of a body that is inside of a field of view is cut out and projected from the sensor onto a plane in front
-of it: there, shares of area are shares of the picture, and nothing is sampled.
+The part of a body inside a field of view is cut out and projected from the sensor onto a plane in front of
+it, on which shares of area are shares of the picture; nothing is sampled.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.design.checks.finding import Bound, Finding, Severity, below, mm_up, searched
+from chefbot.design.checks.finding import Bound, Finding, Severity, below, mm_up, nearest_valid_length
 from chefbot.design.checks.part_bodies import PartBody, bodies, placement
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.geometry.shapes import rotation
@@ -25,38 +25,38 @@ if TYPE_CHECKING:
     from manifold3d import CrossSection, Manifold
 
 NEAR = 1e-4
-"""Metres before the sensor where its view begins."""
+"""Distance of the near plane from the sensor, m."""
 HIDDEN_WARNING, HIDDEN_ERROR = 0.001, 0.02
-"""Share of a picture, or of a cone's section, that the robot may hide."""
+"""Permitted occlusion by the robot: share of a picture, or of a cone's section."""
 CONE_SIDES = 64
 NOISE_RESERVE = 3.0
-"""Standard deviations by which the lidar's shortest range must be beyond the robot's own parts."""
+"""Standard deviations between the robot's farthest part and the lidar's minimum range."""
 FAR_ROBOTS = 3.0
-"""The view is cut off so many footprints away: there the robot ends."""
+"""Distance of the far plane in footprint radii, beyond the robot."""
 
 
 class Hidden(NamedTuple):
-    """Share of the view that the robot hides, and by part."""
+    """Share of a field of view that the robot occludes, in all and by part."""
 
     share: float
     by_part: dict[str, float]
 
     @property
     def names(self) -> str:
-        """The parts, the largest first."""
+        """Return the names of the occluding parts, the largest first."""
         return ", ".join(sorted(self.by_part, key=lambda name: -self.by_part[name]))
 
 
 class Sectors(NamedTuple):
-    """Angle in radians of a scan that the robot hides, by part; the farthest point that a beam meets, metres."""
+    """Occluded angle of a scan by part, rad, and the distance of the farthest occluding point, m."""
 
     angle: float
     by_part: dict[str, float]
     farthest: float
 
 
-def views(robot: Robot) -> Iterator[Finding]:
-    """All findings of camera, ultrasonic ranger and lidar."""
+def check_sensor_views(robot: Robot) -> Iterator[Finding]:
+    """Return all findings about camera, ultrasonic ranger and lidar."""
     camera, ranger, lidar = (
         robot.sensors.depth_camera,
         robot.sensors.ultrasonic,
@@ -77,10 +77,10 @@ def _view(robot: Robot, name: str, field: str, what: str) -> Iterator[Finding]:
         return
     mount = f"sensors.{field}.mount"
 
-    def good(candidate: Robot) -> bool:
+    def is_valid(candidate: Robot) -> bool:
         return hidden_from(candidate, name, field, enough=HIDDEN_WARNING).share <= HIDDEN_WARNING
 
-    key, value = searched(robot, [f"{mount}.x", f"{mount}.z"], good)
+    key, value = nearest_valid_length(robot, [f"{mount}.x", f"{mount}.z"], is_valid)
     sentence = f"{100 * hidden.share:.3g} % of the {what} shows the robot: {hidden.names}"
     yield Finding(
         severity, "view", hidden.names, sentence, hidden.share, HIDDEN_WARNING, "", False,
@@ -89,24 +89,24 @@ def _view(robot: Robot, name: str, field: str, what: str) -> Iterator[Finding]:
 
 
 def hidden_from(robot: Robot, name: str, field: str, enough: float = 1.0) -> Hidden:
-    """What the robot hides of the view of the camera or of the ultrasonic ranger.
+    """Return the share of the view of the camera or of the ultrasonic ranger that the robot occludes.
 
-    Once a part alone hides a share of more than `enough`, the rest is not looked at.
+    Once one part alone occludes a share of more than `enough`, the other parts are skipped.
     """
     sensor: DepthCamera | Ultrasonic = getattr(robot.sensors, field)
     window = _picture(sensor) if isinstance(sensor, DepthCamera) else _cone(sensor)
     turn, at = _frame(sensor.mount)
     view = _pyramid(window, FAR_ROBOTS * (robot.footprint_radius + overall_height(robot)))
     view = view.transform(placement(turn, at))
-    whole, shadows, by_part = _polygon_area(window), [], {}
+    full_area, shadows, by_part = _polygon_area(window), [], {}
     for body in _others(robot, name):
         seen = body.surface ^ view
         if not seen.is_empty():
             shadows.append(_shadow(seen, turn, at))
-            by_part[body.name] = float(shadows[-1].area()) / whole
+            by_part[body.name] = float(shadows[-1].area()) / full_area
             if by_part[body.name] > enough:
                 break
-    return Hidden(_union_area(shadows) / whole, by_part)
+    return Hidden(_union_area(shadows) / full_area, by_part)
 
 
 def _others(robot: Robot, name: str) -> list[PartBody]:
@@ -140,7 +140,7 @@ def _pyramid(window: NDArray[np.float64], far: float) -> Manifold:
 
 
 def _shadow(seen: Manifold, turn: NDArray[np.float64], at: NDArray[np.float64]) -> CrossSection:
-    """On the plane one metre ahead; the faces that look at the sensor cover what all of them cover."""
+    """The projection onto the plane one metre ahead; the faces towards the sensor suffice."""
     from manifold3d import CrossSection, FillRule
 
     mesh = seen.to_mesh64()
@@ -170,7 +170,7 @@ def _polygon_area(corners: NDArray[np.float64]) -> float:
 
 
 def _scan(robot: Robot, lidar: Lidar) -> Iterator[Finding]:
-    """Sectors that the robot hides, and whether it takes itself for a wall."""
+    """Occluded sectors, and returns from the robot that look like walls."""
     sectors = hidden_sectors(robot, lidar)
     if sectors.angle <= 0.0:
         return
@@ -183,25 +183,25 @@ def _scan(robot: Robot, lidar: Lidar) -> Iterator[Finding]:
     yield Finding(
         "warning", "view", names, sentence, sectors.angle, 0.0, "rad", False, key, value,
     )  # fmt: skip
-    least = sectors.farthest + NOISE_RESERVE * lidar.noise
+    minimum = sectors.farthest + NOISE_RESERVE * lidar.noise
     yield from below(
         "view", names, "the lidar measures the robot itself, with noise, and takes it for a wall",
-        Bound(lidar.range_min, least, "m"), "sensors.lidar.range_min", mm_up(least),
+        Bound(lidar.range_min, minimum, "m"), "sensors.lidar.range_min", mm_up(minimum),
     )  # fmt: skip
 
 
 def _free_height(robot: Robot) -> str:
-    """Where nothing hides it."""
+    """Mount height without occlusion, as text; empty if there is none."""
 
-    def good(candidate: Robot) -> bool:
+    def is_valid(candidate: Robot) -> bool:
         lidar = candidate.sensors.lidar
         return lidar is not None and hidden_sectors(candidate, lidar).angle == 0.0
 
-    return searched(robot, ["sensors.lidar.mount.z"], good)[1]
+    return nearest_valid_length(robot, ["sensors.lidar.mount.z"], is_valid)[1]
 
 
 def hidden_sectors(robot: Robot, lidar: Lidar) -> Sectors:
-    """Of the plane that the lidar turns in; a part that another hides wholly is not named."""
+    """Return the occluded sectors of the lidar's plane; a part that is completely behind another is not named."""
     turn, at = _frame(lidar.mount)
     spans: dict[str, list[tuple[float, float]]] = {}
     farthest = 0.0
@@ -220,17 +220,17 @@ def hidden_sectors(robot: Robot, lidar: Lidar) -> Sectors:
 
 
 def _section(body: PartBody, turn: NDArray[np.float64], at: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Outer loops (n, 2) in the lidar's plane: what is behind a wall does not count."""
+    """Outer loops (n, 2) in the lidar's plane."""
     back = body.surface.transform(placement(turn.T, -turn.T @ at))
     loops = (np.asarray(loop) for loop in back.slice(0.0).to_polygons())
     return [loop for loop in loops if _cross(loop, np.roll(loop, -1, axis=0)).sum() > 0.0]
 
 
 def _farthest_met(loop: NDArray[np.float64]) -> float:
-    """Of the edges that face the lidar; all of it lies inside a loop that has none."""
-    following = np.roll(loop, -1, axis=0)
-    facing = _cross(loop, following) < 0.0
-    met = np.vstack([loop[facing], following[facing]]) if facing.any() else loop
+    """Distance of the farthest point on edges that face the lidar."""
+    next_corners = np.roll(loop, -1, axis=0)
+    facing = _cross(loop, next_corners) < 0.0
+    met = np.vstack([loop[facing], next_corners[facing]]) if facing.any() else loop
     return float(np.hypot(*met.T).max())
 
 
@@ -247,7 +247,7 @@ def _interval(loop: NDArray[np.float64]) -> list[tuple[float, float]]:
 
 
 def _covered(spans: list[tuple[float, float]]) -> float:
-    """Length of the union."""
+    """Total length of the union of intervals."""
     total, reached = 0.0, -math.inf
     for low, high in sorted(spans):
         total += max(high - max(low, reached), 0.0)

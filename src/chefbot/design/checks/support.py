@@ -1,4 +1,4 @@
-"""Whether everything stands on something: on its plate, under the next one, in touch with the rest."""
+"""Support of equipment and sensors: on their plate, below the next plate, connected to other parts."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 TOUCHING = 1e-4
 """Metres between parts that touch."""
 PRESS = 1e-5
-"""Metres below a foot where its support is looked for."""
-LEAST_SEAT = 0.25
-"""Share of a box's or a stand's foot that must lie on something; the middle besides, or it topples."""
+"""Distance below a foot at which its support is searched, m."""
+MIN_SUPPORT = 0.25
+"""Minimum supported share of the foot of a box or stand; its middle must be supported too."""
 REST = ("wheel", "payload")
-"""Kinds of parts that are held by other means than standing on something."""
+"""Kinds of parts that are fixed and need no support from below."""
 
 
-def seats(robot: Robot) -> Iterator[Finding]:
-    """All findings of equipment and sensors on their plates."""
+def check_support(robot: Robot) -> Iterator[Finding]:
+    """Return all findings about equipment and sensors that do not rest on their plates."""
     found = bodies(robot)
     floating = _floating(found)
     for body in found:
@@ -44,7 +44,7 @@ def seats(robot: Robot) -> Iterator[Finding]:
 
 
 def _bay(robot: Robot, body: PartBody) -> Iterator[Finding]:
-    """A box is no higher than the room to the next plate."""
+    """A box must fit below the next plate."""
     top = float(body.high[2])
     above = [low for low in layout.plate_undersides(robot) if low > body.low[2]]
     if above:
@@ -56,7 +56,7 @@ def _bay(robot: Robot, body: PartBody) -> Iterator[Finding]:
 
 
 def _edge(robot: Robot, body: PartBody) -> Iterator[Finding]:
-    """A box's corners do not stick out of the round body, which is all that the planner knows."""
+    """The corners of a box must be inside the round body, which is the planner's footprint."""
     x, y = (max(abs(float(body.low[i])), abs(float(body.high[i]))) for i in (0, 1))
     key = keys_of(robot, body.part)[0 if x >= y else 1]
     corner, radius = math.hypot(x, y), robot.body.radius
@@ -67,7 +67,7 @@ def _edge(robot: Robot, body: PartBody) -> Iterator[Finding]:
 
 
 def _inwards(robot: Robot, body: PartBody, axis: int) -> str:
-    """Coordinate at which the outer corners are just on the plate; empty where the box is too large."""
+    """Coordinate at which the outer corners are on the plate; empty if the box is too large."""
     half = (body.high - body.low) / 2.0
     other = 1 - axis
     across = max(abs(float(body.low[other])), abs(float(body.high[other])))
@@ -81,16 +81,16 @@ def _inwards(robot: Robot, body: PartBody, axis: int) -> str:
 
 
 def _foot(robot: Robot, body: PartBody, found: tuple[PartBody, ...]) -> Iterator[Finding]:
-    """Enough of its foot lies on something, its middle too; a stand may hang from above instead."""
+    """The foot must be supported, its middle too; a stand may be fixed from above instead."""
     shares = [_supported(body, found, above) for above in (False, True)]
     share = max(shares) if body.part.kind == "stand" else shares[0]
     keys = keys_of(robot, body.part)
     sentence = f"{body.name} stands over a hole or the edge: {100 * share:.3g} % of its foot lie on something"
-    yield from below("seat", body.name, sentence, Bound(share, LEAST_SEAT, ""), keys[0], "")
+    yield from below("seat", body.name, sentence, Bound(share, MIN_SUPPORT, ""), keys[0], "")
 
 
 def _supported(body: PartBody, found: tuple[PartBody, ...], above: bool) -> float:
-    """Share of the foot (or head) that lies on others; 0 where the middle lies outside of their hull."""
+    """Supported share of the foot (or head); 0 if its middle is outside the hull of the support."""
     from manifold3d import CrossSection, OpType
 
     level = float(body.high[2] if above else body.low[2])
@@ -117,7 +117,7 @@ def _inside(section: CrossSection, point: np.ndarray) -> bool:
 
 
 def _floating(found: tuple[PartBody, ...]) -> set[str]:
-    """Parts that no chain of touching parts joins to the base plate."""
+    """Parts without a chain of contacts to the base plate."""
     left = {body.name: body for body in found if body.part.kind not in REST}
     reached = [left.pop("base_plate")]
     while reached:
@@ -128,7 +128,7 @@ def _floating(found: tuple[PartBody, ...]) -> set[str]:
 
 
 def _touch(one: PartBody, other: PartBody) -> bool:
-    """A tilted sensor is screwed to its stand, which ends below the middle of the housing."""
+    """A tilted sensor is fixed to its stand, which ends below the middle of the housing."""
     if f"{one.name}_stand" == other.name or f"{other.name}_stand" == one.name:
         return True
     if np.any(one.low > other.high + TOUCHING) or np.any(other.low > one.high + TOUCHING):
@@ -140,4 +140,4 @@ def _nothing_holds(robot: Robot, body: PartBody) -> Finding:
     keys = keys_of(robot, body.part)
     key = next((key for key in keys if key.endswith(".z")), keys[0] if keys else body.part.kind)
     sentence = f"{body.name} floats: it touches nothing that is joined to the base plate"
-    return Finding("error", "seat", body.name, sentence, 0.0, LEAST_SEAT, "", True, key, "")
+    return Finding("error", "seat", body.name, sentence, 0.0, MIN_SUPPORT, "", True, key, "")

@@ -1,8 +1,7 @@
-"""What a technical drawing is made of: lines, texts and dimensions, before any file format.
+"""The items of a technical drawing, independent of a file format: lines, texts and dimensions.
 
-Lengths are true millimetres in the plane of the sheet, x to the right and y up. Sizes that belong to the
-paper (text heights, gaps) are given in millimetres of paper and multiplied by the sheet's factor: a sheet of
-1:2 has the factor 2.
+Lengths are true millimetres in the plane of the sheet, x to the right and y up. Sizes on paper (text heights,
+gaps) are in millimetres of paper and multiplied by the sheet's factor: a sheet of 1:2 has the factor 2.
 """
 
 from __future__ import annotations
@@ -22,15 +21,15 @@ MM = 1000.0
 TEXT = 2.5
 """Height of letters on paper, mm (ISO 3098 series: 2.5, 3.5, 5)."""
 LETTER = 0.85
-"""Width of a letter to its height, rather too much than too little."""
+"""Ratio of a letter's width to its height, an upper estimate."""
 ROW = 7.0
-"""Between two rows of dimensions, mm on paper."""
+"""Distance of two rows of dimensions, mm on paper."""
 FIRST_ROW = 9.0
-"""From the view to the first row, mm on paper."""
+"""Distance from the view to the first row, mm on paper."""
 
 
 class Line(NamedTuple):
-    """Corners joined by lines and arcs; `hidden` lines are dashed."""
+    """Corners joined by lines and arcs; a hidden line is dashed."""
 
     layer: Layer
     corners: Loop
@@ -39,7 +38,7 @@ class Line(NamedTuple):
 
 
 class Circle(NamedTuple):
-    """A whole circle."""
+    """A full circle by centre and radius."""
 
     layer: Layer
     x: float
@@ -49,7 +48,7 @@ class Circle(NamedTuple):
 
 
 class Text(NamedTuple):
-    """A line of text; `height` on paper, y is the middle of the letters."""
+    """A line of text; `height` in mm on paper, y at the middle of the letters."""
 
     layer: Layer
     x: float
@@ -60,9 +59,11 @@ class Text(NamedTuple):
 
 
 class Linear(NamedTuple):
-    """Distance of two points along x or y; its line lies at `at` on the other axis. <> is the measurement.
-    The text stands over the middle, `shift` (mm on paper) along the line from it; beyond the end where it is
-    too narrow for it."""
+    """A dimension along x or y; its line is at `at` on the other axis, and <> stands for the measurement.
+
+    The text is above the middle, `shift` (mm on paper) along the line from it; beyond the end if it is too
+    narrow.
+    """
 
     a: Point
     b: Point
@@ -72,7 +73,7 @@ class Linear(NamedTuple):
     shift: float = 0.0
 
     def text_shift(self, factor: float) -> float:
-        """Along the line from its middle, mm of the drawing."""
+        """Return the offset of the text along the line, mm of the drawing."""
         axis = 0 if self.along == "x" else 1
         span, letters = abs(self.a[axis] - self.b[axis]), self._letters() * factor
         narrow = letters + 0.4 * TEXT * factor > span
@@ -85,8 +86,10 @@ class Linear(NamedTuple):
 
 
 class Radial(NamedTuple):
-    """Radius or diameter of a circle: touches it at `angle` (degrees); the text stands `reach` (mm on paper)
-    from the circle, outwards if positive. <> is the measurement with its sign."""
+    """A radius or diameter that touches its circle at `angle` (degrees); <> stands for the measurement with its sign.
+
+    The text is `reach` (mm on paper) from the circle, outwards if positive.
+    """
 
     kind: Literal["radius", "diameter"]
     x: float
@@ -97,14 +100,14 @@ class Radial(NamedTuple):
     text: str = "<>"
 
     @property
-    def words(self) -> str:
-        """The text with sign and measurement put in: programs differ in whether they write the sign."""
+    def label(self) -> str:
+        """Return the text with sign and measurement filled in, because programs differ in writing the sign."""
         size = f"R{number(self.radius)}" if self.kind == "radius" else f"Ø{number(2.0 * self.radius)}"
         return self.text.replace("<>", size)
 
 
 class Hatch(NamedTuple):
-    """Cut material inside the loops."""
+    """A hatched section of material inside loops."""
 
     loops: tuple[Loop, ...]
 
@@ -113,7 +116,7 @@ Item = Line | Circle | Text | Linear | Radial | Hatch
 
 
 class Title(NamedTuple):
-    """What the title block tells of the part."""
+    """The contents of the title block of a part."""
 
     robot: str
     part: str
@@ -121,18 +124,18 @@ class Title(NamedTuple):
     size: str
     pieces: int
     mass: float
-    """Of one piece, kg."""
+    """Mass of one piece, kg."""
 
 
 class Plan(NamedTuple):
-    """A part drawn for one scale: what stands on the sheet but frame and title block."""
+    """A part drawn for one scale: the sheet without frame and title block."""
 
     title: Title
     items: tuple[Item, ...]
 
 
 class BoundingBox(NamedTuple):
-    """Of things on the sheet, mm."""
+    """A rectangle around items on the sheet, mm."""
 
     left: float
     low: float
@@ -141,38 +144,38 @@ class BoundingBox(NamedTuple):
 
     @property
     def width(self) -> float:
-        """Along x."""
+        """Return the extent along x, mm."""
         return self.right - self.left
 
     @property
     def height(self) -> float:
-        """Along y."""
+        """Return the extent along y, mm."""
         return self.high - self.low
 
     @property
     def middle(self) -> Point:
-        """Of both sides."""
+        """Return the centre of the box, mm."""
         return (self.left + self.right) / 2, (self.low + self.high) / 2
 
 
 def number(value: float) -> str:
-    """Millimetres without trailing zeros."""
+    """Return a length in millimetres without trailing zeros."""
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
 def around(boxes: Iterable[BoundingBox]) -> BoundingBox:
-    """The smallest box that holds all of them."""
+    """Return the smallest box that contains all boxes."""
     lefts, lows, rights, highs = zip(*boxes, strict=True)
     return BoundingBox(min(lefts), min(lows), max(rights), max(highs))
 
 
 def scaled(loop: Loop, factor: float, x: float = 0.0, y: float = 0.0) -> Loop:
-    """The loop grown by `factor`, then shifted."""
+    """Return the loop scaled by `factor`, then shifted."""
     return tuple(Corner(factor * c.x + x, factor * c.y + y, c.bulge) for c in loop)
 
 
 def loop_item(layer: Layer, loop: Loop, hidden: bool = False) -> Line | Circle:
-    """A true circle where the loop is one, else a closed line."""
+    """Return a circle if the loop is one, else a closed line."""
     if len(loop) == 2 and all(abs(corner.bulge) == 1.0 for corner in loop):
         a, b = loop
         radius = ((a.x - b.x) ** 2 + (a.y - b.y) ** 2) ** 0.5 / 2
@@ -181,19 +184,19 @@ def loop_item(layer: Layer, loop: Loop, hidden: bool = False) -> Line | Circle:
 
 
 def segment(layer: Layer, a: Point, b: Point) -> Line:
-    """A straight line."""
+    """Return a straight line between two points."""
     return Line(layer, (Corner(*a), Corner(*b)), False)
 
 
 def rectangle(layer: Layer, box: BoundingBox) -> Line:
-    """The box's edge."""
+    """Return the outline of a box."""
     left, low, right, high = box
     corners = ((right, low), (right, high), (left, high), (left, low))
     return Line(layer, tuple(Corner(*corner) for corner in corners))
 
 
 def loop_box(loop: Loop) -> BoundingBox:
-    """Exact: corners, and of every arc the points where it is highest, lowest and farthest to the sides."""
+    """Return the exact bounding box of a loop, extreme points of arcs included."""
     points = [(corner.x, corner.y) for corner in loop]
     for a, b in edges(loop):
         if a.bulge:
@@ -203,7 +206,7 @@ def loop_box(loop: Loop) -> BoundingBox:
 
 
 def item_box(item: Item, factor: float) -> BoundingBox:
-    """Where an item stands, its text included, at a sheet's factor."""
+    """Return the bounding box of an item with its text, at the scale factor of a sheet."""
     match item:
         case Line():
             return loop_box(item.corners) if item.closed else around(_dot(c.x, c.y) for c in item.corners)
@@ -220,7 +223,7 @@ def item_box(item: Item, factor: float) -> BoundingBox:
 
 
 def moved(item: Item, dx: float, dy: float) -> Item:
-    """The item shifted."""
+    """Return the item shifted by an offset."""
     match item:
         case Line():
             return item._replace(corners=scaled(item.corners, 1.0, dx, dy))
@@ -270,6 +273,6 @@ def _linear_box(item: Linear, factor: float) -> BoundingBox:
 
 def _radial_box(item: Radial, factor: float) -> BoundingBox:
     angle, reach = math.radians(item.angle), item.radius + item.reach * factor
-    text = Text("DIMENSION", item.x + reach * math.cos(angle), item.y + reach * math.sin(angle), item.words)
+    text = Text("DIMENSION", item.x + reach * math.cos(angle), item.y + reach * math.sin(angle), item.label)
     align: Align = "left" if math.cos(angle) >= 0 else "right"
     return around((_dot(item.x, item.y), _text_box(text._replace(align=align), factor)))

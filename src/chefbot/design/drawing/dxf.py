@@ -28,7 +28,7 @@ MILLIMETRES, METRIC = 4, 1
 
 
 class Look(NamedTuple):
-    """AutoCAD colour index (readable on white and on black), line type, width in hundredths of a millimetre."""
+    """AutoCAD colour index (readable on white and on black), line type, line width in hundredths of a millimetre."""
 
     colour: int
     linetype: str
@@ -48,7 +48,7 @@ LINETYPES = {
     "DASHED": ("Hidden line", [4.0, 3.0, -1.0]),
     "DIVIDE": ("Neighbouring part", [9.0, 5.0, -1.0, 0.5, -1.0, 0.5, -1.0]),
 }
-"""By the names that LibreCAD knows; lengths on paper, mm (ISO 128-2)."""
+"""Line types with LibreCAD's names; lengths on paper, mm (ISO 128-2)."""
 ALIGNMENT = {
     "left": TextEntityAlignment.MIDDLE_LEFT,
     "middle": TextEntityAlignment.MIDDLE_CENTER,
@@ -57,7 +57,7 @@ ALIGNMENT = {
 
 
 def dxf_document(drawing: Drawing) -> Document:
-    """The drawing as an ezdxf document."""
+    """Return the drawing as an ezdxf document."""
     _use_one_font()
     with _fixed_meta_data():
         document = ezdxf.new("R2010", units=MILLIMETRES)
@@ -76,7 +76,7 @@ def dxf_document(drawing: Drawing) -> Document:
 
 
 def dxf_bytes(document: Document) -> bytes:
-    """As a file, with neither date nor chance nor the order of a set in it."""
+    """Return the contents of a DXF file; they depend on the drawing only, not on date or random identifiers."""
     for name in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf would take them in a set's order
         document.classes.add_class(name)
     text = io.StringIO()
@@ -87,7 +87,7 @@ def dxf_bytes(document: Document) -> bytes:
 
 @contextmanager
 def _fixed_meta_data() -> Iterator[None]:
-    """ezdxf writes the date and a random identifier unless it is told not to, for all documents at once."""
+    """ezdxf writes the date and a random identifier unless this global option is set."""
     before = ezdxf.options.write_fixed_meta_data_for_testing
     ezdxf.options.write_fixed_meta_data_for_testing = True
     try:
@@ -97,7 +97,7 @@ def _fixed_meta_data() -> Iterator[None]:
 
 
 def _use_one_font() -> None:
-    """Texts are measured with the font that comes with matplotlib, whatever the computer has."""
+    """Texts are measured with matplotlib's font on every computer."""
     if not fonts.font_manager.has_font(FONT):
         fonts.font_manager.build(
             [str(Path(matplotlib.get_data_path()) / "fonts" / "ttf")], support_dirs=False
@@ -205,7 +205,7 @@ def _add_radial(space: Modelspace, item: Radial, factor: float) -> None:
         radius=item.radius,
         angle=item.angle,
         location=(item.x + reach * math.cos(angle), item.y + reach * math.sin(angle)),
-        text=item.words,
+        text=item.label,
         dimstyle=DIMENSIONS,
         override={"dimtoh": 1},
         dxfattribs={"layer": "DIMENSION"},

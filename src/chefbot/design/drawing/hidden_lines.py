@@ -1,4 +1,4 @@
-"""Which lines of several parts a viewer sees: nearer parts cover those behind them."""
+"""Hidden-line removal between parts: nearer parts cover those behind them."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     import shapely
 
 DEVIATION = 0.01
-"""Millimetres that a partly covered arc may be off; whole ones stay true."""
+"""Maximum deviation of a partly covered arc, mm; uncovered arcs are exact."""
 GRID = 1e-4
 """Millimetres that corners are rounded to, so that edges which touch do not cross by a rounding error."""
 SPECK = 0.2
-"""Millimetres of line, or square millimetres of face, that are not worth showing."""
+"""Millimetres of line, or square millimetres of face, below which nothing is drawn."""
 
 
 class VisibleLines(NamedTuple):
-    """Visible lines of a shape, and a point of its visible face with that face's area, mm^2."""
+    """Visible lines of a shape, and a point of its visible face with the area of that face, mm^2."""
 
     items: list[Item]
     anchor: Point
@@ -29,8 +29,11 @@ class VisibleLines(NamedTuple):
 
 
 def visible(shapes: Sequence[ViewShape]) -> list[VisibleLines]:
-    """Of each shape, in the given order. A shape covers everything that reaches less far to the viewer:
-    exact for parts that do not run through each other in depth."""
+    """Return the visible lines of each shape, in the given order.
+
+    A shape covers every shape that is farther from the viewer: exact for parts that do not intersect in
+    depth.
+    """
     import shapely
 
     result: dict[int, VisibleLines] = {}

@@ -1,4 +1,4 @@
-"""The sheet: paper and scale that hold a plan, frame and title block (ISO 216, 5455, 5457, 7200)."""
+"""The sheet: paper and scale that fit a plan, frame and title block (ISO 216, 5455, 5457, 7200)."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from chefbot.maths.outline import Corner
 
 A4, A3 = (297.0, 210.0), (420.0, 297.0)
 BINDING, MARGIN = 20.0, 10.0
-"""Left of the frame, and on the other three sides, mm on paper."""
+"""Margins left of the frame and on the other sides, mm on paper."""
 BLOCK = (180.0, 32.0)
-"""Title block, mm on paper."""
+"""Size of the title block, mm on paper."""
 AIR = 5.0
-"""Between frame and drawing, mm on paper."""
+"""Distance between frame and drawing, mm on paper."""
 NAMES = {A4: "A4", A3: "A3"}
 
 
 class Scale(NamedTuple):
-    """Paper to part as written, and millimetres of part to one of paper."""
+    """The scale as written, and the millimetres of the part for one millimetre on paper."""
 
     text: str
     factor: float
@@ -52,7 +52,7 @@ CHOICES = (
 
 
 class Drawing(NamedTuple):
-    """A whole sheet in true millimetres; the paper's lower left corner is the origin."""
+    """A complete sheet in millimetres of the part; the origin is the paper's lower left corner."""
 
     name: str
     title: Title
@@ -62,12 +62,12 @@ class Drawing(NamedTuple):
 
     @property
     def size(self) -> tuple[float, float]:
-        """Of the paper, in the millimetres of the drawing."""
+        """Return the size of the paper in millimetres of the drawing."""
         return self.paper[0] * self.scale.factor, self.paper[1] * self.scale.factor
 
 
 def compose(name: str, plan: Callable[[float], Plan]) -> Drawing:
-    """Draw at the largest scale that fits and set frame and title block; the last choice takes what is left."""
+    """Return the sheet with frame and title block at the largest scale that fits, else at the last scale."""
     for paper, scale in CHOICES:
         drawn = plan(scale.factor)
         box = around(item_box(item, scale.factor) for item in drawn.items)
@@ -80,14 +80,14 @@ def compose(name: str, plan: Callable[[float], Plan]) -> Drawing:
 
 
 def _room(paper: tuple[float, float], factor: float) -> BoundingBox:
-    """For the drawing: inside the frame, above the title block."""
+    """The area of the drawing: inside the frame, above the title block."""
     left, low = BINDING + AIR, MARGIN + BLOCK[1] + AIR
     right, high = paper[0] - MARGIN - AIR, paper[1] - MARGIN - AIR
     return BoundingBox(left * factor, low * factor, right * factor, high * factor)
 
 
 def _frame(title: Title, paper: tuple[float, float], scale: Scale) -> tuple[Item, ...]:
-    """Drawn at paper size and grown to the sheet's."""
+    """The frame at paper size, scaled to the sheet."""
     width, height = paper
     items: list[Item] = [rectangle("TITLE", BoundingBox(BINDING, MARGIN, width - MARGIN, height - MARGIN))]
     items += [_shifted(item, width - MARGIN - BLOCK[0], MARGIN) for item in _block(title, paper, scale)]
@@ -120,7 +120,7 @@ def _block(title: Title, paper: tuple[float, float], scale: Scale) -> list[Item]
 
 
 def mass_text(mass: float) -> str:
-    """Three figures, in grams below a kilogram."""
+    """Return a mass with three digits, in grams below a kilogram."""
     return f"{mass:.3g} kg" if mass >= 1.0 else f"{mass * 1000:.3g} g"
 
 

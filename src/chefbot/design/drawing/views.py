@@ -1,4 +1,4 @@
-"""Solids seen from a side: a prism is its outline when seen along its axis, and a rectangle from the side."""
+"""Projections of solids: a prism is its outline when seen along its axis, and a rectangle from the side."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from chefbot.robot.geometry.shapes import AXES, Ball, Prism, Solid, rotation
 from chefbot.robot.geometry.solids import RobotPart
 
 DEVIATION = 1e-5
-"""Metres that the silhouette of a turned part may leave its arcs."""
+"""Maximum deviation of the silhouette of a rotated part from its arcs, m."""
 
 
 class View(NamedTuple):
-    """Which direction of the part points right on paper, which up; the third points at the viewer."""
+    """A projection: the directions that point right and up on paper; the third one points at the viewer."""
 
     right: tuple[float, float, float]
     up: tuple[float, float, float]
 
     @property
     def towards(self) -> NDArray[np.float64]:
-        """Unit vector from the part to the viewer."""
+        """Return the unit vector from the part to the viewer."""
         return np.cross(self.right, self.up)
 
 
@@ -40,8 +40,7 @@ TOP = View((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))
 
 
 class ViewShape(NamedTuple):
-    """A solid on paper, mm: silhouette, holes seen through, bores that the material hides; `near` is how far
-    towards the viewer it reaches."""
+    """A projected solid, mm: silhouette, open holes and hidden bores; `near` is its extent towards the viewer."""
 
     edge: Loop
     holes: tuple[Loop, ...] = ()
@@ -50,7 +49,7 @@ class ViewShape(NamedTuple):
 
 
 def seen(solid: Solid, view: View) -> ViewShape:
-    """A solid in the frame it is drawn in."""
+    """Return the projection of a solid in its own frame."""
     axes = np.array([view.right, view.up, view.towards])
     at = axes @ np.array(solid.at) * MM
     if isinstance(solid, Ball):
@@ -59,7 +58,7 @@ def seen(solid: Solid, view: View) -> ViewShape:
 
 
 def part_seen(part: RobotPart, origin: tuple[float, float, float], view: View) -> list[ViewShape]:
-    """A part's solids in base_link, its link's origin at `origin`."""
+    """Return the projections of a part's solids in base_link; the origin of its link is at `origin`."""
     at = np.array(part.at) + np.array(origin)
     if part.pitch or part.yaw:
         return [_turned(solid, rotation(part.pitch, part.yaw), at, view) for solid in part.solids]
@@ -67,7 +66,7 @@ def part_seen(part: RobotPart, origin: tuple[float, float, float], view: View) -
 
 
 def cut(outline: Outline) -> list[tuple[float, float]]:
-    """Where the line v = 0 runs through material: intervals of u, in the outline's unit."""
+    """Return the intervals of u, in the unit of the outline, in which the line v = 0 is inside the material."""
     loops = (outline.edge, *outline.holes)
     found = sorted({round(u, 12) for loop in loops for a, b in edges(loop) for u in _crossings(a, b)})
     return [(low, high) for low, high in itertools.pairwise(found) if _inside(outline, low, high)]
@@ -118,7 +117,7 @@ def _reach(prism: Prism, towards: NDArray[np.float64]) -> float:
 
 
 def _turned(solid: Solid, turn: NDArray[np.float64], at: NDArray[np.float64], view: View) -> ViewShape:
-    """Silhouette of a solid that stands askew: the hull of its points, right for the boxes that sensors are."""
+    """Silhouette of a tilted solid: the hull of its points, exact for convex solids."""
     if isinstance(solid, Ball):
         return seen(solid._replace(at=tuple((turn @ np.array(solid.at) + at).tolist())), view)
     flat = np.array(points(solid.outline.edge, DEVIATION))

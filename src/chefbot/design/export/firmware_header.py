@@ -7,7 +7,7 @@ from chefbot.robot.spec import Robot
 
 
 def firmware_header(robot: Robot) -> str:
-    """Text of `robot_constants.h`: whole numbers with unit and source, and an initialiser of the struct."""
+    """Return the text of `robot_constants.h`: integers with unit and source, and an initialiser of the struct."""
     constants = firmware_constants(robot)
     lines = [
         f"// Firmware constants of the robot {robot.name}, made from its robot file: do not edit.",

@@ -1,6 +1,6 @@
-"""The robot as rigid links: where its masses are, which simple solids collide, which are seen.
+"""The robot as rigid links: masses, simple collision solids and visible parts.
 
-URDF, SDF and MJCF are all written from here, so that they cannot disagree.
+URDF, SDF and MJCF are all generated from these links, so that they agree.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ Kind = Literal["cylinder", "sphere", "box", "wheel"]
 
 
 class Primitive(NamedTuple):
-    """What simulators and viewers know without a mesh, in its link's frame; metres, radians.
+    """A solid that simulators and viewers draw without a mesh, in the frame of its link; metres, radians.
 
-    size: of a cylinder and a wheel (radius, length), of a sphere (radius,), of a box its sides.
-    A cylinder stands along its z, a wheel along its y; rpy as in URDF.
+    size: (radius, length) of a cylinder or wheel, (radius,) of a sphere, the sides of a box. The axis of a
+    cylinder is z, of a wheel y; rpy as in URDF.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Primitive(NamedTuple):
 
 
 class UrdfLink(NamedTuple):
-    """A rigid part: its origin in base_link, and whether it turns about its y axis (a wheel) or is fixed."""
+    """A rigid link: its origin in base_link, and whether it turns about its y axis (a wheel) or is fixed."""
 
     name: str
     at: Vector
@@ -47,12 +47,12 @@ class UrdfLink(NamedTuple):
 
 
 def links(robot: Robot) -> list[UrdfLink]:
-    """All links that have mass, base_link first; its origin is on the floor below the axle's middle."""
+    """Return all links with mass, base_link first; its origin is on the floor below the middle of the axle."""
     return [_base(robot), _payload(robot), *(_wheel(robot, side) for side in layout.SIDES)]
 
 
 def looks(part: RobotPart) -> list[tuple[Primitive, RgbaColour]]:
-    """A part as primitives: holes are left out, and a plate's notches."""
+    """Return a part as primitives with colours, without holes and without the notches of plates."""
     turn, at = rotation(part.pitch, part.yaw), np.array(part.at)
     found = []
     for i, solid in enumerate(part.solids):
@@ -87,7 +87,7 @@ def _box(name: str, prism: Prism, edge: np.ndarray, at: Vector, rpy: Vector) -> 
 
 
 def _base(robot: Robot) -> UrdfLink:
-    """Everything but wheels and payload; it collides as one cylinder and two balls."""
+    """Everything except wheels and payload; its collision shape is one cylinder and two balls."""
     low, high = ground_clearance(robot), body_height(robot)
     hull = Primitive("hull", "cylinder", (0.0, 0.0, (low + high) / 2), (robot.body.radius, high - low))
     casters = [
@@ -114,6 +114,6 @@ def _payload(robot: Robot) -> UrdfLink:
 
 
 def sensor_mounts(robot: Robot) -> dict[str, tuple[Vector, float, float]]:
-    """Frame name to (position in base_link, pitch, yaw) of every mounted sensor."""
+    """Return frame name to (position in base_link, pitch, yaw) of every mounted sensor."""
     mounts = {frame: sensor.mount for frame, sensor in robot.sensors.by_frame.items()}
     return {name: ((m.x, m.y, m.z), m.pitch, m.yaw) for name, m in mounts.items()}

@@ -1,7 +1,7 @@
-"""The robot in MuJoCo's XML (MJCF), written as text: no simulator is needed to write it.
+"""The robot in MuJoCo's XML (MJCF), written as text without MuJoCo.
 
-The wheels' actuators are the motor's line: control is the motor's voltage as a share of the one that its data
-are for, and torque = efficiency * stall_torque * (share - speed / no_load_speed).
+The actuators of the wheels follow the motor's line: the control is the voltage as a share of the rated one,
+and torque = efficiency * stall_torque * (share - speed / no_load_speed).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ FLOOR = '<geom name="floor" type="plane" size="0 0 1" friction="1 0.005 0.0001" 
 
 
 class RobotXml(NamedTuple):
-    """Pieces for a MuJoCo model: one body for the worldbody, and the inside of <actuator> and <sensor>."""
+    """Fragments of a MuJoCo model: one body for the worldbody, and the contents of <actuator> and <sensor>."""
 
     body: str
     actuators: str
@@ -42,7 +42,7 @@ class RobotXml(NamedTuple):
 
 
 def mjcf(robot: Robot) -> str:
-    """A complete model: the robot on a floor."""
+    """Return a complete model: the robot on a floor."""
     xml = robot_xml(robot)
     return f"""<mujoco model={quoteattr(robot.name)}>
 {OPTION}
@@ -57,7 +57,7 @@ def mjcf(robot: Robot) -> str:
 
 
 def robot_xml(robot: Robot, as_built: AsBuilt = AS_DRAWN, start: SE2 = IDENTITY) -> RobotXml:
-    """The robot standing at `start` (pose of base_link in the world)."""
+    """Return the robot at `start` (pose of base_link in the world)."""
     base, *others = links(robot)
     inside = [_inertial(base.inertia), *(_hull(robot, hull, as_built) for hull in base.hulls)]
     inside += [_look(part, primitive, colour) for part in base.parts for primitive, colour in looks(part)]
@@ -76,7 +76,7 @@ def robot_xml(robot: Robot, as_built: AsBuilt = AS_DRAWN, start: SE2 = IDENTITY)
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Numbers as XML lists write them."""
+    """Return numbers with nine digits, separated by spaces."""
     return " ".join(f"{value:.9g}" for value in values)
 
 
@@ -107,7 +107,7 @@ def _wheel_factor(name: str, as_built: AsBuilt) -> float:
 
 
 def _look(part: RobotPart, primitive: Primitive, colour: Iterable[float]) -> str:
-    """Seen, and touched by nothing."""
+    """A visible geom without collisions."""
     at = f'pos="{numbers(primitive.at)}" quat="{numbers(quaternion(primitive.rpy))}"'
     group = HOUSING_GROUP if part.material == SENSOR else LOOKS_GROUP
     look = f'group="{group}" contype="0" conaffinity="0" mass="0" rgba="{numbers(colour)}"'

@@ -9,32 +9,32 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 
-from chefbot.design.export.sdf_text import said
+from chefbot.design.export.sdf_elements import add_value
 from chefbot.design.export.urdf_frames import OPTICAL_FRAME, joint_name
 from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_turn_acceleration
 from chefbot.robot.sensors import DepthCamera, ImuSpec, Lidar, Ultrasonic
 from chefbot.robot.spec import Robot
 
 PICTURE_NEAR = 0.05
-"""Metres; the colour picture shows what is nearer than the depth can be measured."""
+"""Near clip of the colour image, m, below the minimum depth."""
 CONE_STEP = math.radians(2.0)
-"""Between the rays that stand for an ultrasonic cone: finer than a chair's leg of 3.5 cm at one metre."""
+"""Angle between the rays of an ultrasonic cone: finer than a chair leg of 3.5 cm at one metre."""
 WHEELS = ("wheel_left_link", "wheel_right_link")
 
 
 def gz_sensors(robot: Robot, prefix: str = "") -> dict[str, ET.Element]:
-    """Frame to its <sensor>, with the robot's rates, ranges and noise; topics as ours are called."""
+    """Return frame to <sensor> with the robot's rates, ranges and noise, and chefbot's topics."""
     return {frame: _sensor(frame, sensor, prefix) for frame, sensor in robot.sensors.by_frame.items()}
 
 
 def _sensor(frame: str, sensor: ImuSpec | Ultrasonic | DepthCamera | Lidar, prefix: str) -> ET.Element:
     kind, topic = _kind(sensor)
     element = ET.Element("sensor", name=f"{prefix}{frame.removesuffix('_link')}", type=kind)
-    said(element, "always_on", True)
-    said(element, "update_rate", float(sensor.rate))
-    said(element, "topic", topic)
+    add_value(element, "always_on", True)
+    add_value(element, "update_rate", float(sensor.rate))
+    add_value(element, "topic", topic)
     # The frame that messages name; without it Gazebo makes one up of model, link and sensor.
-    said(element, "gz_frame_id", f"{prefix}{frame}")
+    add_value(element, "gz_frame_id", f"{prefix}{frame}")
     if isinstance(sensor, ImuSpec):
         _imu(element, sensor)
     elif isinstance(sensor, DepthCamera):
@@ -47,7 +47,7 @@ def _sensor(frame: str, sensor: ImuSpec | Ultrasonic | DepthCamera | Lidar, pref
 
 
 def _kind(sensor: ImuSpec | Ultrasonic | DepthCamera | Lidar) -> tuple[str, str]:
-    """Gazebo's type of sensor and our topic."""
+    """Gazebo's sensor type and chefbot's topic."""
     if isinstance(sensor, ImuSpec):
         return "imu", "imu/data"
     if isinstance(sensor, DepthCamera):
@@ -65,51 +65,51 @@ def _imu(element: ET.Element, sensor: ImuSpec) -> None:
         for axis in ("x", "y", "z"):
             noise = _noise(ET.SubElement(axes, axis), deviation)
             noise.set("type", "gaussian")
-            said(noise, "bias_mean", 0.0)
-            said(noise, "bias_stddev", float(offset))
+            add_value(noise, "bias_mean", 0.0)
+            add_value(noise, "bias_stddev", float(offset))
 
 
 def _noise(parent: ET.Element, deviation: float) -> ET.Element:
     noise = ET.SubElement(parent, "noise")
-    said(noise, "mean", 0.0)
-    said(noise, "stddev", float(deviation))
+    add_value(noise, "mean", 0.0)
+    add_value(noise, "stddev", float(deviation))
     return noise
 
 
 def _camera(element: ET.Element, sensor: DepthCamera, prefix: str) -> None:
-    """Depth's noise grows with its square, which SDF cannot say: Gazebo's depth is exact."""
+    """The noise of depth grows with its square, which SDF cannot describe: Gazebo's depth is exact."""
     camera = ET.SubElement(element, "camera")
-    said(camera, "horizontal_fov", float(sensor.field_of_view))
+    add_value(camera, "horizontal_fov", float(sensor.field_of_view))
     image = ET.SubElement(camera, "image")
-    said(image, "width", sensor.width)
-    said(image, "height", sensor.height)
-    said(image, "format", "R8G8B8")
+    add_value(image, "width", sensor.width)
+    add_value(image, "height", sensor.height)
+    add_value(image, "format", "R8G8B8")
     _clip(camera, min(PICTURE_NEAR, sensor.range_min), sensor.range_max)
     _clip(ET.SubElement(camera, "depth_camera"), sensor.range_min, sensor.range_max)
-    said(camera, "optical_frame_id", f"{prefix}{OPTICAL_FRAME}")
+    add_value(camera, "optical_frame_id", f"{prefix}{OPTICAL_FRAME}")
 
 
 def _clip(parent: ET.Element, near: float, far: float) -> None:
     clip = ET.SubElement(parent, "clip")
-    said(clip, "near", float(near))
-    said(clip, "far", float(far))
+    add_value(clip, "near", float(near))
+    add_value(clip, "far", float(far))
 
 
 def _lidar(element: ET.Element, sensor: Lidar) -> None:
-    """A full turn; the last beam stands one step before the first."""
+    """A full turn; the last beam is one step before the first."""
     lidar = ET.SubElement(element, "lidar")
     scan = ET.SubElement(lidar, "scan")
     _fan(scan, "horizontal", sensor.beams, -math.pi, math.pi - 2.0 * math.pi / sensor.beams)
     _range(lidar, sensor.range_min, sensor.range_max)
     if sensor.noise > 0.0:
         noise = ET.SubElement(lidar, "noise")
-        said(noise, "type", "gaussian")
-        said(noise, "mean", 0.0)
-        said(noise, "stddev", float(sensor.noise))
+        add_value(noise, "type", "gaussian")
+        add_value(noise, "mean", 0.0)
+        add_value(noise, "stddev", float(sensor.noise))
 
 
 def _cone(element: ET.Element, sensor: Ultrasonic) -> None:
-    """Gazebo has no sonar: rays over the cone, of which the nearest is what a ranger would say."""
+    """Gazebo has no sonar: rays over the cone, of which the nearest is the range."""
     lidar = ET.SubElement(element, "lidar")
     scan = ET.SubElement(lidar, "scan")
     half = sensor.field_of_view / 2.0
@@ -121,46 +121,46 @@ def _cone(element: ET.Element, sensor: Ultrasonic) -> None:
 
 def _fan(scan: ET.Element, direction: str, count: int, low: float, high: float) -> None:
     fan = ET.SubElement(scan, direction)
-    said(fan, "samples", count)
-    said(fan, "resolution", 1)
-    said(fan, "min_angle", low)
-    said(fan, "max_angle", high)
+    add_value(fan, "samples", count)
+    add_value(fan, "resolution", 1)
+    add_value(fan, "min_angle", low)
+    add_value(fan, "max_angle", high)
 
 
 def _range(lidar: ET.Element, low: float, high: float) -> None:
     limits = ET.SubElement(lidar, "range")
-    said(limits, "min", float(low))
-    said(limits, "max", float(high))
+    add_value(limits, "min", float(low))
+    add_value(limits, "max", float(high))
 
 
 def gz_drive(robot: Robot, prefix: str = "") -> list[ET.Element]:
-    """The differential drive and the wheels' angles as systems of a model."""
+    """Return the model's systems for the differential drive and the joint states."""
     drive = plugin("gz-sim-diff-drive-system", "gz::sim::systems::DiffDrive")
     joints = [f"{prefix}{joint_name(wheel)}" for wheel in WHEELS]
     for tag, joint in zip(("left_joint", "right_joint"), joints, strict=True):
-        said(drive, tag, joint)
-    said(drive, "wheel_separation", float(robot.wheels.separation))
-    said(drive, "wheel_radius", robot.wheel_radius)
-    for quantity, most in (
+        add_value(drive, tag, joint)
+    add_value(drive, "wheel_separation", float(robot.wheels.separation))
+    add_value(drive, "wheel_radius", robot.wheel_radius)
+    for quantity, maximum in (
         ("linear_velocity", max_speed(robot)),
         ("angular_velocity", max_turn(robot)),
         ("linear_acceleration", max_acceleration(robot)),
         ("angular_acceleration", max_turn_acceleration(robot)),
     ):
-        said(drive, f"max_{quantity}", float(most))
-        said(drive, f"min_{quantity}", -float(most))
-    said(drive, "odom_publish_frequency", float(robot.sensors.imu.rate))
+        add_value(drive, f"max_{quantity}", float(maximum))
+        add_value(drive, f"min_{quantity}", -float(maximum))
+    add_value(drive, "odom_publish_frequency", float(robot.sensors.imu.rate))
     for tag, value in (("topic", "cmd_vel"), ("odom_topic", "odom"), ("tf_topic", "tf")):
-        said(drive, tag, value)
-    said(drive, "frame_id", f"{prefix}odom")
-    said(drive, "child_frame_id", f"{prefix}base_footprint")
+        add_value(drive, tag, value)
+    add_value(drive, "frame_id", f"{prefix}odom")
+    add_value(drive, "child_frame_id", f"{prefix}base_footprint")
     states = plugin("gz-sim-joint-state-publisher-system", "gz::sim::systems::JointStatePublisher")
-    said(states, "topic", "joint_states")
+    add_value(states, "topic", "joint_states")
     for joint in joints:
-        said(states, "joint_name", joint)
+        add_value(states, "joint_name", joint)
     return [drive, states]
 
 
 def plugin(filename: str, name: str) -> ET.Element:
-    """A system of gz-sim."""
+    """Return the element of a gz-sim system."""
     return ET.Element("plugin", filename=filename, name=name)

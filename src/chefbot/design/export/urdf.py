@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from chefbot.design.export.links import Primitive, UrdfLink, links, looks
 from chefbot.design.export.mjcf import numbers
-from chefbot.design.export.sdf_text import shape_tag
+from chefbot.design.export.sdf_elements import shape_tag
 from chefbot.design.export.urdf_control import gazebo, ros2_control
 from chefbot.design.export.urdf_frames import Frame, fixed_frames, joint_name
 from chefbot.robot.geometry.shapes import MassProperties, Vector

@@ -1,4 +1,4 @@
-"""Whether somebody's URDF describes one robot: a tree of links with possible masses, shapes and joints."""
+"""Validation of a URDF by others: one tree of links with valid masses, shapes and joints."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from chefbot.design.errors import DesignError
 from chefbot.errors import name_hint
 
 MAX_DEPTH = 100
-"""Elements within elements; a URDF needs ten."""
+"""Maximum nesting of elements; a URDF needs ten."""
 JOINTS = ("fixed", "continuous", "revolute", "prismatic", "floating", "planar")
 SIZES = {
     "box": ("size",),
@@ -24,7 +24,7 @@ SIZES = {
 }
 TENSOR = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 SLACK = 1e-6
-"""Of the largest moment: what rounding to a few digits may break of the triangle inequality."""
+"""Tolerance of the triangle inequality over the largest moment, for rounded numbers."""
 
 
 class UrdfError(DesignError):
@@ -32,7 +32,7 @@ class UrdfError(DesignError):
 
 
 class Branch(NamedTuple):
-    """A link in the tree: how deep, its mass in kg (0 for a mere frame), and the kind of its joint."""
+    """A link in the tree: its depth, its mass in kg (0 for a frame) and the type of its joint."""
 
     depth: int
     link: str
@@ -41,8 +41,11 @@ class Branch(NamedTuple):
 
 
 def parse_xml(data: bytes, where: str) -> ET.Element:
-    """The root element. UrdfError for broken XML, for a DOCTYPE (entities can grow without bound) and for
-    elements nested too deeply."""
+    """Return the root element.
+
+    UrdfError for broken XML, for a DOCTYPE (entities can grow without bound) and for elements nested too
+    deeply.
+    """
     scout, depth = expat.ParserCreate(), 0
 
     def start(_tag: str, _attributes: dict[str, str]) -> None:
@@ -69,7 +72,7 @@ def parse_xml(data: bytes, where: str) -> ET.Element:
 
 
 def check_urdf(root: ET.Element, where: str) -> list[Branch]:
-    """The tree, root first. UrdfError with the first fault that is found."""
+    """Return the tree, root first. UrdfError with the first fault that is found."""
     if root.tag != "robot":
         raise UrdfError(f"{where}: its outermost element is <{root.tag}>, not <robot>; that is no URDF")
     links = _links(root, where)
@@ -81,7 +84,7 @@ def check_urdf(root: ET.Element, where: str) -> list[Branch]:
 
 
 def mesh_names(root: ET.Element) -> list[str]:
-    """What visuals and collisions ask for, each once."""
+    """Return the mesh files of visuals and collisions, each once."""
     return list(dict.fromkeys(mesh.get("filename", "") for mesh in root.iterfind("link/*/geometry/mesh")))
 
 
@@ -144,7 +147,7 @@ def _check_axis(joint: ET.Element, kind: str, at: str) -> None:
 
 
 def _numbers(element: ET.Element | None, wanted: dict[str, int], at: str) -> dict[str, list[float]]:
-    """Attributes that are there, as finite numbers of the wanted count."""
+    """Present attributes as finite numbers of the expected count."""
     found = {}
     for key, count in wanted.items():
         text = None if element is None else element.get(key)
@@ -155,8 +158,8 @@ def _numbers(element: ET.Element | None, wanted: dict[str, int], at: str) -> dic
         except ValueError:
             values = []
         if len(values) != count or not all(map(math.isfinite, values)):
-            wish = "a finite number" if count == 1 else f"{count} finite numbers"
-            raise UrdfError(f"{at}: {element.tag} {key}={text[:40]!r} must be {wish}")
+            expected = "a finite number" if count == 1 else f"{count} finite numbers"
+            raise UrdfError(f"{at}: {element.tag} {key}={text[:40]!r} must be {expected}")
         found[key] = values
     return found
 

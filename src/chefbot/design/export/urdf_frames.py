@@ -1,4 +1,4 @@
-"""The robot's fixed frames: the URDF's fixed joints, /tf_static and the SDF's frames are written from here."""
+"""The robot's fixed frames, from which URDF joints, /tf_static and SDF frames are generated."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DEPTH_FRAME, OPTICAL_FRAME = "camera_depth_frame", "camera_depth_optical_frame"
 
 
 class Frame(NamedTuple):
-    """A frame that never moves in its parent: `at` in metres, roll, pitch, yaw in radians."""
+    """A fixed frame in its parent: `at` in metres, roll, pitch, yaw in radians."""
 
     name: str
     parent: str
@@ -27,17 +27,17 @@ class Frame(NamedTuple):
 
     @property
     def joint(self) -> str:
-        """What the joint to the parent is called."""
+        """Return the name of the joint to the parent."""
         return joint_name(self.name)
 
 
 def joint_name(link: str) -> str:
-    """`wheel_left_joint` for `wheel_left_link`, `camera_depth_joint` for `camera_depth_frame`."""
+    """Return the joint of a link or frame: `wheel_left_joint` for `wheel_left_link`."""
     return link.removesuffix("_link").removesuffix("_frame") + "_joint"
 
 
 def fixed_frames(robot: Robot) -> list[Frame]:
-    """All but the wheels', parents first (names by REP-105 and the drivers' usage)."""
+    """Return all frames except the wheels', parents first (names by REP-105 and the drivers' usage)."""
     frames = [
         Frame("base_link", "base_footprint", ORIGIN),
         Frame("payload_link", "base_link", link_origin(robot, "payload_link")),
@@ -54,7 +54,7 @@ def fixed_frames(robot: Robot) -> list[Frame]:
 
 
 def quaternion(rpy: Vector) -> tuple[float, float, float, float]:
-    """w, x, y, z of a turn about x, then y, then z, the axes standing still (REP-103)."""
+    """Return w, x, y, z of rotations about the fixed axes x, then y, then z (REP-103)."""
     (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle / 2), math.sin(angle / 2)) for angle in rpy)
     return (
         cr * cp * cy + sr * sp * sy,

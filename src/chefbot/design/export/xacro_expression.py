@@ -20,7 +20,7 @@ MAX_TEXT = 10_000
 MAX_STRING, MAX_ITEMS = 100_000, 10_000
 """Characters of a text and items of a list that an expression may make."""
 MAX_BITS = 1024
-"""Of an integer, about the largest float."""
+"""Maximum bits of an integer, about those of the largest float."""
 _UNBOUNDED = ("factorial", "comb", "perm")
 _BUILTINS = (
     "list", "dict", "len", "str", "float", "int", "bool", "min", "max", "round", "sorted", "range",
@@ -47,14 +47,14 @@ class RefusedError(DesignError):
 
 
 class Function(NamedTuple):
-    """What an expression may call; never a value of its own."""
+    """A function that an expression may call; it is never a value."""
 
     name: str
     call: Callable[..., Any]
 
 
 def builtin_functions() -> dict[str, Function]:
-    """Python's functions that cannot reach beyond their arguments; those with iterators give lists."""
+    """Return Python's functions without side effects; those with iterators return lists."""
     found = {name: Function(name, getattr(builtins, name)) for name in _BUILTINS}
     return found | {name: Function(name, _listed(getattr(builtins, name))) for name in _ITERATORS}
 
@@ -64,7 +64,7 @@ def _listed(iterator: Callable[..., Any]) -> Callable[..., list[Any]]:
 
 
 def math_names() -> dict[str, Function | float]:
-    """The constants and functions of `math`, those aside whose results grow without bound."""
+    """Return the constants and functions of `math`, except those whose results grow without bound."""
     names = {name: value for name, value in vars(math).items() if not name.startswith("_")}
     return {
         name: Function(name, value) if callable(value) else value
@@ -74,10 +74,10 @@ def math_names() -> dict[str, Function | float]:
 
 
 def evaluate(expression: str, names: Mapping[str, Any]) -> Any:
-    """The value of `expression`, whose names are looked up in `names`.
+    """Return the value of `expression`, whose names are looked up in `names`.
 
-    Raises RefusedError for what is no arithmetic or too large, NameError for an unknown name, and what the
-    operators themselves raise (ZeroDivisionError, TypeError, ...).
+    Raises RefusedError for an expression that is not arithmetic or too large, NameError for an unknown name,
+    and what the operators themselves raise (ZeroDivisionError, TypeError, ...).
     """
     if len(expression) > MAX_TEXT:
         raise RefusedError(f"the expression is longer than {MAX_TEXT} characters")
@@ -139,7 +139,7 @@ class _Evaluation:
         return apply(self.value(node.operand))
 
     def _boolop(self, node: ast.BoolOp) -> Any:
-        """As Python has it: the first operand that decides, the rest not looked at."""
+        """Short-circuit evaluation as in Python."""
         for operand in node.values[:-1]:
             value = self.value(operand)
             if bool(value) == isinstance(node.op, ast.Or):
@@ -226,6 +226,6 @@ def _check_power(base: int, exponent: int) -> None:
 
 
 def _check_repetition(sequence: str | list[Any] | tuple[Any, ...], times: int) -> None:
-    most = MAX_STRING if isinstance(sequence, str) else MAX_ITEMS
-    if len(sequence) * times > most:
-        raise RefusedError(f"a repetition {times} times is longer than {most} characters or items")
+    maximum = MAX_STRING if isinstance(sequence, str) else MAX_ITEMS
+    if len(sequence) * times > maximum:
+        raise RefusedError(f"a repetition {times} times is longer than {maximum} characters or items")

@@ -1,4 +1,4 @@
-"""A result with its working: the formula in symbols, the same with the numbers put in, and where it is from."""
+"""A result with its calculation: the formula in symbols, the same with numbers, and its source."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ class Result(NamedTuple):
     formula: str
     """Right-hand side in the symbols of `symbols`; `*`, `/`, `^`, and ceil, sqrt, sin, cos, tan."""
     symbols: dict[str, float]
-    """What stands for each symbol, in SI units, angles in radians."""
+    """Value of each symbol in SI units, angles in radians."""
     source: str
 
     @property
     def numbers(self) -> str:
-        """The formula with the numbers put in; evaluating it gives `value` to four digits."""
+        """Return the formula with numbers filled in; it evaluates to `value` with four digits."""
         return _WORD.sub(self._number, self.formula)
 
     def _number(self, word: re.Match[str]) -> str:
@@ -33,6 +33,6 @@ class Result(NamedTuple):
         return f"{value:.5g}" if value >= 0.0 else f"({value:.5g})"
 
 
-def worked(name: str, value: float, unit: str, formula: str, source: str, **symbols: float) -> Result:
-    """A Result; the symbols of the formula are given by name."""
+def calculated(name: str, value: float, unit: str, formula: str, source: str, **symbols: float) -> Result:
+    """Return a Result; the symbols of the formula are given by name."""
     return Result(name, value, unit, formula, symbols, source)

@@ -1,4 +1,4 @@
-"""Motor, driver and battery of the catalogue for a robot: every set is judged, the lightest that passes is chosen."""
+"""Selection of motor, driver and battery: every set of the catalogue is checked, a light one is chosen."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ CRITERION = (
 
 
 class Parts(NamedTuple):
-    """A set, by its names in the catalogue."""
+    """A set of parts, by their names in the catalogue."""
 
     motor: str
     driver: str
@@ -33,7 +33,7 @@ class Parts(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """A robot with a set of parts, and how it does."""
+    """A robot with a set of parts, and its checks."""
 
     parts: Parts
     robot: Robot
@@ -42,36 +42,36 @@ class Verdict(NamedTuple):
 
     @property
     def passed(self) -> bool:
-        """Whether every check passes."""
+        """Return whether every check passes."""
         return all(check.passed for check in self.checks)
 
     @property
     def lack(self) -> float:
-        """Sum over the checks of the shares that are missing."""
+        """Return the sum of the shortfalls of all checks, as shares."""
         return sum(check.lack for check in self.checks)
 
     @property
     def failures(self) -> list[Check]:
-        """The checks that do not pass, the worst first."""
+        """Return the failed checks, the worst first."""
         return sorted((check for check in self.checks if not check.passed), key=lambda check: -check.lack)
 
     @property
     def mass(self) -> float:
-        """Of both motors, the driver boards and the battery, kg."""
+        """Return the mass of both motors, the driver boards and the battery, kg."""
         robot = self.robot
         return DRIVEN_WHEELS * robot.motor.mass + boards(robot) * robot.driver.mass + robot.battery.mass
 
     @property
     def power(self) -> float:
-        """From the battery while driving, W."""
+        """Return the battery's mean power while driving, W."""
         return mean_power(self.robot, self.load.mass).value
 
 
 def verdicts(robot: Robot, catalogue: Catalogue) -> list[Verdict]:
-    """Every set of the catalogue in this robot. Mass and centre follow the parts.
+    """Return the verdict on every set of the catalogue in this robot; mass and centre follow the parts.
 
-    The solids are weighed once for each motor; driver and battery are boxes that are exchanged by the sums. `settled`
-    weighs the solids of the choice.
+    The solids are weighed once for each motor; driver and battery are exchanged as boxes by calculation.
+    `settled` weighs the solids of the choice.
     """
     sets = []
     for motor in catalogue.motors:
@@ -99,7 +99,7 @@ def _exchanged(load: Load, before: Robot, after: Robot) -> Load:
 
 
 def settled(candidates: Iterable[Verdict]) -> Verdict | None:
-    """The choice, judged again with its solids weighed; the next one where it does not pass then."""
+    """Return the choice, checked again with its solids weighed; the next one if it then fails."""
     left = list(candidates)
     while (choice := choose(left)) is not None:
         load = loaded(choice.robot)
@@ -111,7 +111,7 @@ def settled(candidates: Iterable[Verdict]) -> Verdict | None:
 
 
 def choose(candidates: Iterable[Verdict]) -> Verdict | None:
-    """By CRITERION; None where no set passes."""
+    """Return the best set by CRITERION; None if no set passes."""
     passing = [verdict for verdict in candidates if verdict.passed]
     limit = NEARLY_LIGHTEST * min((verdict.mass for verdict in passing), default=0.0)
     light = [verdict for verdict in passing if verdict.mass <= limit]
@@ -119,14 +119,15 @@ def choose(candidates: Iterable[Verdict]) -> Verdict | None:
 
 
 def nearest(candidates: Iterable[Verdict]) -> Verdict:
-    """The set that lacks the least."""
+    """Return the set with the smallest shortfall."""
     return min(candidates, key=lambda verdict: (verdict.lack, verdict.mass))
 
 
 def best_with(candidates: Iterable[Verdict], part: str, name: str) -> Verdict:
-    """The best set that holds the component `name` as its `part` ('motor', 'driver' or 'battery').
+    """Return the best set that contains the component `name` as its `part` ('motor', 'driver' or 'battery').
 
-    Where none passes: the set in whose company the others lack the least, so that what fails is the component.
+    If none passes: the set whose other parts have the smallest shortfall, so that the component is what
+    fails.
     """
     holding = [verdict for verdict in candidates if getattr(verdict.parts, part) == name]
     return choose(holding) or min(holding, key=lambda verdict: _others_first(verdict, part))

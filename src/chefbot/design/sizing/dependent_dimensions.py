@@ -1,4 +1,4 @@
-"""What must follow in a robot's geometry when it gets other wheels, other plates or other motors."""
+"""Dimensions that depend on the wheels, the plates or the motors of a robot."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from chefbot.robot.spec import Robot
 
 NOTCH_LONGER = 0.01
 """Metres: the chapter's slot of 10 cm for a wheel of 9 cm."""
-LEAST_MOVE = 5e-5
+MIN_MOVE = 5e-5
 """Metres; files are written to a tenth of a millimetre."""
 Values = dict[tuple[str, str], float]
 """Section and field to a length in metres."""
 
 
-def following(robot: Robot, diameter: float, radius: float) -> list[Change]:
-    """Changes that keep the robot in proportion when it gets wheels of `diameter` and plates of `radius`, metres."""
+def dependent_changes(robot: Robot, diameter: float, radius: float) -> list[Change]:
+    """Return the changes that keep the proportions with wheels of `diameter` and plates of `radius`, metres."""
     edge = _edge(robot, radius - robot.body.radius)
     moved = [Change(path, mm(value), "moves with body.radius") for path, value in edge.items()]
     higher = raised(robot, (diameter - robot.wheels.diameter) / 2.0)
@@ -28,13 +28,13 @@ def following(robot: Robot, diameter: float, radius: float) -> list[Change]:
 
 
 def with_motor(robot: Robot, motor: Motor) -> Robot:
-    """The robot with another motor; the plates lie higher on a thicker one, and the sensors rise with them."""
+    """Return the robot with another motor; the plates are higher on a thicker one, and the sensors with them."""
     driven = msgspec.structs.replace(robot, motor=motor)
     return raised(driven, layout.plate_undersides(driven)[0] - layout.plate_undersides(robot)[0])
 
 
 def with_radius(robot: Robot, radius: float) -> Robot:
-    """The robot with larger or smaller plates, and what stands at their edge moved with it."""
+    """Return the robot with another plate radius, and the parts at their edge moved with it."""
     values = {("body", "radius"): radius, **_edge(robot, radius - robot.body.radius)}
     for (section, field), value in values.items():
         part = msgspec.structs.replace(getattr(robot, section), **{field: value})
@@ -43,8 +43,8 @@ def with_radius(robot: Robot, radius: float) -> Robot:
 
 
 def raised(robot: Robot, rise: float) -> Robot:
-    """The robot with every sensor `rise` metres higher."""
-    if abs(rise) < LEAST_MOVE:
+    """Return the robot with every sensor `rise` metres higher."""
+    if abs(rise) < MIN_MOVE:
         return robot
     higher = {}
     for field in robot.sensors.__struct_fields__:
@@ -56,18 +56,18 @@ def raised(robot: Robot, rise: float) -> Robot:
 
 
 def moved_sensors(before: Robot, after: Robot) -> list[Change]:
-    """Changes that lift the sensors of `before` to where those of `after` are."""
+    """Return the changes that move the sensors of `before` to the places of `after`."""
     changes = []
     for field in before.sensors.__struct_fields__:
         old, new = getattr(before.sensors, field), getattr(after.sensors, field)
-        if old is not None and abs(new.mount.z - old.mount.z) >= LEAST_MOVE:
+        if old is not None and abs(new.mount.z - old.mount.z) >= MIN_MOVE:
             path = ("sensors", field, "mount", "z")
             changes.append(Change(path, mm(new.mount.z), "moves with the plates"))
     return changes
 
 
 def mm(metres: float) -> str:
-    """`mm(0.09) == "90 mm"`."""
+    """Return a length in metres as millimetres: `mm(0.09) == "90 mm"`."""
     return f"{round(metres * 1000.0, 1):g} mm"
 
 
@@ -80,7 +80,7 @@ def _notch(robot: Robot, diameter: float) -> list[Change]:
 
 
 def _edge(robot: Robot, further: float) -> Values:
-    """What stands at the plates' edge, `further` out."""
+    """Parts at the plates' edge, moved outwards by `further`."""
     if abs(further) < 1e-9:
         return {}
     return {

@@ -1,4 +1,4 @@
-"""All that `chefbot design` finds out about a robot."""
+"""The results of `chefbot design` for a robot."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from chefbot.robot.spec import Robot
 
 
 class Sheet(NamedTuple):
-    """The robot as asked for, both methods, every set of parts, and the chosen one."""
+    """The requested robot, both methods, every set of parts, and the chosen one."""
 
     name: str
     given: dict[str, str]
-    """Option to what was asked for."""
+    """Command-line option to its requested value."""
     robot: Robot
     follows: list[Change]
-    """What the geometry had to follow with."""
+    """Dependent changes of the geometry."""
     own: list[Check]
-    """How the file's own motor, driver and battery do."""
+    """The checks of the file's own motor, driver and battery."""
     chapter: list[Result]
     candidates: list[Verdict]
     chosen: Verdict
-    """The choice, or where nothing passes the nearest."""
+    """The chosen set, or the nearest one if none passes."""

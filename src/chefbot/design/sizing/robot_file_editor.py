@@ -1,4 +1,4 @@
-"""Changes of a robot file's values that keep its order, units and comments."""
+"""Edits of values in the text of a robot file that keep its order, units and comments."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COMMENT_COLUMN = 30
 
 
 class Change(NamedTuple):
-    """A new value of the key that `path` leads to, as YAML text, and a comment with the reason ('' for none)."""
+    """A new value of the key at `path`, as YAML text, and a comment ('' for none)."""
 
     path: tuple[str, ...]
     text: str
@@ -22,10 +22,10 @@ class Change(NamedTuple):
 
 
 def changed(text: str, changes: list[Change]) -> str:
-    """Return `text` with the changes made one after the other; a key that the file does not have is added.
+    """Return `text` with the changes, one after the other; a missing key is added.
 
-    A section that becomes a name (`motor: pololu_37d_70`) loses its entries. The comment behind a changed value
-    is replaced, as it described the old one; all other comments are kept.
+    A section that becomes a name (`motor: pololu_37d_70`) loses its inner lines; the comment behind a changed
+    value is removed, because it belongs to the old one.
     """
     yaml = _round_trip()
     root = yaml.load(text)
@@ -37,7 +37,7 @@ def changed(text: str, changes: list[Change]) -> str:
 
 
 def headed(text: str, lines: list[str]) -> str:
-    """Return `text` with `lines` as the comment at its top, instead of the comment that it had there."""
+    """Return `text` with `lines` in place of the comment at its top."""
     rest = text.split("\n")
     while rest and (rest[0].startswith("#") or not rest[0].strip()):
         rest.pop(0)

@@ -1,9 +1,9 @@
-"""Whether the robot tips: braking, on a ramp, in a turn; with the payload on top.
+"""Tipping of the robot with its payload: braking, on a ramp, in a turn.
 
-The force of weight and inertia through the centre of mass must meet the floor inside the polygon of wheels and
-casters (zero-moment point: Vukobratovic and Borovac, 2004). Per metre of height the meeting point moves by the
-demanded horizontal acceleration over the vertical one; from the centre's foot to the polygon's edge there is so
-much room. Suspension and sloshing are neglected.
+The force of weight and inertia through the centre of mass must intersect the floor inside the polygon of
+wheels and casters (zero-moment point: Vukobratovic and Borovac, 2004). Per metre of height the point of
+intersection moves by the horizontal acceleration over the vertical one; the limit is its distance to the edge
+of the polygon. Suspension and sloshing are neglected.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from chefbot.design.sizing.calculation import Result, worked
+from chefbot.design.sizing.calculation import Result, calculated
 from chefbot.robot.geometry.layout import body_height, overall_height
 from chefbot.robot.geometry.mass import robot_mass_properties
 from chefbot.robot.spec import DRIVEN_WEIGHT_FRACTION, GRAVITY, Robot
@@ -33,7 +33,7 @@ class Load(NamedTuple):
 
 
 def loaded(robot: Robot) -> Load:
-    """From the solids, with the payload's middle half its height above the top."""
+    """Return the load from the solids; the centre of the payload is half its height above the top plate."""
     own, payload = robot_mass_properties(robot), robot.body.payload
     mass = own.mass + payload
     height = (body_height(robot) + overall_height(robot)) / 2.0
@@ -42,15 +42,15 @@ def loaded(robot: Robot) -> Load:
 
 
 def support(robot: Robot) -> list[Point]:
-    """Where the robot touches the floor, counter-clockwise from the front, metres in base_link."""
+    """Return the points of contact with the floor in base_link, counter-clockwise from the front, m."""
     reach, half = robot.casters.offset, robot.wheels.separation / 2.0
     return [(reach, 0.0), (0.0, half), (-reach, 0.0), (0.0, -half)]
 
 
 def room(polygon: list[Point], point: Point, direction: Point) -> float:
-    """Metres from `point` along the unit vector `direction` to the edge of the convex counter-clockwise polygon.
+    """Return the distance from `point` along the unit vector `direction` to the edge of a polygon, m.
 
-    Negative where the point is outside.
+    The polygon is convex and counter-clockwise. Negative if the point is outside.
     """
     distances = []
     for start, end in zip(polygon, polygon[1:] + polygon[:1], strict=True):
@@ -65,7 +65,7 @@ def room(polygon: list[Point], point: Point, direction: Point) -> float:
 
 
 def nearest_edge(polygon: list[Point], point: Point) -> float:
-    """Metres to the nearest edge, whatever the direction; negative outside."""
+    """Return the distance to the nearest edge, m; negative outside."""
     edges = zip(polygon, polygon[1:] + polygon[:1], strict=True)
     distances = []
     for start, end in edges:
@@ -76,21 +76,21 @@ def nearest_edge(polygon: list[Point], point: Point) -> float:
 
 
 class Tipping(NamedTuple):
-    """What the robot can bear before it tips, and what it may meet: horizontal over vertical acceleration."""
+    """A way of tipping: limit and expected value of horizontal over vertical acceleration."""
 
     name: str
-    bears: Result
-    meets: Result
+    limit: Result
+    expected: Result
 
 
 def tipping(robot: Robot, load: Load) -> list[Tipping]:
-    """Every case: braking on the flat and downhill, standing across a ramp, turning."""
+    """Return every case: braking on the flat and downhill, standing across a ramp, turning."""
     forward, sideways, any_way = _rooms(robot, load)
     return [
-        Tipping("braking as hard as the tyres grip", _bears(forward, load), _hard_braking(robot)),
-        Tipping("braking down the ramp", _bears(forward, load), _braking_downhill(robot)),
-        Tipping("standing on the ramp, any way round", _bears(any_way, load), _standing(robot)),
-        Tipping("turning at full speed", _bears(sideways, load), _turning(robot)),
+        Tipping("braking as hard as the tyres grip", _limit(forward, load), _hard_braking(robot)),
+        Tipping("braking down the ramp", _limit(forward, load), _braking_downhill(robot)),
+        Tipping("standing on the ramp, any way round", _limit(any_way, load), _standing(robot)),
+        Tipping("turning at full speed", _limit(sideways, load), _turning(robot)),
     ]
 
 
@@ -102,26 +102,26 @@ def _rooms(robot: Robot, load: Load) -> tuple[float, float, float]:
     return forward, sideways, nearest_edge(polygon, foot)
 
 
-def _bears(distance: float, load: Load) -> Result:
-    return worked("bears", distance / load.z, "g", "d / h", SOURCE, d=distance, h=load.z)
+def _limit(distance: float, load: Load) -> Result:
+    return calculated("bears", distance / load.z, "g", "d / h", SOURCE, d=distance, h=load.z)
 
 
 def _hard_braking(robot: Robot) -> Result:
     friction = robot.wheels.friction
-    return worked("meets", robot.traction, "g", "mu * k", SOURCE, mu=friction, k=DRIVEN_WEIGHT_FRACTION)
+    return calculated("meets", robot.traction, "g", "mu * k", SOURCE, mu=friction, k=DRIVEN_WEIGHT_FRACTION)
 
 
 def _braking_downhill(robot: Robot) -> Result:
     slope, braking = robot.drive.max_slope, robot.drive.max_acceleration
     value = math.tan(slope) + braking / (GRAVITY * math.cos(slope))
-    return worked("meets", value, "g", "tan(s) + a / (g * cos(s))", SOURCE, s=slope, a=braking, g=GRAVITY)
+    return calculated("meets", value, "g", "tan(s) + a / (g * cos(s))", SOURCE, s=slope, a=braking, g=GRAVITY)
 
 
 def _standing(robot: Robot) -> Result:
     slope = robot.drive.max_slope
-    return worked("meets", math.tan(slope), "g", "tan(s)", SOURCE, s=slope)
+    return calculated("meets", math.tan(slope), "g", "tan(s)", SOURCE, s=slope)
 
 
 def _turning(robot: Robot) -> Result:
     speed, turn = robot.drive.max_speed, robot.drive.max_turn
-    return worked("meets", speed * turn / GRAVITY, "g", "v * w / g", SOURCE, v=speed, w=turn, g=GRAVITY)
+    return calculated("meets", speed * turn / GRAVITY, "g", "v * w / g", SOURCE, v=speed, w=turn, g=GRAVITY)

@@ -1,4 +1,4 @@
-"""What the geometry can do where no set passes: larger plates for what tips, larger wheels for a thick motor."""
+"""Changes of the geometry if no set of parts passes: larger plates or larger wheels."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from chefbot.robot.spec import Robot
 
 RADIUS_STEP = 0.005
 LARGEST_GROWTH = 2.0
-"""Times the radius; a robot that tips still is another robot."""
+"""Maximum plate radius over the present one."""
 
 
-def remedies(candidates: Iterable[Verdict], fixed: set[tuple[str, ...]]) -> list[Change]:
-    """Changes of the geometry, outside of the `fixed` keys, that mend the best set that nothing else is wrong with.
+def geometry_fixes(candidates: Iterable[Verdict], fixed: set[tuple[str, ...]]) -> list[Change]:
+    """Return changes of the geometry, outside of the `fixed` keys, that repair the best set with no other fault.
 
-    None where every set has another fault too.
+    None if every set has another fault too.
     """
     ways = {key: way for key, way in WAYS.items() if tuple(key.split(".")) not in fixed}
     for verdict in sorted(candidates, key=lambda verdict: (verdict.mass, verdict.power)):
@@ -42,11 +42,11 @@ def _radius(robot: Robot) -> Change | None:
 
 
 WAYS: dict[str, Callable[[Robot], Change | None]] = {TIPS_LESS: _radius, WHEEL: _wheel}
-"""Key of a check to how the geometry mends it."""
+"""Key of a check to the change of geometry that repairs it."""
 
 
 def stable_radius(robot: Robot) -> float | None:
-    """The smallest radius of the plates, in steps of RADIUS_STEP, at which nothing tips; None beyond reason."""
+    """Return the minimum plate radius, in steps of RADIUS_STEP, without tipping; None if it is unreasonable."""
     radius = robot.body.radius
     while radius < LARGEST_GROWTH * robot.body.radius:
         radius += RADIUS_STEP

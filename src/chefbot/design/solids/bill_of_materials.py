@@ -1,4 +1,4 @@
-"""The bill of materials: every sort of part, how often, of what, how heavy, how large; the prices are left open."""
+"""The bill of materials: parts with number, material, mass and size; the prices are empty."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from chefbot.robot.geometry.solids import RobotPart, solids
 from chefbot.robot.spec import Robot
 
 SAME = 7
-"""Figures in which equal pieces agree; left and right ones are turned against each other."""
+"""Digits in which equal pieces agree; left and right ones are rotated."""
 ALL, ASSEMBLY = "all", "assembly"
-"""What is no part, but may be asked for like one."""
+"""Names that are no parts and can be selected like one."""
 HEAD = (
     "part",
     "count",
@@ -36,7 +36,7 @@ HEAD = (
 
 
 class Item(NamedTuple):
-    """Equal pieces: one of them, how many, what one asks for in a shop (else empty), and its box's sides, metres."""
+    """Equal pieces: one of them, the number, its title in a shop (or empty), and the sides of its box, m."""
 
     name: str
     part: RobotPart
@@ -46,15 +46,15 @@ class Item(NamedTuple):
 
     @property
     def mass(self) -> float:
-        """Of all, kg."""
+        """Return the mass of all pieces, kg."""
         return self.number * self.part.mass
 
 
 def bill(robot: Robot) -> list[Item]:
-    """All parts of the robot, the payload not; in the order in which one meets them from the base plate up.
+    """Return all parts of the robot without the payload, in order from the base plate up.
 
-    An item is called after its kind; where pieces of a kind differ, as stands do in length, after the first of
-    its pieces.
+    An item has the name of its kind; where pieces of a kind differ, as stands do in length, the name of its
+    first piece.
     """
     groups: dict[tuple[object, ...], list[RobotPart]] = {}
     for part in solids(robot):
@@ -70,14 +70,14 @@ def bill(robot: Robot) -> list[Item]:
 
 
 def _check_names(names: list[str]) -> None:
-    """Files and nodes are called by them."""
+    """Names must be unique, because files and nodes have them."""
     for name in names:
         if names.count(name) > 1 or name in (ALL, ASSEMBLY):
             raise RobotFileError(f"equipment of the robot file is called {name!r}, which is taken; rename it")
 
 
 def bill_csv(items: list[Item]) -> bytes:
-    """With a line of names first, millimetres and kilograms, and two empty fields for the prices."""
+    """Return a CSV table in millimetres and kilograms with a header and two empty fields for the prices."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(HEAD)
@@ -89,7 +89,7 @@ def bill_csv(items: list[Item]) -> bytes:
 
 
 def box(pieces: tuple[Solid, ...]) -> tuple[float, float, float]:
-    """Sides of the smallest box along the axes of the solids' frame, metres; exact."""
+    """Return the sides of the exact bounding box of the solids in their frame, m."""
     corners = np.vstack([_ends(piece) for piece in pieces])
     x, y, z = np.ptp(corners, axis=0).tolist()
     return x, y, z
@@ -112,7 +112,7 @@ def _ends(solid: Solid) -> NDArray[np.float64]:
 
 
 def _farthest(a: Corner, b: Corner) -> list[tuple[float, float]]:
-    """The start of an edge, and where its arc goes farthest along x or y."""
+    """The start of an edge and the extreme points of its arc along x and y."""
     if a.bulge == 0.0:
         return [(a.x, a.y)]
     arc = arc_between(a, b)

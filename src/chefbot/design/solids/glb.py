@@ -23,22 +23,22 @@ if TYPE_CHECKING:
     from trimesh.visual.material import PBRMaterial
 
 Y_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-"""x, y, z of the robot to x, -z, y of glTF: z goes up, and it is a rotation."""
+"""Rotation from the robot's x, y, z to glTF's x, z, -y, in which y is up."""
 ROUGH = 0.65
-"""glTF's roughness of everything; nothing is taken for polished metal, which mirrors a room that is not there."""
+"""glTF's roughness of all materials; none is metallic, because there is no room to reflect."""
 
 
 def glb(robot: Robot, deviation: float = DEVIATION) -> bytes:
-    """All links that have mass, as one binary file.
+    """Return all links with mass as one binary file.
 
-    A node is named like its link and holds a node for each part. A sensor's node is named like its frame, and
-    lies where that frame lies.
+    A node has the name of its link and contains a node for each part. The node of a sensor has the name and
+    the place of its frame.
     """
     return _binary(_scene(robot, deviation))
 
 
 def part_glb(part: RobotPart, deviation: float = DEVIATION) -> bytes:
-    """A part alone, in its own frame."""
+    """Return a single part in its own frame."""
     from trimesh import Scene
 
     scene = Scene(base_frame="part", metadata={})
@@ -134,5 +134,5 @@ def _material(name: str, colour: RgbaColour) -> PBRMaterial:
 
 
 def _linear(share: float) -> float:
-    """A colour as screens show it to the amount of light, which glTF wants (IEC 61966-2-1, sRGB)."""
+    """Linear intensity of an sRGB component, as glTF requires (IEC 61966-2-1)."""
     return share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4

@@ -12,14 +12,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-MOST = 500_000
-"""Rows, or pixels, that are worked on at once; it bounds the memory."""
+BATCH = 500_000
+"""Rows or pixels of a batch; it bounds the memory."""
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
 class RasterizedView(NamedTuple):
-    """Of each pixel (h, w): depth (inf where there is nothing) and number of the nearest triangle (-1: none)."""
+    """For each pixel (h, w): depth (inf for none) and number of the nearest triangle (-1 for none)."""
 
     depth: NDArray[np.float32]
     triangle: NDArray[np.int32]
@@ -35,9 +35,10 @@ class _Rows(NamedTuple):
 
 
 def rasterize(corners: Floats, width: int, height: int) -> RasterizedView:
-    """corners (n, 3, 3): triangle, corner, (x, y, depth); pixel (row i, column j) has its middle at (j+.5, i+.5).
+    """Return the view of corners (n, 3, 3): triangle, corner, (x, y, depth).
 
-    y is down and smaller depth is nearer. Triangles are drawn from the side where they run counter-clockwise.
+    Pixel (row i, column j) has its middle at (j+.5, i+.5); y is down and smaller depth is nearer. Triangles
+    are drawn from the side where they are counter-clockwise.
     """
     depth = np.full(width * height, np.inf, np.float32)
     nearest = np.full(width * height, -1, np.int32)
@@ -81,7 +82,7 @@ def _spans(corners: Floats, triangle: Ints, row: Ints, width: int) -> _Rows:
 def _draw(
     corners: Floats, rows: _Rows, width: int, depth: NDArray[np.float32], nearest: NDArray[np.int32]
 ) -> None:
-    """Nearer ones win; of equally near ones, the last in the list."""
+    """Keep the nearest triangle; among equal depths, the last one."""
     triangle = np.repeat(rows.triangle, rows.long)
     column = np.repeat(rows.first, rows.long) + _counting(rows.long)
     row = np.repeat(rows.row, rows.long)
@@ -93,7 +94,7 @@ def _draw(
 
 
 def _depth(corners: Floats, triangle: Ints, x: NDArray[Any], y: NDArray[Any]) -> Floats:
-    """Of the triangle's plane; never beyond its corners, where it is seen nearly edge-on."""
+    """Depth of the triangle's plane, limited to the depths of its corners."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     dx = (u[:, 2] * v[:, 1] - v[:, 2] * u[:, 1]) / _area(corners)
     dy = (v[:, 2] * u[:, 0] - u[:, 2] * v[:, 0]) / _area(corners)
@@ -102,7 +103,7 @@ def _depth(corners: Floats, triangle: Ints, x: NDArray[Any], y: NDArray[Any]) ->
 
 
 def _area(corners: Floats) -> Floats:
-    """Twice, signed (n,)."""
+    """Twice the signed area, (n,)."""
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
 
@@ -113,12 +114,12 @@ def _batches(rows: _Rows) -> Iterator[_Rows]:
 
 
 def _groups(sizes: Ints) -> Iterator[slice]:
-    """Neighbours that sum up to at most MOST, or a single one that is larger."""
+    """Slices with a total of at most BATCH, or of a single larger item."""
     ends = np.cumsum(sizes)
     start = 0
     while start < len(sizes):
         done = ends[start] - sizes[start]
-        stop = max(int(np.searchsorted(ends, done + MOST, "right")), start + 1)
+        stop = max(int(np.searchsorted(ends, done + BATCH, "right")), start + 1)
         yield slice(start, stop)
         start = stop
 

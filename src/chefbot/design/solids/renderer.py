@@ -1,4 +1,4 @@
-"""A picture of solids: parallel projection from the front left above, one lamp with its shadow, a soft sky, edges."""
+"""A picture of solids: parallel projection, one lamp with its shadow, ambient light and edges."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from chefbot.robot.materials import RgbaColour
 SIZE = (960, 800)
 """Pixels, width and height."""
 FINE = 2
-"""Drawn so much larger, then averaged: smooth edges."""
+"""Factor of supersampling."""
 FILLED = 0.86
-"""Of the picture by the solids, along the tighter side."""
+"""Share of the picture that the solids fill, along the tighter side."""
 AZIMUTH, ELEVATION = math.radians(-38.0), math.radians(28.0)
-"""Of the eye, seen from the solids: in front (+x), to the right (-y), above."""
+"""Direction of the camera from the solids: in front (+x), to the right (-y), above."""
 LAMP = (math.radians(28.0), math.radians(58.0))
 """Azimuth and elevation."""
 SHADOW_PIXELS = 1100
 BIAS = 1.5
-"""Pixels of the shadow's picture that a face keeps off its own shadow."""
+"""Bias of the shadow map, pixels, against self-shadowing."""
 LAMP_SHARE, SKY_SHARE, GROUND_SHARE = 0.50, 0.62, 0.34
-"""Of light: straight from the lamp, from above, and thrown back from below."""
+"""Shares of light: from the lamp, from the sky, and reflected by the ground."""
 PAPER = 0.965
 INK = 0.55
-"""What an edge takes of the light."""
+"""Share of the light that an edge removes."""
 GAP = 12.0
-"""Pixels that one pixel may lie behind its neighbour on the same body without an edge."""
+"""Difference of depth between neighbours without an edge, pixels."""
 CIRCLES, CORNER = (0.012, 0.04), 0.3
-"""Of the picture's width: sizes of the neighbourhoods that darken corners; how much each does."""
+"""Ambient occlusion: radii over the picture's width, and strength of each."""
 BAND = 100 * FINE
 """Rows."""
 CREASE = math.cos(math.radians(30.0))
@@ -44,7 +44,7 @@ UP = np.array([[0.0, 0.0, 1.0]], np.float32)
 
 
 class RenderedBody(NamedTuple):
-    """Something to be seen: where it stands, and its colour."""
+    """A mesh in metres at its place in the scene, and its colour."""
 
     mesh: Mesh
     colour: RgbaColour
@@ -74,7 +74,7 @@ class _Eye(NamedTuple):
 
 
 def picture(bodies: list[RenderedBody], size: tuple[int, int] = SIZE) -> NDArray[np.uint8]:
-    """Red, green, blue (height, width, 3) of bodies that stand on a floor at their lowest point."""
+    """Return red, green, blue (height, width, 3) of bodies that stand on a floor at their lowest point."""
     width, height = FINE * size[0], FINE * size[1]
     scene = _scene(bodies)
     eye = _eye(scene.corners, AZIMUTH, ELEVATION, width, height)
@@ -92,7 +92,7 @@ def picture(bodies: list[RenderedBody], size: tuple[int, int] = SIZE) -> NDArray
 
 
 def _bands(height: int) -> Iterator[slice]:
-    """What is worked on at once, so that memory is bounded."""
+    """Bands of rows, which bound the memory."""
     for start in range(0, height, BAND):
         yield slice(start, min(start + BAND, height))
 
@@ -109,7 +109,7 @@ def _scene(bodies: list[RenderedBody]) -> _Scene:
 
 
 def _eye(corners: NDArray[np.float64], azimuth: float, elevation: float, width: int, height: int) -> _Eye:
-    """Looks at the middle of what it has to show."""
+    """A camera directed at the centre of the corners."""
     ca, sa, ce, se = math.cos(azimuth), math.sin(azimuth), math.cos(elevation), math.sin(elevation)
     turn = np.array([[-sa, ca, 0.0], [ca * se, sa * se, -ce], [-ca * ce, -sa * ce, -se]])
     flat = corners.reshape(-1, 3) @ turn[:2].T
@@ -119,12 +119,12 @@ def _eye(corners: NDArray[np.float64], azimuth: float, elevation: float, width: 
 
 
 def _normals(scene: _Scene, triangles: NDArray[np.int32]) -> Image:
-    """Of what is seen, (..., 3); the floor's where there is nothing."""
+    """Normals of visible faces, (..., 3); the floor's for the background."""
     return np.vstack([scene.normals, UP])[triangles]
 
 
 def _lit(scene: _Scene, triangles: NDArray[np.int32], lamp: Image, sky: Image) -> Image:
-    """Colours (h, w, 3) in the light of the lamp and of what is open of the sky."""
+    """Colours (h, w, 3) in the light of the lamp and of the visible sky."""
     colours = np.vstack([scene.colours, np.full((1, 3), PAPER, np.float32)])[triangles]
     above = 0.5 + 0.5 * _normals(scene, triangles)[..., 2]
     soft = (GROUND_SHARE + (SKY_SHARE - GROUND_SHARE) * above) * sky
@@ -148,7 +148,7 @@ def _lamplight(scene: _Scene, eye: _Eye, seen: RasterizedView, floor: float) -> 
 
 
 def _hidden(lamp: _Eye, nearest: Image, places: Image) -> Image:
-    """1 where something stands between lamp and place."""
+    """1 where a point is in the shadow of the lamp."""
     x, y, depth = np.moveaxis(lamp.project(places), -1, 0)
     column, row = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
     inside = (column >= 0) & (row >= 0) & (column < SHADOW_PIXELS) & (row < SHADOW_PIXELS)
@@ -158,7 +158,7 @@ def _hidden(lamp: _Eye, nearest: Image, places: Image) -> Image:
 
 
 def _places(eye: _Eye, depth: Image, first: int, floor: float) -> Image:
-    """What the pixels of rows from `first` on show, (h, w, 3) in metres; the floor where there is nothing."""
+    """Points of the pixels of rows from `first` on, (h, w, 3) in metres; the floor for the background."""
     height, width = depth.shape
     right, down, away = eye.turn.astype(np.float32)
     x = (np.arange(width, dtype=np.float32) + 0.5) * np.float32(eye.pixel) + np.float32(eye.corner[0])

@@ -1,6 +1,6 @@
-"""The robot for CAD programs: true arcs and spheres, every part by its name (ISO 10303, through build123d).
+"""The robot for CAD programs: exact arcs and spheres, named parts (ISO 10303, through build123d).
 
-build123d comes with the extra `cad`. Its lengths are millimetres, as are those of the file.
+build123d belongs to the extra `cad`. Its lengths are millimetres, as are those of the file.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ MILLI = 1e-3
 
 
 def cad_assembly(robot: Robot) -> Compound:
-    """All parts of the robot where they are, in base_link; the payload not."""
+    """Return all parts of the robot without the payload, in base_link."""
     from build123d import Compound
 
     return Compound(label=robot.name, children=[_in_base(robot, part) for part in solids(robot)])
 
 
 def cad_part(part: RobotPart) -> Shape:
-    """A part in its own frame, with its name and its colour: one solid where its prisms touch.
+    """Return a part in its own frame with name and colour; prisms in contact are one solid.
 
-    A ball stays a solid of its own, for it turns.
+    A ball stays a solid of its own, because it turns.
     """
     from build123d import Color, Compound
 

@@ -1,4 +1,4 @@
-"""Parts and the whole robot as STL and OBJ, for printers and for CAD."""
+"""Parts and the assembled robot as STL and OBJ, for printers and for CAD."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Piece(NamedTuple):
-    """A mesh with the name, the material and the colour of what it shows."""
+    """A mesh with the name, the material and the colour of its part."""
 
     name: str
     mesh: Mesh
@@ -27,19 +27,19 @@ class Piece(NamedTuple):
 
 
 def pieces(robot: Robot) -> list[Piece]:
-    """Every part of the robot where it is, in base_link; the payload not."""
+    """Return every part of the robot without the payload, in base_link."""
     return [Piece(part.name, _in_base(robot, part), part.material, part.colour) for part in solids(robot)]
 
 
-def whole(robot: Robot) -> Mesh:
-    """All parts united, in base_link: what touches is one body, and what turns in a cup another."""
+def united_robot(robot: Robot) -> Mesh:
+    """Return all parts united in base_link; parts in contact are one body, a ball in its cup stays another."""
     return united([piece.mesh for piece in pieces(robot)])
 
 
-def lying(part: RobotPart) -> Piece:
-    """A part as it is best printed: on the largest end of a prism below which there is nothing, lowest z = 0.
+def in_print_position(part: RobotPart) -> Piece:
+    """Return a part in its printing position: lowest z = 0, on the largest end of a prism with nothing below.
 
-    A part whose prisms all have something before both ends stays as it is drawn.
+    A part without such an end keeps its orientation.
     """
     mesh = part_mesh(part.solids)
     turned = placed(mesh, _turn_down(mesh, part.solids), np.zeros(3))
@@ -50,7 +50,7 @@ def lying(part: RobotPart) -> Piece:
 
 
 def stl(mesh: Mesh, scale: float = 1.0) -> bytes:
-    """Binary, in single precision; `scale` units are a metre."""
+    """Return binary STL in single precision; `scale` units are one metre."""
     from trimesh import Trimesh
 
     data: bytes = Trimesh(mesh.vertices * scale, mesh.triangles, process=False).export(file_type="stl")
@@ -58,7 +58,7 @@ def stl(mesh: Mesh, scale: float = 1.0) -> bytes:
 
 
 def obj(seen: list[Piece], library: str, scale: float = 1.0) -> tuple[bytes, bytes]:
-    """An object for each piece, and the file of materials that is to be called `library`."""
+    """Return an OBJ file with an object for each piece, and its material file with the name `library`."""
     from trimesh import Scene
     from trimesh.exchange.obj import export_obj
 
@@ -73,7 +73,7 @@ def _in_base(robot: Robot, part: RobotPart) -> Mesh:
 
 
 def _turn_down(mesh: Mesh, drawn: tuple[Solid, ...]) -> NDArray[np.float64]:
-    """The rotation that turns the best end down."""
+    """The rotation that puts the best end at the bottom."""
     best, down = 0.0, np.array([0.0, 0.0, -1.0])
     for solid in drawn:
         if isinstance(solid, Ball):

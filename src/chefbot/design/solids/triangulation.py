@@ -1,4 +1,4 @@
-"""A part's solids as triangles: closed, fine enough that the volume is right, and united where they touch."""
+"""A part's solids as closed triangle meshes of bounded volume error, united where they touch."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ if TYPE_CHECKING:
 DEVIATION = 2e-5
 """Metres between a true arc and its chords at most: less than a printer or a laser resolves."""
 VOLUME_SHARE = 8e-4
-"""Of a solid's volume that its chords may cut off or add at most."""
+"""Maximum volume error over the volume of a solid."""
 THINNEST = 0.01
-"""Share of an outline that its holes leave; where they leave less or nothing, the volume is bound no closer."""
+"""Minimum remaining share of an outline with holes for which the volume error is bounded."""
 FINER = 0.7
-"""From one try to the next, as long as the volume is too far off."""
+"""Factor between refinements while the volume error is too large."""
 SAME = 1e-6
 """Millimetres: coordinates that differ by less are rounding errors of the same one."""
 MILLI = 1e-3
 SHARP = 45.0
 """Degrees between two triangles that make an edge; chords of an arc meet at 15 at most."""
 BALL_TURN = (12.0, 23.0, 37.0)
-"""Degrees about x, y, z: no edge of a ball then falls on an edge of the cup that it runs in."""
+"""Rotation of balls about x, y, z, degrees, so that their edges miss those of the cup."""
 
 
 class Mesh(NamedTuple):
     """Vertices (n, 3) in metres, triangles (m, 3) counter-clockwise seen from outside; normals (n, 3) or None.
 
-    With normals, a vertex on an edge stands there once for each face that meets in it.
+    With normals, a vertex on an edge is repeated for each of its faces.
     """
 
     vertices: NDArray[np.float64]
@@ -43,18 +43,17 @@ class Mesh(NamedTuple):
 
     @property
     def volume(self) -> float:
-        """Cubic metres (divergence theorem)."""
+        """Return the volume in cubic metres (divergence theorem)."""
         a, b, c = self.vertices[self.triangles.T]
         return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
 
 
 @lru_cache(maxsize=256)
 def part_mesh(solids: tuple[Solid, ...], deviation: float = DEVIATION, shaded: bool = False) -> Mesh:
-    """Solids of one part in the part's frame, arcs kept within `deviation` metres and the volume within
-    VOLUME_SHARE; with normals if `shaded`.
+    """Return the mesh of a part's solids in the part's frame, with normals if `shaded`.
 
-    Prisms are united to one shell. A ball stays a shell of its own: it touches its cup along a line only, and
-    has to turn in it.
+    Arcs are accurate to `deviation` metres and the volume to VOLUME_SHARE. Prisms are united to one shell. A
+    ball stays a shell of its own: it touches its cup along a line only, and must turn in it.
     """
     prisms = [_mesh(_prism(solid, deviation)) for solid in solids if isinstance(solid, Prism)]
     balls = [_mesh(_ball(solid, deviation), shaded) for solid in solids if isinstance(solid, Ball)]
@@ -62,7 +61,7 @@ def part_mesh(solids: tuple[Solid, ...], deviation: float = DEVIATION, shaded: b
 
 
 def joined(meshes: list[Mesh]) -> Mesh:
-    """Several as one, beside each other."""
+    """Return several meshes as one without uniting them."""
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
     triangles = [mesh.triangles + offset for mesh, offset in zip(meshes, offsets, strict=True)]
     normals = [mesh.normals for mesh in meshes if mesh.normals is not None]
@@ -74,7 +73,7 @@ def joined(meshes: list[Mesh]) -> Mesh:
 
 
 def united(meshes: list[Mesh], shaded: bool = False) -> Mesh:
-    """The union of closed meshes without normals: bodies that touch or overlap become one."""
+    """Return the union of closed meshes without normals: bodies that touch or overlap become one."""
     from manifold3d import Manifold, Mesh64, OpType
 
     ends = np.cumsum([len(mesh.vertices) for mesh in meshes])
@@ -87,7 +86,7 @@ def united(meshes: list[Mesh], shaded: bool = False) -> Mesh:
 
 
 def _together(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Coordinates (n, 3) that are nearly the same made the same: faces that lie on each other then really do."""
+    """Coordinates (n, 3) with nearly equal values made equal, so that touching faces coincide."""
     result = np.empty_like(corners)
     for axis, values in enumerate(corners.T):
         order = np.argsort(values)
@@ -98,7 +97,7 @@ def _together(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def placed(mesh: Mesh, turn: NDArray[np.float64], at: NDArray[np.float64]) -> Mesh:
-    """Turned by the matrix (3, 3), then moved by `at` metres."""
+    """Return the mesh rotated by a matrix (3, 3), then shifted by `at` metres."""
     normals = None if mesh.normals is None else mesh.normals @ turn.T
     return Mesh(mesh.vertices @ turn.T + at, mesh.triangles, normals)
 
@@ -112,7 +111,7 @@ def _prism(prism: Prism, deviation: float) -> Manifold:
 
 
 def _section(outline: Outline, deviation: float) -> CrossSection:
-    """In millimetres, as finely cut as its area asks for. Holes of a robot in question may run into each other."""
+    """The section in millimetres, as fine as its area requires; holes may overlap."""
     from manifold3d import CrossSection, FillRule
 
     exact = outline.moments().area

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 
 from chefbot.design.export.mjcf import BODY_FRICTION
 from chefbot.design.export.sdf import sdf_model
+from chefbot.design.export.sdf_elements import add_friction, add_material, add_pose, add_value, sdf_document
 from chefbot.design.export.sdf_sensors import plugin
-from chefbot.design.export.sdf_text import coloured, document, posed, rubbing, said
 from chefbot.robot.spec import GRAVITY, Robot
 from chefbot.sim.world.shapes import BOX, CAPSULE, SimulatedShape
 from chefbot.sim.world.world import World
@@ -33,14 +33,14 @@ def world_sdf(robot: Robot, world: World) -> str:
     for name, shapes in _objects(world.shapes_at_rest()).items():
         _static(element, name, shapes)
     element.append(sdf_model(robot, world.start))
-    return document(element, REMARK)
+    return sdf_document(element, REMARK)
 
 
 def _physics(world: ET.Element) -> None:
     physics = ET.SubElement(world, "physics", name="default", type="ignored")
-    said(physics, "max_step_size", STEP)
-    said(physics, "real_time_factor", 1.0)
-    said(world, "gravity", (0.0, 0.0, -GRAVITY))
+    add_value(physics, "max_step_size", STEP)
+    add_value(physics, "real_time_factor", 1.0)
+    add_value(world, "gravity", (0.0, 0.0, -GRAVITY))
 
 
 def _systems(world: ET.Element) -> None:
@@ -48,17 +48,17 @@ def _systems(world: ET.Element) -> None:
         suffix = "".join(f"-{letter.lower()}" if letter.isupper() else letter for letter in system)
         world.append(plugin(f"gz-sim{suffix}-system", f"gz::sim::systems::{system}"))
     sensors = plugin("gz-sim-sensors-system", "gz::sim::systems::Sensors")
-    said(sensors, "render_engine", "ogre2")
+    add_value(sensors, "render_engine", "ogre2")
     world.append(sensors)
 
 
 def _sun(world: ET.Element) -> None:
     sun = ET.SubElement(world, "light", name="sun", type="directional")
-    posed(sun, (0.0, 0.0, 10.0))
-    said(sun, "cast_shadows", False)  # everything below a ceiling would be dark
-    said(sun, "diffuse", (0.8, 0.8, 0.8, 1.0))
-    said(sun, "specular", (0.2, 0.2, 0.2, 1.0))
-    said(sun, "direction", (-0.4, 0.2, -0.9))
+    add_pose(sun, (0.0, 0.0, 10.0))
+    add_value(sun, "cast_shadows", False)  # everything below a ceiling would be dark
+    add_value(sun, "diffuse", (0.8, 0.8, 0.8, 1.0))
+    add_value(sun, "specular", (0.2, 0.2, 0.2, 1.0))
+    add_value(sun, "direction", (-0.4, 0.2, -0.9))
 
 
 def _floor(world: ET.Element) -> None:
@@ -66,17 +66,17 @@ def _floor(world: ET.Element) -> None:
     for tag in ("collision", "visual"):
         solid = ET.SubElement(link, tag, name="floor")
         plane = ET.SubElement(ET.SubElement(solid, "geometry"), "plane")
-        said(plane, "normal", "0 0 1")
-        said(plane, "size", "400 400")
+        add_value(plane, "normal", "0 0 1")
+        add_value(plane, "size", "400 400")
         if tag == "visual":
-            coloured(solid, FLOOR_COLOUR)
+            add_material(solid, FLOOR_COLOUR)
         else:
-            rubbing(solid, 1.0)
+            add_friction(solid, 1.0)
 
 
 def _link(world: ET.Element, name: str) -> ET.Element:
     model = ET.SubElement(world, "model", name=PREFIX + name)
-    said(model, "static", True)
+    add_value(model, "static", True)
     return ET.SubElement(model, "link", name="link")
 
 
@@ -94,13 +94,13 @@ def _static(world: ET.Element, name: str, shapes: list[SimulatedShape]) -> None:
         part = shape.name.partition("/")[2] or "all"
         for tag in ("collision", "visual"):
             solid = ET.SubElement(link, tag, name=part)
-            posed(solid, (shape.x, shape.y, shape.z), (0.0, 0.0, shape.yaw))
+            add_pose(solid, (shape.x, shape.y, shape.z), (0.0, 0.0, shape.yaw))
             _geometry(solid, shape)
             if tag == "collision":
-                rubbing(solid, BODY_FRICTION)
+                add_friction(solid, BODY_FRICTION)
             else:
                 red, green, blue = shape.colour
-                coloured(solid, (red / 255, green / 255, blue / 255, 1.0))
+                add_material(solid, (red / 255, green / 255, blue / 255, 1.0))
 
 
 def _geometry(parent: ET.Element, shape: SimulatedShape) -> None:
@@ -108,7 +108,7 @@ def _geometry(parent: ET.Element, shape: SimulatedShape) -> None:
     solid = ET.SubElement(ET.SubElement(parent, "geometry"), tag)
     if shape.kind == BOX:
         x, y, z = shape.half
-        said(solid, "size", (2 * x, 2 * y, 2 * z))
+        add_value(solid, "size", (2 * x, 2 * y, 2 * z))
     else:
-        said(solid, "radius", shape.half[0])
-        said(solid, "length", 2 * shape.half[2])
+        add_value(solid, "radius", shape.half[0])
+        add_value(solid, "length", 2 * shape.half[2])

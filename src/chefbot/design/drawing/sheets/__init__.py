@@ -33,13 +33,13 @@ ALL = "all"
 
 
 def sheets_of(robot: Robot) -> list[str]:
-    """Names of the sheets of the parts that this robot has."""
+    """Return the names of the sheets of this robot's parts."""
     kinds = {part.kind for part in solids(robot)} | {"assembly"}
     return [name for name in SHEETS if name in kinds]
 
 
-def asked_for(robot: Robot, names: list[str]) -> list[str]:
-    """The sheets of these names, `all` for every one; DesignError for a name that is none, or not this robot's."""
+def selected_sheets(robot: Robot, names: list[str]) -> list[str]:
+    """Return the selected sheets, all for `all`; DesignError for a name that is unknown or not of this robot."""
     has = sheets_of(robot)
     for name in names:
         if name not in SHEETS and name != ALL:
@@ -52,5 +52,5 @@ def asked_for(robot: Robot, names: list[str]) -> list[str]:
 
 
 def draw(robot: Robot, name: str) -> Drawing:
-    """One sheet, at the scale and on the paper that hold it."""
+    """Return one sheet at the scale and on the paper that fit it."""
     return compose(name, lambda factor: SHEETS[name](robot, factor))

@@ -1,4 +1,4 @@
-"""The whole robot: from the front, from its right side, and its lowest deck from above; with a parts list."""
+"""The assembly: front view, right side view and the lowest deck from above, with a parts list."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ if TYPE_CHECKING:
     from chefbot.robot.spec import Robot
 
 CAPTION = 3.5
-"""Height of the views' names, mm on paper."""
+"""Height of the captions of views, mm on paper."""
 NUMBERS = 14.0
-"""From a view to its numbers, mm on paper."""
+"""Distance from a view to its balloons, mm on paper."""
 
 
 class Face(NamedTuple):
-    """A view with what is seen of each kind of part."""
+    """A view with the visible shapes of each kind of part."""
 
     items: list[Item]
     box: BoundingBox
@@ -49,7 +49,7 @@ class Face(NamedTuple):
 
 
 def assembly(robot: Robot, factor: float) -> Plan:
-    """Three views in first-angle order and the parts list right of them."""
+    """Return three views in first-angle projection with the parts list to their right."""
     front, side, top = _faces(robot)
     chosen = _marks(robot, [front, side, top])
     drawn = [
@@ -73,7 +73,7 @@ def assembly(robot: Robot, factor: float) -> Plan:
 
 @lru_cache(maxsize=8)
 def _faces(robot: Robot) -> tuple[Face, Face, Face]:
-    """Front, side and lowest deck: no scale is in them, so they serve all that are tried."""
+    """Front, side and lowest deck, independent of the scale."""
     parts = solids(robot)
     return _face(robot, parts, FRONT), _face(robot, parts, SIDE), _face(robot, _lowest_deck(robot), TOP)
 
@@ -84,7 +84,7 @@ def _title(robot: Robot, front: BoundingBox, side: BoundingBox) -> Title:
 
 
 def _lowest_deck(robot: Robot) -> list[RobotPart]:
-    """Parts that a viewer from above sees once the second plate is off."""
+    """Parts visible from above without the second plate."""
     undersides = layout.plate_undersides(robot)
     ceiling = undersides[1] if len(undersides) > 1 else float("inf")
     return [part for part in solids(robot) if _top_of(robot, part) <= ceiling + 1e-9]
@@ -96,7 +96,7 @@ def _top_of(robot: Robot, part: RobotPart) -> float:
 
 
 def _face(robot: Robot, parts: Sequence[RobotPart], view: View) -> Face:
-    """All visible lines; of every kind the shape that shows most."""
+    """All visible lines, and for every kind the shape with the largest visible area."""
     shapes, kinds = [], []
     for part in parts:
         for shape in part_seen(part, link_origin(robot, part.link), view):
@@ -112,7 +112,7 @@ def _face(robot: Robot, parts: Sequence[RobotPart], view: View) -> Face:
 
 
 def _marks(robot: Robot, faces: list[Face]) -> list[list[Mark]]:
-    """For each view the numbers it bears: a part is numbered where it shows most."""
+    """For each view its balloons: a part is numbered where its visible area is largest."""
     chosen: list[list[Mark]] = [[] for _ in faces]
     for entry in entries(robot):
         areas = [face.marks[entry.kind].area if entry.kind in face.marks else 0.0 for face in faces]
@@ -125,7 +125,7 @@ def _marks(robot: Robot, faces: list[Face]) -> list[list[Mark]]:
 def _dressed(
     face: Face, marks: list[Mark], sizes: list[Item], name: str, factor: float, both: bool
 ) -> list[Item]:
-    """A view with dimensions, numbers (on both sides where there is room) and caption."""
+    """A view with dimensions, balloons (on both sides if there is space) and caption."""
     x, y = face.box.middle
     box = around(item_box(item, factor) for item in [*sizes, *face.items])
     gap = NUMBERS * factor / 2
@@ -168,7 +168,7 @@ def _chain(x: float, edge: float, steps: list[tuple[float, float]], factor: floa
 
 
 def _side_sizes(robot: Robot, box: BoundingBox, factor: float) -> list[Item]:
-    """Wheel, casters, and clearance: what it is, and what was wanted."""
+    """Wheel, casters, and clearance: actual and required."""
     wheel, offset = robot.wheel_radius * MM, robot.casters.offset * MM
     clear, wanted, front = ground_clearance(robot) * MM, robot.body.clearance * MM, robot.body.radius * MM
     motor = robot.motor.diameter * MM / 2

@@ -1,4 +1,4 @@
-"""A caster: cut through the middle, and seen from below."""
+"""A caster: section through the middle, and view from below."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ BETWEEN = 14.0
 
 
 def caster(robot: Robot, factor: float) -> Plan:
-    """Ball, cup and spacer; the ball is not hatched (ISO 128-44)."""
+    """Return the sheet of ball, cup and spacer; the ball is not hatched (ISO 128-44)."""
     solids = pieces(robot, "caster")[0].solids
     box = around(loop_box(seen(solid, SIDE).edge) for solid in solids)
     items = [item for solid in solids for item in _section(solid)]

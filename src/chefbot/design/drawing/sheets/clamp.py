@@ -35,7 +35,7 @@ LEADER, CLEAR = 35.0, 2.0
 
 
 def motor_clamp(robot: Robot, factor: float) -> Plan:
-    """Three views; the right side's is its mirror image."""
+    """Return three views of the left motor clamp; the right one is its mirror image."""
     part = pieces(robot, "motor_clamp")[0]
     face, side, above = (
         [seen(solid, view) for solid in part.solids] for view in (FACE, FROM_LEFT, FROM_ABOVE)
@@ -72,7 +72,7 @@ def _face(shapes: list[ViewShape], box: BoundingBox, factor: float) -> list[Item
 
 
 def _beyond(box: BoundingBox, hole: BoundingBox, factor: float) -> float:
-    """From the hole along its leader to where its size stands clear of the face, mm on paper."""
+    """Length of the leader from the hole to the text outside the face, mm on paper."""
     across = box.right - hole.middle[0] + CLEAR * factor
     return (across / math.cos(math.radians(LEADER)) - hole.width / 2) / factor
 

@@ -1,4 +1,4 @@
-"""What several sheets need: centre lines, shapes as items, title blocks."""
+"""Functions that several sheets use: centre lines, shapes as items, title blocks."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ OVERHANG = 2.5
 
 
 def pieces(robot: Robot, kind: str) -> list[RobotPart]:
-    """All equal parts of a kind."""
+    """Return all equal parts of a kind."""
     return [part for part in solids(robot) if part.kind == kind]
 
 
 def title(robot: Robot, kind: str, size: str) -> Title:
-    """Name, material, number and mass of a kind of part."""
+    """Return name, material, number and mass of a kind of part."""
     parts = pieces(robot, kind)
     name = kind.replace("_", " ").capitalize()
     return Title(robot.name, name, parts[0].material, size, len(parts), parts[0].mass)
 
 
 def shape_items(shape: ViewShape, hidden: bool = True) -> list[Item]:
-    """Edge, holes, and the bores that the material hides."""
+    """Return edges, holes and hidden bores of a shape."""
     items: list[Item] = [loop_item("OUTLINE", shape.edge)]
     items += [loop_item("HOLES", hole) for hole in shape.holes]
     return items + ([loop_item("HOLES", bore, hidden=True) for bore in shape.hidden] if hidden else [])
 
 
 def reference(shapes: Sequence[ViewShape]) -> list[Item]:
-    """Neighbouring parts: silhouettes only."""
+    """Return the silhouettes of neighbouring parts."""
     return [loop_item("REFERENCE", shape.edge) for shape in shapes]
 
 
 def cross(x: float, y: float, radius: float, factor: float) -> list[Item]:
-    """Centre lines of a circle."""
+    """Return the centre lines of a circle."""
     reach = radius + OVERHANG * factor
     return [
         segment("CENTRE", (x - reach, y), (x + reach, y)),
@@ -50,5 +50,5 @@ def cross(x: float, y: float, radius: float, factor: float) -> list[Item]:
 
 
 def row(number: int, factor: float) -> float:
-    """Distance of the dimension line of a row (0 is the nearest) from the view."""
+    """Return the distance of a row of dimension lines from the view; row 0 is the nearest."""
     return (FIRST_ROW + number * ROW) * factor

@@ -1,4 +1,4 @@
-"""The parts list of an assembly and the numbers that lead from it to the views."""
+"""The parts list of an assembly and the balloons that refer to it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BALLOON, STEP = 3.2, 8.0
 
 
 class Entry(NamedTuple):
-    """A line of the list: equal parts."""
+    """An entry of the parts list: a number of equal parts."""
 
     number: int
     kind: str
@@ -31,14 +31,14 @@ class Entry(NamedTuple):
 
 
 class Mark(NamedTuple):
-    """A number and the point it leads to."""
+    """A number of the parts list and the point it refers to."""
 
     number: int
     anchor: Point
 
 
 def entries(robot: Robot) -> list[Entry]:
-    """Kinds in the order in which the robot is built; rods of different length are one kind."""
+    """Return the kinds of parts in assembly order; rods of different length are one kind."""
     kinds: dict[str, list[RobotPart]] = {}
     for part in solids(robot):
         kinds.setdefault(part.kind, []).append(part)
@@ -46,7 +46,7 @@ def entries(robot: Robot) -> list[Entry]:
 
 
 def table(robot: Robot, left: float, high: float, factor: float) -> list[Item]:
-    """The list with its upper left corner at a point."""
+    """Return the list with its upper left corner at a point."""
     rows = [HEADS, *(_cells(robot, entry) for entry in entries(robot))]
     items: list[Item] = []
     for i, cells in enumerate(rows):
@@ -61,7 +61,7 @@ def table(robot: Robot, left: float, high: float, factor: float) -> list[Item]:
 
 
 def balloons(marks: list[Mark], x: float, middle: float, factor: float) -> list[Item]:
-    """Numbers in circles one above the other at `x`, in the order of their points."""
+    """Return numbered circles one above the other at `x`, in the order of their points."""
     ordered = sorted(marks, key=lambda mark: mark.anchor[1])
     items: list[Item] = []
     for i, mark in enumerate(ordered):
@@ -84,7 +84,7 @@ def _cells(robot: Robot, entry: Entry) -> tuple[str, ...]:
 
 
 def _material(robot: Robot, entry: Entry) -> str:
-    """What it is made of; of a bought part, what it is called."""
+    """The material; for a bought part its name."""
     bought = {"motor": robot.motor.title, "driver": robot.driver.title, "battery": robot.battery.title}
     text = bought.get(entry.kind, entry.parts[0].material)
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."

@@ -1,4 +1,4 @@
-"""Plates seen from above, forward up, with what is mounted on them for reference, and seen from the side."""
+"""Plates seen from above, forward up, with mounted parts for reference, and seen from the side."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ EDGE_VIEW = 24.0
 
 
 def base_plate(robot: Robot, factor: float) -> Plan:
-    """With wheels, motors, casters and poles as neighbours."""
+    """Return the sheet of the base plate with wheels, motors, casters and poles as neighbours."""
     items = [*_neighbours(robot), *_plate(robot, "base_plate", factor), *_pole_radius(robot)]
     items += _clamp_sizes(robot, factor) + _caster_sizes(robot, factor) + _labels(robot, factor)
     return Plan(_title(robot, "base_plate"), tuple(items + _notch_sizes(robot, factor)))
 
 
 def upper_plate(robot: Robot, kind: str, factor: float) -> Plan:
-    """Middle or top plate: a disc with holes."""
+    """Return the sheet of the middle or top plate: a disc with holes."""
     return Plan(_title(robot, kind), tuple(_plate(robot, kind, factor)))
 
 
@@ -164,7 +164,7 @@ def _caster_sizes(robot: Robot, factor: float) -> list[Item]:
 
 
 def _labels(robot: Robot, factor: float) -> list[Item]:
-    """Names as in the chapter's figure, where no dimension runs: those of the poles towards the axle."""
+    """Labels as in the chapter's figure, away from dimensions."""
     middle, width = layout.clamp_middle(robot) * MM, robot.motor_clamp.width * MM / 2
     offset, edge = robot.casters.offset * MM, robot.body.radius * MM
     beside = (robot.casters.radius + robot.casters.wall) * MM + 2.0 * factor

@@ -1,4 +1,4 @@
-"""Poles and tubes: cut along the axis, which lies across the sheet, and seen along it."""
+"""Poles and tubes: section along the axis, and view along it."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ BETWEEN = 30.0
 
 
 def pole(robot: Robot, factor: float) -> Plan:
-    """A rod with a bore for the screw."""
+    """Return the sheet of a rod with a bore for the screw."""
     return _turned(robot, "pole", factor)
 
 
 def tube(robot: Robot, factor: float) -> Plan:
-    """It slides over two poles."""
+    """Return the sheet of a tube that slides over two poles."""
     return _turned(robot, "tube", factor)
 
 

@@ -1,1 +1,1 @@
-"""The ROS 2 workspace of a robot: parameters with their reasons, launch files, bridges, pictures' settings."""
+"""The ROS 2 workspace of a robot: static packages, generated parameters with their reasons."""

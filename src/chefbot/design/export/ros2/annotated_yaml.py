@@ -1,41 +1,64 @@
-"""A value with the reason for it, and YAML files made of such values."""
+"""Parameter values with the reason for each, and YAML files made of them."""
 
 from __future__ import annotations
 
 import math
 import textwrap
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple, TypeAlias
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+
+import yaml
 
 from chefbot.design.errors import DesignError
 
 Plain: TypeAlias = bool | int | float | str | list[str] | list[float] | list[bool]
-"""What a ROS 2 parameter can be; an empty list has no type and is none."""
+"""The types of ROS 2 parameters; an empty list has no type."""
 WIDTH = 110
+TEMPLATES = Path(__file__).parent / "packages" / "chefbot_bringup" / "config"
+"""Parameter files with the values that do not depend on the robot; the others are empty."""
 
 
-class Because(NamedTuple):
-    """A parameter's value and why it is so: formula and numbers."""
+class Explained(NamedTuple):
+    """A parameter's value and the reason for it: formula and numbers."""
 
     value: Plain
-    why: str = ""
+    reason: str = ""
 
 
-Tree: TypeAlias = Mapping[str, "Because | Plain | Tree"]
+Tree: TypeAlias = Mapping[str, "Explained | Plain | Tree"]
 PlainTree: TypeAlias = dict[str, "Plain | PlainTree"]
 
 
-def plain(tree: Tree) -> PlainTree:
-    """The values without reasons."""
+def plain_values(tree: Tree) -> PlainTree:
+    """Return the values without their reasons."""
     found: PlainTree = {}
     for key, entry in tree.items():
-        value = entry.value if isinstance(entry, Because) else entry
-        found[key] = plain(value) if isinstance(value, Mapping) else value
+        value = entry.value if isinstance(entry, Explained) else entry
+        found[key] = plain_values(value) if isinstance(value, Mapping) else value
     return found
 
 
+def with_template(name: str, derived: Tree) -> Tree:
+    """Return a template's parameters with the derived values; ValueError for a value that is missing."""
+    return _filled(yaml.safe_load((TEMPLATES / name).read_text()), derived)
+
+
+def _filled(template: Mapping[str, Any], derived: Tree) -> Tree:
+    found: dict[str, Explained | Plain | Tree] = {}
+    for key, value in template.items():
+        inside = derived.get(key)
+        if isinstance(value, Mapping):
+            found[key] = _filled(value, inside if isinstance(inside, Mapping) else {})
+        elif inside is None and value is None:
+            raise ValueError(f"the template's parameter {key} has no derived value")
+        else:
+            found[key] = value if inside is None else inside
+    return found | {key: value for key, value in derived.items() if key not in template}
+
+
 def yaml_text(tree: Tree, head: str) -> str:
-    """A YAML file: the remark `head` on top, a reason behind its value or above it where it is long."""
+    """Return a YAML file with `head` as its comment; a reason follows its value, or precedes it if it is long."""
     lines = [f"# {line}" for line in head.strip().splitlines()]
     return "\n".join([*lines, *_lines(tree, 0)]) + "\n"
 
@@ -47,22 +70,22 @@ def _lines(tree: Tree, depth: int) -> Iterator[str]:
             yield f"{margin}{key}:"
             yield from _lines(entry, depth + 1)
             continue
-        value, why = entry if isinstance(entry, Because) else (entry, "")
-        line = f"{margin}{key}: {written(value)}"
-        if why and len(line) + len(why) + 4 <= WIDTH:
-            yield f"{line}  # {why}"
+        value, reason = entry if isinstance(entry, Explained) else (entry, "")
+        line = f"{margin}{key}: {yaml_scalar(value)}"
+        if reason and len(line) + len(reason) + 4 <= WIDTH:
+            yield f"{line}  # {reason}"
             continue
-        for part in textwrap.wrap(why, WIDTH - len(margin) - 2):
+        for part in textwrap.wrap(reason, WIDTH - len(margin) - 2):
             yield f"{margin}# {part}"
         yield line
 
 
-def written(value: Plain) -> str:
-    """As ROS 2's parser reads it back in the same type: 1.0 is a double, 1 an integer, "1" a string."""
+def yaml_scalar(value: Plain) -> str:
+    """Return a value as YAML that ROS 2 parses to the same type: 1.0 is a double, 1 an integer, "1" a string."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list):
-        return f"[{', '.join(written(one) for one in value)}]"
+        return f"[{', '.join(yaml_scalar(one) for one in value)}]"
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     if isinstance(value, int):
@@ -71,23 +94,23 @@ def written(value: Plain) -> str:
 
 
 def _double(value: float) -> str:
-    """Always with a point: YAML 1.1 takes 1e-9 for a string."""
+    """With a decimal point, because YAML 1.1 parses 1e-9 as a string."""
     if not math.isfinite(value):
-        raise DesignError(f"{value} is no parameter")
+        raise DesignError(f"{value} is not a finite parameter")
     mantissa, mark, exponent = f"{value:.9g}".partition("e")
     return (mantissa if "." in mantissa else f"{mantissa}.0") + mark + exponent
 
 
 def short(value: float) -> str:
-    """A number in a sentence."""
+    """Return a number with three digits for a sentence."""
     return f"{value:.3g}"
 
 
-def at_most(value: float) -> float:
-    """Rounded down to a tenth of a millimetre (per second): a limit must not grow by rounding."""
+def rounded_down(value: float) -> float:
+    """Return the value rounded down to a tenth of a millimetre (per second), so that a limit does not grow."""
     return math.floor(value * 1e4) / 1e4 if value > 1e-3 else value
 
 
 def rounded(value: float) -> float:
-    """Four digits: what is derived from a robot file is known no better."""
+    """Return the value with four digits, the accuracy of a robot file."""
     return float(f"{value:.4g}")

@@ -1,4 +1,4 @@
-"""What a navigation stack must know of a robot, each figure with its formula and numbers."""
+"""Figures of a robot that navigation parameters derive from, each with its formula and numbers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from chefbot.design.errors import DesignError
-from chefbot.design.export.ros2.annotated_yaml import Because, at_most, rounded, short
+from chefbot.design.export.ros2.annotated_yaml import Explained, rounded, rounded_down, short
 from chefbot.design.export.urdf_frames import DEPTH_FRAME
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.motion_limits import (
@@ -24,15 +24,15 @@ from chefbot.robot.spec import Robot
 CELLS = (0.05, 0.025, 0.02, 0.01)
 """Sides of a map's cell in use, m: the usual 5 cm, and finer for small robots."""
 CELLS_PER_RADIUS = 3.0
-"""A round footprint of fewer cells is a square."""
+"""Minimum resolution of a circular footprint, cells per radius."""
 SLOWEST, FASTEST = 10.0, 30.0
-"""Hz: what a controller is run at; below, the base's own guard against old commands is near."""
+"""Hz: limits of the controller frequency; below, commands come close to the timeout of the base."""
 EDGE = 2.0
-"""Natural logarithm by which costs have fallen at the inflation's edge: 252 becomes 34, as in our own costmap."""
+"""Natural logarithm of the decay of costs at the inflation radius: 252 to 34, as in chefbot's costmap."""
 
 
-class Doubt(NamedTuple):
-    """How badly the robot's numbers fit it on its floor, as standard deviations: see our odometry's params."""
+class OdometryErrors(NamedTuple):
+    """Standard deviations of the odometry's errors, as in the parameters of the odometry node."""
 
     slip: float
     """m after one metre of a wheel; it grows with the root of the distance."""
@@ -40,8 +40,8 @@ class Doubt(NamedTuple):
     separation_error: float
 
 
-class Sight(NamedTuple):
-    """What the scan is made of. Metres, Hz, radians."""
+class ScanSensor(NamedTuple):
+    """The sensor that the scan is made from; metres, Hz, radians."""
 
     sensor: str
     topic: str
@@ -49,29 +49,29 @@ class Sight(NamedTuple):
     rate: float
     range_min: float
     range_max: float
-    """Up to here a return is worth a map cell."""
+    """Maximum range whose noise is within a map cell."""
     far: float
-    """Up to here the sensor answers at all."""
+    """Maximum range of the sensor."""
     noise: float
     """Standard deviation of a range at `range_max`."""
     angle: float
-    """Seen at once."""
+    """Field of view."""
     height: float
 
 
 @dataclass(frozen=True)
 class Figures:
-    """The figures that several parameters share."""
+    """The figures that several navigation parameters share."""
 
     robot: Robot
-    doubt: Doubt
+    odometry_errors: OdometryErrors
 
     @cached_property
-    def sight(self) -> Sight:
-        """Of the sensor that the robot maps with. DesignError if it has none."""
+    def scan_sensor(self) -> ScanSensor:
+        """Return the sensor for mapping. DesignError if the robot has none."""
         lidar, camera = self.robot.sensors.lidar, self.robot.sensors.depth_camera
         if lidar is not None:
-            return Sight(
+            return ScanSensor(
                 "lidar", "/scan", "laser", lidar.rate, lidar.range_min, lidar.range_max, lidar.range_max,
                 lidar.noise, 2 * math.pi, lidar.mount.z,
             )  # fmt: skip
@@ -80,14 +80,14 @@ class Figures:
                 f"robot {self.robot.name} has neither sensors.lidar nor sensors.depth_camera: navigation needs one"
             )
         useful = camera.range_with_noise(self.resolution.number)
-        return Sight(
+        return ScanSensor(
             "depth camera", "/scan", DEPTH_FRAME, camera.rate, camera.range_min, useful, camera.range_max,
             camera.noise * useful**2, camera.field_of_view, camera.mount.z,
         )  # fmt: skip
 
     @cached_property
     def radius(self) -> Figure:
-        """The circle that the robot is for a planner."""
+        """Return the radius of the circular footprint, m."""
         robot = self.robot
         return Figure(
             math.ceil(robot.footprint_radius * 1e4) / 1e4,
@@ -97,7 +97,7 @@ class Figures:
 
     @cached_property
     def resolution(self) -> Figure:
-        """Side of a map's cell."""
+        """Return the side of a map cell, m."""
         wanted = self.robot.footprint_radius / CELLS_PER_RADIUS
         cell = next((cell for cell in CELLS if cell <= wanted * (1 + 1e-9)), CELLS[-1])
         return Figure(
@@ -106,61 +106,61 @@ class Figures:
 
     @cached_property
     def speed(self) -> Figure:
-        """Forward, m/s."""
-        robot, sighted = self.robot, self.sighted
-        told = f"drive.max_speed {short(robot.drive.max_speed)}, and no more than the loaded motors hold,"
-        told += f" {short(max_wheel_speed(robot))}"
-        if sighted.number < max_speed(robot):
-            return Figure(at_most(sighted.number), f"{sighted.how}; {told}")
-        return Figure(at_most(max_speed(robot)), told)
+        """Return the maximum forward speed, m/s."""
+        robot, visible_speed = self.robot, self.visible_speed
+        reason = f"drive.max_speed {short(robot.drive.max_speed)}, limited by the loaded motors,"
+        reason += f" {short(max_wheel_speed(robot))}"
+        if visible_speed.number < max_speed(robot):
+            return Figure(rounded_down(visible_speed.number), f"{visible_speed.derivation}; {reason}")
+        return Figure(rounded_down(max_speed(robot)), reason)
 
     @cached_property
-    def sighted(self) -> Figure:
-        """The speed from which it stops within what it sees, m/s: v t + v^2 / 2a = d."""
-        sight, a = self.sight, self.acceleration.number
-        room = max(sight.range_max - self.radius.number, 0.0)
-        t = 1.0 / sight.rate + 1.0 / SLOWEST
-        v = a * (math.sqrt(t * t + 2.0 * room / a) - t)
+    def visible_speed(self) -> Figure:
+        """Return the maximum speed from which the robot stops within its range of view, m/s: v t + v^2 / 2a = d."""
+        scan_sensor, a = self.scan_sensor, self.acceleration.number
+        distance = max(scan_sensor.range_max - self.radius.number, 0.0)
+        t = 1.0 / scan_sensor.rate + 1.0 / SLOWEST
+        v = a * (math.sqrt(t * t + 2.0 * distance / a) - t)
         return Figure(
             v,
-            f"no faster than it can stop within the {short(room)} m that its {sight.sensor} sees ahead of it, with"
+            f"stops within the {short(distance)} m that the {scan_sensor.sensor} covers ahead, with"
             f" {short(a)} m/s^2 after {short(t)} s: {short(v)}",
         )
 
     @cached_property
     def turn(self) -> Figure:
-        """On the spot, rad/s."""
+        """Return the maximum turn rate on the spot, rad/s."""
         robot = self.robot
         rims = turn_rate_on_spot(robot, max_wheel_speed(robot))
         return Figure(
-            at_most(max_turn(robot)),
-            f"drive.max_turn {short(robot.drive.max_turn)}, and no more than 2 x wheel speed / separation ="
+            rounded_down(max_turn(robot)),
+            f"drive.max_turn {short(robot.drive.max_turn)}, limited by 2 x wheel speed / separation ="
             f" {short(rims)}",
         )
 
     @cached_property
     def acceleration(self) -> Figure:
-        """Forward, m/s^2."""
-        wish = short(self.robot.drive.max_acceleration)
+        """Return the maximum forward acceleration, m/s^2."""
+        wanted = short(self.robot.drive.max_acceleration)
         return Figure(
-            at_most(max_acceleration(self.robot)),
-            f"drive.max_acceleration {wish}, grip and torque: the least",
+            rounded_down(max_acceleration(self.robot)),
+            f"the minimum of drive.max_acceleration {wanted}, grip and torque",
         )
 
     @cached_property
     def turn_acceleration(self) -> Figure:
-        """On the spot, rad/s^2."""
+        """Return the maximum angular acceleration on the spot, rad/s^2."""
         robot = self.robot
         rims = turn_rate_on_spot(robot, max_acceleration(robot))
         return Figure(
-            at_most(max_turn_acceleration(robot)),
-            f"drive.max_turn_acceleration {short(robot.drive.max_turn_acceleration)}, and no more than"
+            rounded_down(max_turn_acceleration(robot)),
+            f"drive.max_turn_acceleration {short(robot.drive.max_turn_acceleration)}, limited by"
             f" 2 x max_acceleration / separation = {short(rims)}",
         )
 
     @cached_property
     def frequency(self) -> Figure:
-        """Of the controller, Hz."""
+        """Return the frequency of the controller, Hz."""
         cells = self.speed.number / self.resolution.number
         hz = min(max(5.0 * math.ceil(2.0 * cells / 5.0), SLOWEST), FASTEST)
         return Figure(
@@ -171,13 +171,13 @@ class Figures:
 
     @cached_property
     def latency(self) -> Figure:
-        """From an obstacle to a command that knows of it, s."""
-        old, late = 1.0 / self.sight.rate, 1.0 / self.frequency.number
+        """Return the delay from an obstacle to a command that considers it, s."""
+        old, late = 1.0 / self.scan_sensor.rate, 1.0 / self.frequency.number
         return Figure(old + late, f"a scan may be {short(old)} s old and a command {short(late)} s late")
 
     @cached_property
-    def stopping(self) -> Figure:
-        """Metres from full speed to rest."""
+    def stopping_distance(self) -> Figure:
+        """Return the stopping distance from full speed, m."""
         v, a, t = self.speed.number, self.acceleration.number, self.latency.number
         return Figure(
             v * t + v * v / (2 * a),
@@ -186,7 +186,7 @@ class Figures:
 
     @cached_property
     def horizon(self) -> Figure:
-        """Seconds that a controller must look ahead: to a stop, and to a quarter turn on the spot after it."""
+        """Return the look-ahead time of a controller, s: a stop, then a quarter turn on the spot."""
         v, a = self.speed.number, self.acceleration.number
         w, b = self.turn.number, self.turn_acceleration.number
         brake, quarter = v / a, math.pi / 2 / w + w / b
@@ -197,24 +197,24 @@ class Figures:
         )
 
     @cached_property
-    def ahead(self) -> Figure:
-        """Metres driven within the horizon at full speed."""
+    def lookahead(self) -> Figure:
+        """Return the distance driven within the horizon at full speed, m."""
         v, t = self.speed.number, self.horizon.number
         return Figure(v * t, f"max speed x horizon = {short(v)} x {short(t)}")
 
     @cached_property
     def inflation(self) -> Figure:
-        """How far costs reach from an obstacle, m."""
-        r, s, two = self.radius.number, self.stopping.number, 2 * self.resolution.number
+        """Return the inflation radius around obstacles, m."""
+        r, s, two = self.radius.number, self.stopping_distance.number, 2 * self.resolution.number
         return Figure(
             r + s + two,
-            f"radius {short(r)} + stopping distance {short(s)} + two cells {short(two)}: outside of it the robot can"
-            " drive at full speed and stop before it touches",
+            f"radius {short(r)} + stopping distance {short(s)} + two cells {short(two)}: outside, the robot can drive"
+            " at full speed and stop before contact",
         )
 
     @cached_property
     def cost_scaling(self) -> Figure:
-        """1/m."""
+        """Return the exponential decay of inflated costs, 1/m."""
         beyond = self.inflation.number - self.radius.number
         return Figure(
             EDGE / beyond,
@@ -222,60 +222,61 @@ class Figures:
         )
 
     @cached_property
-    def window(self) -> Figure:
-        """Side of the local costmap, m."""
-        half = self.ahead.number + self.inflation.number
+    def local_costmap_side(self) -> Figure:
+        """Return the side of the local costmap, m."""
+        half = self.lookahead.number + self.inflation.number
         return Figure(
             2 * half,
-            f"2 x (what a trajectory reaches, {short(self.ahead.number)}, + inflation {short(self.inflation.number)})"
-            f" = {short(2 * half)}, whole metres",
+            f"2 x (look-ahead {short(self.lookahead.number)} + inflation {short(self.inflation.number)})"
+            f" = {short(2 * half)}, rounded up to metres",
         )
 
     @cached_property
-    def marking(self) -> Figure:
-        """Returns nearer than this are obstacles, m."""
-        corner = self.window.number / math.sqrt(2.0)
-        useful, far = self.sight.range_max, self.sight.far
+    def obstacle_range(self) -> Figure:
+        """Return the maximum range of returns that mark obstacles, m."""
+        corner = self.local_costmap_side.number / math.sqrt(2.0)
+        useful, far = self.scan_sensor.range_max, self.scan_sensor.far
         return Figure(
             min(useful, max(corner, 2.0)),
-            f"the local costmap's corner, {short(corner)} m, but 2 m at least; the {self.sight.sensor} is useful up"
-            f" to {short(useful)} of its {short(far)} m",
+            f"the local costmap's corner, {short(corner)} m, 2 m at least; accurate range of the"
+            f" {self.scan_sensor.sensor}: {short(useful)} of {short(far)} m",
         )
 
     @cached_property
-    def top(self) -> Figure:
-        """What is higher passes above the robot, m."""
-        high = max(overall_height(self.robot), self.sight.height) + self.resolution.number
+    def obstacle_height(self) -> Figure:
+        """Return the height above which obstacles are ignored, m."""
+        high = max(overall_height(self.robot), self.scan_sensor.height) + self.resolution.number
         return Figure(high, f"the loaded robot's height {short(overall_height(self.robot))} and a cell")
 
     @cached_property
-    def reach_goal(self) -> Figure:
-        """Tolerance of a goal, m."""
-        return Figure(2 * self.resolution.number, "two cells: what localization on a grid can promise")
+    def goal_tolerance(self) -> Figure:
+        """Return the position tolerance of a goal, m."""
+        return Figure(2 * self.resolution.number, "two cells: the accuracy of localization on a grid")
 
     @cached_property
-    def face_goal(self) -> Figure:
-        """Tolerance of a goal's heading, rad."""
+    def goal_yaw_tolerance(self) -> Figure:
+        """Return the yaw tolerance of a goal, rad."""
         wanted = self.resolution.number / self.radius.number
         return Figure(
-            min(wanted, 0.25), f"the rim is off by one cell at most: resolution / radius = {short(wanted)}"
+            min(wanted, 0.25),
+            f"the edge of the footprint is within one cell: resolution / radius = {short(wanted)}",
         )
 
 
 class Figure(NamedTuple):
-    """A number and how it came about."""
+    """A number with its derivation in a sentence."""
 
     number: float
-    how: str
+    derivation: str
 
-    def because(self, why: str = "") -> Because:
-        """As a parameter."""
-        return Because(rounded(self.number), f"{why}: {self.how}" if why else self.how)
+    def explained(self, reason: str = "") -> Explained:
+        """Return the rounded number as a parameter with its reason."""
+        return Explained(rounded(self.number), f"{reason}: {self.derivation}" if reason else self.derivation)
 
-    def limit(self, why: str = "", sign: float = 1.0) -> Because:
-        """As a parameter whose magnitude must not grow by rounding."""
-        return Because(sign * self.number, f"{why}: {self.how}" if why else self.how)
+    def limit(self, reason: str = "", sign: float = 1.0) -> Explained:
+        """Return the number as a parameter whose magnitude does not grow by rounding."""
+        return Explained(sign * self.number, f"{reason}: {self.derivation}" if reason else self.derivation)
 
-    def times(self, factor: float, why: str) -> Because:
-        """A share or a multiple of it."""
-        return Because(rounded(factor * self.number), why)
+    def times(self, factor: float, reason: str) -> Explained:
+        """Return a multiple of the number as a parameter."""
+        return Explained(rounded(factor * self.number), reason)

@@ -6,83 +6,82 @@ measurements come with the messages; of the process they are per second.
 
 from __future__ import annotations
 
-from chefbot.design.export.ros2.annotated_yaml import Because, Tree, rounded, short, yaml_text
-from chefbot.design.export.ros2.derived_nav_params import Doubt, Figures
+from chefbot.design.export.ros2.annotated_yaml import (
+    Explained,
+    Tree,
+    rounded,
+    short,
+    with_template,
+    yaml_text,
+)
+from chefbot.design.export.ros2.derived_nav_params import Figures, OdometryErrors
 from chefbot.design.export.ros2.odometry_noise import gyro_deviation, wheels_turn_deviation
 from chefbot.robot.spec import Robot
 
 STATE = ("x", "y", "z", "roll", "pitch", "yaw", "vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az")
 """Order of every vector and matrix of robot_localization."""
 STILL = 1e-6
-"""Process variance of what the plane or the wheels hold still."""
+"""Process variance of states that plane motion keeps constant."""
 
 
-def ekf(robot: Robot, doubt: Doubt) -> str:
-    """The file's text."""
+def ekf(robot: Robot, odometry_errors: OdometryErrors) -> str:
+    """Return the YAML file with reasons as comments."""
     return yaml_text(
-        ekf_tree(robot, doubt),
+        ekf_tree(robot, odometry_errors),
         f"robot_localization for the robot {robot.name}, written by `chefbot ros2`; used with odometry:=ekf.\n"
-        "It has no state for a gyro's offset, which our own odometry estimates: hence that one is the default.",
+        "It has no state for the gyroscope bias; chefbot's odometry estimates the bias and is the default.",
     )
 
 
-def ekf_tree(robot: Robot, doubt: Doubt) -> Tree:
-    """The node's parameters with reasons."""
-    figures = Figures(robot, doubt)
+def ekf_tree(robot: Robot, odometry_errors: OdometryErrors) -> Tree:
+    """Return the parameters of the node with their reasons."""
+    figures = Figures(robot, odometry_errors)
     hz = min(robot.sensors.imu.rate, 50.0)
-    return {
+    derived: Tree = {
         "ekf_filter_node": {
             "ros__parameters": {
-                "frequency": Because(rounded(hz), "the rate of the imu, 50 at most"),
-                "sensor_timeout": Because(rounded(5.0 / hz), "five readings missed"),
-                "two_d_mode": Because(True, "it drives on floors"),
-                "publish_tf": True,
-                "publish_acceleration": False,
-                "print_diagnostics": True,
-                "map_frame": "map",
-                "odom_frame": "odom",
-                "base_link_frame": "base_footprint",
-                "world_frame": "odom",
-                "odom0": Because("wheel_odom", "wheels alone, so that the gyro is not counted twice"),
-                "odom0_config": Because(fused("vx", "vy", "vyaw"), "vy: wheels do not slide sideways"),
-                "odom0_queue_size": 10,
-                "odom0_differential": False,
-                "odom0_relative": False,
+                "frequency": Explained(rounded(hz), "the rate of the IMU, 50 at most"),
+                "sensor_timeout": Explained(rounded(5.0 / hz), "five missed messages"),
+                "two_d_mode": Explained(True, "the robot moves in a plane"),
+                "odom0": Explained("wheel_odom", "wheels only, so that the gyroscope is not counted twice"),
+                "odom0_config": Explained(fused("vx", "vy", "vyaw"), "vy: no lateral slip"),
                 **_gyro(figures),
-                "use_control": False,
                 "process_noise_covariance": _process(figures),
             }
         }
     }
+    return with_template("ekf.yaml", derived)
 
 
 def fused(*names: str) -> list[bool]:
-    """Which of the state's 15 elements a sensor tells."""
+    """Return which of the 15 elements of the state a sensor measures."""
     return [name in names for name in STATE]
 
 
 def _gyro(figures: Figures) -> Tree:
     gyro, wheels = gyro_deviation(figures), wheels_turn_deviation(figures)
-    told = (
-        f"gyro {short(gyro)} rad/s (noise and offset) against the wheels' {short(wheels)} rad/s (slip, diameters,"
+    reason = (
+        f"gyroscope {short(gyro)} rad/s (noise and bias) against the wheels' {short(wheels)} rad/s (slip, diameters,"
         " track)"
     )
     if gyro > 3.0 * wheels:
-        return {"odom0_nodelay": Because(False, f"no imu0: {told}: the wheels alone are better")}
+        return {"odom0_nodelay": Explained(False, f"no imu0: {reason}: the wheels only are more accurate")}
     return {
-        "imu0": Because("imu/data", told),
-        "imu0_config": Because(fused("vyaw"), "the gyro's z; its accelerometer feels the plates shake"),
+        "imu0": Explained("imu/data", reason),
         "imu0_queue_size": 10,
         "imu0_differential": False,
         "imu0_relative": False,
         "imu0_remove_gravitational_acceleration": True,
+        "imu0_config": Explained(
+            fused("vyaw"), "yaw rate; the accelerometer measures vibration of the plates"
+        ),
     }
 
 
-def _process(figures: Figures) -> Because:
+def _process(figures: Figures) -> Explained:
     """Diagonal, row by row."""
     v, w = figures.speed.number, figures.turn.number
-    slip, track = figures.doubt.slip, figures.robot.wheels.separation
+    slip, track = figures.odometry_errors.slip, figures.robot.wheels.separation
     variances = dict.fromkeys(STATE, STILL)
     variances |= {
         "x": slip**2 * v,
@@ -93,9 +92,9 @@ def _process(figures: Figures) -> Because:
         "ax": figures.acceleration.number**2,
     }
     rows = [[rounded(variances[row]) if row == column else 0.0 for column in STATE] for row in STATE]
-    told = ", ".join(f"{name} {short(value)}" for name, value in variances.items() if value != STILL)
-    return Because(
+    reason = ", ".join(f"{name} {short(value)}" for name, value in variances.items() if value != STILL)
+    return Explained(
         [value for row in rows for value in row],
-        f"variances per second on the diagonal: {told}. x, y: slip^2 v; yaw: 2 slip^2 v / track^2; vx: a v, so that a"
-        " ramp to full speed is one deviation; vyaw: likewise with turn and its acceleration; ax: a^2",
+        f"variances per second on the diagonal: {reason}. x, y: slip^2 v; yaw: 2 slip^2 v / track^2; vx: a v"
+        " (acceleration to full speed is one deviation); vyaw: the same for turns; ax: a^2",
     )

@@ -5,7 +5,7 @@ Names: https://control.ros.org/jazzy/doc/ros2_controllers/diff_drive_controller/
 
 from __future__ import annotations
 
-from chefbot.design.export.ros2.annotated_yaml import yaml_text
+from chefbot.design.export.ros2.annotated_yaml import Tree, yaml_text
 from chefbot.design.export.sdf_sensors import WHEELS
 from chefbot.design.export.urdf_frames import joint_name
 from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_turn_acceleration
@@ -19,12 +19,12 @@ def controllers(robot: Robot) -> str:
         "linear.x": (max_speed(robot), max_acceleration(robot)),
         "angular.z": (max_turn(robot), max_turn_acceleration(robot)),
     }
-    manager = {
+    manager: Tree = {
         "update_rate": round(robot.sensors.imu.rate),
         "joint_state_broadcaster": {"type": "joint_state_broadcaster/JointStateBroadcaster"},
         "diff_drive_controller": {"type": "diff_drive_controller/DiffDriveController"},
     }
-    drive = {
+    drive: dict[str, float | str | list[str]] = {
         "left_wheel_names": [left],
         "right_wheel_names": [right],
         "wheel_separation": float(robot.wheels.separation),
@@ -39,7 +39,7 @@ def controllers(robot: Robot) -> str:
         drive[f"{axis}.max_velocity"], drive[f"{axis}.min_velocity"] = float(speed), -float(speed)
         drive[f"{axis}.max_acceleration"] = float(acceleration)
         drive[f"{axis}.max_deceleration"] = -float(acceleration)
-    tree = {
+    tree: Tree = {
         "controller_manager": {"ros__parameters": manager},
         "diff_drive_controller": {"ros__parameters": drive},
     }

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from chefbot.design.export.ros2.annotated_yaml import Tree, yaml_text
 from chefbot.design.export.ros2.depth_to_scan import depth_to_scan
-from chefbot.design.export.ros2.derived_nav_params import Doubt
+from chefbot.design.export.ros2.derived_nav_params import OdometryErrors
 from chefbot.design.export.ros2.ekf import ekf
 from chefbot.design.export.ros2.interfaces import interface_files
 from chefbot.design.export.ros2.nav2 import nav2_params
@@ -48,7 +48,7 @@ def description_package(robot: Robot) -> Files:
     return _static(DESCRIPTION) | _encoded(texts) | meshes
 
 
-def bringup_package(robot: Robot, name_or_file: str, doubt: Doubt) -> Files:
+def bringup_package(robot: Robot, name_or_file: str, odometry_errors: OdometryErrors) -> Files:
     """Return the files of chefbot_bringup: launch files and parameters of chefbot's nodes and of Nav2.
 
     name_or_file: default of the launch argument robot, as `chefbot launch` takes it. UserError for a robot without
@@ -57,9 +57,9 @@ def bringup_package(robot: Robot, name_or_file: str, doubt: Doubt) -> Files:
     camera, static = robot.sensors.depth_camera, _static(BRINGUP)
     texts = {
         "config/robot.yaml": _robot_config(robot, {"robot": name_or_file}),
-        "config/nav2_params.yaml": nav2_params(robot, doubt),
-        "config/slam_toolbox.yaml": slam_toolbox(robot, doubt),
-        "config/ekf.yaml": ekf(robot, doubt),
+        "config/nav2_params.yaml": nav2_params(robot, odometry_errors),
+        "config/slam_toolbox.yaml": slam_toolbox(robot, odometry_errors),
+        "config/ekf.yaml": ekf(robot, odometry_errors),
     }
     if camera is None:
         del static["launch/3dsensor.launch.py"]
@@ -80,8 +80,10 @@ def gazebo_package(robot: Robot, worlds: Mapping[str, tuple[str, SE2]]) -> Files
     for name in ("lidar", "ultrasonic", "depth_camera"):
         rows = static.pop(f"config/bridge_{name}.yaml")
         bridge += b"" if getattr(robot.sensors, name) is None else rows
+    launch = static.pop("launch/chefbot_world.launch.py")
+    static |= {f"launch/chefbot_{name}_world.launch.py": launch for name in worlds}
     start: Tree = {name: {"x": pose.x, "y": pose.y, "yaw": pose.yaw} for name, (_, pose) in worlds.items()}
-    config = {"name": robot.name, "lidar": robot.sensors.lidar is not None, "start": start}
+    config: Tree = {"name": robot.name, "lidar": robot.sensors.lidar is not None, "start": start}
     texts = {
         "config/robot.yaml": _robot_config(robot, config),
         f"models/{robot.name}.sdf": sdf(robot),

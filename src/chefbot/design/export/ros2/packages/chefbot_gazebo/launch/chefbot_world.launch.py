@@ -1,4 +1,4 @@
-"""Start Gazebo with the world hotel and the robot at its start."""
+"""Start Gazebo with the world that this file is named after, and the robot at its start."""
 
 from pathlib import Path
 
@@ -10,7 +10,8 @@ from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
 
 SHARE = Path(get_package_share_directory("chefbot_gazebo"))
-START = yaml.safe_load((SHARE / "config" / "robot.yaml").read_text())["start"]["hotel"]
+WORLD = Path(__file__).name.removeprefix("chefbot_").removesuffix("_world.launch.py")
+START = yaml.safe_load((SHARE / "config" / "robot.yaml").read_text())["start"][WORLD]
 
 
 def generate_launch_description():
@@ -33,7 +34,7 @@ def generate_launch_description():
             ),
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(str(SHARE / "launch" / "gazebo.launch.py")),
-                launch_arguments={"world": "hotel", **start, **arguments}.items(),
+                launch_arguments={"world": WORLD, **start, **arguments}.items(),
             ),
         ]
     )

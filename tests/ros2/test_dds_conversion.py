@@ -90,10 +90,7 @@ def found(*samples: Any) -> Discovery:
 def test_ros_topics_of_others_are_discovered_until_they_end() -> None:
     ros = sample("rt/scan", "sensor_msgs::msg::dds_::LaserScan_")
     (one,) = found(ros).remotes(writing=True)
-    assert (one.topic, one.type.name) == (
-        "/scan",
-        LaserScan.ros_name if hasattr(LaserScan, "ros_name") else SCAN.name,
-    )
+    assert (one.topic, one.type.name) == ("/scan", SCAN.name)
     assert found(ros).remotes(writing=False) == []
     assert found(ros, sample("rt/scan", "", alive=False)).remotes(writing=True) == []
 

@@ -46,7 +46,9 @@ def test_queues_keep_the_newest_per_key_in_order_of_arrival(puts: list[tuple[str
         queues.put(key, (key, number), depth[key])
         kept[key] = [*kept[key], number][-depth[key] :]
     taken = [item for _ in range(len(puts) + 1) if (item := queues.take(0.0)) is not None]
-    assert sorted(number for _, number in taken) == sorted(sum(kept.values(), []))
+    assert sorted(number for _, number in taken) == sorted(
+        number for numbers in kept.values() for number in numbers
+    )
     for key in "abc":
         assert [number for name, number in taken if name == key] == kept[key]
     assert dropped.total() == len(puts) - len(taken)

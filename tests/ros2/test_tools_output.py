@@ -117,15 +117,12 @@ class Handle:
 
     def __init__(self, outcome: Any, polls: int = 0) -> None:
         self.outcome, self.polls, self.cancelled = outcome, polls, 0
-        self.result = self
-
-    def __call__(self) -> None:
-        raise AssertionError
 
     def cancel(self) -> None:
         self.cancelled += 1
 
-    def result_of(self) -> Any:
+    def result(self, timeout: float) -> Any:
+        assert timeout > 0.0
         self.polls -= 1
         if self.polls >= 0:
             raise NoTimeLeftError
@@ -135,8 +132,7 @@ class Handle:
 
 
 def awaited(handle: Handle, stop: threading.Event | None = None) -> int:
-    future = SimpleNamespace(result=lambda timeout: handle.result_of())
-    goal: Any = SimpleNamespace(result=future, cancel=handle.cancel)
+    goal: Any = SimpleNamespace(result=handle, cancel=handle.cancel)
     return action._await(goal, "/spin", stop or threading.Event())
 
 

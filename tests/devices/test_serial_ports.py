@@ -22,6 +22,7 @@ from chefbot.devices.board_ports import (
     find_same_device,
     open_port,
     port_at,
+    receive,
     ports,
 )
 from chefbot.devices.board_search import BoardSearch

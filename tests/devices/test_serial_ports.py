@@ -22,8 +22,8 @@ from chefbot.devices.board_ports import (
     find_same_device,
     open_port,
     port_at,
-    receive,
     ports,
+    receive,
 )
 from chefbot.devices.board_search import BoardSearch
 from chefbot.devices.serial_connection import AUTO, SerialConnection, is_missing_path

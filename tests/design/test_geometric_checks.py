@@ -87,22 +87,19 @@ def test_more_load_never_passes_more_drive_checks() -> None:
 @given(st.lists(st.tuples(st.floats(-4, 4), st.floats(-4, 4), st.floats(3, 9)), min_size=1, max_size=5))
 @settings(max_examples=12)
 def test_visible_areas_add_up_to_the_union(boxes: list[tuple[float, float, float]]) -> None:
-    shapes = [
-        ViewShape(rectangle(x - side / 2, y - side / 2, x + side / 2, y + side / 2), near=float(i))
-        for i, (x, y, side) in enumerate(boxes)
-    ]
+    shapes = [ViewShape(rectangle(side, side, x, y), near=float(i)) for i, (x, y, side) in enumerate(boxes)]
     polygons = [shapely.box(x - s / 2, y - s / 2, x + s / 2, y + s / 2) for x, y, s in boxes]
     seen = visible(shapes)
     total = shapely.union_all(polygons).area
     assert sum(one.area for one in seen) == pytest.approx(total, abs=0.3 * len(boxes))
-    assert seen[-1].area == pytest.approx(polygons[-1].area), "the nearest shape is not covered"
+    assert seen[-1].area == pytest.approx(polygons[-1].area, abs=0.01), "the nearest shape is not covered"
     for one, polygon in zip(seen, polygons, strict=True):
         if one.area:
-            assert polygon.buffer(1e-6).contains(shapely.Point(one.anchor))
+            assert polygon.buffer(1e-3).contains(shapely.Point(one.anchor))
 
 
 def test_a_covered_shape_shows_no_line_and_a_free_arc_stays_an_arc() -> None:
-    covered, disc = ViewShape(rectangle(-1.0, -1.0, 1.0, 1.0)), ViewShape(circle(5.0), near=1.0)
+    covered, disc = ViewShape(rectangle(2.0, 2.0)), ViewShape(circle(5.0), near=1.0)
     hidden, shown = visible([covered, disc])
     assert hidden.items == [] and hidden.area == 0.0
     (item,) = shown.items

@@ -73,7 +73,7 @@ def opened(now_ns: int = 0) -> BoardSession:
 
 
 def speeds(data: bytes) -> list[tuple[int, int]]:
-    return [(int(words[2]), int(words[3])) for words in fields(data) if words[0] == "s"]
+    return [(int(line[2]), int(line[3])) for line in fields(data) if line[0] == "s"]
 
 
 def test_handshakes_are_repeated_until_answered() -> None:
@@ -99,17 +99,17 @@ def test_an_idle_session_sends_heartbeats() -> None:
     kinds = []
     for n in range(1, 51):
         session.receive_data(motion(n + 1, n * REPEAT_NS), n * REPEAT_NS)
-        kinds += [words[0] for words in fields(session.data_to_send(n * REPEAT_NS))]
+        kinds += [line[0] for line in fields(session.data_to_send(n * REPEAT_NS))]
     assert set(kinds) == {"h"} and len(kinds) == pytest.approx(50 * REPEAT_NS / HEARTBEAT_NS, abs=1)
 
 
-def test_sequence_numbers_start_with_the_boards_and_increase_by_one() -> None:
+def test_sequence_numbers_continue_those_of_the_handshake() -> None:
     session = opened()
     sent = b"".join(session.command(0.0, 0.0, n * MS) for n in range(5))
-    assert [int(words[1]) for words in fields(sent)] == list(range(8, 13))
+    assert [int(line[1]) for line in fields(sent)] == list(range(8, 13))
 
 
-def test_a_lost_connection_and_a_closed_session_need_a_new_handshake() -> None:
+def test_a_closed_session_needs_a_new_handshake() -> None:
     session = opened()
     session.receive_data(motion(2, 200 * MS, BoardFlag.NO_SESSION), 200 * MS)
     assert not session.is_open
@@ -118,7 +118,7 @@ def test_a_lost_connection_and_a_closed_session_need_a_new_handshake() -> None:
     assert not session.is_open and session.neutral_first
 
 
-def test_an_equal_board_is_compatible_and_changed_limits_are_named() -> None:
+def test_changed_limits_of_a_compatible_board_are_named() -> None:
     assert incompatibility(version(), ROBOT) is None and constant_differences(version(), ROBOT) is None
     changed = constant_differences(version(hash=1, max_turn=3), ROBOT)
     assert changed and "max_turn 3 instead of" in changed and "max_wheel" not in changed

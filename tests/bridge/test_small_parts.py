@@ -67,7 +67,7 @@ def test_remarks_are_logged_as_information() -> None:
     assert is_for_operator(remark) and not is_for_operator(publication("other", String()))
 
 
-def test_progress_is_published_at_most_once_per_period() -> None:
+def test_progress_is_published_once_per_period() -> None:
     sent, arrived = list[int](), threading.Semaphore(0)
     callbacks: list[Any] = []
 

@@ -112,7 +112,7 @@ def test_no_twist_is_admissible_that_cannot_stop_in_time() -> None:
     assert SAMPLES[chosen(cells, v=0.0)][0] == 0.0, "a standing robot may rotate in place"
 
 
-def test_from_the_inscribed_zone_only_leaving_twists_are_admissible() -> None:
+def test_twists_within_the_inscribed_zone_must_leave_it() -> None:
     cells = FREE.copy()
     cells[:, :] = INSCRIBED
     assert SAMPLES[chosen(cells, v=0.0)][0] == 0.0

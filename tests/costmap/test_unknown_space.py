@@ -20,7 +20,7 @@ SHAPE = (24, 30)
 
 @given(st.integers(0, 999), st.floats(1.0, 4.0))
 @settings(max_examples=30)
-def test_cells_near_unknown_are_those_within_the_radius_of_large_regions(seed: int, radius: float) -> None:
+def test_cells_near_large_unknown_regions_are_found(seed: int, radius: float) -> None:
     rng = np.random.default_rng(seed)
     cells = np.zeros(SHAPE, np.uint8)
     r, c = rng.integers(0, 14), rng.integers(0, 20)

@@ -98,7 +98,7 @@ def test_visible_areas_add_up_to_the_union(boxes: list[tuple[float, float, float
             assert polygon.buffer(1e-3).contains(shapely.Point(one.anchor))
 
 
-def test_a_covered_shape_shows_no_line_and_a_free_arc_stays_an_arc() -> None:
+def test_covered_shapes_show_no_line_and_free_arcs_stay_arcs() -> None:
     covered, disc = ViewShape(rectangle(2.0, 2.0)), ViewShape(circle(5.0), near=1.0)
     hidden, shown = visible([covered, disc])
     assert hidden.items == [] and hidden.area == 0.0

@@ -134,7 +134,7 @@ def test_a_search_ends_with_the_reason_of_each_port(
     assert BoardSearch(list).reasons == "no serial port has anything plugged in"
 
 
-def test_a_connection_without_a_board_reports_it_and_can_be_closed(tmp_path: Path) -> None:
+def test_a_connection_without_a_board_reports_it(tmp_path: Path) -> None:
     missing, reasons = threading.Event(), list[str]()
 
     def report(reason: str) -> None:

@@ -37,7 +37,7 @@ def test_walls_and_unknown_cells_block_the_line_of_sight(value: int) -> None:
 
 
 @given(st.integers(0, 99), CELL, CELL, st.floats(-3.0, 3.0), st.floats(0.2, 6.2))
-def test_unknown_cells_in_view_are_counted_at_most_once(
+def test_each_unknown_cell_in_view_counts_once(
     seed: int, row: int, column: int, yaw: float, field: float
 ) -> None:
     cells = room(seed)
@@ -50,7 +50,7 @@ def test_unknown_cells_in_view_are_counted_at_most_once(
     assert count <= unknown_in_view(cells, OCCUPIED, row, column, yaw, 2 * math.pi, reach) + 8
 
 
-def test_a_wall_hides_unknown_cells_and_a_full_turn_counts_the_disc() -> None:
+def test_a_full_turn_counts_the_disc_and_a_wall_hides_cells() -> None:
     cells = np.full((41, 41), -1, np.int8)
     count = unknown_in_view(cells, OCCUPIED, 20, 20, 0.0, 2 * math.pi, 10.0)
     assert count == pytest.approx(math.pi * 100, rel=0.1)

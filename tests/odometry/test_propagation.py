@@ -173,7 +173,7 @@ def test_wheel_counts_alone_integrate_to_the_dead_reckoned_pose(steps: list[tupl
     assert estimate.twist_covariance.shape == (2, 2)
 
 
-def test_readings_wait_for_the_wheels_and_a_repeated_stamp_changes_nothing() -> None:
+def test_readings_wait_for_the_next_wheel_reading() -> None:
     belief = process_reading(MODEL, FilterState.initial(MODEL), WheelCounts(0, 0, 0))
     waiting = process_reading(MODEL, belief, imu(STEP_NS // 2))
     assert len(waiting.pending) == 1 and np.array_equal(waiting.state, belief.state)

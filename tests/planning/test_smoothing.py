@@ -18,7 +18,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def weights(seed: int) -> np.ndarray:
-    """Weights (22, 22) of 1 to 5 with a blocked rim, flat."""
+    """Weights (22, 22) of 1 to 5 with a blocked border, flat."""
     grid = np.zeros((STRIDE, STRIDE), np.float32)
     grid[1:-1, 1:-1] = np.random.default_rng(seed).uniform(1.0, 5.0, (STRIDE - 2, STRIDE - 2))
     return grid.reshape(-1)

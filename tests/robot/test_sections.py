@@ -45,7 +45,7 @@ def test_an_uncalibrated_robot_has_neutral_factors() -> None:
     assert [turned.yaw_of(frame) for frame in ("laser", "camera_link", "imu_link")] == [0.02, -0.01, 0.0]
 
 
-def test_focal_length_projects_the_edge_of_the_view_to_the_edge_of_the_image() -> None:
+def test_focal_length_maps_the_view_edge_to_the_image_edge() -> None:
     edge = camera().focal_length_px * math.tan(camera().field_of_view / 2)
     assert edge == pytest.approx(camera().width / 2)
 

@@ -164,7 +164,7 @@ def test_nodes_are_announced_only_when_they_change(monkeypatch: pytest.MonkeyPat
     assert len(written) == 2
 
 
-def test_an_early_message_waits_for_its_writer_and_a_truncated_one_is_refused() -> None:
+def test_early_messages_wait_and_truncated_ones_are_refused() -> None:
     route = ZenohToDdsRoute(None, None, SimpleNamespace(destroy=lambda _: None), "/text", String)  # type: ignore[arg-type]
     cdr, attachment = String("hello").to_cdr(), Attachment(1, 2, b"g" * 16)
     route._receive(cdr, attachment)

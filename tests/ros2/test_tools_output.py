@@ -47,7 +47,7 @@ def graph() -> Graph:
     return one
 
 
-def test_topics_are_listed_with_numbers_of_endpoints_but_without_tools() -> None:
+def test_topics_are_listed_with_endpoints_but_without_tools() -> None:
     assert list_lines(graph(), False, False) == ["/map", "/missing", "/scan"]
     assert "/_hidden" in list_lines(graph(), False, True)
     rows = [line.split() for line in list_lines(graph(), True, False)]
@@ -94,7 +94,7 @@ def test_duplicate_names_and_mismatches_are_problems() -> None:
     assert graph_problems(graph()) == []
 
 
-def test_samples_of_all_types_are_streamed_and_dropped_ones_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_samples_of_all_types_are_streamed_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(subscribe, "MAX_QUEUED", 2)
     callbacks: dict[InterfaceType, Any] = {}
 

@@ -58,7 +58,7 @@ def test_noise_has_the_given_share_of_the_range() -> None:
     assert abs(errors.mean()) < 0.02
 
 
-def test_half_blind_removes_the_front_of_a_scan_and_the_left_of_an_image() -> None:
+def test_half_blind_removes_half_of_a_scan_and_an_image() -> None:
     (first, *_) = sent("half_blind")
     assert np.array_equal(np.isnan(first.ranges), np.cos(first.angles) > 0.0)
     images: list[Image] = []

@@ -21,7 +21,7 @@ def scan(stamp: float, x: float) -> CarmenScan:
     return CarmenScan(stamp, ANGLES, ((3.0 - x) / np.cos(ANGLES)).astype(np.float32), pose, pose)
 
 
-def test_each_scan_is_counted_and_processed_ones_have_a_stamped_pose() -> None:
+def test_processed_scans_have_stamped_poses() -> None:
     records = [CarmenOdom(0.0, SE2(0.0, 0.0, 0.0)), *(scan(k, 0.6 * k) for k in range(4))]
     calls: list[tuple[int, int]] = []
     result = run_log(records, GmappingParams(particles=2), lambda *call: calls.append(call))

@@ -30,7 +30,7 @@ from chefbot.ui.viewer import ViewerDevice, ViewerParams
 from chefbot.ui.web_ui_params import WebUiParams
 
 
-def ask(path: str, host: str, token: str | None = None, cookie: str = "") -> httpx.Response:
+def get(path: str, host: str, token: str | None = None, cookie: str = "") -> httpx.Response:
     app = Starlette(routes=[Route("/", lambda _: PlainTextResponse("page"))])
     guard = RequestGuard(app, "robot.local", token)
 
@@ -45,22 +45,22 @@ def ask(path: str, host: str, token: str | None = None, cookie: str = "") -> htt
 
 @pytest.mark.parametrize("host", ["localhost:8080", "127.0.0.1", "[::1]:80", "192.168.0.7", "robot.local"])
 def test_addresses_and_the_own_name_are_allowed_hosts(host: str) -> None:
-    assert ask("/", host).text == "page"
+    assert get("/", host).text == "page"
 
 
 @pytest.mark.parametrize("host", ["evil.example", "localhost.evil.example", "", "[", "127.0.0.1.evil"])
 def test_other_host_names_are_refused(host: str) -> None:
-    assert ask("/", host).status_code == 403
+    assert get("/", host).status_code == 403
 
 
-def test_the_token_of_the_address_becomes_a_cookie_that_opens_the_page() -> None:
-    first = ask("/?token=secret", "localhost", "secret")
+def test_the_token_of_the_address_becomes_a_cookie() -> None:
+    first = get("/?token=secret", "localhost", "secret")
     assert first.status_code == 303 and first.headers["location"] == "/"
     assert "httponly" in first.headers["set-cookie"].lower()
     assert "samesite=strict" in first.headers["set-cookie"].lower()
-    assert ask("/", "localhost", "secret", cookie="secret").text == "page"
+    assert get("/", "localhost", "secret", cookie="secret").text == "page"
     for path, cookie in (("/", ""), ("/?token=wrong", ""), ("/", "wrong")):
-        assert ask(path, "localhost", "secret", cookie).status_code == 403
+        assert get(path, "localhost", "secret", cookie).status_code == 403
 
 
 @pytest.mark.parametrize(

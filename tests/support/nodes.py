@@ -46,7 +46,7 @@ ROOM = {"home": 0.0, "kitchen": 1.0, "table_1": 2.0, "table_2": 3.0}
 
 
 class Driver(Node):
-    """A navigator that takes 2 s to everywhere and notes where; it fails as often as `fails` says."""
+    """A navigator that takes 2 s to everywhere and records where; its first `fails` goals fail."""
 
     params: NoParams
     navigate_to_pose = action_server(NavigateToPose)
@@ -94,7 +94,7 @@ class Life:
         nodes = {
             name: NodeEntry(kind=kind, params=(params or {}).get(name, {})) for name, kind in kinds.items()
         }
-        self.system.launch(Launch(name="second life", description="", args={}, nodes=nodes))
+        self.system.launch(Launch(name="restarted", description="", args={}, nodes=nodes))
         for topic, word in words.items():
             self.loop.publish(RESTORED_PREFIX + topic, word, "wire", from_device=True)
         places = tuple(
@@ -122,7 +122,7 @@ ORDERS: dict[str, tuple[Any, Any]] = {
 
 
 class Robot(Life):
-    """Base, controller and navigator of a robot that stands at the origin, whatever it is told."""
+    """Base, controller and navigator of a robot that stays at the origin for any command."""
 
     def __init__(self) -> None:
         kinds = {
@@ -154,7 +154,7 @@ class Robot(Life):
         count = len(self.said)
         self.run(1.0)
         twists = [one.message for one in self.said[count:] if isinstance(one.message, Twist)]
-        assert twists, "the base speaks all the time"
+        assert twists, "the base publishes all the time"
         return any(one.linear.x or one.angular.z for one in twists)
 
 

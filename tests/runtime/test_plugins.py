@@ -1,0 +1,68 @@
+"""Plugins named in launch files, and the shutdown on signals."""
+
+from __future__ import annotations
+
+import os
+import signal
+from typing import Any
+
+import pytest
+
+from chefbot.errors import UserError
+from chefbot.runtime import plugins
+from chefbot.runtime.plugins import load_plugin
+from chefbot.signals import stop_on_signals
+
+
+class Planner:
+    """A planner that keeps its settings."""
+
+    def __init__(self, settings: Any) -> None:
+        self.settings = settings
+
+
+def test_an_empty_name_means_the_built_in() -> None:
+    assert load_plugin("", Planner, 5).settings == 5
+
+
+def test_a_class_is_found_by_module_and_name_or_by_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    name = f"{__name__}:Planner"
+    assert load_plugin(name, dict, 7).settings == 7
+    point = type("Point", (), {"name": "mine", "value": name})
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [point] if group == "chefbot.plugins" else [])
+    assert type(load_plugin("mine", dict, 7)).__name__ == "Planner"
+
+
+@pytest.mark.parametrize("name", ["no_such_module:X", "math:no_such", "math", ":"])
+def test_a_missing_plugin_is_refused_with_its_name(name: str) -> None:
+    with pytest.raises(UserError, match="cannot be imported"):
+        load_plugin(name, Planner, None)
+
+
+def test_a_plugin_must_be_a_class() -> None:
+    with pytest.raises(UserError, match="is not a class"):
+        load_plugin("math:sin", Planner, None)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_stop_is_called_and_the_handlers_are_restored(number: int) -> None:
+    before, calls = signal.getsignal(number), list[int]()
+    with stop_on_signals(lambda: calls.append(1)):
+        os.kill(os.getpid(), number)
+        os.kill(os.getpid(), number)
+    assert calls == [1, 1] and signal.getsignal(number) is before
+
+
+def test_later_signals_are_ignored_during_the_last_shutdown() -> None:
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        with stop_on_signals(lambda: None, last=True):
+            pass
+        assert signal.getsignal(signal.SIGTERM) == before[signal.SIGTERM], "no signal was received"
+        with stop_on_signals(lambda: None, last=True):
+            os.kill(os.getpid(), signal.SIGTERM)
+        assert signal.getsignal(signal.SIGTERM) == signal.SIG_IGN
+        os.kill(os.getpid(), signal.SIGTERM)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,101 @@
+"""The delivery round in the web UI, and the sentences of its status."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.behavior.recovery import RecoveryBehavior, RecoveryParams, recovery_sequence
+from chefbot.delivery import status_messages
+from chefbot.errors import UserError
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
+from chefbot.ui import commands as do
+from chefbot.ui.delivery_view import delivery_view, is_errand, validate_command
+
+PLACES = ("home", "kitchen", "table_1", "table_2")
+STATES = ("idle", "loading", "driving", "waiting", "returning", "errand", "failed")
+
+
+@given(st.sampled_from(STATES), st.sampled_from(["", "stop", "errand", "choice"]))
+def test_the_view_follows_the_status(state: str, hold: str) -> None:
+    status = DeliveryStatus(
+        state=state, place="table_1", queue=("table_2",), description="text", hold_reason=hold
+    )
+    view = delivery_view(status, "")
+    assert (view.state, view.place, view.queue, view.step) == (state, "table_1", ("table_2",), "text")
+    assert view.round_active == (state in status_messages.IN_ROUND)
+    assert bool(view.choices) == (hold == "choice") == (view.waits_for == "choice")
+    assert ("kitchen" in view.choices) == (hold == "choice" and state in ("loading", "driving", "waiting"))
+
+
+def test_an_unanswered_order_replaces_the_description() -> None:
+    status = DeliveryStatus(description="text", pending_orders=(Order(("table_1", "table_2"), "a"),))
+    view = delivery_view(status, "The order was not accepted.")
+    assert view.step == "The order was not accepted." and view.orders == (("table_1", "table_2"),)
+
+
+@pytest.mark.parametrize(
+    ("command", "state"),
+    [(do.Loaded(), "loading"), (do.Taken("table_1"), "waiting"), (do.NotTaken(), "waiting")],
+)
+def test_a_confirmation_is_valid_in_its_state_and_place_only(command: do.OperatorCommand, state: str) -> None:
+    for other in STATES:
+        status = DeliveryStatus(state=other, place="table_1", description="Idle.")
+        if other == state:
+            validate_command(command, PLACES, status)
+        else:
+            with pytest.raises(UserError, match="Nothing is to be pressed"):
+                validate_command(command, PLACES, status)
+    late = type(command)("table_2")  # type: ignore[call-arg]
+    with pytest.raises(UserError, match="has left table 2"):
+        validate_command(late, PLACES, DeliveryStatus(state=state, place="table_1"))
+
+
+def test_unknown_places_are_refused() -> None:
+    for command in (do.GoPlace("cellar"), do.Deliver(["table_1", "cellar"])):
+        with pytest.raises(UserError, match="no place called cellar"):
+            validate_command(command, PLACES, DeliveryStatus(state="idle"))
+    validate_command(do.Deliver(["table_1"]), PLACES, DeliveryStatus(state="idle"))
+
+
+def test_a_goal_during_a_round_needs_a_time() -> None:
+    for state in STATES:
+        status = DeliveryStatus(state=state)
+        validate_command(do.Goal(1.0, 2.0, 0.0, "after"), PLACES, status)
+        if state in status_messages.IN_ROUND:
+            with pytest.raises(UserError, match="say when"):
+                validate_command(do.Goal(1.0, 2.0, 0.0), PLACES, status)
+        assert is_errand("after", status) == (state in status_messages.IN_ROUND)
+        assert not is_errand("", status)
+
+
+@given(st.lists(st.from_regex(r"[a-z]{1,5}(_[0-9])?", fullmatch=True), min_size=1, max_size=5))
+def test_a_list_of_names_reads_as_a_sentence(names: list[str]) -> None:
+    text = status_messages.join_names(names)
+    assert "_" not in text and text.count(" and ") == (len(names) > 1)
+    assert text.replace(" and ", ", ").split(", ") == [status_messages.display_name(name) for name in names]
+
+
+@pytest.mark.parametrize("state", ["idle", "returning", "driving"])
+def test_the_choices_depend_on_the_state(state: str) -> None:
+    text = status_messages.choose(DeliveryStatus(state=state, place="table_1"), "Released.")
+    assert text.startswith("Released. The round waits.") and text.endswith(".")
+    assert ("kitchen" in text) == (state == "driving")
+
+
+def test_unserved_tables_are_listed() -> None:
+    assert status_messages.ended([]) == "The round was ended."
+    assert "table 1 and table 2" in status_messages.ended(["table_1", "table_2"])
+    assert "the place on the map" in status_messages.on_the_way("") and "table 1" in status_messages.at(
+        "table_1"
+    )
+
+
+@pytest.mark.parametrize("forward", [True, False])
+def test_every_recovery_behavior_runs_once_per_round(forward: bool) -> None:
+    order = recovery_sequence(forward_sensing_only=forward)
+    assert sorted(order, key=str) == sorted(RecoveryBehavior, key=str)
+    spin, clear = order.index(RecoveryBehavior.SPIN), order.index(RecoveryBehavior.CLEAR)
+    assert (spin < clear) == forward and order.index(RecoveryBehavior.BACK_UP) > clear
+    assert RecoveryParams().rounds >= 1

@@ -1,6 +1,6 @@
 """Draws the animated picture of the landing page: `python docs/animation.py LOG.mcap docs/pictures/driving.webp`.
 
-The log comes from `chefbot launch explore world:=hotel robot:=chefbot_lidar headless:=true speed:=0 record:=LOG.mcap`.
+`chefbot launch explore world:=hotel robot:=chefbot_lidar headless:=true speed:=0 record:=LOG.mcap` makes the log.
 """
 
 from __future__ import annotations
@@ -76,7 +76,10 @@ class Canvas:
         colours = np.array([UNKNOWN, FREE, OCCUPIED], np.uint8)
         kind = np.where(grid.cells < 0, 0, np.where(grid.cells > 50, 2, 1))
         image = Image.fromarray(colours[kind[::-1]])
-        size = (round(grid.width * grid.resolution * self.scale), round(grid.height * grid.resolution * self.scale))
+        size = (
+            round(grid.width * grid.resolution * self.scale),
+            round(grid.height * grid.resolution * self.scale),
+        )
         canvas = Image.new("RGB", self.size, UNKNOWN)
         (corner,) = self.pixels(np.array([[grid.origin_x, grid.origin_y + grid.height * grid.resolution]]))
         canvas.paste(image.resize(size, Image.Resampling.NEAREST), (round(corner[0]), round(corner[1])))
@@ -90,17 +93,28 @@ def frame(canvas: Canvas, found: dict[str, Track], time: float, radius: float) -
     pose: SE2 = found["ground_truth"].latest(time).pose.pose.se2
     _draw_scan(pen, canvas, found["scan"].latest(time), pose)
     poses = found["ground_truth"]
-    way = np.array([[m.pose.pose.se2.x, m.pose.pose.se2.y] for m in poses.messages[: bisect_right(poses.times, time) : 5]])
+    way = np.array(
+        [
+            [m.pose.pose.se2.x, m.pose.pose.se2.y]
+            for m in poses.messages[: bisect_right(poses.times, time) : 5]
+        ]
+    )
     if len(way) > 1:
         pen.line(canvas.pixels(way), fill=(*TRAIL, 150), width=3)
     plan = found["plan"].latest(time)
     if plan is not None and len(plan.poses) > 1:
-        pen.line(canvas.pixels(np.array([[p.pose.se2.x, p.pose.se2.y] for p in plan.poses])), fill=(*PLAN, 255), width=5)
+        pen.line(
+            canvas.pixels(np.array([[p.pose.se2.x, p.pose.se2.y] for p in plan.poses])),
+            fill=(*PLAN, 255),
+            width=5,
+        )
     ((x, y), tip) = canvas.pixels(np.array([[pose.x, pose.y], pose.apply(np.array([[radius, 0.0]]))[0]]))
     r = radius * canvas.scale
     pen.ellipse((x - r, y - r, x + r, y + r), fill=(255, 255, 255, 230), outline=ROBOT, width=5)
     pen.line([(x, y), tip], fill=ROBOT, width=5)
-    return image.resize((image.width // SUPERSAMPLING, image.height // SUPERSAMPLING), Image.Resampling.LANCZOS)
+    return image.resize(
+        (image.width // SUPERSAMPLING, image.height // SUPERSAMPLING), Image.Resampling.LANCZOS
+    )
 
 
 def _draw_scan(pen: ImageDraw.ImageDraw, canvas: Canvas, scan: LaserScan, pose: SE2) -> None:
@@ -119,7 +133,9 @@ def main() -> None:
     frames = [frame(canvas, found, time, radius) for time in np.arange(start, end, PERIOD)]
     durations = [FRAME_MS] * (len(frames) - 1) + [2500]
     first, *others = frames
-    first.save(sys.argv[2], save_all=True, append_images=others, duration=durations, loop=0, quality=60, method=4)
+    first.save(
+        sys.argv[2], save_all=True, append_images=others, duration=durations, loop=0, quality=60, method=4
+    )
 
 
 if __name__ == "__main__":

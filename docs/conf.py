@@ -11,13 +11,13 @@ DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 sys.path[:0] = [str(DOCS), str(ROOT / "src")]
 
-from generate.__main__ import write_all  # noqa: E402
-from generate.api import class_index  # noqa: E402
-from generate.links import MIRRORED, rewrite_links  # noqa: E402
+from generate.__main__ import write_all
+from generate.api import class_index
+from generate.links import MIRRORED, rewrite_links
 
-from sphinx import addnodes  # noqa: E402
+from sphinx import addnodes
 
-from chefbot import __version__  # noqa: E402
+from chefbot import __version__
 
 project = "chefbot"
 author = "the chefbot developers"

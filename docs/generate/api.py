@@ -136,7 +136,11 @@ def _function(node: ast.FunctionDef | ast.AsyncFunctionDef, indent: str, kind: s
         text = text.removeprefix("/, ").removeprefix("/")
     returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
     inner = indent + "   "
-    if "property" in decorators or "cached_property" in decorators or "functools.cached_property" in decorators:
+    if (
+        "property" in decorators
+        or "cached_property" in decorators
+        or "functools.cached_property" in decorators
+    ):
         result = ast.unparse(node.returns) if node.returns else "Any"
         head = [f"{indent}.. py:property:: {node.name}", f"{inner}:type: {result}"]
     else:

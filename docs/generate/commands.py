@@ -63,5 +63,9 @@ def _type(parameter: Any) -> str:
     annotation = parameter.type_descriptor.annotation
     name = getattr(annotation, "__name__", "") if not getattr(annotation, "__args__", ()) else ""
     text = name or str(annotation).replace("typing.", "")
-    bounds = [f"{sign} {value}" for sign, value in ((">=", parameter.min), ("<=", parameter.max)) if value is not None]
+    bounds = [
+        f"{sign} {value}"
+        for sign, value in ((">=", parameter.min), ("<=", parameter.max))
+        if value is not None
+    ]
     return " ".join([text, *bounds])

@@ -1,4 +1,4 @@
-"""The data flow of a launch as SVG: nodes are columns, topics and actions are rows, arrows go from sender to receiver."""
+"""The data flow of a launch as SVG: nodes are columns, topics and actions are rows, arrows show the direction."""
 
 from __future__ import annotations
 
@@ -60,7 +60,10 @@ def column_order(nodes: Iterable[str], flows: Sequence[Flow]) -> list[str]:
     """Return the order of nodes with the fewest backward arrows that exchanging neighbours finds."""
     last = [node for node in nodes if node in OPERATOR]
     order = [node for node in nodes if node not in OPERATOR]
-    flows = [flow._replace(senders=_without(flow.senders, last), receivers=_without(flow.receivers, last)) for flow in flows]
+    flows = [
+        flow._replace(senders=_without(flow.senders, last), receivers=_without(flow.receivers, last))
+        for flow in flows
+    ]
 
     def cost(candidate: Sequence[str]) -> int:
         place = {node: index for index, node in enumerate(candidate)}
@@ -107,7 +110,9 @@ def x_of(index: int) -> float:
 
 
 def _markers() -> str:
-    shape = '<marker id="{0}" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="8" markerHeight="8" orient="auto">'
+    shape = (
+        '<marker id="{0}" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="8" markerHeight="8" orient="auto">'
+    )
     shape += '<path d="M0 0 L8 4 L0 8 z" fill="{1}"/></marker>'
     colours = {"forward": FORWARD, "backward": BACKWARD, "action": ACTION}
     return "<defs>" + "".join(shape.format(name, colour) for name, colour in colours.items()) + "</defs>"
@@ -126,10 +131,15 @@ def _column(node: str, kind: str, x: float, height: float) -> str:
 
 
 def _row(flow: Flow, y: float, place: dict[str, int], shaded: bool, width: float) -> str:
-    parts = [f'<rect x="0" y="{y - ROW / 2}" width="{width}" height="{ROW}" fill="#f6f8fa" fill-opacity="0.6"/>'] if shaded else []
+    parts = (
+        [f'<rect x="0" y="{y - ROW / 2}" width="{width}" height="{ROW}" fill="#f6f8fa" fill-opacity="0.6"/>']
+        if shaded
+        else []
+    )
     kind = flow.type.replace("/msg/", "/").replace("/action/", "/")
     parts.append(
-        f'<text x="10" y="{y + 4}">{escape(flow.name)} <tspan fill="#6e7781" font-size="10">{escape(kind)}</tspan></text>'
+        f'<text x="10" y="{y + 4}">{escape(flow.name)} '
+        f'<tspan fill="#6e7781" font-size="10">{escape(kind)}</tspan></text>'
     )
     for sender in flow.senders:
         targets = [x_of(place[node]) for node in flow.receivers if node != sender]
@@ -142,7 +152,8 @@ def _arrow(start: float, end: float, y: float, is_action: bool) -> str:
     name = "action" if is_action else "forward" if end > start else "backward"
     colour = {"forward": FORWARD, "backward": BACKWARD, "action": ACTION}[name]
     dash = ' stroke-dasharray="5 3"' if is_action else ""
-    return f'<line x1="{start}" y1="{y}" x2="{end}" y2="{y}" stroke="{colour}" stroke-width="1.6"{dash} marker-end="url(#{name})"/>'
+    style = f'stroke="{colour}" stroke-width="1.6"{dash} marker-end="url(#{name})"'
+    return f'<line x1="{start}" y1="{y}" x2="{end}" y2="{y}" {style}/>'
 
 
 def write_data_flow(path: Path, launch_name: str) -> None:

@@ -115,12 +115,28 @@ def _unwrapped(kind: Any) -> tuple[Any, list[msgspec.Meta]]:
 def _type_name(kind: Any) -> str:
     if typing.get_origin(kind) is typing.Literal:
         return " | ".join(map(str, typing.get_args(kind)))
-    return kind.__name__ if isinstance(kind, type) and not typing.get_args(kind) else str(kind).replace("typing.", "")
+    return (
+        kind.__name__
+        if isinstance(kind, type) and not typing.get_args(kind)
+        else str(kind).replace("typing.", "")
+    )
 
 
 def _bounds(metas: list[msgspec.Meta]) -> str:
-    signs = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<", "min_length": "length >=", "max_length": "length <="}
-    bounds = [f"{sign} {getattr(m, key)}" for m in metas for key, sign in signs.items() if getattr(m, key) is not None]
+    signs = {
+        "ge": ">=",
+        "gt": ">",
+        "le": "<=",
+        "lt": "<",
+        "min_length": "length >=",
+        "max_length": "length <=",
+    }
+    bounds = [
+        f"{sign} {getattr(m, key)}"
+        for m in metas
+        for key, sign in signs.items()
+        if getattr(m, key) is not None
+    ]
     return ", ".join([*bounds, *(f"matches {m.pattern}" for m in metas if m.pattern)])
 
 
@@ -152,7 +168,8 @@ def write_launches(path: Path) -> None:
 
 
 _STANDARD = (
-    "``chefbot launch NAME key:=value`` runs a launch. Every launch has the arguments of the first table besides its own.\n"
+    "``chefbot launch NAME key:=value`` runs a launch. "
+    "Every launch has the arguments of the first table besides its own.\n"
 )
 _PART = "A part that other launches include."
 
@@ -172,7 +189,14 @@ def write_nodes(path: Path) -> None:
         rows = [(p.role, code(p.name), code(p.type)) for p in ports_of(node)]
         parts += [table(("port", "name", "type"), rows)] if rows else []
         parameters = [
-            (code(p.name), code(p.type), _value(p.default), code(p.bounds), escape(p.unit), escape(p.description))
+            (
+                code(p.name),
+                code(p.type),
+                _value(p.default),
+                code(p.bounds),
+                escape(p.unit),
+                escape(p.description),
+            )
             for p in parameters_of(params_type(node))
         ]
         header = ("parameter", "type", "default", "bounds", "unit", "description")
@@ -204,7 +228,9 @@ def write_topics(path: Path) -> None:
             anchor("topics"),
             heading("Topics, actions and services"),
             heading("Topics", "-"),
-            table(("topic", "type", "published by", "subscribed by"), rows("/msg/", "publisher", "subscription")),
+            table(
+                ("topic", "type", "published by", "subscribed by"), rows("/msg/", "publisher", "subscription")
+            ),
             heading("Actions", "-"),
             table(("action", "type", "server", "client"), rows("/action/", "action server", "action client")),
             heading("Services", "-"),

@@ -35,8 +35,14 @@ def rewrite_links(text: str, path: Path, page: str) -> str:
             return match[0]
         found = (path.parent / target).resolve()
         found = mirrors.get(found, found)
-        if not found.is_relative_to(DOCS) or (found.suffix not in (".md", ".rst") and "pictures" not in found.parts):
-            return f"]({REPOSITORY}{found.relative_to(ROOT)}{anchor})" if found.is_relative_to(ROOT) else match[0]
+        if not found.is_relative_to(DOCS) or (
+            found.suffix not in (".md", ".rst") and "pictures" not in found.parts
+        ):
+            return (
+                f"]({REPOSITORY}{found.relative_to(ROOT)}{anchor})"
+                if found.is_relative_to(ROOT)
+                else match[0]
+            )
         return f"]({os.path.relpath(found, here)}{anchor})"
 
     return _LINK.sub(replace, text)

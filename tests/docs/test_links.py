@@ -14,14 +14,25 @@ def page(folder: Path, name: str, body: str) -> None:
 
 
 def test_a_site_without_faults_passes(tmp_path: Path) -> None:
-    page(tmp_path, "index.html", '<a href="sub/a.html#part">a</a> <a href="https://example.org/x">x</a><h1 id="top">t</h1>')
-    page(tmp_path, "sub/a.html", '<h2 id="part">p</h2><a href="../index.html#top">up</a><a href="#part">here</a>')
+    page(
+        tmp_path,
+        "index.html",
+        '<a href="sub/a.html#part">a</a> <a href="https://example.org/x">x</a><h1 id="top">t</h1>',
+    )
+    page(
+        tmp_path,
+        "sub/a.html",
+        '<h2 id="part">p</h2><a href="../index.html#top">up</a><a href="#part">here</a>',
+    )
     assert problems(tmp_path) == []
 
 
 def test_a_missing_file_is_listed(tmp_path: Path) -> None:
     page(tmp_path, "index.html", '<a href="gone.html">gone</a><img src="picture.png">')
-    assert [line.split(" leads")[0] for line in problems(tmp_path)] == ["index.html: gone.html", "index.html: picture.png"]
+    assert [line.split(" leads")[0] for line in problems(tmp_path)] == [
+        "index.html: gone.html",
+        "index.html: picture.png",
+    ]
 
 
 def test_a_missing_anchor_is_listed(tmp_path: Path) -> None:

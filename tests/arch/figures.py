@@ -84,12 +84,12 @@ def duplicate_classes(classes: dict[str, list[str]]) -> dict[str, list[str]]:
 
 
 def class_names() -> dict[str, list[str]]:
-    """Each name of a top-level class, and the files that define one of it."""
+    """Each name of a class, also of private and nested ones, and the file of each definition."""
     found: dict[str, list[str]] = {}
     for path in FILES:
-        for node in parse(path).body:
-            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-                found.setdefault(node.name, []).append(str(path.relative_to(SOURCE)))
+        for node in ast.walk(parse(path)):
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, []).append(path.relative_to(SOURCE).as_posix())
     return found
 
 

@@ -52,6 +52,11 @@ def _generate(_app: Any) -> None:
     write_all(DOCS / "reference" / "generated")
 
 
+def _mirrored_pages(*_: Any) -> list[str]:
+    """Read mirrored pages at each build, as Sphinx does not see changes of files outside `docs`."""
+    return list(MIRRORED)
+
+
 def _read_source(_app: Any, name: str, content: list[str]) -> None:
     """Show files from outside `docs` on their mirror pages, and point links at pages of the site."""
     path = DOCS / f"{name}.md"
@@ -81,5 +86,6 @@ def _link_types(_app: Any, doctree: Any) -> None:
 def setup(app: Any) -> None:
     """Register the generator and the reader of mirrored pages."""
     app.connect("builder-inited", _generate)
+    app.connect("env-get-outdated", _mirrored_pages)
     app.connect("doctree-read", _link_types)
     app.connect("source-read", _read_source)

@@ -15,7 +15,7 @@ sys.path.insert(0, str(DOCS))
 
 from generate.__main__ import write_all  # noqa: E402
 from generate.api import SOURCE  # noqa: E402
-from generate.data_flow import column_order, flows_of  # noqa: E402
+from generate.data_flow import column_order, draw, flows_of  # noqa: E402
 from generate.launches import node_kinds, parameters_of, ports_of  # noqa: E402
 from generate.links import rewrite_links  # noqa: E402
 from generate.rst import docstring, escape  # noqa: E402
@@ -79,8 +79,11 @@ def test_every_package_has_a_page(pages: Path) -> None:
     assert "py:method:: update(" in (pages / "api" / "chefbot.slam.rst").read_text()
 
 
-def test_the_figure_shows_every_flow_of_the_launch(pages: Path) -> None:
-    figure = ElementTree.parse(pages / "data_flow.svg")
+def test_the_figure_shows_every_flow_of_the_launch() -> None:
+    picture = DOCS / "pictures" / "data_flow.svg"
+    hint = "in docs: python -m generate.data_flow amcl_demo pictures/data_flow.svg"
+    assert picture.read_text() == draw("amcl_demo"), hint
+    figure = ElementTree.parse(picture)
     texts = {
         "".join(element.itertext()).split(" ")[0]
         for element in figure.iter("{http://www.w3.org/2000/svg}text")

@@ -6,7 +6,7 @@ ARGS ?=
 # Processes that test at once. With three on two cores, robots that must keep pace with the clock fall behind.
 TESTERS ?= 2
 
-.PHONY: demo test test-fast test-long lint bench fuzz fuzz-firmware fuzz-host clean
+.PHONY: demo test test-fast test-long lint docs bench fuzz fuzz-firmware fuzz-host clean
 
 demo: $(VENV)/.demo
 	$(BIN)/chefbot demo $(ARGS)
@@ -30,6 +30,11 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# The site in docs/_build; its reference is generated from the code. Warnings and broken links are errors.
+docs: $(VENV)/.dev
+	PYTHONPATH=src $(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
+	$(BIN)/python -m tests.support.links docs/_build
 
 bench: $(VENV)/.dev
 	$(BIN)/python bench/run_all.py $(ARGS)
@@ -58,4 +63,4 @@ $(VENV)/.dev: $(VENV)/.demo requirements-dev.lock
 	touch $@
 
 clean:
-	rm -rf $(VENV) runs build dist .mypy_cache .ruff_cache .pytest_cache
+	rm -rf $(VENV) runs build dist docs/_build docs/reference/generated .mypy_cache .ruff_cache .pytest_cache

@@ -11,10 +11,13 @@ DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 sys.path[:0] = [str(DOCS), str(ROOT / "src")]
 
-from generate.__main__ import write_all  # noqa: E402
-from generate.links import MIRRORED, rewrite_links  # noqa: E402
+from generate.__main__ import write_all
+from generate.api import class_index
+from generate.links import MIRRORED, rewrite_links
 
-from chefbot import __version__  # noqa: E402
+from sphinx import addnodes
+
+from chefbot import __version__
 
 project = "chefbot"
 author = "the chefbot developers"
@@ -49,6 +52,11 @@ def _generate(_app: Any) -> None:
     write_all(DOCS / "reference" / "generated")
 
 
+def _mirrored_pages(*_: Any) -> list[str]:
+    """Read mirrored pages at each build, as Sphinx does not see changes of files outside `docs`."""
+    return list(MIRRORED)
+
+
 def _read_source(_app: Any, name: str, content: list[str]) -> None:
     """Show files from outside `docs` on their mirror pages, and point links at pages of the site."""
     path = DOCS / f"{name}.md"
@@ -60,7 +68,24 @@ def _read_source(_app: Any, name: str, content: list[str]) -> None:
         content[0] = rewrite_links(text, path, name)
 
 
+CLASSES = class_index()
+
+
+def _link_types(_app: Any, doctree: Any) -> None:
+    """Link the classes of annotations by their full names; Sphinx would search all names for each of them."""
+    for node in list(doctree.findall(addnodes.pending_xref)):
+        if node.get("refdomain") == "py":
+            full_name = CLASSES.get(node["reftarget"].rpartition(".")[2])
+            if full_name is None:
+                node.replace_self(node.children)
+            else:
+                node["reftarget"] = full_name
+                node.attributes.pop("refspecific", None)
+
+
 def setup(app: Any) -> None:
     """Register the generator and the reader of mirrored pages."""
     app.connect("builder-inited", _generate)
+    app.connect("env-get-outdated", _mirrored_pages)
+    app.connect("doctree-read", _link_types)
     app.connect("source-read", _read_source)

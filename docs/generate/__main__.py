@@ -7,18 +7,16 @@ from pathlib import Path
 
 from generate.api import write_api
 from generate.commands import write_commands
-from generate.data_flow import write_data_flow
 from generate.launches import write_launches, write_nodes, write_topics
 
 
 def write_all(folder: Path) -> None:
-    """Write API, launches, nodes, topics, command line and the data-flow figure below `folder`."""
+    """Write API, launches, nodes, topics and the command line below `folder`."""
     write_api(folder / "api")
     write_launches(folder / "launches.rst")
     write_nodes(folder / "nodes.rst")
     write_topics(folder / "topics.rst")
     write_commands(folder / "command_line.rst")
-    write_data_flow(folder / "data_flow.svg", "amcl_demo")
 
 
 if __name__ == "__main__":

@@ -35,6 +35,17 @@ def write_api(folder: Path) -> None:
     )
 
 
+def class_index() -> dict[str, str]:
+    """Return the full name of each public class by its own name; names of several classes are left out."""
+    found: dict[str, list[str]] = {}
+    for path in (SOURCE / "chefbot").rglob("*.py"):
+        module = ".".join(path.relative_to(SOURCE).with_suffix("").parts).removesuffix(".__init__")
+        for node in _members(ast.parse(path.read_text()).body):
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, []).append(f"{module}.{node.name}")
+    return {name: places[0] for name, places in found.items() if len(places) == 1}
+
+
 def _summary(path: Path) -> str:
     if not path.exists():
         return ""

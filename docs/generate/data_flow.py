@@ -1,4 +1,4 @@
-"""The data flow of a launch as SVG: nodes are columns, topics and actions are rows, arrows go from sender to receiver."""
+"""The data flow of a launch as SVG: nodes are columns, topics and actions are rows, arrows show the direction."""
 
 from __future__ import annotations
 
@@ -138,7 +138,8 @@ def _row(flow: Flow, y: float, place: dict[str, int], shaded: bool, width: float
     )
     kind = flow.type.replace("/msg/", "/").replace("/action/", "/")
     parts.append(
-        f'<text x="10" y="{y + 4}">{escape(flow.name)} <tspan fill="#6e7781" font-size="10">{escape(kind)}</tspan></text>'
+        f'<text x="10" y="{y + 4}">{escape(flow.name)} '
+        f'<tspan fill="#6e7781" font-size="10">{escape(kind)}</tspan></text>'
     )
     for sender in flow.senders:
         targets = [x_of(place[node]) for node in flow.receivers if node != sender]
@@ -151,7 +152,8 @@ def _arrow(start: float, end: float, y: float, is_action: bool) -> str:
     name = "action" if is_action else "forward" if end > start else "backward"
     colour = {"forward": FORWARD, "backward": BACKWARD, "action": ACTION}[name]
     dash = ' stroke-dasharray="5 3"' if is_action else ""
-    return f'<line x1="{start}" y1="{y}" x2="{end}" y2="{y}" stroke="{colour}" stroke-width="1.6"{dash} marker-end="url(#{name})"/>'
+    style = f'stroke="{colour}" stroke-width="1.6"{dash} marker-end="url(#{name})"'
+    return f'<line x1="{start}" y1="{y}" x2="{end}" y2="{y}" {style}/>'
 
 
 def write_data_flow(path: Path, launch_name: str) -> None:

@@ -16,7 +16,11 @@ from chefbot.runtime.node import RESTORED_PREFIX, In, Node, Out, TopicSpec, para
 from generate.api import field_docstrings
 from generate.rst import anchor, code, docstring, escape, heading, table, write
 
-_UNIT = re.compile(r", ((?:[a-zA-Z%/^0-9 ]|\*\*){1,12})$")
+_UNITS = (
+    *("m/s^2", "m/s", "m/m", "m/rad", "m", "s/rad", "s", "rad/s^2", "rad/s", "rad/rad", "rad/m", "rad"),
+    *("1/rad", "1/m", "Hz", "percent", "pixels", "ns"),
+)
+_UNIT = re.compile(rf"[,(] ?({'|'.join(map(re.escape, _UNITS))})(?=$|[;:,.) ])")
 
 
 class Port(NamedTuple):
@@ -37,6 +41,7 @@ class Parameter(NamedTuple):
     default: Any
     bounds: str
     unit: str
+    """1 for a number without dimension; empty for counts, texts and switches."""
     description: str
 
 
@@ -93,8 +98,9 @@ def parameters_of(struct: type[msgspec.Struct], prefix: str = "") -> Iterator[Pa
             yield from parameters_of(base, f"{name}.")
             continue
         description = " ".join(m.description for m in metas if m.description) or texts.get(field.name, "")
-        unit = _UNIT.search(description)
-        yield Parameter(name, _type_name(base), default, _bounds(metas), unit[1] if unit else "", description)
+        match = _UNIT.search(description)
+        unit = match[1] if match else "1" if base is float else ""
+        yield Parameter(name, _type_name(base), default, _bounds(metas), unit, description)
 
 
 def _default(field: Any) -> Any:
@@ -167,7 +173,10 @@ def write_launches(path: Path) -> None:
     write(path, parts)
 
 
-_STANDARD = "``chefbot launch NAME key:=value`` runs a launch. Every launch has the arguments of the first table besides its own.\n"
+_STANDARD = (
+    "``chefbot launch NAME key:=value`` runs a launch. "
+    "Every launch has the arguments of the first table besides its own.\n"
+)
 _PART = "A part that other launches include."
 
 
@@ -203,7 +212,7 @@ def write_nodes(path: Path) -> None:
 
 _NODES = (
     "Every node class that a launch names. An unknown parameter or a value out of bounds stops the start. "
-    "Units are SI unless the description says otherwise.\n"
+    "The unit 1 marks numbers without dimension.\n"
 )
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import yaml
 
-from chefbot.cli import calibrate
-from chefbot.cli.calibrate import CalibrateOptions, run_calibrate
+from chefbot.cli.robot import calibrate
+from chefbot.cli.robot.calibrate import CalibrateOptions, run_calibrate
 from chefbot.design.export.mjcf import AsBuilt
 from chefbot.errors import UserError
 from chefbot.nodes.calibrator import CalibratorNode
@@ -44,7 +44,7 @@ def test_a_robot_that_was_never_calibrated_gets_a_file_that_knows_it(tmp_path: P
     assert robot.left_wheel_radius == pytest.approx(drawn.wheel_radius * truth["left_wheel"], rel=1e-3)
     assert robot.wheels == drawn.wheels
     assert (tmp_path / "calibration.png").read_bytes()[:4] == b"\x89PNG"
-    with pytest.raises(UserError, match="like itself"):
+    with pytest.raises(UserError, match="refer to itself"):
         run_calibrate(options(tmp_path, robot=str(tmp_path / "robot.yaml")))
 
 

@@ -9,7 +9,7 @@ import pytest
 from tests.waiting import wait_for
 from tests.wire.dds.other import Peer
 
-from chefbot.cli.dds import run_dds
+from chefbot.cli.tools.dds_bridge import run_dds
 from chefbot.errors import UserError
 from chefbot.msgs.std_msgs import String
 from chefbot.ros2.rmw.node import RmwNode

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from chefbot.cli.calibrate import CalibrateOptions, run_calibrate
 
+from chefbot.cli.robot.calibrate import CalibrateOptions, run_calibrate
 from chefbot.errors import UserError
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.ekf import Ekf

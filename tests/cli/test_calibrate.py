@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from chefbot.cli.calibrate import CalibrateOptions, run_calibrate
 
-from chefbot.cli import calibrate
+from chefbot.cli.robot import calibrate
+from chefbot.cli.robot.calibrate import CalibrateOptions, run_calibrate
 from chefbot.config import ConfigError
 from chefbot.errors import UserError
 from chefbot.nodes.calibrator import CalibratorNode

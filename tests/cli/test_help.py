@@ -3,7 +3,8 @@
 import pytest
 from typer.testing import CliRunner
 
-from chefbot.cli.app import ROBOTS, WORLDS, app
+from chefbot.cli.app import app
+from chefbot.cli.parameters import ROBOTS, WORLDS
 from chefbot.robot.load import built_in_robots
 from chefbot.sim.world.world import built_in_worlds
 
@@ -17,7 +18,9 @@ def test_every_robot_and_world_is_named() -> None:
     assert set(words(WORLDS)) == {*built_in_worlds(), "a world file", "or any ROS map.yaml"}
 
 
-@pytest.mark.parametrize("verb", ["design", "drawing", "model", "urdf", "sdf", "mjcf", "check"])
+@pytest.mark.parametrize(
+    "verb", ["design", "draw", "check", "export solids", "export urdf", "export sdf", "export mjcf"]
+)
 def test_it_stands_in_the_help_of_each_verb_that_takes_a_robot(verb: str) -> None:
-    shown = CliRunner().invoke(app, [verb, "--help"]).output
+    shown = CliRunner().invoke(app, ["robot", *verb.split(), "--help"]).output
     assert all(name in shown for name in built_in_robots())

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from chefbot.cli.model import Format, run_model
 from PIL import Image
 from tests.support.waiting import in_time
 
+from chefbot.cli.robot.solids import Format, run_model
 from chefbot.errors import ChefbotError, UserError
 from chefbot.robot.geometry.mass import unloaded_mass
 from chefbot.robot.load import load_robot
@@ -43,7 +43,7 @@ main()
 def test_every_part_and_the_assembly_as_stl_in_millimetres(tmp_path: Path) -> None:
     out = tmp_path / "made" / "stl"
     done = subprocess.run(
-        [sys.executable, "-c", TOLD_AT_ITS_END, "model", "--mm", "--out", str(out)],
+        [sys.executable, "-c", TOLD_AT_ITS_END, "robot", "export", "solids", "--mm", "--out", str(out)],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     seconds, megabytes = (float(word) for word in done.stderr.split())
@@ -130,7 +130,9 @@ def test_a_full_disk_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_the_exit_code_of_bad_input_is_2() -> None:
-    done = subprocess.run([*CHEFBOT, "model", "--part", "wing"], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [*CHEFBOT, "robot", "export", "solids", "--part", "wing"], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 2
     assert done.stdout == ""
     assert done.stderr.count("\n") == 1

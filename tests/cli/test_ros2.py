@@ -8,10 +8,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from chefbot.cli.ros2 import run_ros2
 from tests.support.waiting import PATIENCE
 
-from chefbot.cli import ros2
+from chefbot.cli.robot import ros2
+from chefbot.cli.robot.ros2 import run_ros2
 from chefbot.errors import UserError
 
 
@@ -48,7 +48,7 @@ def test_what_is_there_is_not_touched(tmp_path: Path, taken: str) -> None:
     else:
         place.symlink_to(tmp_path / "nowhere")
     before = files(tmp_path)
-    with pytest.raises(UserError, match=r"three is there already; move it away"):
+    with pytest.raises(UserError, match=r"three exists already; move it away"):
         run_ros2("chefbot", tmp_path)
     assert files(tmp_path) == before
 
@@ -92,7 +92,7 @@ def test_a_file_or_a_closed_folder_as_out(tmp_path: Path) -> None:
 )
 def test_an_unknown_robot_is_one_sentence(tmp_path: Path, words: list[str], said: str) -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "chefbot", "ros2", *words],
+        [sys.executable, "-m", "chefbot", "robot", "export", "ros2", *words],
         capture_output=True, text=True, cwd=tmp_path, timeout=PATIENCE, check=False,
     )  # fmt: skip
     assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr

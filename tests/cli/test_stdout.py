@@ -1,4 +1,4 @@
-"""What is printed goes into files and pipes, too: `chefbot urdf > robot.urdf`."""
+"""What is printed goes into files and pipes, too: `chefbot robot export urdf > robot.urdf`."""
 
 import subprocess
 import sys
@@ -10,7 +10,7 @@ FULL = Path("/dev/full")
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full")
-@pytest.mark.parametrize("verb", [["urdf"], ["--version"]])
+@pytest.mark.parametrize("verb", [["robot", "export", "urdf"], ["--version"]])
 def test_a_full_disk_is_one_sentence(verb: list[str]) -> None:
     with FULL.open("w") as full:
         done = subprocess.run(
@@ -21,4 +21,4 @@ def test_a_full_disk_is_one_sentence(verb: list[str]) -> None:
             check=False,
         )
     assert done.returncode == 2
-    assert done.stderr == "chefbot: what it had to print could not be written: No space left on device\n"
+    assert done.stderr == "chefbot: standard output could not be written: No space left on device\n"

@@ -6,10 +6,10 @@ import os
 from pathlib import Path
 
 import pytest
-from chefbot.cli.urdf_given import check_given
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from chefbot.cli.robot.urdf_given import check_given
 from chefbot.design.export.urdf import urdf
 from chefbot.design.export.urdf_check import check_urdf, parse_xml
 from chefbot.errors import ChefbotError

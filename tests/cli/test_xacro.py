@@ -6,8 +6,8 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
-from chefbot.cli.urdf_given import check_given, expanded
 
+from chefbot.cli.robot.urdf_given import check_given, expanded
 from chefbot.design.export.ros2.workspace import description_package
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
@@ -109,7 +109,7 @@ DOORS = {
         '<link name="$(eval ${{p}})"/>',
         r"\$\(eval __import__",
     ),
-    "$(eval)": ("<link name=\"$(eval 'a')\"/>", r"gets neither Python nor"),
+    "$(eval)": ("<link name=\"$(eval 'a')\"/>", r"evaluates neither Python nor"),
     "the environment": ('<link name="$(env HOME)"/>', r"\$\(env HOME\) is not evaluated"),
     "a unit in a YAML file": ("<link name=\"${{xacro.load_yaml('walk.yaml')}}\"/>", "is more than arithmetic"),
     "a YAML file elsewhere": ("<link name=\"${{load_yaml('../secret.yaml')}}\"/>", r"secret\.yaml lies outside"),

@@ -9,8 +9,7 @@ import yaml
 
 pytest.importorskip("manifold3d")
 
-from chefbot.cli.check import run_check
-
+from chefbot.cli.robot.check import run_check
 from chefbot.design.checks import part_bodies
 from chefbot.design.checks.finding import has_solids, nearest_valid_length, with_value
 from chefbot.design.checks.geometry_checks import check

@@ -21,13 +21,13 @@ import ezdxf
 import msgspec
 import numpy as np
 import pytest
-from chefbot.cli.drawing import write_drawing
 from ezdxf import bbox
 from ezdxf.document import Drawing as Document
 from PIL import Image
 from typer.testing import CliRunner
 
 from chefbot.cli.app import app, main
+from chefbot.cli.robot.draw import write_drawing
 from chefbot.design.drawing.drawing import loop_box
 from chefbot.design.drawing.dxf import LAYERS, dxf_bytes, dxf_document
 from chefbot.design.drawing.paper import BINDING, MARGIN
@@ -354,7 +354,9 @@ def test_the_parts_list_names_every_part() -> None:
 
 
 def test_the_verb_writes_three_files_a_sheet(tmp_path: Path) -> None:
-    done = CliRunner().invoke(app, ["drawing", "tube", "pole", "--out", str(tmp_path / "new" / "folder")])
+    done = CliRunner().invoke(
+        app, ["robot", "draw", "tube", "pole", "--out", str(tmp_path / "new" / "folder")]
+    )
     assert done.exit_code == 0, done.output
     names = {f"{sheet}.{kind}" for sheet in ("tube", "pole") for kind in ("dxf", "png", "pdf")}
     assert {path.name for path in (tmp_path / "new" / "folder").iterdir()} == names
@@ -379,7 +381,7 @@ def test_bad_input_is_one_sentence(
 ) -> None:
     (tmp_path / "file").touch()
     given = [argument.replace("FILE", str(tmp_path / "file")) for argument in arguments]
-    monkeypatch.setattr(sys, "argv", ["chefbot", "drawing", *given])
+    monkeypatch.setattr(sys, "argv", ["chefbot", "robot", "draw", *given])
     with pytest.raises(SystemExit) as stop:
         main()
     assert stop.value.code == 2

@@ -327,7 +327,7 @@ def test_a_picture_shows_what_stands_there_in_its_colour() -> None:
 
 def test_nothing_of_it_is_loaded_by_who_does_not_ask() -> None:
     script = (
-        "import sys, chefbot, chefbot.cli.app, chefbot.cli.model; "
+        "import sys, chefbot, chefbot.cli.app, chefbot.cli.robot.solids; "
         "import chefbot.design.solids.glb, chefbot.design.solids.step; "
         "sys.exit(bool({'trimesh', 'manifold3d', 'shapely', 'build123d', 'OCP', 'scipy'} & set(sys.modules)))"
     )

@@ -13,7 +13,6 @@ from typing import Any
 
 import pytest
 import yaml
-from chefbot.cli.ros2 import run_ros2
 from tests.design.fake_launch import (
     DeclareLaunchArgument,
     EqualsSubstitution,
@@ -29,6 +28,7 @@ from tests.design.fake_launch import (
 )
 from tests.design.sdf_checker import read_by_libsdformat
 
+from chefbot.cli.robot.ros2 import run_ros2
 from chefbot.launcher.launch import parse_arguments
 from chefbot.nodes.drive_base import DriveBaseNode
 from chefbot.nodes.odometry import OdometryNode

@@ -9,11 +9,11 @@ import mujoco
 import numpy as np
 import pytest
 import yaml
-from chefbot.cli.urdf import run_package
-from chefbot.cli.urdf_given import check_given, expanded
 from tests.design.bodies import assert_same, of_solids, of_urdf
 from tests.design.fake_launch import run_launch_file
 
+from chefbot.cli.robot.urdf import run_package
+from chefbot.cli.robot.urdf_given import check_given, expanded
 from chefbot.design.export.urdf import urdf
 from chefbot.errors import UserError
 from chefbot.robot.geometry.layout import overall_height

@@ -99,14 +99,14 @@ def test_a_board_that_is_switched_off_under_the_monitor_is_one_sentence(
 def test_the_header_is_the_robots(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(monkeypatch, "firmware", "header", "desk") == 0
+    assert run(monkeypatch, "robot", "export", "firmware", "desk") == 0
     assert capsys.readouterr().out == firmware_header(load_robot("desk"))
 
 
 def test_the_doctor_prints_a_rule_and_no_open_door(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("chefbot.cli.doctor.ports", list)
+    monkeypatch.setattr("chefbot.cli.board.ports.ports", list)
     assert run(monkeypatch, "doctor") == 0
     out = capsys.readouterr().out
     assert 'ATTRS{idVendor}=="2341"' in out and 'MODE="0660"' in out and "udevadm" in out
@@ -119,10 +119,10 @@ def test_the_doctor_prints_a_rule_and_no_open_door(
         (["board", "monitor", "/no/port"], "/no/port is not there"),
         (["board", "log", "/dev/null", "--out", "{tmp}/x"], "/dev/null is no serial port"),
         (["board", "monitor", "{tmp}"], "is no serial port"),
-        (["board", "emulate", "--link", "{tmp}"], "is there already and no link"),
-        (["flash", "--board", "mege"], "did you mean 'mega'?"),
-        (["flash", "--board", "mega", "--robot", "chefbt"], "did you mean 'chefbot'?"),
-        (["firmware", "header", "no.yaml"], "no.yaml"),
+        (["board", "emulate", "--link", "{tmp}"], "exists already and is no link"),
+        (["board", "flash", "--board", "mege"], "did you mean 'mega'?"),
+        (["board", "flash", "--board", "mega", "--robot", "chefbt"], "did you mean 'chefbot'?"),
+        (["robot", "export", "firmware", "no.yaml"], "no.yaml"),
     ],
 )
 def test_bad_input_is_one_sentence(
@@ -158,7 +158,7 @@ def test_without_tools_the_package_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert run(monkeypatch, "flash", "--board", "pico") == 2
+    assert run(monkeypatch, "board", "flash", "--board", "pico") == 2
     assert "make is not installed" in capsys.readouterr().err
 
 
@@ -171,7 +171,7 @@ def test_flash_compiles_for_the_robot_and_says_what_it_lacks(
     if shutil.which("avrdude") is not None:
         pytest.skip("avrdude is here: it would look for a board")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert run(monkeypatch, "flash", "--board", "mega", "--robot", "desk") == 2
+    assert run(monkeypatch, "board", "flash", "--board", "mega", "--robot", "desk") == 2
     program = tmp_path / "chefbot" / "firmware" / "mega.hex"
     assert f"avrdude is not installed: sudo apt-get install avrdude; the program is {program}" in (
         capsys.readouterr().err

@@ -167,7 +167,7 @@ def test_the_verbs_lead_a_robot_into_the_fleet(tmp_path: Path, monkeypatch: pyte
     monkeypatch.chdir(tmp_path)
 
     def say(*words: str) -> str:
-        done = CliRunner().invoke(app, ["keys", *words], catch_exceptions=False)
+        done = CliRunner().invoke(app, ["fleet", *words], catch_exceptions=False)
         assert done.exit_code == 0, done.output
         return done.output
 
@@ -176,9 +176,9 @@ def test_the_verbs_lead_a_robot_into_the_fleet(tmp_path: Path, monkeypatch: pyte
     assert "accept robot1.card" in say("sign", "robot/robot1.request", "--folder", "office")
     say("accept", "robot1.card", "--folder", "robot")
     assert "robot1, robot of fleet hotel" in say("show", "--folder", "robot")
-    assert "robot1 is no member any more" in say("remove", "robot1", "--folder", "office")
+    assert "robot1 is no longer a member" in say("remove", "robot1", "--folder", "office")
     with pytest.raises(UserError, match="no member"):
-        CliRunner().invoke(app, ["keys", "remove", "robot9", "--folder", "office"], catch_exceptions=False)
+        CliRunner().invoke(app, ["fleet", "remove", "robot9", "--folder", "office"], catch_exceptions=False)
 
 
 @pytest.mark.parametrize("kind", ["rsa", "p384", "ed25519"])

@@ -6,10 +6,10 @@ import sys
 from collections.abc import Callable
 
 import pytest
-from chefbot.cli.dds import run_dds
 from tests.support.waiting import wait_for
 from tests.wire.dds.other import Peer
 
+from chefbot.cli.tools.dds_bridge import run_dds
 from chefbot.errors import UserError
 from chefbot.msgs.std_msgs import String
 from chefbot.ros2.dds.domain import DdsError

@@ -1,4 +1,4 @@
-"""`chefbot slam`: a recorded log to a map."""
+"""`chefbot map slam`: build a map from a recorded log."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ console = Console(highlight=False)
 
 
 def run_slam(path: Path, out: Path, particles: int, seed: int, max_range: float) -> None:
-    """Read, map with progress, write trajectory and map."""
+    """Build a map from a CARMEN log with a progress display; write trajectory and map into `out`.
+
+    Raises UserError if the log is invalid or the folder cannot be written.
+    """
     records = parse(read_text(path))
     params = GmappingParams(particles=particles, seed=seed, max_range=max_range)
     began = wall_ns()
@@ -39,13 +42,13 @@ def run_slam(path: Path, out: Path, particles: int, seed: int, max_range: float)
     picture = (out / "map.png", map_png(result.grid))
     save_map(out / "map", result.grid, companions=(trajectory, picture))
     if result.no_return is not None:
-        least, share = result.no_return
-        console.print(f"Ranges of {least:.2f} m and more are taken for no return: {share:.1%} of all beams.")
+        minimum, share = result.no_return
+        console.print(f"Ranges of {minimum:.2f} m and more count as no return: {share:.1%} of all beams.")
     console.print(f"{len(result.poses)} scans, {took:.1f} s; {out}/map.yaml, map.png, trajectory.tum")
 
 
 def _run(path: Path, records: Iterator[CarmenOdom | CarmenScan], params: GmappingParams) -> SlamResult:
-    """With a bar that shows how far it is."""
+    """Run SLAM over the records with a progress bar."""
     with Progress(console=console) as progress:
         task = progress.add_task(f"mapping {path.name}", total=None)
         return run_log(
@@ -54,7 +57,7 @@ def _run(path: Path, records: Iterator[CarmenOdom | CarmenScan], params: Gmappin
 
 
 def read_text(path: Path) -> str:
-    """The text of a log, gzip'ed or not."""
+    """Return the text of a log, gzip-compressed or not. Raises UserError if it is not ASCII text."""
     data = read_bytes(path, "log", MAX_LOG_BYTES)
     try:
         if data[:2] == b"\x1f\x8b":
@@ -67,9 +70,11 @@ def read_text(path: Path) -> str:
 
 
 def _bounded_gunzip(data: bytes, path: Path) -> bytes:
-    """At most MAX_LOG_BYTES come out: a small file can hold an absurd one."""
+    """Decompress at most MAX_LOG_BYTES: a small file can contain an enormous one."""
     with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
         text = file.read(MAX_LOG_BYTES + 1)
     if len(text) > MAX_LOG_BYTES:
-        raise UserError(f"log {path} unpacks to more than {MAX_LOG_BYTES} bytes; that is not a log of scans")
+        raise UserError(
+            f"log {path} unpacks to more than {MAX_LOG_BYTES} bytes; that is not a log of laser scans"
+        )
     return text

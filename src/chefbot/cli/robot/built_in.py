@@ -7,17 +7,17 @@ from rich.table import Table
 
 from chefbot.robot.geometry.layout import body_height
 from chefbot.robot.geometry.mass import unloaded_mass
-from chefbot.robot.load import built_in_robots, load_robot
+from chefbot.robot.load import ROBOT_FOLDER, built_in_robots, load_robot
 
-console = Console(highlight=False)
+console = Console(highlight=False, soft_wrap=True)
 
 
 def list_robots() -> None:
     """Print size, mass, speed and payload of each built-in robot."""
-    table = Table(
-        "robot", "diameter, m", "height, m", "mass, kg", "speed, m/s", "payload, kg", "file", box=None
-    )
-    for name, path in built_in_robots().items():
+    table = Table(box=None)
+    for column in ("robot", "diameter, m", "height, m", "mass, kg", "speed, m/s", "payload, kg"):
+        table.add_column(column, no_wrap=True)
+    for name in built_in_robots():
         robot = load_robot(name)
         figures = (
             2.0 * robot.footprint_radius,
@@ -26,5 +26,6 @@ def list_robots() -> None:
             robot.drive.max_speed,
             robot.body.payload,
         )
-        table.add_row(name, *(f"{figure:.2f}" for figure in figures), str(path))
-    console.print(table, soft_wrap=True)
+        table.add_row(name, *(f"{figure:.2f}" for figure in figures))
+    console.print(table)
+    console.print(f"\nTheir files are in {ROBOT_FOLDER}; a file of your own begins with `like: chefbot`.")

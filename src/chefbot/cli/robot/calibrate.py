@@ -1,4 +1,4 @@
-"""`chefbot calibrate`: drive, solve, prove, write the robot file."""
+"""`chefbot robot calibrate`: drive, solve, validate, write the robot file."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ console = Console(highlight=False, soft_wrap=True)
 
 
 class CalibrateOptions(NamedTuple):
-    """As on the command line."""
+    """Options as on the command line."""
 
     robot: str
     arguments: list[str]
@@ -43,21 +43,24 @@ class CalibrateOptions(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What the drive gave. mount: of the sensor that scans, by the robot file. frame: its name."""
+    """Recorded drive. mount: pose of the scanning sensor by the robot file; frame: its name."""
 
     drive: CalibrationDrive
     mount: SE2
     frame: str
     truth: dict[str, float] | None
-    """How the simulated robot was really built: told to people, used by nothing."""
+    """Ground truth of the simulated robot, only printed."""
 
 
 def run_calibrate(options: CalibrateOptions) -> None:
-    """UserError, and no robot file, where the drive or what it says is not good enough."""
+    """Drive, calibrate and write the results.
+
+    Raises UserError, and writes no robot file, if the drive fails or its data is insufficient.
+    """
     robot, launch = load_robot(options.robot), _launch(options)
     target = options.out / "robot.yaml"
     if target.resolve() == find_robot(options.robot).resolve():
-        raise UserError(f"{target} would be like itself; give another folder with --out")
+        raise UserError(f"{target} would refer to itself by `like`; give another folder with --out")
     make_folder(options.out)
     measured = _measure(robot, launch, options)
     result = calibrate(measured.drive, WheelParams.of(robot), measured.mount)
@@ -82,7 +85,7 @@ def _launch(options: CalibrateOptions) -> Launch:
 
 
 def _measure(robot: Robot, launch: Launch, options: CalibrateOptions) -> Measured:
-    """Drive. UserError that says why it ended early; what was recorded stays."""
+    """Drive. Raises UserError with the reason if it ends early; the recording is kept."""
     recording = options.out / "run.mcap"
     speed = 0.0 if options.sim else 1.0
     with session(robot, options.seed, launch.clock, speed, recording) as system:
@@ -93,8 +96,10 @@ def _measure(robot: Robot, launch: Launch, options: CalibrateOptions) -> Measure
         with stop_on_signals(system.loop.stop):
             system.loop.run(until=lambda: node.finished or node.failure is not None)
         if not node.finished:
-            why = node.failure or "it was interrupted"
-            raise UserError(f"no calibration: {why}; no robot file was written, the recording is {recording}")
+            reason = node.failure or "it was interrupted"
+            raise UserError(
+                f"no calibration: {reason}; no robot file was written, the recording is {recording}"
+            )
         scan = node.scan.last
         assert scan is not None
         return Measured(node.drive, node.mount, scan.header.frame_id, _truth(system))
@@ -122,7 +127,7 @@ def _truth(system: NodeContainer) -> dict[str, float] | None:
 def _write(
     out: Path, text: str, result: CalibrationResult, found: Findings, measured: Measured, robot: Robot
 ) -> None:
-    """The robot file last: where it is, the rest is."""
+    """Write the robot file last: if it exists, all other files do."""
     summary = _summary(result, found, measured, robot)
     write_atomic(out / "calibration.json", (json.dumps(summary, indent=1) + "\n").encode())
     write_atomic(out / "calibration.png", picture(result, found, robot))
@@ -159,9 +164,9 @@ def _print(result: CalibrationResult, found: Findings, measured: Measured, robot
     truth = measured.truth
     table = Table(*columns, *(["simulator's truth", "off by"] if truth else []), box=None)
     for one in found.values:
-        row = [one.key, one.told(one.before), one.told(one.value), one.told(one.deviation)]
+        row = [one.key, one.text_of(one.before), one.text_of(one.value), one.text_of(one.deviation)]
         if truth:
-            row += [one.told(truth[one.key]), one.told(one.value - truth[one.key], signed=True)]
+            row += [one.text_of(truth[one.key]), one.text_of(one.value - truth[one.key], signed=True)]
         table.add_row(*row)
     console.print(table)
     before, after = result.before.worst, result.after.worst
@@ -174,19 +179,19 @@ def _print(result: CalibrationResult, found: Findings, measured: Measured, robot
     )
     apart = zip(WHEELS, result.validation.wheels, result.solution.wheels, strict=True)
     console.print(
-        "Found once more, by the check alone: "
+        "Validation on its own drives: "
         + ", ".join(f"{key} {100.0 * (again / first - 1.0):+.3f} %" for key, again, first in apart)
-        + " apart"
+        + " different"
     )
-    for slipped, which in ((result.solution.slipped, ""), (result.validation.slipped, " of the check")):
+    for slipped, which in ((result.solution.slipped, ""), (result.validation.slipped, " of the validation")):
         if slipped.any():
             console.print(
-                f"{int(slipped.sum())} of {len(slipped)} drives{which} fit no wheels and were left out: "
-                "a wheel slipped, or a wall was taken for another."
+                f"{int(slipped.sum())} of {len(slipped)} drives{which} were rejected as outliers: "
+                "a wheel slipped, or a wall was mistaken for another."
             )
     x, y = found.mount_off
-    if math.hypot(x, y) > found.mount_told:
+    if math.hypot(x, y) > found.mount_threshold:
         console.print(
-            f"The {found.sensor} seems to sit {1000 * x:+.0f} mm forward and {1000 * y:+.0f} mm to the left of where "
-            f"{robot.name} has it; measure it and correct sensors in the robot file."
+            f"The {found.sensor} seems to be mounted {1000 * x:+.0f} mm forward and {1000 * y:+.0f} mm to the "
+            f"left of its position in {robot.name}; measure it and correct `sensors` in the robot file."
         )

@@ -1,4 +1,4 @@
-"""What a calibration found, as keys of a robot file."""
+"""The results of a calibration as keys of a robot file."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from chefbot.maths.se2 import SE2
 from chefbot.robot.load import LIKE, built_in_robots, find_robot
 from chefbot.robot.spec import Robot
 
-LEAST = {"wheel": 5e-4, "separation": 1e-3, "gyro": 1e-3}
-"""No standard deviation is written below these: tyres wear, loads and floors differ from those of the drive."""
+MIN_DEVIATIONS = {"wheel": 5e-4, "separation": 1e-3, "gyro": 1e-3}
+"""Minimum standard deviations in the robot file, for wear of the tyres and other loads and floors."""
 KEYS = {"laser": "lidar_yaw", "camera_link": "camera_yaw", "camera_depth_frame": "camera_yaw"}
 NAMES = {"lidar_yaw": "lidar", "camera_yaw": "camera"}
-MOUNT_TOLD = 0.006
-"""m from which on a sensor sits elsewhere than the file says."""
+MOUNT_THRESHOLD = 0.006
+"""Offset of a sensor from its mount above which it is reported, m."""
 
 
 class CalibrationChange(NamedTuple):
-    """One key of the section `calibration`: what the file had, what was found, in SI units."""
+    """One key of the section `calibration`: value before, value found, standard deviation, in SI units."""
 
     key: str
     before: float
@@ -30,8 +30,8 @@ class CalibrationChange(NamedTuple):
     deviation: float
     unit: str = ""
 
-    def told(self, value: float, *, signed: bool = False) -> str:
-        """For people: angles in degrees, factors as they are, small shares per cent."""
+    def text_of(self, value: float, *, signed: bool = False) -> str:
+        """Return a value as text: angles in degrees, factors unchanged, small ratios in per cent."""
         if self.unit:
             degrees = math.degrees(value)
             return f"{degrees:+.3f} {self.unit}" if signed else f"{degrees:.3f} {self.unit}"
@@ -40,22 +40,22 @@ class CalibrationChange(NamedTuple):
 
     @property
     def text(self) -> str:
-        """As YAML."""
+        """The value found, as YAML."""
         return f"{math.degrees(self.value):.4f} {self.unit}" if self.unit else f"{self.value:.6f}"
 
 
 class Findings(NamedTuple):
-    """All of them, and where the sensor sits beside its mount, m."""
+    """All calibrated keys, and the offset of the sensor from its mount, m."""
 
     values: tuple[CalibrationChange, ...]
     sensor: str
     mount_off: tuple[float, float]
-    mount_told: float
+    mount_threshold: float
     reason: str
 
 
 def findings_of(result: CalibrationResult, robot: Robot, mount: SE2, frame: str) -> Findings:
-    """Against the robot file that was assumed."""
+    """Return the results compared with the robot file that was assumed."""
     old, solution, gyro = robot.calibration, result.solution, result.gyro
     left, right, separation = solution.wheels.factors(WheelParams.nominal(robot))
     sd = solution.deviations.tolist()
@@ -71,23 +71,23 @@ def findings_of(result: CalibrationResult, robot: Robot, mount: SE2, frame: str)
     )
     drives, slipped = len(solution.slipped), int(solution.slipped.sum())
     reason = (
-        f"{drives} drives between {len(solution.poses)} stands ({slipped} slipped); systematic error of squares "
+        f"{drives} drives between {len(solution.poses)} stations ({slipped} slipped); systematic error of squares "
         f"{1000 * result.before.worst:.0f} mm before, {1000 * result.after.worst:.1f} mm after"
     )
     off = (solution.sensor.x - mount.x, solution.sensor.y - mount.y)
-    return Findings(values, NAMES[key], off, MOUNT_TOLD, reason)
+    return Findings(values, NAMES[key], off, MOUNT_THRESHOLD, reason)
 
 
 def robot_text(found: Findings, robot: str) -> str:
-    """A robot file for any folder that is like `robot` but for its calibration."""
+    """Return a robot file, for any folder, that extends `robot` by its calibration."""
     like = robot if robot in built_in_robots() else str(find_robot(robot).resolve())
     lines = [
-        "# Measured by `chefbot calibrate`: " + found.reason + ".",
+        "# Measured by `chefbot robot calibrate`: " + found.reason + ".",
         f"{LIKE}: {like}",
         "",
         "calibration:",
     ]
-    lines += [_line(one.key, one.text, _why(one)) for one in found.values]
+    lines += [_line(one.key, one.text, _comment(one)) for one in found.values]
     deviation = {one.key: one.deviation for one in found.values}
     worst = max(deviation["left_wheel"], deviation["right_wheel"])
     for key, value in (
@@ -95,15 +95,16 @@ def robot_text(found: Findings, robot: str) -> str:
         ("separation", deviation["separation"]),
         ("gyro", deviation["gyro_scale"]),
     ):
-        why = f"measured to {100 * value:.3f} %; not below {100 * LEAST[key]:.2f} %, for wear, load and floor"
-        lines.append(_line(f"{key}_deviation", f"{max(value, LEAST[key]):.6f}", why))
+        minimum = MIN_DEVIATIONS[key]
+        comment = f"measured to {100 * value:.3f} %; minimum {100 * minimum:.2f} %, for wear, load and floor"
+        lines.append(_line(f"{key}_deviation", f"{max(value, minimum):.6f}", comment))
     return "\n".join(lines) + "\n"
 
 
-def _why(one: CalibrationChange) -> str:
+def _comment(one: CalibrationChange) -> str:
     if one.key == "gyro_offset":
-        return f"while standing and driving; +- {one.told(one.deviation)}"
-    return f"was {one.told(one.before)}; by the walls that it saw, +- {one.told(one.deviation)}"
+        return f"at rest and in motion; +- {one.text_of(one.deviation)}"
+    return f"was {one.text_of(one.before)}; from the scanned walls, +- {one.text_of(one.deviation)}"
 
 
 def _line(key: str, text: str, comment: str) -> str:

@@ -1,4 +1,4 @@
-"""Before and after of a calibration, as UMBmark shows it, and what was found."""
+"""Picture of a calibration: return errors before and after, as in UMBmark, and the results."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ BLUE, ORANGE, GREY = "#1f6feb", "#e8710a", "0.55"
 
 
 def picture(result: CalibrationResult, found: Findings, robot: Robot) -> bytes:
-    """PNG: return errors before, after in a frame a tenth as wide or less, and the numbers with their uncertainty."""
+    """Return a PNG with the return errors before and, enlarged, after, and the results with their uncertainty."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(12.0, 4.2), layout="constrained")
     before, after, numbers = figure.subplots(1, 3)
     enlarged = _reach(result.before) / _reach(result.after)
-    _returns(before, result.before, "before: as the robot file had it")
+    _returns(before, result.before, "before: by the robot file")
     _returns(after, result.after, f"after, on other squares, {enlarged:.0f} times enlarged")
     _numbers(numbers, found)
     ratio = result.before.worst / max(result.after.worst, 1e-6)
@@ -38,17 +38,17 @@ def picture(result: CalibrationResult, found: Findings, robot: Robot) -> bytes:
 
 
 def _reach(errors: ReturnErrors) -> float:
-    """mm from the middle of a frame to its rim, with room about all points and for the legend over them."""
+    """Return the half-width of a plot, mm, with space around all points and for the legend."""
     return 1300.0 * max(float(np.abs(errors.left).max()), float(np.abs(errors.right).max()), 1e-5)
 
 
 def _returns(axes: Any, errors: ReturnErrors, title: str) -> None:
-    """Where the robot was, seen from where its wheels said it was."""
+    """Plot the true final positions relative to those by odometry."""
     for points, colour, name in ((errors.left, BLUE, "to the left"), (errors.right, ORANGE, "to the right")):
         x, y = (points * 1000.0).T
         axes.plot(x, y, "o", color=colour, ms=5, alpha=0.7, label=f"squares {name}")
         axes.plot(x.mean(), y.mean(), "+", color=colour, ms=14, mew=2)
-    axes.plot(0.0, 0.0, "x", color=GREY, ms=8, label="where the wheels said")
+    axes.plot(0.0, 0.0, "x", color=GREY, ms=8, label="odometry")
     reach = _reach(errors)
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="x [mm]", ylabel="y [mm]")
     axes.set_aspect("equal")
@@ -58,7 +58,7 @@ def _returns(axes: Any, errors: ReturnErrors, title: str) -> None:
 
 
 def _numbers(axes: Any, found: Findings) -> None:
-    """How far each factor was off, per cent, and by how much it may still be."""
+    """Plot the change of each factor in per cent, with its uncertainty."""
     factors = [one for one in found.values if not one.unit]
     for row, one in enumerate(factors):
         off, width = 100.0 * (one.value / one.before - 1.0), 100.0 * one.deviation
@@ -67,10 +67,10 @@ def _numbers(axes: Any, found: Findings) -> None:
             f"{off:+.3f} +- {width:.3f} %", (0.0, row), xytext=(-5.0 if off > 0.0 else 5.0, 0.0),
             textcoords="offset points", ha="right" if off > 0.0 else "left", va="center", fontsize=8,
         )  # fmt: skip
-    others = ", ".join(f"{one.key} {one.told(one.value)}" for one in found.values if one.unit)
+    others = ", ".join(f"{one.key} {one.text_of(one.value)}" for one in found.values if one.unit)
     axes.set_yticks(range(len(factors)), [one.key for one in factors])
     axes.set(
-        xlabel="found against the robot file [%]\n(black: three standard deviations)",
+        xlabel="change from the robot file [%]\n(black: three standard deviations)",
         ylim=(-0.6, len(factors) - 0.2),
     )
     axes.axvline(0.0, color="black", lw=0.8)

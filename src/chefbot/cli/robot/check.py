@@ -1,4 +1,4 @@
-"""`chefbot check`: the faults of a robot as a table, as JSON, and as a picture from above."""
+"""`chefbot robot check`: the findings of a robot as a table, as JSON, and as a picture from above."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from chefbot.robot.catalogue import load_catalogue
 from chefbot.robot.load import load_robot
 
 WIDTH = 110
-"""Columns where there is no terminal that says another."""
+"""Number of columns where the output is no terminal."""
 PLAIN = {"m^3": ("cm^3", 1e6), "": ("%", 100.0)}
-"""Units that the sheet's figures do not have, to what they are shown in, and how many make one."""
+"""Unit to the unit that is shown, and its number per unit, for units that `units` does not convert."""
 
 
 def run_check(name_or_path: str, as_json: bool, out: Path | None) -> int:
-    """Exit code: 1 with errors, 0 with warnings only."""
+    """Print the findings. Returns the exit code: 1 with errors, 0 with warnings only."""
     robot = load_robot(name_or_path)
     found = check(robot, load_catalogue())
     if as_json:
@@ -30,14 +30,14 @@ def run_check(name_or_path: str, as_json: bool, out: Path | None) -> int:
     else:
         _print(robot.name, found)
     if out is not None:
-        from chefbot.cli.robot.check_picture import write_picture  # drawing it takes a second more to load
+        from chefbot.cli.robot.check_picture import write_picture  # matplotlib takes a second to load
 
         write_picture(robot, out)
     return 1 if any(finding.severity == "error" for finding in found) else 0
 
 
 def as_plain(finding: Finding) -> dict[str, object]:
-    """SI figures; an empty value is null."""
+    """Return a finding as plain data in SI units; an empty value is null."""
     return {**finding._asdict(), "value": finding.value or None}
 
 
@@ -66,6 +66,6 @@ def _row(finding: Finding) -> tuple[str, ...]:
     colour = "red" if finding.severity == "error" else "yellow"
     unit, factor = PLAIN.get(finding.unit, (finding.unit, 1.0))
     have, bound = amounts(finding.have * factor, finding.bound * factor, unit)
-    least = "at least" if finding.at_least else "at most"
+    bound_name = "at least" if finding.at_least else "at most"
     change = f"{finding.key}: {finding.value}" if finding.value else finding.key
-    return f"[{colour}]{finding.severity}[/]", finding.sentence, have, f"{least} {bound}", change
+    return f"[{colour}]{finding.severity}[/]", finding.sentence, have, f"{bound_name} {bound}", change

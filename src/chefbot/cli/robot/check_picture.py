@@ -1,4 +1,4 @@
-"""The robot from above, one picture for each plate, with what overlaps in red."""
+"""Picture of the robot from above, one view for each plate, with overlaps in red."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MILLI = 1e-3
 
 
 def write_picture(robot: Robot, path: Path) -> None:
-    """A PNG. UserError for another ending or a folder that cannot be made."""
+    """Write a PNG. Raises UserError for another extension or a folder that cannot be created."""
     if path.suffix != ".png":
         raise UserError(f"--out {path}: the picture is a PNG; give a name that ends in .png")
     make_folder(path.parent)
@@ -31,7 +31,7 @@ def write_picture(robot: Robot, path: Path) -> None:
 
 
 def picture(robot: Robot) -> bytes:
-    """From the axle up: what lies between two plates is on one picture."""
+    """Return the picture as PNG, from the axle up: the parts between two plates share a view."""
     from matplotlib.figure import Figure
 
     floors = [0.0, *layout.plate_undersides(robot)]
@@ -55,7 +55,7 @@ def picture(robot: Robot) -> bytes:
 
 
 def _fill(axes: Any, section: CrossSection, colour: tuple[float, ...]) -> None:
-    """Holes are holes: all loops are one path."""
+    """Fill a section with its holes: all its loops form one path."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path as Line
 
@@ -67,7 +67,7 @@ def _fill(axes: Any, section: CrossSection, colour: tuple[float, ...]) -> None:
 
 
 def _label(axes: Any, body: PartBody) -> None:
-    """Boxes and sensors by name; plates, poles and tubes are known by their looks."""
+    """Write the names of boxes and sensors; plates, poles and tubes need none."""
     if body.part.material in ("equipment", "sensor", "motor"):
         x, y = (body.low[:2] + body.high[:2]) / 2.0 / MILLI
         box = {"facecolor": "white", "alpha": 0.7, "lw": 0, "pad": 1}
@@ -75,6 +75,6 @@ def _label(axes: Any, body: PartBody) -> None:
 
 
 def _frame(axes: Any, robot: Robot) -> None:
-    """Both axes equal, in millimetres, x forward to the right."""
+    """Set equal axes in millimetres, x (forward) to the right."""
     reach = 1.1 * robot.footprint_radius / MILLI
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="x, mm", ylabel="y, mm")

@@ -1,4 +1,4 @@
-"""`chefbot design`: the sums of a robot, the parts of the catalogue that do, and a robot file with the choice."""
+"""`chefbot robot design`: calculations of a robot, suitable parts of the catalogue, a robot file with them."""
 
 from __future__ import annotations
 
@@ -30,14 +30,15 @@ from chefbot.robot.spec import Robot
 from chefbot.storage.atomic_files import make_folder, write_atomic
 
 WIDTH = 100
-"""Columns where there is no terminal that says another."""
-MOST_FOLLOWING = 20
+"""Number of columns where the output is no terminal."""
+MAX_DEPENDENT_CHANGES = 20
+"""Maximum number of dependent changes, after which the search for a passing design ends."""
 _NUMBER = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?")
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,63}")
 
 
 class Option(NamedTuple):
-    """A value that the command line may override: key of the robot file, unit of a bare number, SI unit."""
+    """A value that the command line can override: key of the robot file, unit of a bare number, SI unit."""
 
     path: tuple[str, ...]
     unit: str
@@ -56,7 +57,10 @@ OPTIONS = {
 
 
 def run_design(robot: str, overrides: Mapping[str, str | None], write: Path | None, as_json: bool) -> None:
-    """Print the sheet and write the file; UserError where a file was asked for and no set of parts does."""
+    """Print the design sheet and write the robot file.
+
+    Raises UserError for an invalid override, or if a file is requested and no set of parts passes.
+    """
     path = find_robot(robot)
     given = {name: value for name, value in overrides.items() if value is not None}
     text, sheet = work_out(path, given)
@@ -70,19 +74,19 @@ def run_design(robot: str, overrides: Mapping[str, str | None], write: Path | No
     if write is not None:
         _write(write, text, sheet)
         if not as_json:
-            console.print(f"\nWritten: {write}; next: chefbot check {write}", soft_wrap=True)
+            console.print(f"\nWritten: {write}; next: chefbot robot check {write}", soft_wrap=True)
 
 
 class _Draft(NamedTuple):
-    """A robot file in the making: its text, the robot that it describes, and what followed from something else."""
+    """A draft of a robot file: its text, the robot that it describes, and the dependent changes."""
 
     path: Path
     text: str
     robot: Robot
     follows: tuple[Change, ...] = ()
 
-    def with_changes(self, changes: list[Change], asked: bool = False) -> _Draft:
-        """With the changes, and with what follows from them in turn."""
+    def with_changes(self, changes: list[Change], requested: bool = False) -> _Draft:
+        """Return the draft with the changes and those that depend on them."""
         if not changes:
             return self
         texts = {change.path: change.text for change in changes}
@@ -90,7 +94,7 @@ class _Draft(NamedTuple):
         radius = _metres(texts.get(("body", "radius")), self.robot.body.radius)
         more = dependent_changes(self.robot, diameter, radius)
         text = changed(self.text, [*changes, *more])
-        follows = (*self.follows, *([] if asked else changes), *more)
+        follows = (*self.follows, *([] if requested else changes), *more)
         return _Draft(self.path, text, parse_robot(text.encode(), self.path), follows)
 
 
@@ -99,16 +103,17 @@ def _metres(text: str | None, otherwise: float) -> float:
 
 
 def work_out(path: Path, given: dict[str, str]) -> tuple[str, Sheet]:
-    """The sheet of a robot file with overrides, and the file's text with them and all that follows.
+    """Return the robot file's text with overrides and dependent changes, and its design sheet.
 
-    Where no set passes and only the geometry is in the way, the geometry follows, unless the owner asked for it.
+    Where no set of parts passes only because of the geometry, the geometry is adapted, except for overridden values.
+    Raises UserError for an invalid override or robot file.
     """
-    draft = _asked(path, given)
+    draft = _overridden(path, given)
     own = judge(draft.robot, loaded(draft.robot))
     candidates = verdicts(draft.robot, load_catalogue())
     while (chosen := settled(candidates)) is None:
         changes = geometry_fixes(candidates, {OPTIONS[name].path for name in given})
-        if not changes or len(draft.follows) > MOST_FOLLOWING:
+        if not changes or len(draft.follows) > MAX_DEPENDENT_CHANGES:
             break
         draft = draft.with_changes(changes)
         candidates = verdicts(draft.robot, load_catalogue())
@@ -120,26 +125,28 @@ def work_out(path: Path, given: dict[str, str]) -> tuple[str, Sheet]:
 
 
 def _movable(text: str, path: Path) -> str:
-    """The text of `path` for a file in another folder: the file that it is like is named in full."""
+    """Return the text for a file in another folder: its `like` becomes an absolute path."""
     like = value_of(text, (LIKE,))
     if like is None or not ("/" in like or like.endswith((".yaml", ".yml"))):
         return text
     return changed(text, [Change((LIKE,), str((path.parent / like).resolve()))])
 
 
-def _asked(path: Path, given: dict[str, str]) -> _Draft:
-    """The robot file with the overrides."""
+def _overridden(path: Path, given: dict[str, str]) -> _Draft:
+    """Return the robot file with the overrides."""
     data = read_bytes(path, "robot file")
     draft = _Draft(path, data.decode(errors="replace"), parse_robot(data, path))
-    asked = [Change(OPTIONS[name].path, _quantity(name, value), "asked for") for name, value in given.items()]
+    changes = [
+        Change(OPTIONS[name].path, _quantity(name, value), "requested") for name, value in given.items()
+    ]
     try:
-        return draft.with_changes(asked, asked=True)
+        return draft.with_changes(changes, requested=True)
     except ChefbotError as error:
         raise UserError(f"with {_options(given)}: {error}") from None
 
 
 def _quantity(name: str, value: str) -> str:
-    """`6` as `6 kg`. UserError for what is no quantity of the option's unit."""
+    """Return `6` as `6 kg`. Raises UserError for a text that is no quantity of the option's unit."""
     option = OPTIONS[name]
     text = f"{value} {option.unit}" if _NUMBER.fullmatch(value.strip()) else value
     try:
@@ -156,14 +163,14 @@ def _options(given: dict[str, str]) -> str:
 
 
 def _write(path: Path, text: str, sheet: Sheet) -> None:
-    """The file with the chosen parts; UserError where no set passes."""
+    """Write the file with the selected parts. Raises UserError if no set passes."""
     if not sheet.chosen.passed:
         failure = sheet.chosen.failures[0]
         have, bound = amounts(failure.have, failure.bound, failure.unit)
         raise UserError(
-            f"{path} is not written: no set of the catalogue passes; the nearest lacks {failure.name}: "
-            f"{have}, where {bound} is the bound; "
-            f"change {failure.key} or ask for less"
+            f"{path} is not written: no set of parts in the catalogue passes; the nearest fails at {failure.name}: "
+            f"{have}, the bound is {bound}; "
+            f"change {failure.key} or reduce the requirements"
         )
     text = chosen_text(text, path.stem, sheet)
     parse_robot(text.encode(), path)
@@ -172,7 +179,7 @@ def _write(path: Path, text: str, sheet: Sheet) -> None:
 
 
 def chosen_text(text: str, stem: str, sheet: Sheet) -> str:
-    """The robot file with the chosen motor, driver and battery, and a heading that says where it is from."""
+    """Return the robot file with the selected motor, driver and battery, and a heading with its origin."""
     verdict: Verdict = sheet.chosen
     robot = verdict.robot
     parts = [
@@ -184,7 +191,7 @@ def chosen_text(text: str, stem: str, sheet: Sheet) -> str:
     if _NAME.fullmatch(stem):
         parts.insert(0, Change(("name",), stem))
     heading = [
-        f"Made by `chefbot design {sheet.name} {_options(sheet.given)}`.".replace(" `.", "`."),
+        f"Made by `chefbot robot design {sheet.name} {_options(sheet.given)}`.".replace(" `.", "`."),
         f"{robot.body.payload:.3g} kg at {robot.drive.max_speed:.3g} m/s; {verdict.load.mass:.2f} kg with payload.",
         "A quantity is a number and a unit.",
     ]

@@ -1,4 +1,4 @@
-"""The design sheet as plain data, SI units throughout."""
+"""The design sheet as plain data in SI units."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from chefbot.design.sizing.sizing import component_results, drive_requirements, 
 
 
 def as_plain(sheet: Sheet) -> dict[str, Any]:
-    """Methods, catalogue and choice; every figure with formula, numbers, unit and source."""
+    """Return methods, catalogue and selection; every value with formula, numbers, unit and source."""
     robot, load = sheet.chosen.robot, sheet.chosen.load
     follows = [*sheet.follows, *moved_sensors(sheet.robot, robot)]
     return {

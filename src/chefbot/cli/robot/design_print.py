@@ -1,4 +1,4 @@
-"""The design sheet as tables for a person."""
+"""The design sheet as tables in a terminal."""
 
 from __future__ import annotations
 
@@ -16,24 +16,26 @@ from chefbot.design.sizing.requirements import Check
 from chefbot.design.sizing.sizing import component_results, drive_requirements, stability_results
 from chefbot.design.sizing.stability import SAFETY
 
-MOST_REASONS = 3
+MAX_REASONS = 3
+"""Maximum number of failed checks shown for one part."""
 PARTS = {"motor": "Motors", "driver": "Drivers", "battery": "Batteries"}
 
 
 def print_sheet(console: Console, sheet: Sheet) -> None:
-    """Both methods side by side, every working, the catalogue, the choice."""
+    """Print both methods side by side, all calculations, the catalogue and the selection."""
     robot, load, chosen = sheet.chosen.robot, sheet.chosen.load, sheet.chosen
-    console.print(f"[bold]{sheet.name}[/]: {wishes(sheet)}\n")
+    console.print(f"[bold]{sheet.name}[/]: {requirements(sheet)}\n")
     console.print(_side_by_side(sheet))
     console.print(_workings("The chapter's method", sheet.chapter))
     console.print(
-        _workings(f"Corrected: what driving needs with {chosen.parts.motor}", drive_requirements(robot, load))
+        _workings(
+            f"Corrected method: requirements with {chosen.parts.motor}", drive_requirements(robot, load)
+        )
     )
-    console.print(_workings(f"What {', '.join(chosen.parts)} give", component_results(robot, load)))
+    console.print(_workings(f"Performance of {', '.join(chosen.parts)}", component_results(robot, load)))
     console.print(
         _workings(
-            f"Clearance and tipping (the robot must bear {SAFETY:g} times what it meets)",
-            stability_results(robot, load),
+            f"Clearance and tipping (with a safety factor of {SAFETY:g})", stability_results(robot, load)
         )
     )
     for part, title in PARTS.items():
@@ -41,19 +43,19 @@ def print_sheet(console: Console, sheet: Sheet) -> None:
     _print_choice(console, sheet)
 
 
-def wishes(sheet: Sheet) -> str:
-    """What the robot must do, in a sentence."""
+def requirements(sheet: Sheet) -> str:
+    """Return the requirements of the robot as a sentence."""
     robot = sheet.robot
     return (
         f"{amount(robot.body.payload, 'kg')} at {amount(robot.drive.max_speed, 'm/s')}, "
-        f"speeding up by {amount(robot.drive.max_acceleration, 'm/s^2')}, "
+        f"acceleration {amount(robot.drive.max_acceleration, 'm/s^2')}, "
         f"ramps of {amount(robot.drive.max_slope, 'rad')}, {amount(robot.power.run_time, 's')} from one charge, "
         f"wheels of {amount(robot.wheels.diameter, 'm')}"
     )
 
 
 def _side_by_side(sheet: Sheet) -> Table:
-    """The figures that both methods have."""
+    """Return a table of the values that both methods calculate."""
     robot, load = sheet.chosen.robot, sheet.chosen.load
     chapter = {result.name: result for result in sheet.chapter}
     corrected = {result.name: result for result in drive_requirements(robot, load)}
@@ -62,7 +64,7 @@ def _side_by_side(sheet: Sheet) -> Table:
     speed = corrected["speed of the wheels, with reserve"]
     bought = chapter["torque to look for"]
     rows = [
-        ("mass with payload", _mass_of_chapter(sheet), amount(load.mass, "kg"), "a guess; the solids' mass"),
+        ("mass with payload", _mass_of_chapter(sheet), amount(load.mass, "kg"), "estimate; mass of the solids"),
         (
             "torque of a motor", _shown(chapter["torque of each motor"]), amount(hardest, "N m"),
             "slipping tyre with the load of both wheels; forces on ramp and carpet, drive losses",
@@ -70,8 +72,8 @@ def _side_by_side(sheet: Sheet) -> Table:
         ("tyre slips at", "", _shown(slip_torque(robot, load.mass)), "half the weight on two driven wheels"),
         ("speed of the wheels", _shown(chapter["speed"]), _shown(speed), "no reserve; a fifth above, under load"),
         (
-            "look for", f"{_shown(bought)} at {_shown(chapter['speed to look for'])}",
-            f"{sheet.chosen.parts.motor}", "stall torque; line, heat, voltage, current, room",
+            "to be bought", f"{_shown(bought)} at {_shown(chapter['speed to look for'])}",
+            f"{sheet.chosen.parts.motor}", "stall torque; torque-speed line, heat, voltage, current, space",
         ),
     ]  # fmt: skip
     for row in rows:
@@ -85,8 +87,8 @@ def _mass_of_chapter(sheet: Sheet) -> str:
 
 
 def _workings(title: str, results: list[Result]) -> Table:
-    """Each figure with its formula, the numbers put in, and the source where it changes."""
-    table = _table(title, "figure", "working", "result")
+    """Return a table of values with formula, numbers, and the source where it changes."""
+    table = _table(title, "quantity", "calculation", "result")
     source = ""
     for result in results:
         lines = [result.formula]
@@ -106,8 +108,8 @@ def _shown(result: Result) -> str:
 
 
 def _catalogue(title: str, part: str, sheet: Sheet) -> Table:
-    """Each component: does it pass in its best company, and if not, why."""
-    table = _table(f"{title} of the catalogue", "", "passes", "why not, with the best of the others")
+    """Return a table of the components: whether each passes with the best others, and if not, why."""
+    table = _table(f"{title} of the catalogue", "", "passes", "why not, with the best other parts")
     names = list(dict.fromkeys(getattr(verdict.parts, part) for verdict in sheet.candidates))
     for name in names:
         best = best_with(sheet.candidates, part, name)
@@ -118,34 +120,36 @@ def _catalogue(title: str, part: str, sheet: Sheet) -> Table:
 
 
 def reasons(verdict: Verdict, part: str = "") -> list[str]:
-    """A phrase with numbers for each failing check: those of the part if it has any, the worst MOST_REASONS."""
+    """Return a phrase for each of the MAX_REASONS worst failed checks, of the part if it has any."""
     failures = [check for check in verdict.failures if check.part == part] or verdict.failures
-    more = len(failures) - MOST_REASONS
-    return [reason(check) for check in failures[:MOST_REASONS]] + ([f"and {more} more"] if more > 0 else [])
+    more = len(failures) - MAX_REASONS
+    return [reason(check) for check in failures[:MAX_REASONS]] + ([f"and {more} more"] if more > 0 else [])
 
 
 def reason(check: Check) -> str:
-    """`motor: continuous torque 0.18 N m (1.8 kg cm), at least 0.4 N m (4 kg cm) is needed`."""
+    """Return a phrase: `motor: continuous torque 0.18 N m (1.8 kg cm), at least 0.4 N m (4 kg cm) required`."""
     bound = "at least" if check.at_least else "at most"
     have, need = amounts(check.have, check.bound, check.unit)
     change = "" if check.key == check.part else f"; change {check.key}"
-    return f"{check.part}: {check.name} {have}, {bound} {need} wanted{change}"
+    return f"{check.part}: {check.name} {have}, {bound} {need} required{change}"
 
 
 def _print_choice(console: Console, sheet: Sheet) -> None:
     failing = [check for check in sheet.own if not check.passed]
-    console.print(f"The file's own set: {'passes' if not failing else 'does not pass'}.")
+    console.print(f"The parts in the file {'pass' if not failing else 'do not pass'}.")
     for check in failing:
         console.print(f"  {reason(check)}")
     for change in [*sheet.follows, *moved_sensors(sheet.robot, sheet.chosen.robot)]:
-        console.print(f"Follows: {'.'.join(change.path)} becomes {change.text}: {change.comment}.")
+        console.print(f"Dependent change: {'.'.join(change.path)} becomes {change.text}: {change.comment}.")
     chosen = sheet.chosen
     parts = f"{chosen.parts.motor}, {chosen.parts.driver}, {chosen.parts.battery}"
     if chosen.passed:
-        console.print(f"[bold green]Chosen (*)[/]: {parts}: {chosen.mass:.2f} kg, {chosen.power:.1f} W.")
+        console.print(f"[bold green]Selected (*)[/]: {parts}: {chosen.mass:.2f} kg, {chosen.power:.1f} W.")
         console.print(CRITERION)
         return
-    console.print(f"[bold red]No set of the catalogue passes.[/] The nearest is {parts}; it lacks:")
+    console.print(
+        f"[bold red]No set of parts in the catalogue passes.[/] The nearest is {parts}; it fails at:"
+    )
     for line in reasons(chosen):
         console.print(f"  {line}")
 

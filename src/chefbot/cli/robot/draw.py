@@ -1,4 +1,4 @@
-"""`chefbot drawing`: sheets of a robot's parts as DXF, PNG and PDF."""
+"""`chefbot robot draw`: drawing sheets of a robot's parts as DXF, PNG and PDF."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ console = Console(highlight=False)
 
 
 def run_drawing(names: list[str], robot: str, out: Path) -> None:
-    """Write NAME.dxf, .png and .pdf of every sheet asked for, and print a list of them."""
+    """Write NAME.dxf, .png and .pdf of every requested sheet, and print a list of them.
+
+    Raises UserError for an unknown sheet or a folder that cannot be written.
+    """
     model = load_robot(robot)
     sheets = selected_sheets(model, names)
     make_folder(out)
@@ -34,7 +37,7 @@ def run_drawing(names: list[str], robot: str, out: Path) -> None:
 
 
 def write_drawing(drawing: Drawing, folder: Path) -> list[Path]:
-    """The three files of a sheet; UserError where they cannot be written."""
+    """Write the three files of a sheet. Raises UserError if they cannot be written."""
     document = dxf_document(drawing)
     files = {
         folder / f"{drawing.name}.dxf": dxf_bytes(document),

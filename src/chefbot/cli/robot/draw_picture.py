@@ -1,4 +1,4 @@
-"""A DXF document as a picture on white paper of its true size."""
+"""Rendering of a DXF document to PNG or PDF, true to scale on its paper."""
 
 from __future__ import annotations
 
@@ -28,18 +28,20 @@ POINT_PER_MM = 72.0 / INCH
 
 
 class Backend(MatplotlibBackend):
-    """Fills letters by the direction of their outlines, as fonts mean it; by nesting, as ezdxf does, the two
-    holes of a diameter sign become one."""
+    """Matplotlib backend that fills glyphs by the direction of their outlines, as fonts define it.
+
+    ezdxf fills by nesting, which merges the two holes of a diameter sign.
+    """
 
     def draw_filled_paths(self, paths: Iterable[BkPath2d], properties: BackendProperties) -> None:
-        """Letters and arrow heads."""
+        """Fill the outlines of letters and arrow heads."""
         outline = to_matplotlib_path(paths, detect_holes=False)
         self.ax.add_patch(PathPatch(outline, color=properties.color, linewidth=0, zorder=self._get_z()))
 
 
 @contextmanager
-def _same_chance() -> Iterator[None]:
-    """ezdxf moves hatch lines a little, by Python's own generator: the same drawing is to give the same bytes."""
+def _fixed_random_seed() -> Iterator[None]:
+    """Seed Python's random generator, by which ezdxf shifts hatch lines: equal drawings give equal bytes."""
     before = random.getstate()
     random.seed(0)
     try:
@@ -49,7 +51,7 @@ def _same_chance() -> Iterator[None]:
 
 
 def picture(document: Document, drawing: Drawing, kind: Literal["png", "pdf"]) -> bytes:
-    """PNG of 150 dots per inch, or PDF; printed on its paper the scale is true."""
+    """Return a PNG with 150 dots per inch, or a PDF; printed on its paper size it is true to scale."""
     width, height = drawing.paper
     figure = Figure(figsize=(width / INCH, height / INCH), dpi=DOTS_PER_INCH)
     FigureCanvasAgg(figure)
@@ -61,7 +63,7 @@ def picture(document: Document, drawing: Drawing, kind: Literal["png", "pdf"]) -
         lineweight_scaling=POINT_PER_MM,
     )
     backend = Backend(axes, adjust_figure=False)
-    with _same_chance():
+    with _fixed_random_seed():
         Frontend(RenderContext(document), backend, config=settings).draw_layout(document.modelspace())
     axes.set_xlim(0.0, drawing.size[0])
     axes.set_ylim(0.0, drawing.size[1])

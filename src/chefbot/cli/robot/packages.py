@@ -1,4 +1,4 @@
-"""ROS packages on this disk, as far as a robot description needs them."""
+"""Lookup of ROS packages on this disk for a robot description."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from chefbot.errors import UserError
 
 
 def package_folder(name: str, path: Path, where: str) -> Path:
-    """The folder of a ROS package: one above the file at `path`, or one that ROS's variables name."""
+    """Return the folder of a ROS package above the file at `path`, or in AMENT_PREFIX_PATH.
+
+    Raises UserError if there is none; `where` begins its sentence.
+    """
     above = [folder for folder in path.resolve().parents if _is_package(folder, name)]
     installed = [Path(p) / "share" / name for p in os.environ.get("AMENT_PREFIX_PATH", "").split(":") if p]
     found = [*above, *(folder for folder in installed if folder.is_dir())]
@@ -21,7 +24,7 @@ def package_folder(name: str, path: Path, where: str) -> Path:
 
 
 def home_package(path: Path) -> Path:
-    """The nearest folder above the file with a package.xml; the file's own folder where there is none."""
+    """Return the nearest folder above the file with a package.xml, else the file's own folder."""
     above = path.resolve().parents
     return next((folder for folder in above if (folder / "package.xml").is_file()), above[0])
 

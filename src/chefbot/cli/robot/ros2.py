@@ -1,4 +1,4 @@
-"""`chefbot ros2`: a ROS 2 workspace of the robot's description, its navigation, Gazebo's worlds and our messages."""
+"""`chefbot robot export ros2`: packages with description, navigation, Gazebo worlds and messages."""
 
 from __future__ import annotations
 
@@ -19,14 +19,17 @@ from chefbot.robot.spec import Robot
 from chefbot.storage.atomic_files import write_into_folder
 
 Packages = dict[str, dict[str, bytes]]
-"""Package to path in it to content."""
+"""Package name to path in the package to content."""
 
 
 def run_ros2(robot: str, out: Path) -> None:
-    """The packages in the folder `out`, all or none. UserError for a robot or a folder that cannot be."""
-    machine = load_robot(robot)
-    known = robot if robot in built_in_robots() else str(find_robot(robot).resolve())
-    packages = ros2_packages(machine, known)
+    """Write the packages into the folder `out`, all or none.
+
+    Raises UserError for a robot that cannot navigate or a folder that cannot be written.
+    """
+    model = load_robot(robot)
+    name_or_file = robot if robot in built_in_robots() else str(find_robot(robot).resolve())
+    packages = ros2_packages(model, name_or_file)
     _write(out, packages)
     output(
         f"Written to {out}: {', '.join(packages)}; next, in the folder above: colcon build --packages-select"
@@ -36,7 +39,7 @@ def run_ros2(robot: str, out: Path) -> None:
 
 
 def ros2_packages(robot: Robot, name_or_file: str) -> Packages:
-    """All files. Loads the CAD libraries. UserError for a robot that cannot navigate."""
+    """Return all files; loads the CAD libraries. Raises UserError for a robot that cannot navigate."""
     from chefbot.design.export.ros2.derived_nav_params import OdometryErrors
     from chefbot.design.export.ros2.workspace import (
         BRINGUP,
@@ -60,7 +63,7 @@ def ros2_packages(robot: Robot, name_or_file: str) -> Packages:
 
 
 def _worlds(robot: Robot) -> dict[str, tuple[str, SE2]]:
-    """Name to SDF without the robot, which is put in at the start of the launch, and the start."""
+    """Return name to SDF without the robot, which the launch file spawns, and the start pose."""
     from chefbot.sim.world.load import load_any_world
     from chefbot.sim.world.world import built_in_worlds
     from chefbot.sim.world.world_sdf import world_sdf
@@ -73,7 +76,7 @@ def _worlds(robot: Robot) -> dict[str, tuple[str, SE2]]:
 
 
 def _without(text: str, model: str) -> str:
-    """The world's text without one of its models."""
+    """Return the world's text without one of its models."""
     root = ET.fromstring(text)
     world = root.find("world")
     found = None if world is None else world.find(f"model[@name='{model}']")
@@ -85,43 +88,43 @@ def _without(text: str, model: str) -> str:
 
 
 def _write(out: Path, packages: Packages) -> None:
-    """Into a folder beside, then renamed; what fails takes back what it put there."""
-    with _explained(out):
-        _refuse_taken(out, packages)
-        made = _make_folder(out)
+    """Write into a temporary folder, then rename; on failure everything is removed again."""
+    with _os_errors_explained(out):
+        _check_free(out, packages)
+        created = _make_folder(out)
         moved: list[Path] = []
         try:
-            with tempfile.TemporaryDirectory(prefix=".chefbot_ros2_", dir=out) as beside:
+            with tempfile.TemporaryDirectory(prefix=".chefbot_ros2_", dir=out) as staging:
                 for package, files in packages.items():
                     for path, data in files.items():
-                        write_into_folder(Path(beside) / package / path, data)
+                        write_into_folder(Path(staging) / package / path, data)
                 for package in packages:
-                    os.rename(Path(beside) / package, out / package)  # noqa: PTH104 - an empty folder gives way
+                    os.rename(Path(staging) / package, out / package)  # noqa: PTH104 - replaces an empty folder
                     moved.append(out / package)
         except BaseException:
-            for place in [*moved, *made]:
+            for place in [*moved, *created]:
                 shutil.rmtree(place, ignore_errors=True)
             raise
 
 
-def _refuse_taken(out: Path, packages: Packages) -> None:
+def _check_free(out: Path, packages: Packages) -> None:
     if out.exists() and not out.is_dir():
         raise UserError(f"--out {out} is a file; give the src folder of a workspace")
     for package in packages:
         place = out / package
         if place.is_symlink() or (place.exists() and (not place.is_dir() or any(place.iterdir()))):
-            raise UserError(f"{place} is there already; move it away or give another --out")
+            raise UserError(f"{place} exists already; move it away or give another --out")
 
 
 def _make_folder(out: Path) -> list[Path]:
-    """The folder and those above it, made; the uppermost new one, if any."""
+    """Create the folder and its parents; return the uppermost new one, if any."""
     new = [path for path in (out, *out.parents) if not path.exists()]
     out.mkdir(parents=True, exist_ok=True)
     return new[-1:]
 
 
 @contextmanager
-def _explained(out: Path) -> Iterator[None]:
+def _os_errors_explained(out: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:

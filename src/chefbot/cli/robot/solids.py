@@ -1,4 +1,4 @@
-"""`chefbot model`: the robot's solids for printers, viewers and CAD, the bill of materials, and a picture."""
+"""`chefbot robot export solids`: solids for 3-D printers, viewers and CAD, bill of materials, picture."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from chefbot.storage.atomic_files import write_into_folder
 
 Format = Literal["stl", "glb", "obj", "step"]
 FOLDERS = ("stl", "obj")
-"""Formats of which every part gets a file; the others hold the whole robot."""
+"""Formats with a file for every part; the others contain the complete robot."""
 MILLI = 1e-3
 
 
 def run_model(robot: str, form: Format, part: str, in_mm: bool, out: Path | None) -> None:
-    """Write what is asked for and a picture of it; print the bill of materials.
+    """Write the requested solids and a picture of them; print the bill of materials.
 
-    UserError for an unknown part, a format whose library is not there, a place that cannot be written.
+    Raises UserError for an unknown part, a format without its library, or a path that cannot be written.
     """
     machine = load_robot(robot)
     items = bill(machine)
@@ -46,21 +46,21 @@ def run_model(robot: str, form: Format, part: str, in_mm: bool, out: Path | None
 
 
 def _chosen(items: list[Item], part: str) -> Item | None:
-    """The item that is asked for; None for the assembly, or for all."""
+    """Return the requested item; None for the assembly, or for all."""
     if part in (ALL, ASSEMBLY):
         return None
     by_name = {item.name: item for item in items}
-    known = {**{item.part.kind: item for item in reversed(items)}, **by_name}
-    if part not in known:
+    parts = {**{item.part.kind: item for item in reversed(items)}, **by_name}
+    if part not in parts:
         raise UserError(
-            f"the robot has no part {part!r}{name_hint(part, known)}; it has {', '.join(by_name)}, all and assembly"
+            f"the robot has no part {part!r}{name_hint(part, parts)}; it has {', '.join(by_name)}, all and assembly"
         )
-    return known[part]
+    return parts[part]
 
 
 def _check(form: Format, part: str, in_mm: bool, out: Path | None) -> None:
     if in_mm and form == "glb":
-        raise UserError("a GLB is in metres, the format says; --mm is for stl and obj")
+        raise UserError("the GLB format is in metres; --mm is for stl and obj")
     if form == "step" and find_spec("build123d") is None:
         raise UserError("STEP needs a CAD kernel that is not installed: pip install 'chefbot[cad]'")
     if out is None:
@@ -69,17 +69,17 @@ def _check(form: Format, part: str, in_mm: bool, out: Path | None) -> None:
         raise UserError(f"--out {out} must be a file that ends in .{form}")
     if form in FOLDERS and part == ALL and out.suffix == f".{form}":
         raise UserError(
-            f"--out {out} must be a folder, for every part gets a file; or ask for one with --part"
+            f"--out {out} must be a folder, since every part gets a file; select one part with --part"
         )
 
 
 def _folder(
     robot: Robot, items: list[Item], chosen: Item | None, part: str, form: str, scale: float
 ) -> dict[str, bytes]:
-    """Name to content: every item lying as it is printed, the assembly, the bill, pictures."""
-    wanted = items if part == ALL else [chosen] if chosen else []
+    """Return file name to content: every item as oriented for printing, assembly, bill of materials, pictures."""
+    exported = items if part == ALL else [chosen] if chosen else []
     files: dict[str, bytes] = {}
-    for item in wanted:
+    for item in exported:
         files |= _part_files(item, form, scale)
     if chosen is None:
         files |= _assembly_files(robot, form, scale, ASSEMBLY)
@@ -90,7 +90,7 @@ def _folder(
 
 
 def _single(robot: Robot, chosen: Item | None, form: str, scale: float, target: Path) -> dict[str, bytes]:
-    """Name to content: one file, and its picture."""
+    """Return file name to content: one file, and its picture."""
     picture = {f"{target.stem}.png": _png(robot, chosen)}
     if form == "glb":
         from chefbot.design.solids.glb import glb, part_glb
@@ -124,7 +124,7 @@ def _assembly_files(robot: Robot, form: str, scale: float, stem: str) -> dict[st
 
 
 def _step(robot: Robot, chosen: Item | None) -> bytes:
-    """The kernel writes files only."""
+    """Return the STEP file, via a temporary file: the CAD kernel writes only files."""
     from build123d import export_step
 
     from chefbot.design.solids.step import cad_assembly, cad_part
@@ -150,20 +150,20 @@ def _png(robot: Robot, chosen: Item | None) -> bytes:
 
 
 def _write(path: Path, data: bytes) -> None:
-    """Never in the place of what is no file, such as a device."""
+    """Write a file; refuse a path that exists and is no file, such as a device."""
     try:
-        other = path.exists() and not path.is_file()
+        is_other = path.exists() and not path.is_file()
     except OSError as error:
         raise UserError(f"{path} cannot be written: {error.strerror}") from None
-    if other:
-        raise UserError(f"{path} cannot be written: it is there and is no file")
+    if is_other:
+        raise UserError(f"{path} cannot be written: it exists and is no file")
     write_into_folder(path, data)
 
 
 def _print(robot: Robot, items: list[Item], paths: list[Path]) -> None:
     console = Console(highlight=False)
     table = Table(title=f"Bill of materials: {robot.name}", title_justify="left", box=None, pad_edge=False)
-    for name in ("part", "what"):
+    for name in ("part", "description"):
         table.add_column(name)
     for name in ("count", "kg each", "kg", "box, mm"):
         table.add_column(name, justify="right", no_wrap=True)

@@ -1,4 +1,4 @@
-"""SI figures in the units that makers print on their parts."""
+"""SI values in the units of data sheets."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from chefbot.maths.units import to_si
 
 
 class Shown(NamedTuple):
-    """A unit to show, and whether beside the SI figure or instead of it."""
+    """A unit to show, and whether it is added to the SI value or replaces it."""
 
     unit: str
     beside: bool
@@ -26,7 +26,7 @@ SHOWN = {
 
 
 def amount(value: float, unit: str, digits: int = 3) -> str:
-    """`amount(0.675, "N m") == "0.675 N m (6.88 kg cm)"`."""
+    """Return the value with its unit: `amount(0.675, "N m") == "0.675 N m (6.88 kg cm)"`."""
     shown = SHOWN.get(unit)
     if shown is None:
         return f"{_figure(value, digits)} {unit}".rstrip()
@@ -35,7 +35,7 @@ def amount(value: float, unit: str, digits: int = 3) -> str:
 
 
 def amounts(one: float, other: float, unit: str) -> tuple[str, str]:
-    """Two figures, with more digits where three do not tell them apart."""
+    """Return two values as texts, with more than three digits where these would be equal."""
     digits = next((d for d in (3, 4, 5) if amount(one, unit, d) != amount(other, unit, d)), 6)
     return amount(one, unit, digits), amount(other, unit, digits)
 

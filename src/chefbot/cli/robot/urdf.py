@@ -1,4 +1,4 @@
-"""`chefbot urdf`: the robot's URDF, a ROS 2 package with it, or a check of somebody's own URDF or xacro."""
+"""`chefbot robot export urdf` and `chefbot robot check-urdf`: the robot's URDF, and the check of any URDF."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from chefbot.storage.atomic_files import write_into_folder
 
 
 def run_urdf(robot: str, out: Path | None) -> None:
-    """The URDF with primitives instead of meshes: it needs no other file."""
+    """Export the URDF with primitives instead of meshes, which needs no other file."""
     from chefbot.design.export.urdf import urdf
 
     output(urdf(load_robot(robot)), out)
 
 
 def run_package(robot: str, folder: Path) -> None:
-    """A package for a ROS 2 workspace in a folder of the package's name below `folder`."""
+    """Write a package for a ROS 2 workspace into a folder with the package's name below `folder`."""
     from chefbot.design.export.ros2.workspace import DESCRIPTION, description_package
 
     home = folder if folder.name == DESCRIPTION else folder / DESCRIPTION
@@ -27,12 +27,12 @@ def run_package(robot: str, folder: Path) -> None:
 
 
 def run_check(path: Path) -> None:
-    """The tree of somebody's URDF or xacro; UserError with its first fault."""
+    """Print the tree of links of a URDF or xacro file. Raises UserError with its first fault."""
     from chefbot.cli.robot.urdf_given import check_given
 
     tree = check_given(path)
     for branch in tree:
-        words = [part for part in (branch.joint, f"{branch.mass:.4g} kg" if branch.mass else "") if part]
-        told = f"  ({', '.join(words)})" if words else ""
-        output(f"{'  ' * branch.depth}{branch.link}{told}\n", None)
+        details = [part for part in (branch.joint, f"{branch.mass:.4g} kg" if branch.mass else "") if part]
+        suffix = f"  ({', '.join(details)})" if details else ""
+        output(f"{'  ' * branch.depth}{branch.link}{suffix}\n", None)
     output(f"{len(tree)} links, {sum(branch.mass for branch in tree):.4g} kg\n", None)

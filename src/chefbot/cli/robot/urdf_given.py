@@ -1,4 +1,4 @@
-"""Somebody's URDF or xacro file: read without trusting it, expanded, and its meshes looked for."""
+"""Check of an untrusted URDF or xacro file: it is parsed, expanded, and its meshes are looked up."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ from chefbot.errors import UserError
 MAX_BYTES = 10_000_000
 EXPANSION_SECONDS = 20.0
 EXPANSION_BYTES = 1_000_000_000
-"""Of memory: a macro that calls itself would take all there is."""
+"""Memory limit: a recursive macro would otherwise exhaust it."""
 CHILD = "chefbot.cli.robot.xacro_child"
-"""A process of its own, since an expansion may never end. -P: a file xacro.py in the folder at hand is not run."""
+"""Module of the separate process, since an expansion may not terminate. It is run with -P, so that a file
+xacro.py in the current folder is not imported."""
 
 
 def check_given(path: Path) -> list[Branch]:
-    """The tree of links of a URDF or xacro file; UserError with its first fault."""
+    """Return the tree of links of a URDF or xacro file. Raises UserError with its first fault."""
     root = expanded(path)
     where = f"robot description {path}"
     tree = check_urdf(root, where)
@@ -34,7 +35,7 @@ def check_given(path: Path) -> list[Branch]:
 
 
 def expanded(path: Path) -> ET.Element:
-    """The URDF that the file is, or that xacro makes of it."""
+    """Return the URDF in the file, expanded by xacro if necessary."""
     root = _read(path)
     if path.suffix != ".xacro" and not any(_in_xacro(element) for element in root.iter()):
         return root
@@ -53,30 +54,30 @@ def _expand(path: Path) -> bytes:
     if find_spec("xacro") is None:
         raise UserError(f"robot description {path} is xacro, which is not installed; `pip install xacro`")
     try:
-        done = subprocess.run(
+        result = subprocess.run(
             [sys.executable, "-P", "-m", CHILD, str(path), str(EXPANSION_BYTES)],
             capture_output=True, timeout=EXPANSION_SECONDS, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise UserError(
-            f"robot description {path}: xacro was not done after {EXPANSION_SECONDS:g} s"
+            f"robot description {path}: xacro had not finished after {EXPANSION_SECONDS:g} s"
         ) from None
-    if done.returncode != 0:
-        reason = " ".join(done.stderr.decode(errors="replace").split())[-300:] or "it crashed"
+    if result.returncode != 0:
+        reason = " ".join(result.stderr.decode(errors="replace").split())[-300:] or "it crashed"
         raise UserError(f"robot description {path}: xacro cannot expand it: {reason}")
-    return done.stdout
+    return result.stdout
 
 
 def _check_mesh(name: str, path: Path, where: str) -> None:
-    """UserError unless the mesh is a readable file with something in it."""
+    """Raise UserError unless the mesh is a readable file that is not empty."""
     file = _mesh_file(name, path, where)
     try:
-        if file.exists() and (not file.is_file() or file.stat().st_size == 0):  # a pipe would be waited for
-            raise UserError(f"{where}: mesh {name} is no file, or an empty one")
+        if file.exists() and (not file.is_file() or file.stat().st_size == 0):  # opening a pipe would block
+            raise UserError(f"{where}: mesh {name} is no file, or is empty")
         file.open("rb").close()
     except FileNotFoundError:
         raise UserError(f"{where}: mesh {name} does not exist (looked for {file})") from None
-    except (OSError, ValueError) as error:  # links that run in a circle, names with a zero byte
+    except (OSError, ValueError) as error:  # circular links, names with a zero byte
         reason = getattr(error, "strerror", None) or error
         raise UserError(f"{where}: mesh {name} cannot be read: {reason}") from None
 

@@ -1,5 +1,5 @@
-"""Expands a stranger's xacro file: the process of its own in which xacro runs, with everything replaced that would
-evaluate Python, read the environment, or read files outside the description's package.
+"""Expansion of an untrusted xacro file in a separate process. All functions of xacro that evaluate Python, read
+the environment, or read files outside the description's package are replaced.
 
 Usage: python -P -m chefbot.cli.robot.xacro_child FILE BYTES_OF_MEMORY; the URDF goes to standard output.
 """
@@ -25,29 +25,29 @@ MAX_BYTES = 10_000_000
 MAX_INCLUDES = 30
 _YAML = (".yaml", ".yml")
 _WITHOUT_SPACE = ("load_yaml", "abs_filename", "dotify")
-"""Functions of xacro's namespace that old files call without it."""
+"""Functions of xacro's namespace that older files call without the prefix."""
 
 
 class Sandbox:
-    """What a description at `path` may do while xacro expands it."""
+    """Permissions of a description at `path` during its expansion by xacro."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._roots = {home_package(path)}
-        """Folders whose files may be read: the description's package and those it finds."""
+        """Folders whose files may be read: the description's package and those that it finds by name."""
         self._parse, self._load_yaml = xacro.parse, xacro.load_yaml
 
     def install(self) -> None:
-        """Replace xacro's doors to Python, environment and files."""
+        """Replace xacro's access to Python, the environment and files."""
         xacro.safe_eval = self._evaluate
         xacro.eval_extension = self._substitute
         xacro.parse = self._parse_checked
-        xacro.warning = xacro.error = xacro.print_location = _say_nothing
+        xacro.warning = xacro.error = xacro.print_location = _ignore_message
         xacro._global_symbols.clear()
         xacro._global_symbols.update(self._symbols())
 
     def _symbols(self) -> dict[str, Any]:
-        """The names that expressions know, as in xacro: math and Python's directly and in namespaces."""
+        """Return the names in expressions, as in xacro: those of math and Python directly and in namespaces."""
         python, maths, own = builtin_functions(), math_names(), self._own_functions()
         spaces = {"math": _space(maths), "python": _space(python), "xacro": _space(own)}
         return {**maths, **python, **{name: own[name] for name in _WITHOUT_SPACE}, **spaces}
@@ -60,7 +60,7 @@ class Sandbox:
             "arg": lambda name: xacro.substitution_args_context["arg"][name],
             "tokenize": _tokenize,
             "fatal": _fail,
-            **dict.fromkeys(("message", "warning", "error", "print_location"), _say_nothing),
+            **dict.fromkeys(("message", "warning", "error", "print_location"), _ignore_message),
         }
         return {name: Function(name, call) for name, call in functions.items()}
 
@@ -69,24 +69,26 @@ class Sandbox:
         return evaluate(expression, symbols)
 
     def _substitute(self, text: str) -> str:
-        """`$(...)`: arguments, packages and folders; neither Python nor the environment."""
-        command, *words = text[2:-1].split() or [""]
-        if command == "arg" and len(words) == 1:
-            return self._argument(words[0])
-        if command == "find" and len(words) == 1:
-            return str(self._find(words[0]))
-        if command == "dirname" and not words:
+        """Evaluate `$(...)`: arguments, packages and folders; neither Python nor the environment."""
+        command, *arguments = text[2:-1].split() or [""]
+        if command == "arg" and len(arguments) == 1:
+            return self._argument(arguments[0])
+        if command == "find" and len(arguments) == 1:
+            return str(self._find(arguments[0]))
+        if command == "dirname" and not arguments:
             return str(Path(xacro.filestack[-1]).resolve().parent)
-        if command == "cwd" and not words:
+        if command == "cwd" and not arguments:
             return str(Path.cwd())
-        if command == "optenv" and words:
-            return " ".join(words[1:])
+        if command == "optenv" and arguments:
+            return " ".join(arguments[1:])
         if command in ("eval", "env"):
             raise UserError(
-                f"{text:.80} is not evaluated: a description that is checked gets neither Python nor the"
+                f"{text:.80} is not evaluated: a check evaluates neither Python nor the"
                 " environment; write ${...} or an <xacro:arg>"
             )
-        raise UserError(f"{text:.80} is no substitution of xacro; it has arg, find, dirname, cwd and optenv")
+        raise UserError(
+            f"{text:.80} is no substitution of xacro; there are arg, find, dirname, cwd and optenv"
+        )
 
     @staticmethod
     def _argument(name: str) -> str:
@@ -106,7 +108,7 @@ class Sandbox:
         if not any(file.is_relative_to(root) for root in self._roots):
             places = ", ".join(sorted(map(str, self._roots)))
             raise UserError(
-                f"{name} lies outside {places}; a description that is checked reads only its own package:"
+                f"{name} lies outside {places}; a check reads only the description's own package:"
                 " put the file there, or a package.xml above both"
             )
         return file
@@ -119,14 +121,14 @@ class Sandbox:
         return self._load_yaml(str(file))
 
     def _parse_checked(self, given: object, name: str) -> Any:
-        """The document of an included file, or of the first one."""
+        """Parse an included file, or the first one, after checking its place."""
         file = self._check_place(name)
         above = [Path(each).resolve() for each in xacro.filestack[:-1]]
         if file in above:
-            raise UserError(f"{name} includes, over some files, itself; end the circle")
+            raise UserError(f"{name} includes itself, possibly by other files; remove the circular include")
         if len(above) > MAX_INCLUDES:
             raise UserError(f"{name}: includes are nested more than {MAX_INCLUDES} deep")
-        if file.is_file():  # a missing one is xacro's to report: the include may be optional
+        if file.is_file():  # xacro reports a missing one: the include may be optional
             parse_xml(read_bytes(file, "robot description", MAX_BYTES), f"robot description {name}")
         return self._parse(given, name)
 
@@ -138,21 +140,21 @@ def _space(names: Mapping[str, Any]) -> Any:
 
 
 def _tokenize(text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
-    """Split at any of the characters of `sep`, which is no pattern."""
+    """Split at any of the characters of `sep`, which is not a regular expression."""
     parts = re.split(f"[{re.escape(sep)}]", text)
     return [part for part in parts if part] if skip_empty else parts
 
 
-def _fail(*words: object) -> None:
-    raise UserError(" ".join(map(str, words)))
+def _fail(*messages: object) -> None:
+    raise UserError(" ".join(map(str, messages)))
 
 
-def _say_nothing(*_: object, **__: object) -> str:
+def _ignore_message(*_: object, **__: object) -> str:
     return ""
 
 
 def _limit_memory(size: int) -> None:
-    """A macro that calls itself would take all there is. Where the system has no such limit, the time-out ends it."""
+    """Limit the memory against recursive macros; on systems without such a limit the timeout ends them."""
     if find_spec("resource") is not None:
         import resource
 
@@ -160,7 +162,7 @@ def _limit_memory(size: int) -> None:
 
 
 def _sentence(error: Exception) -> str:
-    """The innermost fault, with its type where an exception has no words, and the included file that it is in."""
+    """Return the innermost error, with its type if its message is empty, and the included file."""
     while isinstance(getattr(error, "exc", None), xacro.XacroException):
         error = error.exc  # type: ignore[attr-defined]
     cause = getattr(error, "exc", None)
@@ -171,7 +173,7 @@ def _sentence(error: Exception) -> str:
 
 
 def main() -> None:
-    """Expand the file of the first argument; exit with a sentence where that fails."""
+    """Expand the file of the first argument; exit with a sentence if that fails."""
     path = Path(sys.argv[1])
     _limit_memory(int(sys.argv[2]))
     Sandbox(path).install()

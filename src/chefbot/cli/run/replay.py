@@ -1,4 +1,4 @@
-"""`chefbot replay`: a log through its nodes again."""
+"""`chefbot replay`: run the nodes again on a recorded log."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ console = Console(highlight=False)
 
 
 def run_replay(path: Path, check: bool) -> int:
-    """Exit code: 1 if something differs and `check` is on."""
+    """Replay a log and compare the outputs. Returns the exit code: 1 if one differs and `check` is on."""
     log = read_log(path)
     compile_kernels(console)
     replay = Replay(log)
@@ -24,10 +24,10 @@ def run_replay(path: Path, check: bool) -> int:
     for sentence, count in replay.faults.counts.items():
         console.print(f"{count} times: {sentence}", markup=False)
     if not replay.differences:
-        console.print(f"{path}: {replay.compared} messages of nodes, all the same to the byte")
+        console.print(f"{path}: {replay.compared} messages of nodes, all bit-identical")
         return 0
     first = replay.differences[0]
     console.print(
-        f"{path}: after {first.position} equal messages: the log has {first.logged}, the replay {first.replayed}"
+        f"{path}: after {first.position} equal messages the log contains {first.logged}, the replay {first.replayed}"
     )
     return 1 if check else 0

@@ -1,4 +1,4 @@
-"""`chefbot dds`: the robot among nodes of ROS 2 that speak DDS, and they among its own."""
+"""`chefbot topic bridge`: topics both ways between the robot and ROS 2 nodes that use DDS."""
 
 from __future__ import annotations
 
@@ -18,12 +18,15 @@ if TYPE_CHECKING:
     from chefbot.ros2.dds.bridge import DdsBridge
 
 PERIOD = 1.0
-"""Seconds between two looks for something new to tell."""
+"""Period of the report of changes, s."""
 MISSING = "the bridge to DDS needs Cyclone DDS: pip install 'chefbot[dds]'"
 
 
 def run_dds(domain: int | None, topics: Sequence[str], interface: str) -> None:
-    """Until Ctrl-C. UserError without the extra, in a second bridge on one wire, or when DDS cannot be opened."""
+    """Bridge topics both ways until Ctrl-C.
+
+    Raises UserError without the extra, for a second bridge on the same network, or if DDS cannot be opened.
+    """
     try:
         from chefbot.ros2.dds.bridge import NODE, DdsBridge
         from chefbot.ros2.dds.domain import AUTO, DdsParticipant, interface_from_environment
@@ -31,34 +34,36 @@ def run_dds(domain: int | None, topics: Sequence[str], interface: str) -> None:
         if not (error.name or "").startswith("cyclonedds"):
             raise
         raise UserError(MISSING) from None
-    patterns = [_pattern(one) for one in topics]
+    patterns = [_pattern(topic) for topic in topics]
     number = domain_from_environment() if domain is None else domain
     if not 0 <= number <= MAX_DOMAIN:
         raise UserError(f"DDS domain {number} must lie between 0 and {MAX_DOMAIN}")
     where = interface or interface_from_environment()
     with stop_event() as stop, RmwContext(domain_from_environment(), port=port_from_environment()) as wire:
         settle(wire.graph)
-        if any(one.name == NODE for one in wire.graph.nodes()):
+        if any(node.name == NODE for node in wire.graph.nodes()):
             raise UserError(
-                f"a bridge to DDS, /{NODE}, runs on this wire already; two would copy in a circle"
+                f"a bridge to DDS, /{NODE}, runs on this network already; two would forward messages in a circle"
             )
-        bridge = DdsBridge(wire, DdsParticipant(number, where), lambda name: _chosen(name, patterns))
+        bridge = DdsBridge(wire, DdsParticipant(number, where), lambda name: _is_selected(name, patterns))
         try:
-            console.print(_place(number, where, where == AUTO))
-            _tell(bridge, stop, lambda: _refuse_second(wire, NODE, wire.zid))
+            console.print(_announcement(number, where, where == AUTO))
+            _report_changes(bridge, stop, lambda: _refuse_second(wire, NODE, wire.zid))
         finally:
             bridge.close()
 
 
 def _refuse_second(wire: RmwContext, name: str, own: str = "") -> None:
-    """UserError if there is another bridge, and of two that began together in the one whose id is higher."""
-    others = [one.zid for one in wire.graph.nodes() if one.name == name and one.zid != own]
+    """Raise UserError if there is another bridge; of two that started together, in the one with the higher id."""
+    others = [node.zid for node in wire.graph.nodes() if node.name == name and node.zid != own]
     if others and (not own or min(others) < own):
-        raise UserError(f"a bridge to DDS, /{name}, runs on this wire already; two would copy in a circle")
+        raise UserError(
+            f"a bridge to DDS, /{name}, runs on this network already; two would forward messages in a circle"
+        )
 
 
 def _pattern(text: str) -> str:
-    """With its slash; stars stand for anything. UserError if no topic could be called so."""
+    """Return the pattern with a leading slash; `*` matches any text. Raises UserError if no topic can match."""
     full = text if text.startswith("/") else f"/{text}"
     try:
         resolve(full.replace("*", "x"))
@@ -67,21 +72,22 @@ def _pattern(text: str) -> str:
     return full
 
 
-def _chosen(name: str, patterns: Sequence[str]) -> bool:
-    return not patterns or any(fnmatchcase(name, one) for one in patterns)
+def _is_selected(name: str, patterns: Sequence[str]) -> bool:
+    return not patterns or any(fnmatchcase(name, pattern) for pattern in patterns)
 
 
-def _place(domain: int, interface: str, wide: bool) -> str:
+def _announcement(domain: int, interface: str, wide: bool) -> str:
     if not wide:
         return f"Bridge to DDS domain {domain} on {interface}. Ctrl-C ends it."
     return (
-        f"Bridge to DDS domain {domain} on the network that Cyclone DDS takes. As in every such ROS 2 system all who "
-        "reach that network can hear and command the robot; --interface lo keeps it on this machine. Ctrl-C ends it."
+        f"Bridge to DDS domain {domain} on the network that Cyclone DDS selects. As in every such ROS 2 system, all "
+        "computers in that network can read from and command the robot; --interface lo restricts it to this machine. "
+        "Ctrl-C ends it."
     )
 
 
-def _tell(bridge: DdsBridge, stop: Event, check: Callable[[], None]) -> None:
-    """Each topic when it comes or goes, from the robot's side; and what was refused or lost."""
+def _report_changes(bridge: DdsBridge, stop: Event, check: Callable[[], None]) -> None:
+    """Print each topic when it appears or disappears, and what was rejected or lost."""
     outward: tuple[str, ...] = ()
     inward: tuple[str, ...] = ()
     left_out: dict[str, str] = {}
@@ -89,19 +95,19 @@ def _tell(bridge: DdsBridge, stop: Event, check: Callable[[], None]) -> None:
     while not stop.wait(PERIOD):
         check()
         now = bridge.topics
-        for arrow, before, after in (
-            ("said on DDS", outward, now.outward),
-            ("heard on DDS", inward, now.inward),
+        for direction, before, after in (
+            ("published on DDS", outward, now.outward),
+            ("received from DDS", inward, now.inward),
         ):
-            for word, names in (("+", set(after) - set(before)), ("-", set(before) - set(after))):
+            for sign, names in (("+", set(after) - set(before)), ("-", set(before) - set(after))):
                 if names:
-                    console.print(f"{word} {arrow}: {' '.join(sorted(names))}")
+                    console.print(f"{sign} {direction}: {' '.join(sorted(names))}")
         outward, inward = now.outward, now.inward
-        for name, why in now.left_out.items():
-            if left_out.get(name) != why:
-                errors.print(f"chefbot: {name}: {why}")
+        for name, reason in now.left_out.items():
+            if left_out.get(name) != reason:
+                errors.print(f"chefbot: {name}: {reason}")
         left_out = now.left_out
-        known, counts = counts, bridge.rejected.counts()
+        previous, counts = counts, bridge.rejected.counts()
         for reason, count in counts.items():
-            if known.get(reason) != count:
+            if previous.get(reason) != count:
                 errors.print(f"chefbot: {reason} ({count} times)")

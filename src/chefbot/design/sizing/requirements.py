@@ -99,7 +99,9 @@ def motor_checks(robot: Robot, mass: float) -> list[Check]:
         ),
         at_least("motor", "torque on the ramp", strong, hardest, "N m"),
         at_least("motor", "continuous torque", motor.continuous_torque, lasting, "N m"),
-        at_least("motor", "speed with reserve", wheel_speed(robot, mass), required_wheel_speed(robot), "rad/s"),
+        at_least(
+            "motor", "speed with reserve", wheel_speed(robot, mass), required_wheel_speed(robot), "rad/s"
+        ),
         at_least(
             "motor", "turn rate", turn_rate(robot, mass), robot.drive.max_turn, "rad/s", "drive.max_turn"
         ),

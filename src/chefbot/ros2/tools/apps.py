@@ -218,17 +218,3 @@ def bag_info(bag: Annotated[Path, typer.Argument(help="a bag's folder, or an MCA
     from chefbot.ros2.tools.bag import run_info
 
     raise typer.Exit(run_info(bag))
-
-
-def add_tools(app: typer.Typer) -> None:
-    """Add these commands to the command line app."""
-    for name, commands in (
-        ("topic", topic_app),
-        ("node", node_app),
-        ("service", service_app),
-        ("action", action_app),
-        ("param", param_app),
-        ("bag", bag_app),
-    ):
-        app.add_typer(commands, name=name)
-    app.command("graph")(graph)

@@ -1,26 +1,30 @@
-"""`chefbot deliver` and `chefbot map_saver` against a served page."""
+"""The commands of `chefbot drive` and `chefbot map save` against a served web UI."""
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
-from chefbot.cli.remote import order_delivery, press_round, save_running_map
 from tests.support.fake_robot import PLACES, fake_robot
 from tests.support.waiting import PATIENCE
 
-from chefbot.cli import remote
+from chefbot.cli import running_robot
+from chefbot.cli.drive.goals import cancel_goal, press_stop, release_stop, send_goal
+from chefbot.cli.drive.orders import confirm_step, order_delivery
+from chefbot.cli.map.save import save_running_map
 from chefbot.errors import UserError
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places
-from chefbot.ui.commands import Deliver, Loaded
+from chefbot.ui.commands import Cancel, Deliver, Goal, GoPlace, Loaded, Resume, Stop
+from chefbot.ui.layers import StopView
 
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remote, "RESPONSE_TIMEOUT", 0.5)
+    monkeypatch.setattr(running_robot, "RESPONSE_TIMEOUT", 0.5)
 
 
 @pytest.mark.parametrize(
@@ -70,16 +74,18 @@ def test_an_unknown_table_is_answered_with_the_nearest_and_nothing_is_sent() -> 
         assert robot.heard.empty()
 
 
-def test_round_says_what_is_waited_for_presses_it_and_says_what_follows(
+def test_confirm_says_what_is_waited_for_presses_it_and_says_what_follows(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     with fake_robot() as robot:
         robot.wait_for_food()
-        assert press_round("", robot.url) == 0
-        assert f"In the kitchen.\n  chefbot round loaded --page '{robot.url}'" in capsys.readouterr().out
-        with pytest.raises(UserError, match="does not wait for that"):
-            press_round("go-on", robot.url)
-        assert press_round("loaded", robot.url) == 0
+        assert confirm_step("", robot.url) == 0
+        assert (
+            f"In the kitchen.\n  chefbot drive confirm loaded --page '{robot.url}'" in capsys.readouterr().out
+        )
+        with pytest.raises(UserError, match="does not wait for"):
+            confirm_step("go-on", robot.url)
+        assert confirm_step("loaded", robot.url) == 0
         assert robot.heard.get(timeout=PATIENCE) == Loaded()
     assert capsys.readouterr().out == "On the way to table_1.\n"
 
@@ -87,7 +93,7 @@ def test_round_says_what_is_waited_for_presses_it_and_says_what_follows(
 def test_a_press_that_changes_nothing_is_a_failure() -> None:
     with fake_robot() as robot:
         robot.wait_for_food()
-        assert press_round("taken", robot.url) == 1
+        assert confirm_step("taken", robot.url) == 1
 
 
 def test_a_robot_that_does_not_deliver_says_which_launch_does() -> None:
@@ -99,7 +105,7 @@ def test_a_robot_that_does_not_deliver_says_which_launch_does() -> None:
             order_delivery(["1"], robot.url, wait=True)
 
 
-def test_map_saver_saves_what_the_robot_shows(tmp_path: Path) -> None:
+def test_map_save_saves_what_the_robot_shows(tmp_path: Path) -> None:
     with fake_robot() as robot:
         robot.know_places()
         grid = robot.map_a_room()
@@ -110,7 +116,7 @@ def test_map_saver_saves_what_the_robot_shows(tmp_path: Path) -> None:
     assert load_places(tmp_path / "room.places.yaml")["kitchen"] == pytest.approx(PLACES["kitchen"], abs=1e-3)
 
 
-def test_map_saver_keeps_places_that_somebody_wrote(
+def test_map_save_keeps_places_that_somebody_wrote(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     mine = tmp_path / "room.places.yaml"
@@ -123,7 +129,7 @@ def test_map_saver_keeps_places_that_somebody_wrote(
     assert "kept" in capsys.readouterr().out
 
 
-def test_map_saver_without_a_map_or_a_folder(tmp_path: Path) -> None:
+def test_map_save_without_a_map_or_a_folder(tmp_path: Path) -> None:
     with fake_robot() as robot:
         with pytest.raises(UserError, match="no map yet"):
             save_running_map(tmp_path / "room", robot.url)
@@ -131,3 +137,74 @@ def test_map_saver_without_a_map_or_a_folder(tmp_path: Path) -> None:
         with pytest.raises(StorageError, match="cannot be written"):
             save_running_map(tmp_path / "none" / "room", robot.url)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("target", "command"),
+    [
+        (["kitchen"], GoPlace("kitchen")),
+        (["table", "2"], GoPlace("table_2")),
+        (["2"], GoPlace("table_2")),
+        (["1.5", "-2"], Goal(1.5, -2.0, 0.0)),
+        (["1", "2", "90"], Goal(1.0, 2.0, pytest.approx(np.pi / 2))),
+    ],
+)
+def test_goto_sends_a_place_or_a_pose(target: list[str], command: Goal | GoPlace) -> None:
+    with fake_robot() as robot:
+        robot.know_places()
+        send_goal(target, robot.url)
+        assert robot.heard.get(timeout=PATIENCE) == command
+
+
+@pytest.mark.parametrize(
+    ("target", "sentence"),
+    [(["kitchn"], "did you mean 'kitchen'"), (["1", "2", "3", "4"], "X Y"), (["nan", "1"], "no place")],
+)
+def test_an_invalid_target_is_one_sentence(target: list[str], sentence: str) -> None:
+    with fake_robot() as robot:
+        robot.know_places()
+        with pytest.raises(UserError, match=sentence):
+            send_goal(target, robot.url)
+        assert robot.heard.empty()
+
+
+def test_a_refused_goal_raises_its_sentence() -> None:
+    with fake_robot("refused") as robot:
+        robot.know_places()
+        with pytest.raises(UserError, match="not today"):
+            send_goal(["kitchen"], robot.url)
+
+
+def test_cancel_is_sent() -> None:
+    with fake_robot() as robot:
+        cancel_goal(robot.url)
+        assert robot.heard.get(timeout=PATIENCE) == Cancel()
+
+
+def test_stop_without_confirmation_gives_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        assert press_stop(robot.url) == 1
+        assert isinstance(robot.heard.get(timeout=PATIENCE), Stop)
+    assert "has not confirmed" in capsys.readouterr().out
+
+
+def test_stop_waits_for_the_confirmation_of_its_own_press(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(running_robot, "RESPONSE_TIMEOUT", PATIENCE)
+    with fake_robot() as robot:
+
+        def confirm() -> None:
+            press = robot.heard.get(timeout=PATIENCE)
+            assert isinstance(press, Stop)
+            robot.server.set_layer("stop", StopView(stopped=True, confirmed=("another", press.id)))
+
+        with ThreadPoolExecutor(1) as pool:
+            confirmed = pool.submit(confirm)
+            assert press_stop(robot.url) == 0
+            confirmed.result()
+
+
+def test_release_names_the_press_that_it_releases() -> None:
+    with fake_robot() as robot:
+        robot.server.set_layer("stop", StopView(stopped=True, pressed="17"))
+        assert release_stop(robot.url) == 1
+        assert robot.heard.get(timeout=PATIENCE) == Resume("17")

@@ -168,6 +168,12 @@ def test_an_invalid_target_is_one_sentence(target: list[str], sentence: str) -> 
         assert robot.heard.empty()
 
 
+def test_a_goal_during_a_delivery_says_when() -> None:
+    with fake_robot() as robot:
+        send_goal(["1", "2"], robot.url, "after")
+        assert robot.heard.get(timeout=PATIENCE) == Goal(1.0, 2.0, 0.0, "after")
+
+
 def test_a_refused_goal_raises_its_sentence() -> None:
     with fake_robot("refused") as robot:
         robot.know_places()

@@ -47,11 +47,17 @@ def goto(
         list[str], typer.Argument(help="a named place or table number, or X Y [YAW] in m and degrees")
     ],
     page: Annotated[str, PAGE] = WEB_UI,
+    when: Annotated[
+        Literal["", "now", "after", "instead"],
+        typer.Option(
+            help="during a delivery: pause it (now), complete it first (after), or end it (instead)"
+        ),
+    ] = "",
 ) -> None:
     """Send the robot to a named place, or to a pose in the map frame (`--` before negative numbers)."""
     from chefbot.cli.drive.goals import send_goal
 
-    send_goal(target, page)
+    send_goal(target, page, when)
 
 
 @drive_app.command("cancel")

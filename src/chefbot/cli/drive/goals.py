@@ -14,28 +14,36 @@ from chefbot.cli import running_robot
 from chefbot.cli.running_robot import await_refusal, known_places
 from chefbot.errors import UserError
 from chefbot.storage.places import find_place
-from chefbot.ui.commands import Cancel, Goal, GoPlace, OperatorCommand, Resume, Stop
+from chefbot.ui.commands import Cancel, Goal, GoPlace, OperatorCommand, Resume, Stop, When
 from chefbot.ui.web_ui_client import WebUiClient
 
 console = Console(highlight=False, soft_wrap=True, markup=False)
 
 
-def send_goal(target: list[str], page: str) -> None:
-    """Send a goal. Raises UserError for an unknown place, an invalid pose, or when the robot refuses it."""
+def send_goal(target: list[str], page: str, when: When = "") -> None:
+    """Send a goal; `when` is needed during a delivery.
+
+    Raises UserError for an unknown place, an invalid pose, or when the robot refuses it.
+    """
     with WebUiClient(page) as robot:
-        robot.send(_goal(target, robot))
+        robot.send(_goal(target, robot, when))
         await_refusal(robot)
     console.print(f"Driving to {' '.join(target)}; `chefbot drive cancel` cancels it.")
 
 
-def _goal(target: list[str], robot: WebUiClient) -> OperatorCommand:
+def _goal(target: list[str], robot: WebUiClient, when: When) -> OperatorCommand:
     numbers = _numbers(target)
     if len(target) == 1 or numbers is None:
-        return GoPlace(find_place(" ".join(target), known_places(robot)))
+        places = known_places(robot)
+        if not places:
+            raise UserError(
+                f"the robot at {robot.url} has no named places; give a pose X Y [YAW], in m and degrees"
+            )
+        return GoPlace(find_place(" ".join(target), places), when)
     if len(numbers) > 3:
         raise UserError(f"a pose is X Y [YAW], in m and degrees; got {len(numbers)} numbers")
     x, y, *yaw = numbers
-    return Goal(x, y, math.radians(sum(yaw)))
+    return Goal(x, y, math.radians(sum(yaw)), when)
 
 
 def _numbers(texts: list[str]) -> list[float] | None:

@@ -75,6 +75,7 @@ def test_a_group_without_a_command_shows_its_help(
         ("map_saver -f hotel", "did you mean `chefbot map save`?"),
         ("teleop", "did you mean `chefbot drive keyboard`?"),
         ("dds", "did you mean `chefbot topic bridge`?"),
+        ("keys init", "did you mean `chefbot fleet`?"),
         ("topic ecko", "did you mean `chefbot topic echo`?"),
         ("board qqq", "`chefbot board --help` lists all commands"),
         ("robot check chefbot --jsn", "`chefbot robot check` has no option --jsn (did you mean '--json'?)"),

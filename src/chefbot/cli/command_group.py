@@ -59,9 +59,14 @@ def _nearest(name: str, by_name: dict[str, str], cutoff: float) -> str:
 
 
 def _described_by(name: str, lines: list[tuple[str, str]]) -> str:
-    """Return the first command line whose help contains a word with this beginning, "" if none does."""
+    """Return the command line whose help contains a word with this beginning, "" if none does.
+
+    Groups are searched before their commands; of a group that matches, a command that matches too is returned.
+    """
     word = re.compile(rf"(?<![a-z]){re.escape(name)}", re.IGNORECASE)
-    return next((line for line, text in lines if len(name) > 2 and word.search(text)), "")
+    found = [line for line, text in lines if len(name) > 2 and word.search(text)]
+    first = min(found, key=lambda line: line.count(" "), default="")
+    return next((line for line in found if line.startswith(f"{first} ")), first)
 
 
 def _command_lines(group: TyperGroup) -> Iterator[tuple[str, str]]:

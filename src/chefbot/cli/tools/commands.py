@@ -22,6 +22,7 @@ TOOLS = {
 for tool_app in TOOLS.values():
     tool_app.info.cls = CommandGroup
     tool_app.info.context_settings = HELP_OPTIONS
+topic_app.info.help = "Topics: list, info, echo, measure rates, publish, bridge to DDS."
 
 
 @topic_app.command("bridge")

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from chefbot.cli.robot.calibrate import CalibrateOptions, run_calibrate
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.params import OdometryParams
@@ -77,7 +77,7 @@ def recovered(robot: str, seeds: range, squares: int) -> bool:
     for seed in seeds:
         try:
             text, kept = row(seed, calibrated(robot, seed, "assembled", squares))
-        except UserError as error:
+        except ChefbotError as error:
             text, kept = f"{seed:4d} {error}", False
         lines.append(text if kept else f"{text}  beyond the bounds")
         good &= kept

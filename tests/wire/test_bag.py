@@ -183,7 +183,7 @@ def test_a_complete_file_beside_a_truncated_one_is_read_by_its_index(tmp_path: P
     bag = read_bag(tmp_path)
     assert bag.truncated_files == {truncated}
     damaged = bytearray(data)
-    damaged[len(data) // 3] ^= 255
+    damaged[len(data) // 3 : len(data) // 2] = b"\xff" * (len(data) // 2 - len(data) // 3)
     complete.write_bytes(damaged)
     with pytest.raises(BagError, match="is damaged after"):
         list(bag.messages())

@@ -11,7 +11,6 @@ from msgspec import Struct
 
 from chefbot.config import build
 from chefbot.errors import UserError, name_hint
-from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
@@ -22,7 +21,7 @@ from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
 from chefbot.runtime.live_params import check_live
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import RESTORED_PREFIX, Context, Device, Node, params_type
-from chefbot.runtime.transform_buffer import TransformBuffer, TransformError
+from chefbot.runtime.transform_buffer import TransformBuffer
 
 LAUNCH_TOPIC = "chefbot/launch"
 """Topic on which every launch is published, so that a log holds all that a replay needs."""
@@ -133,14 +132,11 @@ class NodeContainer:
         return kind, node_params(kind, entry.params, where), entry.remap
 
     def _on_tf(self, static: bool, message: Message) -> None:
-        """Add the transforms of a message to the buffer; UserError if they do not fit the tree."""
+        """Add a message's transforms to the buffer; TransformError or InvalidMessageError for an invalid one."""
         assert isinstance(message, TFMessage)
-        try:
-            if not static:
-                check_stamp(message, self.loop.now_ns)
-            self.transforms.add_transforms(message, static)
-        except (InvalidMessageError, TransformError) as error:
-            raise UserError(str(error)) from None
+        if not static:
+            check_stamp(message, self.loop.now_ns)
+        self.transforms.add_transforms(message, static)
 
 
 def params_message(node: str, plain: dict[str, Any]) -> String:

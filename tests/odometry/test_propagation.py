@@ -16,11 +16,11 @@ from chefbot.odometry.estimate import estimate_of
 from chefbot.odometry.filter_state import FilterState, MeanVelocity
 from chefbot.odometry.fusion import BRIDGE_NS, predict_without_wheels, process_reading
 from chefbot.odometry.gyro import update_gyro
-from chefbot.odometry.measurement_updates import GRAVITY, hear_imu, update_pose
+from chefbot.odometry.measurement_updates import GRAVITY
 from chefbot.odometry.motion_model import DELTA_S, DELTA_YAW, PITCH, SIZE, YAW, X, Y
 from chefbot.odometry.params import OdometryParams
 from chefbot.odometry.propagation import PropagationInterval, selection_jacobian
-from chefbot.odometry.readings import ImuReading, PoseReading, WheelCounts
+from chefbot.odometry.readings import ImuReading, WheelCounts
 from chefbot.odometry.sensor_health import Condition, Source
 from chefbot.odometry.wheel_travel import WheelTravel
 from chefbot.robot.load import load_robot
@@ -135,25 +135,8 @@ def test_gravity_along_the_tilted_axes_corrects_the_pitch() -> None:
     force = (-GRAVITY * math.sin(pitch), 0.0, GRAVITY * math.cos(pitch))
     for step in range(1, 200):
         interval.monitors[Source.ACCELEROMETER] = FilterState.initial(MODEL).monitors[Source.ACCELEROMETER]
-        hear_imu(interval, imu(step, force=force))
+        update_imu(interval, imu(step, force=force))
     assert 0.0 < interval.state[PITCH] <= 1.1 * pitch
-
-
-def test_a_scan_match_pulls_the_pose_by_its_covariance() -> None:
-    covariance = ((1e-12, 0.0, 0.0), (0.0, 1e-12, 0.0), (0.0, 0.0, 1e-12))
-    interval = interval_of(0.01, 0.01)
-    interval.inflate_heading(1.0)
-    interval.covariance[[X, Y], [X, Y]] += 1.0
-    update_pose(interval, PoseReading(STEP_NS, SE2(0.3, -0.2, 0.1), covariance))
-    assert interval.state[[X, Y, YAW]] == pytest.approx((0.3, -0.2, 0.1), abs=1e-3)
-    assert interval.monitors[Source.SCANS].refused_run == 0
-
-
-def test_a_distant_scan_match_is_gated() -> None:
-    interval = interval_of(0.0, 0.0)
-    covariance = ((1e-4, 0.0, 0.0), (0.0, 1e-4, 0.0), (0.0, 0.0, 1e-4))
-    update_pose(interval, PoseReading(STEP_NS, SE2(9.0, 0.0, 0.0), covariance))
-    assert abs(interval.state[X]) < 1e-9 and interval.monitors[Source.SCANS].refused_run == 1
 
 
 @given(st.lists(st.tuples(st.integers(-50, 50), st.integers(-50, 50)), min_size=2, max_size=8))

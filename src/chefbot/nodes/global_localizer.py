@@ -8,6 +8,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from chefbot.behavior.relocalization import SPIN_STEP, SPIN_STEP_GOAL, LocalizationMonitor
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
 from chefbot.msgs.geometry_msgs import Point
@@ -17,10 +18,6 @@ from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Task, wait_any
 from chefbot.runtime.node import In, Node, Out, restored, topic
 
-LOCALIZED_UPDATES_REQUIRED = 3
-"""Consecutive localized updates required: two rooms can look alike for a moment."""
-SPIN_STEP = math.pi / 4
-"""Angle of a turn between two checks of the localization, rad."""
 MOVE_DISTANCE = 0.6
 """Distance to move after a full turn without convergence, m; shorter if blocked."""
 
@@ -47,7 +44,7 @@ class GlobalLocalizerNode(Node):
 
     def start(self) -> None:
         """Start the search, unless the robot was localized before a restart."""
-        self._localized_updates = 0
+        self._localization = LocalizationMonitor()
         self._task: Task[None] = self.spawn(self._search())
 
     def on_emergency_stop(self, pressed: Bool) -> None:
@@ -58,7 +55,7 @@ class GlobalLocalizerNode(Node):
 
     def on_localization_status(self, status: LocalizationStatus) -> None:
         """Count the consecutive updates with converged localization."""
-        self._localized_updates = self._localized_updates + 1 if status.localized else 0
+        self._localization.process(status)
 
     async def _search(self) -> None:
         await self.sleep(0.0)  # restored messages are delivered first
@@ -69,9 +66,9 @@ class GlobalLocalizerNode(Node):
             turned = 0.0
             while turned < 2.0 * math.pi:
                 # ends also when another motion preempts it
-                await wait_any(self.spin.call(Spin_Goal(SPIN_STEP, Duration.of(15.0))))
+                await wait_any(self.spin.call(SPIN_STEP_GOAL))
                 turned += SPIN_STEP
-                if self._localized_updates >= LOCALIZED_UPDATES_REQUIRED:
+                if self._localization.has_settled:
                     self.localized.publish(Bool(True))
                     return
             await self._move_on()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -17,7 +18,8 @@ from tests.design.known_parameters import DISTRIBUTIONS
 from tests.design.parameter_check import faults
 
 from chefbot.design.errors import DesignError
-from chefbot.design.export.ros2.annotated_yaml import Explained, plain_values, yaml_scalar
+from chefbot.design.export.ros2 import annotated_yaml
+from chefbot.design.export.ros2.annotated_yaml import Explained, plain_values, with_template, yaml_scalar
 from chefbot.design.export.ros2.depth_to_scan import depth_to_scan
 from chefbot.design.export.ros2.derived_nav_params import Figures, OdometryErrors
 from chefbot.design.export.ros2.ekf import STATE, ekf, ekf_tree
@@ -330,6 +332,16 @@ def test_the_filter_fuses_wheels_and_gyro_once_each() -> None:
     bad = msgspec.structs.replace(robot, sensors=msgspec.structs.replace(robot.sensors, imu=imu))
     assert "imu0" not in params(ekf(bad, FLOOR))
     check_names(bad)
+
+
+def test_a_template_value_without_a_derived_one_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a.yaml").write_text("node: {fixed: 1, derived: }\n")
+    monkeypatch.setattr(annotated_yaml, "TEMPLATES", tmp_path)
+    assert with_template("a.yaml", {"node": {"derived": 2.0}}) == {"node": {"fixed": 1, "derived": 2.0}}
+    with pytest.raises(ValueError, match="derived has no derived value"):
+        with_template("a.yaml", {"node": {}})
 
 
 def damaged(change: Any) -> list[str]:

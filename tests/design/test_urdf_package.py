@@ -85,6 +85,13 @@ def test_xacro_expands_to_the_robot_of_the_urdf(package: Path) -> None:
     assert root.find("gazebo") is None
 
 
+def test_the_xacro_has_properties_in_place_of_the_main_numbers(package: Path) -> None:
+    text = (package / "urdf" / f"{NAME}.urdf.xacro").read_text()
+    for name in ("body_radius", "wheel_radius", "wheel_separation", "caster_offset", "motor_torque"):
+        assert f'<xacro:property name="{name}"' in text
+        assert f"${{{name}" in text, name
+
+
 def test_gazebo_comes_when_asked_for_and_a_prefix_before_every_name(package: Path) -> None:
     root = expand(package, use_gazebo="true", prefix="left/", hardware="a/B")
     names = {link.attrib["name"] for link in root.iterfind("link")}

@@ -49,7 +49,7 @@ class DdsParticipant:
         except DDSException:
             raise UserError(
                 f"DDS domain {number} cannot be opened on interface {interface!r}; `ip link` names the interfaces, "
-                f"and what {CONFIGURATION} says must fit"
+                f"and the settings in {CONFIGURATION} must fit"
             ) from None
         self.gid: bytes = self.participant.guid.bytes
 

@@ -170,9 +170,7 @@ def param_describe(node: Annotated[str, _NODE], parameter: Annotated[str, _PARAM
 
 
 def graph(
-    out: Annotated[Path, typer.Option(help="picture: svg, png or pdf; dot: text")] = Path(
-        "runs/graph.svg"
-    ),
+    out: Annotated[Path, typer.Option(help="picture: svg, png or pdf; dot: text")] = Path("runs/graph.svg"),
     as_json: Annotated[bool, typer.Option("--json", help="print it as JSON, without a picture")] = False,
     duration: Annotated[float, typer.Option(min=0, help="how long rates are measured, s")] = 3.0,
 ) -> None:

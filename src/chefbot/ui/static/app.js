@@ -23,7 +23,7 @@ const driver = new Driver((command) => link.send(command));
 const stop = new StopButton((command) => link.send(command), () => driver.release());
 const tools = new Tools(view, gesture, lookAway, () => data.get("robot"));
 const solid = new Solid({
-  data, hidden, tools, say: showNotice, following: () => following, turned: (on) => panels.open(on ? "model-panel" : "serve"),
+  data, hidden, tools, showNotice, following: () => following, turned: (on) => panels.open(on ? "model-panel" : "serve"),
 });
 
 function send(command) {
@@ -73,7 +73,7 @@ function fit() {
   showWhole();
 }
 
-// The whole map stays in view while it grows and the page changes its size, until somebody looks elsewhere.
+// Keep the known map in view while it grows and the page is resized, until the operator pans.
 function showWhole() {
   const grid = data.get("map");
   if (!grid || !view.width || !view.height) return;
@@ -81,18 +81,18 @@ function showWhole() {
   view.fit(knownArea(grid), bar, NARROW.matches ? bar + 24 : 30);
 }
 
-// A goal that was given up is said, wherever the person looks.
-function tellFailure(status) {
+// Report a failed goal on every tab.
+function showFailure(status) {
   const count = status?.failures ?? 0;
   if (failures !== null && count > failures && status.reason) showNotice(status.reason);
   failures = count;
 }
 
-const TAKERS = {
+const HANDLERS = {
   stop: (value) => stop.take(value),
   map: (value) => { if (value && whole) { follow(false); showWhole(); } },
   robot: (value) => { panels.robot(value); if (following) follow(true); },
-  status: (value) => { panels.status(value); tellFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },
+  status: (value) => { panels.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },
   places: (value) => panels.places(value ?? []),
   delivery: (value) => panels.delivery(value),
   progress: (value) => panels.progress(value),
@@ -102,7 +102,7 @@ const TAKERS = {
 link.addEventListener("layer", ({ detail: { layer, value } }) => {
   lastData = performance.now();
   data.set(layer, value);
-  TAKERS[layer]?.(value);
+  HANDLERS[layer]?.(value);
   solid.take(layer, value);
   view.refresh();
 });
@@ -110,7 +110,7 @@ link.addEventListener("up", () => {
   document.body.classList.remove("offline");
   lastData = performance.now();
   stop.connected();
-  solid.again();
+  solid.reload();
   if (!keepNotice) showNotice("");
   keepNotice = false;
 });

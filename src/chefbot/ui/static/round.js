@@ -45,7 +45,7 @@ export class RoundCard {
   // Send a goal; during a round, first let the operator choose how to combine the two.
   go(command, name) {
     if (!this.value?.round_active) return this.send(command);
-    this.asked = command;
+    this.pendingGoal = command;
     text("when-title", `A delivery round is active. Drive to ${name}:`);
     $("when").hidden = false;
     $("when_now").focus();
@@ -53,8 +53,8 @@ export class RoundCard {
   }
 
   answer(when) {
-    const command = this.asked;
-    this.asked = null;
+    const command = this.pendingGoal;
+    this.pendingGoal = null;
     $("when").hidden = true;
     if (command && when) this.send({ ...command, when });
   }

@@ -7,17 +7,17 @@ export class StopPress {
   // `send(command)` sends a command; `changed()` is called whenever `state` or `alarmed` may have changed.
   constructor(send, changed, store = sessionStorage) {
     Object.assign(this, { send, changed, store });
-    this.view = { stopped: false, asked: false, confirmed: [], pressed: "" };
+    this.view = { stopped: false, requested: false, confirmed: [], pressed: "" };
     this.id = store.getItem(STORAGE_KEY);
     this.since = performance.now();
     this.sent = -Infinity;
     setInterval(() => this.tick(), 50);
   }
 
-  // not confirmed (pressed here), asked (pressed elsewhere, not confirmed), stopped, or free
+  // not confirmed (pressed here), requested (pressed elsewhere, not confirmed), stopped, or free
   get state() {
     if (this.id) return "not confirmed";
-    return this.view.stopped ? "stopped" : this.view.asked ? "asked" : "free";
+    return this.view.stopped ? "stopped" : this.view.requested ? "requested" : "free";
   }
 
   get alarmed() { return Boolean(this.id) && performance.now() - this.since > ALARM; }

@@ -3,7 +3,7 @@ import { StopPress } from "./stop.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
-const LABELS = { free: "STOP", "not confirmed": "STOP: not confirmed", asked: "STOP: not confirmed", stopped: "STOPPED" };
+const LABELS = { free: "STOP", "not confirmed": "STOP: not confirmed", requested: "STOP: not confirmed", stopped: "STOPPED" };
 const VIBRATION = [300, 150, 300], VIBRATION_PERIOD = 1500;
 
 export class StopButton {

@@ -27,7 +27,7 @@ export class Live {
     return this.looks.get(layer);
   }
 
-  // Other colours: all materials anew.
+  // Colour scheme changed: create all materials again.
   repaint(data) {
     for (const look of this.looks.values()) { look.map?.dispose(); look.dispose(); }
     this.looks.clear();

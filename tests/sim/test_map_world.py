@@ -59,7 +59,7 @@ def test_the_start_is_where_the_most_room_is_in_the_largest_hall() -> None:
     assert (world.start.x, world.start.y) == pytest.approx((5.55, 4.0), abs=3.6)
     assert world.start.x > 2.1, "the larger hall is to the right of the wall"
     assert world.start.y == pytest.approx(4.0, abs=0.06)
-    assert "most room" in world.start_note
+    assert "clearance is largest" in world.start_note
     assert world.start == world_from_map("halls", halls(), RADIUS).start
     assert Simulation(ROBOT, world).truth().pose.x == pytest.approx(world.start.x)
 
@@ -115,7 +115,7 @@ def test_a_start_where_nothing_can_stand_names_the_nearest_that_is_free(start: S
 
 def test_a_map_without_room_is_refused() -> None:
     for cells in (OCCUPIED, UNKNOWN):
-        with pytest.raises(UserError, match="map full: there is no free floor"):
+        with pytest.raises(UserError, match="no free floor"):
             world_from_map("full", Grid(np.full((30, 30), cells, np.int8), 0.05, 0.0, 0.0), RADIUS)
 
 

@@ -91,7 +91,7 @@ def read_bag(path: Path) -> Bag:
     contents = [_read_contents(file) for file in files]
     cut = tuple(content.cut for content in contents if content.cut)
     if folder and not metadata and not cut:
-        cut = (f"{path} has no {METADATA_FILE}: recording ended too early; all {len(files)} files are whole",)
+        cut = (f"{path} has no {METADATA_FILE}: recording ended too early; all {len(files)} files are complete",)
     starts = [content.start_ns for content in contents if content.topics and content.start_ns]
     ends = [content.end_ns for content in contents]
     distro = str(

@@ -154,7 +154,7 @@ def test_stop_is_said_until_it_is_confirmed_and_needs_no_other_button(pad: Pad, 
 
 
 def test_a_pad_that_says_nothing_for_long_has_let_go(pad: Pad) -> None:
-    driven = Driven(pad.path, drive={"patience": 1.0})
+    driven = Driven(pad.path, drive={"timeout": 1.0})
     pad.push(FORWARD, -1.0)
     pad.press(DEAD_MAN)
     driven.until(lambda: driven.all(Twist) and driven.speed() > 0.0)

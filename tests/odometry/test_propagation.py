@@ -16,7 +16,7 @@ from chefbot.odometry.estimate import estimate_of
 from chefbot.odometry.filter_state import FilterState, MeanVelocity
 from chefbot.odometry.fusion import BRIDGE_NS, predict_without_wheels, process_reading
 from chefbot.odometry.gyro import update_gyro
-from chefbot.odometry.measurement_updates import GRAVITY
+from chefbot.odometry.measurement_updates import GRAVITY, update_imu
 from chefbot.odometry.motion_model import DELTA_S, DELTA_YAW, PITCH, SIZE, YAW, X, Y
 from chefbot.odometry.params import OdometryParams
 from chefbot.odometry.propagation import PropagationInterval, selection_jacobian

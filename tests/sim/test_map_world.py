@@ -116,7 +116,7 @@ def test_a_start_where_nothing_can_stand_names_the_nearest_that_is_free(start: S
 
 def test_a_map_without_room_is_refused() -> None:
     for cells in (OCCUPIED, UNKNOWN):
-        with pytest.raises(UserError, match="map full: no free floor"):
+        with pytest.raises(UserError, match="no free floor"):
             world_from_map("full", Grid(np.full((30, 30), cells, np.int8), 0.05, 0.0, 0.0), RADIUS)
 
 

@@ -129,7 +129,7 @@ def test_a_slider_turns_its_wheel_forward_until_the_robot_turns_it(tab: Tab, ser
 
 def test_the_fixed_frame_stands_still_and_the_others_move(tab: Tab, server: WebUiServer) -> None:
     stand(server, (2.0, 1.0, 0.0), QUARTER)
-    tab.wait_for("modelView.frames.told.has('odom')")
+    tab.wait_for("modelView.frames.received.has('odom')")
     expected = {"map": (3.0, 1.0, 0.01), "odom": (2.0, 1.0, 0.01), "base_link": (0.0, 0.0, 0.0)}
     for frame, place in expected.items():
         tab.ask(f"document.getElementById('fixed-frame').value = {frame!r}, modelView.prepare()")
@@ -276,9 +276,9 @@ def test_things_glide_between_two_news(tab: Tab, server: WebUiServer) -> None:
     tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")
     places = tab.ask(
         "(() => { const frames = modelView.frames, group = frames.group('base_footprint'), seen = [];"
-        " frames.glides.told.set('base_footprint', performance.now() - 100);"
-        " frames.tell([{ name: 'base_footprint', parent: 'odom', at: [0.1, 0, 0], turn: [0, 0, 0, 1] }]);"
-        " const { start } = frames.glides.under.get('base_footprint');"
+        " frames.glides.updated.set('base_footprint', performance.now() - 100);"
+        " frames.update([{ name: 'base_footprint', parent: 'odom', at: [0.1, 0, 0], turn: [0, 0, 0, 1] }]);"
+        " const { start } = frames.glides.active.get('base_footprint');"
         " for (const later of [0, 50, 1000]) { frames.glides.advance(start + later); seen.push(group.position.x); }"
         " return seen; })()"
     )

@@ -93,7 +93,7 @@ def test_a_press_may_be_withdrawn_and_does_not_count_when_it_comes_after_all(pho
     phone.network.mode = "hole"
     phone.tab.ask("document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown'))")
     phone.tab.wait_for(ALARM)
-    assert phone.tab.ask("document.getElementById('resume').textContent") == "Withdraw this STOP"
+    assert phone.tab.ask("document.getElementById('resume').textContent") == "Withdraw this stop"
     phone.tab.ask("document.getElementById('resume').click()")
     phone.network.mode = "pass"
     phone.tab.wait_for(f"{STOP} === 'STOP' && !({ALARM}) && !document.body.classList.contains('offline')")

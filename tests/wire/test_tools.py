@@ -273,7 +273,7 @@ def test_a_bag_is_recorded_told_and_does_not_drive_a_running_robot(
             line.split()[:2] for line in info[1].splitlines()
         ]
         code, _, said = verb("bag", "play", bag)
-        assert code == 2 and "others speak on all topics" in said
+        assert code == 2 and "other nodes publish on all topics" in said
         heard: list[Twist] = []
         base.subscription("/cmd_vel", Twist, heard.append)
         assert verb("bag", "play", bag, "--topics", "/cmd_vel", "--rate", "100")[0] == 0 and len(heard) == 1

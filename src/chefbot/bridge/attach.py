@@ -46,18 +46,18 @@ def wire_requested(launch: Launch) -> bool:
 
 @contextmanager
 def open_wire(
-    launch: Launch, doors: ExternalEndpoints, log: Callable[[str], None]
+    launch: Launch, endpoints: ExternalEndpoints, log: Callable[[str], None]
 ) -> Iterator[RmwContext | None]:
     """Open the wire and the connections to other machines for a launch; yield None where it stays off.
 
-    `launch` is as returned by `with_namespace`; `doors` are the endpoints to other machines.
+    `launch` is as returned by `with_namespace`; `endpoints` are the endpoints to other machines.
 
     Two launches with nodes of the same names would receive each other's sensor data: the second one stays off
     the wire and logs this with `log`; with `wire:=on` a UserError is raised. A launch that joins a robot may
     first have to wait for it.
     """
     if not wire_requested(launch):
-        if doors != ExternalEndpoints() or launch.clock == "robot":
+        if endpoints != ExternalEndpoints() or launch.clock == "robot":
             raise UserError(f"launch {launch.name}: other machines need the wire; set wire:=on")
         yield None
         return
@@ -70,7 +70,7 @@ def open_wire(
             log(f"Not on the wire: {conflict}")
             yield None
             return
-        with _secure_router(wire, doors, log):
+        with _secure_router(wire, endpoints, log):
             yield wire
 
 
@@ -101,10 +101,10 @@ def open_bridge(
 
 @contextmanager
 def open_wire_and_bridge(
-    system: NodeContainer, launch: Launch, doors: ExternalEndpoints, log: Callable[[str], None]
+    system: NodeContainer, launch: Launch, endpoints: ExternalEndpoints, log: Callable[[str], None]
 ) -> Iterator[Bridge | None]:
     """Combine `wired` and `bridged` for a launch that joins no robot; yield None without a wire."""
-    with open_wire(launch, doors, log) as wire:
+    with open_wire(launch, endpoints, log) as wire:
         if wire is None:
             yield None
             return
@@ -135,20 +135,22 @@ def identity() -> Identity | None:
 
 
 @contextmanager
-def _secure_router(wire: RmwContext, doors: ExternalEndpoints, log: Callable[[str], None]) -> Iterator[None]:
+def _secure_router(
+    wire: RmwContext, endpoints: ExternalEndpoints, log: Callable[[str], None]
+) -> Iterator[None]:
     """Run the secure router where this machine is in a fleet or has endpoints to open.
 
     Rejected messages are counted with those of the wire.
     """
     own_identity = identity()
-    if own_identity is None and doors == ExternalEndpoints():
+    if own_identity is None and endpoints == ExternalEndpoints():
         yield
         return
-    with SecureRouter(own_identity, doors, port_from_environment(), wire.rejected) as gate:
+    with SecureRouter(own_identity, endpoints, port_from_environment(), wire.rejected) as gate:
         if gate.listen_endpoints:
             log(f"Other machines may join: {', '.join(gate.listen_endpoints)}")
-        if doors.join:
-            log(f"Joined with {', '.join(doors.join)}.")
+        if endpoints.join:
+            log(f"Joined with {', '.join(endpoints.join)}.")
         yield
 
 

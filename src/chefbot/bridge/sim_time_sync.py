@@ -17,7 +17,7 @@ MIN_PERIOD_NS = 40_000_000
 class ProgressPublisher:
     """Publishes how far a following process has come in simulated time.
 
-    A thread of its own publishes: the caller of `tell` holds the loop's lock, for which Zenoh's threads wait
+    A thread of its own publishes: the caller of `publish` holds the loop's lock, for which Zenoh's threads wait
     while they hold a lock that publishing needs.
     """
 

@@ -28,7 +28,7 @@ class GamepadParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     dead_zone: Annotated[
         float, Meta(ge=0, le=0.5, description="fraction of the stick's range that counts as centred")
     ] = 0.1
-    patience: Annotated[
+    timeout: Annotated[
         float,
         Meta(
             ge=0.5,
@@ -84,7 +84,7 @@ class GamepadTeleop:
     def twist(self, dt: float) -> tuple[float, float] | None:
         """Return (v, w) in m/s and rad/s, `dt` seconds after the last call, or None if not enabled."""
         self._time_since_event += dt
-        if self._time_since_event > self._params.patience:
+        if self._time_since_event > self._params.timeout:
             self._pressed = False
         if not self._pressed:
             return None

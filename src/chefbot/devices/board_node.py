@@ -33,4 +33,6 @@ class MotorBoardNode(Device):
         elif isinstance(message, BatteryState):
             self.battery_state.publish(message)
         else:
-            raise TypeError(f"the board's line gave a {type(message).__name__}, which has no topic here")
+            raise TypeError(
+                f"the board protocol returned a {type(message).__name__}, which has no topic here"
+            )

@@ -87,7 +87,7 @@ class GamepadDevice(Device):
             self._driving = True
             self.cmd_vel_teleop.publish(Twist.of(*twist))
         elif held:
-            timeout = self.params.drive.patience
+            timeout = self.params.drive.timeout
             self._release(
                 f"Nothing new from the gamepad for {timeout:g} s: let go of the button and press it again."
             )

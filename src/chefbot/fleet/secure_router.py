@@ -62,7 +62,7 @@ class ExternalEndpoints(NamedTuple):
 
 
 def router_config(
-    me: Identity | None, doors: ExternalEndpoints, port: int = PORT, held: Collection[str] = ()
+    me: Identity | None, endpoints: ExternalEndpoints, port: int = PORT, held: Collection[str] = ()
 ) -> dict[str, Any]:
     """Return the Zenoh configuration of the secure router.
 
@@ -70,17 +70,17 @@ def router_config(
 
     Raises UserError where TLS is requested and this machine has no certificate.
     """
-    listen = doors.listen
+    listen = endpoints.listen
     if listen is None:
         all_endpoints = tuple(f"tls/{address}:{port}" for address in addresses()) if me else ()
         listen = tuple(end for end in all_endpoints if end in held or _is_free(end))
-    if me is None and any(end.startswith("tls/") for end in (*listen, *doors.join)):
+    if me is None and any(end.startswith("tls/") for end in (*listen, *endpoints.join)):
         raise UserError("TLS needs this machine to be a member of a fleet; see `chefbot keys --help`")
     return {
         "mode": "router",
         "listen": {"endpoints": list(listen), "exit_on_failure": False},
         "connect": {
-            "endpoints": [f"tcp/{LOOPBACK}:{port}", *doors.join],
+            "endpoints": [f"tcp/{LOOPBACK}:{port}", *endpoints.join],
             "timeout_ms": -1,  # with 0, Zenoh tries once
             "exit_on_failure": False,
             "retry": {"period_init_ms": 200, "period_max_ms": 2000, "period_increase_factor": 2},
@@ -133,7 +133,7 @@ class SecureRouter:
     ) -> None:
         """Start the router. Raises UserError if it cannot be opened."""
         self.errors = ErrorCounter() if refused is None else refused
-        self._me, self._doors, self._port = me, endpoints, port
+        self._me, self._endpoints, self._port = me, endpoints, port
         self._closing = threading.Event()
         self._config = router_config(me, endpoints, port)
         self._process = self._start()
@@ -182,7 +182,7 @@ class SecureRouter:
 
     def _watch(self) -> None:
         while not self._closing.wait(POLL_PERIOD):
-            config = router_config(self._me, self._doors, self._port, self.listen_endpoints)
+            config = router_config(self._me, self._endpoints, self._port, self.listen_endpoints)
             if self._process.poll() is not None or config != self._config:
                 self._config = config
                 _end(self._process)

@@ -94,7 +94,7 @@ def run_launch(
     `join`, `listen`: endpoints to other machines. `host`: which machine this is, for launch files with parts
     for several. `lan`: serve the web UI to the network.
     """
-    doors = ExternalEndpoints(tuple(map(endpoint, join)), tuple(map(endpoint, listen)) or None)
+    endpoints = ExternalEndpoints(tuple(map(endpoint, join)), tuple(map(endpoint, listen)) or None)
     arguments = parse_arguments(texts)
     address = arguments.pop(HOST_ARGUMENT, ALL_ADDRESSES if lan else "")
     launch = load_launch(name, arguments)
@@ -107,7 +107,7 @@ def run_launch(
     robot = load_robot(str(launch.args["robot"]))
     try:
         compile_kernels(console)
-        with open_wire(launch, doors, console.print) as wire:
+        with open_wire(launch, endpoints, console.print) as wire:
             if launch.clock != "robot":
                 faults = _run_robot(launch, robot, wire, folder)
             else:

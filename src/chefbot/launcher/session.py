@@ -68,7 +68,7 @@ def session(
         print_fault_counts(system)
         if recorder is not None:
             recorder.close()  # before the nodes stop: their shutdown is not recorded
-            ended.say()  # repeated, as the first message may be hours old
+            ended.print_warning()  # repeated, as the first message may be hours old
         system.stop()
 
 
@@ -86,10 +86,10 @@ class RecordingEnd:
         self._sentence = (
             f"{why[:1].upper()}{why[1:]}. The recording up to now is complete; the robot continues."
         )
-        self.say()
+        self.print_warning()
         self._loop.post(self._publish_diagnostics)
 
-    def say(self) -> None:
+    def print_warning(self) -> None:
         """Print a warning in the terminal if the recording has ended early."""
         if self._sentence:
             errors.print(f"Warning: {self._sentence}", markup=False)

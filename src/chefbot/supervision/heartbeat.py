@@ -2,7 +2,7 @@
 
 A thread of each worker sends one byte to the launch process every BEAT seconds, on the socket by which it got
 its specification: either the event loop has progressed since the last heartbeat, or it is still busy with the
-same step. So a process that computes for a long time can be told from one that is stopped, and the launch
+same step. So a process that computes for a long time can be distinguished from one that is stopped, and the launch
 need not poll.
 """
 

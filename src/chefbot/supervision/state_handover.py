@@ -100,7 +100,7 @@ class StateHandover:
         if namespace != self._namespace or entry is None:
             return
         values = {parameter.name: from_value(parameter.value) for parameter in event.changed_parameters}
-        node_type, where = node_class(entry.kind, "last words"), f"node {name}: params"
+        node_type, where = node_class(entry.kind, "state handover"), f"node {name}: params"
         with self._lock:
             current = self._params.get(name) or node_params(node_type, entry.params, where)
             try:
@@ -139,7 +139,7 @@ class StateHandover:
 
 def restored_topics(entry: NodeEntry) -> list[tuple[str, type[Message]]]:
     """Return the topics (before remapping) whose last message a node wants restored, with their types."""
-    node_type = node_class(entry.kind, "last words")
+    node_type = node_class(entry.kind, "state handover")
     ports = (
         (getattr(node_type, name, None), hint) for name, hint in typing.get_type_hints(node_type).items()
     )

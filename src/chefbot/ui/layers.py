@@ -131,7 +131,7 @@ class StopView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     stopped: bool = False
     """Whether the emergency stop is latched."""
-    asked: bool = False
+    requested: bool = False
     """Whether a press waits for confirmation by the drive base."""
     confirmed: tuple[str, ...] = ()
     """Ids of the newest presses that the drive base has confirmed."""

@@ -287,7 +287,10 @@ class WebUiDevice(Device):
         status, pending = self.stop_status.last, self._pending
         pressed = str(status.pressed_at.ns) if status else ""
         self._last_stop = StopView(
-            stopped=self._stopped, asked=pending.stop, confirmed=pending.presses.confirmed, pressed=pressed
+            stopped=self._stopped,
+            requested=pending.stop,
+            confirmed=pending.presses.confirmed,
+            pressed=pressed,
         )
         self._server.set_layer("stop", self._last_stop)
 
@@ -349,7 +352,7 @@ class WebUiDevice(Device):
         if isinstance(command, do.Stop) and not self._last_status.stopped:
             # Display the press at once: the event loop may be late, or simulated time may be paused.
             self._server.set_layer("status", msgspec.structs.replace(self._last_status, stop_pending=True))
-            self._server.set_layer("stop", msgspec.structs.replace(self._last_stop, asked=True))
+            self._server.set_layer("stop", msgspec.structs.replace(self._last_stop, requested=True))
         self.post(lambda: self._execute(command))
 
     def _execute(self, command: do.OperatorCommand) -> None:

@@ -64,7 +64,7 @@ class WebUiClient:
             raise self._connection_lost() from None
 
     def receive(self, timeout: float | None = None) -> str:
-        """Return the name of the next changed layer; "" if nothing was received in `patience` seconds.
+        """Return the name of the next changed layer; "" if nothing was received in `timeout` seconds.
 
         Raises UserError with the robot's sentence when it refused a command.
         """
@@ -84,7 +84,7 @@ class WebUiClient:
         return layer
 
     def wait_for(self, layer: str, timeout: float) -> Any:
-        """Return the layer's value as soon as it is received; None on timeout after `patience` seconds."""
+        """Return the layer's value as soon as it is received; None on timeout after `timeout` seconds."""
         deadline = time.monotonic() + timeout
         while self.latest.get(layer) is None and (remaining := deadline - time.monotonic()) > 0:
             self.receive(remaining)

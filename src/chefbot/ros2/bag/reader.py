@@ -94,7 +94,9 @@ def read_bag(path: Path) -> Bag:
     cut = tuple(content.cut for content in contents if content.cut)
     cut_files = frozenset(file for file, content in zip(files, contents, strict=True) if content.cut)
     if folder and not metadata and not cut:
-        cut = (f"{path} has no {METADATA_FILE}: recording ended too early; all {len(files)} files are whole",)
+        cut = (
+            f"{path} has no {METADATA_FILE}: recording ended too early; all {len(files)} files are complete",
+        )
     starts = [content.start_ns for content in contents if content.topics and content.start_ns]
     ends = [content.end_ns for content in contents]
     distro = str(

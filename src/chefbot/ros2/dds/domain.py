@@ -53,7 +53,7 @@ class DdsParticipant:
         except DDSException:
             raise DdsError(
                 f"DDS domain {number} cannot be opened on interface {interface!r}; `ip link` names the interfaces, "
-                f"and what {CONFIGURATION} says must fit"
+                f"and the settings in {CONFIGURATION} must fit"
             ) from None
         self.gid: bytes = self.participant.guid.bytes
 

@@ -64,7 +64,7 @@ def endpoints_by_topic(wire: RmwContext, discovery: Discovery) -> dict[str, Topi
 def choose_type(endpoints: TopicEndpoints) -> tuple[type[Message] | None, str]:
     """Return the type in which a topic is bridged, None if there is none.
 
-    The second value says what is not bridged and why; empty if everything is.
+    The second value is a sentence on what is not bridged and why; empty if everything is.
     """
     known = [(kind, message) for kind in endpoints.types if (message := _message_class(kind)) is not None]
     others = [kind.name for kind in endpoints.types if not known or not same_type(kind, known[0][0])]

@@ -45,7 +45,7 @@ def topic_echo(
     topic: Annotated[str, _TOPIC],
     once: Annotated[bool, typer.Option("--once", help="one message, then stop")] = False,
     field: Annotated[str, typer.Option(help="only a part, such as pose.pose.position or ranges[0]")] = "",
-    full_length: Annotated[bool, typer.Option("--whole", help="print arrays in full length")] = False,
+    full_length: Annotated[bool, typer.Option("--full-length", help="print arrays in full length")] = False,
     duration: Annotated[float, _SECONDS] = 0.0,
 ) -> None:
     """Print the messages of a topic as YAML."""

@@ -31,7 +31,7 @@ class ReceivedSample(NamedTuple):
 
 
 def subscribe_any(node: RmwNode, topic: EndpointGroup, callback: TypedSampleCallback) -> None:
-    """Subscribe to all types of a topic and call `hear(type, bytes)` in a Zenoh thread."""
+    """Subscribe to all types of a topic and call `callback(type, bytes)` in a Zenoh thread."""
     for kind in offered_types(topic):
         qos = best_matching_qos(
             publisher.info.qos for publisher in topic.providers if publisher.info.type == kind

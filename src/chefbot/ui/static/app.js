@@ -1,4 +1,4 @@
-// Puts the parts together: the link feeds layers to the map and the panels; gestures and buttons feed commands back.
+// Connects the parts: the link passes layers to the map and the panels; gestures and buttons send commands.
 import { Driver } from "./drive.js";
 import { knownArea } from "./grids.js";
 import { COLOURS, PAINTERS, SWITCHES, arrow, scaleBar } from "./layers.js";
@@ -9,12 +9,12 @@ import { StopButton } from "./stop_button.js";
 import { Tools } from "./tools.js";
 import { View } from "./view.js";
 
-const STALE = 2000;                      // milliseconds without news of the robot before the page says so
+const STALE = 2000;                      // milliseconds without data before the page reports it
 const $ = (id) => document.getElementById(id);
 const NARROW = window.matchMedia("(max-width: 760px)");
 const data = new Map();
 const hidden = new Set();
-let following = true, whole = true, lastNews = 0, refusal = 0, failures = null, unsaid = false;
+let following = true, whole = true, lastData = 0, refusal = 0, failures = null, keepNotice = false;
 
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`);
 const view = new View($("canvas"), paint, () => { if (whole) showWhole(); });
@@ -23,12 +23,12 @@ const driver = new Driver((command) => link.send(command));
 const stop = new StopButton((command) => link.send(command), () => driver.release());
 const tools = new Tools(view, gesture, lookAway, () => data.get("robot"));
 const solid = new Solid({
-  data, hidden, tools, say, following: () => following, turned: (on) => panels.open(on ? "model-panel" : "serve"),
+  data, hidden, tools, showNotice, following: () => following, turned: (on) => panels.open(on ? "model-panel" : "serve"),
 });
 
 function send(command) {
   const sent = link.send(command);
-  if (!sent) say("Not connected: nothing was sent.");
+  if (!sent) showNotice("Not connected: the command was not sent.");
   return sent;
 }
 
@@ -73,7 +73,7 @@ function fit() {
   showWhole();
 }
 
-// The whole map stays in view while it grows and the page changes its size, until somebody looks elsewhere.
+// Keep the known map in view while it grows and the page is resized, until the operator pans.
 function showWhole() {
   const grid = data.get("map");
   if (!grid || !view.width || !view.height) return;
@@ -81,18 +81,18 @@ function showWhole() {
   view.fit(knownArea(grid), bar, NARROW.matches ? bar + 24 : 30);
 }
 
-// A goal that was given up is said, wherever the person looks.
-function tellFailure(status) {
+// Report a failed goal on every tab.
+function showFailure(status) {
   const count = status?.failures ?? 0;
-  if (failures !== null && count > failures && status.reason) say(status.reason);
+  if (failures !== null && count > failures && status.reason) showNotice(status.reason);
   failures = count;
 }
 
-const TAKERS = {
+const HANDLERS = {
   stop: (value) => stop.take(value),
   map: (value) => { if (value && whole) { follow(false); showWhole(); } },
   robot: (value) => { panels.robot(value); if (following) follow(true); },
-  status: (value) => { panels.status(value); tellFailure(value); tools.offerToys(Boolean(value?.simulation)); },
+  status: (value) => { panels.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },
   places: (value) => panels.places(value ?? []),
   delivery: (value) => panels.delivery(value),
   progress: (value) => panels.progress(value),
@@ -100,45 +100,45 @@ const TAKERS = {
 };
 
 link.addEventListener("layer", ({ detail: { layer, value } }) => {
-  lastNews = performance.now();
+  lastData = performance.now();
   data.set(layer, value);
-  TAKERS[layer]?.(value);
+  HANDLERS[layer]?.(value);
   solid.take(layer, value);
   view.refresh();
 });
 link.addEventListener("up", () => {
   document.body.classList.remove("offline");
-  lastNews = performance.now();
+  lastData = performance.now();
   stop.connected();
-  solid.again();
-  if (!unsaid) say("");
-  unsaid = false;
+  solid.reload();
+  if (!keepNotice) showNotice("");
+  keepNotice = false;
 });
 link.addEventListener("down", ({ detail: lost }) => {
   document.body.classList.add("offline");
   driver.release();
   $("phase").textContent = "No connection to the robot.";
   if (lost.length) {
-    unsaid = true;
+    keepNotice = true;
     panels.keepOrder();
-    say("Connection lost before the robot confirmed what was pressed last. Look what it does, and press again if need be.", true);
-  } else if (!unsaid) {
-    say("Connection lost. The robot was told to stand if it was driven by hand. Trying again …", true);
+    showNotice("Connection lost before the robot confirmed the last command. Check the robot and repeat the command if necessary.", true);
+  } else if (!keepNotice) {
+    showNotice("Connection lost. The robot stops if it was driven by hand. Reconnecting …", true);
   }
 });
-link.addEventListener("refused", ({ detail }) => { panels.keepOrder(); say(detail); });
+link.addEventListener("refused", ({ detail }) => { panels.keepOrder(); showNotice(detail); });
 
-function say(sentence, stays = false) {
+function showNotice(sentence, stays = false) {
   clearTimeout(refusal);
   $("notice").textContent = sentence;
   $("notice").hidden = !sentence;
-  if (sentence && !stays) refusal = setTimeout(() => { if (link.open) say(""); }, 6000);
+  if (sentence && !stays) refusal = setTimeout(() => { if (link.open) showNotice(""); }, 6000);
 }
 
 setInterval(() => {
-  const silent = performance.now() - lastNews, stale = link.open && data.size > 0 && silent > STALE;
+  const silent = performance.now() - lastData, stale = link.open && data.size > 0 && silent > STALE;
   document.body.classList.toggle("stale", stale);
-  if (stale) $("phase").textContent = `No news from the robot for ${Math.round(silent / 1000)} s.`;
+  if (stale) $("phase").textContent = `No data from the robot for ${Math.round(silent / 1000)} s.`;
 }, 500);
 
 for (const [layer, label] of SWITCHES) {

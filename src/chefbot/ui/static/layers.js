@@ -1,4 +1,4 @@
-// How each layer is painted. `data` holds the latest value of every layer by name.
+// How each layer is drawn. `data` holds the latest value of every layer by name.
 import { costColours, drawGrid, mapColours, picture } from "./grids.js";
 
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
@@ -18,8 +18,8 @@ export const COLOURS = {
 };
 
 export const SWITCHES = [
-  ["costmap", "Costs"], ["path", "Path"], ["local_path", "Next seconds"], ["particles", "Guesses"],
-  ["scan", "Laser scan"], ["obstacles", "Camera obstacles"], ["places", "Places"], ["truth", "Truth (simulation)"],
+  ["costmap", "Global costmap"], ["path", "Global plan"], ["local_path", "Local plan"], ["particles", "Particles"],
+  ["scan", "Laser scan"], ["obstacles", "Camera obstacles"], ["places", "Places"], ["truth", "Ground truth (simulation)"],
 ];
 
 const images = new Map();
@@ -91,7 +91,7 @@ export function arrow(context, view, pose, colour, length) {
   context.restore();
 }
 
-function body(context, view, pose, radius) {
+function outline(context, view, pose, radius) {
   const [x, y] = view.px(pose.x, pose.y);
   const size = Math.max(7, radius * view.scale);
   context.beginPath();
@@ -99,7 +99,7 @@ function body(context, view, pose, radius) {
   return [x, y, size];
 }
 
-function nose(context, pose, x, y, size) {
+function headingMark(context, pose, x, y, size) {
   const corner = (turn, far) => [x + far * size * Math.cos(pose.yaw + turn), y - far * size * Math.sin(pose.yaw + turn)];
   context.beginPath();
   context.moveTo(...corner(0, 0.8));
@@ -110,24 +110,24 @@ function nose(context, pose, x, y, size) {
 }
 
 function robot(context, view, pose) {
-  const [x, y, size] = body(context, view, pose, pose.radius);
+  const [x, y, size] = outline(context, view, pose, pose.radius);
   context.fillStyle = COLOURS.robot();
   context.fill();
   context.lineWidth = 2;
   context.strokeStyle = pick("#ffffff", "#121614");
   context.stroke();
-  nose(context, pose, x, y, size);
+  headingMark(context, pose, x, y, size);
   context.fillStyle = pick("#5eead4", "#0f766e");
   context.fill();
 }
 
 function truth(context, view, pose, data) {
-  const place = body(context, view, pose, data.get("robot")?.radius ?? 0.2);
+  const place = outline(context, view, pose, data.get("robot")?.radius ?? 0.2);
   context.strokeStyle = COLOURS.truth();
   context.lineWidth = 2;
   context.setLineDash([5, 4]);
   context.stroke();
-  nose(context, pose, ...place);
+  headingMark(context, pose, ...place);
   context.stroke();
   context.setLineDash([]);
 }
@@ -150,7 +150,7 @@ function places(context, view, list) {
   }
 }
 
-// From the ground up.
+// In drawing order, the lowest layer first.
 export const PAINTERS = [
   ["map", gridPainter("map", mapColours)],
   ["costmap", gridPainter("costmap", costColours)],

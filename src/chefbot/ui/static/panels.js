@@ -1,19 +1,19 @@
-// Words, numbers and buttons beside the map. All text enters as textContent: a name can never become markup.
+// Text, numbers and buttons beside the map. All text is set as textContent, so that a name cannot become markup.
 import { byArrows } from "./keys.js";
 import { title } from "./layers.js";
 import { ErrorPlot, length } from "./plot.js";
 import { RoundCard } from "./round.js";
 
 const $ = (id) => document.getElementById(id);
-const text = (id, words) => { if ($(id).textContent !== words) $(id).textContent = words; };
-const known = (value, words) => (value === null || value === undefined ? "–" : words(value));
+const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
+const orDash = (value, format) => (value === null || value === undefined ? "–" : format(value));
 
 export class Panels {
   constructor(send) {
     this.send = send;
     this.round = new RoundCard(send);
     this.chosen = [];
-    this.ordered = null;                 // sent, and nothing of the deliveries has come since
+    this.ordered = null;                 // order sent, delivery status not received since
     this.names = "";
     this.doors = "";
     this.plot = new ErrorPlot($("plot"));
@@ -43,7 +43,7 @@ export class Panels {
     this.choose([]);
   }
 
-  // The order was refused or may be lost: the choice is there again, to be sent again.
+  // The order was refused or may be lost: restore the selection, so that it can be sent again.
   keepOrder() {
     if (this.ordered && this.chosen.length === 0) this.choose(this.ordered);
     this.ordered = null;
@@ -89,21 +89,21 @@ export class Panels {
   }
 
   robot(value) {
-    text("speed", known(value, ({ v }) => `${v.toFixed(2)} m/s`));
+    text("speed", orDash(value, ({ v }) => `${v.toFixed(2)} m/s`));
   }
 
   status(value) {
     const status = value ?? {};
     text("phase", status.phase || "Connected.");
-    text("clock", known(status.clock, clock));
+    text("clock", orDash(status.clock, clock));
     $("rtf-box").hidden = status.real_time_factor == null;
-    text("rtf", known(status.real_time_factor, (factor) => `× ${factor.toFixed(1)}`));
-    text("battery", known(status.battery, (percent) => `${Math.round(percent)} %`));
+    text("rtf", orDash(status.real_time_factor, (factor) => `× ${factor.toFixed(1)}`));
+    text("battery", orDash(status.battery, (percent) => `${Math.round(percent)} %`));
     $("battery-bar").value = status.battery ?? 0;
-    text("volts", known(status.volts, (volts) => `${volts.toFixed(1)} V`));
+    text("volts", orDash(status.volts, (volts) => `${volts.toFixed(1)} V`));
     text("navigation", status.navigation || "–");
-    text("confidence", known(status.confidence, (share) => `${Math.round(100 * share)} %`));
-    text("reason", status.reason || "It has not stopped yet.");
+    text("confidence", orDash(status.confidence, (share) => `${Math.round(100 * share)} %`));
+    text("reason", status.reason || "none so far");
     text("last-stop", status.reason ? `Last stop: ${status.reason}` : "");
     const warnings = status.warnings ?? [];
     text("warnings", warnings.join(" "));
@@ -114,7 +114,7 @@ export class Panels {
   simulation(status) {
     const error = status.localization_error;
     $("error-box").hidden = $("plot").hidden = error == null;
-    text("error", known(error, length));
+    text("error", orDash(error, length));
     if (error != null && status.clock != null) this.plot.add(status.clock, error);
     this.offerDoors(status.simulation ? status.doors : []);
   }
@@ -143,9 +143,9 @@ export class Panels {
   }
 }
 
-function button(words, name, action) {
+function button(label, name, action) {
   const one = document.createElement("button");
-  one.textContent = words;
+  one.textContent = label;
   one.dataset.name = name;
   one.onclick = action;
   return one;

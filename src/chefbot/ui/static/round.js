@@ -1,8 +1,8 @@
-// The round of deliveries: what the robot waits for, as buttons; and the question how a drive elsewhere goes with it.
+// The delivery round: buttons for what the robot waits for, and the choice between the round and another goal.
 import { title } from "./layers.js";
 
 const $ = (id) => document.getElementById(id);
-const text = (id, words) => { if ($(id).textContent !== words) $(id).textContent = words; };
+const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
 
 export class RoundCard {
   constructor(send) {
@@ -42,19 +42,19 @@ export class RoundCard {
     ].filter(Boolean).join(" ");
   }
 
-  // Send a drive; while there is a round the person says first how the two go together.
+  // Send a goal; during a round, first let the operator choose how to combine the two.
   go(command, name) {
     if (!this.value?.round_active) return this.send(command);
-    this.asked = command;
-    text("when-title", `A round is under way. Drive to ${name}:`);
+    this.pendingGoal = command;
+    text("when-title", `A delivery round is active. Drive to ${name}:`);
     $("when").hidden = false;
     $("when_now").focus();
     return true;
   }
 
   answer(when) {
-    const command = this.asked;
-    this.asked = null;
+    const command = this.pendingGoal;
+    this.pendingGoal = null;
     $("when").hidden = true;
     if (command && when) this.send({ ...command, when });
   }

@@ -1,10 +1,10 @@
-// The one connection to the robot: decodes what arrives, notices within a second when it is dead, connects again.
+// The connection to the robot: decodes messages, detects a dead connection within a second, and reconnects.
 import { decode } from "./wire.js";
 
 const FIRST_RETRY = 100, LAST_RETRY = 2000;
 const PING = 250, SILENCE = 700, OPENING = 3000;         // milliseconds
-const TRIPS = 20, SLOW = 3;              // a link whose answers took long lately is given so many times that long
-const UNHEARD = new Set(["drive", "ping", "stop", "withdraw"]);   // no need to say that one of these was lost
+const TRIPS = 20, SLOW = 3;              // timeout as a multiple of the longest recent round trip
+const UNREPORTED = new Set(["drive", "ping", "stop", "withdraw"]);   // the loss of these is not reported
 
 export class Link extends EventTarget {
   constructor(url) {
@@ -12,9 +12,9 @@ export class Link extends EventTarget {
     this.url = url;
     this.retry = FIRST_RETRY;
     this.pings = 0;
-    this.sent = new Map();               // when each ping without an answer yet left
-    this.trips = [];                     // how long answers took lately, milliseconds
-    this.unsure = [];                    // commands that left, and no answer to a later ping has come
+    this.sent = new Map();               // send times of the pings without a response
+    this.trips = [];                     // recent round-trip times, milliseconds
+    this.unsure = [];                    // commands sent after the last acknowledged ping
     this.watched = performance.now();
     this.connect();
     setInterval(() => this.watch(), PING);
@@ -28,25 +28,25 @@ export class Link extends EventTarget {
     this.socket = socket;
     this.order = Promise.resolve();
     this.sent.clear();
-    this.heard = performance.now();
-    socket.onopen = () => { this.heard = performance.now(); this.retry = FIRST_RETRY; this.tell("up"); };
-    socket.onmessage = (event) => { this.heard = performance.now(); this.receive(event.data); };
+    this.receivedAt = performance.now();
+    socket.onopen = () => { this.receivedAt = performance.now(); this.retry = FIRST_RETRY; this.emit("up"); };
+    socket.onmessage = (event) => { this.receivedAt = performance.now(); this.receive(event.data); };
     socket.onclose = () => this.reconnect();
   }
 
-  // A half-open connection takes bytes for minutes: only what comes back shows that it is alive.
+  // A half-open connection accepts bytes for minutes: only received data prove that it is alive.
   watch() {
-    const now = performance.now(), asleep = now - this.watched > 2 * PING;
+    const now = performance.now(), suspended = now - this.watched > 2 * PING;
     this.watched = now;
-    if (asleep) this.heard = now;        // the page stood still, perhaps not the connection
-    if (this.socket.readyState <= WebSocket.OPEN && now - this.heard > this.patience()) this.abandon();
+    if (suspended) this.receivedAt = now;        // the page was suspended, perhaps not the connection
+    if (this.socket.readyState <= WebSocket.OPEN && now - this.receivedAt > this.timeout()) this.abandon();
     else if (this.open) {
       this.sent.set(++this.pings, now);
       this.send({ do: "ping", n: this.pings });
     }
   }
 
-  patience() {
+  timeout() {
     if (!this.open || !this.trips.length) return OPENING;
     return Math.max(SILENCE, SLOW * Math.max(...this.trips));
   }
@@ -68,12 +68,12 @@ export class Link extends EventTarget {
   reconnect() {
     const lost = this.unsure.map(([, command]) => command);
     this.unsure = [];
-    this.tell("down", lost);
+    this.emit("down", lost);
     setTimeout(() => this.connect(), this.retry);
     this.retry = Math.min(2 * this.retry, LAST_RETRY);
   }
 
-  // Unpacking a map takes a moment; the chain keeps messages in the order in which they came. STOP does not wait.
+  // Decoding a map takes time; the chain keeps the order of arrival. The emergency stop does not wait.
   receive(data) {
     const text = typeof data === "string";
     if (text && data.startsWith('{"pong"')) {
@@ -83,23 +83,23 @@ export class Link extends EventTarget {
     const at = this.socket;
     const take = (message) => {
       if (at !== this.socket) return;
-      if (message.refused) this.tell("refused", message.refused);
-      else this.tell("layer", message);
+      if (message.refused) this.emit("refused", message.refused);
+      else this.emit("layer", message);
     };
     if (text && data.startsWith('{"layer":"stop"')) { take(JSON.parse(data)); return; }
     const decoded = decode(data);
     this.order = this.order.then(async () => take(await decoded))
-      .catch((error) => this.tell("refused", `The page could not read a message of the robot: ${error.message}`));
+      .catch((error) => this.emit("refused", `The page could not read a message of the robot: ${error.message}`));
   }
 
-  tell(kind, detail) { this.dispatchEvent(new CustomEvent(kind, { detail })); }
+  emit(kind, detail) { this.dispatchEvent(new CustomEvent(kind, { detail })); }
 
-  // True when the command left at once. A drive command that would have to wait is dropped: late is wrong.
+  // Return whether the command was sent. A drive command that would be delayed is dropped.
   send(command) {
     if (!this.open) return false;
     if (command.do === "drive" && (command.v || command.w) && this.socket.bufferedAmount > 0) return false;
     this.socket.send(JSON.stringify(command));
-    if (!UNHEARD.has(command.do)) this.unsure.push([this.pings, command]);
+    if (!UNREPORTED.has(command.do)) this.unsure.push([this.pings, command]);
     return true;
   }
 }

@@ -1,11 +1,11 @@
-// The switch between the map from above and the robot in 3-D. The 3-D library is fetched when it is first wanted.
+// Switches between the map from above and the 3-D view. The 3-D library is loaded at the first use.
 const $ = (id) => document.getElementById(id);
 const HINT = "Drag to turn, right button or two fingers to move, wheel or pinch to zoom, click a part.";
 const HASH = "#3d";
 
 export class Solid {
-  constructor({ data, hidden, following, turned, tools, say }) {
-    Object.assign(this, { data, hidden, following, turned, tools, say });
+  constructor({ data, hidden, following, turned, tools, showNotice }) {
+    Object.assign(this, { data, hidden, following, turned, tools, showNotice });
     this.view = null;
     this.on = false;
     $("solid").onclick = () => this.turn(!this.on);
@@ -35,7 +35,7 @@ export class Solid {
     } catch (error) {
       this.loading = null;
       await this.turn(false);
-      return this.say(`This browser cannot show the robot in 3-D: ${error.message}`);
+      return this.showNotice(`This browser cannot show the robot in 3-D: ${error.message}`);
     }
     globalThis.modelView = this.view;    // for the browser's console
     this.tools.watch(this.view.floor((floor) => (this.tools.drag && this.tools.view === floor ? this.tools.pose() : null)));
@@ -45,11 +45,11 @@ export class Solid {
     await this.view.load("robot.glb");
   }
 
-  // Another server may answer now: the page that tells how the kernels are compiled knows no robot yet.
-  again() { this.view?.load("robot.glb"); }
+  // After a reconnection another server may answer: the one that shows the progress of compilation has no robot model.
+  reload() { this.view?.load("robot.glb"); }
 
   take(layer, value) { if (this.on) this.view?.take(layer, value); }
 
-  // What came while the map was looked at.
+  // Apply the layers received while the map was shown.
   catchUp() { for (const [layer, value] of this.data) this.view?.take(layer, value); }
 }

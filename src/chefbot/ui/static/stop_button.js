@@ -1,19 +1,19 @@
-// STOP at the foot of the page: what it shows is what the robot's base has confirmed, and an alarm where it has not.
+// The emergency stop button: shows the state that the drive base has confirmed, and an alarm while it has not.
 import { StopPress } from "./stop.js";
 
 const $ = (id) => document.getElementById(id);
-const text = (id, words) => { if ($(id).textContent !== words) $(id).textContent = words; };
-const WORDS = { free: "STOP", "not confirmed": "STOP: not confirmed", asked: "STOP: not confirmed", stopped: "STOPPED" };
-const VIBRATION = [300, 150, 300], VIBRATE_AGAIN = 1500;
+const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
+const LABELS = { free: "STOP", "not confirmed": "STOP: not confirmed", requested: "STOP: not confirmed", stopped: "STOPPED" };
+const VIBRATION = [300, 150, 300], VIBRATION_PERIOD = 1500;
 
 export class StopButton {
-  // `resume()` is called when a person releases a STOP that is latched; `pressing()` before every press.
+  // `pressing()` is called before every press.
   constructor(send, pressing) {
     this.press = new StopPress(send, () => this.show());
     this.send = send;
     this.vibrated = -Infinity;
     const stop = () => { pressing(); this.press.press(); };
-    $("stop").onpointerdown = stop;                                       // at the touch, not at its end
+    $("stop").onpointerdown = stop;                                       // when touched, not when released
     $("stop").onclick = (event) => { if (event.detail === 0) stop(); };   // by keyboard
     window.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.repeat) stop(); }, true);
     $("resume").onclick = () => this.release();
@@ -22,7 +22,7 @@ export class StopButton {
 
   take(view) { this.press.take(view); }
 
-  connected() { this.press.again(); }
+  connected() { this.press.repeat(); }
 
   release() {
     if (this.press.id) this.press.withdraw();
@@ -33,11 +33,11 @@ export class StopButton {
     const { state, alarmed } = this.press;
     document.body.classList.toggle("stopped", state !== "free");
     document.body.classList.toggle("alarmed", alarmed);
-    text("stop", WORDS[state]);
-    text("resume", state === "not confirmed" ? "Withdraw this STOP" : "Resume");
+    text("stop", LABELS[state]);
+    text("resume", state === "not confirmed" ? "Withdraw this stop" : "Resume");
     $("resume").hidden = state === "free";
     $("alarm").hidden = !alarmed;
-    if (alarmed && performance.now() - this.vibrated > VIBRATE_AGAIN) {
+    if (alarmed && performance.now() - this.vibrated > VIBRATION_PERIOD) {
       this.vibrated = performance.now();
       if (navigator.userActivation?.hasBeenActive ?? true) navigator.vibrate?.(VIBRATION);
     }

@@ -1,13 +1,13 @@
-// What a press and drag on the map means: look around, send the robot, tell it where it is, or play in the simulation.
+// Tools of the map: pan, navigation goal, initial pose, and changes of the simulated world.
 
 import { byArrows } from "./keys.js";
 
 export const TOOLS = [
   { id: "look", label: "Look", hint: "" },
-  { id: "goal", label: "Go there", hint: "Press where it shall go and drag to where it shall face." },
-  { id: "initial_pose", label: "I am here", hint: "Press where the robot stands and drag to where it faces." },
-  { id: "drop_box", label: "Box", hint: "Press where the box shall lie.", simulation: true },
-  { id: "kidnap", label: "Kidnap", hint: "Press where to set the robot down and drag to where it shall face.", simulation: true },
+  { id: "goal", label: "Go there", hint: "Press the goal position and drag in the goal direction." },
+  { id: "initial_pose", label: "I am here", hint: "Press the robot's position and drag in its direction." },
+  { id: "drop_box", label: "Box", hint: "Press the position of the box.", simulation: true },
+  { id: "kidnap", label: "Kidnap", hint: "Press the new position of the robot and drag in its new direction.", simulation: true },
 ];
 const SHORT = 12;                        // pixels: a drag shorter than this has no direction
 
@@ -22,7 +22,7 @@ export class Tools {
     this.build();
   }
 
-  // A view that turns by itself, as the 3-D one, has `rest(on)`: it keeps still while a tool is in use.
+  // A view with its own camera control (3-D) has `rest(on)`, which disables that control while a tool is in use.
   watch(view) {
     this.views.push(view);
     const canvas = view.canvas;
@@ -48,7 +48,7 @@ export class Tools {
     this.choose("look");
   }
 
-  offerToys(simulation) {
+  showSimulationTools(simulation) {
     TOOLS.forEach((tool, i) => { if (tool.simulation) this.buttons[i].hidden = !simulation; });
   }
 
@@ -112,7 +112,7 @@ export class Tools {
     this.view.refresh();
   }
 
-  // Without a drag a goal is faced as the robot comes to it, and anything else as the robot faces now.
+  // Without a drag, a goal has the direction of approach, and any other pose the robot's current direction.
   pose() {
     const { start, end } = this.drag;
     const { x, y } = this.view.metres(...start), tip = this.view.metres(...end);

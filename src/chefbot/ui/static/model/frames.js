@@ -1,8 +1,8 @@
-// The tree of frames (REP-105): the description gives every joint, what /tf says of a frame goes before it.
+// The tree of frames (REP-105): joints from the robot description; frames received on /tf take precedence.
 import { Euler, Group, Quaternion, Vector3 } from "three";
 import { Glides } from "./glide.js";
 
-const SLIDES = "prismatic", STIFF = "fixed";
+const PRISMATIC = "prismatic", FIXED = "fixed";
 
 export class FrameTree {
   constructor() {
@@ -10,14 +10,14 @@ export class FrameTree {
     this.world.matrixAutoUpdate = false;
     this.groups = new Map();
     this.joints = new Map();
-    this.told = new Set();
+    this.received = new Set();
     this.glides = new Glides();
     this.fixed = "map";
   }
 
   has(name) { return this.groups.has(name); }
 
-  // Where the map's things are: in its frame, or at the tree's root as long as nobody knows where that is.
+  // The group of map data: the map frame, or the root of the tree while that frame is unknown.
   get home() { return this.has("map") ? this.group("map") : this.world; }
 
   group(name) {
@@ -30,11 +30,11 @@ export class FrameTree {
     return this.groups.get(name);
   }
 
-  // From the URDF: all joints at their zero.
+  // Add the joints of the URDF at position zero.
   describe(joints) {
-    this.joints = new Map(joints.filter((joint) => joint.kind !== STIFF).map((joint) => [joint.name, joint]));
+    this.joints = new Map(joints.filter((joint) => joint.kind !== FIXED).map((joint) => [joint.name, joint]));
     for (const joint of joints) {
-      if (this.told.has(joint.child)) continue;
+      if (this.received.has(joint.child)) continue;
       const turn = new Quaternion().setFromEuler(new Euler(...joint.rpy, "ZYX"));   // fixed axes x, y, z
       this.place(joint.child, joint.parent, joint.at, turn);
       Object.assign(joint, { at: new Vector3(...joint.at), turn, along: new Vector3(...joint.axis).normalize() });
@@ -42,10 +42,10 @@ export class FrameTree {
   }
 
   // From /tf and /tf_static.
-  tell(frames) {
+  update(frames) {
     for (const { name, parent, at, turn } of frames ?? []) {
-      const knew = this.told.has(name) && this.group(name).parent === this.group(parent);
-      this.told.add(name);
+      const knew = this.received.has(name) && this.group(name).parent === this.group(parent);
+      this.received.add(name);
       const end = new Quaternion(...turn);
       if (knew) this.glide(name, new Vector3(...at), end);
       else this.place(name, parent, at, end);
@@ -67,24 +67,24 @@ export class FrameTree {
     child.quaternion.copy(turn);
   }
 
-  // The robot says where its joints are: the shorter way round to there.
+  // Move joints to positions received from the robot, the shorter way round.
   follow(positions) {
     for (const [name, position] of Object.entries(positions ?? {})) {
       const joint = this.joints.get(name);
       if (!joint) continue;
       const from = joint.position ?? 0, way = position - from;
-      const short = joint.kind === SLIDES ? way : Math.atan2(Math.sin(way), Math.cos(way));
+      const short = joint.kind === PRISMATIC ? way : Math.atan2(Math.sin(way), Math.cos(way));
       this.glides.to(`joint ${name}`, (share) => this.move(name, from + share * short));
     }
   }
 
-  // Radians, or metres of a joint that slides.
+  // Set a joint's position, rad, or m of a prismatic joint.
   move(name, position) {
     const joint = this.joints.get(name);
-    if (!joint?.along || this.told.has(joint.child)) return;
+    if (!joint?.along || this.received.has(joint.child)) return;
     joint.position = position;
     const child = this.group(joint.child);
-    if (joint.kind === SLIDES) child.position.copy(joint.along).multiplyScalar(position).applyQuaternion(joint.turn).add(joint.at);
+    if (joint.kind === PRISMATIC) child.position.copy(joint.along).multiplyScalar(position).applyQuaternion(joint.turn).add(joint.at);
     else child.quaternion.setFromAxisAngle(joint.along, position).premultiply(joint.turn);
   }
 

@@ -27,7 +27,7 @@ export class Live {
     return this.looks.get(layer);
   }
 
-  // Other colours: all materials anew.
+  // Colour scheme changed: create all materials again.
   repaint(data) {
     for (const look of this.looks.values()) { look.map?.dispose(); look.dispose(); }
     this.looks.clear();
@@ -158,7 +158,7 @@ function goal(_layer, pose, live) {
   return arrow;
 }
 
-function guesses(layer, { rows, count }, live) {
+function particles(layer, { rows, count }, live) {
   const positions = new Float32Array(3 * count);
   for (let i = 0; i < count; i++) positions.set([rows[3 * i], rows[3 * i + 1], 0.005], 3 * i);
   return dots(positions, live.look(layer, () => dotted({ size: 2, color: COLOURS[layer]().slice(0, 7) })));   // no alpha
@@ -175,5 +175,5 @@ function truth(layer, pose, live) {
 
 const MAKERS = {
   map: sheet(mapColours), costmap: sheet(costColours), path: ribbon(0.03), local_path: ribbon(0.02),
-  scan: beams(4), obstacles: beams(4), particles: guesses, depth: cloud, goal, aim: goal, truth,
+  scan: beams(4), obstacles: beams(4), particles, depth: cloud, goal, aim: goal, truth,
 };

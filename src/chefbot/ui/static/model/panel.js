@@ -21,8 +21,8 @@ export class Panel {
 
   get fixed() { return $("fixed-frame").value; }
 
-  // One sentence about each thing, none when all is well with it.
-  say(about, sentence) {
+  // Show one sentence per subject; an empty one removes it.
+  showNote(about, sentence) {
     this.notes.set(about, sentence);
     const words = [...this.notes.values()].filter(Boolean).join(" ");
     $("model-note").textContent = words;
@@ -55,21 +55,21 @@ export class Panel {
     name.textContent = joint.name;
     Object.assign(input, { type: "range", min: joint.lower, max: joint.upper, step: "any", value: 0, name: joint.name });
     const turns = joint.kind !== "prismatic";
-    const tell = () => { value.textContent = turns ? `${Math.round(input.value * 180 / Math.PI)}°` : `${Number(input.value).toFixed(3)} m`; };
-    input.oninput = () => { tell(); this.moved(joint.name, Number(input.value)); };
-    tell();
+    const show = () => { value.textContent = turns ? `${Math.round(input.value * 180 / Math.PI)}°` : `${Number(input.value).toFixed(3)} m`; };
+    input.oninput = () => { show(); this.moved(joint.name, Number(input.value)); };
+    show();
     row.append(name, input, value);
-    return { row, input, tell };
+    return { row, input, show };
   }
 
-  // A joint that the robot tells about follows the robot, not the hand.
+  // A joint whose state the robot publishes follows the robot, not the slider.
   follow(joints) {
     for (const [name, position] of Object.entries(joints ?? {})) {
       const slider = this.sliders.get(name);
       if (!slider) continue;
       slider.input.disabled = true;
       slider.input.value = Math.atan2(Math.sin(position), Math.cos(position));
-      slider.tell();
+      slider.show();
     }
     $("joints-note").hidden = ![...this.sliders.values()].some(({ input }) => input.disabled);
   }

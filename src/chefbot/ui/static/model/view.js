@@ -38,24 +38,24 @@ export class ModelView {
     this.watchClicks();
   }
 
-  // For the map's tools; `aimed` tells the pose that is being drawn, if one is.
+  // Return the floor for the map's tools; `aimed` returns the pose being drawn, if any.
   floor(aimed) { return new Floor(this, aimed); }
 
   async load(url) {
     if (this.loading || this.body.file) return;
     this.loading = true;
-    this.panel.say("solids", "Loading the robot's solids …");
+    this.panel.showNote("solids", "Loading the robot's solids …");
     try {
       await this.body.load(url);
-      this.panel.say("solids", "");
+      this.panel.showNote("solids", "");
     } catch (error) {
-      this.panel.say("solids", `The robot's solids are not there: ${error.message}`);
+      this.panel.showNote("solids", `The robot's solids could not be loaded: ${error.message}`);
     }
     this.loading = false;
     this.assemble();
   }
 
-  // A robot that stands still says so ten times a second: the same again is nothing new to draw.
+  // A robot at rest repeats its state ten times a second: unchanged values need no redraw.
   take(layer, value) {
     const taker = TAKERS[layer];
     if (taker) {
@@ -73,9 +73,9 @@ export class ModelView {
     try {
       model = parseUrdf(text);
     } catch (error) {
-      return this.panel.say("description", error.message);
+      return this.panel.showNote("description", error.message);
     }
-    this.panel.say("description", "");
+    this.panel.showNote("description", "");
     this.links = new Map(model.links.map((link) => [link.name, link]));
     this.frames.describe(model.joints);
     this.panel.describe(model);
@@ -205,8 +205,8 @@ export class ModelView {
 
 const TAKERS = {
   description: (view, value) => view.describe(value),
-  frames: (view, value) => view.frames.tell(value),
-  fixed_frames: (view, value) => view.frames.tell(value),
+  frames: (view, value) => view.frames.update(value),
+  fixed_frames: (view, value) => view.frames.update(value),
   joints: (view, value) => {
     view.panel.follow(value);
     view.frames.follow(value);

@@ -120,7 +120,7 @@ def elsewhere() -> Iterator[str]:
 
 
 def test_another_server_is_no_robot(elsewhere: str) -> None:
-    with pytest.raises(UserError, match="not a robot's page"):
+    with pytest.raises(UserError, match="not a robot's web UI"):
         WebUiClient(elsewhere)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import SE2
@@ -72,6 +72,7 @@ def test_propagation_follows_the_arc_of_the_wheels(left: float, right: float) ->
 
 
 @given(TRAVEL, TRAVEL, st.lists(st.integers(1, STEP_NS - 1), max_size=4))
+@settings(max_examples=25)
 def test_splitting_an_interval_gives_the_same_pose(left: float, right: float, stamps: list[int]) -> None:
     once, split = interval_of(left, right, standing=True), interval_of(left, right, standing=True)
     once.move_to(STEP_NS)
@@ -140,6 +141,7 @@ def test_gravity_along_the_tilted_axes_corrects_the_pitch() -> None:
 
 
 @given(st.lists(st.tuples(st.integers(-50, 50), st.integers(-50, 50)), min_size=2, max_size=8))
+@settings(max_examples=25)
 def test_wheel_counts_alone_integrate_to_the_dead_reckoned_pose(steps: list[tuple[int, int]]) -> None:
     belief, pose, left, right = FilterState.initial(MODEL), SE2(0.0, 0.0, 0.0), 0, 0
     belief = process_reading(MODEL, belief, WheelCounts(0, 0, 0))

@@ -42,12 +42,13 @@ def test_a_door_reaches_its_target_at_the_given_speed(kind: str, start: float, t
 
 
 @given(st.floats(0.1, 0.8), st.floats(0.05, 0.3))
+@settings(max_examples=25)
 def test_a_door_stops_before_it_hits_somebody(x: float, radius: float) -> None:
     one = door()
     one.target = 0.0
     person = (x, 0.3, radius)
     free = clearance([one.shape], x, 0.3, -math.inf, math.inf) >= radius + GAP
-    for _ in range(100):
+    for _ in range(60):
         one.advance(0.05, [person])
         if free:
             assert clearance([one.shape], x, 0.3, -math.inf, math.inf) >= radius + GAP - 1e-9

@@ -117,10 +117,7 @@ def test_who_does_not_find_itself_gives_the_goal_up_and_says_so() -> None:
     lost.say(False)
     lost.life.run(MAX_SPIN_STEPS + 5.0)
     (outcome,) = lost.life.heard("navigate_to_pose/_action/get_result")
-    assert (
-        outcome.result.error_code == PATIENCE_EXCEEDED
-        and "Not localized" in outcome.result.error_msg
-    )
+    assert outcome.result.error_code == PATIENCE_EXCEEDED and "Not localized" in outcome.result.error_msg
     assert lost.legs.turns == MAX_SPIN_STEPS
 
 

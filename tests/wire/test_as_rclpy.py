@@ -102,7 +102,7 @@ def test_actions_clocks_and_frames_are_told_with_their_quality(tokens: list[str]
 )
 def test_what_nav2_keeps_for_latecomers_is_kept(node: type[Node], port: str) -> None:
     """Its own clients and RViz's settings for it ask for that, and on DDS hear nothing else."""
-    assert vars(node)[port].latched
+    assert getattr(node, port).latched
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import queue
 import re
 import time
@@ -102,7 +101,7 @@ def test_actions_clocks_and_frames_are_told_with_their_quality(tokens: list[str]
 )
 def test_what_nav2_keeps_for_latecomers_is_kept(node: type[Node], port: str) -> None:
     """Its own clients and RViz's settings for it ask for that, and on DDS hear nothing else."""
-    assert inspect.getattr_static(node, port).latched
+    assert getattr(node, port).latched
 
 
 @pytest.mark.parametrize(

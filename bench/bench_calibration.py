@@ -3,7 +3,7 @@
     python bench/bench_calibration.py [ROBOT [FIRST_SEED LAST_SEED [SQUARES]]]
 
 Then the odometry of calibrated robots of the profile `real` over 40 m through the hotel (bench_odometry_hotel.py
-draws what a calibration finds; here it is what `chefbot calibrate` found of that very robot).
+draws what a calibration finds; here it is what `chefbot robot calibrate` found of that very robot).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ HOTEL_SEEDS = range(1, 4)
 
 
 def calibrated(robot: str, seed: int, profile: str, squares: int) -> dict[str, Any]:
-    """The summary of `chefbot calibrate --sim`, with the simulator's truth in it."""
+    """The summary of `chefbot robot calibrate --sim`, with the simulator's truth in it."""
     out = OUT / f"{robot}_{profile}_{seed}"
     begun = time.perf_counter()
     arguments = [f"profile:={profile}", f"squares:={squares}"]

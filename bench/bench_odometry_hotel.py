@@ -44,7 +44,7 @@ ROBOT = load_robot("chefbot")
 WORLD = load_any_world("hotel", ROBOT)
 METRES, RUNS, TICK_NS = 40.0, 12, 20_000_000
 WHEELS, TRACK, GYRO = 0.0006, 0.0006, 0.00005
-"""Standard deviations that `chefbot calibrate` states for the wheels, their separation and the gyro's scale."""
+"""Standard deviations that `chefbot robot calibrate` states for the wheels, their separation and the gyro's scale."""
 LIMIT_M, LIMIT_DEG = 0.01 * METRES, 2.0
 
 

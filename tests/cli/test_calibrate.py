@@ -1,4 +1,4 @@
-"""`chefbot calibrate` as a user runs it, on simulated robots: what it writes, and what it says when it cannot."""
+"""`chefbot robot calibrate` on simulated robots: what it writes, and its errors."""
 
 import json
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""`chefbot design` as a person runs it."""
+"""`chefbot robot design` as a person runs it."""
 
 from __future__ import annotations
 

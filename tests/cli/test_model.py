@@ -1,4 +1,4 @@
-"""`chefbot model` as its user runs it: files that read back, and one sentence where it cannot be done."""
+"""`chefbot robot export solids`: files that can be read back, and errors of one sentence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`chefbot ros2`: all or nothing, and one sentence for what cannot be."""
+"""`chefbot robot export ros2`: all or nothing, and one sentence for what cannot be."""
 
 from __future__ import annotations
 

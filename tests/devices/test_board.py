@@ -167,7 +167,7 @@ def test_another_version_is_refused_in_a_sentence() -> None:
     board = threading.Thread(target=answer)
     board.start()
     try:
-        with pytest.raises(UserError, match=r"uses protocol version 2.*chefbot flash"):
+        with pytest.raises(UserError, match=r"uses protocol version 2.*chefbot board flash"):
             _run_alone(os.ttyname(theirs))
     finally:
         os.write(theirs, b"end")
@@ -179,7 +179,7 @@ def test_another_version_is_refused_in_a_sentence() -> None:
 def test_another_robot_is_refused_in_a_sentence(cable: Cable) -> None:
     with (
         Driven(str(cable.path), robot="desk") as driven,
-        pytest.raises(UserError, match=r"ticks per turn of a wheel.*chefbot flash"),
+        pytest.raises(UserError, match=r"ticks per turn of a wheel.*chefbot board flash"),
     ):
         driven.until(lambda: False, "the refusal")
 

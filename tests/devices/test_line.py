@@ -355,7 +355,11 @@ def test_a_board_of_another_version_or_with_other_ticks_is_refused_in_a_sentence
         (hello,) = sent_lines(session.data_to_send(0))
         session.receive_data(framed(f"v 0 {hello[1]} {answer}"), 0)
         assert not session.is_open
-        assert session.refused is not None and word in session.refused and "chefbot flash" in session.refused
+        assert (
+            session.refused is not None
+            and word in session.refused
+            and "chefbot board flash" in session.refused
+        )
         assert session.command(0.1, 0.1, 20 * MS) == b""
 
 

@@ -68,4 +68,4 @@ class ProtocolProbe:
         """Describe what was received instead of an answer, as a sentence for the operator."""
         if self._board_lines:
             return "a board sends data but does not answer: is its RX wire connected?"
-        return "no motor board answers there: is the firmware flashed (`chefbot flash`)?"
+        return "no motor board answers there: is the firmware flashed (`chefbot board flash`)?"

@@ -47,7 +47,7 @@ MAX_SPEED_FACTOR = 1.5
 """Ticks beyond this multiple of the motor's no-load speed are a damaged line, not motion."""
 NOTICE = (
     "this is the chapter's own firmware: no checksum, no watchdog, no volts; its wheels are limited to "
-    f"{MAX_SPEED} m/s and would go on turning if this computer failed: flash ours, with `chefbot flash`"
+    f"{MAX_SPEED} m/s and would go on turning if this computer failed: flash ours, with `chefbot board flash`"
 )
 
 

@@ -14,7 +14,7 @@ def incompatibility(answer: VersionLine | UnsupportedVersionLine, robot: Robot) 
     if isinstance(answer, UnsupportedVersionLine):
         return (
             f"the board uses protocol version {answer.protocol}, this program uses version {PROTOCOL}; "
-            "flash the firmware that came with this program, with `chefbot flash`"
+            "flash the firmware that came with this program, with `chefbot board flash`"
         )
     # A wrong number of ticks per turn would scale all speeds.
     expected = round(1000 * robot.motor.ticks_per_turn)
@@ -22,7 +22,7 @@ def incompatibility(answer: VersionLine | UnsupportedVersionLine, robot: Robot) 
         return (
             f"the board counts {answer.ticks_per_turn_milli / 1000:g} ticks per turn of a wheel, the robot "
             f"{robot.name} has {expected / 1000:g}: it would drive at the wrong speed; flash this robot's firmware, "
-            "with `chefbot flash`, or launch with the robot it was made for"
+            "with `chefbot board flash`, or launch with the robot it was made for"
         )
     return None
 

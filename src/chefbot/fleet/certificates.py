@@ -45,7 +45,7 @@ def read_key(pem: bytes, where: str) -> PrivateKey:
     except (ValueError, TypeError, UnsupportedAlgorithm):
         key = None
     if not (isinstance(key, ec.EllipticCurvePrivateKey) and isinstance(key.curve, ec.SECP256R1)):
-        raise UserError(f"{where} holds no private key of a fleet; make it again with `chefbot keys`")
+        raise UserError(f"{where} holds no private key of a fleet; make it again with `chefbot fleet`")
     return key
 
 
@@ -54,7 +54,7 @@ def read_certificate(pem: bytes, where: str) -> x509.Certificate:
     try:
         return x509.load_pem_x509_certificate(pem)
     except ValueError:
-        raise UserError(f"{where} holds no certificate; ask for it again with `chefbot keys`") from None
+        raise UserError(f"{where} holds no certificate; ask for it again with `chefbot fleet`") from None
 
 
 def certificate_pem(certificate: x509.Certificate) -> bytes:
@@ -90,12 +90,12 @@ def read_request(pem: bytes, where: str) -> x509.CertificateSigningRequest:
         valid = False
     if not valid:
         raise UserError(
-            f"{where} is no whole request of `chefbot keys robot` or `chefbot keys operator`; make it again"
+            f"{where} is no whole request of `chefbot fleet robot` or `chefbot fleet operator`; make it again"
         )
     if not (isinstance(public, ec.EllipticCurvePublicKey) and isinstance(public.curve, ec.SECP256R1)):
         raise UserError(
             f"{where} is a request for a key of another kind than P-256; "
-            "make it with `chefbot keys robot` or `chefbot keys operator`"
+            "make it with `chefbot fleet robot` or `chefbot fleet operator`"
         )
     return request
 

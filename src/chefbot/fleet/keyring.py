@@ -82,7 +82,7 @@ class Keyring:
     def identity(self) -> Identity:
         """Return this machine's identity as a member."""
         if not self.is_member:
-            raise UserError(f"this machine belongs to no fleet ({self.folder}); see `chefbot keys --help`")
+            raise UserError(f"this machine belongs to no fleet ({self.folder}); see `chefbot fleet --help`")
         _, fleet = read_card(self._card_path)
         certificate = self._load_certificate(self._certificate_path)
         return Identity(
@@ -152,7 +152,7 @@ class Keyring:
         if not is_own and not self.is_member:
             raise UserError(
                 "the card is not for this machine's key; accept this machine's own card first, which "
-                "`chefbot keys sign` makes of its request"
+                "`chefbot fleet sign` makes of its request"
             )
         write_atomic(self._authority_path, card.authority)
         self._store_card(card)
@@ -174,7 +174,7 @@ class Keyring:
     def _is_own(self, pem: bytes) -> bool:
         if not self._key_path.exists():
             raise UserError(
-                f"{self.folder} has no key; `chefbot keys robot NAME` or `operator NAME` comes first"
+                f"{self.folder} has no key; `chefbot fleet robot NAME` or `operator NAME` comes first"
             )
         key = read_key(read_bytes(self._key_path, "key", MAX_PEM_BYTES), str(self._key_path))
         return read_certificate(pem, "the card").public_key() == key.public_key()
@@ -184,7 +184,7 @@ class Keyring:
 
     def _as_authority(self) -> tuple[PrivateKey, x509.Certificate, Fleet]:
         if not self.is_authority:
-            raise UserError(f"{self.folder} is not the authority's; sign where `chefbot keys init` was run")
+            raise UserError(f"{self.folder} is not the authority's; sign where `chefbot fleet init` was run")
         key = read_key(
             read_bytes(self._authority_key_path, "key", MAX_PEM_BYTES), str(self._authority_key_path)
         )

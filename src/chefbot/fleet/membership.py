@@ -88,7 +88,7 @@ def read_card(path: Path) -> tuple[Card, Fleet]:
         return card, card.members(str(path))
     except msgspec.DecodeError:
         raise UserError(
-            f"{path} is no card of a fleet; `chefbot keys sign` on the authority's machine writes one"
+            f"{path} is no card of a fleet; `chefbot fleet sign` on the authority's machine writes one"
         ) from None
 
 

@@ -75,7 +75,7 @@ def router_config(
         all_endpoints = tuple(f"tls/{address}:{port}" for address in addresses()) if me else ()
         listen = tuple(end for end in all_endpoints if end in held or _is_free(end))
     if me is None and any(end.startswith("tls/") for end in (*listen, *endpoints.join)):
-        raise UserError("TLS needs this machine to be a member of a fleet; see `chefbot keys --help`")
+        raise UserError("TLS needs this machine to be a member of a fleet; see `chefbot fleet --help`")
     return {
         "mode": "router",
         "listen": {"endpoints": list(listen), "exit_on_failure": False},

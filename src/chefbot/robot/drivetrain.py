@@ -142,7 +142,7 @@ class DriveLimits(RobotSection, frozen=True, kw_only=True):
 
 
 class Calibration(RobotSection, frozen=True, kw_only=True):
-    """How one built robot differs from its drawing, as measured by `chefbot calibrate`.
+    """How one built robot differs from its drawing, as measured by `chefbot robot calibrate`.
 
     Drawings, solids and the simulated body keep the drawn dimensions; the kinematics of this robot use these
     factors.

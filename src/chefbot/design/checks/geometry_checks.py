@@ -1,4 +1,4 @@
-"""`chefbot check`: what is wrong with a robot before anything of it is cut, printed or bought.
+"""`chefbot robot check`: what is wrong with a robot before anything of it is cut, printed or bought.
 
 Each rule is a file of its own; the shapes come from the robot's solids, the calculations from the design sheet.
 """

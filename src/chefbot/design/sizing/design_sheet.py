@@ -1,4 +1,4 @@
-"""The results of `chefbot design` for a robot."""
+"""The results of `chefbot robot design` for a robot."""
 
 from __future__ import annotations
 

@@ -14,7 +14,8 @@ from chefbot.robot.sensors import DepthCamera
 def depth_to_scan(camera: DepthCamera) -> str:
     """Return the YAML file with reasons as comments."""
     return yaml_text(
-        depth_tree(camera), "A laser scan from the depth camera's middle rows, written by `chefbot ros2`."
+        depth_tree(camera),
+        "A laser scan from the depth camera's middle rows, written by `chefbot robot export ros2`.",
     )
 
 

@@ -29,7 +29,7 @@ def slam_toolbox(robot: Robot, odometry_errors: OdometryErrors) -> str:
     """Return the YAML file with reasons as comments."""
     return yaml_text(
         slam_tree(robot, odometry_errors),
-        f"slam_toolbox for the robot {robot.name}, written by `chefbot ros2`.",
+        f"slam_toolbox for the robot {robot.name}, written by `chefbot robot export ros2`.",
     )
 
 

@@ -156,7 +156,7 @@ def test_a_silent_topic_says_why(verb: Callable, base: RmwNode, wire: RmwContext
         code, out, said = verb("topic", "hz", "/r/silent", "--duration", "1")
         assert code == 1 and "no message" in out
         assert "/r/silent has no messages, although /r/base publish it" in said
-        assert "the one has std_msgs/msg/String, the other geometry_msgs/msg/Twist" in said
+        assert "one has std_msgs/msg/String, the other geometry_msgs/msg/Twist" in said
         assert "! /r/scan: /r/base and /rviz: best effort is offered" in verb("topic", "info", "/r/scan")[1]
         doctor = verb("doctor")[1]
         assert "3 nodes" in doctor and "! /r/silent: /r/base and /rviz cannot communicate" in doctor
@@ -203,7 +203,7 @@ def test_something_is_said(verb: Callable, base: RmwNode) -> None:
     code, _, said = verb("topic", "pub", "/r/cmd_vel", "{liner: 1}", "--once")
     assert code == 2 and "'linear'" in said
     code, _, said = verb("topic", "pub", "/nobody", "{data: x}", "--once")
-    assert code == 2 and "its type must be written" in said
+    assert code == 2 and "its type must be given" in said
 
 
 def test_parameters_and_nodes(verb: Callable, base: RmwNode) -> None:
@@ -227,7 +227,7 @@ def test_services_and_actions_of_another_process(verb: Callable, wire: RmwContex
     code, out, _ = verb("action", "send", "/far/navigate_to_pose", "{pose: {pose: {position: {x: 1}}}}")
     assert code == 0 and out.count("feedback:") == 3 and out.rstrip().endswith("status: succeeded")
     code, out, _ = verb("action", "send", "/far/navigate_to_pose", "{behavior_tree: unwanted}")
-    assert code == 1 and "refused; /far/navigate_to_pose does not accept" in out
+    assert code == 1 and "rejected; /far/navigate_to_pose rejected the goal" in out
 
 
 @pytest.mark.slow
@@ -291,7 +291,7 @@ def test_nobody_there_is_said_in_a_sentence(
     monkeypatch.setattr(sys, "argv", ["chefbot", "topic", "list"])
     with pytest.raises(SystemExit) as end:
         main()
-    assert end.value.code == 2 and "nobody is on the wire" in capsys.readouterr().err
+    assert end.value.code == 2 and "no ROS nodes found at" in capsys.readouterr().err
     monkeypatch.setenv("CHEFBOT_WIRE_PORT", "seven")
     with pytest.raises(SystemExit) as end:
         main()

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav_msgs import Path
+from chefbot.msgs.sensor_msgs import JointState
+from chefbot.ui.layers import DoorView
 
 
 class CostImage(NamedTuple):
@@ -32,3 +34,11 @@ def path_points(path: Path, frame: SE2) -> NDArray[np.float64]:
     """Return the points of a path, (n, 2), transformed from `frame` to the map."""
     points = [(stamped.pose.position.x, stamped.pose.position.y) for stamped in path.poses]
     return frame.apply(np.array(points, np.float64).reshape(-1, 2))
+
+
+def door_views(doors: JointState | None) -> tuple[DoorView, ...]:
+    """Convert the openings of doors, 0 closed .. 1 open; empty without a message."""
+    if doors is None:
+        return ()
+    openings = zip(doors.name, doors.position.tolist(), strict=True)
+    return tuple(DoorView(name, opening > 0.0) for name, opening in openings)

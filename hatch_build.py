@@ -1,4 +1,4 @@
-"""The package's build: compiles the board's firmware for the simulator, and packs its sources for `chefbot board flash`.
+"""Build of the package: compiles the firmware for the simulator, packs its sources for `chefbot board flash`.
 
 Where the machine has no C++ compiler, pip fetches one for the build alone (`ziglang`, 100 MB), and throws it away.
 """

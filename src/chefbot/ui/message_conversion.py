@@ -16,6 +16,8 @@ from chefbot.msgs.geometry_msgs import (
     covariance_36,
 )
 from chefbot.msgs.nav_msgs import Path
+from chefbot.msgs.sensor_msgs import JointState
+from chefbot.ui.layers import DoorView
 
 CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
 """Standard deviations of a clicked pose, m and rad."""
@@ -47,3 +49,11 @@ def clicked_pose(clicked: PoseStamped) -> PoseWithCovarianceStamped:
     """Return a pose that the operator has clicked on the map, with its covariance."""
     covariance = covariance_36(np.diag([CLICK_STD_XY**2, CLICK_STD_XY**2, CLICK_STD_YAW**2]))
     return PoseWithCovarianceStamped(clicked.header, PoseWithCovariance(clicked.pose, covariance))
+
+
+def door_views(doors: JointState | None) -> tuple[DoorView, ...]:
+    """Convert the openings of doors, 0 closed .. 1 open; empty without a message."""
+    if doors is None:
+        return ()
+    openings = zip(doors.name, doors.position.tolist(), strict=True)
+    return tuple(DoorView(name, opening > 0.0) for name, opening in openings)

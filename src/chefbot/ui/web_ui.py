@@ -33,7 +33,6 @@ from chefbot.ui.browser import url_for_view
 from chefbot.ui.delivery_view import delivery_view, is_errand, validate_command
 from chefbot.ui.layers import (
     DepthView,
-    DoorView,
     FrameView,
     ProgressView,
     RobotView,
@@ -41,7 +40,7 @@ from chefbot.ui.layers import (
     StatusView,
     StopView,
 )
-from chefbot.ui.message_conversion import clicked_pose, cost_image, path_points
+from chefbot.ui.message_conversion import clicked_pose, cost_image, door_views, path_points
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
 from chefbot.ui.real_time_factor import RealTimeFactor
@@ -312,16 +311,7 @@ class WebUiDevice(Device):
             failures=self._failures,
             simulation=self.params.simulation,
             warnings=self._warnings(),
-            doors=self._doors(),
-        )
-
-    def _doors(self) -> tuple[DoorView, ...]:
-        doors = self.doors.last
-        if doors is None:
-            return ()
-        return tuple(
-            DoorView(name, bool(opening > 0.0))
-            for name, opening in zip(doors.name, doors.position, strict=True)
+            doors=door_views(self.doors.last),
         )
 
     def _warnings(self) -> tuple[str, ...]:

@@ -28,7 +28,8 @@ def ekf(robot: Robot, odometry_errors: OdometryErrors) -> str:
     """Return the YAML file with reasons as comments."""
     return yaml_text(
         ekf_tree(robot, odometry_errors),
-        f"robot_localization for the robot {robot.name}, written by `chefbot robot export ros2`; used with odometry:=ekf.\n"
+        f"robot_localization for the robot {robot.name}, written by `chefbot robot export ros2`; "
+        "used with odometry:=ekf.\n"
         "It has no state for the gyroscope bias; chefbot's odometry estimates the bias and is the default.",
     )
 

@@ -37,7 +37,8 @@ def nav2_params(robot: Robot, odometry_errors: OdometryErrors) -> str:
     """Return the YAML file with reasons as comments."""
     return yaml_text(
         nav2_tree(robot, odometry_errors),
-        f"Nav2 for the robot {robot.name}, written by `chefbot robot export ros2`; parameter names of Jazzy and Kilted.\n"
+        f"Nav2 for the robot {robot.name}, written by `chefbot robot export ros2`; "
+        "parameter names of Jazzy and Kilted.\n"
         "Values that depend on the robot have a reason; change the robot file and export again, or change them here.",
     )
 

@@ -13,6 +13,10 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests.support.ros_fixtures import fleet, network, other, peer, port, wire
+
+__all__ = ["fleet", "network", "other", "peer", "port", "wire"]
+
 settings.register_profile("same", deadline=None, derandomize=True)  # a busy machine is no finding
 settings.register_profile("search", deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))

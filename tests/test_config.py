@@ -39,7 +39,7 @@ def fault(text):
     return sentence
 
 
-def test_units_everywhere_they_are_wanted():
+def test_units_are_parsed_where_expected():
     value = parse(
         "inner: {length: 9 cm}\nmaybe: {length: 1 ft}\nmany: [{length: 2 m}]\nby_name: {a: {length: 5 mm}}"
     )
@@ -81,7 +81,7 @@ def test_units_everywhere_they_are_wanted():
         ("- 1", "the file", "section"),
     ],
 )
-def test_a_fault_names_file_key_and_reason(text, key, reason):
+def test_an_error_names_file_key_and_reason(text, key, reason):
     sentence = fault(text)
     assert key in sentence and reason in sentence
 
@@ -104,16 +104,16 @@ def test_a_fault_names_file_key_and_reason(text, key, reason):
         ("--- 1\n--- 2", "document"),
     ],
 )
-def test_yaml_that_is_too_clever_is_refused(text, reason):
+def test_yaml_aliases_and_tags_are_refused(text, reason):
     assert reason in fault(text)
 
 
-def test_ten_million_laughs_do_not_expand():
+def test_nested_yaml_aliases_do_not_expand():
     levels = ["a0: &a0 [x]"] + [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 8)]
     assert "anchors" in fault("\n".join(levels))
 
 
-def test_files(tmp_path):
+def test_configuration_files_load_or_are_refused(tmp_path):
     good = tmp_path / "f.yaml"
     good.write_text("inner: {length: 1 m}")
     assert read_config(good, Outer, "thing file").inner.length == 1.0
@@ -131,7 +131,7 @@ def test_files(tmp_path):
 
 @settings(max_examples=200)
 @given(st.text(max_size=60))
-def test_any_text_is_plain_data_or_a_sentence(text):
+def test_any_text_is_plain_data_or_one_sentence(text):
     try:
         parse_yaml(text.encode("utf-8", "surrogatepass"), "f")
     except ConfigError as error:
@@ -156,7 +156,7 @@ plain: st.SearchStrategy[Any] = st.recursive(
 
 @settings(max_examples=300)
 @given(plain)
-def test_any_plain_data_is_a_value_or_a_sentence(value):
+def test_any_plain_data_is_a_value_or_one_sentence(value):
     for data in (value, {"inner": value}, {"inner": {"length": "1 m"}, "many": value, "by_name": value}):
         try:
             result = build(data, Outer, "f")
@@ -167,7 +167,7 @@ def test_any_plain_data_is_a_value_or_a_sentence(value):
             assert parse_config(yaml.safe_dump({"inner": {"length": "1 m"}}).encode(), Outer, "f")
 
 
-def test_of_many_names_the_nearest_few_are_shown() -> None:
+def test_only_the_nearest_few_names_are_suggested() -> None:
     topics = [f"/robot1/topic_{n}" for n in range(40)] + ["/scan"]
     said = name_hint("/qqq/zzz", topics)
     assert said.startswith(" (of 41, the nearest: ") and said.count(",") == 5

@@ -47,12 +47,12 @@ def test_a_robot_explores_a_room_and_is_recorded(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_board_cannot_be_emulated_and_that_is_said(tmp_path: Path) -> None:
+def test_emulating_a_board_names_the_supported_systems(tmp_path: Path) -> None:
     done = elsewhere("board", "emulate", "--link", "board", folder=tmp_path)
     assert done.returncode == 2 and "can be emulated on Linux and macOS only" in done.stderr
 
 
-def test_keyboard_and_gamepad_say_what_they_need(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_keyboard_and_gamepad_name_the_supported_systems(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("chefbot.devices.terminal.termios", None)
     with pytest.raises(
         UserError, match="terminals of Linux and macOS only; drive with the keys on the robot's page"

@@ -106,7 +106,7 @@ def test_every_exception_has_the_common_root() -> None:
 
 
 @pytest.mark.parametrize("path", inner_files(), ids=lambda path: str(path.relative_to(SOURCE)))
-def test_thought_has_no_clock_no_chance_and_no_voice(path: Path) -> None:
+def test_algorithms_use_no_clock_no_random_state_and_no_print(path: Path) -> None:
     forbidden = (
         "time.time",
         "time.sleep",
@@ -127,14 +127,14 @@ def test_thought_has_no_clock_no_chance_and_no_voice(path: Path) -> None:
         assert "import time\n" not in path.read_text()
 
 
-def test_every_module_says_what_it_is_for() -> None:
+def test_every_module_has_a_docstring() -> None:
     silent = [
         str(path.relative_to(SOURCE)) for path in FILES if not ast.get_docstring(ast.parse(path.read_text()))
     ]
     assert silent == []
 
 
-def test_every_public_class_and_function_says_what_it_does() -> None:
+def test_every_public_class_and_function_has_a_docstring() -> None:
     silent = []
     for path in FILES:
         for node in ast.parse(path.read_text()).body:
@@ -144,7 +144,7 @@ def test_every_public_class_and_function_says_what_it_does() -> None:
     assert silent == []
 
 
-def test_no_path_of_a_developer_and_no_unfinished_work() -> None:
+def test_no_developer_path_and_no_unfinished_work() -> None:
     words = ("TO" + "DO", "FIX" + "ME", "NotImplemented" + "Error", "/ro" + "ot/", "/wo" + "rk/")
     found = [
         f"{path.relative_to(SOURCE)}: {word}" for path in FILES for word in words if word in path.read_text()

@@ -157,7 +157,7 @@ def sources() -> list[Path]:
     ]
 
 
-def test_no_number_of_the_robot_stands_twice() -> None:
+def test_no_robot_parameter_is_defined_twice() -> None:
     found = homes()
     assert len(found) > 40 and len(sources()) > 150
     assert [copy for path in sources() for copy in copies(path, found)] == []
@@ -177,7 +177,7 @@ def test_no_number_of_the_robot_stands_twice() -> None:
         ("a.yaml", "caster_offset: 12.5 cm\n"),
     ],
 )
-def test_a_second_home_would_be_found(tmp_path, name, text) -> None:
+def test_a_second_definition_would_be_found(tmp_path, name, text) -> None:
     file = tmp_path / name
     file.write_text(text)
     assert list(copies(file, homes()))
@@ -203,13 +203,13 @@ def both(robots, figure):
     return pytest.approx([figure(robot) for robot in robots], rel=1e-9)
 
 
-def test_the_wheel_is_written_once() -> None:
+def test_the_wheel_diameter_is_defined_once() -> None:
     """The premise of the rest: of all files of the robot, one line says how large the wheels are."""
     text = (ROBOTS / "chefbot.yaml").read_text()
     assert sum("diameter:" in line and "9 cm" in line for line in text.split("\n")) == 1
 
 
-def test_solids_follow(robots) -> None:
+def test_solids_follow_the_wheel_diameter(robots) -> None:
     from chefbot.robot.geometry.solids import link_origin, solids
 
     def radius(robot):
@@ -220,7 +220,7 @@ def test_solids_follow(robots) -> None:
     assert both(robots, lambda robot: link_origin(robot, "wheel_left_link")[2]) == [BEFORE, AFTER]
 
 
-def test_meshes_follow(robots) -> None:
+def test_meshes_follow_the_wheel_diameter(robots) -> None:
     pytest.importorskip("manifold3d")
     from chefbot.design.solids.triangulation import part_mesh
     from chefbot.robot.geometry.solids import solids
@@ -232,7 +232,7 @@ def test_meshes_follow(robots) -> None:
     assert [height(robot) for robot in robots] == pytest.approx([BEFORE, AFTER], abs=2e-5)
 
 
-def test_drawings_follow(robots) -> None:
+def test_drawings_follow_the_wheel_diameter(robots) -> None:
     """The height of the base plate is a dimension of the assembly; it rises with the axle."""
     pytest.importorskip("ezdxf")
     from chefbot.design.drawing.drawing import Linear
@@ -254,7 +254,7 @@ def test_drawings_follow(robots) -> None:
         assert low == pytest.approx(1000 * (wheel + 0.0285))
 
 
-def test_urdf_follows(robots) -> None:
+def test_urdf_follows_the_wheel_diameter(robots) -> None:
     from chefbot.design.export.urdf import urdf
 
     def radius(robot):
@@ -271,7 +271,7 @@ def test_urdf_follows(robots) -> None:
     assert both(robots, axle) == [BEFORE, AFTER]
 
 
-def test_sdf_follows(robots) -> None:
+def test_sdf_follows_the_wheel_diameter(robots) -> None:
     from chefbot.design.export.sdf import sdf
 
     assert both(robots, lambda robot: float(ET.fromstring(sdf(robot)).find(".//wheel_radius").text)) == [
@@ -280,7 +280,7 @@ def test_sdf_follows(robots) -> None:
     ]
 
 
-def test_mjcf_follows(robots) -> None:
+def test_mjcf_follows_the_wheel_diameter(robots) -> None:
     from chefbot.design.export.mjcf import mjcf
 
     def tyre(robot):
@@ -290,7 +290,7 @@ def test_mjcf_follows(robots) -> None:
     assert both(robots, tyre) == [BEFORE, AFTER]
 
 
-def test_the_firmware_header_follows(robots) -> None:
+def test_firmware_header_follows_the_wheel_diameter(robots) -> None:
     from chefbot.design.export.firmware_header import firmware_header
 
     told = [re.search(r"#define CHEFBOT_MAX_FORWARD (\d+)", firmware_header(robot)) for robot in robots]
@@ -298,7 +298,7 @@ def test_the_firmware_header_follows(robots) -> None:
     assert forward[0] / forward[1] == pytest.approx(AFTER / BEFORE, rel=1e-3)
 
 
-def test_kinematics_follow(robots) -> None:
+def test_kinematics_follow_the_wheel_diameter(robots) -> None:
     from chefbot.control.kinematics import wheel_speeds
     from chefbot.odometry.drive_model import DriveModel, OdometryParams
 
@@ -310,7 +310,7 @@ def test_kinematics_follow(robots) -> None:
     assert rolled == pytest.approx([BEFORE, AFTER], rel=1e-9)
 
 
-def test_the_simulated_drive_follows(robots) -> None:
+def test_simulated_drive_follows_the_wheel_diameter(robots) -> None:
     """Told the same speed, both go as far, the larger wheels with fewer ticks: as the demo's robot does."""
     from chefbot.control.kinematics import wheel_speeds
     from chefbot.sim.board import SimulatedBoard

@@ -45,7 +45,7 @@ def test_spin_turns_by_its_angle(angle, sign):
 
 @settings(max_examples=30)
 @given(st.floats(0.05, 1.5), st.sampled_from([-1, 1]), st.floats(-3.1, 3.1))
-def test_straight_goes_its_distance(distance, sign, yaw):
+def test_drive_straight_covers_its_distance(distance, sign, yaw):
     start = SE2(0.0, 0.0, yaw)
     straight = DriveStraight(sign * distance, 0.2, max_acceleration(ROBOT))
     pose, _, progress = run(straight, floor(), start)
@@ -56,7 +56,7 @@ def test_straight_goes_its_distance(distance, sign, yaw):
 
 @settings(max_examples=30)
 @given(st.floats(0.3, 1.0), st.sampled_from([-1, 1]))
-def test_straight_stops_before_an_obstacle(gap, sign):
+def test_drive_straight_stops_before_an_obstacle(gap, sign):
     costmap = floor()
     column = costmap.cell(sign * gap, 0.0)[1]
     costmap.cells[:, column : column + 1] = INSCRIBED
@@ -67,7 +67,7 @@ def test_straight_stops_before_an_obstacle(gap, sign):
     assert costmap.at(pose.x, pose.y) == 0
 
 
-def test_it_may_leave_the_inscribed_zone_but_not_cross_a_wall():
+def test_motion_may_leave_the_inscribed_zone_but_hits_no_wall():
     costmap = floor()
     costmap.cells[:, 48:52] = INSCRIBED
     assert free_ahead(costmap, SE2(0.0, 0.0, math.pi), 0.4)

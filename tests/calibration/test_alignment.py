@@ -28,7 +28,7 @@ def near(pose: SE2, rng: np.random.Generator, metres: float = 0.05, angle: float
 
 @given(SEEDS, st.floats(0.03, 0.12))
 @settings(max_examples=15, deadline=None)
-def test_one_wall_holds_nothing_along_itself(seed: int, slid: float) -> None:
+def test_one_wall_gives_no_constraint_along_itself(seed: int, slid: float) -> None:
     """Noise makes its normals waver; taken for information, that would hold a stand where it was thought to be."""
     rng = np.random.default_rng(seed)
     surfaces = [Surface(seen(WALL, SE2(x, 0.0, LEFT), rng)) for x in (0.0, 0.1)]
@@ -41,7 +41,7 @@ def test_one_wall_holds_nothing_along_itself(seed: int, slid: float) -> None:
 
 @given(SEEDS, st.floats(0.0, 1.5), st.floats(0.0, 1.5), st.floats(-math.pi, math.pi))
 @settings(max_examples=40, deadline=None)
-def test_a_link_is_off_by_no_more_than_it_says(seed: int, x: float, y: float, yaw: float) -> None:
+def test_alignment_error_is_within_its_reported_covariance(seed: int, x: float, y: float, yaw: float) -> None:
     rng = np.random.default_rng(seed)
     first = SE2(x, y, yaw)
     second = near(first, rng, 0.2, 0.2)
@@ -55,7 +55,7 @@ def test_a_link_is_off_by_no_more_than_it_says(seed: int, x: float, y: float, ya
     assert off @ link.information @ off < 8.0**2
 
 
-def test_a_round_thing_before_a_wall_turns_no_scan() -> None:
+def test_a_round_object_before_a_wall_does_not_rotate_the_match() -> None:
     """Lines through points of an arc lie inside it, and two places see other parts of it: 4 mrad, were it matched."""
     rng = np.random.default_rng(3)
     room = [*WALL, *drum(0.35, 2.0, 0.2)]
@@ -69,7 +69,7 @@ def test_a_round_thing_before_a_wall_turns_no_scan() -> None:
     assert abs(float(np.mean(turned))) < 0.0015
 
 
-def test_a_lidar_holds_all_three() -> None:
+def test_lidar_alignment_constrains_x_y_and_yaw() -> None:
     rng = np.random.default_rng(1)
     poses = [SE2(0.2, 0.3, 0.1), SE2(1.0, 0.8, 1.2)]
     surfaces = [Surface(seen(WORKSHOP, pose, rng, LIDAR, 360)) for pose in poses]
@@ -80,7 +80,7 @@ def test_a_lidar_holds_all_three() -> None:
     assert link.pose.distance(truth) < 0.005
 
 
-def test_a_stand_is_placed_by_all_earlier_ones_and_where_no_wall_holds_it_as_guessed() -> None:
+def test_station_is_localized_against_all_earlier_stations() -> None:
     rng = np.random.default_rng(2)
     poses = [SE2(0.0, 0.0, 0.0), SE2(0.6, 0.4, 1.2), SE2(0.5, -0.3, 3.0)]
     surfaces = [Surface(seen(WORKSHOP, pose, rng, LIDAR, 360)) for pose in poses]

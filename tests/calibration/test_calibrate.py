@@ -75,7 +75,7 @@ def true_return(one: Driven, result: CalibrationResult) -> float:
 
 
 @pytest.mark.parametrize(("view", "seed"), [(CAMERA, 1), (LIDAR, 3)])
-def test_a_narrow_view_whose_stands_were_misjudged_still_tells_the_robot(view: float, seed: int) -> None:
+def test_narrow_view_with_wrong_station_guesses_still_calibrates(view: float, seed: int) -> None:
     """A camera sees one wall from many stands, and what it was thought to see them from wandered by 0.1 m and 6
     degrees. No wheel slipped; each that is said to have slipped is a stand that is not where it is thought to be."""
     one = driven(view, seed, 0.1)
@@ -96,7 +96,7 @@ def test_a_narrow_view_whose_stands_were_misjudged_still_tells_the_robot(view: f
 
 
 @pytest.mark.slow
-def test_the_check_owns_up_to_wheels_that_slipped_on_it() -> None:
+def test_verification_reports_wheels_that_slipped() -> None:
     """The check's ticks help to find where it stood, and yet they cannot hide what they did."""
     one = driven(CAMERA, 4, 0.03, slip=0.01)
     result = calibrate(one.drive, DRAWN, SENSOR)

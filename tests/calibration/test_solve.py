@@ -33,7 +33,7 @@ NEAR = st.builds(
 
 @given(BUILT)
 @settings(max_examples=15, deadline=None)
-def test_least_squares_recovers_the_robot(built: Built) -> None:
+def test_solver_recovers_the_wheel_and_sensor_parameters(built: Built) -> None:
     track, _ = usual(built)
     found = solve(track.legs, track.links(), track.poses, DRAWN, SENSOR)
     assert found.wheels.factors(DRAWN) == pytest.approx((built.left, built.right, built.separation), abs=1e-4)
@@ -45,7 +45,7 @@ def test_least_squares_recovers_the_robot(built: Built) -> None:
 
 @given(NEAR)
 @settings(max_examples=15, deadline=None)
-def test_umbmark_recovers_both_ratios_and_the_squares_close(built: Built) -> None:
+def test_umbmark_recovers_both_ratios_and_closes_the_squares(built: Built) -> None:
     _, squares = usual(built)
     ratios, better = umbmark(squares, DRAWN, built.sensor)
     assert ratios.wheel_ratio == pytest.approx(built.right / built.left, abs=2e-4)
@@ -59,14 +59,14 @@ def test_umbmark_recovers_both_ratios_and_the_squares_close(built: Built) -> Non
 
 @given(BUILT)
 @settings(max_examples=15, deadline=None)
-def test_the_gyro_comes_back(built: Built) -> None:
+def test_solver_recovers_the_gyro_scale(built: Built) -> None:
     track, _ = usual(built)
     found = solve_gyro(track.legs)
     assert found.scale == pytest.approx(built.gyro_scale, abs=1e-6)
     assert found.offset == pytest.approx(built.gyro_offset, abs=1e-6)
 
 
-def test_legs_on_which_a_wheel_slipped_are_left_out_and_named() -> None:
+def test_legs_with_wheel_slip_are_excluded_and_reported() -> None:
     built = Built(left=1.01, right=0.995, separation=1.02)
     track, _ = usual(built, squares=2)
     bad = []
@@ -79,7 +79,7 @@ def test_legs_on_which_a_wheel_slipped_are_left_out_and_named() -> None:
     assert found.wheels.factors(DRAWN) == pytest.approx((1.01, 0.995, 1.02), abs=3e-4)
 
 
-def test_a_robot_that_slips_all_the_time_is_refused() -> None:
+def test_a_robot_that_always_slips_is_refused() -> None:
     track, rng = Track(Built()), np.random.default_rng(1)
     for _ in range(24):
         track.go(1.0, 0.0, slip=float(rng.normal(0.0, 0.2)))

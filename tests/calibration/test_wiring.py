@@ -13,7 +13,7 @@ def leg(left: float, right: float, seen: SE2, gyro: float) -> DriveSegment:
     return DriveSegment(ticks, gyro, 1.0, IDENTITY, seen)
 
 
-def test_a_robot_that_does_as_it_is_told_is_well() -> None:
+def test_correct_wiring_reports_no_fault() -> None:
     assert wiring_fault(leg(900, 900, SE2(0.15, 0.0, 0.0), 0.0), 0.15, 0.0) is None
     assert wiring_fault(leg(-500, 500, SE2(0.0, 0.0, 0.6), 0.6), 0.0, 0.6) is None
     assert wiring_fault(leg(500, -500, SE2(0.0, 0.0, -0.6), -0.6), 0.0, -0.6) is None
@@ -30,11 +30,13 @@ def test_a_robot_that_does_as_it_is_told_is_well() -> None:
         (leg(-500, 500, SE2(0.0, 0.0, 0.6), -0.6), 0.0, 0.6, "upside down"),
     ],
 )
-def test_each_fault_has_its_sentence(measured: DriveSegment, metres: float, angle: float, words: str) -> None:
+def test_each_wiring_fault_has_its_message(
+    measured: DriveSegment, metres: float, angle: float, words: str
+) -> None:
     assert words in (wiring_fault(measured, metres, angle) or "")
 
 
-def test_what_the_board_says_of_an_encoder_becomes_what_to_do() -> None:
+def test_encoder_faults_of_the_board_become_instructions() -> None:
     board = "The left encoder is silent or counts against the motor. The motors are off; press STOP."
     assert "swap its wires" in explain_board_message(board, 300, 0)
     assert "counted nothing" in explain_board_message(board, 0, 300)

@@ -84,7 +84,7 @@ def shown(out: Path, *phases: str) -> dict[str, Any]:
 
 @pytest.mark.long
 @pytest.mark.parametrize("phases", [("delivering",), ("exploring", "delivering")], ids="-".join)
-def test_the_food_arrives(tmp_path: Path, phases: tuple[str, ...]) -> None:
+def test_deliveries_succeed_while_processes_are_killed(tmp_path: Path, phases: tuple[str, ...]) -> None:
     summary = shown(tmp_path / "out", *phases)
     assert summary["success"]
     assert summary["collisions"] == 0

@@ -31,7 +31,7 @@ def struck(watched: Watched, process: str) -> None:
 @pytest.mark.slow
 @pytest.mark.timed
 @pytest.mark.parametrize("process", PROCESSES)
-def test_it_stops_comes_back_and_delivers(tmp_path: Path, process: str) -> None:
+def test_robot_stops_recovers_and_delivers_after_each_kill(tmp_path: Path, process: str) -> None:
     with waiting_robot(tmp_path) as watched:
         watched.order("table_1")
         wait_for(lambda: watched.has("driving", "table_1"))
@@ -47,7 +47,7 @@ def test_it_stops_comes_back_and_delivers(tmp_path: Path, process: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.timed
-def test_a_mapper_that_dies_goes_on_with_its_map(tmp_path: Path) -> None:
+def test_a_killed_mapper_resumes_with_its_map(tmp_path: Path) -> None:
     """A new one would call the place where it begins the map's origin, and home would lie elsewhere."""
     path, launch = demo_launch(tmp_path, "explore", headless="true")
     with running("launch", str(path)) as (one, node):

@@ -40,7 +40,7 @@ def hung(watched: Watched, process: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.timed
-def test_each_process_hangs_and_the_food_arrives(tmp_path: Path) -> None:
+def test_deliveries_succeed_while_each_process_hangs(tmp_path: Path) -> None:
     with waiting_robot(tmp_path) as watched:
         watched.order("table_1")
         wait_for(lambda: watched.has("driving", "table_1"))
@@ -73,7 +73,7 @@ def other_work(loops: int) -> Iterator[None]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("compiles", [False, True], ids=["counts", "compiles"])
-def test_who_thinks_for_long_on_a_busy_machine_is_waited_for(tmp_path: Path, compiles: bool) -> None:
+def test_a_long_computation_on_a_busy_machine_is_not_killed(tmp_path: Path, compiles: bool) -> None:
     path = tmp_path / "pondering.yaml"
     path.write_text(PONDERING % (4.0, str(compiles).lower()))
     with running("launch", str(path)) as (one, node):

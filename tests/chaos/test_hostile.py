@@ -21,7 +21,7 @@ FLOOD_HZ, SECONDS = 10_000, 3.0
 
 @pytest.mark.slow
 @pytest.mark.timed
-def test_nonsense_is_named_and_a_flood_does_not_hold_the_base_up() -> None:
+def test_invalid_messages_are_reported_and_floods_delay_nothing() -> None:
     with launched("flooded.yaml", "headless:=true") as (one, node):
         came: list[float] = []
         offsets: list[float] = []

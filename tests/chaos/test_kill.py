@@ -23,7 +23,7 @@ STOP_NS = 200_000_000
 
 @pytest.mark.slow
 @pytest.mark.timed
-def test_the_robot_stops_when_its_controller_dies_and_drives_again_when_it_is_back() -> None:
+def test_robot_stops_when_the_controller_dies_and_resumes_later() -> None:
     with launched("parts.yaml", "headless:=true") as (one, node):
         speeds: list[WheelSpeeds] = []
         maps: list[OccupancyGrid] = []

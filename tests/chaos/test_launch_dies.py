@@ -65,7 +65,7 @@ def drive(hand: Hand, desk: Desk) -> None:
 
 @pytest.mark.slow
 @pytest.mark.timed
-def test_the_board_stops_by_itself_and_no_process_is_left(tmp_path: Path) -> None:
+def test_a_killed_launch_stops_the_board_and_leaves_no_process(tmp_path: Path) -> None:
     path = tmp_path / "built.yaml"
     path.write_text(BUILT)
     desk = Desk(HostPort(), tmp_path / "board")
@@ -94,7 +94,7 @@ def test_the_board_stops_by_itself_and_no_process_is_left(tmp_path: Path) -> Non
 
 @pytest.mark.slow
 @pytest.mark.timed
-def test_with_the_simulator_all_of_the_waiter_ends(tmp_path: Path) -> None:
+def test_all_waiter_processes_end_with_the_simulator(tmp_path: Path) -> None:
     with waiting_robot(tmp_path) as watched:
         watched.order("table_1")
         wait_for(watched.drives)

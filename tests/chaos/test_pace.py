@@ -25,7 +25,7 @@ class Waits(Condition):
         return False
 
 
-def test_a_change_of_pace_counts_from_now_on(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_changed_real_time_factor_applies_from_now_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "wall_ns", lambda: 5 * SECOND)
     clock, wake = LeaderClock(4.0), Waits()
     clock.start(0)

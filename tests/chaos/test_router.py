@@ -94,7 +94,7 @@ def hears(port: int) -> bool:
 
 
 @pytest.mark.slow
-def test_a_strangers_router_dies_and_nobody_notices(counting: Path) -> None:
+def test_death_of_a_foreign_router_interrupts_nothing(counting: Path) -> None:
     port = free_port()
     command = [sys.executable, "-c", ROUTER, str(port)]
     router = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
@@ -112,7 +112,7 @@ def test_a_strangers_router_dies_and_nobody_notices(counting: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_launch_that_has_the_router_dies_and_the_next_is_heard(counting: Path) -> None:
+def test_another_launch_connects_after_the_router_launch_dies(counting: Path) -> None:
     port = free_port()
     with ExitStack() as stack:
         with counted(counting, port) as first:

@@ -31,7 +31,7 @@ def delivered(folder: Path) -> list[Step]:
 
 
 @pytest.mark.long
-def test_the_same_deliveries_in_the_same_order(tmp_path: Path) -> None:
+def test_same_seed_gives_the_same_deliveries_in_order(tmp_path: Path) -> None:
     one, other = delivered(tmp_path / "one"), delivered(tmp_path / "other")
     tell("\n".join(f"{state:10} {place:10} {queue} {done}" for state, place, queue, done in one))
     assert one == other

@@ -37,20 +37,20 @@ def check(robot: str, sensor: str, fault: str, places: list[int], seed: int) -> 
 @pytest.mark.slow
 @pytest.mark.parametrize(("robot", "sensor"), CASES)
 @pytest.mark.parametrize("fault", FAULTS)
-def test_it_stands_before_the_box(robot: str, sensor: str, fault: str) -> None:
+def test_robot_stops_before_the_box(robot: str, sensor: str, fault: str) -> None:
     check(robot, sensor, fault, [FAULTS.index(fault)], seed=3)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(("robot", "sensor"), CASES)
 @pytest.mark.parametrize("fault", FAULTS)
-def test_it_stands_before_the_box_at_twenty_places(robot: str, sensor: str, fault: str) -> None:
+def test_robot_stops_before_the_box_at_twenty_places(robot: str, sensor: str, fault: str) -> None:
     check(robot, sensor, fault, list(range(PLACES)), seed=1)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", ["late", "half_blind"])
-def test_late_data_and_a_half_blind_lidar_stop_it_as_well(fault: str) -> None:
+def test_late_data_and_a_half_blind_lidar_stop_the_robot(fault: str) -> None:
     check("lidar", "scan", fault, [0], seed=3)
 
 
@@ -63,7 +63,7 @@ def at_full_speed(robot: str = "lidar", profile: str = "real") -> BlindDrive:
 @pytest.mark.slow
 @pytest.mark.parametrize("profile", ["real", "perfect"])
 @pytest.mark.parametrize("fault", FAULTS)
-def test_it_goes_on_by_itself_with_the_same_order(fault: str, profile: str) -> None:
+def test_the_order_resumes_when_the_sensor_recovers(fault: str, profile: str) -> None:
     """Also where no noise tells a frozen sensor from one before which nothing moves."""
     drive = at_full_speed(profile=profile)
     drive.fault(fault, "scan")
@@ -75,7 +75,7 @@ def test_it_goes_on_by_itself_with_the_same_order(fault: str, profile: str) -> N
 
 
 @pytest.mark.slow
-def test_two_sensors_in_turn_are_named_in_turn() -> None:
+def test_alternating_sensor_faults_are_each_named() -> None:
     drive = at_full_speed("chefbot_lidar")
     drive.fault("stop", "scan")
     drive.run(1.0)
@@ -90,7 +90,7 @@ def test_two_sensors_in_turn_are_named_in_turn() -> None:
 
 
 @pytest.mark.slow
-def test_a_sensor_that_does_not_come_back_ends_the_order_with_its_name() -> None:
+def test_a_permanent_sensor_fault_aborts_the_order_and_is_named() -> None:
     drive = at_full_speed()
     drive.fault("stop", "scan")
     drive.run(WAIT_TIMEOUT + 2.0)

@@ -37,7 +37,7 @@ def once() -> float:
 @pytest.mark.parametrize(
     "times", [pytest.param(TIMES, marks=pytest.mark.slow), pytest.param(MANY, marks=pytest.mark.long)]
 )
-def test_again_and_again(times: int) -> None:
+def test_repeated_start_and_stop_succeeds(times: int) -> None:
     took: list[float] = []
     for done in range(1, times + 1):
         took.append(once())

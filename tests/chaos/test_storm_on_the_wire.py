@@ -66,7 +66,7 @@ def inputs_of(node: RmwNode) -> dict[str, type[Message]]:
 
 
 @pytest.mark.slow
-def test_what_ended_a_launch_is_refused_by_name_and_chance_ends_it_neither() -> None:
+def test_messages_that_crashed_a_launch_are_refused_by_name() -> None:
     with launched("stormed.yaml", "headless:=true") as (one, node):
         named: dict[str, str] = {}
         driven: list[WheelSpeeds] = []

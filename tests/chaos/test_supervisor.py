@@ -73,7 +73,7 @@ def noted(notes: Path) -> list[tuple[int, bool, list[int]]]:
 
 
 @pytest.mark.timed
-def test_the_next_life_is_told_the_last_words_of_the_one_before(tmp_path: Path) -> None:
+def test_a_restarted_process_gets_its_latched_messages(tmp_path: Path) -> None:
     kept, notes = Kept(), tmp_path / "notes"
     with supervised(kept, notes) as one:
         wait_for(lambda: len(noted(notes)) == 1)
@@ -87,7 +87,7 @@ def test_the_next_life_is_told_the_last_words_of_the_one_before(tmp_path: Path) 
         assert noted(notes)[1][2] == [len(base64.b64encode(word.cdr)) for word in (LONG, SHORT)]
 
 
-def test_who_runs_is_back_only_when_it_is_ready(tmp_path: Path) -> None:
+def test_a_restarted_process_counts_as_up_only_when_ready(tmp_path: Path) -> None:
     kept, notes = Kept(), tmp_path / "notes"
     with supervised(kept, notes) as one:
         wait_for(lambda: kept.back == ["a"] and noted(notes))
@@ -102,9 +102,7 @@ def test_who_runs_is_back_only_when_it_is_ready(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_spare_takes_the_place_of_who_dies_and_another_stands_by(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_spare_worker_replaces_a_killed_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "SPARE_AFTER", 0.2)
     kept, notes = Kept(), tmp_path / "notes"
     with supervised(kept, notes) as one:

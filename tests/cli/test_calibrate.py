@@ -25,7 +25,7 @@ def options(out: Path, *arguments: str, robot: str = "chefbot_lidar", seed: int 
 
 
 @pytest.mark.slow
-def test_a_robot_that_was_never_calibrated_gets_a_file_that_knows_it(tmp_path: Path) -> None:
+def test_uncalibrated_robot_gets_a_correct_calibration_file(tmp_path: Path) -> None:
     run_calibrate(options(tmp_path, "squares:=1", "side:=1.5"))
     summary = json.loads((tmp_path / "calibration.json").read_text())
     found, truth = summary["found"], summary["truth_of_the_simulator"]
@@ -49,14 +49,14 @@ def test_a_robot_that_was_never_calibrated_gets_a_file_that_knows_it(tmp_path: P
         run_calibrate(options(tmp_path, robot=str(tmp_path / "robot.yaml")))
 
 
-def test_a_robot_that_sees_no_wall_stops_and_nothing_is_written(tmp_path: Path) -> None:
+def test_robot_without_a_visible_wall_stops_and_writes_nothing(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"sees walls with 0 % of its beams.*no robot file was written"):
         run_calibrate(options(tmp_path, "world:=empty"))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run.mcap"]
 
 
 @pytest.mark.slow
-def test_too_little_room_is_said_with_the_room_it_takes(tmp_path: Path) -> None:
+def test_too_little_space_is_reported_with_the_space_needed(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"no room for a square of 9.0 m; put the robot"):
         run_calibrate(options(tmp_path, "side:=9"))
 
@@ -73,7 +73,7 @@ def test_a_swapped_encoder_is_recognized(tmp_path: Path, monkeypatch: pytest.Mon
         run_calibrate(options(tmp_path))
 
 
-def test_a_run_that_is_interrupted_leaves_the_old_file_alone(
+def test_an_interrupted_run_leaves_the_old_file_unchanged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "robot.yaml").write_text("like: chefbot\n")
@@ -103,7 +103,7 @@ class _Stopping:
         CalibratorNode._straight = self._original  # type: ignore[method-assign]
 
 
-def test_what_is_wrong_on_the_command_line_is_a_sentence(tmp_path: Path) -> None:
+def test_bad_arguments_are_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="has no node calibrator"):
         run_calibrate(CalibrateOptions("chefbot", [], False, 1, tmp_path, "model_robot"))
     with pytest.raises(UserError, match="key:=value"):

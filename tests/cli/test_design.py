@@ -31,7 +31,7 @@ def printed(capsys: pytest.CaptureFixture[str], *, as_json: bool = False, **aske
     return capsys.readouterr().out
 
 
-def test_the_sheet_shows_both_methods_and_fits_a_hundred_columns(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_sheet_shows_both_methods_within_100_columns(capsys: pytest.CaptureFixture[str]) -> None:
     out = printed(capsys)
     for phrase in ("0.6 * 25 * 0.045", "0.675 N m (6.88 kg cm)", "10 kg cm", "74.3 rpm", "80 rpm", "50 N"):
         assert phrase in out, phrase
@@ -40,7 +40,7 @@ def test_the_sheet_shows_both_methods_and_fits_a_hundred_columns(capsys: pytest.
     assert max(len(line) for line in out.splitlines()) <= 100
 
 
-def test_json_holds_every_figure_with_its_working(capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_contains_every_figure_with_its_calculation(capsys: pytest.CaptureFixture[str]) -> None:
     sheet = json.loads(printed(capsys, as_json=True, payload="3 kg"))
     assert sheet["asked_for"] == {"payload": "3 kg"}
     for part in ("chapter", "needs", "gives", "stands"):
@@ -55,7 +55,7 @@ def test_json_holds_every_figure_with_its_working(capsys: pytest.CaptureFixture[
     assert slow["failures"][0]["name"] == "speed with reserve"
 
 
-def test_a_heavier_robot_gets_a_file_that_passes_its_own_checks(tmp_path: Path) -> None:
+def test_a_heavier_robot_gets_a_file_that_passes_its_checks(tmp_path: Path) -> None:
     path = tmp_path / "big.yaml"
     run_design("chefbot", {"payload": "6", "speed": "0.6", "slope": None}, path, as_json=True)
     robot = load_robot(str(path))
@@ -74,7 +74,7 @@ def test_a_heavier_robot_gets_a_file_that_passes_its_own_checks(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar"])
-def test_the_file_describes_the_robot_that_was_judged(tmp_path: Path, name: str) -> None:
+def test_written_file_describes_the_evaluated_robot(tmp_path: Path, name: str) -> None:
     path = tmp_path / "judged.yaml"
     run_design(name, {"payload": "4"}, path, as_json=True)
     judged = work_out(find_robot(name), {"payload": "4"})[1].chosen.robot
@@ -91,7 +91,7 @@ def numbers(value: object, path: str = "") -> dict[str, float]:
     return {path: value} if isinstance(value, (int, float)) else {}
 
 
-def test_a_file_that_is_like_a_neighbour_may_move_away(tmp_path: Path) -> None:
+def test_a_robot_that_extends_a_relative_file_may_be_moved(tmp_path: Path) -> None:
     run_design("chefbot", NOTHING, tmp_path / "first.yaml", as_json=True)
     (tmp_path / "second.yaml").write_text("like: first.yaml\nname: second\nbody: {payload: 1 kg}\n")
     path = tmp_path / "elsewhere" / "third.yaml"
@@ -100,7 +100,7 @@ def test_a_file_that_is_like_a_neighbour_may_move_away(tmp_path: Path) -> None:
     assert (third.body.payload, third.drive.max_speed) == (1.0, 0.3)
 
 
-def test_other_wheels_take_their_slots_with_them(tmp_path: Path) -> None:
+def test_other_wheels_change_their_slots(tmp_path: Path) -> None:
     path = tmp_path / "wheels.yaml"
     run_design("chefbot", {"wheel": "15 cm", "payload": "6 kg", "speed": "0.6 m/s"}, path, as_json=True)
     robot = load_robot(str(path))
@@ -141,13 +141,13 @@ def test_units_may_be_given_or_left_out() -> None:
         ("run-time", "", "--run-time"),
     ],
 )
-def test_what_makes_no_sense_is_said(name: str, value: str, words: str) -> None:
+def test_inconsistent_requirements_are_refused_with_the_reason(name: str, value: str, words: str) -> None:
     with pytest.raises(UserError, match=words) as caught:
         run_design("chefbot", {name: value}, None, as_json=True)
     assert "\n" not in str(caught.value)
 
 
-def test_nothing_is_written_where_nothing_passes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_nothing_is_written_if_no_design_passes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "truck.yaml"
     asked: dict[str, str | None] = {"payload": "80", "speed": "3"}
     run_design("chefbot", asked, None, as_json=False)
@@ -157,7 +157,7 @@ def test_nothing_is_written_where_nothing_passes(tmp_path: Path, capsys: pytest.
     assert not path.exists()
 
 
-def test_the_verb_ends_with_2_and_one_sentence() -> None:
+def test_bad_input_exits_with_code_2_and_one_sentence() -> None:
     command = [
         sys.executable,
         "-c",
@@ -174,7 +174,7 @@ def test_the_verb_ends_with_2_and_one_sentence() -> None:
 
 
 @given(st.sampled_from(sorted(SHOWN)), st.floats(1e-3, 1e5))
-def test_a_shown_amount_reads_back_as_the_figure(unit: str, value: float) -> None:
+def test_a_printed_amount_parses_back_to_its_value(unit: str, value: float) -> None:
     text = amount(value, unit)
     shown = text.split("(")[0].strip()
     assert to_si(shown, unit) == pytest.approx(value, rel=6e-3)

@@ -13,7 +13,7 @@ from chefbot.robot.load import load_robot
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["desk", "porter"])
-def test_it_explores_and_its_board_finds_no_fault(name: str, tmp_path: Path) -> None:
+def test_example_robot_explores_and_its_board_reports_no_fault(name: str, tmp_path: Path) -> None:
     log = tmp_path / "run.mcap"
     launch = [
         *("launch", "explore", "world:=room", f"robot:={name}", "headless:=true", "speed:=0"),

@@ -21,6 +21,6 @@ def test_every_robot_and_world_is_named() -> None:
 @pytest.mark.parametrize(
     "verb", ["design", "draw", "check", "export solids", "export urdf", "export sdf", "export mjcf"]
 )
-def test_it_stands_in_the_help_of_each_verb_that_takes_a_robot(verb: str) -> None:
+def test_help_of_each_command_with_a_robot_lists_the_robots(verb: str) -> None:
     shown = CliRunner().invoke(app, ["robot", *verb.split(), "--help"]).output
     assert all(name in shown for name in built_in_robots())

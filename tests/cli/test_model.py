@@ -77,7 +77,7 @@ def test_one_part_as_one_file(tmp_path: Path, form: Format) -> None:
 
 
 @pytest.mark.slow
-def test_a_glb_of_the_robot_and_of_a_part(tmp_path: Path) -> None:
+def test_glb_of_the_robot_and_of_a_part(tmp_path: Path) -> None:
     run_model("chefbot", "glb", "all", False, tmp_path / "robot.glb")
     run_model("chefbot", "glb", "wheel", False, tmp_path / "wheel.glb")
     robot, wheel = trimesh.load(tmp_path / "robot.glb"), trimesh.load(tmp_path / "wheel.glb")
@@ -102,7 +102,7 @@ REFUSED: list[tuple[Format, str, bool, str, str]] = [
 
 
 @pytest.mark.parametrize(("form", "part", "mm", "out", "words"), REFUSED)
-def test_what_cannot_be_is_said_in_a_sentence(
+def test_impossible_exports_are_refused_in_one_sentence(
     tmp_path: Path, form: Format, part: str, mm: bool, out: str, words: str
 ) -> None:
     (tmp_path / "file").write_text("old")
@@ -114,7 +114,7 @@ def test_what_cannot_be_is_said_in_a_sentence(
     assert (tmp_path / "file").read_text() == "old"
 
 
-def test_a_full_disk_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = tmp_path / "pole.stl"
     target.write_bytes(b"old")
 
@@ -139,14 +139,14 @@ def test_the_exit_code_of_bad_input_is_2() -> None:
 
 
 @pytest.mark.skipif(find_spec("build123d") is not None, reason="the extra is installed")
-def test_without_the_cad_extra_step_says_what_to_install(tmp_path: Path) -> None:
+def test_step_without_the_cad_extra_names_the_package_to_install(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"pip install 'chefbot\[cad\]'"):
         run_model("desk", "step", "all", False, tmp_path / "x.step")
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(find_spec("build123d") is None, reason="STEP needs the extra: chefbot[cad]")
-def test_step_has_arcs_and_names(tmp_path: Path) -> None:
+def test_step_export_contains_arcs_and_names(tmp_path: Path) -> None:
     from build123d import import_step
 
     run_model("desk", "step", "all", False, tmp_path / "x.step")

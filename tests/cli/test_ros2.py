@@ -27,7 +27,7 @@ def files(folder: Path) -> set[str]:
 
 
 @pytest.mark.usefixtures("quick")
-def test_packages_appear_beside_others(tmp_path: Path) -> None:
+def test_packages_are_created_beside_existing_ones(tmp_path: Path) -> None:
     out = tmp_path / "ws" / "src"
     (out / "mine").mkdir(parents=True)
     (out / "two").mkdir()
@@ -38,7 +38,7 @@ def test_packages_appear_beside_others(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("taken", ["folder", "file", "link"])
-def test_what_is_there_is_not_touched(tmp_path: Path, taken: str) -> None:
+def test_existing_packages_are_not_overwritten(tmp_path: Path, taken: str) -> None:
     place = tmp_path / "three"
     if taken == "folder":
         place.mkdir()
@@ -55,7 +55,7 @@ def test_what_is_there_is_not_touched(tmp_path: Path, taken: str) -> None:
 
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("number", [0, 1, 2])
-def test_a_failure_on_the_way_leaves_nothing(
+def test_a_failure_on_the_way_leaves_nothing_behind(
     tmp_path: Path, number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out, real, calls = tmp_path / "new" / "src", os.rename, iter(range(9))
@@ -72,7 +72,7 @@ def test_a_failure_on_the_way_leaves_nothing(
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_file_or_a_closed_folder_as_out(tmp_path: Path) -> None:
+def test_a_file_or_an_unwritable_folder_as_output_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "file"
     file.write_text("")
     with pytest.raises(UserError, match=r"is a file; give the src folder"):
@@ -99,7 +99,7 @@ def test_an_unknown_robot_is_one_sentence(tmp_path: Path, words: list[str], said
     assert files(tmp_path) == set()
 
 
-def test_a_robot_of_ones_own_is_named_by_its_file(tmp_path: Path) -> None:
+def test_a_users_robot_is_named_by_its_file(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("like: desk\nname: mine\ndrive: {max_speed: 0.1 m/s}\n")
     run_ros2(str(tmp_path / "mine.yaml"), tmp_path / "src")
     bringup = tmp_path / "src" / "chefbot_bringup"

@@ -36,7 +36,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
         ("behind", 0, "Behind other orders: table_9 was not reached."),
     ],
 )
-def test_deliver_waits_and_tells_how_it_ended(
+def test_deliver_waits_and_reports_the_outcome(
     fate: str, code: int, said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with fake_robot(fate) as robot:
@@ -47,7 +47,7 @@ def test_deliver_waits_and_tells_how_it_ended(
     assert said in capsys.readouterr().out
 
 
-def test_deliver_need_not_wait(capsys: pytest.CaptureFixture[str]) -> None:
+def test_deliver_returns_at_once_without_wait(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         robot.know_places()
         robot.wait_for_orders()
@@ -56,7 +56,7 @@ def test_deliver_need_not_wait(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == "ordered: table_2\n"
 
 
-def test_a_refused_order_is_told() -> None:
+def test_a_refused_order_is_reported() -> None:
     with fake_robot("refused") as robot:
         robot.know_places()
         robot.wait_for_orders()
@@ -65,7 +65,7 @@ def test_a_refused_order_is_told() -> None:
                 order_delivery(["2"], robot.url, wait)
 
 
-def test_an_unknown_table_is_answered_with_the_nearest_and_nothing_is_sent() -> None:
+def test_an_unknown_table_is_refused_with_the_nearest_name() -> None:
     with fake_robot() as robot:
         robot.know_places()
         robot.wait_for_orders()
@@ -90,13 +90,13 @@ def test_confirm_says_what_is_waited_for_presses_it_and_says_what_follows(
     assert capsys.readouterr().out == "On the way to table_1.\n"
 
 
-def test_a_press_that_changes_nothing_is_a_failure() -> None:
+def test_a_press_that_changes_nothing_fails() -> None:
     with fake_robot() as robot:
         robot.wait_for_food()
         assert confirm_step("taken", robot.url) == 1
 
 
-def test_a_robot_that_does_not_deliver_says_which_launch_does() -> None:
+def test_robot_without_delivery_names_the_launch_that_has_it() -> None:
     with fake_robot() as robot:
         with pytest.raises(UserError, match="amcl_demo"):
             order_delivery(["1"], robot.url, wait=True)

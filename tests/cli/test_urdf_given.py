@@ -89,7 +89,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_each_fault_is_one_sentence(fault: str, tmp_path: Path) -> None:
+def test_each_urdf_fault_is_one_sentence(fault: str, tmp_path: Path) -> None:
     text, sentence = FAULTS[fault]
     file = tmp_path / "given.urdf"
     file.write_text(text)
@@ -99,7 +99,7 @@ def test_each_fault_is_one_sentence(fault: str, tmp_path: Path) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_a_mesh_behind_links_that_run_in_a_circle(tmp_path: Path) -> None:
+def test_a_mesh_behind_circular_symlinks_is_reported(tmp_path: Path) -> None:
     (tmp_path / "a.stl").symlink_to("b.stl")
     (tmp_path / "b.stl").symlink_to("a.stl")
     (tmp_path / "given.urdf").write_text(meshed("a.stl"))
@@ -107,14 +107,14 @@ def test_a_mesh_behind_links_that_run_in_a_circle(tmp_path: Path) -> None:
         check_given(tmp_path / "given.urdf")
 
 
-def test_a_pipe_for_a_mesh_is_not_waited_for(tmp_path: Path) -> None:
+def test_a_named_pipe_as_a_mesh_does_not_block(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.stl")
     (tmp_path / "given.urdf").write_text(meshed("a.stl"))
     with pytest.raises(ChefbotError, match="is no file"):
         check_given(tmp_path / "given.urdf")
 
 
-def test_what_is_fine_gives_its_tree_and_finds_meshes_of_the_package(tmp_path: Path) -> None:
+def test_a_valid_urdf_gives_its_tree_and_finds_its_meshes(tmp_path: Path) -> None:
     (tmp_path / "package.xml").write_text("<package><name>mine</name></package>")
     (tmp_path / "urdf").mkdir()
     (tmp_path / "a b.stl").write_bytes(b"solid")
@@ -123,7 +123,7 @@ def test_what_is_fine_gives_its_tree_and_finds_meshes_of_the_package(tmp_path: P
     assert [branch.link for branch in check_given(file)] == ["a"]
 
 
-def test_our_own_urdf_is_fine() -> None:
+def test_our_own_urdf_passes() -> None:
     machine = load_robot("chefbot")
     tree = check_urdf(parse_xml(urdf(machine).encode(), "ours"), "ours")
     assert sum(branch.mass for branch in tree) == pytest.approx(total_mass(machine))
@@ -154,7 +154,7 @@ INCLUDES = {
 
 
 @pytest.mark.parametrize("fault", INCLUDES)
-def test_xacro_that_never_ends_or_cannot_be_expanded(fault: str, tmp_path: Path) -> None:
+def test_xacro_that_never_ends_or_does_not_expand_is_reported(fault: str, tmp_path: Path) -> None:
     pytest.importorskip("xacro", reason="needs xacro from PyPI")
     files, sentence = INCLUDES[fault]
     for name, inside in files.items():
@@ -164,14 +164,14 @@ def test_xacro_that_never_ends_or_cannot_be_expanded(fault: str, tmp_path: Path)
     assert "\n" not in str(caught.value)
 
 
-def test_entities_in_an_included_file(tmp_path: Path) -> None:
+def test_xml_entities_in_an_included_file_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a.xacro").write_text(f'<robot name="r" {XACRO}><xacro:include filename="b.xacro"/></robot>')
     (tmp_path / "b.xacro").write_text('<!DOCTYPE r [<!ENTITY a "aa">]><robot/>')
     with pytest.raises(ChefbotError, match=r"b\.xacro: has a DOCTYPE"):
         check_given(tmp_path / "a.xacro")
 
 
-def test_files_that_include_the_next_one_twice_are_read_once_each(tmp_path: Path) -> None:
+def test_exponential_includes_are_read_once_each(tmp_path: Path) -> None:
     """Twenty-five of them would be read 2^25 times."""
     for i in range(25):
         inside = f'<xacro:include filename="{i + 1}.xacro"/>' * 2
@@ -191,7 +191,7 @@ OURS = urdf(load_robot("chefbot")).encode()
 
 @settings(max_examples=150)
 @given(at=st.integers(0, len(OURS) - 1), cut=st.integers(0, 60), put=st.binary(max_size=12))
-def test_a_damaged_file_is_fine_or_a_sentence(at: int, cut: int, put: bytes) -> None:
+def test_a_damaged_urdf_passes_or_gives_one_sentence(at: int, cut: int, put: bytes) -> None:
     try:
         check_urdf(parse_xml(OURS[:at] + put + OURS[at + cut :], "it"), "it")
     except ChefbotError as error:

@@ -74,13 +74,13 @@ def same_as_xacro(path: Path) -> None:
     assert ET.canonicalize(ET.tostring(expanded(path))) == ET.canonicalize(ET.tostring(theirs))
 
 
-def test_a_turtlebots_description_is_expanded_as_xacro_does(tmp_path: Path) -> None:
+def test_a_turtlebot_description_expands_as_with_xacro(tmp_path: Path) -> None:
     write(tmp_path, TURTLEBOT)
     same_as_xacro(tmp_path / "urdf" / "robot.xacro")
     assert len(check_given(tmp_path / "urdf" / "robot.xacro")) == 7
 
 
-def test_our_own_description_is_expanded_as_xacro_does(tmp_path: Path) -> None:
+def test_our_own_description_expands_as_with_xacro(tmp_path: Path) -> None:
     files = {
         name: data
         for name, data in description_package(load_robot("chefbot")).items()
@@ -121,7 +121,7 @@ DOORS = {
 
 
 @pytest.mark.parametrize("door", DOORS)
-def test_a_strangers_file_runs_nothing_and_reads_only_its_package(door: str, tmp_path: Path) -> None:
+def test_an_untrusted_file_runs_no_code_and_stays_in_its_package(door: str, tmp_path: Path) -> None:
     text, sentence = DOORS[door]
     sentinel, folder = tmp_path / "sentinel", tmp_path / "given"
     inside = text.replace("${[", "${{[").replace("True)}", "True)}}").format(sentinel=sentinel)
@@ -136,9 +136,7 @@ def test_a_strangers_file_runs_nothing_and_reads_only_its_package(door: str, tmp
     assert "\n" not in str(caught.value)
 
 
-def test_a_module_of_xacros_name_in_the_folder_at_hand_is_not_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_local_module_named_xacro_is_not_executed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write(tmp_path, {"xacro.py": "open('sentinel', 'w')", "a.xacro": ROBOT.format('<link name="${1 + 1}"/>')})
     monkeypatch.chdir(tmp_path)
     assert [branch.link for branch in check_given(Path("a.xacro"))] == ["2"]

@@ -76,7 +76,7 @@ def drive(cells, start, goal, seconds=90.0):
     ],
     ids=["open floor", "door of 0.9 m", "passage of 0.8 m", "around a box", "U-turn in a dead end"],
 )
-def test_arrives_without_touching_or_stopping(walls, start, goal):
+def test_dwa_reaches_the_goal_without_contact_or_stops(walls, start, goal):
     status, pose, way, least, speeds, planned = drive(world(*walls), SE2(*start), SE2(*goal))
     assert status is ControllerStatus.REACHED
     assert pose.distance(SE2(*goal)) < 0.15
@@ -96,7 +96,7 @@ def test_arrives_without_touching_or_stopping(walls, start, goal):
     st.floats(0.5, 5.5),
     st.floats(-3.1, 3.1),
 )
-def test_from_any_twist_it_can_stop_after_its_command(seed, speed, turn, x, y, yaw):
+def test_robot_can_always_stop_after_the_chosen_command(seed, speed, turn, x, y, yaw):
     """One command, then full braking: nothing is touched by that unless it was too late before."""
     rng = np.random.default_rng(seed)
     cells = world()
@@ -127,7 +127,7 @@ def _braked(cells, pose, now, command):
         v, w = limiter.step(0.0, 0.0, 0.0, PERIOD)
 
 
-def test_a_wall_across_the_path_blocks():
+def test_a_wall_across_the_path_blocks_dwa():
     cells = world()
     dwa = DwaController(LIMITS)
     dwa.set_path(np.column_stack([np.linspace(1, 5, 80), np.full(80, 3.0), np.zeros(80)]))
@@ -137,7 +137,7 @@ def test_a_wall_across_the_path_blocks():
     assert v == 0.0
 
 
-def test_without_a_path_it_stands():
+def test_dwa_stands_still_without_a_path():
     assert DwaController(LIMITS).command(SE2(1, 1, 0), (0.0, 0.0), costs_of(world())) == (
         0.0,
         0.0,
@@ -152,7 +152,7 @@ def test_the_goal_checker_latches():
     assert checker.position_reached(SE2(0.8, 1.0, 0.0), goal)
 
 
-def test_the_progress_checker_notices_standing_and_accepts_turning():
+def test_progress_checker_detects_standing_and_accepts_turning():
     checker = ProgressChecker(patience=1.0)
     assert all(checker.is_progressing(SE2(0.0, 0.0, 0.6 * i), 0.5) for i in range(10))
     assert [checker.is_progressing(SE2(0.0, 0.0, 5.4), 0.5) for _ in range(3)][-1] is False

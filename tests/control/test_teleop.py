@@ -28,12 +28,12 @@ def hold(teleop, key, seconds):
         (".", (-1, 1)),
     ],
 )
-def test_the_chapters_keys(key, signs):
+def test_keys_are_those_of_teleop_twist_keyboard(key, signs):
     v, w = hold(KeyboardTeleop(LIMITS), key, 3.0)
     assert ((v > 0) - (v < 0), (w > 0) - (w < 0)) == signs
 
 
-def test_silence_stops_after_half_a_second():
+def test_silence_stops_the_robot_after_half_a_second():
     teleop = KeyboardTeleop(LIMITS)
     v, _ = hold(teleop, "i", 3.0)
     assert hold(teleop, None, 0.4)[0] == v
@@ -42,7 +42,7 @@ def test_silence_stops_after_half_a_second():
 
 
 @pytest.mark.parametrize(("key", "left"), [(" ", 0.0), ("k", 0.0), ("y", 1.0)])
-def test_stop_keys_stop_at_once_and_others_smoothly(key, left):
+def test_stop_keys_stop_at_once_and_others_ramp_down(key, left):
     teleop = KeyboardTeleop(LIMITS)
     v, _ = hold(teleop, "i", 3.0)
     now, _ = teleop.update(key, 0.1)
@@ -50,7 +50,7 @@ def test_stop_keys_stop_at_once_and_others_smoothly(key, left):
 
 
 @given(st.text(alphabet="qzwxec uiojklm,.y", max_size=60))
-def test_never_beyond_the_robot(keys):
+def test_teleop_never_exceeds_the_robot_limits(keys):
     teleop = KeyboardTeleop(LIMITS)
     for key in keys:
         v, w = teleop.update(key, 0.1)
@@ -59,7 +59,7 @@ def test_never_beyond_the_robot(keys):
         assert LIMITS.scale(v, w) > 1.0 - 1e-9
 
 
-def test_speed_keys_change_speed_and_turn():
+def test_speed_keys_scale_linear_and_angular_speed():
     teleop = KeyboardTeleop(LIMITS)
     v, w = teleop.speed, teleop.turn
     for key in "qwx":

@@ -29,7 +29,7 @@ def run(pid, target, seconds, load=0.0, lag=0.08, speed=0.0):
 
 @settings(max_examples=30)
 @given(st.floats(0.3, 6.5), st.floats(0.0, 1.0), st.sampled_from([-1, 1]))
-def test_reaches_the_speed_under_load(target, load, sign):
+def test_pid_reaches_the_speed_under_load(target, load, sign):
     speeds = run(WheelPid(ROBOT), sign * target, 3.0, load)
     assert sum(speeds[-50:]) / 50 == pytest.approx(sign * target, abs=0.03 * target + 0.02)
     assert max(abs(s) for s in speeds) < 1.3 * target + 0.1
@@ -44,7 +44,7 @@ def test_a_blocked_wheel_does_not_wind_up():
     assert speeds[-1] == pytest.approx(3.0, abs=0.2)
 
 
-def test_a_stopped_wheel_gets_nothing():
+def test_a_stopped_wheel_gets_zero_duty():
     pid = WheelPid(ROBOT)
     run(pid, 3.0, 1.0)
     run(pid, 0.0, 2.0)

@@ -76,7 +76,7 @@ def anew(costs: LayeredCostmap) -> Costmap:
 
 @settings(max_examples=25)
 @given(st.integers(0, 2**20), st.booleans(), st.booleans(), st.booleans())
-def test_what_changed_only_gives_the_bytes_of_all(seed: int, rolling: bool, wary: bool, track: bool) -> None:
+def test_incremental_update_equals_a_full_update(seed: int, rolling: bool, wary: bool, track: bool) -> None:
     params = msgspec.structs.replace(PARAMS, track_unknown=track)
     costs, whole = (LayeredCostmap(params, RADIUS, rolling=rolling, avoid_unknown=wary) for _ in range(2))
     if not rolling:
@@ -89,7 +89,7 @@ def test_what_changed_only_gives_the_bytes_of_all(seed: int, rolling: bool, wary
             np.testing.assert_array_equal(costs.update().cells, anew(whole).cells)
 
 
-def test_a_result_stays_as_it_was() -> None:
+def test_an_earlier_result_is_not_modified() -> None:
     costs = LayeredCostmap(PARAMS, RADIUS)
     costs.set_static(static_of(1))
     before = costs.update()
@@ -99,7 +99,7 @@ def test_a_result_stays_as_it_was() -> None:
     np.testing.assert_array_equal(before.cells, kept)
 
 
-def test_one_scan_inflates_only_what_is_near(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_scan_inflates_only_its_surroundings(monkeypatch: pytest.MonkeyPatch) -> None:
     sizes = []
 
     def counted(cells: np.ndarray, table: np.ndarray) -> np.ndarray:
@@ -119,7 +119,7 @@ def test_one_scan_inflates_only_what_is_near(monkeypatch: pytest.MonkeyPatch) ->
     )  # cells: reach of the scan, twice that of inflation, rounding
 
 
-def test_windows_join_and_stay_on_the_grid() -> None:
+def test_update_windows_merge_and_stay_within_the_grid() -> None:
     a, b = CellWindow(1, 2, 3, 4), CellWindow(10, 0, 12, 3)
     assert a.union(b) == b.union(a) == CellWindow(1, 0, 12, 4)
     assert a.union(EMPTY_WINDOW) == EMPTY_WINDOW.union(a) == a

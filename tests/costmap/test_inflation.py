@@ -33,12 +33,12 @@ def brute_force(cells, resolution, inscribed, radius, scale):
 
 @settings(max_examples=60)
 @given(maps, st.sampled_from([0.03, 0.11, 0.27, 0.55]), st.sampled_from([1.0, 5.0, 20.0]))
-def test_equals_brute_force(cells, radius, scale):
+def test_inflation_equals_brute_force(cells, radius, scale):
     table = cost_table(0.05, 0.1, radius, scale)
     assert np.array_equal(inflate(cells, table), brute_force(cells, 0.05, 0.1, radius, scale))
 
 
-def test_the_argument_is_not_changed():
+def test_inflation_does_not_modify_its_argument():
     cells = np.zeros((9, 9), np.uint8)
     cells[4, 4] = LETHAL
     before = cells.copy()
@@ -47,7 +47,7 @@ def test_the_argument_is_not_changed():
 
 
 @pytest.mark.parametrize("shape", [(0, 5), (5, 0), (1, 1)])
-def test_degenerate_shapes(shape):
+def test_inflation_of_degenerate_shapes(shape):
     assert inflate(np.zeros(shape, np.uint8), cost_table(0.05, 0.1, 0.5, 5.0)).shape == shape
 
 

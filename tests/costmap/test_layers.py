@@ -22,7 +22,7 @@ def ray(metres):
     return np.array([metres], np.float64)
 
 
-def test_a_return_marks_and_clears_up_to_it():
+def test_a_return_marks_its_end_and_clears_the_beam():
     costs = window(inflation_radius=0.0)
     costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0))
     now = costs.update()
@@ -31,14 +31,14 @@ def test_a_return_marks_and_clears_up_to_it():
     assert now.at(1.5, 0.01) == UNKNOWN
 
 
-def test_no_return_clears_a_ghost():
+def test_a_beam_without_return_clears_a_ghost():
     costs = window()
     costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0))
     costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(np.inf))
     assert costs.update().at(1.01, 0.01) == FREE
 
 
-def test_a_sensor_never_erases_what_another_saw():
+def test_a_sensor_never_clears_the_marks_of_another():
     costs = window()
     costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0), (ray(0.0), ray(0.9)))
     costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(np.inf))
@@ -47,7 +47,7 @@ def test_a_sensor_never_erases_what_another_saw():
     assert costs.update().at(1.01, 0.01) == FREE
 
 
-def test_beams_may_clear_another_layer_which_they_do_not_mark():
+def test_beams_may_clear_another_layer_that_they_do_not_mark():
     costs = window(inflation_radius=0.0)
     for y in (0.01, 0.41):
         costs.mark_and_clear("camera", SE2(0.0, y, 0.0), AHEAD, ray(1.0), (ray(0.0), ray(0.9)))
@@ -59,7 +59,7 @@ def test_beams_may_clear_another_layer_which_they_do_not_mark():
     assert now.at(1.51, 0.01) == UNKNOWN
 
 
-def test_another_layer_that_does_not_exist_is_not_made():
+def test_clearing_does_not_create_a_missing_layer():
     costs = window()
     costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0), also_clear="camera")
     alone = window()
@@ -68,7 +68,7 @@ def test_another_layer_that_does_not_exist_is_not_made():
 
 
 @pytest.mark.parametrize("clear_to", [0.5, np.nan, -1.0, np.inf])
-def test_an_obstacle_scan_clears_only_what_it_says(clear_to):
+def test_an_obstacle_scan_clears_only_its_clear_interval(clear_to):
     costs = window()
     costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0), (ray(0.0), ray(0.5)))
     costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(np.inf), (ray(0.0), ray(clear_to)))
@@ -76,7 +76,7 @@ def test_an_obstacle_scan_clears_only_what_it_says(clear_to):
 
 
 @pytest.mark.parametrize("nothing", [np.nan, 0.0, -1.0])
-def test_invalid_ranges_say_nothing(nothing):
+def test_invalid_ranges_are_ignored(nothing):
     costs = window()
     costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(nothing))
     assert (costs.update().cells == UNKNOWN).all()
@@ -84,7 +84,7 @@ def test_invalid_ranges_say_nothing(nothing):
 
 @settings(max_examples=40)
 @given(st.lists(st.tuples(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6)), min_size=1, max_size=6))
-def test_the_window_moves_and_obstacles_stay(moves):
+def test_obstacles_stay_in_place_when_the_window_moves(moves):
     costs = window()
     costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0))
     for x, y in moves:
@@ -94,7 +94,7 @@ def test_the_window_moves_and_obstacles_stay(moves):
     assert abs(now.origin_x + 2.0 - moves[-1][0]) <= 0.051
 
 
-def test_what_leaves_the_window_is_forgotten():
+def test_cells_that_leave_the_window_are_cleared():
     costs = window()
     costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0))
     costs.move_to(50.0, 0.0)
@@ -109,7 +109,7 @@ def grid(h, w, x=0.0, y=0.0):
     return Grid(cells, 0.05, x, y)
 
 
-def test_the_map_grows_and_obstacles_stay():
+def test_obstacles_stay_in_place_when_the_map_grows():
     costs = LayeredCostmap(CostmapParams(), 0.16)
     costs.set_static(grid(40, 40))
     costs.mark_and_clear("lidar", SE2(1.0, 1.0, 0.0), AHEAD, ray(0.5))
@@ -120,14 +120,14 @@ def test_the_map_grows_and_obstacles_stay():
     assert now.cells[0, -1] == UNKNOWN
 
 
-def test_walls_of_the_map_are_not_cleared():
+def test_walls_of_the_static_map_are_not_cleared():
     costs = LayeredCostmap(CostmapParams(), 0.16)
     costs.set_static(grid(40, 40))
     costs.mark_and_clear("lidar", SE2(1.0, 1.0, np.pi), AHEAD, ray(np.inf))
     assert costs.update().at(0.01, 1.0) == LETHAL
 
 
-def test_recoveries_forget_what_is_near() -> None:
+def test_recoveries_clear_the_costmap_around_the_robot() -> None:
     costs = window(inflation_radius=0.0, track_unknown=False)
     costs.mark_and_clear("lidar", SE2(0.01, 0.01, 0.0), np.array([0.0, np.pi / 2]), np.array([0.42, 1.52]))
     costs.clear_around(SE2(0.0, 0.0, 0.0), 0.8)
@@ -135,7 +135,7 @@ def test_recoveries_forget_what_is_near() -> None:
     assert (now.at(0.42, 0.01), now.at(0.01, 1.52)) == (FREE, LETHAL)
 
 
-def test_a_place_is_inscribed_where_the_robot_would_touch():
+def test_cells_within_the_robot_radius_are_inscribed():
     costs = window()
     costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.01))
     now = costs.update()
@@ -144,7 +144,7 @@ def test_a_place_is_inscribed_where_the_robot_would_touch():
         assert not touches or now.at(x, 0.01) >= INSCRIBED
 
 
-def test_the_floor_nearer_than_the_camera_sees_is_not_cleared():
+def test_floor_nearer_than_the_camera_range_is_not_cleared():
     costs = window()
     costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(0.4), (ray(0.0), ray(0.3)))
     costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(np.nan), (ray(0.6), ray(1.5)))
@@ -170,7 +170,7 @@ def costs_of(grid: Grid, *, wary: bool):
 
 
 @given(st.lists(st.tuples(st.integers(0, 39), st.integers(0, 39)), max_size=12))
-def test_the_wary_keep_their_body_out_of_the_unseen(openings):
+def test_avoid_unknown_keeps_the_footprint_out_of_unknown_cells(openings):
     grid = seen_from(openings)
     bold, wary = costs_of(grid, wary=False).cells, costs_of(grid, wary=True).cells
     away = (19.5 + 0.5 - np.arange(20)) * grid.resolution  # of the middles of the left half's columns
@@ -184,7 +184,7 @@ def test_a_gap_between_beams_hides_nothing():
     assert costs_of(grid, wary=True).at(0.425, 1.025) == FREE
 
 
-def test_what_is_seen_later_may_be_driven_on():
+def test_unknown_cells_seen_later_may_be_crossed():
     costs = LayeredCostmap(CostmapParams(), RADIUS, avoid_unknown=True)
     costs.set_static(seen_from([]))
     for angle in np.linspace(-0.6, 0.6, 200):
@@ -193,7 +193,7 @@ def test_what_is_seen_later_may_be_driven_on():
 
 
 @pytest.mark.parametrize("odd", [-np.inf, np.inf, np.nan, -1e300, 1e300])
-def test_a_stretch_of_floor_without_end_is_no_fault_and_no_obstacle(odd: float) -> None:
+def test_non_finite_clear_intervals_are_not_obstacles(odd: float) -> None:
     """Legal on the wire: the type has no bounds."""
     for near, far in ((odd, 1.0), (0.5, odd), (odd, odd)):
         costs = LayeredCostmap(CostmapParams(), 0.2, rolling=True)

@@ -38,7 +38,7 @@ def walked(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.uint8]:
 @example(-100.0, 5.5, 100.0, 5.5)
 @example(5.5, 100.0, 5.5, -100.0)
 @example(100.0, 100.0, -100.0, -99.0)
-def test_a_line_clears_what_a_walk_along_all_of_it_clears(x0: float, y0: float, x1: float, y1: float) -> None:
+def test_a_clipped_line_clears_the_cells_of_the_full_line(x0: float, y0: float, x1: float, y1: float) -> None:
     cells = np.full(SHAPE, UNKNOWN, np.uint8)
     raytrace._clear_line(cells, cells, x0, y0, x1, y1)
     np.testing.assert_array_equal(cells, walked(x0, y0, x1, y1))
@@ -72,7 +72,7 @@ def test_no_beam_writes_outside_the_map(
     assert np.isin(cells, (UNKNOWN, FREE, LETHAL)).all()
 
 
-def test_a_beam_from_a_million_kilometres_away_costs_no_more_than_one_within() -> None:
+def test_a_beam_from_far_outside_costs_no_more_than_one_within() -> None:
     """Each of these walked 2e10 cells: together they would take days."""
     n = 1000
     cells = np.full(SHAPE, UNKNOWN, np.uint8)

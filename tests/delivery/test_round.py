@@ -51,7 +51,7 @@ class Waiter:
         return status.state, status.place, status.hold_reason
 
 
-def test_it_leaves_the_kitchen_and_the_table_when_a_person_says_so() -> None:
+def test_round_leaves_kitchen_and_table_after_confirmation() -> None:
     waiter = Waiter()
     one = waiter.round
     one.order(Order(("table_1", "table_2"), "a"))
@@ -80,7 +80,7 @@ def test_it_leaves_the_kitchen_and_the_table_when_a_person_says_so() -> None:
     ]
 
 
-def test_food_that_nobody_takes_is_not_delivered() -> None:
+def test_food_that_is_not_picked_up_is_not_delivered() -> None:
     waiter = Waiter().at("table_1", ("table_1", "table_2"))
     waiter.round.skip()
     assert waiter.now == ("driving", "table_2", "")
@@ -88,7 +88,7 @@ def test_food_that_nobody_takes_is_not_delivered() -> None:
 
 
 @pytest.mark.parametrize("choice", ["go_on", "kitchen", "end"])
-def test_stop_keeps_the_round_and_a_person_chooses_how_it_goes_on(choice: str) -> None:
+def test_emergency_stop_keeps_the_round_until_a_choice_is_made(choice: str) -> None:
     waiter = Waiter().at("table_2", ("table_1", "table_2", "table_3"), ("table_1",))
     one = waiter.round
     one.stop(True)
@@ -119,7 +119,7 @@ def test_stop_keeps_the_round_and_a_person_chooses_how_it_goes_on(choice: str) -
         assert waiter.now == ("driving", "kitchen", "")
 
 
-def test_an_order_given_while_stopped_is_kept_and_waits_for_a_choice() -> None:
+def test_an_order_during_emergency_stop_waits_for_a_choice() -> None:
     waiter = Waiter()
     one = waiter.round
     one.stop(True)
@@ -130,7 +130,7 @@ def test_an_order_given_while_stopped_is_kept_and_waits_for_a_choice() -> None:
     assert waiter.now == ("driving", "kitchen", "")
 
 
-def test_food_taken_while_stop_is_pressed_is_taken() -> None:
+def test_pickup_during_emergency_stop_counts() -> None:
     waiter = Waiter().at("table_1", ("table_1", "table_2"))
     waiter.round.stop(True)
     waiter.round.taken()
@@ -142,7 +142,7 @@ def test_food_taken_while_stop_is_pressed_is_taken() -> None:
 
 
 @pytest.mark.parametrize("state", ["driving", "loading", "waiting", "returning"])
-def test_a_go_to_during_a_round_has_to_say_when(state: str) -> None:
+def test_a_go_to_during_a_round_needs_a_time(state: str) -> None:
     waiter = Waiter()
     one = waiter.round
     one.order(Order(("table_1",), "a"))
@@ -162,7 +162,7 @@ def test_a_go_to_during_a_round_has_to_say_when(state: str) -> None:
     assert one.status is before
 
 
-def test_now_keeps_the_round_and_delivers_nothing() -> None:
+def test_go_to_now_keeps_the_round_and_delivers_nothing() -> None:
     waiter = Waiter().at("table_1", ("table_1", "table_2"), ("table_3",))
     one = waiter.round
     one.go(errand("now"))
@@ -176,14 +176,14 @@ def test_now_keeps_the_round_and_delivers_nothing() -> None:
     assert len(one.status.pending_orders) == 1 and not one.status.errands and not waiter.outcomes
 
 
-def test_to_go_on_before_an_errand_is_done_drops_it() -> None:
+def test_resuming_the_round_drops_an_unfinished_errand() -> None:
     waiter = Waiter().at("table_1", ("table_1",))
     waiter.round.go(errand("now"))
     waiter.round.choose("go_on")
     assert waiter.now == ("driving", "table_1", "") and not waiter.round.status.errands
 
 
-def test_after_the_round_it_drives_there_instead_of_home_and_then_serves_the_next_order() -> None:
+def test_go_to_after_the_round_replaces_the_return_home() -> None:
     waiter = Waiter().at("table_1", ("table_1",), ("table_2",))
     one = waiter.round
     one.go(errand("after"))
@@ -195,7 +195,7 @@ def test_after_the_round_it_drives_there_instead_of_home_and_then_serves_the_nex
     assert waiter.now == ("driving", "kitchen", "")
 
 
-def test_instead_ends_the_round_and_says_what_was_not_served() -> None:
+def test_go_to_instead_ends_the_round_with_the_missing_tables() -> None:
     waiter = Waiter().at("table_1", ("table_1", "table_2"))
     waiter.round.go(errand("instead"))
     assert waiter.round.leg and waiter.round.leg.place == "reception"
@@ -206,7 +206,7 @@ def test_instead_ends_the_round_and_says_what_was_not_served() -> None:
     assert waiter.now == ("idle", "", "")
 
 
-def test_what_somebody_else_does_to_the_robot_holds_the_round() -> None:
+def test_external_motion_commands_hold_the_round() -> None:
     waiter = Waiter().at("table_1", ("table_1",))
     waiter.round.on_diverted()
     waiter.round.taken()
@@ -217,7 +217,7 @@ def test_what_somebody_else_does_to_the_robot_holds_the_round() -> None:
 
 
 @pytest.mark.parametrize("places", [(), ("moon",)])
-def test_an_order_that_cannot_be_served_is_answered_and_the_next_one_begins(places: tuple[str, ...]) -> None:
+def test_an_impossible_order_fails_and_the_next_one_starts(places: tuple[str, ...]) -> None:
     waiter = Waiter()
     waiter.round.stop(True)
     waiter.round.order(Order(places, "a"))

@@ -10,7 +10,7 @@ CATALOGUE = load_catalogue()
 EVERYTHING = {**CATALOGUE.motors, **CATALOGUE.drivers, **CATALOGUE.batteries}
 
 
-def test_there_is_enough_to_choose_from() -> None:
+def test_catalogue_has_enough_components() -> None:
     assert len(CATALOGUE.motors) >= 12
     assert len(CATALOGUE.drivers) >= 4
     assert len(CATALOGUE.batteries) >= 4

@@ -36,7 +36,7 @@ def quantity(text):
 
 
 @pytest.mark.parametrize("name", sorted(built_in_robots()))
-def test_what_comes_with_the_package_has_no_errors(name):
+def test_built_in_robots_have_no_errors(name):
     assert [finding for finding in check(load_robot(name), CATALOGUE) if finding.severity == "error"] == []
 
 
@@ -61,7 +61,7 @@ FAULTS = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "key", "value", "rule", "subject"), FAULTS)
-def test_a_fault_is_found_and_its_remedy_mends_it(name, key, value, rule, subject):
+def test_a_fault_is_found_and_its_remedy_fixes_it(name, key, value, rule, subject):
     robot = with_value(ROBOTS[name], key, value)
     found = [
         finding
@@ -90,12 +90,12 @@ def test_a_fault_is_found_and_its_remedy_mends_it(name, key, value, rule, subjec
         ("sensors.depth_camera.mount.pitch", 0.9, "view", "middle_plate"),
     ],
 )
-def test_faults_that_need_more_than_one_value_are_found(key, value, rule, subject):
+def test_faults_of_several_values_are_found(key, value, rule, subject):
     found = check(with_value(ROBOTS["chefbot"], key, value), CATALOGUE)
     assert any(finding.rule == rule and subject in finding.subject for finding in found)
 
 
-def test_wheels_above_the_floor_and_casters_below_it_are_found(monkeypatch):
+def test_wheels_above_and_casters_below_the_floor_are_found(monkeypatch):
     """No robot file can say that, as heights follow from the wheels: here the derivation is made wrong."""
     robot = with_value(ROBOTS["chefbot"], "name", "on_stilts")
     assert list(check_ground_clearance(robot)) == []
@@ -116,21 +116,21 @@ def test_wheels_above_the_floor_and_casters_below_it_are_found(monkeypatch):
     }
 
 
-def test_only_what_a_robot_file_could_say_is_tried():
+def test_only_buildable_remedies_are_tried():
     """A clamp narrower than its screw holes has no solid: to look for its triangles would never end."""
     tried = []
     assert nearest_valid_length(ROBOTS["chefbot"], ["motor_clamp.width"], tried.append) == ("", "")
     assert len(tried) > 10 and all(has_solids(robot) for robot in tried)
 
 
-def test_a_stand_that_a_remedy_does_away_with_is_in_nobodys_way():
+def test_a_support_removed_by_a_remedy_blocks_nothing():
     """A battery that is too high reaches into the lidar's stand; a lower lidar has none."""
     desk = with_value(load_robot("desk"), "battery", CATALOGUE.batteries["lifepo4_12v8_4ah5"])
     found = check(desk, CATALOGUE)
     assert any(f.rule == "overlap" and "laser_stand" in f.subject for f in found)
 
 
-def test_an_overlap_has_the_volume_of_the_box_that_is_shared():
+def test_an_overlap_has_the_volume_of_the_shared_box():
     robot = with_value(ROBOTS["chefbot"], "places.driver.y", -0.04)
     pairs = [pair for pair in overlapping(robot) if {pair.one.name, pair.other.name} == {"battery", "driver"}]
     depth = (robot.battery.size.y + robot.driver.size.y) / 2 - 0.04
@@ -138,7 +138,7 @@ def test_an_overlap_has_the_volume_of_the_box_that_is_shared():
     assert [pair.volume for pair in pairs] == pytest.approx([wanted], rel=1e-6)
 
 
-def test_a_lidar_loses_the_angle_under_which_it_sees_the_tubes():
+def test_tubes_reduce_the_lidar_field_of_view():
     robot = ROBOTS["chefbot_lidar"]
     radius = robot.tubes.bore / 2 + robot.tubes.wall
     away = math.hypot(robot.poles.reach, robot.poles.reach)
@@ -147,7 +147,7 @@ def test_a_lidar_loses_the_angle_under_which_it_sees_the_tubes():
     assert sectors.farthest == pytest.approx(math.sqrt(away**2 - radius**2), rel=0.01)
 
 
-def test_a_camera_behind_the_edge_of_a_plate_sees_as_much_of_it_as_the_rays_say():
+def test_camera_occlusion_by_a_plate_equals_ray_casting():
     """Rays through the middle of each pixel against the discs, which is another way than cutting and projecting."""
     robot = with_value(ROBOTS["chefbot"], "sensors.depth_camera.mount.x", -0.03)
     hidden = hidden_from(robot, "camera", "depth_camera")
@@ -165,7 +165,7 @@ def test_a_camera_behind_the_edge_of_a_plate_sees_as_much_of_it_as_the_rays_say(
     assert hidden.by_part["middle_plate"] == pytest.approx(seen.mean(), abs=2e-3)
 
 
-def test_the_verb_prints_and_its_exit_code_tells(capsys, tmp_path):
+def test_check_prints_its_findings_and_sets_the_exit_code(capsys, tmp_path):
     assert run_check("chefbot", as_json=True, out=None) == 0
     assert {f["severity"] for f in json.loads(capsys.readouterr().out)["findings"]} == {"warning"}
     bad = tmp_path / "bad.yaml"

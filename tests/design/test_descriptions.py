@@ -72,7 +72,7 @@ def test_mass_centre_and_inertia_are_those_of_the_solids(robot: Robot) -> None:
     diameter=st.floats(0.07, 0.11),
     payload=st.floats(0.1, 20.0),
 )
-def test_any_robot_is_the_same_in_every_description(
+def test_any_robot_is_equal_in_every_description(
     pitch: float, yaw: float, diameter: float, payload: float
 ) -> None:
     drawn = turned(load_robot("chefbot_lidar"), pitch, yaw)
@@ -92,7 +92,7 @@ def test_any_robot_is_the_same_in_every_description(
             assert matrix.reshape(3, 3) == pytest.approx(turn, abs=1e-7)
 
 
-def test_the_simulator_has_this_very_text(robot: Robot) -> None:
+def test_the_simulator_loads_this_mjcf(robot: Robot) -> None:
     from chefbot.maths.se2 import IDENTITY
     from chefbot.robot.as_built import AS_DRAWN
 
@@ -101,7 +101,7 @@ def test_the_simulator_has_this_very_text(robot: Robot) -> None:
     assert body in world_mjcf(robot, (), (), AS_DRAWN, IDENTITY)
 
 
-def test_urdf_is_one_tree_with_the_usual_names(robot: Robot) -> None:
+def test_urdf_is_one_tree_with_conventional_names(robot: Robot) -> None:
     root = ET.fromstring(urdf(robot))
     names = [link.attrib["name"] for link in root.iterfind("link")]
     assert len(names) == len(set(names))
@@ -112,7 +112,7 @@ def test_urdf_is_one_tree_with_the_usual_names(robot: Robot) -> None:
     assert parents <= set(names)
 
 
-def test_check_urdf_of_debian_accepts_it(robot: Robot, tmp_path: Path) -> None:
+def test_check_urdf_accepts_the_description(robot: Robot, tmp_path: Path) -> None:
     if shutil.which("check_urdf") is None:
         pytest.skip("needs check_urdf: apt-get install liburdfdom-tools")
     file, text = tmp_path / "robot.urdf", urdf(robot)
@@ -125,7 +125,7 @@ def test_check_urdf_of_debian_accepts_it(robot: Robot, tmp_path: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_yourdfpy_puts_every_frame_where_we_do(robot: Robot) -> None:
+def test_yourdfpy_computes_the_same_frames(robot: Robot) -> None:
     yourdfpy = pytest.importorskip("yourdfpy", reason="needs yourdfpy from PyPI")
     robot = turned(robot, 0.3, 0.5)
     model = yourdfpy.URDF.load(io.BytesIO(urdf(robot).encode()), build_scene_graph=True, load_meshes=False)
@@ -140,7 +140,7 @@ def test_yourdfpy_puts_every_frame_where_we_do(robot: Robot) -> None:
 
 
 @given(st.floats(-1.5, 1.5), st.floats(-math.pi, math.pi))
-def test_the_quaternion_is_the_rotation_that_the_solids_are_turned_by(pitch: float, yaw: float) -> None:
+def test_quaternion_equals_the_rotation_of_the_solids(pitch: float, yaw: float) -> None:
     turn = np.zeros(9)
     mujoco.mju_quat2Mat(turn, np.array(quaternion((0.0, pitch, yaw))))
     assert turn.reshape(3, 3) == pytest.approx(rotation(pitch, yaw), abs=1e-12)
@@ -157,7 +157,7 @@ def test_optical_frame_looks_forward() -> None:
     assert down == pytest.approx([0.0, 0.0, -1.0], abs=1e-12)
 
 
-def test_ros2_control_drives_both_wheels_within_the_motors_speed(robot: Robot) -> None:
+def test_ros2_control_limits_both_wheels_to_the_motor_speed(robot: Robot) -> None:
     block = ET.fromstring(urdf(robot)).find("ros2_control")
     assert block is not None
     joints = {joint.attrib["name"]: joint for joint in block.iterfind("joint")}
@@ -175,14 +175,14 @@ def test_ros2_control_drives_both_wheels_within_the_motors_speed(robot: Robot) -
     )
 
 
-def test_a_name_with_marks_of_xml_is_still_a_name(robot: Robot) -> None:
+def test_a_name_with_xml_characters_is_escaped(robot: Robot) -> None:
     name = "a\"<b>&'c"
     strange = msgspec.structs.replace(robot, name=name)
     assert ET.fromstring(urdf(strange)).attrib["name"] == name
     assert ET.fromstring(mjcf(strange)).attrib["model"] == name
 
 
-def test_casters_hang_clear_and_wheels_touch_at_the_drawn_track(robot: Robot) -> None:
+def test_casters_hang_clear_and_wheels_touch_at_the_track_width(robot: Robot) -> None:
     model = mujoco.MjModel.from_xml_string(mjcf(robot))
     for name in ("caster_front", "caster_back"):
         geom = model.geom(name)
@@ -192,7 +192,7 @@ def test_casters_hang_clear_and_wheels_touch_at_the_drawn_track(robot: Robot) ->
     assert left.pos[2] == pytest.approx(robot.wheel_radius)
 
 
-def test_full_duty_reaches_the_speed_that_the_spec_promises(robot: Robot) -> None:
+def test_full_duty_reaches_the_specified_speed(robot: Robot) -> None:
     model = mujoco.MjModel.from_xml_string(mjcf(robot))
     data = mujoco.MjData(model)
     data.ctrl[:] = 1.0

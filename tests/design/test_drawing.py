@@ -130,7 +130,7 @@ def area_of(corners: list[tuple[float, float, float]]) -> float:
 
 
 @pytest.mark.parametrize(("name", "sheet"), ALL_SHEETS)
-def test_every_file_is_sound_and_in_millimetres(name: str, sheet: str) -> None:
+def test_every_dxf_is_valid_and_in_millimetres(name: str, sheet: str) -> None:
     document = read_back(VARIANTS[name], sheet)
     auditor = document.audit()
     assert not auditor.errors
@@ -146,7 +146,7 @@ def test_every_file_is_sound_and_in_millimetres(name: str, sheet: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "sheet"), ALL_SHEETS)
-def test_librecad_prints_it_to_scale_with_legible_sizes(name: str, sheet: str) -> None:
+def test_librecad_prints_to_scale_with_legible_dimensions(name: str, sheet: str) -> None:
     """It looks for paper, scale and the look of dimensions in the header, and writes no R and no Ø of its own."""
     document, drawing = read_back(VARIANTS[name], sheet), draw(VARIANTS[name], sheet)
     header, style = document.header, document.dimstyles.get("CHEFBOT")
@@ -168,7 +168,7 @@ POINTS = 72 / 25.4
 @pytest.mark.slow
 @pytest.mark.skipif(LIBRECAD is None, reason="needs LibreCAD: apt-get install librecad")
 @pytest.mark.parametrize("sheet", ["base_plate", "tube", "assembly"])
-def test_librecad_itself_opens_it_and_fills_the_paper(sheet: str, tmp_path: Path) -> None:
+def test_librecad_opens_it_and_fills_the_paper(sheet: str, tmp_path: Path) -> None:
     """The frame in its print reaches the margins: it was printed to scale, nothing fits itself."""
     drawing, file = draw(CHEFBOT, sheet), tmp_path / f"{sheet}.dxf"
     file.write_bytes(dxf_bytes(dxf_document(drawing)))
@@ -206,7 +206,7 @@ def test_every_size_of_the_chapter_is_a_dimension(what: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "sheet"), ALL_SHEETS)
-def test_dimensions_print_what_they_measure(name: str, sheet: str) -> None:
+def test_dimensions_print_the_measured_length(name: str, sheet: str) -> None:
     for dimension in read_back(VARIANTS[name], sheet).modelspace().query("DIMENSION"):
         texts = [e for e in dimension.virtual_entities() if e.dxftype() in ("TEXT", "MTEXT")]
         value = f"{dimension.get_measurement():.2f}".rstrip("0").rstrip(".")
@@ -216,7 +216,7 @@ def test_dimensions_print_what_they_measure(name: str, sheet: str) -> None:
 
 
 @pytest.mark.parametrize("name", VARIANTS)
-def test_holes_and_notches(name: str) -> None:
+def test_plate_drawing_has_holes_and_notches(name: str) -> None:
     robot = VARIANTS[name]
     holes = screw_circles(robot, "base_plate")
     poles = 4 if robot.plates.count > 1 else 0
@@ -233,7 +233,7 @@ def test_holes_and_notches(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name, robot in VARIANTS.items() if robot.plates.notch])
-def test_the_plate_in_the_file_has_the_exact_area(name: str) -> None:
+def test_the_drawn_plate_has_the_exact_area(name: str) -> None:
     robot = VARIANTS[name]
     holes = sum(math.pi * radius**2 for radius in screw_circles(robot, "base_plate"))
     area = area_of(plate_polyline(robot)) - holes
@@ -261,7 +261,7 @@ def texts_of(document: Document) -> Iterator[tuple[str, bbox.BoundingBox]]:
 
 
 @pytest.mark.parametrize(("name", "sheet"), ALL_SHEETS)
-def test_no_text_lies_on_another_and_all_is_on_the_paper(name: str, sheet: str) -> None:
+def test_texts_do_not_overlap_and_stay_on_the_paper(name: str, sheet: str) -> None:
     robot = VARIANTS[name]
     boxes = list(texts_of(read_back(robot, sheet)))
     for (a, first), (b, second) in itertools.combinations(boxes, 2):
@@ -274,7 +274,7 @@ def test_no_text_lies_on_another_and_all_is_on_the_paper(name: str, sheet: str) 
 
 
 @pytest.mark.slow
-def test_the_same_robot_gives_the_same_bytes() -> None:
+def test_the_same_robot_gives_identical_bytes() -> None:
     program = (
         "import hashlib; from chefbot.robot.load import load_robot; from chefbot.design.drawing.sheets import *;"
         "from chefbot.design.drawing.dxf import *; robot = load_robot('chefbot');"
@@ -296,7 +296,7 @@ def test_the_same_robot_gives_the_same_bytes() -> None:
     assert ezdxf.options.write_fixed_meta_data_for_testing is False
 
 
-def test_pictures_are_the_paper_in_white(tmp_path: Path) -> None:
+def test_pictures_show_the_paper_in_white(tmp_path: Path) -> None:
     drawing = draw(CHEFBOT, "pole")
     files = write_drawing(drawing, tmp_path)
     before = [file.read_bytes() for file in files]
@@ -309,7 +309,7 @@ def test_pictures_are_the_paper_in_white(tmp_path: Path) -> None:
     assert before[2].startswith(b"%PDF")
 
 
-def test_views_keep_sizes_and_hand() -> None:
+def test_views_keep_sizes_and_handedness() -> None:
     """A bracket that is its own mirror image in no direction."""
     outline = Outline(rectangle(0.02, 0.01, 0.03, 0.0), (circle(0.002, 0.035, 0.001),))
     prism = Prism(outline, 0.006, "x", (0.1, 0.0, 0.0))
@@ -331,7 +331,7 @@ def test_a_view_from_behind_mirrors_arcs() -> None:
     assert loop_moments(back.edge).area == pytest.approx(half.moments().area * 1e6, rel=1e-12)
 
 
-def test_a_cut_runs_through_material_only() -> None:
+def test_a_section_cuts_material_only() -> None:
     ring = Outline(circle(0.01), (circle(0.004),))
     np.testing.assert_allclose(cut(ring), [(-0.01, -0.004), (0.004, 0.01)])
     square = Outline(rectangle(0.02, 0.02), (circle(0.002, 0.005),))
@@ -353,7 +353,7 @@ def test_the_parts_list_names_every_part() -> None:
         assert kind.replace("_", " ") in texts
 
 
-def test_the_verb_writes_three_files_a_sheet(tmp_path: Path) -> None:
+def test_draw_writes_three_files_per_sheet(tmp_path: Path) -> None:
     done = CliRunner().invoke(
         app, ["robot", "draw", "tube", "pole", "--out", str(tmp_path / "new" / "folder")]
     )

@@ -30,14 +30,14 @@ def values(robot: Robot) -> dict[str, int]:
     return {c.name: c.value for c in firmware_constants(robot)}
 
 
-def test_the_order_is_the_firmwares() -> None:
+def test_field_order_is_that_of_the_firmware() -> None:
     text = (CORE / "robot.h").read_text()
     struct = text[text.index("struct RobotConstants") : text.index("};")]
     fields = re.findall(r"int32_t (\w+);", struct)
     assert fields == [c.name for c in firmware_constants(load_robot("chefbot"))]
 
 
-def test_numbers_follow_from_the_robot(robot: Robot) -> None:
+def test_constants_follow_from_the_robot(robot: Robot) -> None:
     number = values(robot)
     turn = robot.motor.ticks_per_turn
     per_metre = turn / (2 * math.pi * robot.wheel_radius)
@@ -50,7 +50,7 @@ def test_numbers_follow_from_the_robot(robot: Robot) -> None:
     assert number["battery_stop"] == round(1000 * robot.battery.empty_voltage) < number["battery_low"]
 
 
-def test_the_hash_knows_every_number(robot: Robot) -> None:
+def test_the_hash_depends_on_every_constant(robot: Robot) -> None:
     heavier = msgspec.structs.replace(
         robot,
         battery=msgspec.structs.replace(robot.battery, empty_voltage=robot.battery.empty_voltage + 0.01),
@@ -60,7 +60,7 @@ def test_the_hash_knows_every_number(robot: Robot) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(built_in_robots()))
-def test_the_header_is_whole_numbers_with_unit_and_source(name: str) -> None:
+def test_the_header_has_integers_with_unit_and_source(name: str) -> None:
     robot = load_robot(name)
     header = firmware_header(robot)
     defines = re.findall(r"^#define CHEFBOT_(\w+) (-?\d+)L  // (.+); (.+)$", header, re.M)
@@ -84,6 +84,6 @@ def test_an_acceleration_too_small_for_the_board_is_refused(robot: Robot) -> Non
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_int32_keeps_the_bits(value: int) -> None:
+def test_conversion_to_int32_keeps_the_bits(value: int) -> None:
     signed = as_int32(value)
     assert -(2**31) <= signed < 2**31 and signed % 2**32 == value

@@ -77,7 +77,7 @@ def unlike(exact: MassProperties, volume: float, centre: Any, inertia: Any) -> f
 
 
 @pytest.mark.parametrize("part", all_parts(), ids=lambda part: part.name)
-def test_every_part_is_closed_and_as_large_as_its_formula_says(part: RobotPart) -> None:
+def test_every_part_mesh_is_closed_and_has_the_exact_volume(part: RobotPart) -> None:
     mesh = part_mesh(part.solids)
     closed = as_trimesh(mesh)
     assert closed.is_watertight
@@ -90,7 +90,7 @@ def test_every_part_is_closed_and_as_large_as_its_formula_says(part: RobotPart) 
     assert difference(mesh, part) < 2e-3
 
 
-def test_holes_that_leave_nothing_are_an_end_and_not_a_search_without_one() -> None:
+def test_a_hole_larger_than_its_disc_gives_an_empty_section() -> None:
     from chefbot.design.solids.triangulation import _section
 
     disc = Outline(circle(0.01), (circle(0.0101),))
@@ -106,7 +106,7 @@ def is_round(solid: Solid) -> bool:
 
 
 @pytest.mark.slow
-def test_finer_chords_come_nearer_to_the_true_mass() -> None:
+def test_finer_chords_approach_the_true_mass() -> None:
     for part in all_parts():
         if not any(is_round(solid) for solid in part.solids):
             assert difference(part_mesh(part.solids), part) < 1e-8
@@ -118,7 +118,7 @@ def test_finer_chords_come_nearer_to_the_true_mass() -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_the_assembly_is_one_closed_mesh_in_which_no_two_parts_overlap(name: str) -> None:
+def test_the_assembly_is_one_closed_mesh_without_overlaps(name: str) -> None:
     robot = load_robot(name)
     united = united_robot(robot)
     read = trimesh.load(io.BytesIO(stl(united)), file_type="stl")
@@ -134,7 +134,7 @@ factor = st.floats(0.8, 1.25)
 @pytest.mark.slow
 @given(st.sampled_from(ROBOTS), st.integers(1, 4), factor, factor, factor)
 @settings(max_examples=5)
-def test_whatever_the_measures_the_assembly_is_closed(
+def test_the_assembly_is_closed_for_any_dimensions(
     name: str, plates: int, plate: float, clamp: float, wheel: float
 ) -> None:
     """Heights that no longer are round numbers: faces touch up to rounding errors only."""
@@ -159,7 +159,7 @@ def scaled(section: Any, field: str, by: float, **others: Any) -> Any:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_a_viewer_finds_every_link_part_and_colour_in_its_place(name: str) -> None:
+def test_glb_has_every_link_part_and_colour_in_place(name: str) -> None:
     robot = load_robot(name)
     data = glb(robot)
     scene = trimesh.load(io.BytesIO(data), file_type="glb", process=False)
@@ -177,7 +177,7 @@ def test_a_viewer_finds_every_link_part_and_colour_in_its_place(name: str) -> No
         assert bare.is_watertight
 
 
-def test_a_link_node_is_the_links_frame_and_knows_its_mass() -> None:
+def test_a_link_node_has_the_frame_and_mass_of_its_link() -> None:
     robot = load_robot("chefbot_lidar")
     document = read_json(glb(robot))
     nodes = {node["name"]: node for node in document["nodes"]}
@@ -203,7 +203,7 @@ def read_json(data: bytes) -> dict[str, Any]:
     return document
 
 
-def test_colours_are_what_a_screen_shows_once_the_viewer_has_undone_linear_light() -> None:
+def test_glb_colours_are_linear_values_of_the_srgb_colours() -> None:
     robot = load_robot("chefbot")
     part = next(part for part in solids(robot) if part.name == "base_plate")
     (material,) = read_json(part_glb(part))["materials"]
@@ -212,7 +212,7 @@ def test_colours_are_what_a_screen_shows_once_the_viewer_has_undone_linear_light
     assert shown == pytest.approx(part.colour[:3], abs=0.02)
 
 
-def test_equipment_with_a_taken_name_is_refused_in_a_sentence() -> None:
+def test_equipment_with_a_used_name_is_refused() -> None:
     robot = load_robot("chefbot")
     for name in ("base_link", "payload_link", "assembly"):
         box_of_tricks = Equipment(
@@ -225,7 +225,7 @@ def test_equipment_with_a_taken_name_is_refused_in_a_sentence() -> None:
 
 
 @pytest.mark.parametrize("scale", [1.0, 1000.0])
-def test_stl_and_obj_read_back_as_what_was_written(scale: float) -> None:
+def test_stl_and_obj_round_trip(scale: float) -> None:
     robot = load_robot("chefbot")
     for item in bill(robot):
         piece = in_print_position(item.part)
@@ -249,7 +249,7 @@ def test_the_assembly_as_obj_names_every_part() -> None:
 
 
 @pytest.mark.parametrize("part", all_parts(), ids=lambda part: part.name)
-def test_a_part_lies_flat_and_whole_on_the_printers_bed(part: RobotPart) -> None:
+def test_a_part_lies_flat_on_the_print_bed(part: RobotPart) -> None:
     mesh = in_print_position(part).mesh
     assert mesh.vertices[:, 2].min() == pytest.approx(0.0, abs=1e-12)
     assert mesh.volume == pytest.approx(part_mesh(part.solids).volume, rel=1e-9)
@@ -262,7 +262,7 @@ def test_a_part_lies_flat_and_whole_on_the_printers_bed(part: RobotPart) -> None
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_the_bill_weighs_what_the_robot_weighs_and_leaves_the_prices_open(name: str) -> None:
+def test_bill_of_materials_has_the_robot_mass_and_empty_prices(name: str) -> None:
     robot = load_robot(name)
     items = bill(robot)
     assert sum(item.mass for item in items) == pytest.approx(unloaded_mass(robot), rel=1e-12)
@@ -277,7 +277,7 @@ def test_the_bill_weighs_what_the_robot_weighs_and_leaves_the_prices_open(name: 
 
 
 @pytest.mark.parametrize("part", all_parts(), ids=lambda part: part.name)
-def test_the_box_of_a_part_holds_its_mesh_and_no_more(part: RobotPart) -> None:
+def test_the_bounding_box_of_a_part_is_tight(part: RobotPart) -> None:
     size, seen = np.array(box(part.solids)), np.ptp(part_mesh(part.solids, 1e-7).vertices, axis=0)
     assert (seen <= size + 1e-9).all()
     assert size == pytest.approx(seen, abs=1e-6)
@@ -289,7 +289,7 @@ triangle = st.tuples(*(st.tuples(coordinate, coordinate, st.floats(1.0, 9.0)) fo
 
 @given(st.lists(triangle, min_size=1, max_size=6))
 @settings(max_examples=60)
-def test_a_pixel_shows_the_nearest_triangle_that_holds_its_middle(drawn: list[Any]) -> None:
+def test_a_pixel_shows_the_nearest_triangle_over_its_centre(drawn: list[Any]) -> None:
     corners = np.array(drawn)
     seen = rasterize(corners, 20, 20)
     y, x = np.mgrid[:20, :20] + 0.5
@@ -312,7 +312,7 @@ def test_a_pixel_shows_the_nearest_triangle_that_holds_its_middle(drawn: list[An
     assert ((seen.triangle >= 0) == np.isfinite(seen.depth)).all()
 
 
-def test_a_picture_shows_what_stands_there_in_its_colour() -> None:
+def test_a_picture_shows_parts_in_their_colours() -> None:
     red = RenderedBody(part_mesh((Prism(Outline(rectangle(0.1, 0.1)), 0.1),)), (0.9, 0.1, 0.1, 1.0))
     image = picture([red], (120, 100)).astype(int)
     assert image.shape == (100, 120, 3)
@@ -325,7 +325,7 @@ def test_a_picture_shows_what_stands_there_in_its_colour() -> None:
     assert top > side, "the lamp stands above"
 
 
-def test_nothing_of_it_is_loaded_by_who_does_not_ask() -> None:
+def test_cad_libraries_are_not_imported_unless_used() -> None:
     script = (
         "import sys, chefbot, chefbot.cli.app, chefbot.cli.robot.solids; "
         "import chefbot.design.solids.glb, chefbot.design.solids.step; "
@@ -339,7 +339,7 @@ cad = pytest.mark.skipif(find_spec("build123d") is None, reason="STEP needs the 
 
 @cad
 @pytest.mark.slow
-def test_the_cad_kernel_finds_the_same_volume_centre_and_inertia() -> None:
+def test_cad_kernel_gives_the_same_volume_centre_and_inertia() -> None:
     from chefbot.design.solids.step import cad_part
 
     for part in all_parts():
@@ -359,7 +359,7 @@ def kernel_error(shape: Any, exact: MassProperties) -> float:
     return unlike(exact, found.Mass() * 1e-9, np.array([centre.X(), centre.Y(), centre.Z()]) * 1e-3, inertia)
 
 
-def test_a_piece_has_no_normals_where_nobody_asked() -> None:
+def test_normals_are_computed_only_on_request() -> None:
     piece: Piece = in_print_position(all_parts()[0])
     assert piece.mesh.normals is None
     shaded = part_mesh(all_parts()[0].solids, shaded=True)

@@ -41,7 +41,7 @@ def test_only_the_value_and_its_comment_change() -> None:
     assert differing == [("  payload: 2 kg     # of food", "  payload: 6 kg               # asked for")]
 
 
-def test_a_value_inside_braces_keeps_the_braces() -> None:
+def test_a_value_in_braces_keeps_the_braces() -> None:
     new = changed(TEXT, [Change(("plates", "notch", "length"), "160 mm", "why")])
     assert re.search(r"\n  notch: {length: 160 mm, depth: 25 mm} +# open\n", new)
 
@@ -52,7 +52,7 @@ def test_a_section_becomes_a_name_and_its_neighbours_stay() -> None:
     assert "stall_torque" not in new
 
 
-def test_the_last_line_may_lack_its_end() -> None:
+def test_the_last_line_may_lack_its_newline() -> None:
     assert changed(TEXT, [Change(("drive", "max_speed"), "1 m/s")]).endswith("\n  max_speed: 1 m/s\n")
 
 
@@ -83,7 +83,7 @@ def test_the_heading_is_replaced() -> None:
         (("driver",), "max_speed: 0.35 m/s\n\ndriver: 3 cm                  # why\n"),
     ],
 )
-def test_a_key_that_is_not_there_is_added(path: tuple[str, ...], line: str) -> None:
+def test_a_missing_key_is_added(path: tuple[str, ...], line: str) -> None:
     new = changed(TEXT, [Change(path, "3 cm", "why")])
     assert line in new
     assert value_of(TEXT, path) is None
@@ -103,7 +103,7 @@ PATHS = [
 
 
 @given(st.lists(st.tuples(st.sampled_from(PATHS), st.integers(1, 999)), max_size=8))
-def test_the_text_reads_as_the_changed_values(changes: list[tuple[tuple[str, ...], int]]) -> None:
+def test_the_text_parses_to_the_changed_values(changes: list[tuple[tuple[str, ...], int]]) -> None:
     wanted = yaml.safe_load(TEXT)
     for path, number in changes:
         section = wanted

@@ -17,7 +17,7 @@ FILES = {path: data.decode() for path, data in message_package().items()}
 MESSAGES = {path.removeprefix("msg/").removesuffix(".msg"): path for path in FILES if path.startswith("msg/")}
 
 
-def test_an_independent_library_finds_our_hashes() -> None:
+def test_an_independent_library_computes_the_same_hashes() -> None:
     store = get_typestore(Stores.ROS2_JAZZY)
     known: dict = {}
     for name, path in MESSAGES.items():
@@ -29,7 +29,7 @@ def test_an_independent_library_finds_our_hashes() -> None:
         assert store.hash_rihs01(full) == type_hash(message_type(full)), name
 
 
-def test_an_actions_parts_are_those_that_we_speak() -> None:
+def test_action_parts_have_the_fields_of_our_messages() -> None:
     parts = FILES["action/Deliver.action"].split("---\n")
     for text, kind in zip(parts, (Deliver.goal, Deliver.result, Deliver.feedback), strict=True):
         lines = [line for line in text.splitlines() if not line.startswith("#")]
@@ -37,7 +37,7 @@ def test_an_actions_parts_are_those_that_we_speak() -> None:
 
 
 @pytest.mark.parametrize("paper", ["package.xml", "CMakeLists.txt"])
-def test_papers_name_all_that_the_files_use(paper: str) -> None:
+def test_package_metadata_names_every_dependency(paper: str) -> None:
     used = {one for path in MESSAGES.values() for one in re.findall(r"^(\w+)/", FILES[path], re.MULTILINE)}
     used = (used - {"chefbot_msgs"}) | {"action_msgs"}
     if paper == "package.xml":

@@ -64,7 +64,7 @@ def needed(package: Path) -> set[str]:
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_papers_keep_the_rules_of_rep_149(made: tuple[str, Path], name: str) -> None:
+def test_package_metadata_follows_rep_149(made: tuple[str, Path], name: str) -> None:
     package = made[1] / name
     root = manifest(package)
     assert root.tag == "package" and root.attrib == {"format": "3"}
@@ -86,7 +86,7 @@ def test_papers_keep_the_rules_of_rep_149(made: tuple[str, Path], name: str) -> 
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_the_chapters_launches_are_there_and_are_python(made: tuple[str, Path], name: str) -> None:
+def test_the_chapter_launches_exist_and_are_python(made: tuple[str, Path], name: str) -> None:
     robot, out = made
     files = sorted((out / name / "launch").glob("*.launch.py"))
     names = {file.name.removesuffix(".launch.py") for file in files}
@@ -241,7 +241,7 @@ def of(made: tuple[str, Path], file: str, monkeypatch: pytest.MonkeyPatch, **arg
     return started
 
 
-def test_nav2s_commands_reach_the_base_and_nothing_else_does(
+def test_nav2_commands_are_the_only_ones_at_the_base(
     made: tuple[str, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Controller and behaviours -> smoother -> collision monitor -> the topic that our base takes."""
@@ -256,7 +256,7 @@ def test_nav2s_commands_reach_the_base_and_nothing_else_does(
     assert dict(teleop.nodes[0][0].remappings)["cmd_vel"] in DriveBaseNode.__annotations__
 
 
-def test_one_tells_odometry_and_nobody_of_ours_tells_the_map(
+def test_one_node_publishes_odometry_and_none_of_ours_the_map(
     made: tuple[str, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for base, odometry in itertools.product(("simulation", "built"), ("chefbot", "ekf")):
@@ -275,7 +275,9 @@ def test_one_tells_odometry_and_nobody_of_ours_tells_the_map(
             assert dict(filters[0].remappings)["odometry/filtered"] == "odom"
 
 
-def test_one_tells_the_model(made: tuple[str, Path], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_node_publishes_the_robot_description(
+    made: tuple[str, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Two latched /robot_description would reach a listener in any order."""
     for base, odometry in itertools.product(("simulation", "built"), ("chefbot", "ekf")):
         started = of(made, "chefbot_bringup/launch/base.launch.py", monkeypatch, base=base, odometry=odometry)
@@ -286,7 +288,7 @@ def test_one_tells_the_model(made: tuple[str, Path], monkeypatch: pytest.MonkeyP
         assert len(ours) + len(theirs) == 1
 
 
-def test_our_navigation_for_another_base_is_a_launch(made: tuple[str, Path]) -> None:
+def test_navigation_for_another_base_has_a_launch(made: tuple[str, Path]) -> None:
     """It commands the other's wheels, and nothing in it tells odometry or the body's frames."""
     file = str(made[1] / "chefbot_bringup" / "chefbot" / "your_robot.yaml")
     check_command(("chefbot", "launch", file, f"robot:={made[0]}", "map_file:=runs/map.yaml"))
@@ -295,7 +297,7 @@ def test_our_navigation_for_another_base_is_a_launch(made: tuple[str, Path]) -> 
     assert not {"OdometryNode", "RobotStatePublisherNode", "MotorBoardDevice", "SimulatorDevice"} & kinds
 
 
-def test_bridges_meet_the_topics_of_the_model(made: tuple[str, Path]) -> None:
+def test_bridges_use_the_topics_of_the_model(made: tuple[str, Path]) -> None:
     robot, out = made
     model = ET.parse(out / "chefbot_gazebo" / "models" / f"{robot}.sdf").getroot()
     told = {f"/{one.text}" for tag in ("topic", "odom_topic", "tf_topic") for one in model.iter(tag)}
@@ -339,7 +341,7 @@ def test_worlds_wait_for_the_robot(made: tuple[str, Path]) -> None:
     assert read_by_libsdformat(out / "chefbot_gazebo" / "worlds" / "empty.sdf")
 
 
-def test_rviz_looks_at_topics_that_somebody_tells(made: tuple[str, Path]) -> None:
+def test_rviz_displays_only_published_topics(made: tuple[str, Path]) -> None:
     for name in ("robot", "navigation"):
         file = yaml.safe_load((made[1] / "chefbot_bringup" / "rviz" / f"{name}.rviz").read_text())
         manager = file["Visualization Manager"]

@@ -126,7 +126,7 @@ def check_names(robot: Robot) -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_physics_and_names_of_every_robot(name: str) -> None:
+def test_parameters_follow_every_built_in_robot(name: str) -> None:
     robot = load_robot(name)
     check_physics(robot)
     check_names(robot)
@@ -141,7 +141,7 @@ def test_physics_and_names_of_every_robot(name: str) -> None:
     speed=st.floats(0.02, 3.0),
     acceleration=st.floats(0.05, 3.0),
 )
-def test_physics_and_names_of_robots_nobody_built(
+def test_parameters_follow_random_robots(
     name: str, wheel: float, track: float, speed: float, acceleration: float
 ) -> None:
     robot = load_robot(name)
@@ -159,7 +159,7 @@ def test_physics_and_names_of_robots_nobody_built(
     check_names(robot)
 
 
-def test_faster_looks_further_and_small_looks_closer() -> None:
+def test_faster_robots_look_further_and_small_ones_closer() -> None:
     robot = load_robot("chefbot_lidar")
     slow, fast = (
         nav2(msgspec.structs.replace(robot, drive=msgspec.structs.replace(robot.drive, max_speed=v)))
@@ -178,7 +178,7 @@ def test_faster_looks_further_and_small_looks_closer() -> None:
     assert desk["amcl"]["sigma_hit"] < porter["amcl"]["sigma_hit"]
 
 
-def test_a_camera_sees_less_and_never_drives_blind() -> None:
+def test_a_camera_robot_sees_less_and_never_drives_blind() -> None:
     camera, lidar = load_robot("chefbot"), load_robot("chefbot_lidar")
     seen, around = nav2(camera), nav2(lidar)
     assert seen["controller_server"]["FollowPath"]["vx_min"] == 0.0
@@ -195,7 +195,7 @@ def test_a_camera_sees_less_and_never_drives_blind() -> None:
     assert seen["local_costmap"]["obstacle_layer"]["observation_sources"].split() == ["scan"]
 
 
-def test_the_short_sighted_drive_slowly() -> None:
+def test_short_range_sensors_limit_the_speed() -> None:
     robot = load_robot("porter")
     assert robot.sensors.lidar is not None
     lidar = msgspec.structs.replace(robot.sensors.lidar, range_max=0.5)
@@ -208,7 +208,7 @@ def test_the_short_sighted_drive_slowly() -> None:
     )
 
 
-def test_a_robot_without_eyes_is_refused() -> None:
+def test_a_robot_without_range_sensor_is_refused() -> None:
     robot = load_robot("desk")
     blind = msgspec.structs.replace(robot, sensors=msgspec.structs.replace(robot.sensors, lidar=None))
     with pytest.raises(DesignError, match=r"neither sensors\.lidar nor sensors\.depth_camera"):
@@ -216,7 +216,7 @@ def test_a_robot_without_eyes_is_refused() -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_alphas_are_the_variances_of_wheels_that_slip(name: str) -> None:
+def test_alphas_are_the_variances_of_slipping_wheels(name: str) -> None:
     """Many robots drive straight and turn, their wheels off as the doubt says; nothing of the formulas is used."""
     robot = load_robot(name)
     figures, chance, travel, turn = Figures(robot, FLOOR), np.random.default_rng(1), 0.2, 0.3
@@ -242,7 +242,7 @@ def test_alphas_are_the_variances_of_wheels_that_slip(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_scan_matching_keeps_kartos_bounds(name: str) -> None:
+def test_scan_matching_keeps_the_bounds_of_karto(name: str) -> None:
     """Karto throws at start where a smear is not within half of and ten times the search's resolution."""
     told = params(slam_toolbox(load_robot(name), FLOOR))
     for search in ("correlation_search_space", "loop_search_space"):
@@ -262,7 +262,7 @@ def leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Explained]]:
 
 
 @pytest.mark.parametrize("make", [nav2_tree, slam_tree, ekf_tree])
-def test_what_differs_between_robots_says_why(make: Any) -> None:
+def test_values_that_differ_between_robots_have_a_reason(make: Any) -> None:
     trees = [dict(leaves(make(load_robot(name), FLOOR))) for name in ROBOTS]
     shared = set.intersection(*(set(tree) for tree in trees))
     differing = {path for path in shared if len({str(tree[path].value) for tree in trees}) > 1}
@@ -273,7 +273,7 @@ def test_what_differs_between_robots_says_why(make: Any) -> None:
         assert len(differing) > 50
 
 
-def test_a_reason_holds_the_numbers_that_make_the_value() -> None:
+def test_a_reason_contains_the_numbers_of_its_value() -> None:
     """The inflation's reason, computed again from its own text."""
     tree = dict(leaves(nav2_tree(load_robot("porter"), FLOOR)))
     value, reason = tree[".local_costmap.local_costmap.ros__parameters.inflation_layer.inflation_radius"]
@@ -284,7 +284,7 @@ def test_a_reason_holds_the_numbers_that_make_the_value() -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_the_text_reads_back_as_the_values_in_their_types(name: str) -> None:
+def test_the_yaml_reads_back_with_values_and_types(name: str) -> None:
     robot = load_robot(name)
     assert yaml.safe_load(nav2_params(robot, FLOOR)) == plain_values(
         nav2_tree(robot, FLOOR)
@@ -350,7 +350,7 @@ def damaged(change: Any) -> list[str]:
     return faults(nodes)
 
 
-def test_the_table_finds_what_ros_would_swallow_or_refuse() -> None:
+def test_the_table_finds_parameters_that_ros_would_refuse() -> None:
     def control(nodes: Any) -> Any:
         return nodes["controller_server"]["ros__parameters"]
 

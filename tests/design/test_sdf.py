@@ -41,7 +41,7 @@ def number(element: ET.Element, path: str) -> float:
 
 
 @pytest.mark.slow
-def test_libsdformat_finds_the_solids_masses_and_our_frames(robot: Robot, tmp_path: Path) -> None:
+def test_libsdformat_reads_the_same_masses_and_frames(robot: Robot, tmp_path: Path) -> None:
     model = told(sdf(robot), tmp_path)[robot.name]
     found = {
         name: Body(values[0], np.array(values[1:4]), tensor(*values[4:10]))
@@ -61,7 +61,7 @@ def test_libsdformat_finds_the_solids_masses_and_our_frames(robot: Robot, tmp_pa
 
 
 @pytest.mark.slow
-def test_gazebo_makes_of_the_urdf_what_we_make_of_the_robot(robot: Robot, tmp_path: Path) -> None:
+def test_sdf_equals_the_conversion_of_the_urdf_by_gazebo(robot: Robot, tmp_path: Path) -> None:
     """Its reader joins what is fixed to one link, with all masses, sensors and frictions."""
     file = tmp_path / "it.urdf"
     file.write_text(urdf(robot))
@@ -77,7 +77,7 @@ def test_gazebo_makes_of_the_urdf_what_we_make_of_the_robot(robot: Robot, tmp_pa
     assert casters == [pytest.approx(CASTER_FRICTION)] * 2
 
 
-def test_drive_sensors_and_grip_are_the_robots(robot: Robot) -> None:
+def test_drive_sensors_and_friction_follow_the_robot(robot: Robot) -> None:
     model = ET.fromstring(sdf(robot)).find("model")
     assert model is not None
     drive = model.find("plugin[@filename='gz-sim-diff-drive-system']")
@@ -107,7 +107,7 @@ def test_drive_sensors_and_grip_are_the_robots(robot: Robot) -> None:
     )
 
 
-def test_the_lidars_beams_are_a_full_turn_without_one_twice() -> None:
+def test_lidar_beams_are_a_full_turn_without_a_duplicate() -> None:
     lidar = load_robot("chefbot_lidar").sensors.lidar
     assert lidar is not None
     element = gz_sensors(load_robot("chefbot_lidar"))["laser"]
@@ -116,7 +116,7 @@ def test_the_lidars_beams_are_a_full_turn_without_one_twice() -> None:
     assert step * lidar.beams == pytest.approx(2 * np.pi, abs=1e-6)
 
 
-def test_the_ultrasonic_cone_has_no_gap_that_a_chairs_leg_fits_through() -> None:
+def test_ultrasonic_beams_leave_no_gap_for_a_chair_leg() -> None:
     robot = load_robot("chefbot")
     sensor = robot.sensors.ultrasonic
     assert sensor is not None
@@ -127,7 +127,7 @@ def test_the_ultrasonic_cone_has_no_gap_that_a_chairs_leg_fits_through() -> None
     assert width / (number(fan, "samples") - 1) <= 1.5 * CONE_STEP
 
 
-def test_a_name_with_marks_of_xml_is_still_a_name(tmp_path: Path) -> None:
+def test_a_name_with_xml_characters_is_escaped(tmp_path: Path) -> None:
     name = "a\"<b>&'c"
     strange = msgspec.structs.replace(load_robot("chefbot"), name=name)
     model = ET.fromstring(sdf(strange)).find("model")

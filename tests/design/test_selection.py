@@ -33,12 +33,12 @@ def sets() -> list[Verdict]:
     return verdicts(CHEFBOT, CATALOGUE)
 
 
-def test_every_set_is_looked_at(sets: list[Verdict]) -> None:
+def test_every_component_set_is_evaluated(sets: list[Verdict]) -> None:
     wanted = len(CATALOGUE.motors) * len(CATALOGUE.drivers) * len(CATALOGUE.batteries)
     assert len({verdict.parts for verdict in sets}) == wanted
 
 
-def test_the_choice_keeps_the_criterion(sets: list[Verdict]) -> None:
+def test_the_choice_meets_its_criterion(sets: list[Verdict]) -> None:
     chosen = choose(sets)
     assert chosen is not None
     assert chosen.passed
@@ -53,7 +53,7 @@ def another_motor(verdict: Verdict, **values: float) -> Verdict:
     return verdict._replace(robot=msgspec.structs.replace(verdict.robot, motor=motor))
 
 
-def test_among_the_nearly_lightest_the_thriftiest_wins(sets: list[Verdict]) -> None:
+def test_the_best_efficiency_among_the_nearly_lightest_wins(sets: list[Verdict]) -> None:
     one = choose(sets)
     assert one is not None
     motor = one.robot.motor
@@ -62,12 +62,12 @@ def test_among_the_nearly_lightest_the_thriftiest_wins(sets: list[Verdict]) -> N
     assert choose([one, thrifty, heavy]) == choose([heavy, thrifty, one]) == thrifty
 
 
-def test_who_fails_has_a_reason_and_who_passes_has_none(sets: list[Verdict]) -> None:
+def test_failed_sets_have_a_reason_and_passing_ones_none(sets: list[Verdict]) -> None:
     assert all(bool(verdict.failures) != verdict.passed for verdict in sets)
     assert all(verdict.lack > 0.0 for verdict in sets if not verdict.passed)
 
 
-def test_a_component_is_judged_in_good_company(sets: list[Verdict]) -> None:
+def test_a_component_is_judged_with_good_partners(sets: list[Verdict]) -> None:
     slow = best_with(sets, "motor", "pololu_37d_131")
     assert {check.part for check in slow.failures} == {"motor"}
     weak = best_with(sets, "driver", "tb6612fng")
@@ -75,7 +75,7 @@ def test_a_component_is_judged_in_good_company(sets: list[Verdict]) -> None:
     assert best_with(sets, "battery", "lifepo4_12v8_10ah").passed
 
 
-def test_the_mass_follows_the_parts(sets: list[Verdict]) -> None:
+def test_the_mass_follows_the_components(sets: list[Verdict]) -> None:
     by_parts = {verdict.parts: verdict for verdict in sets}
     one = by_parts[sets[0].parts._replace(battery="lead_12v_12ah")]
     other = by_parts[sets[0].parts._replace(battery="lifepo4_12v8_10ah")]
@@ -85,12 +85,12 @@ def test_the_mass_follows_the_parts(sets: list[Verdict]) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(built_in_robots()))
-def test_the_robots_that_come_along_pass_every_check(name: str) -> None:
+def test_built_in_robots_pass_every_check(name: str) -> None:
     robot = load_robot(name)
     assert [check for check in judge(robot, loaded(robot)) if not check.passed] == []
 
 
-def test_the_sums_weigh_as_the_solids_do(sets: list[Verdict]) -> None:
+def test_load_estimates_agree_with_the_solids(sets: list[Verdict]) -> None:
     for verdict in sets[:: len(sets) // 12]:
         exact = loaded(verdict.robot)
         assert verdict.load.mass == pytest.approx(exact.mass, abs=0.005)
@@ -109,7 +109,7 @@ def test_nothing_passes_for_a_robot_beyond_the_catalogue() -> None:
     assert geometry_fixes(sets, set()) == []
 
 
-def test_only_the_geometry_s_faults_are_mended_and_only_where_the_owner_leaves_it_open() -> None:
+def test_remedies_change_only_open_geometry_values() -> None:
     sets = verdicts(asked(CHEFBOT, 2.0, 0.35), CATALOGUE)
     thick = [verdict for verdict in sets if verdict.parts.motor.startswith("gobilda")]
     (change,) = geometry_fixes(thick, set())
@@ -119,7 +119,7 @@ def test_only_the_geometry_s_faults_are_mended_and_only_where_the_owner_leaves_i
     assert geometry_fixes(slow, set()) == []
 
 
-def test_a_larger_plate_carries_what_tips_the_smaller_one() -> None:
+def test_a_larger_plate_prevents_tipping() -> None:
     heavy = asked(CHEFBOT, 6.0, 0.6)
     tall = msgspec.structs.replace(heavy, body=msgspec.structs.replace(heavy.body, payload_height=0.4))
     radius = stable_radius(tall)
@@ -150,7 +150,7 @@ def test_a_battery_that_is_too_long_does_not_fit(x: float, y: float) -> None:
     assert battery_clearance(but_battery(size)) < 0.0
 
 
-def test_a_battery_that_is_too_high_or_stands_on_the_driver_does_not_fit() -> None:
+def test_a_battery_too_high_or_on_the_driver_does_not_fit() -> None:
     tall = msgspec.structs.replace(CHEFBOT.battery.size, z=CHEFBOT.tubes.length + 0.001)
     assert battery_clearance(but_battery(tall)) == pytest.approx(-0.001)
     places = msgspec.structs.replace(CHEFBOT.places, battery=CHEFBOT.places.driver)

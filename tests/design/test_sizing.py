@@ -71,7 +71,7 @@ def by_name(results: list[Result]) -> dict[str, Result]:
 # -- the chapter
 
 
-def test_the_chapter_s_method_gives_the_chapter_s_printed_numbers() -> None:
+def test_the_chapter_method_gives_the_printed_numbers() -> None:
     chapter = by_name(chapter_method(but(CHEFBOT, body={"mass_budget": 3.0, "payload": 2.0})))
     assert chapter["weight"].value == pytest.approx(50.0)
     assert chapter["weight"].numbers == "(3 + 2) * 10"
@@ -88,7 +88,7 @@ def test_the_chapter_s_method_gives_the_chapter_s_printed_numbers() -> None:
 
 
 @given(robots, masses)
-def test_every_printed_working_comes_to_the_printed_result(robot: Robot, mass: float) -> None:
+def test_every_printed_calculation_gives_the_printed_result(robot: Robot, mass: float) -> None:
     load = Load(mass + robot.body.payload, 0.01, -0.005, 0.2)
     results = [*chapter_method(robot), *sizing.drive_requirements(robot, load)]
     results += [*sizing.component_results(robot, load), *sizing.stability_results(robot, load)]
@@ -118,7 +118,9 @@ def test_every_printed_working_comes_to_the_printed_result(robot: Robot, mass: f
 
 
 @given(masses, st.floats(0.0, 0.5), st.floats(-2.0, 2.0), st.floats(0.0, 0.2))
-def test_the_force_is_that_of_the_free_body(mass: float, slope: float, a: float, rolling: float) -> None:
+def test_the_force_is_that_of_the_free_body_diagram(
+    mass: float, slope: float, a: float, rolling: float
+) -> None:
     along = np.array([math.cos(slope), math.sin(slope)])
     up = np.array([-math.sin(slope), math.cos(slope)])
     weight = np.array([0.0, -mass * GRAVITY])
@@ -129,7 +131,7 @@ def test_the_force_is_that_of_the_free_body(mass: float, slope: float, a: float,
 
 
 @given(robots, masses)
-def test_wheels_and_losses_turn_torque_into_the_force(robot: Robot, mass: float) -> None:
+def test_torque_and_losses_give_the_force(robot: Robot, mass: float) -> None:
     for duty in forces.duties(robot):
         torque = forces.motor_torque(robot, mass, duty).value
         push = 2.0 * torque * DRIVE_EFFICIENCY / robot.wheel_radius
@@ -137,7 +139,7 @@ def test_wheels_and_losses_turn_torque_into_the_force(robot: Robot, mass: float)
 
 
 @given(robots, masses, st.floats(0.0, 10.0))
-def test_more_load_never_needs_less_torque_nor_less_power(robot: Robot, mass: float, more: float) -> None:
+def test_more_load_never_needs_less_torque_or_power(robot: Robot, mass: float, more: float) -> None:
     for duty in forces.duties(robot):
         light = forces.motor_torque(robot, mass, duty).value
         assert forces.motor_torque(robot, mass + more, duty).value >= light
@@ -145,13 +147,13 @@ def test_more_load_never_needs_less_torque_nor_less_power(robot: Robot, mass: fl
 
 
 @given(robots, masses, st.floats(0.1, 1.0))
-def test_a_motor_that_passes_still_passes_with_less_load(robot: Robot, mass: float, share: float) -> None:
+def test_a_passing_motor_still_passes_with_less_load(robot: Robot, mass: float, share: float) -> None:
     before = {check.name for check in motor_checks(robot, mass) if check.passed}
     after = {check.name for check in motor_checks(robot, share * mass) if check.passed}
     assert before <= after
 
 
-def test_the_corrected_torque_is_the_fact_sheet_s() -> None:
+def test_the_corrected_torque_is_that_of_the_fact_sheet() -> None:
     robot = but(CHEFBOT, wheels={"diameter": 0.09})
     duty = forces.Duty("5 degrees, carpet", 0.05, math.radians(5.0), 0.5)
     assert forces.force(5.0, duty).value == pytest.approx(9.22, abs=0.005)
@@ -166,7 +168,7 @@ def test_the_corrected_torque_is_the_fact_sheet_s() -> None:
 
 
 @pytest.mark.parametrize("name", MOTORS)
-def test_the_line_goes_through_the_data_sheet_s_points(name: str) -> None:
+def test_the_motor_line_passes_through_the_data_sheet_points(name: str) -> None:
     motor = CATALOGUE.motors[name]
     assert dc_motor.speed(motor, 0.0, motor.voltage, "").value == pytest.approx(motor.no_load_speed)
     assert dc_motor.speed(motor, motor.stall_torque, motor.voltage, "").value == pytest.approx(0.0, abs=1e-9)
@@ -175,7 +177,7 @@ def test_the_line_goes_through_the_data_sheet_s_points(name: str) -> None:
 
 
 @given(st.sampled_from(MOTORS), st.floats(0.0, 1.0), st.floats(0.3, 1.25))
-def test_voltage_and_speed_undo_each_other(name: str, share: float, factor: float) -> None:
+def test_voltage_and_speed_conversions_are_inverse(name: str, share: float, factor: float) -> None:
     motor = CATALOGUE.motors[name]
     torque = share * motor.stall_torque
     turning = dc_motor.speed(motor, torque, factor * motor.voltage, "").value
@@ -183,14 +185,14 @@ def test_voltage_and_speed_undo_each_other(name: str, share: float, factor: floa
 
 
 @given(st.sampled_from(MOTORS), st.floats(0.0, 1.0))
-def test_no_motor_gives_more_than_it_takes(name: str, share: float) -> None:
+def test_no_motor_has_an_efficiency_above_one(name: str, share: float) -> None:
     motor = CATALOGUE.motors[name]
     torque = share * motor.stall_torque
     shaft = torque * dc_motor.speed(motor, torque, motor.voltage, "").value
     assert shaft <= motor.voltage * dc_motor.current(motor, torque, "").value
 
 
-def test_pololu_s_best_points_lie_on_the_line() -> None:
+def test_pololu_best_points_lie_on_the_line() -> None:
     """Data sheet rev. 1.2: 50:1 makes 180 rpm at 2.2 kg cm with 0.66 A, 102:1 87 rpm at 4.2 kg cm with 0.72 A."""
     for name, kg_cm, rpm, ampere in (("pololu_37d_50", 2.2, 180, 0.66), ("pololu_37d_102", 4.2, 87, 0.72)):
         motor, torque = CATALOGUE.motors[name], kg_cm * GRAVITY / 100.0
@@ -203,14 +205,14 @@ def test_pololu_s_best_points_lie_on_the_line() -> None:
 
 
 @given(robots, masses)
-def test_run_time_and_power_make_up_the_energy(robot: Robot, mass: float) -> None:
+def test_run_time_times_power_is_the_energy(robot: Robot, mass: float) -> None:
     energy = energy_budget.run_time(robot, mass).value * energy_budget.mean_power(robot, mass).value
     battery = robot.battery
     assert energy == pytest.approx(battery.capacity * battery.voltage * battery.usable)
 
 
 @given(robots, masses)
-def test_the_fuse_carries_the_highest_draw(robot: Robot, mass: float) -> None:
+def test_the_fuse_carries_the_highest_current(robot: Robot, mass: float) -> None:
     assert (
         energy_budget.fuse(robot, mass).value >= 1.25 * energy_budget.highest_draw(robot, mass).value - 1e-9
     )
@@ -219,7 +221,7 @@ def test_the_fuse_carries_the_highest_draw(robot: Robot, mass: float) -> None:
 # -- speed, clearance
 
 
-def test_the_131_to_1_motor_is_too_slow_for_the_chapter_s_robot() -> None:
+def test_the_131_to_1_motor_is_too_slow_for_the_chapter_robot() -> None:
     robot = msgspec.structs.replace(
         but(CHEFBOT, wheels={"diameter": 0.09}, drive={"max_speed": 0.35}),
         motor=CATALOGUE.motors["pololu_37d_131"],
@@ -237,7 +239,7 @@ def by_name_of_checks(robot: Robot, mass: float) -> dict[str, Any]:
 
 
 @given(robots, masses, st.floats(0.5, 2.0))
-def test_each_bound_is_the_right_one(robot: Robot, mass: float, share: float) -> None:
+def test_each_bound_is_exact(robot: Robot, mass: float, share: float) -> None:
     """A component just above its bound passes that check, just below it fails."""
     torque = forces.motor_torque(robot, mass, forces.climb(robot)).value
     stalled = robot.motor.stall_current * robot.battery.full_voltage / robot.motor.voltage
@@ -284,7 +286,7 @@ def test_the_smallest_wheel_is_just_large_enough(robot: Robot) -> None:
 
 
 @given(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.floats(0.0, 2.0 * math.pi))
-def test_room_ends_at_the_polygon_s_edge(x: float, y: float, angle: float) -> None:
+def test_mounting_clearance_ends_at_the_polygon_edge(x: float, y: float, angle: float) -> None:
     polygon = support(CHEFBOT)
     direction = (math.cos(angle), math.sin(angle))
     reach = room(polygon, (x, y), direction)
@@ -294,9 +296,7 @@ def test_room_ends_at_the_polygon_s_edge(x: float, y: float, angle: float) -> No
 
 
 @given(st.floats(0.1, 5.0), st.floats(0.05, 1.0), st.floats(0.5, 20.0))
-def test_braking_tips_where_the_moments_about_the_caster_balance(
-    a: float, height: float, mass: float
-) -> None:
+def test_braking_tips_where_caster_moments_balance(a: float, height: float, mass: float) -> None:
     load = Load(mass, 0.0, 0.0, height)
     braking = tipping(but(CHEFBOT, drive={"max_slope": 0.0, "max_acceleration": a}), load)[1]
     overturning, righting = mass * a * height, mass * GRAVITY * CHEFBOT.casters.offset
@@ -304,12 +304,12 @@ def test_braking_tips_where_the_moments_about_the_caster_balance(
 
 
 @given(st.floats(0.05, 1.0), st.floats(0.001, 1.0))
-def test_a_higher_load_never_stands_better(height: float, more: float) -> None:
+def test_a_higher_load_is_never_more_stable(height: float, more: float) -> None:
     low, high = (tipping(CHEFBOT, Load(5.0, 0.0, 0.0, z)) for z in (height, height + more))
     assert all(b.limit.value < a.limit.value for a, b in zip(low, high, strict=True))
 
 
-def test_the_payload_s_middle_is_half_its_height_above_the_top() -> None:
+def test_the_payload_centre_is_half_its_height_above_the_top() -> None:
     own = robot_mass_properties(CHEFBOT)
     load, payload = loaded(CHEFBOT), CHEFBOT.body.payload
     top = body_height(CHEFBOT) + CHEFBOT.body.payload_height / 2.0
@@ -318,5 +318,5 @@ def test_the_payload_s_middle_is_half_its_height_above_the_top() -> None:
     assert load.mass * load.x == pytest.approx(own.mass * own.centre[0], abs=1e-12)
 
 
-def test_a_centre_beyond_the_wheels_bears_nothing() -> None:
+def test_a_centre_of_mass_beyond_the_wheels_tips_the_robot() -> None:
     assert tipping(CHEFBOT, Load(5.0, 0.5, 0.0, 0.2))[0].limit.value < 0.0

@@ -67,7 +67,7 @@ def collisions(root: ET.Element) -> dict[str, list[float]]:
     return found
 
 
-def test_xacro_expands_to_the_robot_of_the_urdf(package: Path) -> None:
+def test_xacro_expands_to_the_urdf_of_the_robot(package: Path) -> None:
     robot = load_robot(NAME)
     root, own = expand(package), ET.fromstring(urdf(robot))
     assert_same(of_urdf(ET.tostring(root, encoding="unicode")), of_solids(robot))
@@ -92,7 +92,7 @@ def test_the_xacro_has_properties_in_place_of_the_main_numbers(package: Path) ->
         assert f"${{{name}" in text, name
 
 
-def test_gazebo_comes_when_asked_for_and_a_prefix_before_every_name(package: Path) -> None:
+def test_xacro_arguments_add_gazebo_tags_and_a_prefix(package: Path) -> None:
     root = expand(package, use_gazebo="true", prefix="left/", hardware="a/B")
     names = {link.attrib["name"] for link in root.iterfind("link")}
     assert all(name.startswith("left/") for name in names)
@@ -107,7 +107,7 @@ def test_gazebo_comes_when_asked_for_and_a_prefix_before_every_name(package: Pat
     assert len(root.findall("gazebo")) == len(own.findall("gazebo"))
 
 
-def test_every_mesh_is_a_parts_solids_where_the_part_is(package: Path) -> None:
+def test_every_mesh_matches_its_part_in_place(package: Path) -> None:
     from trimesh import load_mesh
 
     robot = load_robot(NAME)
@@ -161,7 +161,7 @@ def test_yourdfpy_and_mujoco_load_it_with_its_meshes(package: Path, tmp_path: Pa
     assert compiled.body_mass.sum() == pytest.approx(total_mass(robot), rel=1e-6)
 
 
-def test_the_launch_file_finds_the_xacro_in_a_folder_with_a_space(
+def test_launch_file_finds_the_xacro_in_a_folder_with_a_space(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run_package("desk", tmp_path / "my robots")
@@ -177,7 +177,7 @@ def test_the_launch_file_finds_the_xacro_in_a_folder_with_a_space(
     assert Path(nodes["rviz2"].arguments[1]).is_file()
 
 
-def test_the_packages_papers_are_in_order(package: Path) -> None:
+def test_the_package_metadata_is_valid(package: Path) -> None:
     manifest = ET.parse(package / "package.xml").getroot()
     assert manifest.attrib["format"] == "3"
     assert [manifest.findtext(tag) for tag in ("name", "license", "buildtool_depend")] == [

@@ -52,13 +52,13 @@ ATTACKS = [
 
 
 @pytest.mark.parametrize("expression", FAIR)
-def test_what_descriptions_write_is_what_python_makes_of_it(expression: str) -> None:
+def test_expressions_give_the_results_of_python(expression: str) -> None:
     plain = {name: value for name, value in NAMES.items() if not hasattr(value, "call")}
     assert evaluate(expression, NAMES) == eval(expression, dict(vars(math)), plain)
 
 
 @pytest.mark.parametrize("expression", ATTACKS, ids=range(len(ATTACKS)))
-def test_what_is_more_is_refused_and_nothing_is_run(expression: str, tmp_path: Path) -> None:
+def test_other_syntax_is_refused_and_nothing_is_executed(expression: str, tmp_path: Path) -> None:
     sentinel = tmp_path / "sentinel"
     text = expression if "{" not in expression else expression.format(sentinel)
     with pytest.raises((RefusedError, NameError, SyntaxError, TypeError, MemoryError, RecursionError)):
@@ -66,12 +66,12 @@ def test_what_is_more_is_refused_and_nothing_is_run(expression: str, tmp_path: P
     assert not sentinel.exists()
 
 
-def test_the_sentence_names_the_part_of_the_expression() -> None:
+def test_the_error_names_the_part_of_the_expression() -> None:
     with pytest.raises(RefusedError, match=r"'\[c for c in o\]' is more than arithmetic"):
         evaluate("1 + len([c for c in o])", NAMES)
 
 
-def test_only_keys_of_yaml_files_have_dots() -> None:
+def test_only_keys_of_yaml_files_allow_dots() -> None:
     class FromYaml(dict[str, Any]):
         """As xacro wraps it: a dictionary whose keys are reached by dots too."""
 
@@ -95,7 +95,7 @@ expressions = st.recursive(
 
 
 @given(expression=expressions)
-def test_arithmetic_is_pythons(expression: str) -> None:
+def test_arithmetic_equals_that_of_python(expression: str) -> None:
     try:
         ours = evaluate(expression, NAMES)
     except (ZeroDivisionError, OverflowError, TypeError, RefusedError) as error:

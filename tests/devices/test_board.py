@@ -50,7 +50,7 @@ def driven(cable: Cable) -> Iterator[Driven]:
         yield one
 
 
-def test_it_drives_and_tells_what_it_senses(driven: Driven, cable: Cable) -> None:
+def test_board_drives_and_publishes_its_sensors(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
     before = driven.ticks
     driven.until(lambda: driven.ticks > before + 500, "ticks")
@@ -64,7 +64,7 @@ def test_it_drives_and_tells_what_it_senses(driven: Driven, cable: Cable) -> Non
     assert math.isclose(statistics.median(steps), 20e6, rel_tol=0.05)  # 50 Hz on the board's own clock
 
 
-def test_no_more_commands_is_a_stop(driven: Driven, cable: Cable) -> None:
+def test_missing_commands_stop_the_wheels(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
     driven.speed, count = None, len(cable.lines)
     driven.until(lambda: standing(cable, count), "standstill")
@@ -75,14 +75,14 @@ def test_no_more_commands_is_a_stop(driven: Driven, cable: Cable) -> None:
 
 
 @pytest.mark.slow
-def test_old_commands_are_not_obeyed(driven: Driven, cable: Cable) -> None:
+def test_stale_commands_are_ignored(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
     driven.stamp_age_ns, count = 1_000_000_000, len(cable.lines)
     driven.until(lambda: standing(cable, count), "standstill")
 
 
 @pytest.mark.slow
-def test_not_a_number_is_not_obeyed(driven: Driven, cable: Cable) -> None:
+def test_commands_that_are_not_a_number_are_ignored(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
     driven.speed, count = math.nan, len(cable.lines)
     driven.until(lambda: standing(cable, count), "standstill")
@@ -90,7 +90,7 @@ def test_not_a_number_is_not_obeyed(driven: Driven, cable: Cable) -> None:
 
 
 @pytest.mark.slow
-def test_a_pulled_cable_stops_it_and_plugged_in_elsewhere_it_goes_on(driven: Driven, cable: Cable) -> None:
+def test_an_unplugged_board_stops_and_reconnects_at_another_port(driven: Driven, cable: Cable) -> None:
     """The board stops itself; what was commanded all the while does not move it again before a stop was."""
     drive(driven, cable)
     count = len(cable.lines)
@@ -106,7 +106,7 @@ def test_a_pulled_cable_stops_it_and_plugged_in_elsewhere_it_goes_on(driven: Dri
 
 
 @pytest.mark.slow
-def test_a_board_that_restarts_in_mid_drive_stands(driven: Driven, cable: Cable, emulated: Emulator) -> None:
+def test_a_board_that_restarts_while_driving_stands(driven: Driven, cable: Cable, emulated: Emulator) -> None:
     drive(driven, cable)
     driven.until(lambda: driven.ticks > 3000, "ticks")
     count = len(cable.lines)
@@ -120,7 +120,7 @@ def test_a_board_that_restarts_in_mid_drive_stands(driven: Driven, cable: Cable,
 
 
 @pytest.mark.slow
-def test_stop_latches_until_it_is_released_and_a_stop_was_commanded(driven: Driven, cable: Cable) -> None:
+def test_emergency_stop_latches_until_release_and_a_zero_command(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
     count = len(cable.lines)
     driven.press(True)
@@ -140,7 +140,9 @@ def test_stop_latches_until_it_is_released_and_a_stop_was_commanded(driven: Driv
 
 
 @pytest.mark.slow
-def test_a_blocked_wheel_is_named_and_cleared(driven: Driven, cable: Cable, emulated: Emulator) -> None:
+def test_a_blocked_wheel_is_reported_and_can_be_cleared(
+    driven: Driven, cable: Cable, emulated: Emulator
+) -> None:
     drive(driven, cable)
     emulated.tell("block 1 1")
     driven.until(lambda: "right wheel" in driven.health or "right encoder" in driven.health, "the news")
@@ -149,7 +151,7 @@ def test_a_blocked_wheel_is_named_and_cleared(driven: Driven, cable: Cable, emul
     drive(driven, cable)
 
 
-def test_another_version_is_refused_in_a_sentence() -> None:
+def test_another_protocol_version_is_refused() -> None:
     ours, theirs = os.openpty()
     tty.setraw(theirs)
 
@@ -176,7 +178,7 @@ def test_another_version_is_refused_in_a_sentence() -> None:
         os.close(theirs)
 
 
-def test_another_robot_is_refused_in_a_sentence(cable: Cable) -> None:
+def test_a_board_of_another_robot_is_refused(cable: Cable) -> None:
     with (
         Driven(str(cable.path), robot="desk") as driven,
         pytest.raises(UserError, match=r"ticks per turn of a wheel.*chefbot board flash"),
@@ -185,7 +187,7 @@ def test_another_robot_is_refused_in_a_sentence(cable: Cable) -> None:
 
 
 @pytest.mark.slow
-def test_a_port_that_nobody_answers_at_is_told(tmp_path: Path) -> None:
+def test_a_port_without_a_board_is_reported(tmp_path: Path) -> None:
     ours, theirs = os.openpty()
     try:
         with pytest.raises(UserError, match="nothing there speaks as a board"):

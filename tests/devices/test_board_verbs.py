@@ -63,7 +63,9 @@ def test_the_monitor_decodes_every_line(
     assert all(word in sys.stdout.getvalue() for word in words)
 
 
-def test_the_log_holds_what_came(emulated: Emulator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_log_contains_every_received_line(
+    emulated: Emulator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     out = tmp_path / "logs" / "board.log"
     assert run(monkeypatch, "board", "log", str(emulated.path), "--out", str(out), "--seconds", "1") == 0
     pieces = [line.split("\t") for line in out.read_text().splitlines()]
@@ -73,7 +75,7 @@ def test_the_log_holds_what_came(emulated: Emulator, tmp_path: Path, monkeypatch
     assert times == sorted(times)
 
 
-def test_a_log_that_cannot_be_written_is_one_sentence(
+def test_an_unwritable_log_is_one_sentence(
     emulated: Emulator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "file").touch()
@@ -87,7 +89,7 @@ def test_a_log_that_cannot_be_written_is_one_sentence(
         assert error.startswith("chefbot: ") and reason in error and error.count("\n") == 1
 
 
-def test_a_board_that_is_switched_off_under_the_monitor_is_one_sentence(
+def test_switching_the_board_off_ends_the_monitor(
     emulated: Emulator, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys, "stdout", Output(["e motion"], emulated.close))
@@ -96,14 +98,14 @@ def test_a_board_that_is_switched_off_under_the_monitor_is_one_sentence(
     assert "broke: its cable is out, it is switched off" in error and error.count("\n") == 1
 
 
-def test_the_header_is_the_robots(
+def test_the_header_is_that_of_the_robot(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(monkeypatch, "robot", "export", "firmware", "desk") == 0
     assert capsys.readouterr().out == firmware_header(load_robot("desk"))
 
 
-def test_the_doctor_prints_a_rule_and_no_open_door(
+def test_doctor_prints_a_udev_rule_without_world_access(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("chefbot.cli.board.ports.ports", list)
@@ -137,7 +139,7 @@ def test_bad_input_is_one_sentence(
     assert error.startswith("chefbot: ") and sentence in error and error.count("\n") == 1
 
 
-def test_a_place_where_no_board_can_be_is_one_sentence(
+def test_a_path_where_no_board_can_be_is_one_sentence(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert run(monkeypatch, "board", "emulate", "--link", "/proc/board") == 2
@@ -146,7 +148,7 @@ def test_a_place_where_no_board_can_be_is_one_sentence(
     )
 
 
-def test_a_second_board_does_not_take_the_place_of_the_first(
+def test_a_second_board_does_not_replace_the_first(
     emulated: Emulator, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(monkeypatch, "board", "emulate", "--link", str(emulated.path)) == 2
@@ -154,7 +156,7 @@ def test_a_second_board_does_not_take_the_place_of_the_first(
     assert emulated.path.exists()
 
 
-def test_without_tools_the_package_is_named(
+def test_missing_build_tools_are_named_with_their_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -162,7 +164,7 @@ def test_without_tools_the_package_is_named(
     assert "make is not installed" in capsys.readouterr().err
 
 
-def test_flash_compiles_for_the_robot_and_says_what_it_lacks(
+def test_flash_compiles_for_the_robot_and_names_missing_tools(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for tool in ("make", "avr-g++"):

@@ -8,7 +8,7 @@ from tests.devices.host_fuzz import RUN_BYTES, fuzz
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1, 6))
-def test_ten_million_bytes_from_the_board(seed: int) -> None:
+def test_ten_million_random_bytes_from_the_board_do_no_harm(seed: int) -> None:
     """Two million for each seed; every second one with forged lines."""
     tally = fuzz(seed, RUN_BYTES)
     assert tally.bytes >= RUN_BYTES

@@ -107,7 +107,7 @@ def driven(pad: Pad) -> Iterator[Driven]:
     one.system.stop()
 
 
-def test_a_stick_drives_only_while_the_button_is_held(pad: Pad, driven: Driven) -> None:
+def test_a_stick_drives_only_while_the_dead_man_button_is_held(pad: Pad, driven: Driven) -> None:
     pad.push(FORWARD, -1.0)
     driven.until(lambda: driven.all(String))
     driven.run(1.0)
@@ -124,7 +124,7 @@ def test_a_stick_drives_only_while_the_button_is_held(pad: Pad, driven: Driven) 
     assert len(driven.all(Twist)) == count, "navigation may have the robot back"
 
 
-def test_unplugged_it_stops_and_does_not_go_on_when_it_is_back(pad: Pad, driven: Driven) -> None:
+def test_unplugging_stops_and_reconnecting_does_not_resume(pad: Pad, driven: Driven) -> None:
     pad.push(FORWARD, -1.0)
     pad.press(DEAD_MAN)
     driven.until(lambda: driven.all(Twist) and driven.speed() > 0.0)
@@ -140,7 +140,7 @@ def test_unplugged_it_stops_and_does_not_go_on_when_it_is_back(pad: Pad, driven:
     driven.until(lambda: driven.speed() > 0.0)
 
 
-def test_stop_is_said_until_it_is_confirmed_and_needs_no_other_button(pad: Pad, driven: Driven) -> None:
+def test_stop_is_sent_until_confirmed_without_other_buttons(pad: Pad, driven: Driven) -> None:
     pad.press(STOP)
     driven.until(lambda: len(driven.all(Bool)) > 3)
     pad.release(STOP)
@@ -153,7 +153,7 @@ def test_stop_is_said_until_it_is_confirmed_and_needs_no_other_button(pad: Pad, 
     assert len(driven.all(Bool)) == count
 
 
-def test_a_pad_that_says_nothing_for_long_has_let_go(pad: Pad) -> None:
+def test_a_silent_gamepad_releases_the_dead_man_switch(pad: Pad) -> None:
     driven = Driven(pad.path, drive={"timeout": 1.0})
     pad.push(FORWARD, -1.0)
     pad.press(DEAD_MAN)
@@ -166,13 +166,13 @@ def test_a_pad_that_says_nothing_for_long_has_let_go(pad: Pad) -> None:
     driven.system.stop()
 
 
-def test_a_named_pad_that_is_not_there_is_a_sentence(tmp_path: Path) -> None:
+def test_a_missing_gamepad_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="js7 does not exist; plug it in"):
         Driven(tmp_path / "js7")
 
 
 @given(st.binary(max_size=200), st.integers(1, 17))
-def test_any_bytes_in_any_pieces_are_events_within_bounds(data: bytes, piece: int) -> None:
+def test_any_byte_stream_decodes_to_bounded_events(data: bytes, piece: int) -> None:
     whole, left = decode(data)
     pieces, rest = list[GamepadEvent](), b""
     for at in range(0, len(data), piece):
@@ -192,7 +192,7 @@ EVENTS = st.builds(
 
 
 @given(st.lists(st.one_of(EVENTS, st.just("gone")), max_size=30))
-def test_nothing_drives_but_a_button_seen_up_then_pressed_and_still_held(events: list[Any]) -> None:
+def test_only_a_button_pressed_after_release_allows_motion(events: list[Any]) -> None:
     drive, up, held = GamepadTeleop(LIMITS, GamepadParams()), False, False
     for event in events:
         if event == "gone":

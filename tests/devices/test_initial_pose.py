@@ -23,7 +23,7 @@ def estimate(pose: SE2, deviation: float) -> PoseWithCovarianceStamped:
     [(SE2(2.1, 1.9, 0.4), 0.4, 1), (SE2(5.0, 2.0, 0.5), 0.3, 2), (SE2(2.2, 2.0, 0.0), 2.1, 2)],
     ids=["received", "elsewhere", "unsure"],
 )
-def test_it_is_published_again_where_it_was_not_received(pose: SE2, deviation: float, times: int) -> None:
+def test_the_initial_pose_is_repeated_until_received(pose: SE2, deviation: float, times: int) -> None:
     """And only for its first estimate: later the robot has moved."""
     params = {"initial_pose": {"x": START.x, "y": START.y, "yaw": START.yaw}}
     life = Life({"initial_pose": "chefbot.devices.initial_pose:InitialPoseDevice"}, {}, params)

@@ -100,7 +100,7 @@ def driven(pty: Pty) -> Iterator[Driven]:
     one.system.stop()
 
 
-def test_a_key_drives_until_its_dead_man_has_stopped_the_robot(pty: Pty, driven: Driven) -> None:
+def test_a_key_drives_until_the_dead_man_timeout(pty: Pty, driven: Driven) -> None:
     pty.type("i")
     assert driven.until_said()[0] > 0
     driven.run(5.0)
@@ -115,7 +115,7 @@ def test_a_key_drives_until_its_dead_man_has_stopped_the_robot(pty: Pty, driven:
     assert times[-1] - times[0] < 2 * SECOND, "it must fall silent, so that navigation gets the robot back"
 
 
-def test_space_stops_at_once_and_is_said_even_while_the_robot_stands(pty: Pty, driven: Driven) -> None:
+def test_space_stops_at_once_and_is_sent_even_at_standstill(pty: Pty, driven: Driven) -> None:
     pty.type(" ")
     assert driven.until_said() == (0.0, 0.0)
     pty.type("u")
@@ -127,7 +127,7 @@ def test_space_stops_at_once_and_is_said_even_while_the_robot_stands(pty: Pty, d
     assert len(driven.said) < 30
 
 
-def test_many_keys_between_two_ticks_all_count(pty: Pty, driven: Driven) -> None:
+def test_all_keys_between_two_ticks_count(pty: Pty, driven: Driven) -> None:
     keyboard = driven.system.nodes[KEYBOARD]
     assert isinstance(keyboard, KeyboardDevice)
     before = keyboard._teleop.speed
@@ -143,19 +143,19 @@ def test_many_keys_between_two_ticks_all_count(pty: Pty, driven: Driven) -> None
 
 
 @given(st.text(max_size=12))
-def test_every_text_is_keys(text: str) -> None:
+def test_any_text_is_parsed_as_keys(text: str) -> None:
     keys = keys_of(text)
     assert all(len(key) <= 2 for key in keys), "a capital may be two letters when small"
     assert bool(keys) == bool(text)
 
 
-def test_arrows_and_capitals_mean_their_letters() -> None:
+def test_arrows_and_capitals_act_as_their_letters() -> None:
     assert keys_of("".join(ARROWS)) == ["i", ",", "l", "j"]
     assert keys_of("I\x1b[A") == ["i", "i"]
     assert keys_of("i\x1b[5~") == ["i", "\x1b"]
 
 
-def test_the_terminal_is_given_back(pty: Pty) -> None:
+def test_terminal_is_restored_at_the_end(pty: Pty) -> None:
     before = pty.modes()
     driven = Driven()
     driven.start()
@@ -164,7 +164,7 @@ def test_the_terminal_is_given_back(pty: Pty) -> None:
     assert pty.modes() == before
 
 
-def test_the_terminal_is_given_back_when_another_node_cannot_start(pty: Pty) -> None:
+def test_terminal_is_restored_if_another_node_fails_to_start(pty: Pty) -> None:
     before = pty.modes()
     driven = Driven()
     kind = "chefbot.devices.map_file:MapFileDevice"
@@ -176,7 +176,7 @@ def test_the_terminal_is_given_back_when_another_node_cannot_start(pty: Pty) -> 
     assert pty.modes() == before
 
 
-def test_the_terminal_is_given_back_by_a_program_that_fails(pty: Pty) -> None:
+def test_terminal_is_restored_after_a_program_error(pty: Pty) -> None:
     before = pty.modes()
     script = (
         "import termios\nfrom chefbot.devices.terminal import Terminal\nTerminal(print, print)\n"
@@ -189,13 +189,15 @@ def test_the_terminal_is_given_back_by_a_program_that_fails(pty: Pty) -> None:
     assert pty.modes() == before
 
 
-def test_a_terminal_that_is_gone_ends_the_run(pty: Pty, driven: Driven) -> None:
+def test_a_closed_terminal_ends_the_run(pty: Pty, driven: Driven) -> None:
     pty.hang_up()
     with pytest.raises(UserError, match="terminal of the keyboard is gone"):
         driven.loop.run()
 
 
-def test_without_a_terminal_it_says_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_missing_terminal_is_an_error_with_a_remedy(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     file = tmp_path / "keys.txt"
     file.write_text("iii")
     with file.open() as stdin:
@@ -207,7 +209,7 @@ def test_without_a_terminal_it_says_what_to_do(monkeypatch: pytest.MonkeyPatch, 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("end", ["\x03", "robot gone"])
-def test_keyboard_teleop_drives_a_running_robot_and_gives_the_terminal_back(pty: Pty, end: str) -> None:
+def test_keyboard_teleop_drives_and_restores_the_terminal(pty: Pty, end: str) -> None:
     """The whole command as a person starts it, in a session whose terminal this is."""
     before = pty.modes()
     script = (

@@ -91,7 +91,7 @@ def until(condition: Callable[[], bool]) -> None:
 
 @settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.lists(st.booleans(), max_size=3), min_size=1, max_size=4))
-def test_it_starts_as_it_ended(
+def test_the_stop_state_is_restored_at_startup(
     tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch, lives: list[list[bool]]
 ) -> None:
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path_factory.mktemp("state") / "not" / "there"))
@@ -107,7 +107,7 @@ def test_it_starts_as_it_ended(
         life.end()
 
 
-def test_who_cannot_know_is_stopped_and_can_be_released(
+def test_an_unknown_stop_state_is_stopped_and_can_be_released(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "file").write_text("where a folder should be")
@@ -119,7 +119,7 @@ def test_who_cannot_know_is_stopped_and_can_be_released(
     life.end()
 
 
-def test_a_full_disk_keeps_a_stop_and_what_cannot_be_kept_is_said(
+def test_a_full_disk_keeps_a_stop_and_reports_unsaved_states(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
@@ -139,7 +139,7 @@ def test_a_full_disk_keeps_a_stop_and_what_cannot_be_kept_is_said(
 
 
 @pytest.mark.slow
-def test_a_robot_that_is_killed_while_stopped_is_stopped_when_it_is_started_again(tmp_path: Path) -> None:
+def test_a_robot_killed_while_stopped_restarts_stopped(tmp_path: Path) -> None:
     path = tmp_path / "finger.yaml"
     path.write_text(LAUNCH)
     (tmp_path / "finger.py").write_text(FINGER)

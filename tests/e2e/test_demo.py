@@ -25,7 +25,7 @@ def demo(cwd: Path, out: str, *arguments: str) -> dict[str, Any]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ["chefbot", "chefbot_lidar"])
-def test_in_the_room_it_maps_forgets_finds_itself_delivers_and_comes_home(tmp_path: Path, robot: str) -> None:
+def test_demo_in_the_room_maps_localizes_delivers_and_returns(tmp_path: Path, robot: str) -> None:
     """Its log says so again to the byte, and for one of the robots another run with the same seed too."""
     arguments = ("--world", "room", "--robot", robot, "--seed", "2")
     summary = demo(tmp_path, "run", *arguments)
@@ -46,7 +46,7 @@ def test_in_the_room_it_maps_forgets_finds_itself_delivers_and_comes_home(tmp_pa
 
 
 @pytest.mark.long
-def test_in_the_hotel_it_carries_food_to_three_tables(tmp_path: Path) -> None:
+def test_demo_in_the_hotel_delivers_to_three_tables(tmp_path: Path) -> None:
     summary = demo(tmp_path, "run", "--world", "hotel", "--robot", "chefbot_lidar", "--seed", "1")
     assert summary["success"]
     assert summary["deliveries_done"] == 3

@@ -32,7 +32,7 @@ def run(processor: str, *arguments: str) -> str:
 
 
 @pytest.mark.slow
-def test_the_filters_give_the_same_bytes_on_every_processor() -> None:
+def test_filters_are_bit_identical_on_every_processor() -> None:
     here = run("", "-m", "tests.support.filter_hash")
     assert len(here.splitlines()) == 4
     assert {
@@ -41,7 +41,7 @@ def test_the_filters_give_the_same_bytes_on_every_processor() -> None:
 
 
 @pytest.mark.long
-def test_a_demo_gives_the_same_bytes_on_every_processor(tmp_path: Path) -> None:
+def test_a_demo_is_bit_identical_on_every_processor(tmp_path: Path) -> None:
     """From exploring to the delivery, all messages and the map."""
     hashes = set()
     for processor in ["", *OTHERS]:

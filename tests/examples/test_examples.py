@@ -50,12 +50,12 @@ def own_planner() -> ModuleType:
         sys.path.remove(str(EXAMPLES))
 
 
-def test_the_loop_is_short_enough_to_be_read() -> None:
+def test_the_loop_example_is_short() -> None:
     assert len((EXAMPLES / "00_one_loop.py").read_text().splitlines()) < 80
 
 
 @pytest.mark.slow
-def test_one_loop_maps_the_room_and_comes_home(tmp_path: Path) -> None:
+def test_the_loop_example_maps_the_room_and_returns(tmp_path: Path) -> None:
     done = run(str(EXAMPLES / "00_one_loop.py"), "map.png", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "with 0 collisions" in done.stdout
@@ -66,7 +66,7 @@ def test_one_loop_maps_the_room_and_comes_home(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_own_planner_drives_the_robot_through_the_room(tmp_path: Path) -> None:
+def test_example_planner_drives_the_robot_through_the_room(tmp_path: Path) -> None:
     done = run(str(EXAMPLES / "01_a_planner.py"), folder=tmp_path)
     assert done.returncode == 0, done.stderr
     paths = re.search(r"planner: Wavefront, (\d+) paths", done.stdout)
@@ -75,7 +75,7 @@ def test_own_planner_drives_the_robot_through_the_room(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_launch_finds_the_planner_beside_its_file_and_says_so_when_it_does_not(tmp_path: Path) -> None:
+def test_a_launch_finds_the_planner_beside_its_file(tmp_path: Path) -> None:
     words = ["world:=room", "robot:=chefbot_lidar", "headless:=true", "speed:=0", "duration:=1"]
     found = run("-m", "chefbot", "launch", str(EXAMPLES / "01_a_planner.yaml"), *words, folder=tmp_path)
     assert found.returncode == 0, found.stderr
@@ -92,7 +92,7 @@ def costmap(free: np.ndarray) -> Costmap:
 
 @settings(max_examples=60)
 @given(seed=st.integers(0, 10_000), share=st.floats(0.5, 1.0))
-def test_own_planner_goes_from_cell_to_cell_and_through_no_obstacle(
+def test_example_planner_moves_between_adjacent_free_cells(
     own_planner: ModuleType, seed: int, share: float
 ) -> None:
     rng = np.random.default_rng(seed)
@@ -112,7 +112,7 @@ def test_own_planner_goes_from_cell_to_cell_and_through_no_obstacle(
     assert all(max(abs(a[0] - b[0]), abs(a[1] - b[1])) == 1 for a, b in itertools.pairwise(way))
 
 
-def test_own_planner_begins_at_the_robot_and_ends_at_the_goal(own_planner: ModuleType) -> None:
+def test_example_planner_path_joins_robot_and_goal(own_planner: ModuleType) -> None:
     start, goal = SE2(-0.55, 2.25, 0.3), SE2(1.72, 3.81, -2.0)
     path = own_planner.Wavefront(PlannerParams()).plan(costmap(np.ones((20, 30), bool)), start, goal)
     assert tuple(path[0, :2]) == (start.x, start.y)
@@ -127,7 +127,7 @@ def test_own_planner_begins_at_the_robot_and_ends_at_the_goal(own_planner: Modul
         (SE2(1.55, 2.5, 0.0), PlanningFailure.NO_VALID_PATH),
     ],
 )
-def test_own_planner_says_why_there_is_no_path(
+def test_example_planner_names_the_reason_of_a_failure(
     own_planner: ModuleType, goal: SE2, failure: PlanningFailure
 ) -> None:
     free = np.ones((20, 30), bool)

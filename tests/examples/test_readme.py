@@ -48,7 +48,7 @@ def without_environment(words: list[str]) -> list[str]:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_every_chefbot_command_is_understood(page: Path) -> None:
+def test_every_chefbot_command_parses(page: Path) -> None:
     group = typer.main.get_command(app)
     for words in map(without_environment, commands(page)):
         if words[0] != "chefbot":
@@ -80,7 +80,7 @@ def test_every_python_script_exists() -> None:
     assert scripts and all((ROOT / one).is_file() for one in scripts)
 
 
-def test_only_known_programs_are_called() -> None:
+def test_only_known_programs_are_used() -> None:
     programs = {without_environment(words)[0] for words in all_commands()}
     assert programs <= {
         "chefbot",
@@ -96,7 +96,7 @@ def test_only_known_programs_are_called() -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_every_link_picture_and_file_is_there(page: Path) -> None:
+def test_every_linked_file_and_picture_exists(page: Path) -> None:
     text = page.read_text()
     links = [one for one in LINK.findall(text) if "://" not in one]
     missing = [one for one in links if not (page.parent / one).exists()]
@@ -104,7 +104,7 @@ def test_every_link_picture_and_file_is_there(page: Path) -> None:
     assert not missing
 
 
-def test_every_picture_is_shown_somewhere_and_small() -> None:
+def test_every_picture_is_used_and_small() -> None:
     shown = {
         Path(one).name for page in PAGES for one in LINK.findall(page.read_text()) if one.endswith(".png")
     }
@@ -128,7 +128,7 @@ def test_the_quick_commands_of_the_readme_run() -> None:
 
 
 @pytest.mark.slow
-def test_the_one_liners_of_the_pages_run() -> None:
+def test_the_one_line_commands_of_the_pages_run() -> None:
     lines = [words for words in all_commands() if words[:2] == ["python", "-c"]]
     assert lines
     for words in lines:
@@ -138,7 +138,7 @@ def test_the_one_liners_of_the_pages_run() -> None:
         assert done.returncode == 0 and done.stdout, (words, done.stderr)
 
 
-def test_the_excerpt_of_a_robot_is_one(tmp_path: Path) -> None:
+def test_the_robot_excerpt_is_valid(tmp_path: Path) -> None:
     (excerpt,) = YAML.findall((ROOT / "README.md").read_text())
     (tmp_path / "my_robot.yaml").write_text(excerpt)
     mine, theirs = load_robot(str(tmp_path / "my_robot.yaml")), load_robot("chefbot")
@@ -146,18 +146,18 @@ def test_the_excerpt_of_a_robot_is_one(tmp_path: Path) -> None:
     assert mine.wheels.width == theirs.wheels.width and body_height(mine) > body_height(theirs)
 
 
-def test_the_excerpt_of_places_is_one(tmp_path: Path) -> None:
+def test_the_places_excerpt_is_valid(tmp_path: Path) -> None:
     (excerpt,) = YAML.findall((ROOT / "docs" / "learn" / "09_delivery.md").read_text())
     (tmp_path / "map.places.yaml").write_text(excerpt)
     assert set(load_places(tmp_path / "map.places.yaml")) == {"kitchen", "table_3"}
 
 
-def test_the_length_of_the_one_loop_is_told_truly() -> None:
+def test_the_readme_gives_the_true_length_of_the_loop_example() -> None:
     length = len((ROOT / "examples" / "00_one_loop.py").read_text().splitlines())
     assert f"file of {length} lines" in (ROOT / "README.md").read_text()
 
 
-def test_pictures_go_into_the_folder_that_is_named(tmp_path: Path) -> None:
+def test_pictures_are_written_to_the_given_folder(tmp_path: Path) -> None:
     """And not over the repository's own, whose exercise is to falsify them."""
     before = {path: path.stat().st_mtime_ns for path in (ROOT / "docs" / "pictures").iterdir()}
     script = (

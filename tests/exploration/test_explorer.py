@@ -110,14 +110,14 @@ def grid_of(rows):
     return Grid(np.kron(cells, np.ones((4, 4), np.int8)), CELL, 0.0, 0.0)
 
 
-def test_frontiers_are_free_cells_beside_the_unknown():
+def test_frontiers_are_free_cells_beside_unknown_ones():
     grid = grid_of(["....", "....", "..##", "..??"])
     mask = frontier_mask(grid, 35)
     assert {int(c) for c in np.nonzero(mask)[1]} == {7}
     assert {int(r) for r in np.nonzero(mask)[0]} == {12, 13, 14, 15}
 
 
-def test_pieces_cover_every_cell_once_and_are_not_too_long():
+def test_frontier_pieces_cover_every_cell_once_within_length():
     grid = grid_of(["." * 40, "?" * 40])
     pieces = find_frontiers(grid, 35, 2.0)
     cells = np.concatenate([piece.cells for piece in pieces])
@@ -134,7 +134,7 @@ def decide(rows, reachable, explorer=None):
 ROOM = ["........", "........", "........", "????????"]
 
 
-def test_the_goal_looks_at_the_frontier():
+def test_the_goal_pose_faces_the_frontier():
     goal = decide(ROOM, True).goal
     assert goal is not None
     aim = math.atan2(goal.y - goal.pose.y, goal.x - goal.pose.x)
@@ -142,7 +142,7 @@ def test_the_goal_looks_at_the_frontier():
     assert goal.gain > 0.0
 
 
-def test_every_left_frontier_has_its_reason():
+def test_every_skipped_frontier_has_a_reason():
     assert "unreachable" in decide(ROOM, False).skipped[0].reason
     assert "too small" in decide(["#####", "#...#", "##.##", "##?##"], True).skipped[0].reason
     explorer = Explorer(RADIUS)
@@ -154,7 +154,7 @@ def test_every_left_frontier_has_its_reason():
     assert "failed 2 times" in decision.skipped[0].reason
 
 
-def test_a_known_map_is_done():
+def test_a_fully_known_map_is_done():
     assert decide(["####", "#..#", "####"], True) == (None, ())
 
 
@@ -176,7 +176,7 @@ def decide_at_the_door(explorer, blocked):
     return explorer.decide(grid, GridPlanner().potential(costs.update(), pose), pose).goal
 
 
-def test_a_blocked_door_is_looked_at_again_before_the_rest_is_given_up():
+def test_a_blocked_door_is_retried_before_exploration_ends():
     explorer = Explorer(RADIUS)
     goal = decide_at_the_door(explorer, True)
     assert goal.blocked and goal.look_around and goal.pose.x == pytest.approx(4.8, abs=0.2)

@@ -56,7 +56,7 @@ def car() -> Car:
     return Car(board)
 
 
-def test_the_handshake_tells_the_robot_files_numbers() -> None:
+def test_the_handshake_contains_the_robot_constants() -> None:
     board = HostBoard()
     answer = board.shake_hands().fields
     constants = board.constants
@@ -67,7 +67,7 @@ def test_the_handshake_tells_the_robot_files_numbers() -> None:
     assert int(answer[5]) == constants["ticks_per_turn_milli"]
 
 
-def test_two_boards_in_one_process_know_nothing_of_each_other() -> None:
+def test_two_boards_in_one_process_are_independent() -> None:
     one, two = HostBoard(), HostBoard()
     one.shake_hands()
     one.lib.chefbot_board_turn(one.handle, 0, 500)
@@ -79,9 +79,7 @@ def test_two_boards_in_one_process_know_nothing_of_each_other() -> None:
 
 
 @pytest.mark.parametrize("lost, flipped", [(0.2, 0.0), (0.0, 0.01), (0.2, 0.01)])
-def test_a_bad_line_neither_moves_the_robot_nor_loses_its_place(
-    car: Car, lost: float, flipped: float
-) -> None:
+def test_a_corrupt_line_causes_no_motion_and_keeps_the_ticks(car: Car, lost: float, flipped: float) -> None:
     """1 % of bits flipped, 20 % of lines lost: commands at 50 Hz, odometry read from the `e` lines that arrive."""
     chance = random.Random(4)
     told: list[Message] = []
@@ -108,7 +106,7 @@ def _flip(line: bytes, share: float, chance: random.Random) -> bytes:
     return bytes(b ^ sum(1 << i for i in range(8) if chance.random() < share) for b in line)
 
 
-def test_a_computer_that_dies_at_full_speed(car: Car) -> None:
+def test_a_dead_computer_at_full_speed_stops_the_wheels(car: Car) -> None:
     top = car.board.constants["max_forward"]
     for step in range(300):
         if step % 5 == 0:
@@ -185,7 +183,7 @@ class Pty:
         raise AssertionError(f"no {letter!r} line came")
 
 
-def test_drive_through_the_pty_and_fall_silent(program: tuple[subprocess.Popen[str], int]) -> None:
+def test_silence_on_the_pty_stops_the_wheels(program: tuple[subprocess.Popen[str], int]) -> None:
     pty = Pty(program[1])
     pty.wait_for("e")
     pty.say("v 5 1")
@@ -204,7 +202,7 @@ def test_drive_through_the_pty_and_fall_silent(program: tuple[subprocess.Popen[s
     assert status.fields[6:8] == ("0", "0")
 
 
-def test_an_estop_button_on_the_programs_stdin(program: tuple[subprocess.Popen[str], int]) -> None:
+def test_the_stdin_button_latches_an_emergency_stop(program: tuple[subprocess.Popen[str], int]) -> None:
     process, line = program
     assert process.stdin
     pty = Pty(line)

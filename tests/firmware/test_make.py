@@ -11,7 +11,7 @@ import pytest
 from tests.firmware.host_board import make, need
 
 
-def test_unit_tests_under_sanitizers() -> None:
+def test_unit_tests_pass_under_sanitizers() -> None:
     need("make", "g++")
     assert re.search(r"\d+ tests, 0 failed", make("unit"))
 
@@ -22,20 +22,20 @@ def test_the_library_compiles_without_a_warning() -> None:
     make("host")
 
 
-def test_the_safety_part_is_covered() -> None:
+def test_safety_code_is_fully_covered() -> None:
     need("make", "g++", "gcov")
     assert "100.0 % of lines, 100.0 % of branches" in make("coverage")
 
 
 @pytest.mark.slow
-def test_ten_million_fuzzed_bytes() -> None:
+def test_ten_million_fuzzed_bytes_do_no_harm() -> None:
     need("make", "g++")
     said = make("fuzz", BYTES=10_000_000, SEED=2)
     match = re.search(r"fuzz: (\d+) bytes.* (\d+) lines accepted.* motion in (\d+) of", said)
     assert match and int(match[1]) >= 10_000_000 and int(match[2]) > 1000 and int(match[3]) > 1000
 
 
-def test_sizes_on_avr() -> None:
+def test_the_program_fits_the_avr() -> None:
     need("make", "avr-g++")
     match = re.search(r"core.*: (\d+) bytes", make("avr"))
     assert match and int(match[1]) <= 8192

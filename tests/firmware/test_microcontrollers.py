@@ -149,7 +149,7 @@ def scenario(both: Both, seconds: float, seed: int) -> None:
 
 
 @pytest.mark.slow
-def test_same_inputs_same_ticks_states_and_messages(bench: Bench) -> None:
+def test_microcontrollers_reproduce_ticks_states_and_messages(bench: Bench) -> None:
     both = Both(bench)
     scenario(both, 16.0, seed=5)
     ours, theirs = both.compared()
@@ -180,7 +180,7 @@ def test_control_step_is_short_even_at_full_speed(
 
 
 @pytest.mark.slow
-def test_no_edge_is_lost_at_full_speed(bench: Bench) -> None:
+def test_no_encoder_edge_is_lost_at_full_speed(bench: Bench) -> None:
     for way in (112, -112, 112):
         for _ in range(20):
             for wheel in (0, 1):
@@ -220,7 +220,7 @@ def test_a_silent_computer_stops_the_motors_in_150_ms(bench: Bench, offset_us: i
     assert state.duty == (0, 0)
 
 
-def test_a_hanging_bus_does_not_hang_the_board(bench: Bench) -> None:
+def test_a_hanging_i2c_bus_does_not_block_the_board(bench: Bench) -> None:
     bench.ask("imu_answers 0")
     first = bench.run(10_000)
     last = bench.run(1_000_000)

@@ -11,12 +11,12 @@ from tests.firmware.transcript import transcript
 PAGE = (FIRMWARE.parent / "docs" / "protocol.md").read_text()
 
 
-def test_the_example_is_spoken_by_the_program() -> None:
+def test_the_documented_example_is_the_program_output() -> None:
     (example,) = re.findall(r"```\n(.*?)\n```", PAGE, re.S)
     assert example.split("\n") == transcript()
 
 
-def test_the_check_value_of_the_crc() -> None:
+def test_the_documented_crc_check_value_is_correct() -> None:
     assert unframed(b"a 1*" + _crc(b"a 1")).letter == "a"
     assert _crc(b"123456789") == b"29B1" and "29B1" in PAGE
 
@@ -30,7 +30,7 @@ def _crc(data: bytes) -> bytes:
     return b"%04X" % rest
 
 
-def test_every_flag_and_reason_is_on_the_page() -> None:
+def test_every_flag_and_reason_is_documented() -> None:
     flags = re.findall(r"const Flags \w+ = 1u << (\d+);", (FIRMWARE / "core" / "flags.h").read_text())
     assert len(flags) == 15
     section = PAGE[PAGE.index("**flags**") : PAGE.index("**reason**")]

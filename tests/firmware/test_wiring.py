@@ -35,7 +35,7 @@ def code(board: str) -> str:
 
 
 @pytest.mark.parametrize("board", BOARDS)
-def test_the_picture_is_of_the_pins_in_the_source(board: str) -> None:
+def test_the_wiring_picture_has_the_pins_of_the_source(board: str) -> None:
     picture = FIRMWARE.parent / "docs" / "pictures" / f"wiring_{board}.svg"
     assert picture.read_text() == WIRING["draw"](board), "python docs/wiring.py draws it anew"
     assert f"docs/pictures/{picture.name}" in README
@@ -59,7 +59,7 @@ def test_no_pin_is_used_twice(board: str) -> None:
 
 
 @pytest.mark.parametrize("column, board", list(enumerate(BOARDS)))
-def test_the_table_in_the_readme_says_the_same(column: int, board: str) -> None:
+def test_the_readme_table_has_the_pins_of_the_source(column: int, board: str) -> None:
     rows = [line.strip("| ").split(" | ") for line in README.splitlines() if line.startswith("| ")]
     table = {row[0]: row[1 + column] for row in rows if row[0] in ROWS}
     assert set(table) == set(ROWS)
@@ -72,7 +72,7 @@ def test_the_table_in_the_readme_says_the_same(column: int, board: str) -> None:
 @pytest.mark.parametrize(
     "board, full, steps", [("mega", 5000, 1024), ("tiva", 3300, 4096), ("pico", 3300, 4096)]
 )
-def test_the_battery_divider_is_what_the_program_reckons_with(board: str, full: int, steps: int) -> None:
+def test_the_battery_divider_matches_the_program(board: str, full: int, steps: int) -> None:
     upper, lower = (int(ohms[:-1]) for ohms in WIRING["battery_divider"](board))
     (found,) = re.findall(r"\* (\d+)(?:UL)? (/|>>) (\d+)\)", code(board))
     factor = int(found[0]) / (int(found[2]) if found[1] == "/" else 1 << int(found[2]))
@@ -81,7 +81,7 @@ def test_the_battery_divider_is_what_the_program_reckons_with(board: str, full: 
 
 
 @pytest.mark.parametrize("board", BOARDS)
-def test_no_input_of_a_3v3_board_gets_the_rangers_five_volts(board: str) -> None:
+def test_no_3v3_input_gets_the_5v_of_the_ranger(board: str) -> None:
     kind = WIRING["BOARDS"][board]
     assert ("ECHO" in kind.divided) == (kind.logic == "3.3 V")
     assert WIRING["draw"](board).count(">2k<") == len(kind.divided)

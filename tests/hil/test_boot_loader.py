@@ -55,17 +55,17 @@ def time_to_find(board: MegaAsSold, others: Chatter, token: int = 7) -> int:
     raise AssertionError(f"not found within {DETECTION_TIMEOUT_NS / 1e9:g} s")
 
 
-def test_it_is_found_as_soon_as_its_boot_loader_has_ended(board: MegaAsSold) -> None:
+def test_board_is_found_as_soon_as_its_boot_loader_ends(board: MegaAsSold) -> None:
     assert BOOT_NS < time_to_find(board, silence) < BOOT_NS + MARGIN_NS
 
 
 @pytest.mark.slow
-def test_it_is_found_though_another_program_speaks_to_it_first(board: MegaAsSold) -> None:
+def test_board_is_found_while_another_program_writes_to_it(board: MegaAsSold) -> None:
     assert TRAPPED_NS < time_to_find(board, modem_manager) < 1_000_000_000 + TRAPPED_NS + MARGIN_NS
 
 
 @pytest.mark.slow
-def test_its_reset_button_in_mid_drive_costs_a_pause(board: MegaAsSold) -> None:
+def test_a_reset_while_driving_costs_only_a_pause(board: MegaAsSold) -> None:
     """The driver falls silent when the board does, so that the boot loader ends."""
     time_to_find(board, silence)
     link, now = BoardLink(ROBOT, 1), 0
@@ -86,7 +86,7 @@ def test_its_reset_button_in_mid_drive_costs_a_pause(board: MegaAsSold) -> None:
     drive_until(lambda: link.session.handshakes == 2, pressed_ns + 2 * TRAPPED_NS)
 
 
-def test_after_a_restart_its_boot_loader_comes_first_and_hides_the_reason(board: MegaAsSold) -> None:
+def test_the_boot_loader_hides_the_reason_of_a_restart(board: MegaAsSold) -> None:
     """What README.md of the firmware says of a Mega's watchdog."""
     time_to_find(board, silence)
     board.shake_hands()
@@ -98,14 +98,14 @@ def test_after_a_restart_its_boot_loader_comes_first_and_hides_the_reason(board:
 
 
 @pytest.mark.slow
-def test_the_driver_finds_it_cold_and_with_its_cable_pulled(tmp_path: Path) -> None:
+def test_driver_finds_the_board_cold_and_with_its_cable_pulled(tmp_path: Path) -> None:
     with PluggedMega(tmp_path / "port") as mega, Driven(str(mega.path)) as driven:
         is_found(mega, driven)
         found_again(mega, driven)
 
 
 @pytest.mark.long
-def test_a_hundred_times_of_a_hundred(board: MegaAsSold, tmp_path: Path) -> None:
+def test_board_is_found_in_a_hundred_of_a_hundred_starts(board: MegaAsSold, tmp_path: Path) -> None:
     for n in range(100):
         board.run(137 * n)  # the driver comes at any moment
         assert time_to_find(board, silence, token=n) < BOOT_NS + MARGIN_NS

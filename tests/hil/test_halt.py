@@ -61,7 +61,7 @@ def killed(process: subprocess.Popen[bytes]) -> None:
 
 
 @pytest.mark.parametrize("how", [killed, halted])
-def test_a_host_program_that_is_gone(
+def test_a_killed_host_program_stops_the_wheels(
     desk: Desk,
     how: Callable[[subprocess.Popen[bytes]], None],
     record_property: Callable[[str, object], None],
@@ -80,7 +80,7 @@ def test_a_host_program_that_is_gone(
     wait_for(lambda: desk.wheels.speed == [0.0, 0.0], "standstill")
 
 
-def test_a_cable_that_is_pulled(
+def test_a_pulled_cable_stops_the_wheels(
     desk: Desk, tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:
     with Cable(desk.path, tmp_path / "port") as cable, Driven(str(cable.path)) as driven:
@@ -91,6 +91,6 @@ def test_a_cable_that_is_pulled(
     assert 0.0 < stopped <= LIMIT_MS
 
 
-def test_full_speed_is_within_reach_of_these_wheels() -> None:
+def test_the_wheels_can_reach_full_speed() -> None:
     """Else the tests above would wait for ever."""
     assert max_speed(ROBOT) / ROBOT.metres_per_tick < 0.95 * NO_LOAD

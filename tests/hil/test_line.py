@@ -45,7 +45,7 @@ def newest(driven: Driven, topic: str) -> object:
     return told[-1] if told else None
 
 
-def test_handshake_drive_and_what_it_senses(desk: Desk, driven: Driven, cable: Cable) -> None:
+def test_handshake_drive_and_sensor_data(desk: Desk, driven: Driven, cable: Cable) -> None:
     """Ticks, turn rate, battery and echo come through as the surroundings have them."""
     desk.happen(lambda board: board.set("echo", 5831))
     desk.happen(lambda board: board.set("battery", 12500))
@@ -75,7 +75,7 @@ def _ticks(message: object) -> tuple[int, int]:
     return message.left, message.right
 
 
-def test_the_estop_button_latches(desk: Desk, driven: Driven, cable: Cable) -> None:
+def test_the_emergency_stop_button_latches(desk: Desk, driven: Driven, cable: Cable) -> None:
     drive(driven, cable, SPEED)
     desk.happen(lambda board: board.set("estop", 1))
     driven.until(lambda: "emergency stop button" in driven.health, "the news")
@@ -103,7 +103,7 @@ def test_a_wheel_that_turns_backwards_stops_both(desk: Desk, driven: Driven, cab
     drive(driven, cable, SPEED)
 
 
-def test_a_board_that_resets_in_mid_drive_stands_until_a_stop_was_commanded(
+def test_a_board_reset_while_driving_stands_until_a_zero_command(
     desk: Desk, driven: Driven, cable: Cable
 ) -> None:
     drive(driven, cable, SPEED)
@@ -118,7 +118,7 @@ def test_a_board_that_resets_in_mid_drive_stands_until_a_stop_was_commanded(
     drive(driven, cable, SPEED)
 
 
-def test_cable_out_and_back(desk: Desk, driven: Driven, cable: Cable) -> None:
+def test_the_cable_can_be_pulled_and_plugged_back(desk: Desk, driven: Driven, cable: Cable) -> None:
     drive(driven, cable, SPEED)
     assert desk.stops_after(cable.pull) <= 200.0
     driven.until(lambda: "broke" in driven.health or "no motor board" in driven.health, "the news")
@@ -129,9 +129,7 @@ def test_cable_out_and_back(desk: Desk, driven: Driven, cable: Cable) -> None:
     drive(driven, cable, SPEED)
 
 
-def test_an_imu_that_falls_off_the_bus_is_named_and_comes_back(
-    desk: Desk, driven: Driven, cable: Cable
-) -> None:
+def test_an_imu_lost_on_the_bus_is_reported_and_recovers(desk: Desk, driven: Driven, cable: Cable) -> None:
     drive(driven, cable, SPEED)
     desk.happen(lambda board: board.set("imu_answers", 0))
     driven.until(lambda: "IMU is absent" in driven.health, "the news")

@@ -52,7 +52,7 @@ QUICK = ["headless:=true", "speed:=0", "duration:=0.1"]
         (["robot_standalone", "board_port:=/no/board"], "/no/board does not exist"),
     ],
 )
-def test_it_is_one_sentence_and_exit_code_2(
+def test_bad_input_is_one_sentence_with_exit_code_2(
     line: list[str], sentence: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     keys = {text.partition(":=")[0] for text in line}
@@ -67,7 +67,7 @@ def test_it_is_one_sentence_and_exit_code_2(
     assert error.count("\n") == 1
 
 
-def test_paths_from_home_are_understood_behind_the_equals_sign(
+def test_home_paths_are_expanded_after_an_equals_sign(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Shells expand `~` neither there nor within quotes, whichever argument is a path."""
@@ -86,7 +86,7 @@ def test_paths_from_home_are_understood_behind_the_equals_sign(
     assert load_launch("amcl_demo", {"record": "a~b"}).args["record"] == "a~b"
 
 
-def test_the_words_of_the_page_and_of_the_board_mean_one_thing_each() -> None:
+def test_port_page_and_board_port_keep_one_meaning_each() -> None:
     """port:= is where the page is served, page:= the address of one that runs, board_port:= the motor board."""
     for name in built_in_launches():
         args, nodes = load_launch(name).args, load_launch(name).nodes
@@ -98,7 +98,7 @@ def test_the_words_of_the_page_and_of_the_board_mean_one_thing_each() -> None:
         assert boards == [args.get("board_port")] * len(boards), name
 
 
-def test_without_a_name_it_lists_them(
+def test_launch_without_a_name_lists_the_launches(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["chefbot", "launch"])
@@ -123,7 +123,7 @@ def test_a_failed_start_leaves_the_port_free(tmp_path: Path) -> None:
         pass
 
 
-def test_a_taken_port_gives_the_next_and_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_used_port_gives_the_next_one_with_a_notice(capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         run_launch("chefbot_empty_world", [f"port:={port}", "duration:=0.2", "speed:=0"])
@@ -132,7 +132,7 @@ def test_a_taken_port_gives_the_next_and_says_so(capsys: pytest.CaptureFixture[s
     assert address.port is not None and port < address.port < port + 20
 
 
-def test_a_program_sees_the_simulated_robot_on_its_page() -> None:
+def test_a_program_sees_the_simulated_robot_in_its_web_ui() -> None:
     launch = load_launch("chefbot_empty_world", {"port": "18700"})
     with session(load_robot("chefbot"), 1, launch.clock, 0.0, None) as system:
         start(system, launch)

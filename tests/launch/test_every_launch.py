@@ -95,7 +95,7 @@ def nudge(system: NodeContainer) -> None:
     system.loop.post(lambda: system.loop.publish("cmd_vel_teleop", DRIVING, "person", from_device=True))
 
 
-def test_the_chapters_launches_are_there() -> None:
+def test_the_chapter_launches_exist() -> None:
     assert set(built_in_launches()) >= CHAPTER
     assert not CHAPTER & PARTS, "each says what it is about"
     page = (Path(__file__).parents[2] / "docs" / "chapter.md").read_text()
@@ -103,7 +103,7 @@ def test_the_chapters_launches_are_there() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(built_in_launches()))
-def test_its_params_are_valid(name: str) -> None:
+def test_launch_params_are_valid(name: str) -> None:
     launch = load_launch(name)
     for node, entry in launch.nodes.items():
         node_params(node_class(entry.kind, node), entry.params, node)
@@ -114,7 +114,7 @@ def test_its_params_are_valid(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "robot"), [*((name, "chefbot") for name in ALONE), ("gmapping_demo", "chefbot_lidar")]
 )
-def test_it_does_the_same_again_and_its_replay_too(
+def test_the_run_is_repeatable_and_its_replay_is_identical(
     name: str, robot: str, saved_map: Path, tmp_path: Path
 ) -> None:
     arguments = {**given(name, saved_map), "robot": robot}
@@ -139,7 +139,7 @@ def test_another_seed_is_another_run(saved_map: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["chefbot_hotel_world", "gmapping_demo", "amcl_demo"])
-def test_a_person_can_drive_it(name: str, saved_map: Path) -> None:
+def test_an_operator_can_drive_the_robot(name: str, saved_map: Path) -> None:
     launch = load_launch(name, given(name, saved_map))
     with session(load_robot("chefbot"), SEED, launch.clock, 0.0, None) as system:
         start(system, launch)
@@ -151,7 +151,7 @@ def test_a_person_can_drive_it(name: str, saved_map: Path) -> None:
     assert 0.2 < pose.yaw < 1.5
 
 
-def test_the_depth_camera_alone_makes_a_scan_on_the_map(saved_map: Path) -> None:
+def test_the_depth_camera_alone_builds_a_map(saved_map: Path) -> None:
     launch = load_launch("3dsensor", given("3dsensor", saved_map))
     topics: set[str] = set()
     with session(load_robot("chefbot"), SEED, launch.clock, 0.0, None) as system:
@@ -164,7 +164,7 @@ def test_the_depth_camera_alone_makes_a_scan_on_the_map(saved_map: Path) -> None
 
 
 @pytest.mark.parametrize("name", ["view_robot", "view_navigation"])
-def test_views_need_a_robot_that_runs(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_views_need_a_running_robot(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         page = f"page:={robot.url}"
         run_launch(name, ["headless:=true", "duration:=5", "speed:=0", page])
@@ -182,6 +182,6 @@ def test_views_open_the_browser(monkeypatch: pytest.MonkeyPatch) -> None:
         assert opened == [robot.url]
 
 
-def test_the_built_robot_without_its_board_is_refused_in_a_sentence(tmp_path: Path) -> None:
+def test_the_built_robot_without_its_board_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"port .* does not exist.*board_port:=auto"):
         run_launch("robot_standalone", ["headless:=true", "duration:=5", f"board_port:={tmp_path}/board"])

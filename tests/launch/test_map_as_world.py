@@ -35,7 +35,7 @@ def room_map(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("given", [{}, {"start": "[0.4, 0.3, 2.0]"}], ids=["most room", "start"])
-def test_localization_and_truth_share_the_maps_frame(given: dict[str, str], room_map: Path) -> None:
+def test_localization_and_ground_truth_share_the_map_frame(given: dict[str, str], room_map: Path) -> None:
     arguments = {"world": str(room_map), "headless": "true", "robot": ROBOT.name, "seed": "5", **given}
     launch = load_launch("amcl_demo", arguments)
     truth: list[SE2] = []

@@ -43,7 +43,7 @@ def wrong_start(amcl: Amcl, truth: SE2, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_a_lidar_tracks_within_two_centimetres(hotel: Any, lidar: Any, drives: Any, seed: int) -> None:
+def test_lidar_tracking_is_within_two_centimetres(hotel: Any, lidar: Any, drives: Any, seed: int) -> None:
     truth, odom = drives.route(seed)
     amcl = Amcl(AmclParams(seed=seed), hotel.grid, lidar.mount)
     wrong_start(amcl, truth[0], seed)
@@ -67,7 +67,7 @@ def test_a_narrow_depth_scan_tracks_from_a_wrong_start(
 
 
 @pytest.mark.parametrize("start", range(4))
-def test_a_lidar_finds_itself_in_a_hotel_of_similar_rooms(
+def test_lidar_localizes_globally_among_similar_rooms(
     hotel: Any, lidar: Any, drives: Any, start: int
 ) -> None:
     truth, odom = drives.from_room(start)
@@ -78,7 +78,7 @@ def test_a_lidar_finds_itself_in_a_hotel_of_similar_rooms(
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_between_two_equal_rooms_it_keeps_both(twin_rooms: Any, lidar: Any, seed: int) -> None:
+def test_two_identical_rooms_keep_both_hypotheses(twin_rooms: Any, lidar: Any, seed: int) -> None:
     params, rng = AmclParams(seed=seed), np.random.default_rng(seed)
     field = LikelihoodField.of(twin_rooms.grid, params)
     model = FilterModels(params, field, PoseBins(twin_rooms.grid), rng)
@@ -93,7 +93,7 @@ def test_between_two_equal_rooms_it_keeps_both(twin_rooms: Any, lidar: Any, seed
         assert 0.2 < left < 0.8 and not belief.is_narrow
 
 
-def test_a_kidnapped_robot_notices_and_finds_itself(hotel: Any, lidar: Any, drives: Any) -> None:
+def test_a_kidnapped_robot_is_detected_and_relocalized(hotel: Any, lidar: Any, drives: Any) -> None:
     truth, odom = drives.kidnapped(250)
     amcl = Amcl(AmclParams(seed=1), hotel.grid, lidar.mount)
     amcl.set_pose(truth[0], 0.1, 0.1)
@@ -104,7 +104,7 @@ def test_a_kidnapped_robot_notices_and_finds_itself(hotel: Any, lidar: Any, driv
     assert (converged[250:] & (errors[250:] > 0.5)).sum() <= 15
 
 
-def test_people_all_around_do_not_throw_it_off(hotel: Any, lidar: Any, drives: Any) -> None:
+def test_people_all_around_do_not_disturb_tracking(hotel: Any, lidar: Any, drives: Any) -> None:
     truth, odom = drives.route(2)
     crowd = dataclasses.replace(hotel, segments=np.concatenate([hotel.segments, drives.people(20)]))
     amcl = Amcl(AmclParams(seed=2), hotel.grid, lidar.mount)
@@ -113,7 +113,7 @@ def test_people_all_around_do_not_throw_it_off(hotel: Any, lidar: Any, drives: A
     assert np.median(errors) < 0.03 and errors.max() < 0.15
 
 
-def test_it_knows_that_a_wrong_pose_is_wrong(hotel: Any, lidar: Any, drives: Any) -> None:
+def test_a_wrong_pose_is_reported_as_wrong(hotel: Any, lidar: Any, drives: Any) -> None:
     truth, odom = drives.route(3)
     amcl = Amcl(AmclParams(seed=3, recovery_alpha_slow=0.0), hotel.grid, lidar.mount)
     amcl.set_pose(truth[0] @ SE2(2.5, 0.0, 1.0), 0.1, 0.1)
@@ -121,7 +121,7 @@ def test_it_knows_that_a_wrong_pose_is_wrong(hotel: Any, lidar: Any, drives: Any
     assert errors.min() > 1.0 and not converged.any() and amcl.confidence < 0.5
 
 
-def test_same_seed_same_bytes(hotel: Any, lidar: Any, drives: Any) -> None:
+def test_the_same_seed_gives_identical_bytes(hotel: Any, lidar: Any, drives: Any) -> None:
     truth, odom = drives.route(0)
     ends = []
     for seed in (5, 5, 6):
@@ -131,7 +131,7 @@ def test_same_seed_same_bytes(hotel: Any, lidar: Any, drives: Any) -> None:
     assert ends[0] == ends[1] and ends[0] != ends[2]
 
 
-def test_set_pose_draws_what_it_was_told(hotel: Any, lidar: Any) -> None:
+def test_set_pose_draws_the_given_mean_and_deviation(hotel: Any, lidar: Any) -> None:
     amcl = Amcl(AmclParams(min_particles=20_000), hotel.grid, lidar.mount)
     amcl.set_pose(SE2(5.0, 6.0, 3.1), 0.3, 0.2)
     p = amcl.particles
@@ -145,7 +145,7 @@ def test_set_pose_draws_what_it_was_told(hotel: Any, lidar: Any) -> None:
 
 
 @pytest.mark.parametrize("value", [np.inf, np.nan, 0.0, 99.0])
-def test_blind_scans_move_the_belief_with_odometry_and_no_more(hotel: Any, lidar: Any, value: float) -> None:
+def test_scans_without_returns_only_apply_odometry(hotel: Any, lidar: Any, value: float) -> None:
     amcl = Amcl(AmclParams(), hotel.grid, lidar.mount)
     amcl.set_pose(SE2(5.0, 6.0, 0.0), 0.05, 0.02)
     before = amcl.covariance.trace()
@@ -156,7 +156,7 @@ def test_blind_scans_move_the_belief_with_odometry_and_no_more(hotel: Any, lidar
     assert amcl.weights.sum() == pytest.approx(1.0)
 
 
-def test_it_updates_on_motion_only_but_at_once_after_a_start(hotel: Any, lidar: Any) -> None:
+def test_updates_need_motion_except_right_after_start(hotel: Any, lidar: Any) -> None:
     rng = np.random.default_rng(0)
     amcl = Amcl(AmclParams(), hotel.grid, lidar.mount)
     amcl.set_pose(SE2(5.6, 6.0, 0.0), 0.1, 0.1)
@@ -171,7 +171,7 @@ def test_it_updates_on_motion_only_but_at_once_after_a_start(hotel: Any, lidar: 
     assert between.yaw == pytest.approx(0.05, abs=0.03)
 
 
-def test_user_errors_name_the_fault(hotel: Any, lidar: Any) -> None:
+def test_input_errors_name_the_fault(hotel: Any, lidar: Any) -> None:
     with pytest.raises(LocalizationError, match="no free cell"):
         Amcl(AmclParams(), Grid(np.full((4, 4), -1, np.int8), 0.05, 0, 0), lidar.mount)
     with pytest.raises(LocalizationError, match="min_particles"):

@@ -28,7 +28,7 @@ def random_grid(seed: int, height: int, width: int, occupied: float) -> Grid:
 
 @settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 40), st.integers(2, 40), st.floats(0.0, 0.2))
-def test_distances_are_the_euclidean_transforms(seed: int, height: int, width: int, occupied: float) -> None:
+def test_distances_equal_the_euclidean_transform(seed: int, height: int, width: int, occupied: float) -> None:
     grid = random_grid(seed, height, width, occupied)
     field = LikelihoodField.of(grid, PARAMS)
     exact = distance_transform_edt(grid.cells < 65) * grid.resolution
@@ -38,7 +38,7 @@ def test_distances_are_the_euclidean_transforms(seed: int, height: int, width: i
 
 @settings(max_examples=25)
 @given(st.integers(0, 10_000))
-def test_the_kernel_adds_up_each_beams_logarithm(seed: int) -> None:
+def test_the_kernel_adds_the_log_likelihood_of_each_beam(seed: int) -> None:
     grid = random_grid(seed, 30, 50, 0.05)
     field = LikelihoodField.of(grid, PARAMS)
     rng = np.random.default_rng(seed)
@@ -62,14 +62,14 @@ def test_the_kernel_adds_up_each_beams_logarithm(seed: int) -> None:
     assert (np.abs(got - expected) > 1e-3).sum() <= border
 
 
-def test_a_perfect_hit_scores_zero_and_a_stranger_the_floor() -> None:
+def test_a_perfect_hit_scores_zero_and_an_outlier_the_floor() -> None:
     far = log_likelihood(np.array([0.0, 0.1, 50.0]), PARAMS)
     assert far[0] == 0.0
     assert far[2] == pytest.approx(math.log(PARAMS.z_rand / (PARAMS.z_hit + PARAMS.z_rand)))
     assert far[2] < far[1] < far[0]
 
 
-def test_scattered_poses_are_on_free_cells_and_everywhere() -> None:
+def test_global_poses_cover_all_free_cells() -> None:
     grid = random_grid(4, 12, 17, 0.3)
     field = LikelihoodField.of(grid, PARAMS)
     poses = field.sample_free_space(40_000, np.random.default_rng(1))

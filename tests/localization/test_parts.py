@@ -23,7 +23,7 @@ lengths = st.floats(-2.0, 2.0)
 
 
 @given(lengths, lengths, angles)
-def test_the_three_parts_make_up_the_motion(x: float, y: float, yaw: float) -> None:
+def test_the_three_odometry_motions_compose_the_motion(x: float, y: float, yaw: float) -> None:
     turn, travel, second = odometry_motion.decompose(SE2(x, y, yaw))
     again = SE2(0, 0, turn) @ SE2(travel, 0, 0) @ SE2(0, 0, second)
     assert again.distance(SE2(x, y, 0)) < odometry_motion.MIN_TRANSLATION + 1e-9
@@ -33,7 +33,7 @@ def test_the_three_parts_make_up_the_motion(x: float, y: float, yaw: float) -> N
 
 @settings(max_examples=20)
 @given(lengths, st.floats(-0.3, 0.3), angles, angles)
-def test_particles_move_on_average_as_odometry_and_spread_as_said(
+def test_particles_have_the_mean_and_spread_of_the_motion_model(
     x: float, y: float, yaw: float, start: float
 ) -> None:
     motion = SE2(x, y, yaw)
@@ -51,14 +51,14 @@ def test_particles_move_on_average_as_odometry_and_spread_as_said(
     assert np.all(np.abs(particles[:, 2]) <= math.pi)
 
 
-def test_standing_still_moves_nothing() -> None:
+def test_a_standing_robot_moves_no_particle() -> None:
     particles = np.array([[1.0, 2.0, 3.0]])
     odometry_motion.move(particles, SE2(0, 0, 0), AmclParams(), np.random.default_rng(0))
     np.testing.assert_allclose(particles, [[1.0, 2.0, 3.0]], atol=1e-12)
 
 
 @given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=40), st.integers(1, 300), st.floats(0, 0.999999))
-def test_the_comb_draws_each_within_one_of_its_share(raw: list[float], n: int, offset: float) -> None:
+def test_low_variance_resampling_is_within_one_of_each_share(raw: list[float], n: int, offset: float) -> None:
     weights = np.array(raw) + 1e-9
     weights /= weights.sum()
     counts = np.bincount(low_variance(weights, n, offset), minlength=weights.size)
@@ -66,7 +66,7 @@ def test_the_comb_draws_each_within_one_of_its_share(raw: list[float], n: int, o
     assert np.all(np.abs(counts - n * weights) < 1.0 + 1e-6)
 
 
-def test_kld_bound_is_the_chi_square_quantile_it_approximates() -> None:
+def test_kld_bound_is_the_approximated_chi_square_quantile() -> None:
     from scipy.stats import chi2, norm
 
     for bins in (5, 50, 500):
@@ -74,7 +74,7 @@ def test_kld_bound_is_the_chi_square_quantile_it_approximates() -> None:
         assert resampling.kld_bound(bins, 0.05, 2.33) == pytest.approx(exact, rel=0.01)
 
 
-def test_wider_beliefs_keep_more_particles_within_the_limits() -> None:
+def test_a_wider_distribution_keeps_more_particles_within_limits() -> None:
     rng = np.random.default_rng(0)
     params = AmclParams(min_particles=100, max_particles=8000)
     bins = PoseBins(GRID)
@@ -89,7 +89,7 @@ def test_wider_beliefs_keep_more_particles_within_the_limits() -> None:
 
 @settings(max_examples=30)
 @given(st.integers(0, 1000), st.floats(0.05, 0.9), st.floats(0.1, 200.0))
-def test_tempering_keeps_the_share_and_no_more(seed: int, share: float, sharpness: float) -> None:
+def test_tempering_keeps_exactly_the_requested_share(seed: int, share: float, sharpness: float) -> None:
     rng = np.random.default_rng(seed)
     scores = -sharpness * rng.random(1500)
     even = np.full(1500, 1 / 1500)
@@ -101,14 +101,14 @@ def test_tempering_keeps_the_share_and_no_more(seed: int, share: float, sharpnes
     assert exponent == 1.0 or effective < share + 0.05
 
 
-def test_narrow_scans_count_as_few_beams() -> None:
+def test_narrow_scans_count_as_few_independent_beams() -> None:
     wide = tempering.independent_beams(np.linspace(-math.pi, math.pi, 360), 0.1)
     narrow = tempering.independent_beams(np.linspace(-0.5, 0.5, 360), 0.1)
     assert 60 <= wide <= 64 and 10 <= narrow <= 12
     assert tempering.independent_beams(np.zeros(7), 0.0) == 7
 
 
-def test_the_heaviest_hump_is_reported_and_not_the_mean_of_all() -> None:
+def test_the_heaviest_cluster_is_the_estimate_not_the_mean() -> None:
     rng = np.random.default_rng(0)
     one = np.array([2.0, 2.0, math.pi]) + rng.normal(size=(700, 3)) * 0.05
     other = np.array([8.0, 8.0, 0.0]) + rng.normal(size=(300, 3)) * 0.05
@@ -125,7 +125,7 @@ def test_the_heaviest_hump_is_reported_and_not_the_mean_of_all() -> None:
     assert clusters.heaviest(both, reversed_weights, bins).mean.distance(SE2(8.0, 8.0, 0)) < 0.01
 
 
-def test_roughening_parts_copies_and_keeps_the_spread() -> None:
+def test_roughening_separates_copies_and_keeps_the_spread() -> None:
     rng = np.random.default_rng(0)
     distinct = np.array([5.2, 5.2, 0.08]) + rng.normal(size=(60, 3)) * 0.02
     copies = np.repeat(distinct, 20, axis=0)
@@ -135,7 +135,7 @@ def test_roughening_parts_copies_and_keeps_the_spread() -> None:
     np.testing.assert_allclose(copies.std(axis=0), before, rtol=0.15)
 
 
-def test_doubt_rises_when_the_fit_falls_and_ends_when_it_returns() -> None:
+def test_recovery_probability_rises_with_a_bad_fit_and_resets() -> None:
     doubt = recovery.RecoveryEstimator(0.02, 0.3)
     assert doubt.random_particle_probability == 0.0
     for _ in range(50):
@@ -153,7 +153,7 @@ def test_doubt_rises_when_the_fit_falls_and_ends_when_it_returns() -> None:
     assert never.random_particle_probability == 0.0
 
 
-def test_what_is_deep_within_a_solid_is_no_surface() -> None:
+def test_cells_deep_within_a_solid_are_not_surface() -> None:
     """Floors outside of which all is drawn solid, as game maps and floor plans have it."""
     solid = np.ones((40, 50), bool)
     solid[10:30, 10:40] = False

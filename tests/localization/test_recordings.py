@@ -99,7 +99,7 @@ def localize(amcl: Amcl, r: Recording, scans: range) -> tuple[NDArray[np.float64
     return np.array(errors), np.array(sure)
 
 
-def test_the_odd_scans_are_tracked_on_the_map_of_the_even_ones(recording: Recording) -> None:
+def test_odd_scans_are_tracked_on_the_map_of_even_scans(recording: Recording) -> None:
     amcl = Amcl(POOR_ODOMETRY, recording.grid, SE2(0.0, 0.0, 0.0))
     amcl.set_pose(SE2.of(recording.reference[1]), 0.2, 0.1)
     errors, sure = localize(amcl, recording, range(1, len(recording.ranges), 2))
@@ -114,7 +114,7 @@ LATE = 0.1
 
 
 @pytest.mark.parametrize("rounds", [1, pytest.param(10, marks=pytest.mark.long)])
-def test_it_is_found_from_anywhere(recording: Recording, rounds: int) -> None:
+def test_global_localization_succeeds_from_anywhere(recording: Recording, rounds: int) -> None:
     """Within 21 scans to stay, and never sure of a place where it is not.
 
     The late ones are at most as many as chance gives in 999 of 1000 tries if their share is LATE.

@@ -42,14 +42,14 @@ def changed(grid, cells):
     return Grid(cells, grid.resolution, grid.origin_x, grid.origin_y)
 
 
-def test_the_plan_itself_is_perfect():
+def test_the_plan_compared_with_itself_is_perfect():
     result = compare(room(), room())
     assert result.as_is == result.aligned
     assert (result.as_is.precision, result.as_is.recall, result.as_is.explored) == (1.0, 1.0, 1.0)
     assert result.alignment == pytest.approx(IDENTITY, abs=1e-12)
 
 
-def test_one_cell_is_tolerated_and_two_are_not():
+def test_one_cell_of_offset_is_tolerated_and_two_are_not():
     truth = room()
     for shift, perfect in ((1, True), (2, False)):
         cells = np.roll(truth.cells, (shift, -shift), axis=(0, 1))
@@ -58,7 +58,7 @@ def test_one_cell_is_tolerated_and_two_are_not():
     assert result.precision < 0.1
 
 
-def test_the_origin_counts_and_not_the_place_in_the_array():
+def test_maps_are_compared_by_origin_not_by_array_index():
     truth = room()
     cut = Grid(truth.cells[5:-3, 7:-9], truth.resolution, -2.0 + 7 * 0.05, 1.0 + 5 * 0.05)
     assert quality(cut, truth).precision == quality(cut, truth).recall == 1.0
@@ -66,7 +66,7 @@ def test_the_origin_counts_and_not_the_place_in_the_array():
     assert quality(shifted, truth).precision < 0.6
 
 
-def test_figures_of_a_map_of_the_left_half():
+def test_a_map_of_the_left_half_scores_its_explored_share():
     truth = room()
     cells = truth.cells.copy()
     cells[:, 60:] = UNKNOWN
@@ -92,14 +92,14 @@ def test_phantoms_cost_precision_and_misses_cost_recall():
     assert 0.8 < result.recall < 0.95
 
 
-def test_the_inside_of_a_pillar_need_not_be_found():
+def test_the_inside_of_a_pillar_may_stay_unknown():
     truth = room()
     hollow = truth.cells.copy()
     hollow[87:90, 42:45] = UNKNOWN
     assert quality(changed(truth, hollow), truth).recall == 1.0
 
 
-def test_only_what_is_explorable_counts():
+def test_only_explorable_cells_count():
     truth = room()
     mask = np.zeros_like(truth.cells, dtype=bool)
     mask[11:-11, 11:60] = truth.cells[11:-11, 11:60] == FREE
@@ -109,7 +109,7 @@ def test_only_what_is_explorable_counts():
     assert (result.explored, result.recall) == (1.0, 1.0)
 
 
-def test_another_resolution():
+def test_maps_of_different_resolution_compare():
     truth = room()
     coarse = Grid(truth.cells[::2, ::2], 0.1, truth.origin_x, truth.origin_y)
     fine = Grid(np.kron(truth.cells, np.ones((2, 2), np.int8)), 0.025, truth.origin_x, truth.origin_y)
@@ -117,7 +117,7 @@ def test_another_resolution():
     assert quality(coarse, truth).precision == 1.0
 
 
-def test_a_map_of_nothing():
+def test_an_empty_map_has_no_recall_and_undefined_precision():
     truth = room()
     empty = changed(truth, np.full_like(truth.cells, UNKNOWN))
     result = compare(empty, truth)
@@ -135,7 +135,7 @@ def test_a_mask_of_another_shape_is_refused():
     "offset",
     [SE2(0.12, -0.07, 0.02), SE2(-0.2, 0.2, -0.03), SE2(0.0, 0.0, 0.05), SE2(0.3, 0.0, 0.0)],
 )
-def test_a_displaced_map_is_found_and_both_figures_are_told(offset):
+def test_a_displaced_map_is_aligned_and_both_scores_given(offset):
     truth = room()
     drawn = moved(truth, offset)
     result = compare(drawn, truth)

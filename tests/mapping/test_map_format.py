@@ -70,7 +70,7 @@ def there_and_back(grid, mode):
     ("mode", "cells"), [("trinary", st.sampled_from([-1, 0, 100])), ("raw", st.integers(-1, 100))]
 )
 @given(data=st.data())
-def test_what_is_written_is_read_exactly(mode, cells, data):
+def test_a_written_map_reads_back_exactly(mode, cells, data):
     grid = data.draw(grids(cells))
     again = there_and_back(grid, mode)
     assert np.array_equal(again.cells, grid.cells) and again.cells.dtype == np.int8
@@ -81,19 +81,19 @@ def test_what_is_written_is_read_exactly(mode, cells, data):
     )
 
 
-def test_trinary_makes_of_percentages_what_map_saver_does():
+def test_trinary_mode_converts_as_map_saver_does():
     grid = Grid(np.arange(-1, 101, dtype=np.int8)[None], 0.05, 0.0, 0.0)
     row = there_and_back(grid, "trinary").cells[0]
     assert [int(np.sum(row == value)) for value in (0, -1, 100)] == [20, 1 + 46, 35]
     assert row[1] == 0 and row[20] == 0 and row[21] == -1 and row[66] == -1 and row[67] == 100
 
 
-def test_bytes_of_a_small_map():
+def test_a_small_map_has_the_expected_bytes():
     grid = Grid(np.array([[0, 100], [-1, 0]], np.int8), 0.05, 0.0, 0.0)
     assert encode_pgm(grid) == b"P5\n2 2\n255\n" + bytes([205, 254, 254, 0])
 
 
-def test_top_row_is_high_y():
+def test_the_top_row_of_the_image_is_the_highest_y():
     grid = decode(pgm([[0, 254], [254, 254]]))
     assert values(grid) == [[0, 0], [100, 0]]
     assert grid.at(-10.0 + 0.01, 0.5 + 0.06) == 100
@@ -105,13 +105,13 @@ def test_thresholds_are_exact():
     assert values(decode(pgm([0, 89, 90, 205, 206, 255]))) == [[100, 100, -1, -1, 0, 0]]
 
 
-def test_negate():
+def test_negate_inverts_the_image():
     yaml = YAML.replace(b"negate: 0", b"negate: 1")
     assert values(decode(pgm([0, 49, 50, 165, 166, 255]), yaml=yaml)) == [[0, 0, -1, -1, 100, 100]]
     assert values(decode(pgm([255]), yaml=YAML.replace(b"negate: 0", b"negate: true"))) == [[100]]
 
 
-def test_scale_mode():
+def test_scale_mode_interpolates_between_thresholds():
     p = (255 - 150) / 255
     between = int(99 * (p - 0.196) / (0.65 - 0.196))
     assert values(decode(pgm([0, 150, 255]), b"mode: scale\n")) == [[100, between, 0]]
@@ -119,24 +119,24 @@ def test_scale_mode():
     assert values(decode(clear, b"mode: scale\n")) == [[100, -1, 0]]
 
 
-def test_raw_mode_looks_neither_at_negate_nor_beyond_100():
+def test_raw_mode_ignores_negate_and_values_beyond_100():
     yaml = YAML.replace(b"negate: 0", b"negate: 1") + b"mode: raw\n"
     assert values(decode(pgm([0, 1, 100, 101, 255]), yaml=yaml)) == [[0, 1, 100, -1, -1]]
 
 
-def test_colours_are_averaged_and_opacity_counts_in_trinary():
+def test_colours_are_averaged_and_alpha_counts_in_trinary():
     assert values(decode(png([[[0, 0, 255], [0, 0, 0], [255, 255, 100]]], "RGB"))) == [[100, 100, -1]]
     assert values(decode(png([[[255] * 4, [255, 255, 255, 0], [0, 0, 0, 255]]], "RGBA"))) == [[0, -1, 100]]
 
 
 @pytest.mark.parametrize("mode", ["1", "L", "P", "LA", "RGBA"])
-def test_png_of_any_kind(mode):
+def test_png_of_any_colour_type_is_read(mode):
     file = io.BytesIO()
     Image.fromarray(np.array([[0, 255]], np.uint8)).convert(mode).save(file, "PNG")
     assert values(decode(file.getvalue())) == [[100, 0]]
 
 
-def test_png_of_16_bits():
+def test_png_with_16_bits_is_read():
     file = io.BytesIO()
     Image.fromarray(np.array([[0, 128 * 257, 65535]], np.uint16)).save(file, "PNG")
     assert values(decode(file.getvalue())) == [[100, -1, 0]]
@@ -154,7 +154,7 @@ def test_png_of_16_bits():
         b"P5 2 1 255\n\x00\xfe and more",
     ],
 )
-def test_pgm_as_tools_write_it(image):
+def test_pgm_variants_of_common_tools_are_read(image):
     assert values(decode(image)) == [[100, 0]]
 
 
@@ -189,7 +189,7 @@ def test_pgm_as_tools_write_it(image):
         (b"\x89PNG\r\n\x1a\n" + struct.pack(">I4sII", 13, b"IHDR", 0, 1), "at least one"),
     ],
 )
-def test_a_damaged_picture_is_a_sentence(image, reason):
+def test_a_damaged_picture_is_one_sentence(image, reason):
     with pytest.raises(MapFormatError, match=reason) as caught:
         decode(image)
     assert str(caught.value).startswith("a.pgm")
@@ -205,7 +205,7 @@ def png_bomb(width, height):
     )
 
 
-def test_absurd_pictures_take_neither_memory_nor_time():
+def test_absurd_picture_sizes_take_no_memory_or_time():
     tracemalloc.start()
     began = time.process_time()
     for image in (
@@ -254,14 +254,14 @@ def test_absurd_pictures_take_neither_memory_nor_time():
         (YAML, b"a: [", "line"),
     ],
 )
-def test_a_wrong_yaml_file_is_a_sentence(old, new, reason):
+def test_a_wrong_yaml_file_is_one_sentence(old, new, reason):
     assert old in YAML
     with pytest.raises(MapFormatError, match=reason) as caught:
         decode(pgm([0]), yaml=YAML.replace(old, new))
     assert str(caught.value).startswith("map.yaml")
 
 
-def test_a_mixed_pair_is_found():
+def test_a_yaml_with_another_maps_image_is_found():
     grid = Grid(np.zeros((3, 3), np.int8), 0.05, 0.0, 0.0)
     yaml = encode_map_yaml("a.pgm", grid, image=encode_pgm(grid))
     with pytest.raises(MapFormatError, match="image sha256"):
@@ -284,7 +284,7 @@ def test_a_quarter_turn_is_exact(quarter):
 
 
 @given(st.floats(-4, 4), st.integers(0, 3), st.integers(0, 6))
-def test_a_turned_cell_is_found_where_it_is(yaw, row, column):
+def test_a_rotated_cell_is_at_its_rotated_position(yaw, row, column):
     pixels = np.full((4, 7), 254)
     pixels[row, column] = 0
     grid = decode(pgm(pixels), yaml=YAML.replace(b", 0.0]", f", {yaw!r}]".encode()))
@@ -297,7 +297,7 @@ def test_a_turned_cell_is_found_where_it_is(yaw, row, column):
     assert (grid.cells == 100).sum() <= 4
 
 
-def test_a_turn_cannot_blow_a_strip_up():
+def test_rotation_of_a_strip_is_bounded_in_size():
     yaml = YAML.replace(b", 0.0]", b", 0.7]")
     with pytest.raises(MapFormatError, match="turned by"):
         decode(b"P5 1 1000000 255\n" + bytes(1_000_000), yaml=yaml)
@@ -326,7 +326,7 @@ PICTURES = [
 
 @settings(max_examples=300)
 @given(st.sampled_from(PICTURES).flatmap(mutations), mutations(YAML))
-def test_damaged_files_give_a_map_or_a_sentence(image, yaml):
+def test_damaged_files_give_a_map_or_one_sentence(image, yaml):
     for some_yaml in (YAML, yaml):
         try:
             grid = decode(image, yaml=some_yaml)
@@ -337,7 +337,7 @@ def test_damaged_files_give_a_map_or_a_sentence(image, yaml):
             assert grid.cells.min() >= -1 and grid.cells.max() <= 100
 
 
-def test_a_picture_of_nothing_is_refused():
+def test_an_empty_picture_is_refused():
     with pytest.raises(MapFormatError, match="at least one"):
         encode_pgm(Grid(np.zeros((0, 3), np.int8), 0.05, 0.0, 0.0))
     assert decode_image(pgm([7]), "x").levels.tolist() == [[7]]

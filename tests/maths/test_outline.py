@@ -54,7 +54,7 @@ def loops(draw):
 
 @settings(max_examples=60)
 @given(loops())
-def test_moments_are_those_of_a_polygon_that_is_fine_enough(loop):
+def test_moments_equal_those_of_a_fine_polygon(loop):
     deviation = 1e-7
     polygon = np.array(points(loop, deviation))
     between = deviation * np.hypot(*(np.roll(polygon, -1, axis=0) - polygon).T).sum()
@@ -64,14 +64,14 @@ def test_moments_are_those_of_a_polygon_that_is_fine_enough(loop):
 
 
 @given(sizes, offsets, offsets)
-def test_a_circle_has_the_moments_of_the_formula(radius, x, y):
+def test_a_circle_has_the_closed_form_moments(radius, x, y):
     area, own = math.pi * radius**2, math.pi * radius**4 / 4
     wanted = [area, area * x, area * y, own + area * x**2, own + area * y**2, area * x * y]
     assert loop_moments(circle(radius, x, y)) == pytest.approx(wanted, rel=1e-9, abs=1e-9)
 
 
 @given(sizes, sizes, offsets, offsets)
-def test_a_rectangle_has_the_moments_of_the_formula(width, height, x, y):
+def test_a_rectangle_has_the_closed_form_moments(width, height, x, y):
     area = width * height
     wanted = [
         area, area * x, area * y,
@@ -81,7 +81,7 @@ def test_a_rectangle_has_the_moments_of_the_formula(width, height, x, y):
 
 
 @given(sizes, st.floats(0.1, 0.9), offsets)
-def test_a_hole_takes_away_what_it_is(radius, share, x):
+def test_a_hole_subtracts_its_moments(radius, share, x):
     hole = circle(share * radius, x)
     ring = Outline(circle(radius, x), (hole,)).moments()
     wanted = np.array(loop_moments(circle(radius, x))) - np.array(loop_moments(hole))
@@ -89,7 +89,7 @@ def test_a_hole_takes_away_what_it_is(radius, share, x):
 
 
 @given(sizes, st.floats(-math.pi, math.pi), st.floats(-6.0, 6.0).filter(lambda turn: abs(turn) > 1e-2))
-def test_an_arc_is_found_again_from_its_ends_and_bulge(radius, start, turn):
+def test_an_arc_is_recovered_from_its_ends_and_bulge(radius, start, turn):
     bulge = arc_bulge(turn)
     a = Corner(radius * math.cos(start), radius * math.sin(start), bulge)
     b = Corner(radius * math.cos(start + turn), radius * math.sin(start + turn))
@@ -100,7 +100,7 @@ def test_an_arc_is_found_again_from_its_ends_and_bulge(radius, start, turn):
 
 
 @given(sizes, st.floats(1e-5, 1e-2))
-def test_points_leave_an_arc_by_no_more_than_the_deviation(radius, deviation):
+def test_chord_points_deviate_no_more_than_allowed(radius, deviation):
     ring = np.array(points(circle(radius), deviation))
     middles = (ring + np.roll(ring, -1, axis=0)) / 2
     assert np.allclose(np.hypot(*ring.T), radius)

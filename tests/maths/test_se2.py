@@ -22,7 +22,7 @@ def close(a, b):
 
 
 @given(poses, poses, poses)
-def test_it_is_a_group(a, b, c):
+def test_poses_form_a_group(a, b, c):
     close((a @ b) @ c, a @ (b @ c))
     close(a @ IDENTITY, a)
     close(IDENTITY @ a, a)
@@ -33,7 +33,7 @@ def test_it_is_a_group(a, b, c):
 
 
 @given(poses, poses, points)
-def test_it_acts_on_points(a, b, cloud):
+def test_composition_equals_applying_to_points(a, b, cloud):
     assert np.allclose((a @ b).apply(cloud), a.apply(b.apply(cloud)), atol=1e-9)
     assert np.allclose(a.inverse().apply(a.apply(cloud)), cloud, atol=1e-9)
     lengths = np.linalg.norm(cloud - cloud[0], axis=1)
@@ -49,13 +49,13 @@ def test_forward_is_x_left_is_y_and_turns_are_counter_clockwise():
 
 
 @given(poses)
-def test_arrays(a):
+def test_arrays_transform_point_by_point(a):
     assert SE2.of(a.array()) == a
     assert a.array().shape == (3,) and a.array().dtype == np.float64
 
 
 @given(st.floats(-1e6, 1e6))
-def test_wrap_keeps_the_direction_and_the_interval(angle):
+def test_wrap_keeps_the_direction_within_the_interval(angle):
     wrapped = wrap(angle)
     assert -math.pi <= wrapped < math.pi
     assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-9)
@@ -63,9 +63,9 @@ def test_wrap_keeps_the_direction_and_the_interval(angle):
 
 
 @pytest.mark.parametrize("angle", [math.pi, -math.pi, math.nextafter(-math.pi, -4), -1e-17, 0.0, 3 * math.pi])
-def test_wrap_at_its_ends(angle):
+def test_wrap_at_the_interval_ends(angle):
     assert -math.pi <= wrap(angle) < math.pi
 
 
-def test_wrap_hides_no_damage():
+def test_wrap_keeps_nan_and_infinity_invalid():
     assert math.isnan(wrap(math.nan))

@@ -54,20 +54,20 @@ def test_bytes_equal_those_of_rosbags_and_read_back(kind: type[Message], data: s
 
 
 @pytest.mark.parametrize("kind", all_messages(), ids=ros_type)
-def test_every_message_survives_the_wire_and_is_found_by_name(kind: type[Message]) -> None:
+def test_every_message_round_trips_and_is_found_by_name(kind: type[Message]) -> None:
     assert kind.from_cdr(kind().to_cdr()).to_cdr() == kind().to_cdr()
     assert message_type(ros_type(kind)) is kind
     assert definition_text(kind)
 
 
-def test_type_hashes_are_those_of_ros(shared) -> None:
+def test_type_hashes_equal_those_of_ros(shared) -> None:
     known = json.loads(shared("data/ros2/type_hashes.json").read_text())
     ours = {ros_type(one): type_hash(one) for one in all_messages() if ros_type(one) in known}
     assert len(ours) >= 125
     assert ours == {name: known[name] for name in ours}
 
 
-def test_hashes_of_services_and_actions_are_those_of_ros(shared) -> None:
+def test_service_and_action_hashes_equal_those_of_ros(shared) -> None:
     known = json.loads(shared("data/ros2/type_hashes.json").read_text())
     found = [value for module in all_modules() for value in vars(module).values()]
     actions = [one for one in found if isinstance(one, Action)]
@@ -98,7 +98,7 @@ def test_a_sequence_beyond_its_bound_is_refused() -> None:
 @given(
     cut=st.integers(0, 100), flips=st.lists(st.tuples(st.integers(0, 99), st.integers(0, 255)), max_size=4)
 )
-def test_damaged_bytes_raise_cdr_error_and_nothing_else(cut: int, flips: list[tuple[int, int]]) -> None:
+def test_damaged_bytes_raise_cdr_error_only(cut: int, flips: list[tuple[int, int]]) -> None:
     scan = LaserScan(angle_min=-1.0, ranges=np.ones(10, np.float32))
     data = bytearray(scan.to_cdr())
     for place, value in flips:
@@ -111,31 +111,31 @@ def test_damaged_bytes_raise_cdr_error_and_nothing_else(cut: int, flips: list[tu
 
 
 @pytest.mark.parametrize("empty", [b"\0\0\0\0", b"\1\0\0\0\0"])
-def test_a_string_without_the_zero_at_its_end_is_empty_as_for_fast_cdr(empty: bytes) -> None:
+def test_a_string_without_terminator_is_empty_as_in_fast_cdr(empty: bytes) -> None:
     assert String.from_cdr(b"\0\1\0\0" + empty).data == ""
     assert Order.from_cdr(b"\0\1\0\0" + b"\1\0\0\0" + empty + bytes(7)).places == ("",)
 
 
-def test_a_value_that_does_not_fit_is_refused_with_its_type() -> None:
+def test_an_invalid_value_is_refused_with_its_type() -> None:
     with pytest.raises(CdrError, match="sensor_msgs/msg/Range"):
         Range(radiation_type=300).to_cdr()
 
 
-def test_a_message_holds_no_more_than_the_wire_carries() -> None:
+def test_fields_are_rounded_to_their_wire_type() -> None:
     scan = LaserScan(angle_min=0.1, ranges=np.array([0.1], np.float64))
     back = LaserScan.from_cdr(scan.to_cdr())
     assert back.angle_min == scan.angle_min == float(np.float32(0.1))
     assert back.ranges[0] == scan.ranges[0]
 
 
-def test_nan_and_infinity_travel() -> None:
+def test_nan_and_infinity_round_trip() -> None:
     scan = LaserScan(ranges=np.array([math.inf, math.nan, 1.0], np.float32))
     back = LaserScan.from_cdr(scan.to_cdr()).ranges
     assert math.isinf(back[0]) and math.isnan(back[1]) and back[2] == 1.0
 
 
 @pytest.mark.parametrize("pixels", [np.zeros((40, 30, 3), np.uint8), np.arange(6000, dtype=np.uint8)[::2]])
-def test_large_and_strided_arrays_are_written_as_small_ones_are(pixels: np.ndarray) -> None:
+def test_large_and_strided_arrays_encode_like_small_ones(pixels: np.ndarray) -> None:
     image = Image(encoding="rgb8", data=pixels)
     assert image.to_cdr() == bytes(
         STORE.serialize_cdr(theirs(Image(encoding="rgb8", data=pixels.ravel())), ros_type(Image))
@@ -143,7 +143,7 @@ def test_large_and_strided_arrays_are_written_as_small_ones_are(pixels: np.ndarr
     assert Image.from_cdr(image.to_cdr()).data.tolist() == pixels.ravel().tolist()
 
 
-def test_numbers_are_rounded_whatever_they_are_made_of() -> None:
+def test_numbers_of_any_type_are_rounded() -> None:
     scan = LaserScan(angle_min=1, angle_max=np.float64(0.1), range_max=1e39, ranges=[1, 2])
     assert (type(scan.angle_min), scan.angle_max, scan.range_max) == (float, float(np.float32(0.1)), math.inf)
     assert scan.ranges.dtype == np.float32
@@ -151,6 +151,6 @@ def test_numbers_are_rounded_whatever_they_are_made_of() -> None:
         LaserScan(angle_min="wide")
 
 
-def test_a_message_made_of_one_that_was_read_is_rounded_too() -> None:
+def test_a_message_built_from_a_decoded_one_is_rounded_too() -> None:
     read = LaserScan.from_cdr(LaserScan(angle_min=0.1).to_cdr())
     assert LaserScan(angle_min=read.angle_min, angle_max=0.1).angle_max == read.angle_min

@@ -25,7 +25,7 @@ MESSAGES = {ros_type(one): one for one in all_messages()}
 
 @given(st.data())
 @settings(max_examples=200)
-def test_every_message_goes_through_yaml_and_comes_back(data: st.DataObject) -> None:
+def test_every_message_round_trips_through_yaml(data: st.DataObject) -> None:
     kind = MESSAGES[data.draw(st.sampled_from(sorted(MESSAGES)))]
     message = data.draw(instances_of(kind))
     assert (
@@ -35,13 +35,13 @@ def test_every_message_goes_through_yaml_and_comes_back(data: st.DataObject) -> 
 
 
 @pytest.mark.parametrize("text", ["\x85", "a\u2028b", "\n", " a\n\n b", "", "null", "é"])
-def test_any_text_comes_back(text: str) -> None:
+def test_any_text_round_trips(text: str) -> None:
     """In a list of its own indentation, where the YAML library once lost them."""
     assert yaml.safe_load(to_yaml([{"of": {"data": text}}])) == [{"of": {"data": text}}]
 
 
 @pytest.mark.parametrize("name", sorted(MESSAGES))
-def test_nothing_given_is_the_default(name: str) -> None:
+def test_missing_fields_get_their_defaults(name: str) -> None:
     kind = MESSAGES[name]
     assert (
         message_from_dict(kind, None, "it").to_cdr()
@@ -51,30 +51,30 @@ def test_nothing_given_is_the_default(name: str) -> None:
     assert set(message_to_dict(kind())) == {field.name for field in fields_of(kind)}
 
 
-def test_no_number_and_no_end_are_written_as_yaml_has_them() -> None:
+def test_nan_and_infinity_are_written_as_in_yaml() -> None:
     for value, text in ((math.nan, ".nan"), (math.inf, ".inf"), (-math.inf, "-.inf")):
         written = yaml.safe_dump(message_to_dict(Float32(value)))
         assert text in written
         assert repr(message_from_dict(Float32, yaml.safe_load(written), "it").data) == repr(value)
 
 
-def test_single_precision_is_shown_as_it_was_written() -> None:
+def test_single_precision_values_print_as_written() -> None:
     assert message_to_dict(Float32(0.1)) == {"data": 0.1}
 
 
-def test_long_arrays_are_cut_and_say_so() -> None:
+def test_long_arrays_are_truncated_with_a_note() -> None:
     plain = message_to_dict(LaserScan(ranges=[1.0] * 640), max_elements=3)
     assert plain["ranges"] == [1.0, 1.0, 1.0, "... 637 more"]
 
 
-def test_now_is_the_time_and_auto_a_header_of_it() -> None:
+def test_now_is_the_current_time_and_auto_fills_the_header() -> None:
     now = Time(5, 6)
     assert message_from_dict(PoseStamped, {"header": "auto"}, "it", now).header.stamp.ns == now.ns
     made = message_from_dict(PoseStamped, {"header": {"stamp": "now", "frame_id": "map"}}, "it", now)
     assert (made.header.stamp.ns, made.header.frame_id) == (now.ns, "map")
 
 
-def test_yaml_takes_1e3_for_a_text_and_we_do_not() -> None:
+def test_1e3_is_parsed_as_a_number() -> None:
     assert message_from_dict(Twist, yaml.safe_load("{linear: {x: 1e-3}}"), "it").linear.x == 1e-3
 
 
@@ -96,7 +96,7 @@ def test_yaml_takes_1e3_for_a_text_and_we_do_not() -> None:
         (Range, {"header": "now"}, "has the fields stamp, frame_id"),
     ],
 )
-def test_what_does_not_fit_is_refused_in_one_sentence(kind: type[Message], plain: object, said: str) -> None:
+def test_invalid_values_are_refused_in_one_sentence(kind: type[Message], plain: object, said: str) -> None:
     with pytest.raises(InvalidMessageError) as error:
         message_from_dict(kind, plain, "values", Time(1, 0))
     assert said in str(error.value) and str(error.value).startswith("values: ")

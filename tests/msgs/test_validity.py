@@ -139,18 +139,18 @@ ACCEPTED: list[Message] = [
 
 
 @pytest.mark.parametrize(("message", "words"), REFUSED, ids=lambda one: one if isinstance(one, str) else "")
-def test_it_is_refused_by_name(message: Message, words: str) -> None:
+def test_invalid_messages_are_refused_by_field_name(message: Message, words: str) -> None:
     with pytest.raises(InvalidMessageError, match=words):
         check(message)
 
 
 @pytest.mark.parametrize("message", ACCEPTED, ids=lambda one: type(one).__name__)
-def test_what_drivers_send_passes(message: Message) -> None:
+def test_messages_of_common_drivers_are_accepted(message: Message) -> None:
     check(type(message).from_cdr(message.to_cdr()))
 
 
 @pytest.mark.parametrize("ahead_ns", [MAX_FUTURE_NS, MAX_FUTURE_NS + 1, 3600 * SECOND])
-def test_what_was_measured_in_the_future_is_refused(ahead_ns: int) -> None:
+def test_measurements_from_the_future_are_refused(ahead_ns: int) -> None:
     now_ns = 1_000 * SECOND
     stamp = Header.of(now_ns + ahead_ns, "odom")
     for message in (scan(header=stamp), TFMessage((replace(TRANSFORM, header=stamp),))):

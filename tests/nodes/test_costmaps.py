@@ -61,32 +61,34 @@ def after(first: ObstacleScan, metres: float, plane: float = PLANE) -> int:
 
 
 @pytest.mark.parametrize("metres", [2.5, math.inf])
-def test_who_has_left_is_forgotten_where_the_laser_looks_through(metres: float) -> None:
+def test_a_person_who_left_is_cleared_by_laser_beams(metres: float) -> None:
     assert after(seen(0.04, 0.6), metres) == FREE
 
 
 @pytest.mark.parametrize("metres", [METRES, 1.0, math.nan])
-def test_who_stands_there_or_may_stand_there_stays(metres: float) -> None:
+def test_a_person_who_may_still_be_there_is_not_cleared(metres: float) -> None:
     assert after(seen(0.04, 0.6), metres) == LETHAL
 
 
 @given(st.floats(0.03, 0.6), st.floats(0.0, 0.5), st.floats(0.5, 8.0))
-def test_what_the_laser_cannot_meet_is_not_its_to_clear(bottom: float, height: float, metres: float) -> None:
+def test_obstacles_outside_the_laser_plane_are_not_cleared(
+    bottom: float, height: float, metres: float
+) -> None:
     stands_in_it = bottom < PLANE < bottom + height
     assert stands_in_it or after(seen(bottom, bottom + height), metres) == LETHAL
 
 
 @pytest.mark.parametrize(("bottom", "top"), [(0.04, PLANE + 0.02), (PLANE - 0.02, 0.6)])
-def test_what_the_laser_misses_when_the_robot_nods_stays(bottom: float, top: float) -> None:
+def test_obstacles_missed_while_pitching_are_not_cleared(bottom: float, top: float) -> None:
     assert after(seen(bottom, top), math.inf) == LETHAL
 
 
-def test_an_obstacle_of_unknown_height_stays() -> None:
+def test_an_obstacle_of_unknown_height_is_not_cleared() -> None:
     nothing = np.empty(0, np.float32)
     assert after(msgspec.structs.replace(seen(0.04, 0.6), bottom=nothing, top=nothing), math.inf) == LETHAL
 
 
-def test_without_a_level_plane_nothing_stands_in_it() -> None:
+def test_without_a_level_plane_nothing_is_cleared() -> None:
     camera = load_robot("chefbot")
     eye = camera.sensors.depth_camera
     assert eye is not None
@@ -97,7 +99,7 @@ def test_without_a_level_plane_nothing_stands_in_it() -> None:
     assert after(seen(0.04, 0.6), math.inf, plane) == LETHAL
 
 
-def test_a_table_top_beside_its_leg_stays_when_the_laser_sees_between_the_legs() -> None:
+def test_a_table_top_stays_when_the_laser_passes_between_legs() -> None:
     costs = LayeredCostmap(CostmapParams(inflation_radius=0.0, track_unknown=False), 0.16, rolling=True)
     mark_obstacles(costs, HERE, seen(0.41, 0.45), PLANE)
     mark_obstacles(costs, HERE, seen(0.04, 0.45), PLANE)  # the leg, in the same cell
@@ -158,12 +160,12 @@ def places(count: int, near: float, far: float) -> list[SE2]:
     return [SE2(0.07 + d * math.cos(a), d * math.sin(a), yaw) for d, a, yaw in polar]
 
 
-def test_of_people_who_stepped_close_nothing_is_left() -> None:
+def test_people_who_came_close_are_cleared_completely() -> None:
     people = [[shape.transformed(pose) for shape in person_shapes(1)] for pose in places(200, 0.35, 0.7)]
     assert np.count_nonzero(left_of(people)) <= 2, "of 200; measured: none"
 
 
-def test_of_chairs_the_seat_is_left() -> None:
+def test_chair_seats_are_kept() -> None:
     chair = chair_shapes(Chair(x=0.0, y=0.0), "chair")
     chairs = [[shape.transformed(pose) for shape in chair] for pose in places(40, 0.9, 1.5)]
     assert min(left_of(chairs)) >= 3

@@ -104,7 +104,7 @@ def ordered(*orders: tuple[str, ...], **delivery: float) -> Waiter:
     return waiter
 
 
-def test_it_waits_in_the_kitchen_and_at_the_table_for_a_person() -> None:
+def test_robot_waits_for_confirmation_in_kitchen_and_at_table() -> None:
     waiter = ordered(("table_1",))
     waiter.run(600.0)
     assert (waiter.now.state, waiter.reached) == ("loading", ["kitchen"])
@@ -116,13 +116,13 @@ def test_it_waits_in_the_kitchen_and_at_the_table_for_a_person() -> None:
     assert (waiter.now.state, waiter.now.delivered) == ("idle", ("table_1",))
 
 
-def test_an_owner_who_sets_timers_needs_no_presses() -> None:
+def test_configured_timers_replace_confirmations() -> None:
     waiter = ordered(("table_1",), loading_time=3.0, taking_time=10.0)
     waiter.run(60.0)
     assert (waiter.now.state, waiter.now.delivered) == ("idle", ("table_1",))
 
 
-def test_a_timer_does_not_run_while_stop_is_pressed() -> None:
+def test_timers_pause_during_emergency_stop() -> None:
     waiter = ordered(("table_1",), loading_time=3.0, taking_time=10.0)
     waiter.run(5.0)
     assert waiter.now.state == "waiting"
@@ -132,7 +132,7 @@ def test_a_timer_does_not_run_while_stop_is_pressed() -> None:
 
 
 @pytest.mark.parametrize("way", ["stranger", "now"])
-def test_a_go_to_on_the_way_to_a_table_loses_no_order(way: str) -> None:
+def test_a_go_to_on_the_way_to_a_table_keeps_the_orders(way: str) -> None:
     waiter = ordered(("table_1", "table_2"), ("table_2",))
     waiter.until("driving", "table_1")
     waiter.say("goal_pose", pose(RECEPTION)) if way == "stranger" else waiter.say("errand", go("now"))
@@ -150,7 +150,7 @@ def test_a_go_to_on_the_way_to_a_table_loses_no_order(way: str) -> None:
 
 
 @pytest.mark.parametrize("way", ["stranger", "now"])
-def test_a_go_to_while_it_is_loaded_is_driven_to_its_end(way: str) -> None:
+def test_a_go_to_while_loaded_is_driven_to_its_end(way: str) -> None:
     waiter = ordered(("table_1",))
     waiter.until("loading", "kitchen")
     waiter.say("goal_pose", pose(RECEPTION)) if way == "stranger" else waiter.say("errand", go("now"))
@@ -163,7 +163,7 @@ def test_a_go_to_while_it_is_loaded_is_driven_to_its_end(way: str) -> None:
 
 
 @pytest.mark.parametrize("way", ["stranger", "now", "after", "instead"])
-def test_a_go_to_from_a_table_does_not_count_its_food_as_delivered(way: str) -> None:
+def test_a_go_to_from_a_table_does_not_count_as_delivered(way: str) -> None:
     waiter = ordered(("table_1",))
     waiter.until("waiting", "table_1")
     waiter.say("goal_pose", pose(RECEPTION)) if way == "stranger" else waiter.say("errand", go(way))
@@ -179,7 +179,7 @@ def test_a_go_to_from_a_table_does_not_count_its_food_as_delivered(way: str) -> 
         assert any("ended before it was served" in one for one in waiter.now.skipped_reasons)
 
 
-def test_stop_keeps_the_round_and_nothing_starts_by_itself() -> None:
+def test_emergency_stop_keeps_the_round_without_auto_resume() -> None:
     waiter = ordered(("table_1", "table_2"))
     waiter.until("driving", "table_2")
     before = waiter.now
@@ -196,7 +196,7 @@ def test_stop_keeps_the_round_and_nothing_starts_by_itself() -> None:
     assert waiter.reached[2:] == ["table_2", "home", "kitchen", "table_1", "home"]
 
 
-def test_what_cannot_be_done_is_said() -> None:
+def test_impossible_choices_are_refused_with_a_message() -> None:
     waiter = ordered(("table_1",))
     waiter.press_stop(True)
     waiter.say("round_choice", String("go_on"))
@@ -206,7 +206,7 @@ def test_what_cannot_be_done_is_said() -> None:
     ] * 2
 
 
-def test_a_refusal_because_of_stop_is_not_said_any_longer_when_stop_is_released() -> None:
+def test_a_refusal_due_to_emergency_stop_clears_on_release() -> None:
     waiter = Waiter()
     waiter.press_stop(True)
     waiter.say("goal_pose", pose(RECEPTION))

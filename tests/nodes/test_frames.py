@@ -34,7 +34,7 @@ def tilted() -> Robot:
 @pytest.mark.parametrize(
     "robot", [*map(load_robot, sorted(built_in_robots())), tilted()], ids=lambda r: r.name
 )
-def test_each_transform_is_the_urdfs_joint(robot: Robot) -> None:
+def test_each_transform_equals_the_urdf_joint(robot: Robot) -> None:
     said = {frame.name: transform(0, frame) for frame in fixed_frames(robot)}
     compiled = mujoco.MjModel.from_xml_string(urdf(robot))
     joints = ET.fromstring(urdf(robot)).findall("joint[@type='fixed']")
@@ -49,7 +49,7 @@ def test_each_transform_is_the_urdfs_joint(robot: Robot) -> None:
         assert matrix([turn.w, turn.x, turn.y, turn.z]) == pytest.approx(matrix(list(body.quat)), abs=1e-7)
 
 
-def test_a_camera_that_looks_down_does_so_in_the_message() -> None:
+def test_a_tilted_camera_is_tilted_in_the_transform() -> None:
     frames = {frame.name: transform(0, frame) for frame in fixed_frames(tilted())}
     turn = frames["camera_link"].transform.rotation
     ahead = matrix([turn.w, turn.x, turn.y, turn.z])[:, 0]
@@ -58,7 +58,7 @@ def test_a_camera_that_looks_down_does_so_in_the_message() -> None:
     )
 
 
-def test_seen_from_above_the_camera_is_where_its_mount_is() -> None:
+def test_the_camera_position_is_that_of_its_mount() -> None:
     robot, tree = tilted(), TransformBuffer()
     tree.add_transforms(TFMessage(tuple(transform(0, frame) for frame in fixed_frames(robot))), static=True)
     camera = robot.sensors.depth_camera

@@ -18,7 +18,7 @@ from chefbot.runtime.node_container import NodeContainer
 
 
 @pytest.mark.parametrize("odom", [SE2(0.0, 0.0, 0.0), SE2(1.5, -0.7, 2.0)])
-def test_home_is_where_odometry_began_however_late_the_mapper_comes(odom: SE2) -> None:
+def test_map_origin_is_the_start_of_odometry_for_a_late_mapper(odom: SE2) -> None:
     system = NodeContainer(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
     entry = NodeEntry(kind="chefbot.nodes.gmapping:GmappingNode")
     system.launch(Launch(name="test", description="", args={}, nodes={"gmapping": entry}))

@@ -53,7 +53,7 @@ class Told:
 
 
 @given(st.sampled_from(sorted(ROBOTS)), st.integers(-(10**6), 10**6), st.integers(-(10**6), 10**6))
-def test_every_link_of_the_model_is_where_its_joints_put_it(name: str, left: int, right: int) -> None:
+def test_link_poses_follow_from_the_joint_positions(name: str, left: int, right: int) -> None:
     """What MuJoCo makes of the URDF at these angles is what the frames say; no link is without one."""
     robot = ROBOTS[name]
     told = Told(robot, [(left, right)])
@@ -79,7 +79,7 @@ def test_every_link_of_the_model_is_where_its_joints_put_it(name: str, left: int
 
 
 @given(st.lists(st.tuples(st.integers(-12, 12), st.integers(-12, 12)), min_size=3, max_size=60))
-def test_speeds_are_what_the_positions_do_and_come_at_a_sane_rate(steps: list[tuple[int, int]]) -> None:
+def test_velocities_match_positions_at_a_limited_rate(steps: list[tuple[int, int]]) -> None:
     robot = ROBOTS["chefbot"]
     ticks = np.cumsum(steps, axis=0).tolist()
     told = Told(robot, [(left, right) for left, right in ticks]).joints
@@ -93,7 +93,7 @@ def test_speeds_are_what_the_positions_do_and_come_at_a_sane_rate(steps: list[tu
         assert after.velocity == pytest.approx((after.position - before.position) / (time_ns / 1e9))
 
 
-def test_without_a_board_and_after_it_fell_silent_or_began_anew() -> None:
+def test_joint_states_without_a_board_after_silence_or_restart() -> None:
     robot = ROBOTS["chefbot"]
     never = Told(robot, [], silence=3.0)
     assert [list(one.position) for one in never.joints] == [[0.0, 0.0]] * 3
@@ -106,6 +106,6 @@ def test_without_a_board_and_after_it_fell_silent_or_began_anew() -> None:
 
 
 @pytest.mark.parametrize("name", ["base", "model_robot", "3dsensor", "amcl_demo", "robot_standalone"])
-def test_whoever_describes_the_robot_tells_its_joints(name: str) -> None:
+def test_launches_with_a_description_publish_joint_states(name: str) -> None:
     kinds = {entry.kind for entry in load_launch(name).nodes.values()}
     assert "chefbot.nodes.joint_states:JointStatesNode" in kinds

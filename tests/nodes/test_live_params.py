@@ -30,7 +30,7 @@ SECOND = 1_000_000_000
 
 
 @pytest.mark.parametrize("kind", sorted(ENTRIES))
-def test_what_can_be_set_is_there(kind: str) -> None:
+def test_settable_parameters_exist(kind: str) -> None:
     found = node_class(kind, kind)
     names = flatten(node_params(found, ENTRIES[kind].params, kind))
     for pattern in found.live_params:
@@ -66,7 +66,7 @@ def thinking() -> NodeContainer:
     return system
 
 
-def test_each_param_is_taken_or_refused_with_the_reason() -> None:
+def test_each_parameter_is_set_or_refused_with_the_reason() -> None:
     system, taken, refused = thinking(), 0, 0
     for name, node in system.nodes.items():
         for param, known in flatten(node.params).items():
@@ -88,7 +88,7 @@ def test_each_param_is_taken_or_refused_with_the_reason() -> None:
 
 
 @pytest.mark.slow
-def test_a_robot_that_is_told_to_drive_slower_does() -> None:
+def test_a_lower_speed_parameter_slows_the_robot() -> None:
     given = {"robot": "chefbot_lidar", "world": "room", "people": "0", "pictures": "0", "headless": "true"}
     launch = load_launch("gmapping_demo", given)
     robot = load_robot("chefbot_lidar")
@@ -116,7 +116,7 @@ def test_a_robot_that_is_told_to_drive_slower_does() -> None:
 
 
 @pytest.mark.parametrize("timeout", [0.6, 5.0, 1e9])
-def test_nobody_lets_the_robot_run_on_after_the_last_command(timeout: float) -> None:
+def test_no_parameter_disables_the_command_timeout(timeout: float) -> None:
     """It would go on for as long, at full speed, when a hand or a cable lets go."""
     system = thinking()
     plain = with_values(system.nodes["base"].params, {"limiter.timeout": timeout})

@@ -40,14 +40,14 @@ SHORT = Duration.of(0.5)
 
 @pytest.mark.parametrize("metres", [0.3, -0.3])
 @pytest.mark.parametrize("speed", [0.1, -0.1])
-def test_backing_up_is_backwards_whatever_the_sign(metres: float, speed: float) -> None:
+def test_backup_is_backwards_for_any_sign(metres: float, speed: float) -> None:
     robot = Robot()
     ordered(robot, "backup", BackUp_Goal(Point(metres), speed))
     assert min(speeds(robot)) < 0.0 and max(speeds(robot)) <= 0.0
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_driving_goes_where_the_sign_says(sign: float) -> None:
+def test_drive_on_heading_follows_the_sign(sign: float) -> None:
     robot = Robot()
     ordered(robot, "drive_on_heading", DriveOnHeading_Goal(Point(0.3 * sign), 0.1 * sign))
     assert max(one * sign for one in speeds(robot)) > 0.0 and min(one * sign for one in speeds(robot)) >= 0.0
@@ -61,7 +61,7 @@ def test_driving_goes_where_the_sign_says(sign: float) -> None:
         ("backup", BackUp_Goal(Point(0.3, 0.0, 0.1), 0.1)),
     ],
 )
-def test_what_cannot_be_driven_is_refused_with_nav2s_code(name: str, goal: object) -> None:
+def test_invalid_motions_fail_with_the_nav2_error_code(name: str, goal: object) -> None:
     robot = Robot()
     ordered(robot, name, goal)
     (outcome,) = robot.outcomes(name)
@@ -77,7 +77,7 @@ def test_what_cannot_be_driven_is_refused_with_nav2s_code(name: str, goal: objec
         ("spin", Spin_Goal(1.0, SHORT)),
     ],
 )
-def test_time_that_runs_out_has_nav2s_code(name: str, goal: object) -> None:
+def test_a_timeout_has_the_nav2_error_code(name: str, goal: object) -> None:
     robot = Robot()  # it stands whatever it is told
     ordered(robot, name, goal)
     (outcome,) = robot.outcomes(name)
@@ -87,7 +87,7 @@ def test_time_that_runs_out_has_nav2s_code(name: str, goal: object) -> None:
     assert len(told) >= 4 and {value for one in told for value in msgspec.to_builtins(one).values()} == {0.0}
 
 
-def test_one_motion_ends_when_another_begins() -> None:
+def test_a_new_motion_preempts_the_current_one() -> None:
     robot = Robot()
     ordered(robot, "spin", Spin_Goal(3.0), 0.5)
     ordered(robot, "backup", BackUp_Goal(Point(0.3), 0.1, SHORT))
@@ -97,7 +97,7 @@ def test_one_motion_ends_when_another_begins() -> None:
     assert isinstance(controller, ControllerNode) and not controller.spin.busy and not controller.backup.busy
 
 
-def test_who_follows_a_path_tells_how_far_it_is_and_how_long_it_takes() -> None:
+def test_follow_path_feedback_has_distance_and_speed() -> None:
     robot = Robot()
     path = tuple(PoseStamped(Header.of(0, "odom"), Pose.of(SE2(0.1 * i, 0.0, 0.0))) for i in range(21))
     ordered(robot, "follow_path", FollowPath_Goal(Path(Header.of(0, "odom"), path)), 2.0)
@@ -144,7 +144,7 @@ class Halfway(Node):
         return FollowPath_Result()
 
 
-def test_who_navigates_tells_the_rest_of_the_way_twice_a_second() -> None:
+def test_navigation_feedback_is_published_twice_a_second() -> None:
     kinds = {
         "navigator": "chefbot.nodes.navigator:NavigatorNode",
         "driver": "tests.nodes.test_motions:Halfway",

@@ -39,11 +39,11 @@ def health(silent_from: float) -> list[tuple[int, str]]:
     return heard
 
 
-def test_a_gyro_that_falls_silent_is_named() -> None:
+def test_a_silent_gyro_is_reported() -> None:
     heard = health(silent_from=1.9)
     assert [level for level, _ in heard] == [OK, OK, WARN, WARN]
     assert "No gyro" in heard[-1][1]
 
 
-def test_a_healthy_robot_says_so() -> None:
+def test_a_healthy_robot_reports_ok() -> None:
     assert [level for level, _ in health(silent_from=9.0)] == [OK, OK, OK, OK]

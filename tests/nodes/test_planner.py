@@ -66,7 +66,7 @@ def cell(x: float, y: float) -> tuple[int, int]:
 
 
 @pytest.mark.parametrize("wrong", [SE2(-2.0, 1.0, 0.0), SE2(0.0, 0.0, math.pi / 2)])
-def test_what_was_seen_from_a_wrong_place_is_forgotten(wrong: SE2) -> None:
+def test_obstacles_seen_from_a_wrong_pose_are_cleared(wrong: SE2) -> None:
     right = SE2(0.0, 0.0, 0.0)
     thing, ghost = cell(AHEAD, 0.0), cell(*wrong.apply(np.array([[AHEAD, 0.0]]))[0])
     assert ghost in marked([wrong])
@@ -74,7 +74,7 @@ def test_what_was_seen_from_a_wrong_place_is_forgotten(wrong: SE2) -> None:
     assert thing in marked([wrong, right])
 
 
-def test_a_door_out_of_sight_may_be_open_again() -> None:
+def test_a_closed_door_out_of_sight_may_be_open_again() -> None:
     """Somebody stood in it as the robot left the room."""
     cells = np.zeros((60, 200), dtype=np.int8)
     cells[:, [0, -1, 60]] = cells[[0, -1], :] = 100
@@ -94,6 +94,6 @@ def test_a_door_out_of_sight_may_be_open_again() -> None:
         )  # it is in sight: the person stands there
 
 
-def test_a_small_correction_forgets_nothing() -> None:
+def test_a_small_pose_correction_clears_nothing() -> None:
     before, after = SE2(0.0, 0.0, 0.0), SE2(0.0, 0.3, 0.0)
     assert cell(AHEAD, 0.0) in marked([before, after]) and cell(AHEAD, 0.3) in marked([before, after])

@@ -79,5 +79,5 @@ def tried(robot: str) -> list[str]:
     ("robot", "order"),
     [("chefbot_lidar", ["clear", "back", "spin"]), ("chefbot", ["spin", "clear", "back"])],
 )
-def test_who_sees_only_ahead_looks_round_before_it_forgets_or_backs_up(robot: str, order: list[str]) -> None:
+def test_a_forward_sensor_robot_spins_before_clearing_or_backup(robot: str, order: list[str]) -> None:
     assert tried(robot) == [*order, *order]

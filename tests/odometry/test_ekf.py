@@ -43,7 +43,7 @@ def same(a, b):
 @pytest.mark.slow
 @settings(max_examples=25)
 @given(st.permutations(SECOND), st.integers(0, 59), st.floats(-0.1, 0.1))
-def test_the_order_of_arrival_does_not_matter_within_the_history(shuffled, k, off):
+def test_arrival_order_does_not_matter_within_the_history(shuffled, k, off):
     match = attitude(SECOND[k].stamp_ns, TRUTH[150 + k // 2].yaw + off)
     assert SECOND[-1].stamp_ns - SECOND[0].stamp_ns < HORIZON_NS
     ordered = through([*SECOND, match], ekf=through(READINGS[:300]))
@@ -60,14 +60,14 @@ def test_a_late_attitude_counts_where_the_robot_was_then():
     assert same(in_time.belief, late.belief) and not same(late.belief, never.belief)
 
 
-def test_what_is_older_than_the_history_is_refused_and_counted():
+def test_readings_older_than_the_history_are_refused_and_counted():
     ekf = through(READINGS[:400])
     before = ekf.belief
     assert not ekf.add(READINGS[100])
     assert ekf.too_late == 1 and same(before, ekf.belief)
 
 
-def test_a_clock_that_is_set_back_does_not_stop_the_robot():
+def test_a_clock_set_back_does_not_stop_the_filter():
     ekf, hour = through(READINGS[:400]), 3_600_000_000_000
     rest = [r._replace(stamp_ns=r.stamp_ns - hour) for r in READINGS[400:]]
     end, undisturbed = through(rest, ekf=ekf).estimate, through(READINGS).estimate
@@ -125,7 +125,7 @@ def test_a_twist_is_not_extrapolated_over_a_long_gap():
     assert ekf.estimate.pose.x < 0.1
 
 
-def test_a_reading_that_cannot_be_worked_in_changes_nothing():
+def test_a_rejected_reading_changes_nothing():
     def fold(belief, reading):
         if reading.stamp_ns == 2:
             raise ZeroDivisionError
@@ -146,7 +146,7 @@ def test_a_reading_that_cannot_be_worked_in_changes_nothing():
 
 @settings(max_examples=25)
 @given(st.data())
-def test_covariance_stays_symmetric_and_positive_whatever_comes(data):
+def test_covariance_stays_symmetric_and_positive_for_any_input(data):
     rate = st.floats(-6, 6) | st.sampled_from([math.nan, math.inf, 0.0])
     ekf, left, right = Ekf(BODY), 0, 0
     for k in range(1, 30):
@@ -164,7 +164,7 @@ def test_covariance_stays_symmetric_and_positive_whatever_comes(data):
     assert np.linalg.eigvalsh(matrix).min() > -1e-12 * np.linalg.eigvalsh(matrix).max()
 
 
-def test_standing_still_the_heading_stops_drifting():
+def test_heading_drift_stops_at_standstill():
     """A bias of 1 deg/s would turn a robot by 60 deg in a minute; this one finds it, about all axes."""
     bias = np.radians([0.5, -0.7, 1.0])
     readings, _ = sensed([(0.0, 0.0)] * 3000)
@@ -183,7 +183,7 @@ def test_standing_still_the_heading_stops_drifting():
     assert max(abs(end.roll), abs(end.pitch)) < math.radians(0.5)
 
 
-def test_on_a_ramp_the_way_leads_up_and_is_shorter_seen_from_above():
+def test_on_a_ramp_the_horizontal_distance_is_shorter():
     slope, readings = math.radians(-5.0), sensed([(0.0, 0.0)] * 100 + [(0.3, 0.0)] * 500)[0]
     gone, ekf = 0, Ekf(BODY)
     for reading in readings:
@@ -219,7 +219,7 @@ def test_late_attitudes_take_the_drift_of_the_heading_away():
 
 
 @pytest.mark.parametrize("spike", [3.0, -2.0, 0.6])
-def test_one_spike_of_the_gyro_does_not_turn_the_robot(spike):
+def test_one_gyro_spike_does_not_turn_the_robot(spike):
     def damaged(reading):
         x, y, z = reading.rates
         hit = reading.stamp_ns == 400 * PERIOD
@@ -282,7 +282,7 @@ FAILURES = {
 
 
 @pytest.mark.parametrize("name", FAILURES)
-def test_a_gyro_that_fails_is_named_and_turns_nobody(name):
+def test_a_failed_gyro_is_reported_and_ignored(name):
     """The wheels carry on; 9.5 s with wheels of 0.3 % error turn by some 2 deg, 0.5 rad/s by 270."""
     change, condition = FAILURES[name]
     error, ekf, well = failing(change)
@@ -295,7 +295,7 @@ def test_a_gyro_that_fails_is_named_and_turns_nobody(name):
 
 
 @pytest.mark.parametrize("name", ["sticks turning", "sticks at zero", "saturates", "stops"])
-def test_no_phantom_turn_before_the_failure_is_known(name):
+def test_a_failing_gyro_causes_no_turn_before_detection(name):
     """Within any 100 ms after the failure the heading stays within a degree of the healthy filter's."""
     change, _ = FAILURES[name]
     failed, well = Ekf(BODY), Ekf(BODY)
@@ -308,7 +308,7 @@ def test_no_phantom_turn_before_the_failure_is_known(name):
         assert abs(wrap(failed.estimate.pose.yaw - well.estimate.pose.yaw)) < math.radians(1.0)
 
 
-def test_a_gyro_that_comes_back_is_used_again():
+def test_a_recovered_gyro_is_used_again():
     frozen = stuck_at(300)
 
     def repaired(reading):
@@ -319,7 +319,7 @@ def test_a_gyro_that_comes_back_is_used_again():
     assert ekf.time_since_used(Source.GYRO, READINGS[-1].stamp_ns) == 0.0
 
 
-def test_without_wheels_it_neither_freezes_silently_nor_goes_on():
+def test_without_wheels_the_estimate_degrades_with_a_diagnostic():
     ekf = through(READINGS[:600])
     last = READINGS[599].stamp_ns
     for reading in READINGS[600:]:
@@ -334,14 +334,14 @@ def test_without_wheels_it_neither_freezes_silently_nor_goes_on():
     assert later.covariance[0, 0] > 0.1  # three seconds at full speed may be a metre
 
 
-def test_counters_that_come_back_tell_what_happened_meanwhile():
+def test_returning_encoder_counts_recover_the_missed_motion():
     gap = [r for r in READINGS if not (isinstance(r, WheelCounts) and 300 < r.stamp_ns // PERIOD <= 450)]
     ekf = through(gap)
     assert ekf.estimate.pose.distance(TRUTH[-1]) < 0.1  # of 0.9 m on a winding way without wheels
     assert abs(wrap(ekf.estimate.pose.yaw - TRUTH[-1].yaw)) < math.radians(1.0)
 
 
-def test_after_a_long_silence_only_the_gyro_knows():
+def test_after_a_long_silence_only_the_gyro_constrains_yaw():
     readings, truth = sensed(weave(25.0))
     gap = [r for r in readings if not (isinstance(r, WheelCounts) and 300 < r.stamp_ns // PERIOD <= 1000)]
     ekf = through(gap)
@@ -351,7 +351,7 @@ def test_after_a_long_silence_only_the_gyro_knows():
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
-def test_a_dead_encoder_is_named_and_the_way_grows_uncertain(side):
+def test_a_dead_encoder_is_reported_and_inflates_covariance(side):
     straight = sensed([(0.0, 0.0)] * 50 + [(0.3, 0.0)] * 400)[0]
     last = next(r for r in straight if isinstance(r, WheelCounts) and r.stamp_ns == 200 * PERIOD)
 
@@ -372,7 +372,7 @@ def test_a_dead_encoder_is_named_and_the_way_grows_uncertain(side):
     assert math.sqrt(ekf.estimate.covariance[0, 0]) == pytest.approx(0.5 * gone, rel=0.2)
 
 
-def test_a_stuck_accelerometer_is_left_out():
+def test_a_stuck_accelerometer_is_excluded():
     force = READINGS[600].force
 
     def frozen(reading):
@@ -384,7 +384,7 @@ def test_a_stuck_accelerometer_is_left_out():
     assert "accelerometer" in (diagnostic_message(ekf, stopping[-1].stamp_ns) or "")
 
 
-def test_before_anything_is_heard_nothing_is_wrong():
+def test_no_fault_is_reported_before_the_first_reading():
     ekf = Ekf(BODY)
     assert ekf.estimate.pose == IDENTITY and diagnostic_message(ekf, 10**10) is None
     assert ekf.condition(Source.WHEELS, 0) is Condition.ABSENT

@@ -42,7 +42,7 @@ def run(seed, commands, faults, with_gyro):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("metres", "diameter", "slip"), [(2.0, 0.003, 0.003), (8.0, 0.0005, 0.006)])
-def test_certainty_of_wheels_is_calibrated(metres, diameter, slip):
+def test_covariance_from_wheels_is_consistent(metres, diameter, slip):
     """Normalised error squared is chi-squared, 3 per run in the mean: over 150 runs within 4 sigma of that.
 
     Once with wrong diameters prevailing, once with slip.
@@ -53,7 +53,7 @@ def test_certainty_of_wheels_is_calibrated(metres, diameter, slip):
 
 
 @pytest.mark.slow
-def test_certainty_with_gyro_is_calibrated():
+def test_covariance_with_gyro_is_consistent():
     """The simulated bias does not walk as the filter allows for, so it may be somewhat too modest."""
     commands = hotel_round(metres=8.0)
     faults = Faults(gyro_gain=0.003)
@@ -62,7 +62,7 @@ def test_certainty_with_gyro_is_calibrated():
 
 
 @pytest.mark.slow
-def test_a_gyro_makes_the_heading_several_times_better():
+def test_a_gyro_improves_the_heading_several_times():
     commands = hotel_round(metres=20.0)
     yaw = {}
     for with_gyro in (False, True):
@@ -71,7 +71,7 @@ def test_a_gyro_makes_the_heading_several_times_better():
     assert yaw[True] < yaw[False] / 5.0
 
 
-def test_bias_is_found_at_standstill():
+def test_gyro_bias_is_estimated_at_standstill():
     bias, rng = 0.02, np.random.default_rng(5)  # several times what the robot file calls usual
     ekf = SynchronousEkf(ROBOT)
     for _ in range(500):
@@ -81,7 +81,7 @@ def test_bias_is_found_at_standstill():
     assert abs(estimate.pose.yaw) < math.radians(0.05)
 
 
-def test_a_wrong_diameter_is_found_from_the_gyro():
+def test_a_wrong_wheel_diameter_is_estimated_from_the_gyro():
     """Only the difference of the wheels shows in the turning; the filter has to say so too."""
     commands, true_right = hotel_round(metres=15.0), 1.006
     ekf, rolled, rng = SynchronousEkf(ROBOT), np.zeros(2), np.random.default_rng(2)
@@ -96,7 +96,7 @@ def test_a_wrong_diameter_is_found_from_the_gyro():
     assert covariance[0, 0] + covariance[1, 1] > covariance[0, 0] + covariance[1, 1] - 2 * covariance[0, 1]
 
 
-def test_without_gyro_it_goes_on_with_less_certainty_and_says_so():
+def test_without_gyro_the_covariance_grows_and_is_reported():
     commands = hotel_round(metres=10.0)
     readings = list(drive(ROBOT, commands, Faults(), np.random.default_rng(1)))
     steady, dropped = SynchronousEkf(ROBOT), SynchronousEkf(ROBOT)
@@ -126,7 +126,7 @@ def test_a_slipping_wheel_does_not_turn_the_heading():
 
 
 @pytest.mark.parametrize("damage", [math.nan, math.inf, -1e9, 60.0])
-def test_a_damaged_reading_is_left_out(damage):
+def test_an_invalid_reading_is_skipped(damage):
     ekf = SynchronousEkf(ROBOT)
     for k in range(50):
         before = ekf.update(80 * k, 80 * k, DT, 0.0)
@@ -137,7 +137,7 @@ def test_a_damaged_reading_is_left_out(damage):
     assert ekf.gyro_age == 0.0
 
 
-def test_a_robot_carried_away_turns_with_its_gyro():
+def test_a_carried_robot_turns_with_its_gyro():
     ekf, still, turning = SynchronousEkf(ROBOT), live(0.0), live(1.0)
     for _ in range(100):
         ekf.update(0, 0, DT, next(still))
@@ -148,7 +148,7 @@ def test_a_robot_carried_away_turns_with_its_gyro():
 
 
 @pytest.mark.slow
-def test_covariances_stay_positive_semidefinite_over_an_hour():
+def test_covariance_stays_positive_semidefinite_over_an_hour():
     ekf, rng, left, right = SynchronousEkf(ROBOT), np.random.default_rng(3), 0, 0
     for k in range(60_000):
         if (k // 1000) % 3:
@@ -159,13 +159,13 @@ def test_covariances_stay_positive_semidefinite_over_an_hour():
         assert np.linalg.eigvalsh(matrix).min() > -1e-12
 
 
-def test_moving_at_the_first_call_is_not_taken_for_bias():
+def test_motion_at_the_first_call_is_not_taken_for_bias():
     ekf = SynchronousEkf(ROBOT)
     ekf.update(12345, 54321, DT, 0.7)
     assert ekf.gyro_bias[0] == 0.0
 
 
-def test_same_readings_same_bytes():
+def test_the_same_readings_give_identical_bytes():
     commands = hotel_round(metres=3.0)
     first, second = (run(9, commands, Faults(), True)[2] for _ in range(2))
     assert first.pose == second.pose

@@ -10,7 +10,7 @@ from chefbot.odometry.sensor_health import Condition, Source
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
-def test_it_ends_where_robot_localization_ends(shared, number):
+def test_the_final_pose_agrees_with_robot_localization(shared, number):
     """Within half of the tolerance that robot_localization allows itself around its own published end."""
     recording = load(shared("data/ekf/test1.bag").parent, number)
     ekf = Ekf(BODY)

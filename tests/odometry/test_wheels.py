@@ -23,7 +23,7 @@ steps = st.lists(st.tuples(ticks, ticks), min_size=1, max_size=60)
 
 
 @given(bits=st.integers(2, 64), start=st.integers(-(2**63), 2**63 - 1), data=st.data())
-def test_a_difference_survives_the_wrap_of_any_counter(bits, start, data):
+def test_tick_difference_survives_the_wrap_of_any_counter(bits, start, data):
     moved = data.draw(st.integers(-(2 ** (bits - 1)), 2 ** (bits - 1) - 1))
     mask = 2**bits - 1
     assert tick_difference((start + moved) & mask, start & mask, bits) == moved
@@ -40,7 +40,7 @@ def test_a_wrapping_counter_gives_the_same_poses(moves, left, right):
 
 
 @given(steps)
-def test_driven_back_the_same_way_the_robot_is_where_it_was(moves):
+def test_driving_back_the_same_way_returns_to_the_start(moves):
     odometry, left, right = SynchronousEkf(ROBOT), 0, 0
     odometry.update(0, 0, DT)
     for a, b in moves + [(-a, -b) for a, b in reversed(moves)]:
@@ -61,7 +61,7 @@ def test_arc_agrees_with_the_centre_of_curvature(step, turn):
         assert aside == pytest.approx(0.5 * step * turn, abs=1e-5)
 
 
-def test_arc_is_smooth_where_the_road_is_nearly_straight():
+def test_arc_is_smooth_near_straight_motion():
     for turn in (1e-3, 1e-4, 1e-6, 1e-9, 1e-13, 5e-324, 0.0):
         forward, aside = arc(1.0, turn)
         assert forward == pytest.approx(1.0 - turn**2 / 6.0, abs=1e-12)
@@ -69,7 +69,7 @@ def test_arc_is_smooth_where_the_road_is_nearly_straight():
 
 
 @pytest.mark.parametrize("parts", [1, 7, 400])
-def test_a_full_circle_closes_however_it_is_cut(parts):
+def test_a_full_circle_closes_for_any_step_size(parts):
     pose = SE2(1.0, -2.0, 0.3)
     for _ in range(parts):
         pose = pose @ SE2(*arc(2.0 * math.pi * 0.7 / parts, 2.0 * math.pi / parts), 2.0 * math.pi / parts)
@@ -86,7 +86,7 @@ def nudges(step, at, size):
 
 
 @given(left=small, right=small, yaw=st.floats(-3, 3), tilt=st.tuples(small, small), data=st.data())
-def test_the_linearisation_is_the_derivative(left, right, yaw, tilt, data):
+def test_the_jacobian_is_the_numeric_derivative(left, right, yaw, tilt, data):
     """By state and by every input: the covariance after one certain way of erring is its outer product."""
     state = np.array(data.draw(st.lists(small, min_size=SIZE, max_size=SIZE)))
     state[YAW], inputs = yaw, np.array([left, right, *tilt])
@@ -109,7 +109,7 @@ def test_the_linearisation_is_the_derivative(left, right, yaw, tilt, data):
 
 
 @given(roll=small, pitch=small, yaw=st.floats(-3, 3), step=small)
-def test_on_a_slope_the_way_leads_up(roll, pitch, yaw, step):
+def test_on_a_slope_the_distance_is_projected(roll, pitch, yaw, step):
     """Nose down (a positive pitch, REP-103) is down; the length of the way stays."""
     state = np.zeros(SIZE)
     state[3:6] = roll, pitch, yaw
@@ -132,7 +132,7 @@ def test_covariance_is_symmetric_positive_semidefinite(moves):
         assert np.linalg.eigvalsh(covariance).min() > -1e-15
 
 
-def test_a_straight_drive_grows_less_certain_with_every_step():
+def test_straight_motion_always_grows_the_covariance():
     odometry, before = SynchronousEkf(ROBOT), np.zeros(3)
     odometry.update(0, 0, DT)
     for k in range(1, 200):
@@ -141,7 +141,7 @@ def test_a_straight_drive_grows_less_certain_with_every_step():
         before = variances
 
 
-def test_a_standing_robot_grows_no_less_certain():
+def test_a_standing_robot_does_not_grow_the_covariance():
     odometry = SynchronousEkf(ROBOT)
     for k in range(50):
         odometry.update(20 * k, 22 * k, DT)
@@ -153,7 +153,7 @@ def test_a_standing_robot_grows_no_less_certain():
     assert later.v == 0.0 and later.w == 0.0
 
 
-def test_a_restarted_board_does_not_throw_the_robot_across_the_room():
+def test_a_restarted_board_does_not_move_the_pose():
     odometry = SynchronousEkf(ROBOT)
     for k in range(100):
         before = odometry.update(100_000 + 50 * k, 100_000 + 50 * k, DT)
@@ -163,7 +163,7 @@ def test_a_restarted_board_does_not_throw_the_robot_across_the_room():
     assert after.covariance[0, 0] > before.covariance[0, 0] + 1e-5
 
 
-def test_the_fastest_possible_motion_is_no_restart():
+def test_the_fastest_possible_motion_is_not_a_restart():
     body, counters = DriveModel.of(ROBOT, OdometryParams(), 32), EncoderState(counts=(0, 0))
     full = int(ROBOT.motor.no_load_speed * ROBOT.wheel_radius * DT / ROBOT.metres_per_tick)
     for k in range(10):
@@ -172,7 +172,7 @@ def test_the_fastest_possible_motion_is_no_restart():
     assert rolled.left == -rolled.right == pytest.approx(full * ROBOT.metres_per_tick)
 
 
-def test_start_and_twist():
+def test_start_pose_and_twist_are_reported():
     odometry = SynchronousEkf(ROBOT, start=SE2(1.0, 2.0, math.pi / 2))
     odometry.update(0, 0, DT)
     estimate = odometry.update(100, 100, DT)

@@ -49,7 +49,7 @@ def chain_cost(path, cells, params):
 
 @settings(max_examples=80)
 @given(maps, st.data(), st.booleans())
-def test_cost_is_that_of_scipys_dijkstra(cells, data, unknown):
+def test_path_cost_equals_dijkstra_of_scipy(cells, data, unknown):
     params = PlannerParams(smooth=False, tolerance=0.0, escape=0.0, allow_unknown=unknown, spacing=0.01)
     free = np.argwhere(cost_to_weight(params)[cells] > 0)
     assume(len(free) >= 2)
@@ -72,7 +72,7 @@ def test_cost_is_that_of_scipys_dijkstra(cells, data, unknown):
 
 @settings(max_examples=80)
 @given(maps, st.data())
-def test_a_smooth_path_never_touches_what_is_blocked(cells, data):
+def test_a_smoothed_path_never_touches_blocked_cells(cells, data):
     params = PlannerParams(tolerance=0.0, escape=0.0)
     free = np.argwhere(cells < INSCRIBED)
     assume(len(free) >= 2)
@@ -108,7 +108,7 @@ def plan(cells, start, goal, **changes):
     return planner.plan(Costmap(cells, 0.05, 0.0, 0.0), SE2(*start, 0.0), SE2(*goal, 0.0)), planner.remarks
 
 
-def test_the_path_is_even_straight_and_looks_ahead():
+def test_path_points_are_evenly_spaced_and_face_forward():
     path, remarks = plan(room(), (0.5, 1.5), (3.5, 1.5))
     assert remarks == ()
     assert path_length(path) == pytest.approx(3.0, abs=0.01)
@@ -125,7 +125,7 @@ def test_the_path_is_even_straight_and_looks_ahead():
         ((2.02, 0.5), (1.0, 1.0), PlanningFailure.START_OCCUPIED),
     ],
 )
-def test_failures_have_names_and_sentences(start, goal, failure):
+def test_failures_have_codes_and_messages(start, goal, failure):
     with pytest.raises(PlanningError, match=r"at x .* m, y .* m") as error:
         plan(room(), start, goal, tolerance=0.05, escape=0.0)
     assert error.value.failure is failure
@@ -137,7 +137,7 @@ def test_a_blocked_goal_is_replaced_within_tolerance():
     assert "goal" in remarks[0]
 
 
-def test_an_unreachable_goal_is_replaced_by_the_reachable_side():
+def test_an_unreachable_goal_is_replaced_by_a_reachable_one():
     cells = room()
     cells[25:35, 40] = LETHAL
     path, remarks = plan(cells, (0.5, 1.5), (2.3, 1.5), tolerance=0.6)
@@ -145,13 +145,13 @@ def test_an_unreachable_goal_is_replaced_by_the_reachable_side():
     assert len(remarks) == 1
 
 
-def test_a_start_inside_the_inflation_gets_out():
+def test_a_start_inside_the_inflation_is_left():
     path, remarks = plan(room(), (1.88, 0.5), (0.5, 0.5))
     assert tuple(path[0, :2]) == pytest.approx((1.88, 0.5))
     assert "near to an obstacle" in remarks[0]
 
 
-def test_the_unknown_is_crossed_only_if_allowed():
+def test_unknown_cells_are_crossed_only_if_allowed():
     cells = np.zeros((20, 60), np.uint8)
     cells[:, 20:30] = UNKNOWN
     with pytest.raises(PlanningError):
@@ -160,7 +160,7 @@ def test_the_unknown_is_crossed_only_if_allowed():
     assert path_length(path) == pytest.approx(2.0, abs=0.01)
 
 
-def test_a_planner_used_again_says_the_same():
+def test_a_reused_planner_gives_the_same_path():
     planner, costmap = GridPlanner(), Costmap(room(), 0.05, 0.0, 0.0)
     a, b = SE2(0.5, 0.5, 0.0), SE2(3.5, 2.5, 0.0)
     first = planner.plan(costmap, a, b)
@@ -175,7 +175,7 @@ SHARED = Path(os.environ.get("CHEFBOT_SHARED", Path(__file__).parents[2] / "../s
 @pytest.mark.slow
 @pytest.mark.data
 @pytest.mark.parametrize("name", ["arena2", "den312d", "8room_000", "Berlin_0_256"])
-def test_lengths_of_the_movingai_problems_are_optimal(name):
+def test_path_lengths_of_movingai_problems_are_optimal(name):
     folder = SHARED / "data" / "grids"
     if not folder.is_dir():
         pytest.skip("the benchmark maps are not there; set CHEFBOT_SHARED to their folder")

@@ -81,29 +81,29 @@ def drive(
 
 
 @pytest.mark.parametrize("off", [(0.0, 0.08), (0.05, -0.08), (-0.08, 0.06)])
-def test_who_is_a_cell_or_two_beside_the_map_gets_through_a_narrow_passage(off):
+def test_local_replanning_passes_a_door_offset_from_the_map(off):
     start, goal = SE2(1.0, 2.0, 0.0), SE2(5.0, 4.5, 0.0)
     assert drive(NARROW, goal, start, off, mend=True) is ControllerStatus.REACHED
 
 
-def test_without_mending_it_does_not():
+def test_without_local_replanning_the_door_is_blocked():
     start, goal = SE2(1.0, 2.0, 0.0), SE2(5.0, 4.5, 0.0)
     assert drive(NARROW, goal, start, (0.0, 0.08), mend=False) is ControllerStatus.BLOCKED
 
 
-def test_a_free_path_is_left_alone():
+def test_a_free_path_is_unchanged():
     costmap = costs_of((58, 62, 0, 40))
     path = GridPlanner().plan(costmap, SE2(1.0, 1.0, 0.0), SE2(5.0, 5.0, 0.0))
     assert replan_locally(path, SE2(1.0, 1.0, 0.0), costmap, local_planner()) is path
 
 
-def test_a_long_way_around_is_the_planners_business():
+def test_a_long_detour_is_left_to_the_global_planner():
     path = np.column_stack([np.arange(1.0, 5.0, 0.05), np.full(80, 3.0), np.zeros(80)])
     costmap = costs_of((20, 119, 40, 44))
     assert replan_locally(path, SE2(1.0, 3.0, 0.0), costmap, local_planner()) is path
 
 
-def test_a_goal_a_cell_inside_what_is_seen_is_taken_beside_it():
+def test_a_goal_just_inside_an_obstacle_is_moved_beside_it():
     path = np.column_stack([np.arange(1.0, 1.65, 0.05), np.full(13, 3.0), np.zeros(13)])
     costmap = costs_of((50, 70, 36, 50))
     mended = replan_locally(path, SE2(1.0, 3.0, 0.0), costmap, local_planner())
@@ -111,7 +111,7 @@ def test_a_goal_a_cell_inside_what_is_seen_is_taken_beside_it():
     assert np.hypot(*(mended[-1, :2] - path[-1, :2])) <= GOAL_TOLERANCE
 
 
-def test_a_goal_far_inside_stays_blocked():
+def test_a_goal_far_inside_an_obstacle_stays_blocked():
     path = np.column_stack([np.arange(1.0, 2.0, 0.05), np.full(20, 3.0), np.zeros(20)])
     costmap = costs_of((50, 70, 36, 50))
     assert replan_locally(path, SE2(1.0, 3.0, 0.0), costmap, local_planner()) is path
@@ -124,7 +124,7 @@ def test_a_goal_far_inside_stays_blocked():
     st.tuples(st.floats(-0.1, 0.1), st.sampled_from([-0.1, -0.07, 0.07, 0.1])),
     st.floats(0.2, 1.2),
 )
-def test_a_mended_path_is_free_begins_here_and_ends_there(a, b, off, before):
+def test_a_repaired_path_is_free_from_robot_to_goal(a, b, off, before):
     path = beside(NARROW, SE2(*a, 0.0), SE2(*b, 0.0), off)
     blocked = next(i for i, (x, y, _) in enumerate(path) if NARROW.at(x, y) >= INSCRIBED)
     here = SE2.of(path[max(0, blocked - round(before / 0.045))])

@@ -31,7 +31,7 @@ def smooth_weights(seed: int) -> NDArray[np.float32]:
 
 
 @pytest.mark.parametrize("column", [10, 30, 110, 130, 150, 170])
-def test_no_cell_is_followed_far_at_a_cost_that_is_worthless(column: int) -> None:
+def test_no_cell_is_expanded_far_beyond_the_best_cost(column: int) -> None:
     """Taken from the end of a bucket, these cells of an open floor are taken two to three times each."""
     weight = np.zeros((SIDE, SIDE), np.float32)
     weight[1:-1, 1:-1] = 1.0
@@ -41,7 +41,7 @@ def test_no_cell_is_followed_far_at_a_cost_that_is_worthless(column: int) -> Non
 
 @settings(max_examples=30)
 @given(st.integers(0, 2**31), st.integers(0, 2**31))
-def test_the_cost_of_the_goal_is_that_of_the_whole_field(seed: int, ends: int) -> None:
+def test_the_goal_cost_equals_that_of_the_full_field(seed: int, ends: int) -> None:
     weight = smooth_weights(seed)
     source, goal = np.random.default_rng(ends).choice(np.flatnonzero(weight), 2, replace=False)
     field, *_ = searched(weight, source, -1)

@@ -58,7 +58,7 @@ def load(data):
 
 
 @pytest.mark.parametrize("name", sorted(built_in_robots()))
-def test_built_in_robots_load_and_can_be(name):
+def test_built_in_robots_load_and_are_buildable(name):
     robot = load_robot(name)
     assert robot.name == name
     check_buildable(robot, name)
@@ -71,7 +71,7 @@ def test_the_lidar_robot_differs_by_its_lidar_only():
     assert msgspec.structs.replace(lidar, name="chefbot", sensors=sensors) == CHEFBOT
 
 
-def test_the_chefbot_is_what_its_chapter_asks_for():
+def test_the_chefbot_meets_the_requirements_of_its_chapter():
     """Payload 2 kg, body 3 kg by its sums, 0.35 m/s, 3 cm above ground, 2 h, 9 cm wheels, 30 cm plates."""
     assert (CHEFBOT.body.payload, CHEFBOT.body.mass_budget) == (2.0, 3.0)
     assert total_mass(CHEFBOT) == pytest.approx(unloaded_mass(CHEFBOT) + 2.0)
@@ -139,7 +139,7 @@ def test_the_chefbot_is_what_its_chapter_asks_for():
         ("sensors", "imu__gyro_noise", "-1 deg/s", "gyro_noise"),
     ],
 )
-def test_an_impossible_robot_is_a_sentence(section, key, value, sentence):
+def test_an_impossible_robot_is_one_sentence(section, key, value, sentence):
     with pytest.raises(ConfigError) as caught:
         load(changed(**{section: {key: value}}))
     assert sentence in str(caught.value)
@@ -148,7 +148,7 @@ def test_an_impossible_robot_is_a_sentence(section, key, value, sentence):
 
 
 @pytest.mark.parametrize("section", sorted(KINDS))
-def test_a_part_is_a_name_of_the_catalogue_or_a_section(section):
+def test_a_part_is_a_catalogue_name_or_a_section(section):
     """Both give the same robot; a name that is not in the catalogue gets the nearest one."""
     assert load(changed(**{section: {}})) == CHEFBOT
     name = yaml.safe_load(TEXT)[section]
@@ -158,7 +158,7 @@ def test_a_part_is_a_name_of_the_catalogue_or_a_section(section):
         load({**yaml.safe_load(TEXT), section: 7})
 
 
-def test_equipment_of_one_name_would_be_two_parts_of_one_name():
+def test_equipment_names_must_be_unique():
     twice = yaml.safe_load(TEXT)
     twice["equipment"][1]["name"] = "computer"
     with pytest.raises(RobotFileError, match="computer"):
@@ -170,12 +170,12 @@ def test_equipment_of_one_name_would_be_two_parts_of_one_name():
 
 
 @pytest.mark.parametrize("name", ["battery", "base_link", "base_footprint", "imu_link", "wheel_left"])
-def test_a_robot_is_not_called_like_a_part_of_it(name):
+def test_a_robot_may_not_have_the_name_of_a_part(name):
     with pytest.raises(RobotFileError, match=f"name: a part of the robot is called '{name}' too"):
         load({**yaml.safe_load(TEXT), "name": name})
 
 
-def test_names_and_paths(tmp_path):
+def test_robots_are_found_by_name_and_path(tmp_path):
     with pytest.raises(RobotFileError, match="did you mean 'chefbot'"):
         load_robot("chefbit")
     with pytest.raises(ConfigError, match="does not exist"):
@@ -190,7 +190,7 @@ def test_names_and_paths(tmp_path):
         load_robot(str(tmp_path / "mine.yaml"))
 
 
-def test_a_robot_that_is_like_another_says_only_what_differs(tmp_path):
+def test_a_robot_file_that_extends_another_overrides_values(tmp_path):
     (tmp_path / "one.yaml").write_text("like: chefbot\nname: one\nwheels: {diameter: 10 cm}\n")
     (tmp_path / "two.yaml").write_text("like: one.yaml\nname: two\nbody: {payload: 1 kg}\n")
     two = load_robot(str(tmp_path / "two.yaml"))
@@ -211,7 +211,7 @@ def test_a_robot_that_is_like_another_says_only_what_differs(tmp_path):
         ("/etc/passwd", "not valid YAML|must be|missing|Expected|sections"),
     ],
 )
-def test_a_circle_of_robots_or_a_missing_one_is_a_sentence(tmp_path, like, sentence):
+def test_a_circular_or_missing_base_robot_is_one_sentence(tmp_path, like, sentence):
     (tmp_path / "one.yaml").write_text("like: two.yaml\nname: one\n")
     (tmp_path / "two.yaml").write_text(f"like: {like}\nname: two\n")
     with pytest.raises(ConfigError, match=sentence):
@@ -253,7 +253,7 @@ def robots(draw):
 
 @settings(max_examples=40)
 @given(robots())
-def test_no_limit_exceeds_what_owner_motors_and_floor_give(robot):
+def test_limits_respect_owner_motors_and_floor(robot):
     rim = robot.motor.no_load_speed * robot.wheel_radius
     half = robot.wheels.separation / 2
     assert 0 < max_wheel_speed(robot) <= rim
@@ -278,7 +278,7 @@ FIGURES = (
 @pytest.mark.slow
 @settings(max_examples=20)
 @given(robots())
-def test_a_possible_robot_has_finite_numbers_and_an_impossible_one_a_sentence(robot):
+def test_a_buildable_robot_has_finite_figures(robot):
     try:
         check_buildable(robot, "robot file r.yaml")
     except ConfigError as error:
@@ -294,7 +294,7 @@ def test_a_possible_robot_has_finite_numbers_and_an_impossible_one_a_sentence(ro
     )
 
 
-def test_a_robot_file_says_nothing_twice_and_leaves_nothing_out():
+def test_a_robot_file_has_every_key_exactly_once():
     """Every key of the Chefbot's file is needed or has another default; unknown ones were refused."""
     data = yaml.safe_load(TEXT)
     sections = (

@@ -79,7 +79,7 @@ def some_solids(draw):
 
 @settings(max_examples=25)
 @given(some_solids())
-def test_exact_moments_are_those_of_points_thrown_at_random(solid):
+def test_exact_moments_equal_monte_carlo_integration(solid):
     exact = volume_moments(solid)
     thrown, filled = sampled(solid)
     assert filled == pytest.approx(exact.volume, rel=0.03)
@@ -92,7 +92,7 @@ def test_exact_moments_are_those_of_points_thrown_at_random(solid):
 
 @settings(max_examples=60)
 @given(some_solids(), angles, angles, places, places, places)
-def test_turning_and_moving_keep_what_a_body_is(solid, pitch, yaw, x, y, z):
+def test_rotation_and_translation_keep_mass_and_inertia(solid, pitch, yaw, x, y, z):
     turn, shift = rotation(pitch, yaw), np.array([x, y, z])
     before = mass_properties([(volume_moments(solid), 500.0)])
     after = mass_properties([(transform_moments(volume_moments(solid), turn, shift), 500.0)])
@@ -107,7 +107,7 @@ def principal(properties):
     return np.linalg.eigvalsh(tensor).tolist()
 
 
-def test_known_bodies():
+def test_known_bodies_have_their_textbook_inertia():
     ball = mass_properties([(volume_moments(Ball(0.2)), 1000.0)])
     mass = 1000 * 4 / 3 * math.pi * 0.008
     assert ball.inertia == pytest.approx((*[0.4 * mass * 0.04] * 3, 0, 0, 0), abs=1e-12)
@@ -117,7 +117,7 @@ def test_known_bodies():
 
 
 @pytest.mark.parametrize("name", sorted(ROBOTS))
-def test_the_whole_is_the_sum_of_its_parts(name):
+def test_the_total_is_the_sum_of_its_parts(name):
     robot = ROBOTS[name]
     parts = solids(robot)
     assert len({part.name for part in parts}) == len(parts)
@@ -139,7 +139,7 @@ def test_the_whole_is_the_sum_of_its_parts(name):
 
 
 @pytest.mark.parametrize("name", sorted(ROBOTS))
-def test_wheels_stand_on_the_floor_and_casters_just_above_it(name):
+def test_wheels_touch_the_floor_and_casters_hang_above_it(name):
     robot = ROBOTS[name]
     for side, sign in layout.SIDES.items():
         at = link_origin(robot, f"wheel_{side}_link")
@@ -148,7 +148,7 @@ def test_wheels_stand_on_the_floor_and_casters_just_above_it(name):
         assert 0 < z - robot.casters.radius < 0.001
 
 
-def test_what_is_symmetric_has_its_mass_in_the_middle():
+def test_symmetric_parts_have_a_centred_mass():
     """The Chefbot without what stands to one side."""
     robot = ROBOTS["chefbot"]
     places_ = msgspec.structs.replace(
@@ -171,7 +171,7 @@ def test_what_is_symmetric_has_its_mass_in_the_middle():
     assert robot_mass_properties(robot).centre[0] != pytest.approx(0.0, abs=1e-4)
 
 
-def test_the_base_plate_is_the_disc_less_its_notches_and_holes():
+def test_the_base_plate_is_the_disc_minus_notches_and_holes():
     """By the formula of the circular segment; the plate of the chapter."""
     robot = ROBOTS["chefbot"]
     radius, notch, plates = robot.body.radius, robot.plates.notch, robot.plates

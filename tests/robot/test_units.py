@@ -40,21 +40,21 @@ from chefbot.maths.units import UnitError, to_si
         ("90°", "rad", math.pi / 2),
     ],
 )
-def test_what_people_write(text, unit, value):
+def test_common_spellings_of_quantities_parse(text, unit, value):
     assert to_si(text, unit) == pytest.approx(value, rel=1e-12)
 
 
 @pytest.mark.parametrize(
     "text", ["9", "", " ", "cm", "9 kg", "9 parsnips", "nine cm", "9 cm cm", "1/0 m", "()"]
 )
-def test_what_is_no_length(text):
+def test_invalid_lengths_are_refused(text):
     with pytest.raises(UnitError):
         to_si(text, "m")
 
 
 @settings(max_examples=300)
 @given(st.text("0123456789.e+-*/()^% kmcsradegHzVWACN\x00'\"_[]{}:,\n", max_size=14))
-def test_any_text_is_a_number_or_a_sentence(text):
+def test_any_text_is_a_number_or_one_sentence(text):
     with contextlib.suppress(UnitError):
         assert isinstance(to_si(text, "m"), float)
 
@@ -62,7 +62,7 @@ def test_any_text_is_a_number_or_a_sentence(text):
 @pytest.mark.parametrize(
     "text", ["9**9**9**9 m", "9^9^9^9 m", "(" * 5000 + "1 m", "1e999999999 m", "9" * 100_000 + " m"]
 )
-def test_absurd_quantities_end(text):
+def test_absurd_quantities_are_refused(text):
     with pytest.raises(UnitError):
         if math.isinf(to_si(text, "m")):
             raise UnitError("infinite, which the bounds of every field refuse")

@@ -115,7 +115,7 @@ def said_on(system: NodeContainer, topic: str) -> list[tuple[int, object]]:
     return said
 
 
-def test_a_fault_costs_its_message_and_is_reported(isolated: tuple[NodeContainer, list[Fault]]) -> None:
+def test_an_exception_costs_one_message_and_is_reported(isolated: tuple[NodeContainer, list[Fault]]) -> None:
     system, new = isolated
     said, reports = said_on(system, "said"), said_on(system, "diagnostics")
     system.launch(launch_of(Source, Clumsy))
@@ -129,7 +129,7 @@ def test_a_fault_costs_its_message_and_is_reported(isolated: tuple[NodeContainer
     assert len(reports) == 2  # at once, and a second later with what had come until then
 
 
-def test_a_node_that_keeps_failing_does_not_drive(isolated: tuple[NodeContainer, list[Fault]]) -> None:
+def test_a_node_that_keeps_failing_is_stopped(isolated: tuple[NodeContainer, list[Fault]]) -> None:
     """Counts 10 to 14 come from 0.5 to 0.7 s: the third fault silences, until a second after the third last."""
     system, _ = isolated
     driven = said_on(system, "cmd_vel")
@@ -146,7 +146,7 @@ def test_without_isolation_the_first_fault_ends_the_run() -> None:
         system.loop.run(until_ns=3_000 * MS)
 
 
-def test_a_goal_whose_server_fails_is_answered(isolated: tuple[NodeContainer, list[Fault]]) -> None:
+def test_a_goal_whose_server_fails_gets_an_answer(isolated: tuple[NodeContainer, list[Fault]]) -> None:
     system, new = isolated
     got = said_on(system, "got")
     system.launch(launch_of(BurntCook, Guest))
@@ -158,7 +158,7 @@ def test_a_goal_whose_server_fails_is_answered(isolated: tuple[NodeContainer, li
     assert [one.callback for one in new] == ["burntcook.sleep"]
 
 
-def test_who_waits_for_a_transform_is_served_whatever_others_raise(
+def test_transform_callbacks_run_although_others_raise(
     isolated: tuple[NodeContainer, list[Fault]],
 ) -> None:
     system, new = isolated
@@ -179,7 +179,7 @@ def test_who_waits_for_a_transform_is_served_whatever_others_raise(
     assert [one.callback for one in new] == ["first <- go"]
 
 
-def test_a_run_with_faults_replays_to_the_byte(
+def test_a_run_with_faults_replays_bit_identically(
     isolated: tuple[NodeContainer, list[Fault]], tmp_path: Path
 ) -> None:
     system, _ = isolated
@@ -194,7 +194,7 @@ def test_a_run_with_faults_replays_to_the_byte(
     assert system.faults is not None and replay.faults.counts == system.faults.counts
 
 
-def test_a_device_that_gives_up_ends_the_run(isolated: tuple[NodeContainer, list[Fault]]) -> None:
+def test_a_failing_device_ends_the_run(isolated: tuple[NodeContainer, list[Fault]]) -> None:
     system, _ = isolated
     system.launch(launch_of(Quitter))
     with pytest.raises(UserError, match="the device is gone"):

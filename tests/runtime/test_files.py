@@ -81,7 +81,7 @@ def calls_of(monkeypatch, work):
     return system.calls
 
 
-def test_write_atomic_writes_follows_links_and_keeps_permissions_usual(tmp_path):
+def test_write_atomic_follows_links_and_keeps_permissions(tmp_path):
     (tmp_path / "link").symlink_to(tmp_path / "real")
     write_atomic(tmp_path / "link", b"one")
     write_atomic(tmp_path / "link", b"two" * 100_000)
@@ -94,7 +94,7 @@ def test_write_atomic_writes_follows_links_and_keeps_permissions_usual(tmp_path)
 
 
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left on device"), Killed])
-def test_write_atomic_fails_at_any_call_and_leaves_old_or_new(tmp_path, monkeypatch, error):
+def test_failed_write_atomic_leaves_the_old_or_the_new_file(tmp_path, monkeypatch, error):
     path = tmp_path / "file"
     write_atomic(path, b"old")
     count = calls_of(monkeypatch, lambda: write_atomic(path, b"old"))
@@ -114,7 +114,7 @@ def test_write_atomic_fails_at_any_call_and_leaves_old_or_new(tmp_path, monkeypa
 
 
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left on device"), Killed])
-def test_save_map_fails_at_any_call_and_leaves_the_old_or_the_new_map(tmp_path, monkeypatch, error):
+def test_failed_save_map_leaves_the_old_or_the_new_map(tmp_path, monkeypatch, error):
     old, new, other = a_map(0), a_map(1), a_map(2, (5, 3))
     count = calls_of(monkeypatch, lambda: save_map(tmp_path / "hotel", old))
     seen = []
@@ -142,7 +142,7 @@ def test_save_map_fails_at_any_call_and_leaves_the_old_or_the_new_map(tmp_path, 
 
 
 @pytest.mark.slow
-def test_a_killed_process_leaves_a_whole_map(tmp_path):
+def test_a_killed_process_leaves_a_complete_map(tmp_path):
     """A real process ends by the system's hand, at every call that changes the disk."""
     script = """
 import json, os, sys
@@ -184,7 +184,7 @@ print(json.dumps(results))
     assert all(code == 7 and old != new for code, old, new in results)
 
 
-def test_what_is_no_file_is_written_to_and_stays_what_it_was(tmp_path):
+def test_special_files_are_written_in_place(tmp_path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
@@ -225,7 +225,7 @@ except StorageError as error:
     assert sorted(p.name for p in tmp_path.iterdir()) == ["m.pgm", "m.yaml"]
 
 
-def test_names_of_maps(tmp_path):
+def test_map_names_give_the_file_names(tmp_path):
     grid = a_map(4)
     assert save_map(tmp_path, grid) == tmp_path / "map.yaml"
     assert save_map(tmp_path / "floor.2", grid) == tmp_path / "floor.2.yaml"
@@ -236,12 +236,12 @@ def test_names_of_maps(tmp_path):
     assert same(load_map(tmp_path / "b.yaml"), grid)
 
 
-def test_raw_keeps_percentages(tmp_path):
+def test_raw_mode_keeps_percentages(tmp_path):
     grid = Grid(np.arange(-1, 101, dtype=np.int8).reshape(6, 17), 0.05, 0.0, 0.0)
     assert same(load_map(save_map(tmp_path / "m", grid, "raw")), grid)
 
 
-def test_a_foreign_picture_beside_the_map_is_not_touched(tmp_path):
+def test_a_foreign_picture_beside_the_map_is_kept(tmp_path):
     for name in ("m.old.pgm", "m.0123456789abcdef0.pgm", "n.0123456789abcdef.pgm"):
         (tmp_path / name).write_bytes(b"mine")
     save_map(tmp_path / "m", a_map(1))
@@ -259,7 +259,7 @@ def test_a_foreign_picture_beside_the_map_is_not_touched(tmp_path):
         ("huge.yaml", "longer"),
     ],
 )
-def test_a_map_that_is_not_there_is_a_sentence(tmp_path, name, reason):
+def test_a_missing_map_is_one_sentence(tmp_path, name, reason):
     save_map(tmp_path / "m", a_map(0))
     text = (tmp_path / "m.yaml").read_text()
     os.mkfifo(tmp_path / "pipe")
@@ -272,7 +272,7 @@ def test_a_map_that_is_not_there_is_a_sentence(tmp_path, name, reason):
 
 
 @pytest.mark.parametrize("name", ["no/such/folder/m", "file/m", "a\0b", "loop/m"])
-def test_a_place_where_nothing_can_be_written_is_a_sentence(tmp_path, name):
+def test_an_unwritable_folder_is_one_sentence(tmp_path, name):
     (tmp_path / "file").write_bytes(b"")
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     with pytest.raises(StorageError, match="cannot be written"):
@@ -281,7 +281,7 @@ def test_a_place_where_nothing_can_be_written_is_a_sentence(tmp_path, name):
         write_atomic(tmp_path / name, b"x")
 
 
-def test_picture_of_a_map(tmp_path):
+def test_picture_of_a_map_has_the_right_pixels(tmp_path):
     (tmp_path / "m.png").write_bytes(map_png(Grid(np.array([[0, 100], [-1, 50]], np.int8), 0.1, 0, 0)))
     with Image.open(tmp_path / "m.png") as image:
         assert np.asarray(image).tolist() == [[205, 127], [254, 0]]
@@ -289,7 +289,7 @@ def test_picture_of_a_map(tmp_path):
 
 @settings(max_examples=60)
 @given(st.integers(0, 10_000), st.binary(max_size=4), st.booleans())
-def test_one_flipped_spot_on_disk_is_found(tmp_path_factory, place, junk, in_yaml):
+def test_one_flipped_bit_on_disk_is_found(tmp_path_factory, place, junk, in_yaml):
     folder = tmp_path_factory.mktemp("maps")
     grid = a_map(1)
     yaml = save_map(folder / "m", grid)

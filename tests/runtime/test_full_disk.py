@@ -92,7 +92,7 @@ def fill(path: Path, seed: int, largest: int) -> list[bytes]:
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(8_000, 3_000_000), st.integers(0, 2**31), st.sampled_from([20, 2_000, 50_000, 600_000]))
-def test_a_file_that_may_not_grow_is_whole_and_holds_all_that_was_taken(
+def test_a_size_limited_log_is_complete_up_to_its_limit(
     tmp_path: Path, limit: int, seed: int, largest: int
 ) -> None:
     path = tmp_path / "run.mcap"
@@ -109,7 +109,7 @@ def test_a_file_that_may_not_grow_is_whole_and_holds_all_that_was_taken(
 @needs_root
 @pytest.mark.parametrize("promised", [True, False])
 @pytest.mark.parametrize("largest", [2_000, 300_000])
-def test_on_a_disk_that_is_full_the_file_is_whole_too(
+def test_a_log_on_a_full_disk_is_complete(
     tmp_path: Path, largest: int, promised: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also where the system promises no room, as on a Mac: then it is tried with zeros."""
@@ -121,7 +121,7 @@ def test_on_a_disk_that_is_full_the_file_is_whole_too(
         (disk / "something").write_bytes(b"else")  # there is room for a word again
 
 
-def test_a_robot_goes_on_when_its_log_is_full_and_says_so(
+def test_the_robot_continues_and_reports_when_its_log_is_full(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     path, said = tmp_path / "run.mcap", list[Publication]()
@@ -149,9 +149,7 @@ def test_a_robot_goes_on_when_its_log_is_full_and_says_so(
     assert not replay.differences and replay.compared > 100
 
 
-def test_where_the_system_cannot_promise_room_it_is_written_all_the_same(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_log_is_written_without_fallocate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A Mac's C library has no fallocate."""
     monkeypatch.setattr("chefbot.storage.disk_reservation.ctypes.CDLL", lambda *_, **__: object())
     file = McapWriter(tmp_path / "some.mcap")

@@ -28,7 +28,7 @@ def test_each_node_runs_on_exactly_one_machine(homes: dict[str, str]) -> None:
     assert parts["robot1"].clock == "simulation"
 
 
-def test_wrong_machines_are_named() -> None:
+def test_unknown_machines_are_named() -> None:
     launch = load_launch("several_machines", {"slam": "nuc", "screen": "laptop"})
     check_host(launch, "nuc", "nuc", may_be_robot=False)
     check_host(launch, "", "laptop", may_be_robot=False)
@@ -72,6 +72,6 @@ nodes:
         ("nodes: {a: {kind: 'x:Y', hots: nuc}}", "did you mean 'host'"),
     ],
 )
-def test_what_does_not_fit_is_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
+def test_invalid_host_entries_are_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
     with pytest.raises(ChefbotError, match=sentence):
         load_launch(write(tmp_path, text))

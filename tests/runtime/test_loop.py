@@ -38,7 +38,7 @@ def test_events_happen_by_time_then_rank_then_sequence(events: list[tuple[int, i
     assert seen == sorted(seen) and len(seen) == len(events)
 
 
-def test_messages_are_done_before_timers_of_the_same_instant() -> None:
+def test_messages_run_before_timers_of_the_same_instant() -> None:
     loop = Loop(StepClock())
     seen: list[str] = []
     loop.subscribe("a", "first", lambda m: loop.publish("b", m, "first"))
@@ -49,7 +49,7 @@ def test_messages_are_done_before_timers_of_the_same_instant() -> None:
     assert seen == ["b", "timer"]
 
 
-def test_what_threads_post_gets_a_time_of_its_own() -> None:
+def test_callbacks_posted_by_threads_get_unique_times() -> None:
     loop = Loop(PacedClock(100.0))
     seen: list[int] = []
     loop.schedule(10**9, TIMER, lambda: None)
@@ -62,7 +62,7 @@ def test_what_threads_post_gets_a_time_of_its_own() -> None:
     assert len(seen) == 4 and all(time > 0 for time in seen)
 
 
-def test_the_same_seed_gives_the_same_publications_and_another_does_not() -> None:
+def test_the_same_seed_repeats_the_publications_another_differs() -> None:
     def run(seed: int) -> list[tuple[str, int, bytes]]:
         system = make({"counter": "Counter", "doubler": "Doubler", "dice": "Dice"}, seed)
         out: list[tuple[str, int, bytes]] = []
@@ -74,7 +74,7 @@ def test_the_same_seed_gives_the_same_publications_and_another_does_not() -> Non
     assert run(1) != run(2)
 
 
-def test_latched_messages_reach_late_listeners_and_end_with_their_node() -> None:
+def test_latched_messages_reach_late_subscribers_until_shutdown() -> None:
     system = make({"cook": "Cook", "guest": "Guest"})
     system.loop.run(until_ns=3 * 10**9)
     heard: list[str] = []
@@ -87,7 +87,7 @@ def test_latched_messages_reach_late_listeners_and_end_with_their_node() -> None
     assert heard == ["salad"]
 
 
-def test_an_action_runs_in_the_loop_s_time_and_returns_its_result() -> None:
+def test_an_action_runs_in_loop_time_and_returns_its_result() -> None:
     system = make({"cook": "Cook", "guest": "Guest"})
     system.loop.run(until_ns=1_500_000_000)
     assert system.nodes["guest"].results == []
@@ -95,7 +95,7 @@ def test_an_action_runs_in_the_loop_s_time_and_returns_its_result() -> None:
     assert system.nodes["guest"].results[0].delivered == ("soup", "salad")
 
 
-def test_a_new_goal_takes_the_place_of_the_old_one() -> None:
+def test_a_new_goal_preempts_the_old_one() -> None:
     system = make({"cook": "Cook", "guest": "Guest"})
     guest = system.nodes["guest"]
     system.loop.run(until_ns=500_000_000)
@@ -106,7 +106,7 @@ def test_a_new_goal_takes_the_place_of_the_old_one() -> None:
         guest.task.result()
 
 
-def test_cancelling_a_client_cancels_the_goal_that_it_waits_for() -> None:
+def test_cancelling_a_client_cancels_its_pending_goal() -> None:
     system = make({"cook": "Cook", "guest": "Guest"})
     dishes: list[str] = []
     system.loop.subscribe("dishes", "test", lambda m: dishes.append(m.data))
@@ -128,7 +128,7 @@ def test_a_stopped_node_is_silent() -> None:
     assert count == 10 and len(heard) == count
 
 
-def test_devices_stay_when_the_next_launch_names_them_too() -> None:
+def test_devices_in_the_next_launch_keep_running() -> None:
     system = make({"counter": "Counter", "doubler": "Doubler"})
     counter, doubler = system.nodes["counter"], system.nodes["doubler"]
     system.loop.run(until_ns=10**9)
@@ -138,7 +138,7 @@ def test_devices_stay_when_the_next_launch_names_them_too() -> None:
     assert system.nodes["doubler"] is not doubler
 
 
-def test_a_launch_with_a_fault_starts_nothing() -> None:
+def test_a_faulty_launch_starts_nothing() -> None:
     system = make({"counter": "Counter"})
     counter = system.nodes["counter"]
     bad = {"counter": NodeEntry(kind=f"{HERE}:Counter", params={"stpe": 2.0})}

@@ -33,7 +33,7 @@ def record(path: Path, *, step: float = 1.0) -> None:
     recorder.close()
 
 
-def test_a_replay_says_every_byte_again(tmp_path: Path) -> None:
+def test_a_replay_is_bit_identical(tmp_path: Path) -> None:
     record(tmp_path / "run.mcap")
     log = read_log(tmp_path / "run.mcap")
     replay = Replay(log)
@@ -42,7 +42,7 @@ def test_a_replay_says_every_byte_again(tmp_path: Path) -> None:
     assert replay.compared == sum(not one.from_device for one in log.messages) > 80
 
 
-def test_a_replay_finds_what_was_changed(tmp_path: Path) -> None:
+def test_a_replay_finds_changed_messages(tmp_path: Path) -> None:
     record(tmp_path / "run.mcap")
     log = read_log(tmp_path / "run.mcap")
     index = next(i for i, m in enumerate(log.messages) if m.topic == "dice" and m.time_ns > 3 * 10**9)
@@ -55,7 +55,7 @@ def test_a_replay_finds_what_was_changed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("drop", ["double", "dice"])
-def test_a_replay_finds_what_is_too_much_or_missing(tmp_path: Path, drop: str) -> None:
+def test_a_replay_finds_extra_and_missing_messages(tmp_path: Path, drop: str) -> None:
     record(tmp_path / "run.mcap")
     log = read_log(tmp_path / "run.mcap")
     index = next(i for i, m in enumerate(log.messages) if m.topic == drop and m.time_ns > 3 * 10**9)

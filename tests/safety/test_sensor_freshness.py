@@ -81,7 +81,7 @@ def bench() -> Bench:
     return made
 
 
-def test_before_the_first_data_nothing_may_move() -> None:
+def test_no_motion_is_allowed_before_the_first_data() -> None:
     bench = Bench()
     assert "has not sent anything" in bench.fault
     assert all(bench.run(0.4))
@@ -97,21 +97,19 @@ def test_a_healthy_sensor_never_stops_the_robot(noise: float, quantum: float, sp
     assert not any(bench.run(3.0, speed=speed)) and not bench.watch.blind()
 
 
-def test_after_silence_it_says_so_within_three_periods_and_a_tick(bench: Bench) -> None:
+def test_silence_is_reported_within_three_periods_and_a_tick(bench: Bench) -> None:
     faults = bench.run(1.0, period_ms=0)
     assert not any(faults[:3]) and all(faults[3:])
     assert "lidar has sent nothing" in faults[-1]
 
 
 @pytest.mark.parametrize(("period_ms", "stands"), [(167.0, False), (330.0, True)])
-def test_a_sensor_of_half_its_rate_will_do_and_one_of_a_third_will_not(
-    period_ms: float, stands: bool
-) -> None:
+def test_half_the_sensor_rate_is_accepted_and_a_third_is_not(period_ms: float, stands: bool) -> None:
     bench = Bench()
     assert {bool(fault) for fault in bench.run(8.0, period_ms)[30:]} == {stands}
 
 
-def test_one_message_does_not_end_a_silence(bench: Bench) -> None:
+def test_one_message_does_not_clear_a_silence_fault(bench: Bench) -> None:
     bench.run(1.0, period_ms=0)
     for _ in range(VALID_MESSAGES_REQUIRED - 1):
         bench.run(0.1)
@@ -122,19 +120,19 @@ def test_one_message_does_not_end_a_silence(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize(("age_ms", "word"), [(3000.0, "late"), (400.0, "late"), (-300.0, "future")])
-def test_stamps_must_be_of_now(bench: Bench, age_ms: float, word: str) -> None:
+def test_stale_and_future_stamps_are_faults(bench: Bench, age_ms: float, word: str) -> None:
     faults = bench.run(1.0, age_ms=age_ms)
     assert word in faults[-1]
     assert not any(bench.run(2.0, age_ms=80.0)[8:])
 
 
-def test_frozen_data_of_a_noisy_sensor_count_as_frozen_while_it_stands(bench: Bench) -> None:
+def test_repeated_noisy_data_are_frozen_even_at_standstill(bench: Bench) -> None:
     faults = bench.run(1.0, ranges=bench.measure())
     assert "frozen" in faults[-1] and not any(faults[:3]) and all(faults[5:])
     assert not any(bench.run(2.0)[8:])
 
 
-def test_equal_data_without_noise_are_frozen_once_the_robot_has_moved() -> None:
+def test_repeated_noiseless_data_are_frozen_only_after_motion() -> None:
     bench = Bench(noise=0.0)
     bench.run(2.0)
     still = bench.measure()
@@ -142,7 +140,7 @@ def test_equal_data_without_noise_are_frozen_once_the_robot_has_moved() -> None:
     assert bench.run(1.0, ranges=still, speed=0.2)[-1].startswith("The lidar is frozen")
 
 
-def test_people_do_not_make_a_sensor_without_noise_noisy() -> None:
+def test_moving_people_do_not_make_a_noiseless_sensor_noisy() -> None:
     """Who walks by changes a part of the beams; when they have left all is equal again."""
     bench = Bench(noise=0.0)
     bench.run(1.0)
@@ -152,7 +150,7 @@ def test_people_do_not_make_a_sensor_without_noise_noisy() -> None:
     assert not any(bench.run(3.0))
 
 
-def test_a_robot_that_settles_does_not_make_a_sensor_without_noise_noisy() -> None:
+def test_a_settling_robot_does_not_make_a_noiseless_sensor_noisy() -> None:
     bench = Bench(noise=0.0)
     bench.run(1.0)
     for _ in range(10):
@@ -163,7 +161,7 @@ def test_a_robot_that_settles_does_not_make_a_sensor_without_noise_noisy() -> No
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.35])
-def test_a_hall_without_anything_in_reach_is_legal(speed: float) -> None:
+def test_an_empty_hall_without_returns_is_valid(speed: float) -> None:
     bench = Bench()
     nothing = np.full(BEAMS, np.inf)
     bench.run(1.0, ranges=nothing)
@@ -178,7 +176,7 @@ def test_walls_do_not_vanish_at_once(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("nothing", [np.nan, 0.0, -np.inf])
-def test_a_quarter_without_data_is_blind_and_some_dropped_beams_are_not(bench: Bench, nothing: float) -> None:
+def test_a_quarter_without_data_is_blind_scattered_dropouts_not(bench: Bench, nothing: float) -> None:
     ranges = bench.measure()
     ranges[np.random.default_rng(4).random(BEAMS) < 0.3] = nothing
     bench.send(ranges)
@@ -188,14 +186,14 @@ def test_a_quarter_without_data_is_blind_and_some_dropped_beams_are_not(bench: B
     assert bench.watch.blind()
 
 
-def test_data_that_find_no_place_in_the_costmap_are_none(bench: Bench) -> None:
+def test_data_outside_the_costmap_count_as_none(bench: Bench) -> None:
     assert "no transform" in bench.run(1.0, placed=False)[-1]
 
 
 @given(
     st.lists(st.tuples(st.integers(1, 700), st.booleans(), st.integers(-400, 1200)), min_size=1, max_size=40)
 )
-def test_whatever_comes_no_twist_without_young_and_new_data(steps: list[tuple[int, bool, int]]) -> None:
+def test_no_twist_without_recent_and_changing_data(steps: list[tuple[int, bool, int]]) -> None:
     """Per message: milliseconds since the last one, whether its data are new, milliseconds of age."""
     bench = Bench()
     bench.run(1.0)

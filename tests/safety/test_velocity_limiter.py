@@ -15,7 +15,7 @@ anything = st.floats(allow_nan=True, allow_infinity=True)
 
 
 @given(st.lists(st.tuples(anything, anything, anything, st.floats(0.0, 0.2)), max_size=30))
-def test_never_exceeds_a_limit_whatever_comes_in(commands):
+def test_limiter_never_exceeds_a_limit_for_any_input(commands):
     limiter, last = VelocityLimiter(LIMITS), (0.0, 0.0)
     for v, w, age, dt in commands:
         now = limiter.step(v, w, age, dt)
@@ -34,13 +34,13 @@ def settle(limiter, v, w, age=0.0):
 
 
 @given(st.floats(0.01, 20.0), st.floats(-20.0, 20.0))
-def test_scaling_keeps_the_curvature(v, w):
+def test_limiting_keeps_the_curvature(v, w):
     got = settle(VelocityLimiter(LIMITS), v, w)
     assert got[1] * v == pytest.approx(w * got[0], abs=1e-9)
 
 
 @pytest.mark.parametrize(("v", "age"), [(math.nan, 0.0), (math.inf, 0.0), (0.3, 0.31), (0.3, math.nan)])
-def test_nonsense_and_stale_commands_stop_and_say_why(v, age):
+def test_invalid_and_stale_commands_stop_with_a_reason(v, age):
     limiter = VelocityLimiter(LIMITS)
     settle(limiter, 0.3, 0.0)
     assert settle(limiter, v, 0.0, age) == (0.0, 0.0)

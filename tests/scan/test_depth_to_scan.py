@@ -34,7 +34,7 @@ def low_on_diagonals(convert: DepthToScan, scan_height: int, low: int, high: int
 
 
 @pytest.mark.data
-def test_the_peers_vectors() -> None:
+def test_conversion_equals_the_reference_vectors() -> None:
     path = SHARED / "data/depth/vectors.json"
     if not path.exists():
         pytest.skip(f"{path} is absent: set CHEFBOT_SHARED to the folder of shared data")
@@ -108,7 +108,7 @@ def test_the_scan_runs_from_right_to_left() -> None:
 
 
 @pytest.mark.parametrize("scan_height", [1, 7, 99])
-def test_the_band_gives_each_columns_nearest_and_nothing_outside_it(scan_height: int) -> None:
+def test_each_bin_is_the_nearest_depth_within_the_row_band(scan_height: int) -> None:
     convert = converter(scan_height)
     image = np.full((480, 640), 1000, np.uint16)
     first, end = convert.scan_rows
@@ -135,12 +135,12 @@ def test_millimetres_and_metres_agree_at_the_limits(one: int, other: int) -> Non
 
 
 @pytest.mark.parametrize("fill", [np.nan, np.inf, -np.inf])
-def test_no_reading_stays_no_reading(fill: float) -> None:
+def test_missing_depth_stays_missing(fill: float) -> None:
     ranges = converter(5).convert(np.full((480, 640), fill, np.float32))
     np.testing.assert_array_equal(ranges, np.full(640, fill, np.float32))
 
 
-def test_what_is_nearer_than_range_min_does_not_hide_what_is_behind() -> None:
+def test_depth_below_range_min_does_not_hide_what_is_behind() -> None:
     convert = converter(2)
     image = np.full((480, 640), 200, np.uint16)
     image[convert.scan_rows[0]] = 3000
@@ -153,7 +153,7 @@ def test_rows_with_padding_and_big_endian_pixels_are_read() -> None:
     np.testing.assert_array_equal(depth_image(padded, "16UC1", 2, 3, 8, is_bigendian=True), pixels)
 
 
-def test_user_errors_name_the_fault() -> None:
+def test_input_errors_name_the_fault() -> None:
     with pytest.raises(ScanError, match="scan_height 480"):
         converter(480)
     with pytest.raises(ScanError, match="shape"):
@@ -164,7 +164,7 @@ def test_user_errors_name_the_fault() -> None:
         depth_image(bytes(7), "16UC1", 2, 2, 4)
 
 
-def test_the_robots_camera_sees_its_field_of_view() -> None:
+def test_the_robot_camera_covers_its_field_of_view() -> None:
     camera = load_robot("chefbot").sensors.depth_camera
     assert camera is not None
     convert = converter(camera=CameraModel.of(camera))

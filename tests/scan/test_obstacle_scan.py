@@ -68,7 +68,7 @@ def first_floor(pitch: float = 0.0) -> float:
 
 @pytest.mark.parametrize("mounted", [0.0, 0.2])
 @pytest.mark.parametrize("nod", [-0.0174, 0.0, 0.0174])
-def test_bare_floor_has_no_obstacle_even_when_the_camera_nods(mounted: float, nod: float) -> None:
+def test_bare_floor_has_no_obstacle_while_the_camera_pitches(mounted: float, nod: float) -> None:
     eye, scan = look([], mounted, nod)
     inner = 0.4  # farther out a camera that looks down shows near floor only
     assert np.isinf(scan.obstacles).all()
@@ -77,7 +77,7 @@ def test_bare_floor_has_no_obstacle_even_when_the_camera_nods(mounted: float, no
 
 
 @pytest.mark.parametrize("mounted", [0.0, 0.2])
-def test_the_blind_zone_is_not_called_clear(mounted: float) -> None:
+def test_the_blind_zone_is_not_cleared(mounted: float) -> None:
     eye, scan = look([], mounted)
     assert ahead(eye, scan.clear_from) == pytest.approx(first_floor(mounted), rel=0.02)
 
@@ -92,7 +92,7 @@ def test_the_blind_zone_is_not_called_clear(mounted: float) -> None:
     ],
 )
 @pytest.mark.parametrize("mounted", [0.0, 0.1])
-def test_things_of_any_height_count(name: str, box: Box, distance: float, mounted: float) -> None:
+def test_obstacles_of_any_height_count(name: str, box: Box, distance: float, mounted: float) -> None:
     eye, scan = look([box], mounted)
     straight = ahead(eye, scan.obstacles * np.cos(eye.angles).astype(np.float32))
     assert straight == pytest.approx(distance, abs=0.03)
@@ -108,18 +108,20 @@ def test_things_of_any_height_count(name: str, box: Box, distance: float, mounte
         ("seat before a wall", (1.2, 1.6, -0.4, 0.4, 0.2, 0.24), 0.2, 0.24),
     ],
 )
-def test_between_which_heights_a_thing_was_seen(name: str, box: Box, bottom: float, top: float) -> None:
+def test_an_obstacle_has_its_minimum_and_maximum_height(
+    name: str, box: Box, bottom: float, top: float
+) -> None:
     eye, scan = look([box, (2.0, 2.1, -3.0, 3.0, 0.0, 2.0)])
     assert ahead(eye, scan.bottom) == pytest.approx(bottom, abs=0.02)
     assert ahead(eye, scan.top) == pytest.approx(top, abs=0.03)
 
 
-def test_heights_of_nothing_hold_no_height() -> None:
+def test_empty_bins_have_no_height() -> None:
     _, scan = look([])
     assert (scan.bottom > scan.top).all()
 
 
-def test_a_leg_under_a_table_top_reaches_down() -> None:
+def test_a_leg_under_a_table_top_extends_down() -> None:
     top, leg = (1.5, 2.3, -0.6, 0.6, 0.5, 0.54), (1.52, 1.56, -0.05, 0.05, 0.0, 0.5)
     eye, scan = look([top, leg])
     at_leg = np.abs(np.tan(eye.angles) * 1.52) < 0.04
@@ -127,7 +129,7 @@ def test_a_leg_under_a_table_top_reaches_down() -> None:
     assert (scan.bottom[at_leg] < 0.1).all() and (scan.bottom[beside] > 0.45).all()
 
 
-def test_an_edge_of_few_pixels_is_as_high_as_what_stands_beside_it() -> None:
+def test_an_edge_of_few_pixels_has_the_height_of_its_neighbour() -> None:
     eye = scanner()
     image = render([(1.0, 1.1, -0.1, 0.1, 0.0, 0.6)])
     whole = eye.scan(image)
@@ -141,7 +143,7 @@ def test_an_edge_of_few_pixels_is_as_high_as_what_stands_beside_it() -> None:
     assert scan.top[edge] == pytest.approx(whole.top[edge], abs=0.02)
 
 
-def test_a_sliver_of_scattered_pixels_may_be_of_any_height() -> None:
+def test_a_few_scattered_pixels_have_unknown_height() -> None:
     eye = scanner()
     image = np.full((240, 320), np.nan, np.float32)
     image[150:180:10, 160] = 0.46
@@ -153,7 +155,9 @@ def test_a_sliver_of_scattered_pixels_may_be_of_any_height() -> None:
 
 @given(st.integers(0, 2**31), st.floats(0.1, 0.5), st.floats(0.05, 0.1), st.floats(0.8, 3.0))
 @settings(max_examples=25, deadline=None)
-def test_a_flat_thing_stays_flat_in_a_noisy_image(seed: int, low: float, thick: float, metres: float) -> None:
+def test_a_flat_object_stays_flat_in_a_noisy_image(
+    seed: int, low: float, thick: float, metres: float
+) -> None:
     rng = np.random.default_rng(seed)
     exact = render([(metres, metres + 0.5, -0.6, 0.6, low, low + thick)])
     image = exact + rng.normal(0.0, 0.002, exact.shape).astype(np.float32) * exact**2
@@ -166,12 +170,12 @@ def test_a_flat_thing_stays_flat_in_a_noisy_image(seed: int, low: float, thick: 
     assert (ahead(eye, scan.top)[seen] < low + thick + slack).mean() > 0.9
 
 
-def test_what_the_robot_passes_under_does_not_count() -> None:
+def test_objects_above_the_robot_do_not_count() -> None:
     _, scan = look([(1.5, 2.3, -0.6, 0.6, 0.72, 0.75)])
     assert np.isinf(scan.obstacles).all()
 
 
-def test_a_scan_of_the_middle_row_would_have_missed_the_low_box() -> None:
+def test_the_low_box_is_missed_by_a_middle_row_scan() -> None:
     low: Box = (1.0, 1.3, -0.4, 0.4, 0.0, 0.08)
     assert not np.any(render([low])[119] < 2.0)
     eye, scan = look([low])
@@ -185,13 +189,13 @@ def test_an_obstacle_stays_in_its_sector() -> None:
     assert seen.max() == pytest.approx(math.atan2(0.4, 1.5), abs=0.02)
 
 
-def test_floor_behind_an_obstacle_is_not_cleared_through_it() -> None:
+def test_floor_behind_an_obstacle_is_not_cleared() -> None:
     eye, scan = look([(1.5, 1.6, -1.0, 1.0, 0.0, 0.1)])
     assert np.all(ahead(eye, scan.clear_to) <= ahead(eye, scan.obstacles))
     assert np.all(ahead(eye, scan.clear_to) > 1.3)
 
 
-def test_a_hole_in_the_floor_ends_the_clear_stretch() -> None:
+def test_a_hole_in_the_floor_ends_the_clear_interval() -> None:
     image = render([])
     distance = HEIGHT * CAMERA.fy / np.maximum(np.arange(240) - CAMERA.cy, 0.1)
     image[(distance > 1.2) & (distance < 2.2)] = np.nan
@@ -199,13 +203,13 @@ def test_a_hole_in_the_floor_ends_the_clear_stretch() -> None:
     assert np.all(ahead(eye, eye.scan(image).clear_to) < 1.4)
 
 
-def test_nothing_seen_is_nothing_claimed() -> None:
+def test_an_empty_image_clears_and_marks_nothing() -> None:
     scan = scanner().scan(np.zeros((240, 320), np.uint16))
     assert np.isinf(scan.obstacles).all() and np.isinf(scan.clear_from).all() and not scan.clear_to.any()
     assert (scan.bottom > scan.top).all()
 
 
-def test_a_lone_pixel_is_no_obstacle_and_two_are() -> None:
+def test_a_single_pixel_is_no_obstacle_and_two_are() -> None:
     image = render([])
     image[100, 160] = 1.0
     alone = scanner().scan(image)
@@ -223,7 +227,7 @@ def test_millimetres_and_metres_agree() -> None:
     np.testing.assert_allclose(one.obstacles[finite], other.obstacles[finite], atol=0.002)
 
 
-def test_user_errors_name_the_fault() -> None:
+def test_input_errors_name_the_fault() -> None:
     with pytest.raises(ScanError, match="max_height"):
         ObstacleScanner(CAMERA, Mount(x=0.0, z=0.3), 0.02, ObstacleScanParams())
     with pytest.raises(ScanError, match="looks back"):

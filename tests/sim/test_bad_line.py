@@ -63,7 +63,7 @@ def weave(bit_errors: float, lost: float) -> tuple[float, float, SimulatedBoard]
 @pytest.mark.parametrize(
     ("bit_errors", "lost", "least_path"), [(0.0, 0.2, 9.0), (0.001, 0.2, 9.0), (0.01, 0.2, 0.3)]
 )
-def test_a_bad_line_costs_less_than_a_hundredth_of_the_way(
+def test_a_noisy_line_loses_less_than_one_percent_of_distance(
     bit_errors: float, lost: float, least_path: float
 ) -> None:
     """Ticks add up on the board: what a lost line told, the next one tells again. One bit in a hundred leaves one
@@ -74,7 +74,7 @@ def test_a_bad_line_costs_less_than_a_hundredth_of_the_way(
     assert bit_errors == 0.0 or board.motors.state.refused > 100
 
 
-def test_a_bad_line_to_a_robot_at_rest_moves_nothing() -> None:
+def test_a_noisy_line_to_a_standing_robot_moves_nothing() -> None:
     sim, board = robot_in("empty")
     board.motors = BadMotors(board.motors, 0.01, 0.2)  # type: ignore[assignment]
     start = sim.truth().pose

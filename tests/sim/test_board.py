@@ -39,11 +39,11 @@ def square_error(profile: str, seed: int, side: float, sign: float) -> float:
 
 
 @pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.slow)])
-def test_perfect_odometry_of_a_ten_metre_square(sign: float) -> None:
+def test_perfect_odometry_closes_a_ten_metre_square(sign: float) -> None:
     assert square_error("perfect", 0, 10.0, sign) < 0.02
 
 
-def test_real_robots_differ_from_the_drawing_and_from_each_other() -> None:
+def test_simulated_real_robots_deviate_individually() -> None:
     errors = [square_error("real", seed, 2.0, 1.0) for seed in (1, 2)]
     assert min(errors) > 2 * square_error("perfect", 0, 2.0, 1.0)
     assert errors[0] != errors[1]
@@ -58,7 +58,7 @@ def test_real_robots_differ_from_the_drawing_and_from_each_other() -> None:
 
 
 @pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar", "porter"])
-def test_it_holds_the_speed_it_was_given(name: str) -> None:
+def test_the_board_holds_the_commanded_speed(name: str) -> None:
     sim, board = robot_in("empty", "perfect", 0, name)
     drive(board, max_speed(sim.robot), max_speed(sim.robot), 4.0)
     assert sim.truth().v == pytest.approx(max_speed(sim.robot), rel=0.03)
@@ -67,7 +67,7 @@ def test_it_holds_the_speed_it_was_given(name: str) -> None:
     assert sim.truth().w == pytest.approx(0.1 / sim.robot.wheels.separation, rel=0.03)
 
 
-def test_the_ramp_is_the_boards_and_no_steeper_than_the_robot_file_says() -> None:
+def test_acceleration_is_limited_as_in_the_robot_file() -> None:
     sim, board = robot_in("empty")
     wanted, before = max_acceleration(ROBOT) / ROBOT.metres_per_tick / 100, 0
     start = sim.truth().v
@@ -82,7 +82,7 @@ def test_the_ramp_is_the_boards_and_no_steeper_than_the_robot_file_says() -> Non
 
 @pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar", "porter"])
 @pytest.mark.parametrize("profile", ["perfect", "real"])
-def test_a_dead_computer_stops_it(name: str, profile: str) -> None:
+def test_a_dead_computer_stops_the_robot(name: str, profile: str) -> None:
     """Killed at full speed: the wheels' command is zero within 200 ms, and it stands within 0.25 m."""
     sim, board = robot_in("empty", profile, 3, name)
     drive(board, max_speed(sim.robot), max_speed(sim.robot), 3.0)
@@ -100,7 +100,7 @@ def test_a_dead_computer_stops_it(name: str, profile: str) -> None:
 
 
 @pytest.mark.parametrize("pause_ms", [10, 30, 50])
-def test_nodes_that_fall_silent_stop_it_though_the_driver_lives(pause_ms: int) -> None:
+def test_silent_nodes_stop_the_robot_while_the_driver_runs(pause_ms: int) -> None:
     """From the last command on: whatever the driver repeats, 200 ms later the wheels' command is zero."""
     sim, board = robot_in("empty", "perfect", 0, "chefbot")
     drive(board, max_speed(sim.robot), max_speed(sim.robot), 3.0)
@@ -125,7 +125,7 @@ def test_half_a_command_moves_nothing() -> None:
     assert board.motors.state.refused == 3
 
 
-def test_an_emergency_stop_holds_until_it_is_cleared_and_a_stop_was_commanded() -> None:
+def test_emergency_stop_holds_until_clear_and_a_zero_command() -> None:
     sim, board = robot_in("empty")
     drive(board, 0.3, 0.3, 1.0)
     board.stop()
@@ -171,7 +171,7 @@ def test_shorted_motors_brake_and_open_ones_roll() -> None:
     assert 1.5 * coast(drivers=True) < coast(drivers=False) < 0.5
 
 
-def test_a_motor_without_load_turns_as_its_data_sheet_says() -> None:
+def test_an_unloaded_motor_matches_its_data_sheet() -> None:
     """At the rated voltage: the no-load speed and current; held fast: stall torque and current."""
     sim = Simulation(ROBOT, load_world("empty"))
     motor, motors = ROBOT.motor, sim._motors
@@ -186,7 +186,7 @@ def test_a_motor_without_load_turns_as_its_data_sheet_says() -> None:
 # -- what it tells
 
 
-def test_its_messages_are_what_the_simulation_holds() -> None:
+def test_board_messages_match_the_simulation_state() -> None:
     sim, board = robot_in("room")
     told = drive(board, 0.0, 0.0, 0.5) + drive(board, 0.1, 0.2, 1.5)
     last = {type(message): message for message in told}
@@ -205,7 +205,7 @@ def test_its_messages_are_what_the_simulation_holds() -> None:
     assert np.abs(rates).max() < 0.001
 
 
-def test_each_message_comes_as_often_as_the_protocol_says() -> None:
+def test_message_rates_match_the_protocol() -> None:
     _, board = robot_in("empty", "real", 4)
     kinds = [type(message) for message in drive(board, 0.1, 0.1, 10.0)]
     sonar = ROBOT.sensors.ultrasonic
@@ -216,7 +216,7 @@ def test_each_message_comes_as_often_as_the_protocol_says() -> None:
     assert board.link.session.damaged == board.link.session.stream.lost == 0
 
 
-def test_nothing_in_reach_is_no_echo_and_what_touches_the_ranger_is_too_close() -> None:
+def test_ranger_without_echo_is_inf_and_contact_is_minus_inf() -> None:
     sim, board = robot_in("empty")
     far = [m.range for m in drive(board, 0.0, 0.0, 0.5) if isinstance(m, Range)]
     assert far == [math.inf] * len(far) != []
@@ -225,7 +225,7 @@ def test_nothing_in_reach_is_no_echo_and_what_touches_the_ranger_is_too_close() 
     assert near[-1] == -math.inf
 
 
-def test_the_imu_has_the_chips_steps_and_the_robots_noise() -> None:
+def test_the_imu_has_the_resolution_and_noise_of_the_robot() -> None:
     sim, board = robot_in("empty", "real", 5)
     motion, inertia = [], []
     for _ in range(1000):
@@ -241,7 +241,7 @@ def test_the_imu_has_the_chips_steps_and_the_robots_noise() -> None:
     assert mean == pytest.approx(rates.mean(), abs=5 * ROBOT.sensors.imu.gyro_noise / math.sqrt(1000))
 
 
-def test_a_spin_beyond_the_gyros_range_is_told_as_bad() -> None:
+def test_a_spin_beyond_the_gyro_range_is_flagged() -> None:
     board = Firmware(ROBOT)
     board.imu[:] = (0, 0, 8192, -3920, 0, 0, 32767)
     flags = []
@@ -255,7 +255,7 @@ def test_a_spin_beyond_the_gyros_range_is_told_as_bad() -> None:
 # -- order
 
 
-def test_the_same_seed_gives_the_same_bytes() -> None:
+def test_the_same_seed_gives_identical_bytes() -> None:
     def bytes_of(seed: int) -> tuple[bytes, str]:
         sim = Simulation(ROBOT, load_world("room"), "real", seed)
         board = SimulatedBoard(ROBOT, sim)
@@ -273,7 +273,7 @@ def test_the_same_seed_gives_the_same_bytes() -> None:
     assert bytes_of(2)[0] != first[0] != b""
 
 
-def test_pieces_of_time_make_no_difference() -> None:
+def test_the_step_size_makes_no_difference() -> None:
     """Whole control steps only: asking every 3 ms or every second gives the same lines."""
 
     def lines(pieces: int) -> bytes:
@@ -288,7 +288,7 @@ def test_pieces_of_time_make_no_difference() -> None:
     assert lines(1) == lines(333)
 
 
-def test_the_library_is_of_the_sources_in_this_checkout() -> None:
+def test_the_library_is_built_from_this_checkout() -> None:
     library()
     if not BUILDER.exists():
         pytest.skip("an installed package has no sources beside it")
@@ -297,7 +297,7 @@ def test_the_library_is_of_the_sources_in_this_checkout() -> None:
     assert runpy.run_path(str(BUILDER))["fingerprint"]().encode() in LIBRARY.read_bytes()
 
 
-def test_constants_that_the_firmware_cannot_hold_are_refused() -> None:
+def test_constants_out_of_firmware_range_are_refused() -> None:
     motor = msgspec.structs.replace(ROBOT.motor, no_load_speed=1e-6)
     with pytest.raises(RuntimeError, match="rejects the constants"):
         Firmware(msgspec.structs.replace(ROBOT, motor=motor))

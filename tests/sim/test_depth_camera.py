@@ -69,7 +69,7 @@ def attitude(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
 
 @settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1))
-def test_any_pile_of_solids_from_any_side_is_as_mujoco_sees_it(seed: int) -> None:
+def test_random_solids_render_as_in_mujoco(seed: int) -> None:
     rng = np.random.default_rng(seed)
     shapes: list[SimulatedShape] = []
     for i in range(15):
@@ -94,14 +94,14 @@ def inside(shape: SimulatedShape, at: NDArray[np.float64]) -> bool:
     return near and shape.bottom - 0.05 < at[2] < shape.top + 0.05
 
 
-def test_the_hotel_from_every_place_is_as_mujoco_sees_it() -> None:
+def test_the_hotel_renders_as_in_mujoco() -> None:
     hotel = load_world("hotel")
     for place in hotel.places.values():
         sim = Simulation(ROBOT, hotel, start=place)
         compare(sim.capture(), list(hotel.shapes_at_rest()))
 
 
-def test_it_sees_people_doors_and_dropped_boxes() -> None:
+def test_camera_sees_people_doors_and_dropped_boxes() -> None:
     sim = Simulation(ROBOT, load_world("hotel"), start=SE2(2.0, 1.2, 0.0))
     renderer, middle = DepthRenderer(CAMERA), (120, 160)
     mount = CAMERA.mount.x
@@ -114,7 +114,7 @@ def test_it_sees_people_doors_and_dropped_boxes() -> None:
     assert renderer.render(sim.capture()).depth[middle] == pytest.approx(0.7 - mount, abs=0.01)
 
 
-def test_walls_floor_and_emptiness() -> None:
+def test_walls_floor_and_empty_space_render_correctly() -> None:
     sim = Simulation(ROBOT, load_world("empty"))
     picture = DepthRenderer(CAMERA).render(sim.capture())
     assert (picture.number[130:] == FLOOR).all()
@@ -125,7 +125,7 @@ def test_walls_floor_and_emptiness() -> None:
     assert picture.depth[row, 160] == pytest.approx(CAMERA.mount.z / slope, rel=0.01)
 
 
-def test_perfect_measures_the_depth_within_range_and_nothing_beyond() -> None:
+def test_perfect_profile_is_exact_within_range_and_nan_beyond() -> None:
     sim = Simulation(ROBOT, load_world("hotel"))
     renderer = DepthRenderer(CAMERA)
     exact = renderer.render(sim.capture())
@@ -136,7 +136,7 @@ def test_perfect_measures_the_depth_within_range_and_nothing_beyond() -> None:
     assert 0 < np.count_nonzero(~seen) < seen.size / 2
 
 
-def test_real_noise_grows_with_the_square_of_depth_and_edges_drop_out() -> None:
+def test_noise_grows_with_squared_depth_and_edges_drop_out() -> None:
     renderer = DepthRenderer(CAMERA, "real", 3)
     for distance in (1.0, 3.0):
         wall = box("", SE2(distance + 0.1, 0.0, 0.0), -5.0, (0.2, 20.0, 10.0), (9, 9, 9))
@@ -153,7 +153,7 @@ def test_real_noise_grows_with_the_square_of_depth_and_edges_drop_out() -> None:
     assert lost[:, 10:100].mean() == 0.0
 
 
-def test_frames_depend_on_seed_and_number_alone() -> None:
+def test_frames_depend_on_seed_and_number_only() -> None:
     sim = Simulation(ROBOT, load_world("room"), "real", 1)
     capture = sim.capture()
     one, other = DepthRenderer(CAMERA, "real", 1), DepthRenderer(CAMERA, "real", 1)
@@ -165,7 +165,7 @@ def test_frames_depend_on_seed_and_number_alone() -> None:
     assert not np.array_equal(seeded, late, equal_nan=True)
 
 
-def test_a_worker_gives_the_frames_in_order_as_captured() -> None:
+def test_a_worker_returns_the_frames_in_capture_order() -> None:
     sim = Simulation(ROBOT, load_world("room"), "real", 1)
     renderer = DepthRenderer(CAMERA, "real", 1)
     worker = DepthCameraWorker(renderer)
@@ -187,7 +187,7 @@ def test_a_worker_gives_the_frames_in_order_as_captured() -> None:
         worker.result()
 
 
-def test_colours_are_those_of_the_world() -> None:
+def test_rendered_colours_are_those_of_the_world() -> None:
     red = box("", SE2(1.0, 0.0, 0.0), 0.0, (0.2, 0.5, 0.6), (200, 10, 10))
     view = Capture(np.array([0.0, 0.0, 0.3]), attitude(0.0, 0.0, 0.0), shape_arrays([red]))
     renderer = DepthRenderer(CAMERA)

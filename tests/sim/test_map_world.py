@@ -55,7 +55,7 @@ def cluttered(seed: int) -> Grid:
     return Grid(cells, 0.1, float(rng.normal()), float(rng.normal()))
 
 
-def test_the_start_is_where_the_most_room_is_in_the_largest_hall() -> None:
+def test_the_start_is_the_widest_place_in_the_largest_hall() -> None:
     world = world_from_map("halls", halls(), RADIUS)
     assert (world.start.x, world.start.y) == pytest.approx((5.55, 4.0), abs=3.6)
     assert world.start.x > 2.1, "the larger hall is to the right of the wall"
@@ -67,7 +67,7 @@ def test_the_start_is_where_the_most_room_is_in_the_largest_hall() -> None:
 
 @given(st.integers(0, 10_000))
 @settings(max_examples=60)
-def test_what_is_drawn_is_free_apart_and_reachable(seed: int) -> None:
+def test_generated_places_are_free_separate_and_reachable(seed: int) -> None:
     floor = FreeFloor(cluttered(seed), RADIUS)
     try:
         start, room = floor.roomiest()
@@ -85,7 +85,7 @@ def test_what_is_drawn_is_free_apart_and_reachable(seed: int) -> None:
     assert not places or {"kitchen", "table_1"} <= set(places)
 
 
-def test_a_hall_has_a_kitchen_and_five_tables_and_another_seed_others() -> None:
+def test_generated_places_depend_on_the_seed() -> None:
     world = world_from_map("halls", halls(), RADIUS)
     one, other = (with_drawn_places(world, ROBOT, seed) for seed in (1, 2))
     assert set(one.places) == {"home", "kitchen", *(f"table_{i}" for i in range(1, 6))}
@@ -93,7 +93,7 @@ def test_a_hall_has_a_kitchen_and_five_tables_and_another_seed_others() -> None:
     assert one.places != other.places
 
 
-def test_a_built_in_world_without_places_gets_them_and_one_with_keeps_its_own() -> None:
+def test_generated_places_do_not_replace_those_of_a_world() -> None:
     workshop = with_drawn_places(load_world("workshop"), ROBOT, 1)
     assert {"home", "kitchen", "table_1", "table_3"} <= set(workshop.places)
     assert with_drawn_places(load_world("hotel"), ROBOT, 1).places == load_world("hotel").places
@@ -107,14 +107,14 @@ def test_a_built_in_world_without_places_gets_them_and_one_with_keeps_its_own() 
         (SE2(50.0, 3.0, 0.0), r"lies off the map, which spans x -1\.00 to 9\.00 .*start:='\[8\.7"),
     ],
 )
-def test_a_start_where_nothing_can_stand_names_the_nearest_that_is_free(start: SE2, sentence: str) -> None:
+def test_an_occupied_start_is_refused_with_the_nearest_free_pose(start: SE2, sentence: str) -> None:
     with pytest.raises(UserError, match=sentence) as caught:
         world_from_map("halls", halls(), RADIUS, start)
     told = parse_start_pose("[" + str(caught.value).rsplit("[", 1)[1].rstrip("'"))
     assert world_from_map("halls", halls(), RADIUS, told).start == told
 
 
-def test_a_map_without_room_is_refused() -> None:
+def test_a_map_without_free_space_is_refused() -> None:
     for cells in (OCCUPIED, UNKNOWN):
         with pytest.raises(UserError, match="no free floor"):
             world_from_map("full", Grid(np.full((30, 30), cells, np.int8), 0.05, 0.0, 0.0), RADIUS)
@@ -129,7 +129,7 @@ def test_the_robot_cannot_leave_the_map() -> None:
     "text",
     ["1, 2, 3", "[1, 2]", "[1, 2, .nan]", "[1, 2, a]", "[1, true, 2]", "[1, 2, 1e9]", "[1, 2, 90]", "{"],
 )
-def test_a_start_that_is_none_is_refused(text: str) -> None:
+def test_an_invalid_start_is_refused(text: str) -> None:
     with pytest.raises(ChefbotError, match=r"start:='"):
         parse_start_pose(text)
 
@@ -145,7 +145,9 @@ def test_a_map_file_with_places_beside_it_is_a_world(tmp_path: Path) -> None:
     assert load_any_world(str(path), ROBOT, "[6, 4, 0.3]").start == SE2(6.0, 4.0, 0.3)
 
 
-def test_which_map_is_localized_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_localization_map_defaults_to_the_map_world(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = str(save_map(tmp_path / "halls", halls()))
     assert shares_map_frame(path, "") and shares_map_frame(path, path)
     assert not shares_map_frame(path, "another.yaml") and not shares_map_frame("room", "")
@@ -160,14 +162,14 @@ def test_which_map_is_localized_on(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize("text", ["resolution: 0.05\norigin: [0, 0, 0]", "free_thresh: 0.2"])
-def test_a_map_without_its_picture_is_told_as_a_map(tmp_path: Path, text: str) -> None:
+def test_a_map_without_its_picture_is_reported_as_a_map(tmp_path: Path, text: str) -> None:
     path = tmp_path / "map.yaml"
     path.write_text(text)
     with pytest.raises(MapFormatError, match="image"):
         load_any_world(str(path), ROBOT)
 
 
-def test_a_start_in_a_built_in_world() -> None:
+def test_a_start_pose_applies_to_a_built_in_world() -> None:
     assert load_any_world("room", ROBOT, "[0.5, 0.2, 1.0]").start == SE2(0.5, 0.2, 1.0)
     with pytest.raises(UserError, match=r"lies outside, .*nearest free pose is start:='\["):
         load_any_world("room", ROBOT, "[50, 0, 0]")
@@ -176,7 +178,7 @@ def test_a_start_in_a_built_in_world() -> None:
 @pytest.mark.parametrize(
     ("corner", "side", "solid"), [((90, 20), 5, True), ((40, 20), 45, True), ((40, 20), 30, False)]
 )
-def test_the_unknown_is_solid_where_it_is_no_shadow(corner: tuple[int, int], side: int, solid: bool) -> None:
+def test_unknown_cells_are_solid_unless_in_shadow(corner: tuple[int, int], side: int, solid: bool) -> None:
     """At the map's edge, and where it is larger than what furniture hides; 2.25 square metres stay floor."""
     cells = np.full((95, 120), FREE, np.int8)
     row, column = corner

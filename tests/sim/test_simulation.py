@@ -31,7 +31,7 @@ def bump_about(sim: Simulation, seconds: float, seed: int) -> list[float]:
     return tilts
 
 
-def test_a_minute_of_bumping_about_neither_tips_nor_breaks_it() -> None:
+def test_a_minute_of_collisions_neither_tips_nor_diverges() -> None:
     sim = Simulation(ROBOT, load_world("room"), start=SE2(0.9, 0.6, 0.5))
     for seconds in range(6):
         sim.kidnap(SE2(0.9, 0.6, seconds))
@@ -49,7 +49,7 @@ def state_of(sim: Simulation) -> str:
     return repr((sim.truth(), sim.wheel_ticks(), sim.people, sim.battery.charge))
 
 
-def test_same_seed_same_states_other_seed_others() -> None:
+def test_equal_seeds_give_equal_states_and_others_differ() -> None:
     def run(seed: int) -> tuple[str, bytes, bytes]:
         sim = Simulation(ROBOT, load_world("hotel"), "real", seed, people=3)
         bump_about(sim, 5.0, 7)
@@ -75,7 +75,7 @@ def test_reading_sensors_does_not_change_the_motion() -> None:
     assert run(True) == run(False)
 
 
-def test_duty_is_cut_to_one_and_must_be_a_number() -> None:
+def test_duty_is_clamped_to_one_and_must_be_a_number() -> None:
     a, b = (Simulation(ROBOT, load_world("empty")) for _ in range(2))
     a.set_duty(7.0, -7.0)
     b.set_duty(1.0, -1.0)
@@ -87,7 +87,7 @@ def test_duty_is_cut_to_one_and_must_be_a_number() -> None:
         a.set_duty(math.nan, 0.0)
 
 
-def test_ticks_grow_forward_and_match_the_way() -> None:
+def test_ticks_grow_forward_and_match_the_distance() -> None:
     sim = Simulation(ROBOT, load_world("empty"))
     sim.set_duty(0.6, 0.6)
     for _ in range(1000):
@@ -102,7 +102,7 @@ def test_ticks_grow_forward_and_match_the_way() -> None:
     assert sim.truth().w > 0.5  # the right wheel ahead turns to the left
 
 
-def test_imu_at_rest_reads_gravity_and_in_a_turn_the_rate() -> None:
+def test_imu_reads_gravity_at_rest_and_the_rate_in_a_turn() -> None:
     sim = Simulation(ROBOT, load_world("empty"))
     for _ in range(200):
         sim.step()
@@ -116,7 +116,7 @@ def test_imu_at_rest_reads_gravity_and_in_a_turn_the_rate() -> None:
     assert sim.imu()[0][2] == pytest.approx(sim.truth().w, abs=0.01)
 
 
-def test_real_imu_has_the_robots_noise_and_a_bias_that_stays() -> None:
+def test_real_imu_has_robot_noise_and_a_constant_bias() -> None:
     sim = Simulation(ROBOT, load_world("empty"), "real", 5)
     for _ in range(400):
         sim.step()
@@ -128,7 +128,7 @@ def test_real_imu_has_the_robots_noise_and_a_bias_that_stays() -> None:
     assert 0.0 < np.abs(bias).max() < 4 * imu.gyro_bias + 0.002
 
 
-def test_lidar_and_ranger_see_the_walls_where_they_are() -> None:
+def test_lidar_and_ranger_measure_the_true_wall_distance() -> None:
     sim = Simulation(ROBOT, load_world("room"))
     lidar, ranger = ROBOT.sensors.lidar, ROBOT.sensors.ultrasonic
     assert lidar is not None and ranger is not None
@@ -143,7 +143,7 @@ def test_lidar_and_ranger_see_the_walls_where_they_are() -> None:
     assert 0.9 < sim.ultrasonic() <= 1.94 - 0.3 - ranger.mount.x + 0.01
 
 
-def test_ranges_out_of_bounds_say_so() -> None:
+def test_ranges_out_of_bounds_are_infinite_with_their_sign() -> None:
     sim = Simulation(ROBOT, load_world("empty"))
     assert np.isposinf(np.abs(sim.lidar())).all()
     assert np.isposinf(sim.lidar()[180])
@@ -162,7 +162,7 @@ def robot_with_lidar(z: float = 0.2, range_min: float = 0.12) -> Robot:
     return replace(ROBOT, sensors=replace(ROBOT.sensors, lidar=lidar))
 
 
-def test_a_wall_is_one_collision_until_it_is_left() -> None:
+def test_a_wall_contact_counts_as_one_collision() -> None:
     sim = Simulation(ROBOT, load_world("room"), start=SE2(0.0, -0.4, math.pi))
     sim.set_duty(0.6, 0.6)
     touched = set()
@@ -182,7 +182,7 @@ def test_a_wall_is_one_collision_until_it_is_left() -> None:
     assert sim.collisions().episodes == 3
 
 
-def test_driving_freely_is_no_collision() -> None:
+def test_free_driving_has_no_collision() -> None:
     sim = Simulation(ROBOT, load_world("room"))
     sim.set_duty(-0.5, 0.5)
     for _ in range(1000):
@@ -263,19 +263,19 @@ def test_people_walk_and_stop_before_the_robot() -> None:
     assert sim.collisions().episodes == 0
 
 
-def test_more_people_than_room_is_said() -> None:
+def test_more_people_than_space_is_refused() -> None:
     with pytest.raises(UserError, match="no room for person"):
         Simulation(ROBOT, load_world("room"), people=40)
     with pytest.raises(UserError, match="no routes"):
         Simulation(ROBOT, load_world("empty"), people=1)
 
 
-def test_a_start_inside_furniture_is_said() -> None:
+def test_a_start_inside_furniture_is_refused() -> None:
     with pytest.raises(UserError, match=r"start.*overlaps cupboard"):
         Simulation(ROBOT, load_world("room"), start=SE2(3.4, -1.4, 0.0))
 
 
-def test_battery_lasts_as_long_as_its_charge_and_sags_under_load() -> None:
+def test_battery_lasts_for_its_charge_and_sags_under_load() -> None:
     battery = SimulatedBattery(ROBOT)
     resting = battery.voltage
     battery.drain((1.0, 1.0), (1.0, 1.0), 1.0)
@@ -301,7 +301,7 @@ def test_an_empty_battery_stops_the_robot() -> None:
     assert sim.truth() == resting.truth()  # it settles on a caster, and does nothing else
 
 
-def test_the_lidars_robot_hides_what_is_behind_its_tubes() -> None:
+def test_the_tubes_hide_beams_of_the_lidar() -> None:
     sim = Simulation(ROBOT, load_world("room"))
     lidar = ROBOT.sensors.lidar
     assert lidar is not None

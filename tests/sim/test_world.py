@@ -31,7 +31,7 @@ def world(request: pytest.FixtureRequest) -> World:
 
 
 @pytest.mark.parametrize("robot_name", sorted(built_in_robots()))
-def test_every_place_can_be_reached_with_room_to_spare(world: World, robot_name: str) -> None:
+def test_every_place_is_reachable_with_clearance(world: World, robot_name: str) -> None:
     plan = reachable(world, load_robot(robot_name), margin=0.2)
     assert {name: plan.at(p.x, p.y) for name, p in world.places.items()} == dict.fromkeys(world.places, FREE)
     assert world.start == SE2(0.0, 0.0, 0.0)
@@ -47,7 +47,7 @@ def test_every_robot_stands_still_in_every_world(world: World) -> None:
         assert sim.truth().pose.distance(world.start) < 0.001
 
 
-def test_nobody_walks_through_furniture(world: World) -> None:
+def test_pedestrians_do_not_cross_furniture(world: World) -> None:
     solids = [s for s in world.shapes_at_rest() if s.bottom < 1.8]
     for route in world.routes:
         points, t = np.array(route.points), np.linspace(0.0, 1.0, 200)[:, None]
@@ -58,7 +58,7 @@ def test_nobody_walks_through_furniture(world: World) -> None:
             assert gaps[nearest] > PERSON_RADIUS + 0.04, (nearest, a, b)
 
 
-def test_the_hotel_is_one() -> None:
+def test_the_hotel_has_its_places_doors_and_routes() -> None:
     hotel = load_world("hotel")
     assert {"home", "kitchen", "reception", *(f"table_{i}" for i in range(1, 10))} <= set(hotel.places)
     x0, y0, x1, y1 = hotel.bounds
@@ -74,7 +74,7 @@ def test_the_hotel_is_one() -> None:
         assert place.distance(SE2(table.x, table.y, 0.0)) < 1.0
 
 
-def test_lidar_sees_the_occupied_cells_of_the_floor_plan(world: World) -> None:
+def test_lidar_hits_the_occupied_cells_of_the_floor_plan(world: World) -> None:
     lidar = ROBOT.sensors.lidar
     assert lidar is not None
     plan = floor_plan(world, lidar.mount.z)
@@ -91,7 +91,7 @@ def test_lidar_sees_the_occupied_cells_of_the_floor_plan(world: World) -> None:
     assert hits > 300 * len(world.places) or world.name == "empty"
 
 
-def test_beams_are_free_up_to_their_end_in_the_plan() -> None:
+def test_beams_cross_only_free_cells_of_the_floor_plan() -> None:
     room, lidar = load_world("room"), ROBOT.sensors.lidar
     assert lidar is not None
     plan = floor_plan(room, lidar.mount.z)
@@ -111,7 +111,7 @@ def free_area(grid: Grid) -> float:
     return float(np.count_nonzero(grid.cells == FREE)) * grid.resolution**2
 
 
-def test_what_is_above_or_below_the_slice_is_not_in_the_plan() -> None:
+def test_solids_outside_the_slice_are_not_in_the_plan() -> None:
     room = load_world("room")
     table = next(s for s in room.static if s.name == "dining_table/top")
     assert floor_plan(room, 0.2).at(table.x, table.y) == FREE
@@ -121,7 +121,7 @@ def test_what_is_above_or_below_the_slice_is_not_in_the_plan() -> None:
     assert free_area(reachable(room, ROBOT)) < free_area(body) < 5.0 * 4.0
 
 
-def test_rooms_outside_and_behind_closed_doors_are_not_explorable() -> None:
+def test_closed_rooms_are_not_explorable() -> None:
     closed = parse_world(
         b"""
 name: two_rooms
@@ -179,7 +179,7 @@ places: {home: {x: 0 m, y: 0 m}}
         ),
     ],
 )
-def test_faults_are_said_with_file_and_key(old: str, new: str, said: str) -> None:
+def test_world_file_errors_name_file_and_key(old: str, new: str, said: str) -> None:
     assert old in GOOD
     parse_world(GOOD.encode(), "world file small.yaml")
     with pytest.raises(ChefbotError, match=said) as fault:
@@ -187,7 +187,7 @@ def test_faults_are_said_with_file_and_key(old: str, new: str, said: str) -> Non
     assert str(fault.value).startswith("world file small.yaml")
 
 
-def test_a_box_may_be_called_as_a_part_of_the_robot_is() -> None:
+def test_a_box_may_have_the_name_of_a_robot_part() -> None:
     for name in ("floor", "payload", "base_link", "wheel_left"):
         world = parse_world(GOOD.replace("crate", name).encode(), "world file small.yaml")
         sim = Simulation(ROBOT, world, start=SE2(0.5, 1.0, 0.0))
@@ -197,7 +197,7 @@ def test_a_box_may_be_called_as_a_part_of_the_robot_is() -> None:
         assert sim.collisions() == (1, (name,))
 
 
-def test_unknown_worlds_name_the_nearest() -> None:
+def test_unknown_worlds_are_refused_with_the_nearest_name() -> None:
     with pytest.raises(UserError, match="did you mean 'hotel'"):
         load_world("hotell")
     with pytest.raises(ConfigError, match="does not exist"):
@@ -205,7 +205,7 @@ def test_unknown_worlds_name_the_nearest() -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
-def test_merged_rectangles_cover_each_cell_once_and_nothing_else(seed: int, share: float) -> None:
+def test_merged_rectangles_cover_each_cell_exactly_once(seed: int, share: float) -> None:
     cells = np.random.default_rng(seed).random((17, 23)) < share
     covered = np.zeros(cells.shape, dtype=int)
     for row, column, rows, columns in merged_rectangles(cells):
@@ -213,7 +213,7 @@ def test_merged_rectangles_cover_each_cell_once_and_nothing_else(seed: int, shar
     assert (covered == cells).all()
 
 
-def test_a_map_becomes_the_world_that_it_was_drawn_from() -> None:
+def test_a_map_of_a_world_reproduces_the_world() -> None:
     room = load_world("room")
     plan = floor_plan(room, 0.0, 2.0)
     world = world_from_map(
@@ -234,7 +234,7 @@ def test_a_map_becomes_the_world_that_it_was_drawn_from() -> None:
 
 
 @given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-3, 3), st.floats(0.1, 2), st.floats(0.1, 2))
-def test_distance_to_a_box_is_that_to_its_nearest_point(
+def test_distance_to_a_box_is_to_its_nearest_point(
     x: float, y: float, yaw: float, sx: float, sy: float
 ) -> None:
     shape = box("b", SE2(0.5, -0.25, yaw), 0.0, (sx, sy, 1.0), (0, 0, 0))
@@ -244,6 +244,6 @@ def test_distance_to_a_box_is_that_to_its_nearest_point(
     assert float(distance(shape, np.array(x), np.array(y))) == pytest.approx(least, abs=0.03)
 
 
-def test_distance_to_a_cylinder() -> None:
+def test_distance_to_a_cylinder_is_to_its_surface() -> None:
     shape = cylinder("c", (1.0, 0.0), 0.0, 0.5, 1.0, (0, 0, 0))
     assert distance(shape, np.array([3.0, 1.0]), np.array([0.0, 0.2])).tolist() == [1.5, 0.0]

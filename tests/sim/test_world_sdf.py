@@ -19,7 +19,7 @@ def world(request: pytest.FixtureRequest) -> World:
 
 
 @pytest.mark.slow
-def test_libsdformat_reads_it_with_every_solid(world: World, tmp_path: Path) -> None:
+def test_libsdformat_reads_every_solid(world: World, tmp_path: Path) -> None:
     robot, file = load_robot("chefbot"), tmp_path / "world.sdf"
     file.write_text(world_sdf(robot, world))
     models = read_by_libsdformat(file)
@@ -31,7 +31,7 @@ def test_libsdformat_reads_it_with_every_solid(world: World, tmp_path: Path) -> 
     )  # the floor
 
 
-def test_places_sizes_and_turns_are_the_worlds(world: World) -> None:
+def test_positions_and_sizes_equal_those_of_the_world(world: World) -> None:
     element = ET.fromstring(world_sdf(load_robot("chefbot"), world)).find("world")
     assert element is not None
     for shape in world.shapes_at_rest():
@@ -50,7 +50,7 @@ def test_places_sizes_and_turns_are_the_worlds(world: World) -> None:
             assert float(solid.findtext(f"geometry/{tag}/length") or 0) == pytest.approx(2 * shape.half[2])
 
 
-def test_the_robot_stands_at_its_start() -> None:
+def test_the_robot_is_at_its_start_pose() -> None:
     world, robot = load_world("hotel"), load_robot("chefbot_lidar")
     model = ET.fromstring(world_sdf(robot, world)).find(f"world/model[@name='{robot.name}']")
     assert model is not None

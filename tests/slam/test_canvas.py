@@ -29,7 +29,7 @@ def drawn(*scans: tuple[Beams, np.ndarray]) -> OccupancyAccumulator:
     return canvas
 
 
-def test_walls_are_occupied_and_what_lies_before_them_is_free(ring) -> None:
+def test_walls_are_occupied_and_cells_before_them_free(ring) -> None:
     grid = drawn(look(ring, 1.3, 1.3)).grid()
     assert grid.at(-0.001, 1.3) > 65 or grid.at(0.001, 1.3) > 65
     assert grid.at(1.3, 2.0) < 25
@@ -38,7 +38,7 @@ def test_walls_are_occupied_and_what_lies_before_them_is_free(ring) -> None:
     assert grid.at(-1.0, -1.0) == UNKNOWN
 
 
-def test_every_beam_marks_its_end_however_many_graze_the_cell(ring) -> None:
+def test_beam_ends_are_occupied_although_other_beams_graze_them(ring) -> None:
     beams, pose = look(ring, 1.3, 1.3)
     grid = drawn((beams, pose)).grid()
     for x, y in beams.surfaces + pose[:2]:
@@ -47,7 +47,7 @@ def test_every_beam_marks_its_end_however_many_graze_the_cell(ring) -> None:
 
 @settings(max_examples=15)
 @given(st.permutations([(1.3, 1.3), (5, 1.2), (10.6, 1.4), (10.6, 6.5), (1.4, 6.6)]))
-def test_the_order_of_scans_does_not_matter(order) -> None:
+def test_scan_order_does_not_matter(order) -> None:
     from tests.slam.conftest import RING, World
 
     world = World.of(RING)
@@ -65,18 +65,18 @@ def test_a_person_who_left_is_erased(ring) -> None:
     assert drawn((person, empty[1]), *[empty] * 4).grid().at(2.3, 1.3) < 25
 
 
-def test_a_copy_is_independent(ring) -> None:
+def test_a_copied_accumulator_is_independent(ring) -> None:
     canvas = drawn(look(ring, 1.3, 1.3))
     before = canvas.grid()
     canvas.copy().add_scan(*look(ring, 10.6, 6.5))
     assert np.array_equal(canvas.grid().cells, before.cells)
 
 
-def test_absurd_size_is_refused() -> None:
+def test_an_absurd_map_size_is_refused() -> None:
     far = Beams(np.zeros(2, np.float32), np.array([[1e4, 1e4]], np.float32), np.array([True]))
     with pytest.raises(MapSizeError, match="max_cells"):
         OccupancyAccumulator(0.05, 1_000_000).add_scan(far, HERE)
 
 
-def test_nothing_drawn_is_one_unknown_cell() -> None:
+def test_an_empty_accumulator_is_one_unknown_cell() -> None:
     assert OccupancyAccumulator(0.05, 10_000).grid().cells.tolist() == [[UNKNOWN]]

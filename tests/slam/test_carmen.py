@@ -16,7 +16,7 @@ ODOM = "ODOM 1.5 -2 0.25 0 0 0 976052857.5 host 12.25"
 SCAN = "FLASER 3 1 2.5 81.83 1.1 2.1 0.1 1 2 0.1 976052858.25 host 13"
 
 
-def test_readings_come_in_the_order_of_the_lines() -> None:
+def test_readings_have_the_order_of_the_lines() -> None:
     odom, scan = parse(f"# made up\nPARAM a b 1 host 2\n{ODOM}\n\n{SCAN}\n")
     assert odom == CarmenOdom(976052857.5, SE2(1.5, -2, 0.25))
     assert isinstance(scan, CarmenScan)
@@ -51,13 +51,13 @@ def test_beams_start_at_minus_90_degrees(n: int, last: float, step: float) -> No
         ODOM[:12],
     ],
 )
-def test_a_broken_line_is_named(line: str) -> None:
+def test_a_broken_line_is_reported_with_its_number(line: str) -> None:
     with pytest.raises(CarmenLogError, match=r"line 3 of the CARMEN log"):
         list(parse([ODOM, SCAN, line]))
 
 
 @given(st.integers(0, len(SCAN) - 1), st.text(st.characters(codec="ascii"), max_size=4))
-def test_a_damaged_line_is_read_or_named_but_nothing_else(at: int, damage: str) -> None:
+def test_a_damaged_line_is_read_or_reported(at: int, damage: str) -> None:
     try:
         for r in parse([SCAN[:at] + damage + SCAN[at + len(damage) :]]):
             assert isinstance(r, CarmenScan) and math.isfinite(r.stamp) and np.isfinite(r.ranges).all()

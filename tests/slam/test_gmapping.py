@@ -28,7 +28,7 @@ def run(world, truth, odom, params=None, angles=LIDAR, sensor=IDENTITY, initial=
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_a_loop_closes_that_odometry_misses(ring, drive, odometry, seed: int) -> None:
+def test_a_loop_missed_by_odometry_is_closed(ring, drive, odometry, seed: int) -> None:
     truth = drive(1.25)
     odom = odometry(truth, seed, 0.05, 0.05, 0.02)
     lost = np.hypot(*np.array(truth[0].between(truth[-1]).between(odom[-1]))[:2])
@@ -61,7 +61,7 @@ def test_a_depth_camera_improves_good_odometry(ring, drive, odometry, seed: int)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_a_bare_corridor_keeps_the_length_that_odometry_gives_it(corridor, seed: int) -> None:
+def test_a_bare_corridor_keeps_the_odometry_length(corridor, seed: int) -> None:
     truth = [SE2(x, 0, 0) for x in np.arange(-15, 15, 0.1)]
     slam, errors = run(corridor, truth, truth, GmappingParams(particles=15, seed=seed))
     assert np.abs(errors[:, 0]).max() < 0.04 * 30  # of odometry 10 % is assumed, here it is perfect
@@ -69,7 +69,7 @@ def test_a_bare_corridor_keeps_the_length_that_odometry_gives_it(corridor, seed:
     assert slam.map().width > 500
 
 
-def test_the_same_seed_gives_the_same_bytes_and_another_seed_others(ring, drive, odometry) -> None:
+def test_the_same_seed_repeats_the_map_and_another_differs(ring, drive, odometry) -> None:
     truth = drive(0.5)
     odom = odometry(truth, 1, 0.05, 0.05)
 
@@ -81,7 +81,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_others(ring, drive,
     assert outcome(5) != outcome(6)
 
 
-def test_where_odometry_starts_does_not_matter(ring, drive, odometry) -> None:
+def test_the_odometry_origin_does_not_matter(ring, drive, odometry) -> None:
     truth = drive(0.25)
     odom = odometry(truth, 1, 0.03, 0.03)
     moved = [SE2(64.0, -32.0, 0.0) @ o for o in odom]
@@ -91,14 +91,14 @@ def test_where_odometry_starts_does_not_matter(ring, drive, odometry) -> None:
     assert one.pose == pytest.approx(two.map_T_odom @ moved[-1], abs=0.03)
 
 
-def test_the_initial_pose_is_where_the_map_begins(ring) -> None:
+def test_the_initial_pose_is_the_map_origin(ring) -> None:
     slam = Gmapping(GmappingParams(particles=2), initial=SE2(5, -3, 1))
     assert slam.pose == SE2(5, -3, 1)
     assert slam.update(LIDAR, ring.ranges(SE2(1.3, 1.3, 0), LIDAR, 8.0), SE2(7, 7, 7))
     assert slam.pose == pytest.approx(SE2(5, -3, 1), abs=1e-9)
 
 
-def test_between_processed_scans_the_pose_follows_odometry(ring) -> None:
+def test_between_scans_the_pose_follows_odometry(ring) -> None:
     slam, truth = Gmapping(GmappingParams(particles=2)), SE2(1.3, 1.3, 0)
     ranges = ring.ranges(truth, LIDAR, 8.0)
     assert slam.update(LIDAR, ranges, SE2(0, 0, 0))
@@ -111,7 +111,7 @@ def test_between_processed_scans_the_pose_follows_odometry(ring) -> None:
     assert len(slam.trajectory()) == 2
 
 
-def test_a_blind_laser_neither_breaks_nor_maps() -> None:
+def test_scans_without_returns_map_nothing() -> None:
     slam = Gmapping(GmappingParams(particles=3))
     nothing = np.full(len(LIDAR), np.nan, np.float32)
     for x in range(5):
@@ -120,7 +120,7 @@ def test_a_blind_laser_neither_breaks_nor_maps() -> None:
     assert 1 <= slam.neff <= 3 + 1e-9
 
 
-def test_ranges_from_the_maximum_on_are_no_returns() -> None:
+def test_ranges_at_or_beyond_the_maximum_are_no_returns() -> None:
     slam = Gmapping(GmappingParams(particles=1, clear_range=2.0))
     slam.update(np.zeros(1, np.float32), np.array([8.0], np.float32), SE2(0, 0, 0), range_max=8.0)
     grid = slam.map()
@@ -137,7 +137,7 @@ def test_absurd_odometry_is_refused(odom: SE2) -> None:
         slam.update(LIDAR, ranges, odom)
 
 
-def test_odometry_that_leaps_is_said_and_the_map_goes_on(ring) -> None:
+def test_an_odometry_jump_is_reported_and_mapping_continues(ring) -> None:
     """There and back again, as by one message of somebody else's; and as after a new start."""
     slam, ranges = Gmapping(GmappingParams(particles=2)), ring.ranges(SE2(1.3, 1.3, 0), LIDAR, 8.0)
     slam.update(LIDAR, ranges, SE2(0, 0, 0))
@@ -151,12 +151,12 @@ def test_odometry_that_leaps_is_said_and_the_map_goes_on(ring) -> None:
     assert slam.map().width < 500
 
 
-def test_scans_must_have_an_angle_for_each_range() -> None:
+def test_scans_need_an_angle_for_each_range() -> None:
     with pytest.raises(ScanError, match="angles"):
         Gmapping(GmappingParams()).update(LIDAR, np.ones(3, np.float32), SE2(0, 0, 0))
 
 
-def test_a_log_becomes_poses_with_stamps_and_a_map() -> None:
+def test_a_log_gives_stamped_poses_and_a_map() -> None:
     lines = [f"FLASER 4 2 2 2 2 {x} 0 0 {x} 0 0 {10 + x} host 1" for x in (0.0, 0.2, 0.7, 1.4)]
     calls: list[tuple[int, int]] = []
     result = run_log(parse(lines), GmappingParams(particles=2), lambda done, of: calls.append((done, of)))
@@ -170,7 +170,7 @@ def test_a_log_becomes_poses_with_stamps_and_a_map() -> None:
     assert (result.grid.cells == 97).any()
 
 
-def test_the_far_value_that_logs_write_for_no_return_clears_little() -> None:
+def test_no_return_readings_of_logs_clear_only_nearby_cells() -> None:
     line = "FLASER 4 81.83 2 2 81.91 0 0 0 0 0 0 10 host 1"
     grid = run_log(parse([line]), GmappingParams(particles=1, clear_range=3.0)).grid
     assert grid.at(0, -2.9) < 25

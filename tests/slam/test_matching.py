@@ -55,7 +55,7 @@ def test_the_score_is_highest_at_the_true_pose(x, y, yaw, direction, off) -> Non
 
 @settings(max_examples=20)
 @given(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.2))
-def test_a_displaced_start_is_put_right(dx: float, dy: float, turn: float) -> None:
+def test_a_displaced_start_is_corrected(dx: float, dy: float, turn: float) -> None:
     world, pose = World.of(RING), SE2(1.3, 1.3, 0.3)
     start = (pose @ SE2(dx, dy, turn)).array()[None]
     poses, belief = start, OdometryPrior(start, LOOSE, start[:, 2])
@@ -69,7 +69,7 @@ def test_a_displaced_start_is_put_right(dx: float, dy: float, turn: float) -> No
 
 @settings(max_examples=20)
 @given(st.floats(-0.25, 0.25), st.floats(-0.08, 0.08))
-def test_along_a_corridor_odometry_decides_and_across_it_the_walls(along: float, across: float) -> None:
+def test_a_corridor_constrains_the_match_only_across_it(along: float, across: float) -> None:
     world = World.of(CORRIDOR)
     level = mapped(world, [SE2(x, 0, 0) for x in np.arange(-3, 3.1, 0.37)])
     start = np.array([[0.11 + along, across, 0.02]])
@@ -82,7 +82,7 @@ def test_along_a_corridor_odometry_decides_and_across_it_the_walls(along: float,
     assert abs(poses[0, 2]) < 0.006
 
 
-def test_a_scan_of_unknown_places_leaves_the_pose_to_odometry() -> None:
+def test_a_scan_of_unmapped_space_keeps_the_odometry_pose() -> None:
     level = mapped(World.of(RING), [])
     start = np.array([[1.0, 2.0, 0.5]])
     poses, fits = level.match(

@@ -48,7 +48,7 @@ def recorded(
         (20.0, [327.67], 327.67),
     ],
 )
-def test_the_values_that_many_beams_share_at_the_top_end(
+def test_values_shared_by_many_beams_at_the_top_are_no_returns(
     reach: float, nothing: list[float], least: float
 ) -> None:
     scans = recorded(HALL, ACROSS, reach, nothing)
@@ -61,13 +61,13 @@ def test_the_values_that_many_beams_share_at_the_top_end(
 
 @pytest.mark.parametrize("world", [HALL, World.of(CORRIDOR)], ids=["hall", "corridor"])
 @pytest.mark.parametrize("poses", [ACROSS, STANDING], ids=["drives", "stands"])
-def test_walls_are_walls_however_far(world: World, poses: list[SE2]) -> None:
+def test_far_walls_are_not_taken_for_no_return(world: World, poses: list[SE2]) -> None:
     """Of a hall and a long corridor, and while the robot stands and repeats its ranges."""
     inside = [SE2(p.x - 25.0, 0.1 * p.y - 0.5, p.yaw) if world is not HALL else p for p in poses]
     assert detect_no_return(recorded(world, inside, 200.0, [200.0])) is None
 
 
-def test_a_single_glass_door_far_away_is_no_rule() -> None:
+def test_a_single_glass_door_is_not_a_no_return_value() -> None:
     """One value that a few beams give is not what the laser writes for nothing."""
     scans = recorded(HALL, ACROSS, 100.0, [100.0])
     scans[7] = replace(
@@ -76,7 +76,7 @@ def test_a_single_glass_door_far_away_is_no_rule() -> None:
     assert detect_no_return(scans) is None
 
 
-def test_no_wall_is_drawn_where_nothing_was_seen() -> None:
+def test_no_wall_is_drawn_for_no_return_beams() -> None:
     """Below max_range too; what was near is drawn as before."""
     result = run_log(recorded(HALL, ACROSS[:20], 12.0, [51.15]), GmappingParams(particles=2))
     assert result.no_return is not None and result.no_return.min_range == pytest.approx(51.15, abs=0.01)
@@ -95,7 +95,7 @@ LOGS = {
 @pytest.mark.data
 @pytest.mark.slow
 @pytest.mark.parametrize("log", LOGS)
-def test_public_recordings(log: str, shared: Callable[[str], Path]) -> None:
+def test_no_return_values_of_public_recordings_are_found(log: str, shared: Callable[[str], Path]) -> None:
     text = gzip.decompress(shared(f"data/slam/{log}.log.gz").read_bytes()).decode()
     scans = [record for record in parse(text) if isinstance(record, CarmenScan)]
     found = detect_no_return(scans)

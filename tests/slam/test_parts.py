@@ -53,7 +53,7 @@ def test_systematic_resampling_gives_each_its_share(logs: list[float], offset: f
 
 
 @given(st.integers(0, 10_000), st.lists(st.booleans(), min_size=1, max_size=40))
-def test_paths_are_those_of_naive_copies(seed: int, resample: list[bool]) -> None:
+def test_shared_paths_equal_copied_paths(seed: int, resample: list[bool]) -> None:
     rng, n = np.random.default_rng(seed), 6
     tree, naive = ParticleAncestry(n), [[] for _ in range(n)]
     for again in resample:
@@ -72,7 +72,7 @@ def test_paths_are_those_of_naive_copies(seed: int, resample: list[bool]) -> Non
         assert np.array_equal(tree.path(i), np.array(naive[i]))
 
 
-def test_memory_of_paths_stays_bounded() -> None:
+def test_path_memory_stays_bounded() -> None:
     rng, tree = np.random.default_rng(3), ParticleAncestry(30)
     for _ in range(500):
         tree.resample(np.sort(rng.integers(0, 30, 30)))
@@ -83,14 +83,14 @@ def test_memory_of_paths_stays_bounded() -> None:
 
 
 @given(*[st.floats(-9, 9)] * 6)
-def test_composing_many_is_composing_each(x, y, yaw, dx, dy, turn) -> None:
+def test_batched_composition_equals_single_composition(x, y, yaw, dx, dy, turn) -> None:
     expected = SE2(x, y, yaw) @ SE2(dx, dy, turn)
     got = compose(np.array([[x, y, yaw]]), np.array([dx, dy, turn]))[0]
     assert got[:2] == pytest.approx(expected[:2], abs=1e-9)
     assert math.remainder(got[2] - expected.yaw, 2 * math.pi) == pytest.approx(0, abs=1e-9)
 
 
-def test_a_detour_is_less_certain_than_the_straight_way() -> None:
+def test_a_detour_is_less_certain_than_the_straight_path() -> None:
     straight, detour = OdometryStep(), OdometryStep()
     straight.add(SE2(1, 0, 0))
     for part in (SE2(2, 0, 0), SE2(0, 0, 0.5), SE2(0, 0, -0.5), SE2(-1, 0, 0)):

@@ -68,7 +68,7 @@ def ate(found, true):
 
 
 @pytest.mark.parametrize("seed", seeds(2, 5))
-def test_intel_is_as_accurate_as_gmapping_was_published(shared, seed: int) -> None:
+def test_intel_accuracy_matches_published_gmapping(shared, seed: int) -> None:
     records = read(shared("data/slam/intel_full.log.gz"))
     result = run_log(records, GmappingParams(seed=seed))
     relations = np.loadtxt(shared("data/slam/intel.relations"))
@@ -87,7 +87,7 @@ def test_csail_agrees_with_the_reference(shared, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", seeds(1, 3))
-def test_a_drive_with_odometry_40_m_off_closes_its_loops(shared, seed: int) -> None:
+def test_loops_close_with_odometry_40_m_off(shared, seed: int) -> None:
     z = np.load(shared("data/slam/simul.npz"))
     slam = Gmapping(GmappingParams(seed=seed), SE2.of(z["sensor_pose"]))
     angles = (z["angle_min"] + np.arange(z["ranges"].shape[1]) * z["angle_increment"]).astype(np.float32)

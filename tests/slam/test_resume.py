@@ -19,7 +19,7 @@ SAID = st.sampled_from([UNKNOWN, 1, 3, 9, 24, 50, 76, 91, 97, 99])
 
 
 @given(arrays(np.int8, (5, 7), elements=SAID), st.integers(-50, 50), st.integers(-50, 50))
-def test_a_canvas_that_begins_with_a_grid_shows_it(cells, column: int, row: int) -> None:
+def test_an_accumulator_restored_from_a_grid_shows_it(cells, column: int, row: int) -> None:
     canvas = OccupancyAccumulator(0.05, 10_000)
     canvas.initialize_from(Grid(cells, 0.05, 0.05 * column, 0.05 * row))
     shown = canvas.grid()
@@ -30,7 +30,7 @@ def test_a_canvas_that_begins_with_a_grid_shows_it(cells, column: int, row: int)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_next_life_goes_on_where_the_last_ended(ring, drive, odometry, seed: int) -> None:
+def test_mapping_resumes_after_a_restart(ring, drive, odometry, seed: int) -> None:
     truth = drive(1.25)
     odom = odometry(truth, seed, 0.02, 0.02, 0.01)
     params = GmappingParams(particles=15, seed=seed)

@@ -43,7 +43,7 @@ def plain_means(points: list[np.ndarray]) -> dict[tuple[int, int], np.ndarray]:
 
 @settings(max_examples=25)
 @given(st.integers(0, 10_000))
-def test_every_particle_sees_its_own_hits_and_no_others(seed: int) -> None:
+def test_every_particle_has_its_own_hits_only(seed: int) -> None:
     rng = np.random.default_rng(seed)
     maps, histories = covered(4), [[] for _ in range(4)]
     for _ in range(6):
@@ -66,7 +66,7 @@ def test_every_particle_sees_its_own_hits_and_no_others(seed: int) -> None:
 
 @settings(max_examples=25)
 @given(st.integers(0, 10_000))
-def test_the_nearest_surface_is_found_across_the_borders_of_tiles(seed: int) -> None:
+def test_the_nearest_surface_is_found_across_tile_borders(seed: int) -> None:
     rng = np.random.default_rng(seed)
     maps = covered(1)
     points = rng.uniform(-20, 20, (300, 2)).round(2) + 0.005
@@ -82,7 +82,7 @@ def test_the_nearest_surface_is_found_across_the_borders_of_tiles(seed: int) -> 
         assert got == pytest.approx(expected, abs=2e-3)
 
 
-def test_particles_share_what_they_have_in_common() -> None:
+def test_particles_share_common_tiles() -> None:
     maps, rng = covered(30), np.random.default_rng(1)
     common = rng.uniform(-50, 50, (2000, 2))
     add(maps, 0, common)
@@ -96,7 +96,7 @@ def test_particles_share_what_they_have_in_common() -> None:
     assert maps.tiles_in_use == alone
 
 
-def test_growing_moves_no_hit() -> None:
+def test_growing_the_map_moves_no_hit() -> None:
     maps = covered(2, 5.0)
     add(maps, 1, np.array([[2.25, -3.75]]))
     before = mean(maps, 1, 2, -4)
@@ -107,7 +107,7 @@ def test_growing_moves_no_hit() -> None:
 
 
 @pytest.mark.parametrize("far", [1e4, 1e12, np.inf, np.nan])
-def test_absurd_extent_is_refused(far: float) -> None:
+def test_an_absurd_extent_is_refused(far: float) -> None:
     maps = covered(1)
     with pytest.raises(MapSizeError, match="check odometry and scans"):
         maps.grow_to(np.zeros(2), np.array([far, far]))

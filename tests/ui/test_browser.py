@@ -24,7 +24,7 @@ def tab(page: Any, tmp_path: Path) -> Iterator[Tab]:
         yield one
 
 
-def test_the_page_draws_and_its_gestures_reach_the_robot(page: Any, tab: Tab) -> None:
+def test_web_ui_draws_and_its_gestures_reach_the_robot(page: Any, tab: Tab) -> None:
     assert tab.ask("document.getElementById('phase').textContent") == "Waiting for an order."
     assert tab.ask("document.querySelectorAll('#places b').length") == 0
     tab.wait_for(
@@ -44,7 +44,7 @@ def test_the_page_draws_and_its_gestures_reach_the_robot(page: Any, tab: Tab) ->
     assert page.next_command() == Deliver(["table_2"])
 
 
-def test_the_joystick_drives_until_it_is_let_go_and_stop_stops(page: Any, tab: Tab) -> None:
+def test_joystick_drives_until_release_and_stop_stops(page: Any, tab: Tab) -> None:
     x, y = tab.middle("#stick")
     tab.mouse("mousePressed", x, y)
     tab.mouse("mouseMoved", x, y - 50)
@@ -60,7 +60,7 @@ def test_the_joystick_drives_until_it_is_let_go_and_stop_stops(page: Any, tab: T
     assert before == Drive(0.0, 0.0)
 
 
-def test_the_page_says_that_the_connection_is_lost(page: Any, tab: Tab) -> None:
+def test_a_lost_connection_is_shown(page: Any, tab: Tab) -> None:
     page.server.stop()
     tab.wait_for("document.body.classList.contains('offline')")
     assert "No connection" in tab.ask("document.getElementById('phase').textContent")

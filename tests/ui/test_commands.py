@@ -24,7 +24,7 @@ near_commands = st.dictionaries(
 ).flatmap(lambda fields: st.sampled_from(NAMES).map(lambda name: {"do": name, **fields}))
 
 
-def test_every_command_survives_its_own_json() -> None:
+def test_every_command_round_trips_through_json() -> None:
     samples: dict[str, Any] = {
         "x": 1.5,
         "y": -2.0,
@@ -75,12 +75,12 @@ def test_any_text_is_a_bounded_command_or_is_refused(text: str) -> None:
         ("", "not JSON"),
     ],
 )
-def test_the_sentence_says_what_is_wrong(text: str, why: str) -> None:
+def test_an_invalid_command_is_refused_with_the_reason(text: str, why: str) -> None:
     with pytest.raises(UserError, match=why):
         parse_command(text)
 
 
-def test_plain_examples() -> None:
+def test_plain_commands_parse() -> None:
     assert parse_command('{"do":"goal","x":1,"y":2,"yaw":-3}') == Goal(1.0, 2.0, -3.0)
     assert parse_command('{"do":"deliver","tables":["table_2","table_7"]}') == Deliver(["table_2", "table_7"])
     assert parse_command('{"do":"drive","v":0,"w":0}') == Drive(0.0, 0.0)

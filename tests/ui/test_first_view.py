@@ -57,7 +57,7 @@ def whole_room(tab: Tab) -> str:
 
 @pytest.mark.parametrize("late", [False, True])
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
-def test_the_whole_map_is_there_at_the_first_load(tab: Tab, width: int, height: int, late: bool) -> None:
+def test_the_full_map_is_shown_at_the_first_load(tab: Tab, width: int, height: int, late: bool) -> None:
     if late:
         tab.call("Page.addScriptToEvaluateOnNewDocument", source=LATE)
     tab.call(
@@ -72,7 +72,7 @@ def test_the_whole_map_is_there_at_the_first_load(tab: Tab, width: int, height: 
         assert tab.ask("document.getElementById('follow').getAttribute('aria-pressed')") == "false"
 
 
-def test_it_stays_whole_when_a_warning_takes_room(page: Any, tab: Tab) -> None:
+def test_the_full_map_stays_visible_beside_a_warning(page: Any, tab: Tab) -> None:
     tab.wait_for(f"JSON.parse({WHOLE})[1] >= 0")
     high = tab.ask("document.getElementById('canvas').height")
     page.server.set_layer("status", StatusView(warnings=("The battery is low. " * 12,)))
@@ -87,7 +87,7 @@ def key(tab: Tab, name: str) -> None:
         tab.call("Input.dispatchKeyEvent", type=kind, key=name, code=name)
 
 
-def test_arrows_drive_on_the_joystick_and_choose_elsewhere(page: Any, tab: Tab) -> None:
+def test_arrow_keys_drive_on_the_joystick_and_select_elsewhere(page: Any, tab: Tab) -> None:
     tab.wait_for("document.querySelectorAll('#tables button').length === 2")
     tab.ask("document.querySelector('[data-tool=look]').focus()")
     key(tab, "ArrowRight")
@@ -111,7 +111,7 @@ def test_arrows_drive_on_the_joystick_and_choose_elsewhere(page: Any, tab: Tab) 
         command = page.next_command()
 
 
-def test_a_go_to_during_a_round_asks_and_what_the_round_waits_for_is_a_button(page: Any, tab: Tab) -> None:
+def test_a_go_to_during_a_round_needs_a_time_and_a_confirmation(page: Any, tab: Tab) -> None:
     waiting = DeliveryView(
         state="waiting", place="table_1", waits_for="taken", round_active=True, queue=("table_2",)
     )

@@ -16,21 +16,21 @@ from chefbot.ui.server import WebUiServer
 @pytest.mark.parametrize(
     "name", ["amcl_demo", "explore", "waiter", "robot_standalone", "remote_page", "model_robot"]
 )
-def test_every_launch_with_a_page_can_serve_it_to_the_network(name: str) -> None:
+def test_every_launch_with_a_web_ui_can_serve_the_network(name: str) -> None:
     launch = with_ui_address(load_launch(name), ALL_ADDRESSES)
     hosts = [one.params.get("host") for one in launch.nodes.values() if one.kind.endswith(":WebUiDevice")]
     assert hosts == [ALL_ADDRESSES]
     assert len(launch.nodes) == len(load_launch(name).nodes)
 
 
-def test_a_launch_without_a_page_says_so() -> None:
+def test_a_launch_without_a_web_ui_is_refused() -> None:
     with pytest.raises(UserError, match="has no web UI: headless:=true leaves it out"):
         with_ui_address(load_launch("amcl_demo", {"headless": "true"}), ALL_ADDRESSES)
     with pytest.raises(UserError, match="keyboard_teleop has no web UI"):
         with_ui_address(load_launch("keyboard_teleop"), ALL_ADDRESSES)
 
 
-def test_a_phone_gets_in_with_the_token_by_any_address_of_this_machine() -> None:
+def test_the_token_works_for_any_address_of_this_machine() -> None:
     server = WebUiServer(0, ALL_ADDRESSES, print)
     url = server.start()
     try:
@@ -52,7 +52,7 @@ def test_a_phone_gets_in_with_the_token_by_any_address_of_this_machine() -> None
         server.stop()
 
 
-def test_the_qr_code_is_that_of_the_address_and_fits_a_terminal() -> None:
+def test_the_qr_code_is_the_address_and_fits_a_terminal() -> None:
     address = "http://192.168.7.23:8080/?token=abcdefghijklmnopqrstuv"
     lines = qr_code(address).split("\n")
     assert len({len(line) for line in lines}) == 1 and len(lines) <= 24

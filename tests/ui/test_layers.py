@@ -44,7 +44,7 @@ def test_points_never_wrap(rows: np.ndarray) -> None:
     assert np.abs(np.exp(1j * sent[:, 2]) - np.exp(1j * rows[:, 2])).max() <= 1e-3
 
 
-def test_a_grid_arrives_cell_by_cell() -> None:
+def test_a_grid_is_encoded_cell_by_cell() -> None:
     cells = np.arange(-1, 101, dtype=np.int8).repeat(5).reshape(17, 30)
     value = LAYERS["map"].validate(Grid(cells, 0.05, -1.0, 2.0))
     header, body = split(LAYERS["map"].encode("map", value))
@@ -53,7 +53,7 @@ def test_a_grid_arrives_cell_by_cell() -> None:
     assert zlib.decompress(body) == cells.tobytes()
 
 
-def test_the_scan_is_put_into_the_frame_of_its_pose() -> None:
+def test_the_scan_is_transformed_to_the_frame_of_its_pose() -> None:
     scan = ScanView(
         (1.0, 2.0, np.pi / 2), np.array([0.0, np.pi / 2, 1.0]), np.array([2.0, 1.0, np.inf]), "laser"
     )
@@ -65,7 +65,7 @@ def test_the_scan_is_put_into_the_frame_of_its_pose() -> None:
 
 
 @given(st.integers(1, 700), st.integers(1, 9), st.floats(0.1, 64.0))
-def test_thinned_depth_is_where_the_camera_saw_it(width: int, height: int, wall: float) -> None:
+def test_thinned_depth_points_lie_where_the_camera_saw_them(width: int, height: int, wall: float) -> None:
     depth = np.full((height, width), wall, np.float32)
     depth[0, 0] = np.nan
     focal, cx = 500.0, (width - 1) / 2
@@ -81,13 +81,13 @@ def test_thinned_depth_is_where_the_camera_saw_it(width: int, height: int, wall:
     assert np.allclose(across, (np.arange(0, width, step) - cx) / focal)
 
 
-def test_points_that_are_not_finite_are_left_out_and_none_at_all_is_fine() -> None:
+def test_non_finite_points_are_dropped_and_none_is_valid() -> None:
     assert len(LAYERS["path"].validate([[0, 0], [np.nan, 1], [1, np.inf], [2, 2]])) == 2
     header, body = split(LAYERS["path"].encode("path", LAYERS["path"].validate([])))
     assert (header["columns"], body) == (2, b"")
 
 
-def test_what_is_shown_is_a_copy() -> None:
+def test_a_layer_stores_a_copy() -> None:
     hub, points = LayerStore(), np.zeros((2, 2))
     hub.set_layer("path", points)
     points[:] = 7.0
@@ -113,12 +113,12 @@ def test_what_is_shown_is_a_copy() -> None:
         ("joints", {"wheel_left_joint": "fast"}),
     ],
 )
-def test_a_wrong_payload_is_told_to_its_sender(layer: str, payload: Any) -> None:
+def test_a_wrong_payload_raises_at_the_caller(layer: str, payload: Any) -> None:
     with pytest.raises((ValueError, TypeError)):
         LayerStore().set_layer(layer, payload)
 
 
-def test_a_layer_waits_for_its_turn_and_then_gives_its_newest_value() -> None:
+def test_a_layer_is_rate_limited_and_sends_its_newest_value() -> None:
     hub, now = LayerStore(), 0.0
     hub.set_layer("status", StatusView(phase="old"))
     assert hub.encode_due(lambda: now) == ["status"]
@@ -133,7 +133,7 @@ def test_a_layer_waits_for_its_turn_and_then_gives_its_newest_value() -> None:
     assert hub.encode_due(lambda: now) == []
 
 
-def test_a_layer_that_is_slow_to_encode_comes_less_often() -> None:
+def test_a_layer_that_is_slow_to_encode_is_sent_less_often() -> None:
     hub, times = LayerStore(), iter([0.0, 0.0, 0.4])
     hub.set_layer("path", np.zeros((2, 2)))
     hub.encode_due(lambda: next(times))
@@ -142,7 +142,7 @@ def test_a_layer_that_is_slow_to_encode_comes_less_often() -> None:
     assert hub.encode_due(lambda: 4.0) == ["path"]
 
 
-def test_none_clears_a_layer_and_numbers_not_finite_are_not_known() -> None:
+def test_none_clears_a_layer_and_non_finite_numbers_become_null() -> None:
     hub = LayerStore()
     hub.set_layer("goal", None)
     hub.set_layer("robot", RobotView(x=float("nan"), y=0.0, yaw=0.0, radius=0.2))
@@ -151,7 +151,7 @@ def test_none_clears_a_layer_and_numbers_not_finite_are_not_known() -> None:
     assert json.loads(hub.frames["robot"])["value"]["x"] is None
 
 
-def test_pictures_are_small_jpegs_and_near_differs_from_far_and_from_unknown() -> None:
+def test_pictures_are_small_jpegs_with_distinct_depth_colours() -> None:
     picture = Image.open(io.BytesIO(jpeg(np.zeros((480, 640, 3), np.uint8))))
     assert (picture.format, picture.size) == ("JPEG", (320, 240))
     near, far, unknown, millimetres = colorize_depth(np.array([[0.5, 4.5, np.nan, 0.5]]))[0].astype(int)

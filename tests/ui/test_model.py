@@ -84,7 +84,7 @@ def pixels(tab: Tab) -> np.ndarray:
     return np.asarray(Image.open(io.BytesIO(shot)).convert("RGB")).astype(int)
 
 
-def test_every_link_has_its_solid_at_the_place_that_the_description_gives(tab: Tab) -> None:
+def test_links_are_drawn_at_their_poses_in_the_description(tab: Tab) -> None:
     tab.ask("document.getElementById('fixed-frame').value = 'base_link', modelView.prepare()")
     for link in links(ROBOT):
         assert np.allclose(pose(tab, link.name)[:3, 3], link.at, atol=1e-9)
@@ -101,7 +101,7 @@ def test_every_link_has_its_solid_at_the_place_that_the_description_gives(tab: T
     )
 
 
-def test_it_is_drawn_and_turning_the_picture_changes_it(tab: Tab) -> None:
+def test_the_model_is_drawn_and_orbiting_changes_the_view(tab: Tab) -> None:
     before = pixels(tab)
     assert len(np.unique(before.reshape(-1, 3), axis=0)) > 100
     x, y = tab.middle("#model")
@@ -111,7 +111,7 @@ def test_it_is_drawn_and_turning_the_picture_changes_it(tab: Tab) -> None:
     assert (np.abs(pixels(tab) - before).max(axis=2) > 20).mean() > 0.02
 
 
-def test_a_slider_turns_its_wheel_forward_until_the_robot_turns_it(tab: Tab, server: WebUiServer) -> None:
+def test_a_slider_turns_its_wheel_until_the_robot_moves_it(tab: Tab, server: WebUiServer) -> None:
     tab.ask(
         "(() => { const slider = document.querySelector('[name=wheel_left_joint]'); slider.value = 0.5;"
         " slider.dispatchEvent(new Event('input')); })()"
@@ -127,7 +127,7 @@ def test_a_slider_turns_its_wheel_forward_until_the_robot_turns_it(tab: Tab, ser
     assert turned[:3] == pytest.approx([np.sin(6.0), 0, np.cos(6.0)], abs=1e-6)
 
 
-def test_the_fixed_frame_stands_still_and_the_others_move(tab: Tab, server: WebUiServer) -> None:
+def test_the_fixed_frame_stands_still_and_others_move(tab: Tab, server: WebUiServer) -> None:
     stand(server, (2.0, 1.0, 0.0), QUARTER)
     tab.wait_for("modelView.frames.received.has('odom')")
     expected = {"map": (3.0, 1.0, 0.01), "odom": (2.0, 1.0, 0.01), "base_link": (0.0, 0.0, 0.0)}
@@ -138,7 +138,7 @@ def test_the_fixed_frame_stands_still_and_the_others_move(tab: Tab, server: WebU
     assert pose(tab, "odom")[:3, 3] == pytest.approx((-1.0, 2.0, -0.01), abs=1e-9)
 
 
-def test_scan_points_lie_at_the_height_of_their_sensor(tab: Tab, server: WebUiServer) -> None:
+def test_scan_points_are_at_the_height_of_their_sensor(tab: Tab, server: WebUiServer) -> None:
     server.set_layer("map", Grid(np.zeros((40, 60), np.int8), 0.05, -1.0, -1.0))
     server.set_layer("path", [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
     server.set_layer(
@@ -153,7 +153,7 @@ def test_scan_points_lie_at_the_height_of_their_sensor(tab: Tab, server: WebUiSe
     assert tab.ask("modelView.live.objects.get('map').position.toArray()") == pytest.approx([0.5, 0.0, 0.0])
 
 
-def test_the_depth_cameras_points_lie_ahead_of_it(tab: Tab, server: WebUiServer) -> None:
+def test_the_depth_points_lie_ahead_of_the_camera(tab: Tab, server: WebUiServer) -> None:
     depth = np.full((3, 5), np.nan, np.float32)
     depth[2, 4] = 2.0
     server.set_layer("depth", DepthView(depth, 100.0, 2.0, 1.0, "camera_depth_optical_frame"))
@@ -164,7 +164,7 @@ def test_the_depth_cameras_points_lie_ahead_of_it(tab: Tab, server: WebUiServer)
     assert points == pytest.approx([0.04, 0.02, 2.0], abs=1e-6)
 
 
-def test_news_cost_neither_memory_nor_shaders(tab: Tab) -> None:
+def test_updates_do_not_leak_memory_or_shaders(tab: Tab) -> None:
     news = """(() => {
       const rows = new Float32Array([0, 0, 1, 0, 1, 1]), points = { rows, count: 3, frame: "camera_link" };
       const grid = { width: 2, height: 2, resolution: 1, x: 0, y: 0, cells: new Int8Array([0, 100, -1, 50]) };
@@ -180,7 +180,7 @@ def test_news_cost_neither_memory_nor_shaders(tab: Tab) -> None:
     assert tab.ask(news) == before
 
 
-def test_a_robot_that_stands_still_is_not_drawn_again(tab: Tab) -> None:
+def test_a_standing_robot_is_not_redrawn(tab: Tab) -> None:
     drawn = """(() => {
       const frames = [{ name: "base_footprint", parent: "odom", at: [2, 1, 0], turn: [0, 0, 0, 1] }];
       modelView.take("frames", frames);
@@ -197,7 +197,7 @@ def test_a_robot_that_stands_still_is_not_drawn_again(tab: Tab) -> None:
     assert tab.ask(f"{drawn}") == [True, True]
 
 
-def test_a_click_chooses_a_link_on_both_sides(tab: Tab) -> None:
+def test_a_click_selects_a_link_in_view_and_list(tab: Tab) -> None:
     tab.ask("modelView.home(), modelView.choose('payload_link')")
     assert tab.ask("document.querySelector('[data-link=payload_link]').ariaPressed") == "true"
     tab.ask("modelView.choose('payload_link')")
@@ -220,7 +220,7 @@ def on_screen(tab: Tab, x: float, y: float) -> tuple[float, float]:
     return left + width * (1 + across) / 2, top + height * (1 - down) / 2
 
 
-def test_a_drag_on_the_floor_sends_the_robot_there_and_does_not_turn_the_picture(tab: Tab) -> None:
+def test_dragging_on_the_floor_sends_a_goal_without_orbiting(tab: Tab) -> None:
     tab.ask("document.getElementById('fixed-frame').value = 'odom', modelView.home()")
     tab.wait_for("modelView.frames.glides.done && !modelView.stage.pending")
     before = tab.ask("modelView.stage.camera.position.toArray()")
@@ -241,7 +241,7 @@ def test_a_drag_on_the_floor_sends_the_robot_there_and_does_not_turn_the_picture
     assert tab.ask("modelView.stage.controls.enabled")
 
 
-def test_names_of_frames_are_words_that_do_not_lie_on_each_other(tab: Tab) -> None:
+def test_frame_labels_do_not_overlap(tab: Tab) -> None:
     tab.ask(
         "document.getElementById('fixed-frame').value = 'base_link', modelView.prepare(), modelView.home()"
     )
@@ -261,7 +261,7 @@ def test_names_of_frames_are_words_that_do_not_lie_on_each_other(tab: Tab) -> No
             assert apart
 
 
-def test_back_to_the_map_and_again_to_the_robot(tab: Tab, server: WebUiServer) -> None:
+def test_switching_between_map_and_model_works(tab: Tab, server: WebUiServer) -> None:
     tab.click("#solid")
     assert tab.ask("location.hash + getComputedStyle(document.getElementById('tools')).display") == "flex"
     assert tab.ask("document.getElementById('canvas').clientWidth") > 100
@@ -271,7 +271,7 @@ def test_back_to_the_map_and_again_to_the_robot(tab: Tab, server: WebUiServer) -
     tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")
 
 
-def test_things_glide_between_two_news(tab: Tab, server: WebUiServer) -> None:
+def test_poses_are_interpolated_between_updates(tab: Tab, server: WebUiServer) -> None:
     stand(server, (0.0, 0.0, 0.0), FLAT)
     tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")
     places = tab.ask(
@@ -285,7 +285,7 @@ def test_things_glide_between_two_news(tab: Tab, server: WebUiServer) -> None:
     assert places == pytest.approx([0.0, 0.05, 0.1], abs=0.002)
 
 
-def test_without_solids_it_says_why_shows_the_frames_and_asks_again(tmp_path: Path) -> None:
+def test_a_broken_description_is_explained_and_retried(tmp_path: Path) -> None:
     one = WebUiServer(0, "127.0.0.1", print)
     one.set_layer("description", "<robot><link name='bro")
     url = one.start()
@@ -302,7 +302,7 @@ def test_without_solids_it_says_why_shows_the_frames_and_asks_again(tmp_path: Pa
         robot.stop()
 
 
-def test_a_browser_without_3d_goes_on_with_the_map(tmp_path: Path) -> None:
+def test_a_browser_without_3d_still_shows_the_map(tmp_path: Path) -> None:
     one = WebUiServer(0, "127.0.0.1", print)
     flags = ["--disable-gpu", "--disable-3d-apis"]
     with open_tab(f"{one.start()}#3d", tmp_path, flags) as tab:
@@ -311,7 +311,7 @@ def test_a_browser_without_3d_goes_on_with_the_map(tmp_path: Path) -> None:
     one.stop()
 
 
-def test_nothing_was_asked_of_any_other_host_and_nothing_was_complained_of(tab: Tab) -> None:
+def test_no_request_to_another_host_and_no_console_error(tab: Tab) -> None:
     """Last: it looks at all that the tests above did."""
     url: Any = tab.url  # type: ignore[attr-defined]
     own = (url, url.replace("http", "ws"), "blob:", "data:", "about:")

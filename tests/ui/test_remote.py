@@ -25,7 +25,7 @@ SIZES = st.tuples(st.integers(1, 20), st.integers(1, 20))
 
 
 @given(SIZES, st.integers(0, 99), st.floats(0.01, 1.0), st.floats(-50, 50))
-def test_a_map_survives_the_wire(size: tuple[int, int], seed: int, resolution: float, x: float) -> None:
+def test_a_map_round_trips(size: tuple[int, int], seed: int, resolution: float, x: float) -> None:
     cells = np.random.default_rng(seed).integers(-1, 101, size).astype(np.int8)
     layer, grid = decode(protocol.grid("map", protocol.GridImage(cells, resolution, x, 1.0)))
     assert layer == "map"
@@ -34,13 +34,13 @@ def test_a_map_survives_the_wire(size: tuple[int, int], seed: int, resolution: f
 
 
 @given(st.binary(max_size=80) | st.text(max_size=40))
-def test_what_is_no_frame_is_a_value_error(frame: bytes | str) -> None:
+def test_an_invalid_frame_raises_value_error(frame: bytes | str) -> None:
     with pytest.raises(ValueError):
         decode(frame)
 
 
 @given(st.integers(0, 60), st.integers(0, 255))
-def test_a_damaged_map_is_a_value_error_or_a_map(position: int, byte: int) -> None:
+def test_a_damaged_map_raises_value_error_or_decodes(position: int, byte: int) -> None:
     frame = bytearray(protocol.grid("map", protocol.GridImage(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0)))
     frame[position] = byte
     try:
@@ -51,14 +51,14 @@ def test_a_damaged_map_is_a_value_error_or_a_map(position: int, byte: int) -> No
     assert isinstance(value, bytes) or (value.cells.dtype == np.int8 and 0 < value.cells.size <= 12)
 
 
-def test_a_map_larger_than_it_says_is_refused() -> None:
+def test_a_map_larger_than_its_header_is_refused() -> None:
     bomb = protocol.grid("map", protocol.GridImage(np.zeros((1000, 1000), np.int8), 0.05, 0.0, 0.0))
     liar = bomb.replace(b'"width":1000,"height":1000', b'"width":9000,"height":9999')
     with pytest.raises(ValueError):
         decode(liar)
 
 
-def test_layers_come_and_commands_go() -> None:
+def test_layers_are_received_and_commands_sent() -> None:
     with fake_robot() as robot, WebUiClient(robot.url) as page:
         assert page.wait_for("status", PATIENCE)["phase"] == "Waiting."
         assert page.wait_for("map", 0.05) is None
@@ -71,7 +71,7 @@ def test_layers_come_and_commands_go() -> None:
             assert robot.heard.get(timeout=PATIENCE) == command
 
 
-def test_a_robot_that_ends_is_told() -> None:
+def test_a_robot_shutdown_is_reported() -> None:
     with fake_robot() as robot, WebUiClient(robot.url) as page:
         robot.server.stop()
         with pytest.raises(ConnectionLostError, match="has ended"):
@@ -84,12 +84,12 @@ def test_a_robot_that_ends_is_told() -> None:
 @pytest.mark.parametrize(
     "url", ["", "http://", "ftp://127.0.0.1", "http://127.0.0.1:99999", "http://[::1", "a b://"]
 )
-def test_what_is_no_address_is_told(url: str) -> None:
+def test_an_invalid_address_is_refused(url: str) -> None:
     with pytest.raises(UserError, match="not the address of a page"):
         WebUiClient(url)
 
 
-def test_where_nothing_listens_no_robot_runs() -> None:
+def test_a_closed_port_means_no_running_robot() -> None:
     with fake_robot() as robot:
         url = robot.url
     with pytest.raises(UserError, match=r"no robot runs at .*chefbot launch"):
@@ -119,12 +119,12 @@ def elsewhere() -> Iterator[str]:
     server.server_close()
 
 
-def test_another_server_is_no_robot(elsewhere: str) -> None:
+def test_another_server_is_not_taken_for_a_robot(elsewhere: str) -> None:
     with pytest.raises(UserError, match="not a robot's web UI"):
         WebUiClient(elsewhere)
 
 
-def test_a_page_on_the_network_wants_its_token() -> None:
+def test_a_network_page_requires_its_token() -> None:
     server = WebUiServer(0, "0.0.0.0", print)
     url = server.start()
     try:

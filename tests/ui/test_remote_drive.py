@@ -60,7 +60,7 @@ def heard(robot: FakeRobot) -> Drive:
     return command
 
 
-def test_twists_arrive_as_shares_of_the_limits() -> None:
+def test_twists_arrive_as_fractions_of_the_limits() -> None:
     with fake_robot() as robot:
         driver = Driver(robot.url)
         limits = Limits.of(driver.system.robot)
@@ -73,7 +73,7 @@ def test_twists_arrive_as_shares_of_the_limits() -> None:
         driver.system.stop()
 
 
-def test_too_many_twists_are_thinned_out_but_a_stop_never() -> None:
+def test_twists_are_rate_limited_but_a_stop_never() -> None:
     with fake_robot() as robot:
         driver = Driver(robot.url)
         for _ in range(50):
@@ -86,7 +86,7 @@ def test_too_many_twists_are_thinned_out_but_a_stop_never() -> None:
         driver.system.stop()
 
 
-def test_who_is_refused_is_told_why() -> None:
+def test_a_refused_driver_gets_the_reason() -> None:
     with fake_robot() as robot, WebUiClient(robot.url) as other:
         driver = Driver(robot.url)
         for _ in range(500):  # until our word and theirs meet within the page's patience
@@ -106,7 +106,7 @@ def test_who_is_refused_is_told_why() -> None:
         driver.system.stop()
 
 
-def test_leaving_lets_the_robot_stand() -> None:
+def test_disconnecting_stops_the_robot() -> None:
     with fake_robot() as robot:
         driver = Driver(robot.url)
         driver.say(0.1, 0.1)
@@ -115,7 +115,7 @@ def test_leaving_lets_the_robot_stand() -> None:
         assert heard(robot).is_zero
 
 
-def test_a_robot_that_ends_ends_the_driving() -> None:
+def test_a_robot_shutdown_ends_remote_driving() -> None:
     with fake_robot() as robot:
         driver = Driver(robot.url)
         robot.server.stop()
@@ -126,6 +126,6 @@ def test_a_robot_that_ends_ends_the_driving() -> None:
         driver.system.stop()
 
 
-def test_no_robot_no_drive() -> None:
+def test_remote_driving_needs_a_robot() -> None:
     with pytest.raises(UserError, match="no robot runs at"):
         Driver("http://127.0.0.1:1")

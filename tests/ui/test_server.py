@@ -27,7 +27,7 @@ PATIENCE = 20.0
 GO = '{"do":"go_place","name":"kitchen"}'
 
 
-def test_who_comes_late_gets_all_layers(page: Any, hear: Any) -> None:
+def test_a_late_browser_gets_all_layers(page: Any, hear: Any) -> None:
     page.server.set_layer("map", Grid(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0))
     page.server.set_layer("places", {"kitchen": (1, 2, 3)})
     page.server.set_layer("status", StatusView(phase="Waiting."))
@@ -40,7 +40,7 @@ def test_who_comes_late_gets_all_layers(page: Any, hear: Any) -> None:
             assert seen["places"] == [{"name": "kitchen", "x": 1.0, "y": 2.0, "yaw": 3.0}]
 
 
-def test_a_bad_command_is_refused_and_the_next_one_obeyed(page: Any, hear: Any) -> None:
+def test_a_bad_command_is_refused_and_the_next_one_accepted(page: Any, hear: Any) -> None:
     with page.browser() as browser:
         for text in ("nonsense", '{"do":"fly"}', b"\x00\x01", '{"do":"goal","x":1e300,"y":0,"yaw":0}'):
             browser.send(text)
@@ -66,7 +66,7 @@ def test_a_refusal_by_the_robot_reaches_only_its_operator(page: Any, hear: Any) 
             other.recv(timeout=0.2)
 
 
-def test_a_message_that_is_too_long_ends_only_its_connection(page: Any) -> None:
+def test_a_too_long_message_closes_only_its_connection(page: Any) -> None:
     with page.browser() as big, page.browser() as other:
         big.send("[" + "1," * 40_000 + "1]")
         wait_for(lambda: page.server.clients == 1)
@@ -74,7 +74,7 @@ def test_a_message_that_is_too_long_ends_only_its_connection(page: Any) -> None:
         assert page.next_command() == Stop()
 
 
-def test_who_sends_too_much_is_shown_the_door(page: Any) -> None:
+def test_a_client_above_the_rate_limit_is_disconnected(page: Any) -> None:
     with page.browser() as flood, page.browser() as other:
         with suppress(ConnectionClosed):
             for _ in range(int(client.BURST) + 1000):
@@ -86,7 +86,7 @@ def test_who_sends_too_much_is_shown_the_door(page: Any) -> None:
 
 
 @pytest.mark.parametrize("polite", [True, False])
-def test_a_driver_who_leaves_lets_the_robot_stand(
+def test_a_disconnected_driver_stops_the_robot(
     page: Any, polite: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dead_man, "COMMAND_TIMEOUT", 60.0)
@@ -102,7 +102,7 @@ def test_a_driver_who_leaves_lets_the_robot_stand(
     assert page.heard.empty()
 
 
-def test_a_silent_driver_lets_the_robot_stand_and_may_drive_again(page: Any) -> None:
+def test_a_silent_driver_stops_the_robot_and_may_drive_again(page: Any) -> None:
     with page.browser() as browser:
         for _ in range(2):
             browser.send('{"do":"drive","v":1,"w":0}')
@@ -110,7 +110,7 @@ def test_a_silent_driver_lets_the_robot_stand_and_may_drive_again(page: Any) -> 
             assert page.next_command() == Drive(0.0, 0.0)
 
 
-def test_one_drives_at_a_time_but_anyone_may_stop(
+def test_only_one_operator_drives_but_anyone_may_stop(
     page: Any, hear: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dead_man, "COMMAND_TIMEOUT", 60.0)
@@ -124,7 +124,7 @@ def test_one_drives_at_a_time_but_anyone_may_stop(
         assert page.next_command() == Stop()
 
 
-def test_a_flood_of_layers_is_thinned_out_and_the_last_value_arrives(page: Any, hear: Any) -> None:
+def test_layers_are_rate_limited_and_the_last_value_arrives(page: Any, hear: Any) -> None:
     with page.browser() as browser:
         wait_for(lambda: page.server.clients == 1)
         start = time.monotonic()
@@ -137,9 +137,7 @@ def test_a_flood_of_layers_is_thinned_out_and_the_last_value_arrives(page: Any, 
         assert seen == sorted(seen)
 
 
-def test_a_browser_that_never_reads_is_dropped_and_stalls_nobody(
-    page: Any, hear: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_browser_that_never_reads_is_dropped(page: Any, hear: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(client, "SEND_TIMEOUT", 0.3)
     noise = np.random.default_rng(1).integers(0, 100, (4000, 4000), np.int8)
     url = urlsplit(page.url)
@@ -158,7 +156,7 @@ def test_a_browser_that_never_reads_is_dropped_and_stalls_nobody(
         assert hear(other)[1]["phase"] == "Still here."
 
 
-def test_however_many_screens_are_open_stop_comes_through(page: Any, hear: Any) -> None:
+def test_stop_works_with_any_number_of_open_screens(page: Any, hear: Any) -> None:
     page.server.set_layer("stop", StopView())
     page.server.set_layer("map", Grid(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0))
     with ExitStack() as screens:
@@ -179,7 +177,7 @@ def test_however_many_screens_are_open_stop_comes_through(page: Any, hear: Any) 
                 late[0].recv(timeout=PATIENCE)
 
 
-def test_a_ping_is_answered_behind_what_was_sent_before_it(page: Any, hear: Any) -> None:
+def test_a_ping_is_answered_after_earlier_frames(page: Any, hear: Any) -> None:
     with page.browser() as browser:
         browser.send(GO)
         browser.send('{"do":"ping","n":5}')
@@ -187,7 +185,7 @@ def test_a_ping_is_answered_behind_what_was_sent_before_it(page: Any, hear: Any)
         assert page.heard.get_nowait() == GoPlace("kitchen")
 
 
-def test_stop_frees_the_port_and_ends_the_thread_with_clients_connected() -> None:
+def test_server_stop_frees_the_port_with_clients_connected() -> None:
     server = WebUiServer(0, LOOPBACK, print)
     port = urlsplit(server.start()).port
     assert port is not None
@@ -202,7 +200,7 @@ def test_stop_frees_the_port_and_ends_the_thread_with_clients_connected() -> Non
     idle.close()
 
 
-def test_the_next_free_port_is_taken_and_said() -> None:
+def test_the_next_free_port_is_used() -> None:
     first = WebUiServer(0, LOOPBACK, print)
     port = urlsplit(first.start()).port or 0
     second = WebUiServer(port, LOOPBACK, print)
@@ -212,6 +210,6 @@ def test_the_next_free_port_is_taken_and_said() -> None:
     first.stop()
 
 
-def test_an_address_that_is_not_ours_is_a_sentence() -> None:
+def test_a_foreign_address_is_one_sentence() -> None:
     with pytest.raises(UserError, match="cannot be served"):
         WebUiServer(8080, "192.0.2.7", print).start()

@@ -47,7 +47,7 @@ def served(model: object) -> Iterator[str]:
     server.stop()
 
 
-def test_the_solids_are_made_once_and_not_before_somebody_looks() -> None:
+def test_the_glb_is_built_once_on_first_request() -> None:
     made: list[str] = []
 
     def make() -> bytes:
@@ -66,7 +66,7 @@ def test_the_solids_are_made_once_and_not_before_somebody_looks() -> None:
     assert made[0] != "operator page", "it would hold up STOP"
 
 
-def test_an_impossible_robot_is_a_sentence_and_no_robot_is_none() -> None:
+def test_an_invalid_robot_is_one_sentence() -> None:
     def refuse() -> bytes:
         raise UserError("robot.yaml: the notch lies outside the plate")
 
@@ -82,7 +82,7 @@ def test_an_impossible_robot_is_a_sentence_and_no_robot_is_none() -> None:
     find_spec("chefbot.design.solids.glb") is None, reason="needs the robot's solids as meshes"
 )
 @pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar"])
-def test_every_link_with_mass_has_a_solid_of_its_name_and_no_other_file_is_needed(name: str) -> None:
+def test_every_link_with_mass_has_a_solid_in_the_glb(name: str) -> None:
     robot = load_robot(name)
     glb = make_glb(robot)
     (size,) = struct.unpack_from("<I", glb, 12)
@@ -95,7 +95,7 @@ def test_every_link_with_mass_has_a_solid_of_its_name_and_no_other_file_is_neede
     assert "images" not in document, "the page's policy lets no picture be fetched from a blob"
 
 
-def test_on_a_network_the_solids_need_the_token() -> None:
+def test_the_glb_needs_the_token_on_a_network() -> None:
     server = WebUiServer(0, "0.0.0.0", print, lambda: b"glTF")
     port = server.start().split(":")[2].split("/")[0]
     assert httpx.get(f"http://{LOOPBACK}:{port}/robot.glb").status_code == 403
@@ -103,7 +103,7 @@ def test_on_a_network_the_solids_need_the_token() -> None:
 
 
 @given(st.floats(-0.5, 0.5), st.floats(-2.0, 2.0), st.floats(0.0, 500.0))
-def test_wheels_turn_as_far_as_they_roll(v: float, w: float, seconds: float) -> None:
+def test_wheel_angles_match_the_rolled_distance(v: float, w: float, seconds: float) -> None:
     turned = np.array(wheel_speeds(v, w, ROBOT)) * seconds
     ticks = np.rint(turned * ROBOT.motor.ticks_per_turn / (2 * np.pi)).astype(int)
     shown = wheel_angles(WheelTicks(Header(), *ticks.tolist()), ROBOT)
@@ -113,7 +113,7 @@ def test_wheels_turn_as_far_as_they_roll(v: float, w: float, seconds: float) -> 
     )
 
 
-def test_the_address_opens_what_was_asked_for() -> None:
+def test_the_address_opens_the_requested_view() -> None:
     assert url_for_view("http://robot:8080/?token=x", "3d") == "http://robot:8080/?token=x#3d"
     assert url_for_view("http://robot:8080/#3d", "3d") == "http://robot:8080/#3d"
     assert url_for_view("http://robot:8080/#3d", "2d") == "http://robot:8080/"
@@ -133,7 +133,7 @@ def look_at(system: NodeContainer, layers: set[str]) -> dict[str, object]:
     raise AssertionError(f"never shown: {layers - set(remote.latest)}")
 
 
-def test_model_robot_shows_every_frame_and_no_wheel_that_turns_itself() -> None:
+def test_model_robot_shows_every_frame_and_free_wheels() -> None:
     launch = load_launch("model_robot", {"port": "18720"})
     with session(load_robot("chefbot"), 1, launch.clock, 0.0, None) as system:
         start(system, launch)
@@ -148,7 +148,7 @@ def test_model_robot_shows_every_frame_and_no_wheel_that_turns_itself() -> None:
     assert "joints" not in shown, "nobody but the sliders turns the wheels"
 
 
-def test_a_robot_that_runs_shows_its_wheels_and_what_its_camera_measures() -> None:
+def test_a_running_robot_shows_its_wheels_and_depth() -> None:
     launch = load_launch("chefbot_empty_world", {"port": "18740", "world": "room"})
     with session(load_robot("chefbot"), 1, launch.clock, 0.0, None) as system:
         start(system, launch)
@@ -166,7 +166,7 @@ def test_view_robot_opens_the_running_robot_in_3d(monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("name", ["model_robot", pytest.param("chefbot_empty_world", marks=pytest.mark.slow)])
-def test_no_cad_library_is_loaded_before_somebody_looks(name: str) -> None:
+def test_no_cad_library_is_imported_before_the_3d_view(name: str) -> None:
     script = (
         "import sys; from chefbot.launcher.launch import run_launch; "
         f"run_launch({name!r}, ['duration:=0.3', 'speed:=0', 'port:=18760']); "

@@ -75,21 +75,21 @@ def phone(tmp_path: Path) -> Iterator[Phone]:
         robot.stop()
 
 
-def test_a_press_is_confirmed_whatever_the_network_does(phone: Phone) -> None:
+def test_a_press_is_confirmed_under_any_network_fault(phone: Phone) -> None:
     for fault in FAULTS:
         phone.press(fault)
         phone.release()
 
 
 @pytest.mark.long
-def test_a_hundred_presses(phone: Phone) -> None:
+def test_a_hundred_presses_are_all_confirmed(phone: Phone) -> None:
     chance = random.Random(1)
     for _ in range(100):
         phone.press(chance.choice(FAULTS))
         phone.release()
 
 
-def test_a_press_may_be_withdrawn_and_does_not_count_when_it_comes_after_all(phone: Phone) -> None:
+def test_a_withdrawn_press_does_not_count_when_it_arrives(phone: Phone) -> None:
     phone.network.mode = "hole"
     phone.tab.ask("document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown'))")
     phone.tab.wait_for(ALARM)
@@ -100,7 +100,7 @@ def test_a_press_may_be_withdrawn_and_does_not_count_when_it_comes_after_all(pho
     assert not phone.stopped
 
 
-def test_a_page_that_is_loaded_again_goes_on_asking(phone: Phone) -> None:
+def test_a_reloaded_page_continues_its_request(phone: Phone) -> None:
     phone.network.mode = "hole"
     phone.tab.ask("document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown'))")
     phone.network.mode = "pass"

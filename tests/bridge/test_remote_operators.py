@@ -1,0 +1,155 @@
+"""Page, keyboard and mapping on another machine than the robot, as a person starts them."""
+
+from __future__ import annotations
+
+import os
+import pty
+import signal
+import time
+from collections.abc import Callable
+
+import pytest
+from tests.support.network import PATIENCE, Machine, Network, end, needs_namespaces
+
+pytestmark = [pytest.mark.slow, needs_namespaces, pytest.mark.usefixtures("fleet")]
+ROBOT = ("robot:=chefbot_lidar", "world:=room", "people:=0", "pictures:=0")
+HELD = 0.5
+"""How far the stick is pushed."""
+
+
+def until(condition: Callable[[], bool]) -> None:
+    give_up = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < give_up
+        time.sleep(0.05)
+
+
+def place_of(page: Machine) -> tuple[float, float, float]:
+    """x, y, speed as the page shows them."""
+    robot = page.ask("now robot")
+    assert isinstance(robot, dict)
+    return robot["x"], robot["y"], robot["v"]
+
+
+def goes_to(page: Machine, x: float, y: float) -> None:
+    """A goal is given, and reached."""
+    page.ask(f'do {{"do":"goal","x":{x},"y":{y},"yaw":0}}')
+
+    def there() -> bool:
+        here = place_of(page)
+        return abs(here[0] - x) < 0.12 and abs(here[1] - y) < 0.12
+
+    until(there)
+
+
+def refusal(network: Network, *words: str) -> str:
+    """What `chefbot launch` on alice's machine has to say, with exit code 2."""
+    process = network.chefbot("alice", "launch", *words)
+    said = end(process)
+    assert process.returncode == 2, said
+    return said
+
+
+def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
+    robot = network.chefbot("robot1", "launch", "gmapping_demo", *ROBOT, "headless:=true")
+    join = ("--join", f"tls/{network.address('robot1')}")
+    there = network.chefbot("alice", "launch", "remote_page", "robot:=chefbot_lidar", *join)
+    page = network.page_user("alice")
+    for layer in ("map", "scan", "robot", "status", "fixed_frames", "description"):
+        assert page.ask(f"see {layer}"), layer
+    assert "kitchen" in str(page.ask("see places"))  # said once, before the page was there
+
+    page.ask(f"drive {HELD} 0 1.5")
+    driven = place_of(page)[0]
+    assert 0.1 < driven < 0.4
+    page.tell(f"drive -{HELD} 0 4")
+    time.sleep(1.0)
+    network.link("alice", "down")
+    page.answer()
+    network.link("alice", "up")
+    until(lambda: page.ask("now status") != page.ask("now status"))
+    x, _, speed = place_of(page)
+    assert abs(speed) < 0.01
+    assert driven - 0.3 < x < driven  # 4 s of it would be 0.6 m
+    goes_to(page, driven + 0.3, 0.2)
+
+    page.ask('do {"do":"open_door","name":"no_such"}')  # the robot answers on /rosout, where all nodes speak
+    logs = network.chefbot("alice", "topic", "echo", "/rosout", "--field", "msg", "--duration", "6")
+    assert "no_such" in end(logs)
+
+    assert "is a chefbot_lidar, not a chefbot" in refusal(network, "remote_teleop", "robot:=chefbot")
+    assert "remote_page runs already" in refusal(network, "remote_page", "robot:=chefbot_lidar")
+
+    robot.send_signal(signal.SIGINT)
+    end(robot)
+    network.chefbot("robot1", "launch", "gmapping_demo", *ROBOT, "headless:=true")
+    until(lambda: page.ask("pages") == 2)  # it comes again with the robot
+    assert page.ask("see map")
+    assert "kitchen" in str(page.ask("see places"))
+    assert abs(place_of(page)[0]) < 0.05
+    there.send_signal(signal.SIGINT)
+    assert "The robot was started anew" in end(there)
+
+
+def test_slam_and_web_ui_of_one_launch_run_on_another_machine(network: Network) -> None:
+    same = ("launch", "several_machines", *ROBOT, "slam:=alice", "screen:=alice")
+    robot = network.chefbot("robot1", *same)
+    network.chefbot("alice", *same, "--join", f"tls/{network.address('robot1')}")
+    page = network.page_user("alice")
+    assert page.ask("see map")
+    goes_to(page, 0.5, 0.2)
+    robot.send_signal(signal.SIGINT)
+    said = end(robot)
+    assert "On host alice: " in said and "gmapping" in said
+    assert "did you mean 'alice'" in refusal(network, *same[1:], "--host", "alise")
+
+
+def test_keyboard_teleop_runs_on_another_machine(network: Network) -> None:
+    network.chefbot("robot1", "launch", "chefbot_empty_world", "robot:=chefbot_lidar", "pictures:=0")
+    page = network.page_user("robot1")
+    page.ask("see robot")
+    mine, theirs = pty.openpty()
+    keys = network.chefbot(
+        "alice",
+        "launch",
+        "remote_teleop",
+        "robot:=chefbot_lidar",
+        "--join",
+        f"tls/{network.address('robot1')}",
+        stdin=theirs,
+    )
+    give_up = time.monotonic() + PATIENCE
+    while place_of(page)[0] < 0.05:
+        assert time.monotonic() < give_up
+        os.write(mine, b"iiiii")
+    keys.send_signal(signal.SIGKILL)
+    keys.communicate()
+    until(lambda: abs(place_of(page)[2]) < 0.01)
+    os.close(mine)
+    os.close(theirs)
+
+
+def test_emergency_stop_is_shared_by_all_pages_and_machines(network: Network) -> None:
+    network.chefbot("robot1", "launch", "chefbot_empty_world", "robot:=chefbot_lidar", "pictures:=0")
+    join = ("robot:=chefbot_lidar", "--join", f"tls/{network.address('robot1')}")
+    network.chefbot("alice", "launch", "remote_page", *join)
+    here, there = network.page_user("robot1"), network.page_user("alice")
+
+    def shows(page: Machine, stopped: bool, asked: bool = False) -> bool:
+        status = page.ask("now status")
+        assert isinstance(status, dict)
+        return (status["stopped"], status["stop_pending"]) == (stopped, asked)
+
+    until(lambda: place_of(there) is not None)
+    there.ask('do {"do":"stop"}')
+    until(lambda: shows(here, True) and shows(there, True))
+    here.ask('do {"do":"resume"}')
+    until(lambda: shows(here, False) and shows(there, False))
+    network.link("alice", "down")
+    there.ask('do {"do":"stop"}')
+    until(lambda: shows(there, False, asked=True))
+    assert shows(here, False)
+    network.link("alice", "up")
+    until(lambda: shows(here, True) and shows(there, True))
+    there.ask('do {"do":"resume"}')
+    until(lambda: shows(here, False) and shows(there, False))

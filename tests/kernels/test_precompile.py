@@ -1,0 +1,113 @@
+"""Kernels are compiled ahead: all of them, once, in sight, and harmlessly where that cannot be."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+from numba.core.dispatcher import Dispatcher
+from rich.console import Console
+
+from chefbot.demo.demo import DemoOptions, run_demo
+from chefbot.kernels import cache_stamp
+from chefbot.kernels.groups import FIRST_PICTURE_GROUPS, GROUPS, kernel_files
+from chefbot.kernels.precompile import KernelCompilation, record_stamp, start_compilation
+
+
+def signatures() -> dict[str, int]:
+    """Kernel to the number of argument types it has been compiled for."""
+    kernels = {
+        id(value): value
+        for name, module in list(sys.modules.items())
+        if name.startswith("chefbot.")
+        for value in vars(module).values()
+        if isinstance(value, Dispatcher)
+    }
+    return {
+        f"{one.py_func.__module__}.{one.py_func.__name__}": len(one.signatures) for one in kernels.values()
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ["chefbot", "chefbot_lidar"])
+def test_the_demo_compiles_no_kernel_after_all_groups(robot: str, tmp_path: Path) -> None:
+    for work in GROUPS.values():
+        work()
+    compiled = signatures()
+    options = DemoOptions("room", robot, 1, True, "max", tmp_path, "real", 0, 8080)
+    assert run_demo(options) == 0
+    assert {name: n for name, n in signatures().items() if n > compiled.get(name, 0)} == {}
+
+
+@pytest.mark.slow
+def test_a_worker_compiles_a_group_and_records_its_kernel_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    warming = KernelCompilation(Console(quiet=True), ["odometry"])
+    warming.start()
+    told: list[tuple[int, int]] = []
+    warming.wait(show=lambda progress: told.append((progress.done, progress.total)))
+    assert told[-1] == (1, 1) and not warming.busy
+    assert cache_stamp.is_complete(cache_stamp.stamp_path())
+    assert "kalman_update.correct" in cache_stamp.stamp_path().read_text()
+
+
+def test_a_stamp_skips_compilation_while_its_files_exist(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    held = tmp_path / "kernel.nbi"
+    held.touch()
+    record_stamp(Console(quiet=True), {str(held)})
+    assert not start_compilation(Console(quiet=True)).busy
+    held.unlink()
+    assert not cache_stamp.is_complete(cache_stamp.stamp_path())
+
+
+def test_a_truncated_stamp_is_invalid(tmp_path: Path) -> None:
+    stamp = tmp_path / "stamp"
+    for content in ("", '["/a', "[]", "{}"):
+        stamp.write_text(content)
+        assert not cache_stamp.is_complete(stamp)
+
+
+def test_the_stamp_depends_on_the_numba_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = cache_stamp.stamp_path()
+    assert cache_stamp.stamp_path() == plain
+    monkeypatch.setenv("NUMBA_OPT", "1" if os.environ.get("NUMBA_OPT") != "1" else "2")
+    assert cache_stamp.stamp_path() != plain
+
+
+def test_a_failing_worker_is_reported_and_does_not_block_startup() -> None:
+    console = Console(record=True, quiet=False, file=open(os.devnull, "w"))  # noqa: SIM115, PTH123
+    warming = KernelCompilation(console, ["no such group"])
+    warming.start()
+    warming.wait()
+    assert not warming.busy
+    assert "no such group" in console.export_text()
+
+
+def test_an_unwritable_cache_folder_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    assert not cache_stamp.is_complete(cache_stamp.stamp_path())
+    console = Console(record=True, file=open(os.devnull, "w"))  # noqa: SIM115, PTH123
+    record_stamp(console, {"a"})
+    assert "Cannot record" in console.export_text()
+
+
+def test_groups_of_the_first_picture_exist() -> None:
+    assert set(FIRST_PICTURE_GROUPS) <= set(GROUPS)
+    assert tuple(GROUPS)[: len(FIRST_PICTURE_GROUPS)] == FIRST_PICTURE_GROUPS
+
+
+def test_kernel_files_belong_to_compiled_kernels() -> None:
+    GROUPS["odometry"]()
+    if numba.config.DISABLE_JIT:
+        pytest.skip("kernels are not compiled at all")
+    files = kernel_files()
+    assert files and all(Path(file).exists() for file in files)

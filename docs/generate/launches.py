@@ -161,7 +161,7 @@ def write_launches(path: Path) -> None:
     common = [(code(key), _value(value)) for key, value in STANDARD_ARGS.items()]
     parts = [anchor("launches"), heading("Launches"), _STANDARD, table(("argument", "default"), common)]
     for name, launch in launches().items():
-        parts += [anchor(f"launch-{name}"), heading(name, "-"), docstring(launch.about or _PART)]
+        parts += [anchor(f"launch-{name}"), heading(name, "-"), docstring(launch.description or _PART)]
         parts.append(f"Clock: {code(launch.clock)}.\n")
         own = [(code(key), _value(value)) for key, value in launch.args.items() if key not in STANDARD_ARGS]
         parts += [table(("argument", "default"), own)] if own else []

@@ -26,15 +26,17 @@ def parse(path: Path) -> ast.Module:
 
 
 def parts_of(identifier: str) -> list[str]:
-    """'_TellHealth' -> ['tell', 'health']."""
-    return [part.lower() for part in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", identifier)]
+    """'_TellHealth' -> ['tell', 'health']; a bound, as in `at_least_one`, is plain English."""
+    words = re.sub("at_(least|most)", "", identifier)
+    return [part.lower() for part in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", words)]
 
 
 def defined_names(tree: ast.Module) -> Iterator[str]:
     """Identifiers where they are defined or assigned."""
     for node in ast.walk(tree):
         if isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
-            yield node.name
+            if node.name != "tell":  # a method of Python's file objects
+                yield node.name
         elif isinstance(node, ast.arg):
             yield node.arg
         elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):

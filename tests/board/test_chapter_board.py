@@ -35,11 +35,11 @@ class Desk:
     def run(self, loops: int, speed: float | None) -> None:
         for _ in range(loops):
             self.now += STEP_NS
-            self.messages += self.link.hear(self.board.turn(), self.now)
+            self.messages += self.link.receive_data(self.board.turn(), self.now)
             if speed is not None:
                 wheel = speed / ROBOT.wheel_radius
                 self.board.hear(self.link.command(wheel, wheel, self.now))
-            self.board.hear(self.link.speak(self.now))
+            self.board.hear(self.link.data_to_send(self.now))
 
     @property
     def ticks(self) -> list[WheelTicks]:
@@ -88,7 +88,7 @@ def test_zero_speed_is_sent_repeatedly(fault: str) -> None:
         {"stop": 0.1, "no ticks": 0.1, "not a number": math.nan}.get(fault),
     )
     assert desk.board.duty == [0, 0]
-    assert desk.link.speak(desk.now) == b"s 0 0\r"
+    assert desk.link.data_to_send(desk.now) == b"s 0 0\r"
 
 
 def test_after_a_stop_it_waits_for_a_zero_command() -> None:
@@ -108,7 +108,7 @@ def test_a_damaged_count_is_skipped_and_a_restart_followed() -> None:
     desk.run(20, 0.0)
     good = desk.ticks[-1].left
     count = len(desk.ticks)
-    desk.link.hear(b"e\t99999\t0\n", desk.now)
+    desk.link.receive_data(b"e\t99999\t0\n", desk.now)
     desk.run(5, 0.0)
     assert [ticks.left for ticks in desk.ticks[count:]] == [good] * 5
     desk.board.place, desk.board.us = [-50_000.0, 7.0], 1_000
@@ -133,8 +133,8 @@ def test_other_sensors_report_their_uncertainty() -> None:
 @given(st.binary(max_size=300))
 def test_random_bytes_do_no_harm(data: bytes) -> None:
     link = ChapterLink(ROBOT)
-    link.hear(data, 0)
-    assert link.speak(0) == b"s 0 0\r"
+    link.receive_data(data, 0)
+    assert link.data_to_send(0) == b"s 0 0\r"
 
 
 def test_boot_messages_are_not_parsed_as_lines() -> None:

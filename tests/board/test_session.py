@@ -87,7 +87,7 @@ def test_the_first_motion_needs_a_stop_and_old_commands_expire() -> None:
     session = opened()
     assert speeds(session.command(0.2, 0.2, 0)) == [(0, 0)] and session.waiting_for_stop(MS)
     session.command(0.0, 0.0, MS)
-    ticks = round(0.2 / ROBOT.metres_per_tick)
+    ticks = round(0.2 * ROBOT.motor.ticks_per_radian)
     assert speeds(session.command(0.2, -0.2, 2 * MS)) == [(ticks, -ticks)]
     assert speeds(session.data_to_send(2 * MS + COMMAND_TIMEOUT_NS - 1)) == [(ticks, -ticks)]
     assert speeds(session.data_to_send(2 * MS + COMMAND_TIMEOUT_NS)) == []

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 import typer.main
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 from chefbot.cli import completion
 from chefbot.cli.app import PANELS, WELCOME, app, main
@@ -107,7 +107,7 @@ def test_the_help_imports_nothing_heavy() -> None:
 
 
 def test_completion_offers_what_there_is() -> None:
-    public = {name for name in built_in_launches() if load_launch(name).about}
+    public = {name for name in built_in_launches() if load_launch(name).description}
     assert {name for name, _ in completion.launches("")} == public
     assert [name for name, _ in completion.launches("amcl")] == ["amcl_demo"]
     assert completion.robots("chefbot_") == ["chefbot_lidar"]

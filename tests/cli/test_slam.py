@@ -8,8 +8,8 @@ import os
 from pathlib import Path
 
 import pytest
-from chefbot.cli.slam import run_slam
 
+from chefbot.cli.map.slam import run_slam
 from chefbot.errors import ChefbotError, UserError
 from chefbot.storage.atomic_files import StorageError
 

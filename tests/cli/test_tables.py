@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from chefbot.cli.app import app
 from chefbot.cli.board.check import check_board
-from chefbot.errors import UserError
+from chefbot.config import ConfigError
 from chefbot.maths.grid import Grid
 from chefbot.robot.load import built_in_robots
 from chefbot.sim.world.world import built_in_worlds
@@ -38,7 +38,7 @@ def test_a_map_is_compared_with_the_truth(tmp_path: Path) -> None:
     aligned = next(line for line in out.splitlines() if "aligned" in line)
     assert aligned.split()[1:3] == ["100.0%", "100.0%"]
     assert "x -0.2" in out
-    with pytest.raises(UserError, match=r"none\.yaml"):
+    with pytest.raises(ConfigError, match=r"none\.yaml"):
         shown("map", "compare", str(tmp_path / "none.yaml"), str(truth))
 
 

@@ -10,10 +10,10 @@ import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from chefbot.design.checks.drive_checks import drives
+from chefbot.design.checks.drive_checks import check_drive
 from chefbot.design.checks.finding import with_value
 from chefbot.design.checks.screw_holes import _distance, _inside, _margin, holes
-from chefbot.design.checks.support import seats
+from chefbot.design.checks.support import check_support
 from chefbot.design.drawing.hidden_lines import visible
 from chefbot.design.drawing.views import ViewShape
 from chefbot.maths.outline import circle, rectangle
@@ -55,7 +55,7 @@ def test_a_hole_inside_another_hole_has_a_negative_margin(at: tuple[float, float
 @pytest.mark.parametrize("name", sorted(built_in_robots()))
 def test_built_in_robots_have_sound_holes_supports_and_drives(name: str) -> None:
     robot = load_robot(name)
-    found = [*holes(robot), *seats(robot), *drives(robot, load_catalogue())]
+    found = [*holes(robot), *check_support(robot), *check_drive(robot, load_catalogue())]
     assert [one for one in found if one.severity == "error"] == []
 
 
@@ -71,16 +71,16 @@ def test_holes_outside_the_plate_and_too_close_are_errors() -> None:
 
 def test_a_box_beyond_the_plate_has_a_remedy_that_passes() -> None:
     key = "equipment[0].place.x"
-    (found,) = (one for one in seats(with_value(CHEFBOT, key, 0.14)) if one.rule == "edge")
+    (found,) = (one for one in check_support(with_value(CHEFBOT, key, 0.14)) if one.rule == "edge")
     assert found.key == key and found.have < found.bound
     metres = float(found.value.removesuffix(" mm")) / 1000.0
-    assert not any(one.rule == "edge" for one in seats(with_value(CHEFBOT, key, metres)))
+    assert not any(one.rule == "edge" for one in check_support(with_value(CHEFBOT, key, metres)))
 
 
 def test_more_load_never_passes_more_drive_checks() -> None:
     catalogue = load_catalogue()
     heavier = [with_value(CHEFBOT, "body.payload", payload) for payload in (2.0, 8.0, 20.0)]
-    counts = [sum(one.severity == "error" for one in drives(robot, catalogue)) for robot in heavier]
+    counts = [sum(one.severity == "error" for one in check_drive(robot, catalogue)) for robot in heavier]
     assert counts == sorted(counts) and counts[0] == 0 < counts[-1]
 
 

@@ -181,11 +181,11 @@ class Talk:
         self._sequence = 65535
         self._kept: list[ReceivedLine] = []
         self.newest: WheelTicks | None = None
-        self.hear = self.link.session.receive_data
+        self.receive_data = self.link.session.receive_data
         self.link.session.receive_data = self._note  # type: ignore[method-assign]
 
     def _note(self, data: bytes, now_ns: int) -> list[ReceivedLine]:
-        self._kept = self.hear(data, now_ns)
+        self._kept = self.receive_data(data, now_ns)
         return self._kept
 
     def beat(self) -> None:
@@ -211,7 +211,7 @@ class Talk:
             if math.isfinite(self._wish) and self._wish != 0.0:
                 self._driven_ns = self.now
         if self.now % (2 * BEAT_NS) == 0:
-            self.say(self.link.speak(self.now))
+            self.say(self.link.data_to_send(self.now))
         if self.chance.random() < 0.0005:
             self.say(self.link.stop(self.now))
             self.link.clear(self.now + BEAT_NS)
@@ -250,7 +250,7 @@ class Talk:
         """What our end makes of it."""
         self.bytes += len(data)
         good = self.judge.good(data)
-        messages = self.link.hear(data, self.now)
+        messages = self.link.receive_data(data, self.now)
         self.heard += len(self._kept)
         names = iter([line.split(b" ")[:2] for line in good])
         for heard in self._kept:
@@ -265,8 +265,8 @@ class Talk:
             self._sequence = sequence
         for message in messages:
             self._look_at(message)
-        self.chapter.hear(data, self.now)
-        self.probe.hear(data, self.now)
+        self.chapter.receive_data(data, self.now)
+        self.probe.receive_data(data, self.now)
         return self._kept
 
     def _look_at(self, message: Message) -> None:

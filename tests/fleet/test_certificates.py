@@ -75,7 +75,10 @@ def test_a_signature_is_valid_for_its_data_and_authority_only(data: bytes, place
     assert not is_signature_valid(bytes(damaged), data, AUTHORITY)
 
 
-@pytest.mark.parametrize("junk", [b"", b"junk", certificate_pem(AUTHORITY)[:100], key_pem(KEY)[:60]])
+JUNK = [b"", b"junk", certificate_pem(AUTHORITY)[:100], key_pem(KEY)[:60]]
+
+
+@pytest.mark.parametrize("junk", JUNK, ids=["empty", "text", "cut certificate", "cut key"])
 def test_damaged_files_are_refused_with_their_name(junk: bytes) -> None:
     for read in (read_key, read_certificate, read_request):
         with pytest.raises(UserError, match="file x"):

@@ -50,7 +50,7 @@ def time_to_find(board: MegaAsSold, others: Chatter, token: int = 7) -> int:
         board.write(others(now) + probe.data_to_send(now))
         said = board.run(STEP_NS // 1000).said
         now += STEP_NS
-        if probe.hear(said, now) == "board":
+        if probe.receive_data(said, now) == "board":
             return now
     raise AssertionError(f"not found within {DETECTION_TIMEOUT_NS / 1e9:g} s")
 
@@ -77,8 +77,8 @@ def test_a_reset_while_driving_costs_only_a_pause(board: MegaAsSold) -> None:
             now += STEP_NS
             assert now < limit_ns
             board.live_imu()
-            board.write(link.speak(now) + link.command(0.0, 0.0, now))
-            link.hear(board.run(STEP_NS // 1000).said, now)
+            board.write(link.data_to_send(now) + link.command(0.0, 0.0, now))
+            link.receive_data(board.run(STEP_NS // 1000).said, now)
 
     drive_until(lambda: now >= pressed_ns, pressed_ns + STEP_NS)
     assert link.session.is_open and link.session.handshakes == 1

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from chefbot.errors import OdometryError
 from chefbot.maths.se2 import SE2
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.estimate import estimate_of
@@ -54,7 +55,7 @@ def test_selection_jacobian_selects_the_states(states: tuple[int, ...]) -> None:
 
 
 def test_an_interval_needs_a_stamped_belief() -> None:
-    with pytest.raises(ValueError, match="no stamp"):
+    with pytest.raises(OdometryError, match="no stamp"):
         PropagationInterval(MODEL, FilterState.initial(MODEL), WheelTravel(0, 0, 0, 0), STEP_NS, True)
 
 

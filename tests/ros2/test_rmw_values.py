@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections import defaultdict
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 import zenoh
@@ -13,20 +12,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.support.ros_graph import graph_of, node, token
 
-from chefbot.errors import UserError
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import String
 from chefbot.ros2.rmw import thread_state
 from chefbot.ros2.rmw.attachment import Attachment
 from chefbot.ros2.rmw.environment import domain_from_environment, port_from_environment
-from chefbot.ros2.rmw.errors import ErrorCounter
+from chefbot.ros2.rmw.errors import ErrorCounter, SessionError
 from chefbot.ros2.rmw.graph import EndpointGroup
 from chefbot.ros2.rmw.liveliness import Token
 from chefbot.ros2.rmw.message_queues import MessageQueues
 from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.qos import DEFAULT, SENSOR_DATA, QoS, incompatible
 from chefbot.ros2.rmw.qos_matching import best_matching_qos, offered_types
-from chefbot.ros2.rmw.subscription import MAX_PUBLISHERS, Subscription
+from chefbot.ros2.rmw.subscription import MAX_PUBLISHERS, is_new
 
 OFFERS = st.builds(
     lambda reliability, durability, depth: QoS(reliability, durability, depth=depth),
@@ -90,7 +88,7 @@ def test_invalid_numbers_in_the_environment_are_refused(text: str, monkeypatch: 
     monkeypatch.setenv("ROS_DOMAIN_ID", text)
     monkeypatch.setenv("CHEFBOT_WIRE_PORT", text)
     for read in (domain_from_environment, port_from_environment):
-        with pytest.raises(UserError, match="must be a number between"):
+        with pytest.raises(SessionError, match="must be a number between"):
             read()
 
 
@@ -142,9 +140,8 @@ def test_deleted_and_invalid_tokens_are_not_in_the_graph() -> None:
 def test_a_sample_counts_once_per_publisher(samples: list[tuple[int, int]]) -> None:
     seen: dict[int, int] = {}
     last: dict[bytes, int] = {}
-    is_new: Any = Subscription._is_new
     for publisher, sequence in samples:
-        new = is_new(None, Attachment(sequence, 0, bytes([publisher]) * 16), last)
+        new = is_new(Attachment(sequence, 0, bytes([publisher]) * 16), last)
         assert new == (sequence > seen.get(publisher, 0))
         seen[publisher] = max(seen.get(publisher, 0), sequence)
     assert len(last) <= MAX_PUBLISHERS

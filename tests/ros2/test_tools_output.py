@@ -14,8 +14,8 @@ import pytest
 from tests.support.ros_graph import graph_of, node, token
 from typer.testing import CliRunner
 
-from chefbot.errors import UserError
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_SUCCEEDED
+from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import String
@@ -25,6 +25,7 @@ from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.qos import DEFAULT, SENSOR_DATA, TRANSIENT_LOCAL_QOS, QosDuration
 from chefbot.ros2.tools import action, apps, service, subscribe, topic_pub
 from chefbot.ros2.tools.bag import info_lines as bag_lines
+from chefbot.ros2.tools.common import ToolError
 from chefbot.ros2.tools.graph import describe
 from chefbot.ros2.tools.health import graph_problems
 from chefbot.ros2.tools.subscribe import SampleStream, no_message_reasons
@@ -141,7 +142,7 @@ def test_the_exit_code_is_that_of_the_goal(capsys: pytest.CaptureFixture[str]) -
     assert awaited(Handle((STATUS_ABORTED, String("no")))) == 1
     shown = capsys.readouterr().out
     assert "status: succeeded" in shown and "status: aborted" in shown
-    with pytest.raises(UserError, match="/spin"):
+    with pytest.raises(ToolError, match="/spin"):
         awaited(Handle(CancelledError("closed")))
 
 
@@ -159,7 +160,7 @@ def test_a_service_without_a_server_is_one_sentence(monkeypatch: pytest.MonkeyPa
     client = SimpleNamespace(server_is_ready=True, call=call)
     where: Any = SimpleNamespace(client=lambda *_: client)
     kind: Any = None
-    with pytest.raises(UserError, match="gave no answer in 2 s"):
+    with pytest.raises(ToolError, match="gave no answer in 2 s"):
         service.call(where, "/x", kind, String(), 2.0)
 
 
@@ -167,7 +168,7 @@ def test_published_values_are_checked_and_complete() -> None:
     make = topic_pub._maker(Twist, {"linear": {"x": 0.25}}, "/cmd_vel")
     message = make()
     assert isinstance(message, Twist) and message.linear.x == 0.25 and message.angular.z == 0.0
-    with pytest.raises(UserError, match="/cmd_vel"):
+    with pytest.raises(InvalidMessageError, match="/cmd_vel"):
         topic_pub._maker(Twist, {"linaer": {}}, "/cmd_vel")()
 
 

@@ -86,7 +86,7 @@ def test_a_dead_computer_stops_the_robot(name: str, profile: str) -> None:
     """Killed at full speed: the wheels' command is zero within 200 ms, and it stands within 0.25 m."""
     sim, board = robot_in("empty", profile, 3, name)
     drive(board, max_speed(sim.robot), max_speed(sim.robot), 3.0)
-    board.motors.write(board.link.speak(board.now_ns))  # its last word
+    board.motors.write(board.link.data_to_send(board.now_ns))  # its last word
     began, start = sim.time_ns, sim.truth().pose
     assert sim.truth().v > 0.9 * max_speed(sim.robot)
     while board.motors.state.duty[0] or board.motors.state.duty[1] or board.motors.state.set[0]:
@@ -262,10 +262,10 @@ def test_the_same_seed_gives_identical_bytes() -> None:
         said = b""
         for beat in range(60):
             board.command(2.0, 2.0 + 0.04 * beat)
-            board.motors.write(board.link.speak(board.now_ns))
+            board.motors.write(board.link.data_to_send(board.now_ns))
             board.motors.run_until(sim.time_ns + EXCHANGE_PERIOD_NS)
             said += (part := board.motors.read())
-            board.link.hear(part, board.now_ns)
+            board.link.receive_data(part, board.now_ns)
         return said, repr((sim.truth(), sim.wheel_ticks(), sim.battery.charge))
 
     first = bytes_of(1)

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.errors import UserError
-from chefbot.slam.cell_bounds import EMPTY_BOUNDS, MAX_COORDINATE, CellBounds, cells_of
+from chefbot.slam.cell_bounds import EMPTY_BOUNDS, MAX_COORDINATE, CellBounds, MapSizeError, cells_of
 
 PAIRS = st.tuples(st.integers(-50, 50), st.integers(-50, 50)).map(np.array)
 SIZES = st.tuples(st.integers(1, 20), st.integers(1, 20)).map(np.array)
@@ -50,12 +49,12 @@ def test_scaling_and_the_maximum_size() -> None:
     bounds = CellBounds(np.array([-1, 2]), np.array([3, 5]))
     assert bounds.scaled(4).shape == (12, 16)
     assert bounds.check_size(12) is bounds
-    with pytest.raises(UserError, match="4 x 3 cells"):
+    with pytest.raises(MapSizeError, match="4 x 3 cells"):
         bounds.check_size(11)
 
 
 def test_points_are_floored_and_implausible_ones_refused() -> None:
     assert cells_of(np.array([[-0.5, 1.5]])).tolist() == [[-1, 1]]
     for far in (MAX_COORDINATE, np.nan, -np.inf):
-        with pytest.raises(UserError, match="check odometry"):
+        with pytest.raises(MapSizeError, match="check odometry"):
             cells_of(np.array([[0.0, far]]))

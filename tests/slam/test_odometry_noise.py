@@ -8,8 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from chefbot.config import build
-from chefbot.errors import UserError
+from chefbot.config import ConfigError, build
 from chefbot.localization import odometry_motion
 from chefbot.localization.params import AmclParams
 from chefbot.maths.odometry_noise import OdometryNoise
@@ -77,25 +76,25 @@ def test_amcls_alphas_are_the_squares(x: float, yaw: float) -> None:
 def test_a_key_of_gmapping_in_a_launch_file_is_answered_with_ours(key: str) -> None:
     field = OdometryNoise.ROS_KEYS[key][0]
     with pytest.raises(
-        UserError, match=rf"unknown key '{key}' .'odometry_noise.{field}' is gmapping's {key}"
+        ConfigError, match=rf"unknown key '{key}' .'odometry_noise.{field}' is gmapping's {key}"
     ):
         build({key: 0.1}, GmappingParams, "launch file")
-    with pytest.raises(UserError, match=rf"unknown key 'camera.{key}' .'camera.odometry_noise.{field}'"):
+    with pytest.raises(ConfigError, match=rf"unknown key 'camera.{key}' .'camera.odometry_noise.{field}'"):
         build({"camera": {key: 0.1}}, GmappingNodeParams, "launch file")
-    with pytest.raises(UserError, match=rf"unknown key '{key}' .'lidar.odometry_noise.{field}'"):
+    with pytest.raises(ConfigError, match=rf"unknown key '{key}' .'lidar.odometry_noise.{field}'"):
         build({key: 0.1}, GmappingNodeParams, "launch file")
 
 
 def test_an_alpha_of_amcl_is_answered_with_ours() -> None:
     with pytest.raises(
-        UserError, match=r"'odometry_noise.rotation_from_translation' is the square root of AMCL's alpha2"
+        ConfigError, match=r"'odometry_noise.rotation_from_translation' is the square root of AMCL's alpha2"
     ):
         build({"alpha2": 0.2}, AmclParams, "launch file")
 
 
 def test_the_four_are_given_together() -> None:
-    with pytest.raises(UserError, match=r"'odometry_noise.translation_from_rotation' is missing"):
+    with pytest.raises(ConfigError, match=r"'odometry_noise.translation_from_rotation' is missing"):
         build({"odometry_noise": {"translation_from_translation": 0.1}}, AmclParams, "launch file")
-    with pytest.raises(UserError, match="must be at least 0"):
+    with pytest.raises(ConfigError, match="must be at least 0"):
         given = msgspec.structs.asdict(AmclParams().odometry_noise) | {"rotation_from_rotation": -0.1}
         build({"odometry_noise": given}, AmclParams, "launch file")

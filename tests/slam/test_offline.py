@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenOdom, CarmenScan
+from chefbot.slam.carmen import CarmenLogError, CarmenOdom, CarmenScan
 from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
 from chefbot.slam.params import GmappingParams
 
@@ -32,7 +31,7 @@ def test_processed_scans_have_stamped_poses() -> None:
 
 
 def test_a_recording_without_scans_is_refused() -> None:
-    with pytest.raises(UserError, match="FLASER"):
+    with pytest.raises(CarmenLogError, match="FLASER"):
         run_log([CarmenOdom(0.0, SE2(0.0, 0.0, 0.0))], GmappingParams())
 
 

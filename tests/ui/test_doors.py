@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 from tests.chaos.launched import free_port
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import PacedClock

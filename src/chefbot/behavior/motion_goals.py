@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from chefbot.behavior.motions import DriveStraight, Spin
+from chefbot.errors import ChefbotError
 from chefbot.msgs.nav2_msgs import BackUp_Goal, DriveOnHeading_Goal, Spin_Goal
 from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_turn_acceleration
 from chefbot.robot.spec import Robot
@@ -13,7 +14,7 @@ DEFAULT_TIME_ALLOWANCE = 30.0
 StraightGoal = BackUp_Goal | DriveOnHeading_Goal
 
 
-class InvalidMotionError(Exception):
+class InvalidMotionError(ChefbotError):
     """Raised for a goal that no motion can reach; the message is the reason."""
 
 

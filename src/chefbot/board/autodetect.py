@@ -23,7 +23,7 @@ the last byte."""
 
 
 class ProtocolProbe:
-    """Detects the protocol at one port: send what `ask` returns and pass received bytes to `hear` until there
+    """Detects the protocol at one port: send what `ask` returns and pass received bytes to `receive_data` until there
     is a verdict or `over`.
 
     Nothing is sent before a line with a valid CRC has been received. Our boards send 50 lines a second
@@ -44,7 +44,7 @@ class ProtocolProbe:
         self._handshake_ns = now_ns
         return b"\n" + frame(f"v {self._token} {PROTOCOL}")
 
-    def hear(self, data: bytes, now_ns: int) -> BoardProtocol | None:
+    def receive_data(self, data: bytes, now_ns: int) -> BoardProtocol | None:
         """Process received bytes and return the detected protocol, None as long as it is unknown."""
         for raw in self._splitter.push(data):
             line = parse(raw)

@@ -88,7 +88,7 @@ class ChapterLink:
 
     # -- from the board
 
-    def hear(self, data: bytes, now_ns: int) -> list[Message]:
+    def receive_data(self, data: bytes, now_ns: int) -> list[Message]:
         """Return the messages of well-formed lines; lines before the first `t` line have no time stamp and
         are dropped."""
         messages: list[Message] = []
@@ -196,13 +196,13 @@ class ChapterLink:
     def stop(self, now_ns: int) -> bytes:
         """Latch the emergency stop and return the line with duty 0, which brakes."""
         self._stopped = True
-        return self.speak(now_ns)
+        return self.data_to_send(now_ns)
 
     def clear(self, now_ns: int) -> None:  # noqa: ARG002
         """Release the emergency stop; the robot drives after a stop was commanded once."""
         self._stopped, self._neutral_first = False, True
 
-    def speak(self, now_ns: int) -> bytes:
+    def data_to_send(self, now_ns: int) -> bytes:
         """Return the duty line; it is sent always, as the board holds the last duty without a timeout."""
         return duty_line(*(self._duty if self._may_drive(now_ns) else (0, 0)))
 

@@ -25,10 +25,10 @@ class MotorBoardLink(Protocol):
     def notice(self) -> str | None:
         """A warning about the board for the operator, None if there is none."""
 
-    def hear(self, data: bytes, now_ns: int) -> list[Message]:
+    def receive_data(self, data: bytes, now_ns: int) -> list[Message]:
         """Process bytes from the board and return the sensor messages in them."""
 
-    def speak(self, now_ns: int) -> bytes:
+    def data_to_send(self, now_ns: int) -> bytes:
         """Return the bytes that are due now; call it every 20 ms."""
 
     def command(self, left: float, right: float, now_ns: int) -> bytes:
@@ -66,7 +66,7 @@ class BoardLink:
         """A warning that the firmware was built from another robot file, None if it was not."""
         return self.session.warning
 
-    def hear(self, data: bytes, now_ns: int) -> list[Message]:
+    def receive_data(self, data: bytes, now_ns: int) -> list[Message]:
         """Process bytes from the board and return the messages of the accepted lines."""
         messages: list[Message] = []
         for received in self.session.receive_data(data, now_ns):
@@ -74,7 +74,7 @@ class BoardLink:
             messages += self._sensors.messages(received)
         return messages
 
-    def speak(self, now_ns: int) -> bytes:
+    def data_to_send(self, now_ns: int) -> bytes:
         """Return the bytes that are due now: handshake, repeated speeds or heartbeat."""
         return self.session.data_to_send(now_ns)
 
@@ -87,7 +87,7 @@ class BoardLink:
         return self.session.stop(now_ns)
 
     def clear(self, now_ns: int) -> None:
-        """Clear latched faults whose cause is gone, with the next `speak`."""
+        """Clear latched faults whose cause is gone, with the next `data_to_send`."""
         self.session.clear(now_ns)
 
     def connection_lost(self) -> None:

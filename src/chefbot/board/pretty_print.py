@@ -21,7 +21,7 @@ def describe(line: board.BoardLine) -> tuple[str, str]:
         case board.VersionLine():
             return "v handshake", _version(line)
         case board.UnsupportedVersionLine():
-            return "v handshake", f"protocol {line.protocol}, which this program does not speak"
+            return "v handshake", f"protocol {line.protocol}, which this program does not support"
         case board.MotionLine():
             angle = f"angle {line.angle * 1e-8:.5f} rad of {line.samples} samples"
             return "e motion", f"ticks {line.left} {line.right}, {angle}, {flags(line.flags)}"

@@ -54,8 +54,7 @@ class _Command(NamedTuple):
 
 
 class BoardSession:
-    """The session with one board: pass received bytes to `hear` and send what `speak` and the other methods
-    return.
+    """The session with one board: pass received bytes to `receive_data` and send what the other methods return.
 
     After a handshake or a clear, no motion is passed on until a stop was commanded once: an old command must
     not start the robot.
@@ -188,7 +187,7 @@ class BoardSession:
         return self._send_speed(now_ns) if self.is_open else b""
 
     def stop(self, now_ns: int) -> bytes:
-        """Latch the emergency stop until `clear`; return the bytes to send at once. `speak` repeats them
+        """Latch the emergency stop until `clear`; return the bytes to send at once. `data_to_send` repeats them
         until the board has confirmed the stop.
 
         A board that restarts in the meantime is stopped again.
@@ -197,7 +196,7 @@ class BoardSession:
         return self._emergency_stop(now_ns)
 
     def clear(self, now_ns: int) -> None:
-        """Clear latched faults whose cause is gone, with the next `speak`."""
+        """Clear latched faults whose cause is gone, with the next `data_to_send`."""
         self._stopped, self._command = False, None
         self._clear_ns, self.neutral_first = now_ns, True
 

@@ -6,4 +6,4 @@ from chefbot.errors import ChefbotError
 
 
 class CalibrationError(ChefbotError):
-    """A calibration drive whose data do not determine the parameters; the message says what to repeat."""
+    """A calibration drive whose data do not determine the parameters; the message names what to repeat."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from chefbot.errors import ChefbotError
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.msgs.nav2_msgs import DriveOnHeading_Goal, Spin_Goal
@@ -15,7 +16,7 @@ SPEED_FRACTION = 0.8
 """Fraction of the maximum speed: wheels below their limit slip less."""
 
 
-class CalibrationDriveError(Exception):
+class CalibrationDriveError(ChefbotError):
     """Raised when the drive ends early; the message is the reason."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from chefbot.errors import ChefbotError
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
 
 WAIT_TIMEOUT = 60.0
@@ -10,7 +11,7 @@ WAIT_TIMEOUT = 60.0
 LOST = "Localization lost."
 
 
-class WaitTimeoutError(Exception):
+class WaitTimeoutError(ChefbotError):
     """Raised when the robot has waited for WAIT_TIMEOUT seconds."""
 
 

@@ -107,20 +107,13 @@ class DeliveryRound:
             return
         waiting_orders = len(previous.pending_orders)
         self._update_status(pending_orders=(), errands=(), hold_reason="")
-        self._set_standing(
-            "idle",
-            status_messages.CANCELLED_TOO.format(waiting_orders)
-            if waiting_orders
-            else status_messages.CANCELLED,
-        )
+        cancelled = status_messages.CANCELLED
+        text = status_messages.CANCELLED_TOO.format(waiting_orders) if waiting_orders else cancelled
+        self._set_standing("idle", text)
         if previous.state in IN_ROUND:
-            self._on_end(
-                OrderOutcome(
-                    previous.order_id, previous.delivered, ENDED_BY_PERSON, status_messages.CANCELLED
-                )
-            )
+            self._on_end(OrderOutcome(previous.order_id, previous.delivered, ENDED_BY_PERSON, cancelled))
         for order in previous.pending_orders:
-            self._on_end(OrderOutcome(order.id, (), ENDED_BY_PERSON, status_messages.CANCELLED))
+            self._on_end(OrderOutcome(order.id, (), ENDED_BY_PERSON, cancelled))
 
     def withdraw(self, order_id: str) -> None:
         """Cancel the order with this id, in progress or waiting."""

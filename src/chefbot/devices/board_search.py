@@ -47,7 +47,7 @@ class BoardSearch:
             try:
                 opened.write(probe.data_to_send(wall_ns()))
                 # Each port has its own detector; the first verdict ends the search.
-                dialect = probe.hear(receive(opened), wall_ns())
+                dialect = probe.receive_data(receive(opened), wall_ns())
             except OSError as error:
                 self._reject(path, explain(path, error))
                 continue

@@ -77,7 +77,7 @@ class MotorBoardDevice(MotorBoardNode):
         """Send a final stop and close the port; the board's watchdog would stop the wheels a little later."""
         super().stop()
         if self._link is not None and self._connected:
-            self._send(self._link.command(0.0, 0.0, self.now_ns) + self._link.speak(self.now_ns))
+            self._send(self._link.command(0.0, 0.0, self.now_ns) + self._link.data_to_send(self.now_ns))
         self._line.close()
 
     # -- commands
@@ -104,7 +104,7 @@ class MotorBoardDevice(MotorBoardNode):
     def serve_link(self) -> None:
         """Send what is due on the serial link: repeats, heartbeat, handshake."""
         if self._link is not None and self._connected:
-            self._send(self._link.speak(self.now_ns))
+            self._send(self._link.data_to_send(self.now_ns))
 
     def _send(self, data: bytes) -> None:
         self._failed_writes += not self._line.send(data)
@@ -124,7 +124,7 @@ class MotorBoardDevice(MotorBoardNode):
         assert self._link is not None
         # Time of reception on the loop's clock: subtract the delay since the thread read the bytes.
         received_ns = self.now_ns - max(0, wall_ns() - at_ns)
-        for message in self._link.hear(data, received_ns):
+        for message in self._link.receive_data(data, received_ns):
             self.publish_sensor_message(message)
         if self._link.refused is not None:
             raise UserError(f"{self._port}: {self._link.refused}")

@@ -75,18 +75,18 @@ def _moments(
 
     Without BLAS, whose threads would leave the order of summation open.
     """
-    sums = np.zeros(5)
+    totals = np.zeros(5)
     for i in range(particles.shape[0]):
         if members[i]:
             w, yaw = weights[i], particles[i, 2]
-            sums[0] += w * particles[i, 0]
-            sums[1] += w * particles[i, 1]
-            sums[2] += w * math.cos(yaw)
-            sums[3] += w * math.sin(yaw)
-            sums[4] += w
+            totals[0] += w * particles[i, 0]
+            totals[1] += w * particles[i, 1]
+            totals[2] += w * math.cos(yaw)
+            totals[3] += w * math.sin(yaw)
+            totals[4] += w
     mean = np.empty(3)
     # Circular mean of the yaw
-    mean[0], mean[1], mean[2] = sums[0] / sums[4], sums[1] / sums[4], math.atan2(sums[3], sums[2])
+    mean[0], mean[1], mean[2] = totals[0] / totals[4], totals[1] / totals[4], math.atan2(totals[3], totals[2])
     covariance = np.zeros((3, 3))
     deviation = np.empty(3)
     for i in range(particles.shape[0]):
@@ -97,7 +97,7 @@ def _moments(
             deviation[2] -= 2.0 * math.pi * round(deviation[2] / (2.0 * math.pi))
             for j in range(3):
                 for k in range(3):
-                    covariance[j, k] += weights[i] / sums[4] * deviation[j] * deviation[k]
+                    covariance[j, k] += weights[i] / totals[4] * deviation[j] * deviation[k]
     return mean, covariance
 
 

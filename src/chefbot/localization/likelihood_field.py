@@ -122,7 +122,7 @@ def weigh(
     cells: on a map of 4000 cells that rounds to 1/4000 cell. A NaN counts as column or row 0.
 
     Bit-identical on every processor: without `fastmath`, whose order of summation depends on the vector
-    width, but with four partial sums that are added in a fixed order.
+    width, but with four accumulators that are added in a fixed order.
     """
     cells = np.empty(points.shape[1], np.int32)
     flat = field.ravel()
@@ -170,7 +170,7 @@ def _end_cells(
 
 @njit(cache=True, nogil=True)
 def _sum_at(values: NDArray[np.float32], indices: NDArray[np.int32]) -> np.float32:
-    """Return the sum of values[at] in four interleaved partial sums; the remainder goes to the first."""
+    """Return the sum of values[at] in four interleaved accumulators; the remainder goes to the first."""
     a = b = c = d = np.float32(0.0)
     vector_end = indices.size - indices.size % 4
     for j in range(0, vector_end, 4):

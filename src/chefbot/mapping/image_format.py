@@ -63,9 +63,9 @@ def decode_image(data: bytes, where: str) -> MapImage:
 def check_size(width: int, height: int, where: str, limit: int = MAX_CELLS) -> None:
     """Raise MapFormatError for an image without pixels or with too many."""
     if width < 1 or height < 1:
-        raise MapFormatError(f"{where} says it is {width} x {height} pixels; a map needs at least one")
+        raise MapFormatError(f"{where} declares {width} x {height} pixels; a map needs at least one")
     if width * height > limit:
-        raise MapFormatError(f"{where} says it is {width} x {height} pixels; {limit} is the maximum")
+        raise MapFormatError(f"{where} declares {width} x {height} pixels; {limit} is the maximum")
 
 
 def _decode_pgm(data: bytes, where: str) -> MapImage:
@@ -76,7 +76,7 @@ def _decode_pgm(data: bytes, where: str) -> MapImage:
     width, height, white = (int(number) for number in header.groups())
     check_size(width, height, where)
     if not 1 <= white <= 65535:
-        raise MapFormatError(f"{where} says its white is {white}; a PGM has 1 to 65535")
+        raise MapFormatError(f"{where} declares {white} as white; a PGM has 1 to 65535")
     begin, count = header.end() + 1, width * height
     levels = _text_levels(data, begin, where) if data[1:2] == b"2" else _levels(data, begin, count, white)
     if len(levels) < count:

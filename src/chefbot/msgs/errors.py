@@ -6,4 +6,4 @@ from chefbot.errors import ChefbotError
 
 
 class InvalidMessageError(ChefbotError):
-    """A message that breaks a rule of its type; the text names the field and says what is wrong with it."""
+    """A message that breaks a rule of its type; the text names the field and the fault."""

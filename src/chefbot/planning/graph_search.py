@@ -34,14 +34,14 @@ ROW_STEPS, COLUMN_STEPS = (0, 0, 1, -1, 1, 1, -1, -1), (1, -1, 0, 0, 1, -1, 1, -
 
 
 @njit(cache=True, nogil=True)
-def pad(cells: NDArray[np.uint8], rim: int, out: NDArray[np.uint8]) -> None:
+def pad(cells: NDArray[np.uint8], border: int, out: NDArray[np.uint8]) -> None:
     """Copy `cells` (h, w) into the middle of `out` (h + 2, w + 2), with a border of cost `rim`."""
     h, w = cells.shape
-    out[0, :] = rim
-    out[h + 1, :] = rim
+    out[0, :] = border
+    out[h + 1, :] = border
     for r in range(h):
-        out[r + 1, 0] = rim
-        out[r + 1, w + 1] = rim
+        out[r + 1, 0] = border
+        out[r + 1, w + 1] = border
         for c in range(w):
             out[r + 1, c + 1] = cells[r, c]
 

@@ -24,7 +24,7 @@ def line_cost(
 ) -> float:
     """Return the integral of the weight along a straight line, in cells; inf if it touches a blocked cell.
 
-    Traverses every cell that the line crosses (Amanatides & Woo 1987). weight: flat with a blocked rim;
+    Traverses every cell that the line crosses (Amanatides & Woo 1987). weight: flat with a blocked border;
     x, y in cells of that grid; both ends must be on it.
     """
     c, r = math.floor(x0), math.floor(y0)

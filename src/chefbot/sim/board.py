@@ -51,9 +51,9 @@ class SimulatedBoard:
         messages."""
         messages: list[Message] = []
         while (now_ns := self.now_ns) < time_ns:
-            self.motors.write(self.link.speak(now_ns))
+            self.motors.write(self.link.data_to_send(now_ns))
             self.motors.run_until(min(now_ns + EXCHANGE_PERIOD_NS, time_ns) - self._offset_ns)
-            messages += self.link.hear(self.motors.read(), self.now_ns)
+            messages += self.link.receive_data(self.motors.read(), self.now_ns)
             if self.now_ns == now_ns:
                 break  # the remaining time is shorter than a control step
         return messages

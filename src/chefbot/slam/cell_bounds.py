@@ -78,7 +78,7 @@ class CellBounds:
 
 EMPTY_BOUNDS = CellBounds(np.zeros(2, np.int64), np.zeros(2, np.int64))
 MAX_COORDINATE = 1e8
-"""Largest plausible distance from the origin, cells; float32 cannot tell cells apart beyond it."""
+"""Largest plausible distance from the origin, cells; beyond it float32 cannot distinguish cells."""
 
 
 def cells_of(points: NDArray[np.float64]) -> NDArray[np.int64]:

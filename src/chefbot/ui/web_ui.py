@@ -240,10 +240,8 @@ class WebUiDevice(Device):
         for entry in message.status:
             self._diagnostics.pop(entry.name, None)
             if entry.level != OK:
-                self._diagnostics[entry.name] = (
-                    self.now_ns,
-                    f"{entry.name[:1].upper()}{entry.name[1:]}: {entry.message}",
-                )
+                text = f"{entry.name[:1].upper()}{entry.name[1:]}: {entry.message}"
+                self._diagnostics[entry.name] = (self.now_ns, text)
 
     def on_delivery_status(self, message: DeliveryStatus) -> None:
         """Update the state of the deliveries and confirm accepted orders."""
@@ -323,9 +321,8 @@ class WebUiDevice(Device):
 
     def _why_stopped(self) -> str:
         status = self.stop_status.last
-        return self._pending.stop_warning(self.now_ns) or (
-            status.description if self._stopped and status else ""
-        )
+        description = status.description if self._stopped and status else ""
+        return self._pending.stop_warning(self.now_ns) or description
 
     def _lookup(self, target: str, source: str) -> SE2 | None:
         try:
@@ -338,7 +335,7 @@ class WebUiDevice(Device):
     def _receive(self, command: do.OperatorCommand) -> None:
         validate_command(command, self._places, self._round)
         if isinstance(command, do.Resume) and command.pressed not in ("", self._last_stop.pressed):
-            raise UserError("STOP was pressed again meanwhile; look, then press Resume again")
+            raise UserError("Emergency stop was pressed again meanwhile; look, then press Resume again")
         if isinstance(command, do.Stop) and not self._last_status.stopped:
             # Display the press at once: the event loop may be late, or simulated time may be paused.
             self._server.set_layer("status", msgspec.structs.replace(self._last_status, stop_pending=True))

@@ -27,7 +27,7 @@ def check_board(port: str) -> int:
         try:
             while probe.dialect is None and not probe.timed_out(wall_ns()):
                 opened.write(probe.data_to_send(wall_ns()))
-                probe.hear(opened.read(max(1, opened.in_waiting)), wall_ns())
+                probe.receive_data(opened.read(max(1, opened.in_waiting)), wall_ns())
         except OSError as error:
             raise UserError(explain_disconnection(str(opened.port), error)) from None
         answer = PROTOCOLS[probe.dialect] if probe.dialect else probe.failure_reason

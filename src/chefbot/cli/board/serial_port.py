@@ -93,7 +93,7 @@ def _chunks(opened: serial.Serial, seconds: float) -> Iterator[tuple[bytes, floa
             data = opened.read(max(1, opened.in_waiting))
         except OSError as error:
             raise UserError(explain_disconnection(str(opened.port), error)) from None
-        probe.hear(data, wall_ns())
+        probe.receive_data(data, wall_ns())
         yield data, time.monotonic() - began
 
 

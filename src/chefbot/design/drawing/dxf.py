@@ -27,7 +27,7 @@ DIMENSIONS = "CHEFBOT"
 MILLIMETRES, METRIC = 4, 1
 
 
-class Look(NamedTuple):
+class LayerStyle(NamedTuple):
     """AutoCAD colour index (readable on white and on black), line type, line width in hundredths of a millimetre."""
 
     colour: int
@@ -36,12 +36,12 @@ class Look(NamedTuple):
 
 
 LAYERS = {
-    "OUTLINE": Look(7, "CONTINUOUS", 50),
-    "HOLES": Look(150, "CONTINUOUS", 35),
-    "CENTRE": Look(12, "CENTER", 18),
-    "DIMENSION": Look(94, "CONTINUOUS", 18),
-    "REFERENCE": Look(8, "DIVIDE", 25),
-    "TITLE": Look(7, "CONTINUOUS", 35),
+    "OUTLINE": LayerStyle(7, "CONTINUOUS", 50),
+    "HOLES": LayerStyle(150, "CONTINUOUS", 35),
+    "CENTRE": LayerStyle(12, "CENTER", 18),
+    "DIMENSION": LayerStyle(94, "CONTINUOUS", 18),
+    "REFERENCE": LayerStyle(8, "DIVIDE", 25),
+    "TITLE": LayerStyle(7, "CONTINUOUS", 35),
 }
 LINETYPES = {
     "CENTER": ("Centre line", [12.0, 8.0, -1.5, 1.0, -1.5]),

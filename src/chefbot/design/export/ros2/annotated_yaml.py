@@ -51,7 +51,7 @@ def _filled(template: Mapping[str, Any], derived: Tree) -> Tree:
         if isinstance(value, Mapping):
             found[key] = _filled(value, inside if isinstance(inside, Mapping) else {})
         elif inside is None and value is None:
-            raise ValueError(f"the template's parameter {key} has no derived value")
+            raise DesignError(f"the template's parameter {key} has no derived value")
         else:
             found[key] = value if inside is None else inside
     return found | {key: value for key, value in derived.items() if key not in template}

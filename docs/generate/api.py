@@ -109,10 +109,14 @@ def _fields(node: ast.ClassDef) -> Iterator[tuple[str, str, str]]:
 
 
 def field_docstrings(kind: type) -> dict[str, str]:
-    """Return the docstrings behind the fields of a class by field name."""
-    node = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
-    assert isinstance(node, ast.ClassDef)
-    return {name: " ".join(text.split()) for name, _, text in _fields(node)}
+    """Return the docstrings behind the fields of a class and its bases by field name."""
+    texts: dict[str, str] = {}
+    for base in reversed(kind.__mro__):
+        if base.__module__.startswith("chefbot."):
+            node = ast.parse(textwrap.dedent(inspect.getsource(base))).body[0]
+            assert isinstance(node, ast.ClassDef)
+            texts |= {name: " ".join(text.split()) for name, _, text in _fields(node)}
+    return texts
 
 
 def _type(annotation: ast.expr) -> str:

@@ -35,7 +35,7 @@ ROW_STEPS, COLUMN_STEPS = (0, 0, 1, -1, 1, 1, -1, -1), (1, -1, 0, 0, 1, -1, 1, -
 
 @njit(cache=True, nogil=True)
 def pad(cells: NDArray[np.uint8], border: int, out: NDArray[np.uint8]) -> None:
-    """Copy `cells` (h, w) into the middle of `out` (h + 2, w + 2), with a border of cost `rim`."""
+    """Copy `cells` (h, w) into the middle of `out` (h + 2, w + 2), with a border of cost `border`."""
     h, w = cells.shape
     out[0, :] = border
     out[h + 1, :] = border

@@ -261,14 +261,8 @@ class WebUiDevice(Device):
         pose = self._lookup("map", "base_link") or self._lookup("odom", "base_link")
         if pose is not None:
             twist = self.odom.last.twist.twist if self.odom.last else Twist()
-            view = RobotView(
-                x=pose.x,
-                y=pose.y,
-                yaw=pose.yaw,
-                radius=self.robot.footprint_radius,
-                v=twist.linear.x,
-                w=twist.angular.z,
-            )
+            v, w, radius = twist.linear.x, twist.angular.z, self.robot.footprint_radius
+            view = RobotView(x=pose.x, y=pose.y, yaw=pose.yaw, radius=radius, v=v, w=w)
             self._server.set_layer("robot", view)
         self._show_status(pose)
         if self._moving_frames:

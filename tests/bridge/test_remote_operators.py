@@ -88,7 +88,7 @@ def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
     assert "kitchen" in str(page.ask("see places"))
     assert abs(place_of(page)[0]) < 0.05
     there.send_signal(signal.SIGINT)
-    assert "The robot was started anew" in end(there)
+    assert "The robot was restarted" in end(there)
 
 
 def test_slam_and_web_ui_of_one_launch_run_on_another_machine(network: Network) -> None:

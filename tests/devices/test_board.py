@@ -101,7 +101,7 @@ def test_an_unplugged_board_stops_and_reconnects_at_another_port(driven: Driven,
     count = len(cable.lines)
     driven.until(lambda: ready(cable), "the connection")
     driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
-    driven.until(lambda: "let go of the controls once" in driven.health, "the reason")
+    driven.until(lambda: "release the controls once" in driven.health, "the reason")
     drive(driven, cable)
 
 
@@ -190,7 +190,7 @@ def test_a_board_of_another_robot_is_refused(cable: Cable) -> None:
 def test_a_port_without_a_board_is_reported(tmp_path: Path) -> None:
     ours, theirs = os.openpty()
     try:
-        with pytest.raises(UserError, match="nothing there speaks as a board"):
+        with pytest.raises(UserError, match="no motor board answers there"):
             _run_alone(os.ttyname(theirs))
         with pytest.raises(UserError, match=r"/none does not exist.*port:=auto"):
             Driven(str(tmp_path / "none"))

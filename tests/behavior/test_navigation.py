@@ -70,7 +70,7 @@ def test_a_lost_robot_gives_up_after_all_steps(preempted: list[bool]) -> None:
     assert step is RelocalizationStep.FAILED and "3 turns" in relocalization.fault
 
 
-def test_a_failed_rotation_fails_at_once_unless_the_robot_is_localized() -> None:
+def test_a_failed_rotation_fails_unless_the_robot_is_localized() -> None:
     failed = Spin_Result(Duration(), 701, "It took too long.")
     monitor = LocalizationMonitor()
     relocalization = Relocalization(monitor)

@@ -167,7 +167,7 @@ def test_the_counts_of_a_leg_begin_with_the_last_ones_before() -> None:
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(-0.1, 0.1))
-def test_the_mean_pose_is_right_also_across_the_turn_of_the_circle(yaw: float, spread: float) -> None:
+def test_the_mean_pose_is_right_across_the_wraparound_of_yaw(yaw: float, spread: float) -> None:
     mean = mean_pose([SE2(1.0, 2.0, yaw + spread), SE2(3.0, 2.0, yaw - spread)])
     assert (mean.x, mean.y) == (2.0, 2.0) and wrap(mean.yaw - yaw) == pytest.approx(0.0, abs=1e-9)
 

@@ -74,7 +74,7 @@ def test_an_unknown_table_is_refused_with_the_nearest_name() -> None:
         assert robot.heard.empty()
 
 
-def test_confirm_says_what_is_waited_for_presses_it_and_says_what_follows(
+def test_confirm_shows_and_confirms_the_pending_step(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     with fake_robot() as robot:

@@ -36,7 +36,7 @@ def test_success_and_other_errors_are_final(code: int, required: bool, duration:
     assert attempts(code, duration, required=required) == (1, pytest.approx(duration, abs=1e-6))
 
 
-def test_a_blocked_table_is_skipped_and_a_blocked_kitchen_is_retried() -> None:
+def test_a_blocked_table_is_skipped_a_blocked_kitchen_retried() -> None:
     assert attempts(NO_VALID_PATH, 1.0, required=False)[0] == 1
     count, seconds = attempts(NO_VALID_PATH, 1.0, required=True)
     assert count == pytest.approx(BLOCKED_PATH_TIMEOUT / (BLOCKED_RETRY_PERIOD + 1.0), abs=2)
@@ -49,7 +49,7 @@ def test_a_missing_navigator_is_awaited_for_its_timeout(required: bool, duration
     assert NAVIGATOR_TIMEOUT <= seconds <= NAVIGATOR_TIMEOUT + RETRY_PERIOD + 2.0 * duration + 1e-6
 
 
-def test_a_navigator_that_died_after_a_long_drive_starts_the_timeout_again() -> None:
+def test_a_navigator_failure_after_a_long_drive_restarts_timeout() -> None:
     retry = DriveRetry()
     assert retry.pause(NO_NAVIGATOR, 0, SECOND, required=False) == RETRY_PERIOD
     end_ns = round((NAVIGATOR_TIMEOUT + 10.0) * SECOND)

@@ -107,7 +107,7 @@ def test_follow_path_feedback_has_distance_and_speed() -> None:
     assert max(one.speed for one in told) > 0.0
 
 
-def test_the_chosen_trajectory_is_published_while_a_path_is_followed() -> None:
+def test_the_local_plan_is_published_while_following_a_path() -> None:
     robot = Robot()
     robot.run(1.0)
     assert not robot.heard("local_plan")

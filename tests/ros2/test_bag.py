@@ -173,7 +173,7 @@ def test_a_truncated_file_gives_all_complete_chunks(
     assert kept == said[: bag.total] and bag.total % 10 == 0
 
 
-def test_a_complete_file_beside_a_truncated_one_is_read_by_its_index(tmp_path: Path) -> None:
+def test_a_complete_file_beside_a_truncated_one_is_read(tmp_path: Path) -> None:
     """Also where its name is a part of the other's."""
     complete, truncated = tmp_path / "a.mcap", tmp_path / "a.mcap.mcap"
     write(tmp_path / "whole.mcap")

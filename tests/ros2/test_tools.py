@@ -330,9 +330,7 @@ def test_malicious_definitions_are_refused(field: FieldDescription) -> None:
         make_class(one._replace(uses=(one,)))
 
 
-def test_the_graph_is_quoted_and_drawn_by_graphviz_where_it_is_installed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_graph_is_quoted_and_drawn_by_graphviz(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     dot = to_dot({"nodes": ["/a"], "topics": [], "actions": [], "mismatches": ['<&> "b"', "c"]})
     assert '"/a" [label="/a"' in dot and '! <&> \\"b\\"\\n! c' in dot
     monkeypatch.setenv("PATH", str(tmp_path))

@@ -43,7 +43,7 @@ def test_a_command_held_through_a_stop_never_counts(pauses: list[int], source: C
     assert selected(commands, now_ns + RELEASE_TIMEOUT_NS + 1) == (0.2, 0.0)
 
 
-def test_a_zero_command_ends_the_hold_and_the_other_source_is_free() -> None:
+def test_a_zero_command_ends_the_hold_of_its_source() -> None:
     commands = CommandMultiplexer(1.0)
     commands.accept(TELEOP, 0.2, 0.0, 0, stopped=True)
     commands.accept(NAVIGATION, 0.1, 0.0, STEP, stopped=False)

@@ -35,7 +35,7 @@ def test_after_any_events_it_is_active_until_a_requested_release(events: list[tu
 
 
 @given(EVENTS)
-def test_the_base_halts_at_each_press_and_the_press_keeps_its_time(events: list[tuple[str, bool]]) -> None:
+def test_each_press_stops_the_base_and_keeps_its_time(events: list[tuple[str, bool]]) -> None:
     latch, pressed_ns = StopLatch(), 0
     for now_ns, (kind, pressed) in enumerate(events, start=1):
         before = latch.active

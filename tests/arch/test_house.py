@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import statistics
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -53,6 +54,21 @@ def test_files_stay_readable() -> None:
         str(path.relative_to(SOURCE)): n for path in FILES if (n := len(path.read_text().splitlines())) > 400
     }
     assert long == {}
+
+
+def test_no_folder_is_a_flat_heap() -> None:
+    folders = Counter(path.parent for path in FILES if path.name != "__init__.py")
+    assert {str(folder): n for folder, n in folders.items() if n > 25} == {}
+
+
+def test_names_of_tests_stay_short() -> None:
+    long = [
+        node.name
+        for path in Path(__file__).parents[1].rglob("test_*.py")
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("test_") and len(node.name) > 60
+    ]
+    assert long == []
 
 
 def test_functions_stay_short() -> None:

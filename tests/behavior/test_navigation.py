@@ -108,7 +108,7 @@ def test_feedback_estimates_the_rest_of_the_way(speed: float, remaining: float) 
 @pytest.mark.parametrize(
     ("state", "published"), [("driving", "waiting"), ("recovering", "waiting"), ("idle", "idle")]
 )
-def test_a_waiting_controller_shows_while_the_navigator_is_active(state: str, published: str) -> None:
+def test_a_waiting_controller_is_shown_during_navigation(state: str, published: str) -> None:
     navigation = NavigationState()
     navigation.state, navigation.reason = state, "Reason."
     message = navigation.message(5, 1, "No scan.")

@@ -323,7 +323,7 @@ def test_every_world_has_its_launch_file(made: tuple[str, Path]) -> None:
     assert launches == {f"chefbot_{world}_world.launch.py" for world in built_in_worlds()}
 
 
-def test_rviz_shows_the_depth_image_of_a_robot_with_a_camera_only(made: tuple[str, Path]) -> None:
+def test_rviz_shows_the_depth_image_of_a_camera_robot(made: tuple[str, Path]) -> None:
     for name in ("robot", "navigation"):
         file = yaml.safe_load((made[1] / "chefbot_bringup" / "rviz" / f"{name}.rviz").read_text())
         shown = {one["Class"] for one in file["Visualization Manager"]["Displays"]}

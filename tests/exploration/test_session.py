@@ -22,7 +22,7 @@ GOAL = ExplorationGoal(SE2(1.0, 0.0, 0.0), 2.0, 0.0, False, 1.0, 1.0)
 
 
 @given(st.lists(st.booleans(), max_size=20))
-def test_it_is_complete_after_enough_maps_without_a_goal_in_a_row(found: list[bool]) -> None:
+def test_it_is_complete_after_enough_maps_without_a_goal(found: list[bool]) -> None:
     session, empty = ExplorationSession(), 0
     for has_goal in found:
         decision = ExplorationDecision(GOAL if has_goal else None, ())

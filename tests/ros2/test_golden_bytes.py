@@ -188,7 +188,7 @@ def test_names_are_resolved_as_in_ros() -> None:
             resolve(bad)
 
 
-def test_a_sample_on_both_keys_is_taken_once_however_many_publish() -> None:
+def test_a_sample_on_both_keys_is_taken_once() -> None:
     """The one that has been silent for longest is forgotten, not all of them."""
     last: dict[bytes, int] = {}
     gids = [number.to_bytes(16, "little") for number in range(MAX_PUBLISHERS + 1)]

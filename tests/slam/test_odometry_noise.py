@@ -73,7 +73,7 @@ def test_amcls_alphas_are_the_squares(x: float, yaw: float) -> None:
 
 
 @pytest.mark.parametrize("key", ["srr", "str", "srt", "stt"])
-def test_a_key_of_gmapping_in_a_launch_file_is_answered_with_ours(key: str) -> None:
+def test_a_gmapping_key_in_a_launch_file_is_answered_with_ours(key: str) -> None:
     field = OdometryNoise.ROS_KEYS[key][0]
     with pytest.raises(
         ConfigError, match=rf"unknown key '{key}' .'odometry_noise.{field}' is gmapping's {key}"

@@ -140,7 +140,7 @@ def test_emergency_stop_is_shared_by_all_pages_and_machines(network: Network) ->
         assert isinstance(status, dict)
         return (status["stopped"], status["stop_pending"]) == (stopped, asked)
 
-    until(lambda: place_of(there) is not None)
+    until(lambda: there.ask("now robot") is not None)
     there.ask('do {"do":"stop"}')
     until(lambda: shows(here, True) and shows(there, True))
     here.ask('do {"do":"resume"}')

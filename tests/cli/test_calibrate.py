@@ -45,7 +45,7 @@ def test_uncalibrated_robot_gets_a_correct_calibration_file(tmp_path: Path) -> N
     assert robot.left_wheel_radius == pytest.approx(drawn.wheel_radius * truth["left_wheel"], rel=1e-3)
     assert robot.wheels == drawn.wheels
     assert (tmp_path / "calibration.png").read_bytes()[:4] == b"\x89PNG"
-    with pytest.raises(UserError, match="circular 'like'"):
+    with pytest.raises(UserError, match="refer to itself"):
         run_calibrate(options(tmp_path, robot=str(tmp_path / "robot.yaml")))
 
 

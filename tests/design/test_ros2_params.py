@@ -340,7 +340,7 @@ def test_a_template_value_without_a_derived_one_is_an_error(
     (tmp_path / "a.yaml").write_text("node: {fixed: 1, derived: }\n")
     monkeypatch.setattr(annotated_yaml, "TEMPLATES", tmp_path)
     assert with_template("a.yaml", {"node": {"derived": 2.0}}) == {"node": {"fixed": 1, "derived": 2.0}}
-    with pytest.raises(ValueError, match="derived has no derived value"):
+    with pytest.raises(DesignError, match="derived has no derived value"):
         with_template("a.yaml", {"node": {}})
 
 

@@ -30,7 +30,7 @@ def test_demo_in_the_room_maps_localizes_delivers_and_returns(tmp_path: Path, ro
     arguments = ("--world", "room", "--robot", robot, "--seed", "2")
     summary = demo(tmp_path, "run", *arguments)
     assert summary["success"]
-    assert summary["deliveries_done"] == 1
+    assert summary["deliveries_done"] == 2
     assert summary["collisions"] == 0
     assert summary["explored_fraction"] > 0.95
     assert summary["localization_error_m"]["median"] < (0.04 if robot == "chefbot_lidar" else 0.08)

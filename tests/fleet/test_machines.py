@@ -73,7 +73,7 @@ def test_strangers_and_former_members_are_rejected(network: Network, fleet: Keyr
     robot1.tell("hear /robot2/odom")
     former.tell("say /robot2/odom lost")
     robot1.until("refused", lambda found: "robot2 is not on the fleet's list" in str(found))
-    robot1.until("refused", lambda found: "a stranger was turned away" in str(found))
+    robot1.until("refused", lambda found: "an unknown peer was rejected" in str(found))
     assert robot1.ask("heard") == [] and "/robot1/tester" not in str(stranger.ask("nodes"))
     assert "/robot1/tester" not in str(former.ask("nodes"))
     refused = network.start("nobody", there)

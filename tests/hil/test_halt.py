@@ -67,7 +67,7 @@ def test_a_killed_host_program_stops_the_wheels(
     record_property: Callable[[str, object], None],
 ) -> None:
     root = Path(__file__).parents[2]
-    command = [sys.executable, "-c", HOST, str(desk.path), str(max_speed(ROBOT))]
+    command = [sys.executable, "-c", HOST, str(desk.path), str(max_speed(ROBOT) / ROBOT.wheel_radius)]
     process = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": str(root)}, cwd=root)
     try:
         wait_for(lambda: at_full_speed(desk), "full speed")

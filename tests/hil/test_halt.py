@@ -29,8 +29,8 @@ driven = Driven(sys.argv[1])
 began = driven.loop.now_ns
 def command():
     new = driven.loop.now_ns - began < 2_000_000_000
-    driven.speed = 0.0 if new or "let go" in driven.health else float(sys.argv[2])
-    driven.loop.at(driven.loop.now_ns + 50_000_000, 0, command)
+    driven.speed = 0.0 if new or "release the controls" in driven.health else float(sys.argv[2])
+    driven.loop.schedule(driven.loop.now_ns + 50_000_000, 0, command)
 command()
 driven.loop.run()
 """

@@ -168,7 +168,7 @@ def planning() -> None:
 
 def control() -> None:
     """Plan and follow a path on the map."""
-    bench = KernelWorkload("planner", "controller", "navigator")
+    bench = KernelWorkload("planner", "controller", "navigator", robot="desk")  # it has no depth camera to wait for
     _navigate(bench)
 
 
@@ -180,7 +180,7 @@ def _navigate(bench: KernelWorkload) -> None:
     bench.publish("goal_pose", PoseStamped(bench.header("map"), Pose.of(SE2(1.5, 1.0, 1.0))))
     for _ in range(20):
         bench.run(0.05)
-        bench.publish_pose(0.0)
+        bench.publish_scan()  # the controller stands still without one
 
 
 def exploration() -> None:

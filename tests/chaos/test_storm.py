@@ -59,9 +59,7 @@ def storm(launch: str, robot: str, count: int, room: Path, *more: str) -> dict[s
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "seed", [7, 11]
-)  # after the messages of seed 5 the robot stays 0.6 m from its goal: open
+@pytest.mark.parametrize("seed", [5, 7, 11])
 def test_two_thousand_random_messages_do_not_stop_navigation(room: Path, seed: int) -> None:
     result = storm("waiter", "chefbot_lidar", 2_000, room, "--goal", "--seed", str(seed))
     assert result["unexpected"] == 0, result["faults"]

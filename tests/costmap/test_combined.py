@@ -47,7 +47,7 @@ def anywhere(rng: np.random.Generator) -> SE2:
 def do_something(costs: LayeredCostmap, seed: int) -> None:
     """One of all that changes a costmap; most often a scan."""
     rng = np.random.default_rng(seed)
-    kind, pose = rng.choice(8, p=(0.4, 0.15, 0.2, 0.02, 0.06, 0.06, 0.06, 0.05)), anywhere(rng)
+    kind, pose = rng.choice(9, p=(0.35, 0.15, 0.15, 0.02, 0.06, 0.06, 0.06, 0.05, 0.1)), anywhere(rng)
     source = ("laser", "camera")[seed % 2]
     if kind == 0:
         costs.mark_and_clear(source, pose, ANGLES, ranges_of(seed))
@@ -66,6 +66,8 @@ def do_something(costs: LayeredCostmap, seed: int) -> None:
         costs.reconfigure(msgspec.structs.replace(costs.params, inflation_radius=rng.uniform(0.1, 1.0)))
     elif kind == 7:
         costs.mark_and_clear("laser", pose, ANGLES, ranges_of(seed), also_clear="camera")
+    elif kind == 8:
+        costs.clear_footprint(pose)
 
 
 def anew(costs: LayeredCostmap) -> Costmap:

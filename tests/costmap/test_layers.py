@@ -135,6 +135,23 @@ def test_recoveries_clear_the_costmap_around_the_robot() -> None:
     assert (now.at(0.42, 0.01), now.at(0.01, 1.52)) == (FREE, LETHAL)
 
 
+@given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.sampled_from([0.02, 0.05, 0.5]))
+def test_marks_are_cleared_only_where_the_robot_covers_the_whole_cell(
+    x: float, y: float, resolution: float
+) -> None:
+    costs = window(inflation_radius=0.0, track_unknown=False, resolution=resolution)
+    layer = costs._layer("camera")
+    layer[:] = LETHAL
+    costs.clear_footprint(SE2(x, y, 0.0))
+    corner_x = costs.origin_x + np.arange(layer.shape[1] + 1) * resolution - x
+    corner_y = costs.origin_y + np.arange(layer.shape[0] + 1) * resolution - y
+    far_x, far_y = (np.maximum(np.abs(at[1:]), np.abs(at[:-1])) for at in (corner_x, corner_y))
+    covered = np.hypot(far_x[None, :], far_y[:, None]) <= 0.16
+    assert (layer[~covered] == LETHAL).all()
+    centre = np.hypot(far_x[None, :] - resolution / 2, far_y[:, None] - resolution / 2)
+    assert (layer[centre <= 0.16 - resolution] == UNKNOWN).all()
+
+
 def test_cells_within_the_robot_radius_are_inscribed():
     costs = window()
     costs.mark_and_clear("lidar", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.01))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,7 +23,7 @@ class LayeredCostmap:
     A cell is lethal if it is lethal in the map or any layer. A source clears its own layer and, if given, one other
     (`also`), whose marks it would detect if they were still there. So the lidar, whose plane passes under the table,
     never clears the table edge that the camera marked, but does clear the leg of a person who has left. Marks do not
-    decay with time: a mark stays until a beam clears it, or a recovery behavior does.
+    decay with time: a mark stays until a beam clears it, the robot itself stands there, or a recovery behavior does.
 
     `wary`: the robot's centre keeps its radius from unknown space, as it does from obstacles. A sensor that looks
     ahead only does not see the corner beside it that the robot turns about.
@@ -138,11 +140,11 @@ class LayeredCostmap:
     def _mark_changed(self, pose: SE2, radius: float) -> None:
         """Note that layers may have changed within `radius` metres of the pose."""
         if self._combined is not None:
-            column, row = (
-                (pose.x - self.origin_x) / self.resolution,
-                (pose.y - self.origin_y) / self.resolution,
-            )
-            self._combined.touch(CellWindow.around(row, column, radius / self.resolution))
+            self._combined.touch(self._window_around(pose, radius))
+
+    def _window_around(self, pose: SE2, radius: float) -> CellWindow:
+        column, row = (pose.x - self.origin_x) / self.resolution, (pose.y - self.origin_y) / self.resolution
+        return CellWindow.around(row, column, radius / self.resolution)
 
     def _layer(self, source: str) -> NDArray[np.uint8]:
         """Return the layer of the source, created empty at its first scan."""
@@ -157,6 +159,23 @@ class LayeredCostmap:
         for name, layer in self._sources.items():
             if source in (None, name):
                 layer[mask] = UNKNOWN
+
+    def clear_footprint(self, pose: SE2) -> None:
+        """Clear the marks of all sensors in the cells that the robot covers at `pose`: nothing else can be there.
+
+        A false mark under the robot would stay otherwise, since no sensor looks there (compare
+        `footprint_clearing_enabled` of nav2_costmap_2d). A cell that the robot covers in part keeps its mark.
+        """
+        radius = max(self._robot_radius - self.resolution / math.sqrt(2.0), 0.0)
+        window = self._window_around(pose, radius).expanded(0, self._static.shape)
+        if window.empty:
+            return  # the robot is outside the costmap
+        covered = self._disk_mask(pose, radius, window)
+        for layer in self._sources.values():
+            marked = covered & (layer[window.slices] == LETHAL)
+            if marked.any():
+                layer[window.slices][marked] = UNKNOWN
+                self._mark_changed(pose, radius)
 
     def clear(self) -> None:
         """Clear all obstacle layers and keep the static map."""
@@ -183,10 +202,12 @@ class LayeredCostmap:
         radius = self._robot_radius / self.resolution if self.wary else 0.0
         return MasterCostmap(self._static.shape, self._table, radius)
 
-    def _disk_mask(self, pose: SE2, radius: float) -> NDArray[np.bool_]:
+    def _disk_mask(self, pose: SE2, radius: float, window: CellWindow | None = None) -> NDArray[np.bool_]:
+        """Return which cells of the window, or of all, have their centre within `radius` metres of the pose."""
+        rows, columns = window.slices if window is not None else (slice(None), slice(None))
         h, w = self._static.shape
-        x = self.origin_x + (np.arange(w) + 0.5) * self.resolution - pose.x
-        y = self.origin_y + (np.arange(h) + 0.5) * self.resolution - pose.y
+        x = self.origin_x + (np.arange(w)[columns] + 0.5) * self.resolution - pose.x
+        y = self.origin_y + (np.arange(h)[rows] + 0.5) * self.resolution - pose.y
         return x[None, :] ** 2 + y[:, None] ** 2 <= radius * radius
 
 

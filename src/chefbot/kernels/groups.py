@@ -168,7 +168,9 @@ def planning() -> None:
 
 def control() -> None:
     """Plan and follow a path on the map."""
-    bench = KernelWorkload("planner", "controller", "navigator", robot="desk")  # it has no depth camera to wait for
+    bench = KernelWorkload(
+        "planner", "controller", "navigator", robot="desk"
+    )  # it has no depth camera to wait for
     _navigate(bench)
 
 

@@ -89,6 +89,7 @@ class LocalCostmapNode(Node):
     def _costs_around(self, pose: SE2) -> Costmap:
         """Move the costmap to the robot and return its costs."""
         self._costs.move_to(pose.x, pose.y)
+        self._costs.clear_footprint(pose)
         return self._costs.update()
 
     @every(hz=1)

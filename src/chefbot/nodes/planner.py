@@ -113,6 +113,7 @@ class PlannerNode(Node):
         except TransformError as error:
             return ComputePathToPose_Result(error_code=NO_TRANSFORM, error_msg=f"Not localized yet: {error}")
         start = goal.start.pose.se2 if goal.use_start else robot
+        self._costs.clear_footprint(robot)
         try:
             poses = self._find_path(robot, start, goal.goal.pose.se2)
         except PlanningError as error:

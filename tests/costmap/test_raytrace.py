@@ -48,6 +48,8 @@ def test_a_clipped_line_clears_the_cells_of_the_full_line(x0: float, y0: float, 
 @given(*[st.lists(ANYTHING, min_size=4, max_size=4)] * 3, st.tuples(ANYTHING, ANYTHING, ANYTHING))
 @example([0.0] * 4, [math.nan] * 4, [4.0] * 4, (0.0, 0.0, 0.0))
 @example([0.0] * 4, [math.nan] * 4, [4.0] * 4, (1e9, 0.0, math.pi))
+@example([0.5] * 4, [-1.0] * 4, [4.0] * 4, (1.0, math.nan, 0.0))
+@example([0.5] * 4, [-1.0] * 4, [4.0] * 4, (math.nan, 1.0, 0.0))
 def test_no_beam_writes_outside_the_map(
     angles: list[float], ranges: list[float], clear: list[float], sensor: tuple[float, float, float]
 ) -> None:

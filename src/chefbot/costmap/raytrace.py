@@ -36,9 +36,10 @@ def _clear_line(
     map, so that a beam from far outside takes no longer than one within.
     """
     h, w = cells.shape
-    # ignore beams that are not finite or exceed the range of fixed point
-    if not (max(abs(x0), abs(y0)) < MAX_COORDINATE and max(abs(x1), abs(y1)) < MAX_COORDINATE):
-        return
+    # ignore beams that are not finite or exceed the range of fixed point; max(1.0, nan) is 1.0, so one at a time
+    for coordinate in (x0, y0, x1, y1):
+        if not abs(coordinate) < MAX_COORDINATE:
+            return
     steps = int(max(abs(math.floor(x1) - math.floor(x0)), abs(math.floor(y1) - math.floor(y0))))
     if steps == 0:
         return

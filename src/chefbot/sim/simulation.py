@@ -250,7 +250,8 @@ class Simulation:
         """
         if len(self._dropped) >= MAX_DROPPED_BOXES:
             raise UserError(f"{MAX_DROPPED_BOXES} boxes have been dropped, which is the maximum")
-        if not all(0.0 < side <= 10.0 for side in size) or not max(abs(x), abs(y)) < 1000.0:
+        near = abs(x) < 1000.0 and abs(y) < 1000.0
+        if not (near and all(0.0 < side <= 10.0 for side in size)):
             raise UserError(f"a box of {size} m at ({x}, {y}): sides are from 0 to 10 m, places within 1 km")
         name = f"dropped_{len(self._dropped) + 1}"
         item = box(name, SE2(x, y, 0.0), 0.0, size, (196, 150, 90))

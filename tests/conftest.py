@@ -14,13 +14,17 @@ import pytest
 from hypothesis import settings
 
 from tests.support.ros_fixtures import fleet, network, other, peer, port, wire
+from tests.support.same_examples import ignore_constants_of_the_code
 
 __all__ = ["fleet", "network", "other", "peer", "port", "wire"]
 
 settings.register_profile("same", deadline=None, derandomize=True)  # a busy machine is no finding
 settings.register_profile("search", deadline=None)
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
+PROFILE = os.environ.get("HYPOTHESIS_PROFILE", "same")
 """A red run must mean a change, not bad luck; `make test-long` searches by chance."""
+settings.load_profile(PROFILE)
+if PROFILE == "same":
+    ignore_constants_of_the_code()
 
 sys.dont_write_bytecode = False  # else every program that a test starts is compiled first, as are the tests
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

@@ -25,7 +25,7 @@ def shown(*words: str) -> str:
 
 
 def test_every_world_and_robot_is_listed() -> None:
-    assert all(name in shown("sim", "worlds") for name in built_in_worlds())
+    assert all(name in shown("world", "list") for name in built_in_worlds())
     assert all(name in shown("robot", "list") for name in built_in_robots())
 
 

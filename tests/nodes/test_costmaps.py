@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chefbot.buildings.world_file import Chair
 from chefbot.costmap.conversions import costmap_message, mark_laser, mark_obstacles, plane_of
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
@@ -26,7 +27,6 @@ from chefbot.sim.depth_camera import DepthRenderer
 from chefbot.sim.simulation import OPTICAL, Capture
 from chefbot.sim.world.furniture import chair_shapes, person_shapes
 from chefbot.sim.world.shapes import SimulatedShape, shape_arrays
-from chefbot.sim.world.world_spec import Chair
 
 HERE = SE2(0.0, 0.0, 0.0)
 PLANE = 0.205

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from chefbot.buildings.world_file import Door, Route
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.sim.world.doors import GAP, SPEED, MovingDoor
 from chefbot.sim.world.furniture import PERSON_RADIUS
 from chefbot.sim.world.people import PERSONAL_SPACE, Pedestrian, disc, place_people
 from chefbot.sim.world.shapes import clearance
-from chefbot.sim.world.world_spec import Door, Route
 
 FAR = (50.0, 50.0, 0.2)
 

@@ -19,6 +19,7 @@ from chefbot.cli.robot.commands import robot_app
 from chefbot.cli.run.commands import demo, launch, replay
 from chefbot.cli.sim.commands import sim_app
 from chefbot.cli.tools.commands import TOOLS, graph
+from chefbot.cli.world.commands import world_app
 from chefbot.errors import UserError
 
 PANELS = RUN, DESIGN, OPERATE, GRAPH = (
@@ -78,6 +79,7 @@ app.command(rich_help_panel=RUN)(demo)
 app.command(rich_help_panel=RUN)(launch)
 app.command(rich_help_panel=RUN)(replay)
 app.add_typer(sim_app, name="sim", rich_help_panel=RUN)
+app.add_typer(world_app, name="world", rich_help_panel=RUN)
 app.add_typer(doctor_app, name="doctor", rich_help_panel=RUN)
 app.add_typer(robot_app, name="robot", rich_help_panel=DESIGN)
 app.add_typer(board_app, name="board", rich_help_panel=DESIGN)

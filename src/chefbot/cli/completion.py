@@ -37,6 +37,13 @@ def worlds(incomplete: str) -> list[str]:
     return [name for name in built_in_worlds() if name.startswith(incomplete)]
 
 
+def building_kinds(incomplete: str) -> list[str]:
+    """Return the kinds of generated buildings that begin with the text."""
+    from chefbot.buildings.parameters import KINDS
+
+    return [name for name in KINDS if name.startswith(incomplete)]
+
+
 def serial_ports(incomplete: str) -> list[tuple[str, str]]:
     """Return the serial ports of this computer, each with its description."""
     from chefbot.devices.board_ports import ports

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.design.export.mjcf import HULL_GROUP
+from chefbot.sim.world.floor import SLAB_NAME
 from chefbot.sim.world.world_mjcf import PREFIX
 
 EPISODE_GAP_NS = 500_000_000
@@ -37,10 +38,10 @@ class CollisionMonitor:
         """Read the geoms of a newly compiled model."""
         names = [model.geom(i).name for i in range(model.ngeom)]
         self._names = [name.removeprefix(PREFIX).split("/")[0] for name in names]
-        floor = model.geom("floor").id
+        floor = np.array([name == "floor" or name.startswith(PREFIX + SLAB_NAME) for name in names])
         robot = model.geom_group == HULL_GROUP
         self._robot: NDArray[np.bool_] = robot
-        self._obstacle: NDArray[np.bool_] = ~robot & (np.arange(model.ngeom) != floor)
+        self._obstacle: NDArray[np.bool_] = ~robot & ~floor
 
     def update(self, pairs: NDArray[np.int32], time_ns: int) -> None:
         """Update the episodes with the geom pairs (n, 2) that are in contact at `time_ns`."""

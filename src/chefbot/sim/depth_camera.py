@@ -12,10 +12,12 @@ from numpy.random import default_rng
 from numpy.typing import NDArray
 
 from chefbot.robot.sensors import DepthCamera
+from chefbot.sim.depth_holes import draw_holes
 from chefbot.sim.depth_raycast import draw
 from chefbot.sim.realism import RealismProfile
 from chefbot.sim.shading import shade
 from chefbot.sim.simulation import Capture
+from chefbot.sim.world.shapes import MIRROR
 
 GRAZING = math.radians(80.0)
 """Incidence angle across the image beyond which a surface, or an edge like one, may give no depth."""
@@ -26,11 +28,13 @@ DROPOUT = 0.7
 class DepthRendering(NamedTuple):
     """The exact view of a depth camera.
 
-    depth: (h, w) metres along the optical axis, inf for none. number: (h, w) indices of the solids.
+    depth: (h, w) metres along the optical axis, inf for none. number: (h, w) indices of the solids. mirrored: (h, w)
+    whether a mirror reflects the pattern of light away, so that there is no depth; None where there is no mirror.
     """
 
     depth: NDArray[np.float32]
     number: NDArray[np.int32]
+    mirrored: NDArray[np.bool_] | None = None
 
 
 class DepthFrame(NamedTuple):
@@ -55,10 +59,14 @@ class DepthRenderer:
         """Render the exact view of a capture."""
         size = self._camera.height, self._camera.width
         depth, number = np.empty(size, dtype=np.float32), np.empty(size, dtype=np.int32)
-        kind, centre, half, yaw, _ = capture.shapes
+        kind, centre, half, yaw, _, material = capture.shapes
         position, rotation = capture.position, np.ascontiguousarray(capture.rotation)
         draw(kind, centre, half, yaw, position, rotation, self._camera.focal_length_px, depth, number)
-        return DepthRendering(depth, number)
+        if len(capture.holes):
+            draw_holes(capture.holes, position, rotation, self._camera.focal_length_px, depth, number)
+        has_mirror = bool((material == MIRROR).any())
+        mirrored = (number >= 0) & (material[number] == MIRROR) if has_mirror else None
+        return DepthRendering(depth, number, mirrored)
 
     def measure(self, rendering: DepthRendering, index: int) -> NDArray[np.float32]:
         """Return the measured depth of frame `index`: (h, w) metres, NaN out of range or dropped out."""
@@ -71,15 +79,18 @@ class DepthRenderer:
         max_jump = math.tan(GRAZING) / camera.focal_length_px
         limits = (camera.range_min, camera.range_max)
         apply_sensor_errors(rendering.depth, noise, dropout_draw, camera.noise, max_jump, limits, measured)
+        if rendering.mirrored is not None:
+            measured[rendering.mirrored] = np.nan
         return measured
 
     def render_rgb(self, capture: Capture, rendering: DepthRendering) -> NDArray[np.uint8]:
         """Return the colour image of a view, (h, w, 3), for display."""
         picture = np.empty((*rendering.depth.shape, 3), dtype=np.uint8)
-        _, centre, half, yaw, colour = capture.shapes
-        kind, rotation = capture.shapes.kind, np.ascontiguousarray(capture.rotation)
+        kind, centre, half, yaw, colour, _ = capture.shapes
+        rotation = np.ascontiguousarray(capture.rotation)
         focal = self._camera.focal_length_px
-        shade(kind, centre, half, yaw, colour, capture.position, rotation, focal, *rendering, picture)
+        depth, number = rendering.depth, rendering.number
+        shade(kind, centre, half, yaw, colour, capture.position, rotation, focal, depth, number, picture)
         return picture
 
     def frame(self, capture: Capture, index: int, colour: bool = False) -> DepthFrame:

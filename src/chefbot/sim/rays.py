@@ -14,15 +14,22 @@ from chefbot.design.export.mjcf import LOOKS_GROUP
 from chefbot.robot.geometry.shapes import rotation
 from chefbot.robot.section import Mount
 from chefbot.robot.sensors import Lidar, Ultrasonic
+from chefbot.sim.world.world_mjcf import GLASS_GROUP, MIRROR_GROUP
 
-WORLD_ONLY = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
-"""Geom groups visible to rays, without the robot's own."""
+WORLD_ONLY = np.array([1, 0, 0, 0, 1, 1], dtype=np.uint8)
+"""Geom groups that reflect sound, without the robot's own."""
+OPAQUE_ONLY = np.array([group in (0, MIRROR_GROUP) for group in range(6)], dtype=np.uint8)
+"""Geom groups that light does not pass."""
+MAX_GLASS_ANGLE = math.radians(5.0)
+"""Incidence angle, from the surface normal, up to which glass reflects a laser beam back to the sensor. An
+assumption: scanners see glass within a few degrees of a right angle."""
 ROBOT_ONLY = np.array([group == LOOKS_GROUP for group in range(6)], dtype=np.uint8)
 """Geom groups of the robot's parts as built, without the sensor housings."""
 CONE_RINGS = 4
 MAX_ECHO_ANGLE = math.radians(60.0)
 """Maximum incidence angle, from the surface normal, of a reflection back to the sensor; beyond it sound is
 mirrored away, so that the ranger does not detect the floor."""
+MIRROR_OFFSET = 1e-4  # m
 ULTRASONIC_NOISE = 0.003  # m, standard deviation of an HC-SR04's reading
 
 
@@ -96,6 +103,32 @@ class RayCaster:
         )  # fmt: skip
         return np.where(self._geom_ids >= 0, self._distances, np.inf)
 
+    def cast_light(
+        self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the distances as `cast` does, for laser light, which passes glass and is reflected by mirrors.
+
+        Glass returns a beam that hits it at a right angle. A beam that a mirror reflects measures the length of the
+        way to what it meets then.
+        """
+        groups = model.geom_group
+        ranges = self.cast(model, data, position, rotation, OPAQUE_ONLY)
+        hits, normals = self._geom_ids.copy(), self._normals.reshape(-1, 3).copy()
+        beams = self._rays @ rotation.T
+        if (groups == MIRROR_GROUP).any():
+            origin = position + rotation @ self._mount_position
+            for i in np.flatnonzero((hits >= 0) & (groups[hits] == MIRROR_GROUP)):
+                ranges[i] += _reflected_range(
+                    model, data, origin + ranges[i] * beams[i], beams[i], normals[i]
+                )
+        if (groups == GLASS_GROUP).any():
+            to_glass = self.cast(model, data, position, rotation)
+            cos_incidence = np.abs(np.sum(self._normals.reshape(-1, 3) * beams, axis=1))
+            is_glass = (self._geom_ids >= 0) & (groups[self._geom_ids] == GLASS_GROUP)
+            returned = is_glass & (cos_incidence > math.cos(MAX_GLASS_ANGLE))
+            ranges = np.where(returned, to_glass, ranges)
+        return ranges
+
     def echoes(
         self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
     ) -> NDArray[np.float64]:
@@ -104,6 +137,22 @@ class RayCaster:
         # Cosine of the incidence angle: |n . d|.
         cos_incidence = np.abs(np.sum(self._normals.reshape(-1, 3) * (self._rays @ rotation.T), axis=1))
         return np.where(cos_incidence > math.cos(MAX_ECHO_ANGLE), ranges, np.inf)
+
+
+def _reflected_range(
+    model: Any,
+    data: Any,
+    point: NDArray[np.float64],
+    beam: NDArray[np.float64],
+    normal: NDArray[np.float64],
+) -> float:
+    """Return the distance (m) from a mirror at `point` to what a reflected beam (3,) meets, inf for nothing."""
+    # Reflection: d' = d - 2 (d . n) n; the ray begins a little before the mirror.
+    reflected = beam - 2.0 * float(beam @ normal) * normal
+    geom_id = np.zeros(1, dtype=np.int32)
+    start = point + MIRROR_OFFSET * reflected
+    distance = mujoco.mj_ray(model, data, start, reflected, OPAQUE_ONLY, True, -1, geom_id, np.zeros(3))
+    return distance + MIRROR_OFFSET if distance >= 0.0 else math.inf
 
 
 def to_rep117(ranges: NDArray[np.float64], range_min: float, range_max: float) -> NDArray[np.float32]:

@@ -17,6 +17,7 @@ from chefbot.robot.geometry.layout import ground_clearance, overall_height
 from chefbot.robot.spec import Robot
 from chefbot.sim.battery import SimulatedBattery
 from chefbot.sim.contacts import CollisionMonitor, Collisions
+from chefbot.sim.depth_holes import hole_array
 from chefbot.sim.motors import Motors, enable_drivers
 from chefbot.sim.rays import (
     ULTRASONIC_NOISE,
@@ -29,9 +30,18 @@ from chefbot.sim.rays import (
 )
 from chefbot.sim.realism import RealismProfile, draw_as_built, draw_floor_friction, draw_gyro_scale
 from chefbot.sim.world.doors import MovingDoor
+from chefbot.sim.world.floor import carpet_at, floor_slabs
 from chefbot.sim.world.furniture import PERSON_RADIUS, person_shapes
 from chefbot.sim.world.people import OccupiedCircle, disc, place_people
-from chefbot.sim.world.shapes import ShapeArrays, SimulatedShape, box, clearance, concatenate, shape_arrays
+from chefbot.sim.world.shapes import (
+    GLASS,
+    ShapeArrays,
+    SimulatedShape,
+    box,
+    clearance,
+    concatenate,
+    shape_arrays,
+)
 from chefbot.sim.world.world import World
 from chefbot.sim.world.world_mjcf import MocapBody, world_mjcf
 
@@ -52,12 +62,14 @@ class GroundTruth(NamedTuple):
 class Capture(NamedTuple):
     """Input of the depth renderer: the camera's optical frame in the world and the solids at one instant.
 
-    position: (3,) metres. rotation: (3, 3) from the optical frame (z forward, x right, y down) to the world.
+    position: (3,) metres. rotation: (3, 3) from the optical frame (z forward, x right, y down) to the world. holes:
+    (n, 5), see `hole_array`.
     """
 
     position: NDArray[np.float64]
     rotation: NDArray[np.float64]
     shapes: ShapeArrays
+    holes: NDArray[np.float64] = hole_array(())
 
 
 OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -175,7 +187,7 @@ class Simulation:
         lidar = self.robot.sensors.lidar
         if lidar is None or self._lidar is None:
             raise UserError(f"robot {self.robot.name} has no lidar")
-        ranges = self._lidar.cast(self._model, self._data, *self._base_pose())
+        ranges = self._lidar.cast_light(self._model, self._data, *self._base_pose())
         # Beams that the robot's own body blocks end there.
         ranges = np.minimum(ranges, self._lidar.own_body)
         if self.profile != "perfect":
@@ -207,7 +219,8 @@ class Simulation:
         mount = rotate_mount(camera.mount, self.as_built.camera_yaw)
         at = position + rotation @ np.array([mount.x, mount.y, mount.z])
         moving = shape_arrays(self._moving_shapes())
-        return Capture(at, rotation @ mount_rotation(mount) @ OPTICAL, concatenate(self._static, moving))
+        optical = rotation @ mount_rotation(mount) @ OPTICAL
+        return Capture(at, optical, concatenate(self._static, moving), hole_array(self.world.holes))
 
     def truth(self) -> GroundTruth:
         """Return the robot's ground-truth pose and twist."""
@@ -309,8 +322,9 @@ class Simulation:
 
     def _compile(self, start: SE2) -> None:
         solids = (*self.world.static, *self._dropped)
-        self._static = shape_arrays(solids)
-        xml = world_mjcf(self.robot, solids, self._mocap_bodies(), self.as_built, start)
+        self._static = shape_arrays([solid for solid in solids if solid.material != GLASS])
+        slabs = floor_slabs(self.world.bounds, self.world.holes) if self.world.holes else ()
+        xml = world_mjcf(self.robot, solids, self._mocap_bodies(), self.as_built, start, slabs)
         self._model: Any = mujoco.MjModel.from_xml_string(xml)
         self._data: Any = mujoco.MjData(self._model)
         # The MJCF has the linear motor model; friction and torque limits are set in the compiled model.
@@ -356,11 +370,13 @@ class Simulation:
             self._data.mocap_quat[i] = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2))
 
     def _update_floor_friction(self) -> None:
-        if len(self._grip.waves) == 0:
+        if len(self._grip.waves) == 0 and not self.world.carpets:
             return
         x, y = self._data.qpos[:2].tolist()
         # Sliding friction of the wheel geoms follows the floor under the robot.
-        friction = self.robot.wheels.friction * self.as_built.friction * self._grip.factor(x, y)
+        carpet = carpet_at(self.world.carpets, x, y)
+        tyre = self.robot.wheels.friction if carpet is None else carpet.friction
+        friction = tyre * self.as_built.friction * self._grip.factor(x, y)
         self._model.geom_friction[self._wheels, 0] = friction
 
     def _base_pose(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -10,15 +10,7 @@ from chefbot.cli import completion
 from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import ROBOT_OPTION, WORLDS
 
-sim_app = new_group("Simulator: list its worlds, run a robot in one.")
-
-
-@sim_app.command("worlds")
-def worlds() -> None:
-    """List the built-in worlds with size, named places, doors and people."""
-    from chefbot.cli.sim.worlds import list_worlds
-
-    list_worlds()
+sim_app = new_group("Simulator: run a robot in a world.")
 
 
 @sim_app.command("run")

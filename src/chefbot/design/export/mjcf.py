@@ -30,7 +30,11 @@ radius, and a wheel that rolls on a smaller radius falls short of its encoder: 2
 square. With this it is 7 mm."""
 PHYSICS_STEP = 0.005  # s
 OPTION = f'<option timestep="{PHYSICS_STEP}" integrator="discrete" cone="elliptic" gravity="0 0 {-GRAVITY}"/>'
-FLOOR = '<geom name="floor" type="plane" size="0 0 1" friction="1 0.005 0.0001" rgba="0.75 0.7 0.6 1"/>'
+FLOOR_FRICTION = 1.0
+FLOOR = (
+    '<geom name="floor" type="plane" size="0 0 1" '
+    f'friction="{FLOOR_FRICTION:g} 0.005 0.0001" rgba="0.75 0.7 0.6 1"/>'
+)
 
 
 class RobotXml(NamedTuple):

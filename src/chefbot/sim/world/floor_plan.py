@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,9 @@ def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float
     """
     from scipy import ndimage  # takes half a second, and the first picture does not need it
 
-    plan = _rasterize(world, ground_clearance(robot), overall_height(robot), resolution)
+    plan = _rasterize(
+        world, world.obstacles_at_rest(), ground_clearance(robot), overall_height(robot), resolution
+    )
     radius = robot.footprint_radius + margin
     # Distance transform to the obstacles, thresholded at the circumscribed radius.
     clearance_m = ndimage.distance_transform_edt(plan.cells != OCCUPIED) * resolution
@@ -46,14 +49,16 @@ def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float
 
 
 def _plan(world: World, low: float, high: float, resolution: float) -> Grid:
-    plan = _rasterize(world, low, high, resolution)
+    plan = _rasterize(world, world.shapes_at_rest(), low, high, resolution)
     free_cells = (plan.cells == FREE) & _within_bounds(plan, world)
     unreachable = (plan.cells == FREE) & ~_connected_to_start(free_cells, plan, world.start)
     cells = np.where(unreachable, np.int8(UNKNOWN), plan.cells)
     return Grid(cells, plan.resolution, plan.origin_x, plan.origin_y)
 
 
-def _rasterize(world: World, low: float, high: float, resolution: float) -> Grid:
+def _rasterize(
+    world: World, shapes: Sequence[SimulatedShape], low: float, high: float, resolution: float
+) -> Grid:
     """Return a grid of OCCUPIED and FREE cells only."""
     x0, y0, x1, y1 = world.bounds
     left, bottom = _snap(x0 - MARGIN, resolution), _snap(y0 - MARGIN, resolution)
@@ -64,7 +69,7 @@ def _rasterize(world: World, low: float, high: float, resolution: float) -> Grid
             f"world {world.name} needs {width} x {height} cells of {resolution} m; choose larger cells"
         )
     grid = Grid(np.zeros((height, width), dtype=np.int8), resolution, left, bottom)
-    for shape in world.shapes_at_rest():
+    for shape in shapes:
         if shape.bottom <= high and shape.top >= low:
             _mark_occupied(grid, shape)
     return grid

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from chefbot.buildings.world_file import BoxSpec, Chair, Cylinder, Door, Opening, Table, Wall
 from chefbot.maths.se2 import SE2
-from chefbot.sim.world.shapes import RgbColour, SimulatedShape, box, capsule, cylinder
-from chefbot.sim.world.world_spec import BoxSpec, Chair, Cylinder, Door, Opening, Table, Wall
+from chefbot.sim.world.shapes import MATERIALS, RgbColour, SimulatedShape, box, capsule, cylinder
 
 TABLE_TOP, TABLE_LEG = 0.03, 0.05  # m: thickness of the top, side of a leg
 SEAT, SEAT_HEIGHT, SEAT_THICKNESS, CHAIR_LEG, BACK_HEIGHT = 0.40, 0.45, 0.03, 0.035, 0.88  # m
@@ -33,7 +33,7 @@ def wall_shapes(wall: Wall, name: str) -> list[SimulatedShape]:
     for i, (a, b, low, high) in enumerate(pieces):
         at = frame @ SE2((a + b) / 2, 0.0, 0.0)
         shapes.append(box(f"{name}/{i}", at, low, (b - a, wall.thickness, high - low), colour))
-    return shapes
+    return [shape._replace(material=MATERIALS[wall.material]) for shape in shapes]
 
 
 def _wall_pieces(length: float, wall: Wall) -> list[tuple[float, float, float, float]]:
@@ -63,12 +63,14 @@ def table_shapes(table: Table) -> list[SimulatedShape]:
     """Return the solids of a table: top, four legs, and the chairs around it."""
     colour, underside = rgb(table.colour), table.height - TABLE_TOP
     shapes = [_table_top(table, underside, colour)]
-    leg_offset = table.size / 2 - TABLE_LEG if table.shape == "square" else 0.6 * table.size / 2
+    inset = TABLE_LEG if table.shape == "square" else 0.2 * table.size
+    across = _table_sides(table)
     for i, (sx, sy) in enumerate(_CORNERS):
-        at = table.pose @ SE2(sx * leg_offset, sy * leg_offset, 0.0)
+        at = table.pose @ SE2(sx * (across[0] / 2 - inset), sy * (across[1] / 2 - inset), 0.0)
         shapes.append(box(f"{table.name}/leg_{i}", at, 0.0, (TABLE_LEG, TABLE_LEG, underside), colour))
     for i, bearing in enumerate(table.chairs):
-        chair_pose = SE2(0.0, 0.0, bearing) @ SE2(table.size / 2 + CHAIR_GAP, 0.0, math.pi)
+        side = across[0] if abs(math.cos(bearing)) >= abs(math.sin(bearing)) else across[1]
+        chair_pose = SE2(0.0, 0.0, bearing) @ SE2(side / 2 + CHAIR_GAP, 0.0, math.pi)
         shapes += _chair(f"{table.name}_chair_{i}", table.pose @ chair_pose, rgb("#6e4a2a"))
     return shapes
 
@@ -77,7 +79,11 @@ def _table_top(table: Table, underside: float, colour: RgbColour) -> SimulatedSh
     name = f"{table.name}/top"
     if table.shape == "round":
         return cylinder(name, (table.x, table.y), underside, table.size / 2, TABLE_TOP, colour)
-    return box(name, table.pose, underside, (table.size, table.size, TABLE_TOP), colour)
+    return box(name, table.pose, underside, (*_table_sides(table), TABLE_TOP), colour)
+
+
+def _table_sides(table: Table) -> tuple[float, float]:
+    return table.size, table.size if table.depth is None else table.depth
 
 
 def chair_shapes(chair: Chair, name: str) -> list[SimulatedShape]:
@@ -109,7 +115,8 @@ def _chair(name: str, pose: SE2, colour: RgbColour) -> list[SimulatedShape]:
 def box_shape(item: BoxSpec) -> SimulatedShape:
     """Return the solid of a box."""
     x, y, z = item.size
-    return box(item.name, item.pose, item.bottom, (x, y, z), rgb(item.colour))
+    shape = box(item.name, item.pose, item.bottom, (x, y, z), rgb(item.colour))
+    return shape._replace(material=MATERIALS[item.material])
 
 
 def cylinder_shape(item: Cylinder) -> SimulatedShape:

@@ -109,6 +109,6 @@ def _with_start(world: World, start: SE2, robot: Robot) -> World:
     if not (x0 <= start.x <= x1 and y0 <= start.y <= y1):
         spans = f"x {x0:.2f} to {x1:.2f} and y {y0:.2f} to {y1:.2f} m"
         raise UserError(f"{at} lies outside, the world spans {spans}; {suggestion}")
-    if clearance(world.shapes_at_rest(), start.x, start.y, *ROBOT_SPACE) < robot.footprint_radius:
+    if clearance(world.obstacles_at_rest(), start.x, start.y, *ROBOT_SPACE) < robot.footprint_radius:
         raise UserError(f"{at} overlaps an obstacle or is too near to one; {suggestion}")
     return dataclasses.replace(world, places={**world.places, "home": start}, start_note="as requested")

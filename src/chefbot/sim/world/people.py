@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.random import Generator
 
+from chefbot.buildings.world_file import Route
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.sim.world.furniture import PERSON_RADIUS
 from chefbot.sim.world.shapes import SimulatedShape, clearance
-from chefbot.sim.world.world_spec import Route
 
 PERSONAL_SPACE = 0.3
 """Metres that a person keeps to the robot and to other people."""

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from chefbot.maths.se2 import SE2
 
 BOX, CYLINDER, CAPSULE = 0, 1, 2
+SOLID, GLASS, MIRROR = 0, 1, 2
+MATERIALS = {"solid": SOLID, "glass": GLASS, "mirror": MIRROR}
+"""Number of each material of a world file."""
 RgbColour = tuple[int, int, int]
 
 
@@ -19,7 +22,8 @@ class SimulatedShape(NamedTuple):
     """An upright solid; metres and radians in the frame of the world or of the body that carries it.
 
     x, y, z: centre. half: half sides of a box; (radius, radius, half length) of a cylinder; (radius, radius,
-    half length of the straight part) of a capsule. name: "object/part", as collisions report it.
+    half length of the straight part) of a capsule. name: "object/part", as collisions report it. material:
+    SOLID, GLASS or MIRROR.
     """
 
     kind: int
@@ -30,6 +34,7 @@ class SimulatedShape(NamedTuple):
     yaw: float
     colour: RgbColour
     name: str
+    material: int = SOLID
 
     @property
     def bottom(self) -> float:
@@ -92,7 +97,7 @@ def capsule(
 class ShapeArrays(NamedTuple):
     """Shapes as flat arrays for the kernels, n shapes; metres and radians as in Shape.
 
-    kind: (n,). centre, half: (n, 3). yaw: (n,). colour: (n, 3).
+    kind: (n,). centre, half: (n, 3). yaw: (n,). colour: (n, 3). material: (n,).
     """
 
     kind: NDArray[np.int8]
@@ -100,6 +105,7 @@ class ShapeArrays(NamedTuple):
     half: NDArray[np.float64]
     yaw: NDArray[np.float64]
     colour: NDArray[np.uint8]
+    material: NDArray[np.int8]
 
 
 def shape_arrays(shapes: Sequence[SimulatedShape]) -> ShapeArrays:
@@ -110,6 +116,7 @@ def shape_arrays(shapes: Sequence[SimulatedShape]) -> ShapeArrays:
         np.array([s.half for s in shapes], dtype=np.float64).reshape(-1, 3),
         np.array([s.yaw for s in shapes], dtype=np.float64),
         np.array([s.colour for s in shapes], dtype=np.uint8).reshape(-1, 3),
+        np.array([s.material for s in shapes], dtype=np.int8),
     )
 
 
@@ -121,6 +128,7 @@ def concatenate(a: ShapeArrays, b: ShapeArrays) -> ShapeArrays:
         np.concatenate([a.half, b.half]),
         np.concatenate([a.yaw, b.yaw]),
         np.concatenate([a.colour, b.colour]),
+        np.concatenate([a.material, b.material]),
     )
 
 

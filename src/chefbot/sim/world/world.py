@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from chefbot.buildings.world_file import Carpet, Door, FloorHole, Opening, Route, Wall, WorldSpec
 from chefbot.config import parse_config, read_bytes
 from chefbot.errors import UserError, name_hint
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
+from chefbot.sim.world.floor import over_holes
 from chefbot.sim.world.furniture import (
     box_shape,
     ceiling_shape,
@@ -23,7 +25,6 @@ from chefbot.sim.world.furniture import (
     wall_shapes,
 )
 from chefbot.sim.world.shapes import SimulatedShape, clearance
-from chefbot.sim.world.world_spec import Door, Opening, Route, Wall, WorldSpec
 
 WORLD_FOLDER = Path(__file__).parents[1] / "worlds"
 MAX_SHAPES = 20_000
@@ -55,6 +56,8 @@ class World:
     """Map that the world was made from, in the world's frame."""
     start_note: str = ""
     """Reason for the start pose, if it is not the file's `home`."""
+    holes: tuple[FloorHole, ...] = ()
+    carpets: tuple[Carpet, ...] = ()
 
     @property
     def start(self) -> SE2:
@@ -73,6 +76,10 @@ class World:
         """Return all solids without people, with doors opened as the file specifies."""
         leaves = [door_leaf(door).transformed(door_pose(door, door.open)) for door in self.doors]
         return (*self.static, *leaves)
+
+    def obstacles_at_rest(self) -> tuple[SimulatedShape, ...]:
+        """Return all that a robot must keep off at rest: the solids, and the holes as if they were solids."""
+        return (*self.shapes_at_rest(), *over_holes(self.holes, ROBOT_SPACE[1]))
 
 
 def built_in_worlds() -> dict[str, Path]:
@@ -114,7 +121,17 @@ def build_world(spec: WorldSpec, where: str) -> World:
     bounds = bounds_of(static)
     if spec.ceiling is not None:
         static = (*static, ceiling_shape(bounds, spec.ceiling))
-    world = World(spec.name, static, tuple(spec.doors), tuple(spec.routes), spec.people, places, bounds)
+    world = World(
+        spec.name,
+        static,
+        tuple(spec.doors),
+        tuple(spec.routes),
+        spec.people,
+        places,
+        bounds,
+        holes=tuple(spec.holes),
+        carpets=tuple(spec.carpets),
+    )
     _check_places(world, where)
     return world
 
@@ -146,14 +163,14 @@ def bounds_of(shapes: tuple[SimulatedShape, ...]) -> Bounds:
 
 def _check_names(spec: WorldSpec, where: str) -> None:
     """Check that names are unique and not reserved: collisions are reported by name."""
-    for key in ("tables", "boxes", "cylinders", "doors"):
+    for key in ("tables", "boxes", "cylinders", "doors", "holes"):
         for i, item in enumerate(getattr(spec, key)):
             if RESERVED_NAME.search(item.name):
                 raise UserError(
                     f"{where}: {key}[{i}].name: {item.name!r} is a name that the simulator gives itself"
                 )
     seen: dict[str, str] = {}
-    for key in ("tables", "boxes", "cylinders", "doors"):
+    for key in ("tables", "boxes", "cylinders", "doors", "holes"):
         for i, item in enumerate(getattr(spec, key)):
             if item.name in seen:
                 raise UserError(
@@ -185,7 +202,7 @@ def _check_places(world: World, where: str) -> None:
     if "home" not in world.places:
         raise UserError(f"{where}: places: 'home' is missing, where the robot starts")
     x0, y0, x1, y1 = world.bounds
-    solids = world.shapes_at_rest()
+    solids = world.obstacles_at_rest()
     for name, place in world.places.items():
         if not (x0 <= place.x <= x1 and y0 <= place.y <= y1):
             raise UserError(

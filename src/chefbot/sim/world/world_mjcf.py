@@ -6,14 +6,17 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from chefbot.design.export.mjcf import FLOOR, OPTION, numbers, robot_xml
+from chefbot.design.export.mjcf import BODY_FRICTION, FLOOR, FLOOR_FRICTION, OPTION, numbers, robot_xml
 from chefbot.maths.se2 import SE2
 from chefbot.robot.as_built import AsBuilt
 from chefbot.robot.spec import Robot
-from chefbot.sim.world.shapes import BOX, CAPSULE, SimulatedShape
+from chefbot.sim.world.shapes import BOX, CAPSULE, GLASS, MIRROR, SOLID, SimulatedShape
 
 PREFIX = "world/"
 TYPES = {BOX: "box", CAPSULE: "capsule"}
+GLASS_GROUP, MIRROR_GROUP = 4, 5
+"""Geom groups of what light passes and of what reflects it."""
+GROUPS = {SOLID: 0, GLASS: GLASS_GROUP, MIRROR: MIRROR_GROUP}
 
 
 class MocapBody(NamedTuple):
@@ -25,17 +28,26 @@ class MocapBody(NamedTuple):
 
 
 def world_mjcf(
-    robot: Robot, static: Sequence[SimulatedShape], movers: Sequence[MocapBody], as_built: AsBuilt, start: SE2
+    robot: Robot,
+    static: Sequence[SimulatedShape],
+    movers: Sequence[MocapBody],
+    as_built: AsBuilt,
+    start: SE2,
+    slabs: Sequence[SimulatedShape] = (),
 ) -> str:
-    """Return the MJCF text; geoms are named as their shapes, movers are mocap bodies in the given order."""
+    """Return the MJCF text; geoms are named as their shapes, movers are mocap bodies in the given order.
+
+    slabs: solids that are the floor of a world with holes, instead of a plane.
+    """
     xml = robot_xml(robot, as_built, start)
     # Static solids are geoms of the world body: a body each would cost a third of the speed.
     walls = "\n".join(geom_xml(shape) for shape in static)
+    floor = "\n".join(geom_xml(slab, FLOOR_FRICTION) for slab in slabs) or FLOOR
     moving = "\n".join(_body(mover) for mover in movers)
     return f"""<mujoco>
 {OPTION}
 <worldbody>
-{FLOOR}
+{floor}
 {walls}
 {moving}
 {xml.body}
@@ -52,7 +64,7 @@ def _body(mover: MocapBody) -> str:
     return f'<body name="{PREFIX}{mover.name}" mocap="true" pos="{numbers((x, y, 0.0))}">{geoms}</body>'
 
 
-def geom_xml(shape: SimulatedShape) -> str:
+def geom_xml(shape: SimulatedShape, friction: float = BODY_FRICTION) -> str:
     """Return one solid as a geom; the name prefix lets a box have the same name as a part of the robot."""
     half = shape.half if shape.kind == BOX else (shape.half[0], shape.half[2])
     quaternion = numbers((math.cos(shape.yaw / 2), 0.0, 0.0, math.sin(shape.yaw / 2)))
@@ -60,5 +72,6 @@ def geom_xml(shape: SimulatedShape) -> str:
     return (
         f'<geom name="{PREFIX}{shape.name}" type="{TYPES.get(shape.kind, "cylinder")}" '
         f'pos="{numbers((shape.x, shape.y, shape.z))}" quat="{quaternion}" '
-        f'size="{numbers(half)}" friction="0.3 0.005 0.0001" rgba="{rgba}"/>'
+        f'size="{numbers(half)}" group="{GROUPS[shape.material]}" '
+        f'friction="{friction:g} 0.005 0.0001" rgba="{rgba}"/>'
     )

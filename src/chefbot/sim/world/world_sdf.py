@@ -5,12 +5,13 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 
-from chefbot.design.export.mjcf import BODY_FRICTION
+from chefbot.design.export.mjcf import BODY_FRICTION, FLOOR_FRICTION
 from chefbot.design.export.sdf import sdf_model
 from chefbot.design.export.sdf_elements import add_friction, add_material, add_pose, add_value, sdf_document
 from chefbot.design.export.sdf_sensors import plugin
 from chefbot.robot.spec import GRAVITY, Robot
-from chefbot.sim.world.shapes import BOX, CAPSULE, SimulatedShape
+from chefbot.sim.world.floor import floor_slabs
+from chefbot.sim.world.shapes import BOX, CAPSULE, GLASS, SimulatedShape
 from chefbot.sim.world.world import World
 
 STEP = 0.001
@@ -20,6 +21,7 @@ SYSTEMS = ("Physics", "UserCommands", "SceneBroadcaster", "Contact", "Imu")
 PREFIX = "world_"
 """Prefix of all object names: a box may have the robot's name, and Gazebo reserves some, as `ground`."""
 REMARK = "People are omitted; doors are fixed at the opening given in the world file."
+GLASS_ALPHA = 0.3
 FLOOR_COLOUR = (0.75, 0.7, 0.6, 1.0)
 
 
@@ -29,7 +31,10 @@ def world_sdf(robot: Robot, world: World) -> str:
     _physics(element)
     _systems(element)
     _sun(element)
-    _floor(element)
+    if world.holes:
+        _static(element, "floor", floor_slabs(world.bounds, world.holes), FLOOR_FRICTION)
+    else:
+        _floor(element)
     for name, shapes in _objects(world.shapes_at_rest()).items():
         _static(element, name, shapes)
     element.append(sdf_model(robot, world.start))
@@ -71,7 +76,7 @@ def _floor(world: ET.Element) -> None:
         if tag == "visual":
             add_material(solid, FLOOR_COLOUR)
         else:
-            add_friction(solid, 1.0)
+            add_friction(solid, FLOOR_FRICTION)
 
 
 def _link(world: ET.Element, name: str) -> ET.Element:
@@ -88,7 +93,9 @@ def _objects(shapes: Iterable[SimulatedShape]) -> dict[str, list[SimulatedShape]
     return objects
 
 
-def _static(world: ET.Element, name: str, shapes: list[SimulatedShape]) -> None:
+def _static(
+    world: ET.Element, name: str, shapes: list[SimulatedShape], friction: float = BODY_FRICTION
+) -> None:
     link = _link(world, name)
     for shape in shapes:
         part = shape.name.partition("/")[2] or "all"
@@ -97,10 +104,11 @@ def _static(world: ET.Element, name: str, shapes: list[SimulatedShape]) -> None:
             add_pose(solid, (shape.x, shape.y, shape.z), (0.0, 0.0, shape.yaw))
             _geometry(solid, shape)
             if tag == "collision":
-                add_friction(solid, BODY_FRICTION)
+                add_friction(solid, friction)
             else:
                 red, green, blue = shape.colour
-                add_material(solid, (red / 255, green / 255, blue / 255, 1.0))
+                alpha = GLASS_ALPHA if shape.material == GLASS else 1.0
+                add_material(solid, (red / 255, green / 255, blue / 255, alpha))
 
 
 def _geometry(parent: ET.Element, shape: SimulatedShape) -> None:

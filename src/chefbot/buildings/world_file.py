@@ -18,6 +18,8 @@ Angle = Annotated[float, Meta(ge=-2 * math.pi, le=2 * math.pi, extra={"unit": "r
 Speed = Annotated[float, Meta(gt=0, le=3, extra={"unit": "m/s"})]
 Fraction = Annotated[float, Meta(ge=0, le=1)]
 Point = Annotated[list[Coordinate], Meta(min_length=2, max_length=2)]
+Material = Literal["solid", "glass", "mirror"]
+"""What light meets at a surface: it is scattered, passes, or is reflected."""
 HexColour = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}$")]
 
 
@@ -44,6 +46,7 @@ class Wall(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
     thickness: Length = 0.12
     height: Length = 2.5
     openings: Annotated[list[Opening], Meta(max_length=100)] = []
+    material: Material = "solid"
     colour: HexColour = "#d8d2c4"
 
 
@@ -66,7 +69,9 @@ class Table(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=True)
     name: Name
     shape: Literal["square", "round"] = "square"
     size: Length = 0.8
-    """Side length or diameter."""
+    """Diameter, or side length along the table's own x axis."""
+    depth: Length | None = None
+    """Side length along its y axis, if it is not square."""
     height: Length = 0.74
     chairs: Annotated[list[Angle], Meta(max_length=12)] = []
     """Bearings of the chairs from the table's centre; each chair faces the table."""
@@ -86,6 +91,7 @@ class BoxSpec(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     size: Annotated[list[Length], Meta(min_length=3, max_length=3)]
     """Side lengths along its own x and y axes, and its height."""
     bottom: Height = 0.0
+    material: Material = "solid"
     colour: HexColour = "#9a8f80"
 
 
@@ -117,6 +123,27 @@ class Door(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=True):
     colour: HexColour = "#8a5a33"
 
 
+class FloorHole(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A rectangular hole in the floor, such as a step down or a stairwell, with sides along the axes."""
+
+    name: Name
+    x: Coordinate
+    y: Coordinate
+    size: Annotated[list[Length], Meta(min_length=2, max_length=2)]
+    """Side lengths along x and y."""
+    depth: Length
+
+
+class Carpet(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A rectangular piece of floor with another friction."""
+
+    size: Annotated[list[Length], Meta(min_length=2, max_length=2)]
+    """Side lengths along its own x and y axes."""
+    friction: Annotated[float, Meta(ge=0.05, le=2.0)]
+    """Coefficient of sliding friction of a wheel on it."""
+    colour: HexColour = "#8c4a4a"
+
+
 class Route(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A route that people walk back and forth."""
 
@@ -139,6 +166,8 @@ class WorldSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     boxes: Annotated[list[BoxSpec], Meta(max_length=5000)] = []
     cylinders: Annotated[list[Cylinder], Meta(max_length=5000)] = []
     doors: Annotated[list[Door], Meta(max_length=100)] = []
+    holes: Annotated[list[FloorHole], Meta(max_length=100)] = []
+    carpets: Annotated[list[Carpet], Meta(max_length=100)] = []
     routes: Annotated[list[Route], Meta(max_length=100)] = []
     people: Annotated[int, Meta(ge=0, le=50)] = 0
     places: dict[Name, NamedPose]

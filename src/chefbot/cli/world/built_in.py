@@ -1,4 +1,4 @@
-"""`chefbot sim worlds`: a table of the built-in worlds."""
+"""`chefbot world list`: a table of the built-in worlds."""
 
 from __future__ import annotations
 

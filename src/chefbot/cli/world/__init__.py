@@ -1,0 +1,1 @@
+"""Implementation of `chefbot world`: worlds for the simulator, listed, generated and drawn."""

@@ -33,6 +33,8 @@ DESCRIPTION, BRINGUP, GAZEBO, MESSAGES = (
 )
 PACKAGES = Path(__file__).parent / "packages"
 """The static files, one folder for each package."""
+RVIZ = ("robot", "navigation")
+"""RViz's settings, each with a launch file that shows them."""
 Files = dict[str, bytes]
 """Path in a package to content."""
 
@@ -55,6 +57,8 @@ def bringup_package(robot: Robot, name_or_file: str, odometry_errors: OdometryEr
     a sensor for navigation.
     """
     camera, static = robot.sensors.depth_camera, _static(BRINGUP)
+    view = static.pop("launch/view.launch.py")
+    static |= {f"launch/view_{name}.launch.py": view for name in RVIZ}
     texts = {
         "config/robot.yaml": _robot_config(robot, {"robot": name_or_file}),
         "config/nav2_params.yaml": nav2_params(robot, odometry_errors),
@@ -63,8 +67,9 @@ def bringup_package(robot: Robot, name_or_file: str, odometry_errors: OdometryEr
     }
     if camera is None:
         del static["launch/3dsensor.launch.py"]
-        for name in ("rviz/robot.rviz", "rviz/navigation.rviz"):
-            static[name] = _without_display(static[name], "rviz_default_plugins/Image")
+        for name in RVIZ:
+            file = f"rviz/{name}.rviz"
+            static[file] = _without_display(static[file], "rviz_default_plugins/Image")
     else:
         texts["config/depth_to_scan.yaml"] = depth_to_scan(camera)
     return static | _encoded(texts)

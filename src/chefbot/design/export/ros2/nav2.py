@@ -73,14 +73,8 @@ def amcl(figures: Figures) -> Tree:
             rounded(travel), "two cells: smaller motions do not change the distances to the map"
         ),
         "update_min_a": Explained(UPDATE_TURN, "as in chefbot's particle filter"),
-        "laser_min_range": Explained(
-            rounded(scan_sensor.range_min), f"the {scan_sensor.sensor}'s minimum range"
-        ),
-        "laser_max_range": Explained(
-            rounded(scan_sensor.range_max),
-            f"range of the {scan_sensor.sensor}, {short(scan_sensor.far)} m, up to a noise of a cell:"
-            f" {short(scan_sensor.noise)} m of {short(cell)} m",
-        ),
+        "laser_min_range": figures.range_min.explained(),
+        "laser_max_range": figures.range_max.explained(),
         "sigma_hit": Explained(
             rounded(blur),
             f"map error of two cells, {short(2 * cell)}, and noise {short(scan_sensor.noise)} m",
@@ -105,11 +99,8 @@ def planner_server(figures: Figures) -> Tree:
 
 def behavior_server(figures: Figures) -> Tree:
     """Return the recovery behaviors within the robot's limits."""
-    blind = (
-        ""
-        if figures.scan_sensor.angle > math.pi
-        else "; no sensor covers the rear, only the costmap's memory"
-    )
+    rear = figures.scan_sensor.covers_rear
+    blind = "" if rear else "; no sensor covers the rear, only the costmap's memory"
     return {
         "cycle_frequency": figures.frequency.explained(),
         "simulate_ahead_time": figures.horizon.explained(f"collision check ahead{blind}"),
@@ -124,7 +115,7 @@ def velocity_smoother(figures: Figures) -> Tree:
     """Return the robot's acceleration limits, which chefbot's base applies as well."""
     v, w = figures.speed.number, figures.turn.number
     a, b = figures.acceleration.number, figures.turn_acceleration.number
-    back = v if figures.scan_sensor.angle > math.pi else v / 2
+    back = v if figures.scan_sensor.covers_rear else v / 2
     robot = figures.robot
     wheel = v + w * robot.wheels.separation / 2
     return {

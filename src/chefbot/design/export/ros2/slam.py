@@ -41,17 +41,11 @@ def slam_tree(robot: Robot, odometry_errors: OdometryErrors) -> Tree:
 
 
 def _sensor(figures: Figures) -> Tree:
-    scan_sensor, cell = figures.scan_sensor, figures.resolution.number
+    scan_sensor = figures.scan_sensor
     return {
         "scan_topic": scan_sensor.topic,
-        "min_laser_range": Explained(
-            rounded(scan_sensor.range_min), f"the {scan_sensor.sensor}'s minimum range"
-        ),
-        "max_laser_range": Explained(
-            rounded(scan_sensor.range_max),
-            f"range of the {scan_sensor.sensor}, {short(scan_sensor.far)} m, up to a noise of a cell:"
-            f" {short(scan_sensor.noise)} m of {short(cell)} m",
-        ),
+        "min_laser_range": figures.range_min.explained(),
+        "max_laser_range": figures.range_max.explained(),
         "resolution": figures.resolution.explained(),
         "transform_timeout": Explained(
             rounded(2.0 / scan_sensor.rate), f"two scans of {short(scan_sensor.rate)} Hz"

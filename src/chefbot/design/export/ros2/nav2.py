@@ -18,10 +18,9 @@ from chefbot.design.export.ros2.annotated_yaml import (
 )
 from chefbot.design.export.ros2.controllers import controller_server
 from chefbot.design.export.ros2.costmaps import global_costmap, local_costmap
-from chefbot.design.export.ros2.derived_nav_params import Figures, OdometryErrors
+from chefbot.design.export.ros2.derived_nav_params import Figures
 from chefbot.design.export.ros2.odometry_noise import alphas
 from chefbot.robot.motion_limits import max_wheel_speed
-from chefbot.robot.spec import Robot
 
 UPDATE_TURN = 0.1
 """Minimum turn between updates, rad; as in chefbot's particle filter."""
@@ -33,19 +32,18 @@ TWIST = Explained(
 )
 
 
-def nav2_params(robot: Robot, odometry_errors: OdometryErrors) -> str:
+def nav2_params(figures: Figures) -> str:
     """Return the YAML file with reasons as comments."""
     return yaml_text(
-        nav2_tree(robot, odometry_errors),
-        f"Nav2 for the robot {robot.name}, written by `chefbot robot export ros2`; "
+        nav2_tree(figures),
+        f"Nav2 for the robot {figures.robot.name}, written by `chefbot robot export ros2`; "
         "parameter names of Jazzy and Kilted.\n"
         "Values that depend on the robot have a reason; change the robot file and export again, or change them here.",
     )
 
 
-def nav2_tree(robot: Robot, odometry_errors: OdometryErrors) -> Tree:
+def nav2_tree(figures: Figures) -> Tree:
     """Return node to parameters with their reasons."""
-    figures = Figures(robot, odometry_errors)
     nodes: dict[str, Tree] = {
         "amcl": amcl(figures),
         "controller_server": {**controller_server(figures), "enable_stamped_cmd_vel": TWIST},

@@ -37,9 +37,13 @@ FLOOR = OdometryErrors(slip=0.003, diameter_error=0.003, separation_error=0.005)
 ROBOTS = sorted(built_in_robots())
 
 
+def derived(robot: Robot) -> Figures:
+    return Figures(robot, FLOOR)
+
+
 def nav2(robot: Robot) -> dict[str, Any]:
     """The file as ROS 2 reads it, node to parameters."""
-    nodes = yaml.safe_load(nav2_params(robot, FLOOR))
+    nodes = yaml.safe_load(nav2_params(derived(robot)))
     return {
         name: (inside.get(name) or inside)[
             "ros__parameters"
@@ -85,11 +89,11 @@ def check_physics(robot: Robot) -> None:
     period = 1.0 / control["controller_frequency"]
     assert abs(mppi["model_dt"] - period) < 1e-6  # beyond that MPPI does not shift its sequence, or refuses
     horizon = mppi["model_dt"] * mppi["time_steps"]
-    reaction = 1.0 / Figures(robot, FLOOR).scan_sensor.rate + period
+    reaction = 1.0 / derived(robot).scan_sensor.rate + period
     assert horizon >= reaction + max_speed(robot) / max_acceleration(robot) - 1e-3
     assert nodes["behavior_server"]["max_rotational_vel"] <= max_turn(robot) + slack
 
-    scan_sensor = Figures(robot, FLOOR).scan_sensor
+    scan_sensor = derived(robot).scan_sensor
     if (
         mppi["vx_max"] < max_speed(robot) - 2e-4
     ):  # slower than it could: then because of what it sees, and not much
@@ -117,7 +121,8 @@ def check_physics(robot: Robot) -> None:
 
 
 def check_names(robot: Robot) -> None:
-    texts = [nav2_params(robot, FLOOR), slam_toolbox(robot, FLOOR), ekf(robot, FLOOR)]
+    figures = derived(robot)
+    texts = [nav2_params(figures), slam_toolbox(figures), ekf(figures)]
     camera = robot.sensors.depth_camera
     texts += [depth_to_scan(camera)] if camera else []
     for text in texts:
@@ -188,7 +193,7 @@ def test_a_camera_robot_sees_less_and_never_drives_blind() -> None:
     assert spec.noise * seen["amcl"]["laser_max_range"] ** 2 <= 0.05 + 1e-6 < spec.noise * spec.range_max**2
     assert around["amcl"]["laser_max_range"] == lidar.sensors.lidar.range_max
     assert around["amcl"]["laser_min_range"] == lidar.sensors.lidar.range_min
-    narrow, wide = params(slam_toolbox(camera, FLOOR)), params(slam_toolbox(lidar, FLOOR))
+    narrow, wide = params(slam_toolbox(derived(camera))), params(slam_toolbox(derived(lidar)))
     assert narrow["minimum_travel_heading"] < spec.field_of_view / 3 < wide["minimum_travel_heading"]
     sources = around["local_costmap"]["obstacle_layer"]["observation_sources"].split()
     assert sources == ["scan", "depth_scan"]
@@ -203,8 +208,8 @@ def test_short_range_sensors_limit_the_speed() -> None:
     seen, dimly = (nav2(one)["controller_server"]["FollowPath"]["vx_max"] for one in (robot, dim))
     assert dimly < 0.8 * seen == pytest.approx(0.8 * max_speed(robot))
     check_physics(dim)
-    assert "stops within the" in nav2_params(dim, FLOOR) and "stops within the" not in nav2_params(
-        robot, FLOOR
+    assert "stops within the" in nav2_params(derived(dim)) and "stops within the" not in nav2_params(
+        derived(robot)
     )
 
 
@@ -212,14 +217,14 @@ def test_a_robot_without_range_sensor_is_refused() -> None:
     robot = load_robot("desk")
     blind = msgspec.structs.replace(robot, sensors=msgspec.structs.replace(robot.sensors, lidar=None))
     with pytest.raises(DesignError, match=r"neither sensors\.lidar nor sensors\.depth_camera"):
-        nav2_params(blind, FLOOR)
+        nav2_params(derived(blind))
 
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_alphas_are_the_variances_of_slipping_wheels(name: str) -> None:
     """Many robots drive straight and turn, their wheels off as the doubt says; nothing of the formulas is used."""
     robot = load_robot(name)
-    figures, chance, travel, turn = Figures(robot, FLOOR), np.random.default_rng(1), 0.2, 0.3
+    figures, chance, travel, turn = derived(robot), np.random.default_rng(1), 0.2, 0.3
     told = {key: value.value for key, value in alphas(figures, travel, turn).items()}
     track = robot.wheels.separation
 
@@ -244,7 +249,7 @@ def test_alphas_are_the_variances_of_slipping_wheels(name: str) -> None:
 @pytest.mark.parametrize("name", ROBOTS)
 def test_scan_matching_keeps_the_bounds_of_karto(name: str) -> None:
     """Karto throws at start where a smear is not within half of and ten times the search's resolution."""
-    told = params(slam_toolbox(load_robot(name), FLOOR))
+    told = params(slam_toolbox(derived(load_robot(name))))
     for search in ("correlation_search_space", "loop_search_space"):
         cell = told[f"{search}_resolution"]
         assert 0.5 * cell <= told[f"{search}_smear_deviation"] <= 10 * cell
@@ -263,7 +268,7 @@ def leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Explained]]:
 
 @pytest.mark.parametrize("make", [nav2_tree, slam_tree, ekf_tree])
 def test_values_that_differ_between_robots_have_a_reason(make: Any) -> None:
-    trees = [dict(leaves(make(load_robot(name), FLOOR))) for name in ROBOTS]
+    trees = [dict(leaves(make(derived(load_robot(name))))) for name in ROBOTS]
     shared = set.intersection(*(set(tree) for tree in trees))
     differing = {path for path in shared if len({str(tree[path].value) for tree in trees}) > 1}
     assert differing
@@ -275,7 +280,7 @@ def test_values_that_differ_between_robots_have_a_reason(make: Any) -> None:
 
 def test_a_reason_contains_the_numbers_of_its_value() -> None:
     """The inflation's reason, computed again from its own text."""
-    tree = dict(leaves(nav2_tree(load_robot("porter"), FLOOR)))
+    tree = dict(leaves(nav2_tree(derived(load_robot("porter")))))
     value, reason = tree[".local_costmap.local_costmap.ros__parameters.inflation_layer.inflation_radius"]
     numbers = [
         float(word.rstrip(":")) for word in reason.split() if word.rstrip(":").replace(".", "").isdigit()
@@ -286,16 +291,16 @@ def test_a_reason_contains_the_numbers_of_its_value() -> None:
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_yaml_reads_back_with_values_and_types(name: str) -> None:
     robot = load_robot(name)
-    assert yaml.safe_load(nav2_params(robot, FLOOR)) == plain_values(
-        nav2_tree(robot, FLOOR)
+    assert yaml.safe_load(nav2_params(derived(robot))) == plain_values(
+        nav2_tree(derived(robot))
     ) or differs_by_digits(robot)
-    assert max(len(line) for line in nav2_params(robot, FLOOR).splitlines() if "[" not in line) <= 112
+    assert max(len(line) for line in nav2_params(derived(robot)).splitlines() if "[" not in line) <= 112
 
 
 def differs_by_digits(robot: Robot) -> bool:
     """Nine digits are written; a period such as 1/15 s has more."""
-    read = dict(leaves(yaml.safe_load(nav2_params(robot, FLOOR))))
-    meant = dict(leaves(plain_values(nav2_tree(robot, FLOOR))))
+    read = dict(leaves(yaml.safe_load(nav2_params(derived(robot)))))
+    meant = dict(leaves(plain_values(nav2_tree(derived(robot)))))
     assert read.keys() == meant.keys()
     for path, one in meant.items():
         assert type(read[path].value) is type(one.value)
@@ -322,7 +327,7 @@ def test_a_written_value_keeps_its_type(value: Any) -> None:
 
 def test_the_filter_fuses_wheels_and_gyro_once_each() -> None:
     robot = load_robot("chefbot")
-    filter_ = params(ekf(robot, FLOOR))
+    filter_ = params(ekf(derived(robot)))
     wheels = {name for name, on in zip(STATE, filter_["odom0_config"], strict=True) if on}
     gyro = {name for name, on in zip(STATE, filter_["imu0_config"], strict=True) if on}
     assert wheels == {"vx", "vy", "vyaw"} and gyro == {"vyaw"}
@@ -330,7 +335,7 @@ def test_the_filter_fuses_wheels_and_gyro_once_each() -> None:
     assert np.array_equal(noise, noise.T) and np.all(np.linalg.eigvalsh(noise) > 0.0)
     imu = msgspec.structs.replace(robot.sensors.imu, gyro_bias=0.5)
     bad = msgspec.structs.replace(robot, sensors=msgspec.structs.replace(robot.sensors, imu=imu))
-    assert "imu0" not in params(ekf(bad, FLOOR))
+    assert "imu0" not in params(ekf(derived(bad)))
     check_names(bad)
 
 
@@ -345,7 +350,7 @@ def test_a_template_value_without_a_derived_one_is_an_error(
 
 
 def damaged(change: Any) -> list[str]:
-    nodes = copy.deepcopy(yaml.safe_load(nav2_params(load_robot("chefbot"), FLOOR)))
+    nodes = copy.deepcopy(yaml.safe_load(nav2_params(derived(load_robot("chefbot")))))
     change(nodes)
     return faults(nodes)
 

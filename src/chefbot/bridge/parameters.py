@@ -148,7 +148,7 @@ class ParameterServices:
             if parameter.name == SIM_TIME:
                 done(f"{parameter.name} cannot be changed: it is set by the launch")
                 return
-        self._setter({parameter.name: from_value(parameter.value) for parameter in parameters}, done)
+        self._setter({parameter.name: parameter.value.plain for parameter in parameters}, done)
 
 
 def flatten(params: msgspec.Struct, prefix: str = "") -> dict[str, ParameterInfo]:
@@ -202,22 +202,6 @@ def to_value(value: Any) -> ParameterValue:
             return ParameterValue(DOUBLE_ARRAY, double_array_value=np.array(value, np.float64))
     text = value if isinstance(value, str) else json.dumps(msgspec.to_builtins(value))
     return ParameterValue(STRING, string_value=text)
-
-
-def from_value(value: ParameterValue) -> Any:
-    """Convert a ROS parameter value to a plain value; None if it is not set."""
-    fields = ("bool", "integer", "double", "string", "byte_array", "bool_array", "integer_array")
-    names = ("", *fields, "double_array", "string_array")
-    if not 0 < value.type < len(names):
-        return None
-    plain = getattr(value, names[value.type] + "_value")
-    return (
-        plain.tolist()
-        if isinstance(plain, np.ndarray)
-        else list(plain)
-        if isinstance(plain, tuple)
-        else plain
-    )
 
 
 def _descriptor(name: str, parameter: ParameterInfo, live: bool) -> ParameterDescriptor:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from chefbot.config import parse_yaml
 from chefbot.errors import name_hint
@@ -16,25 +14,16 @@ from chefbot.ros2.tools.service import call
 
 TIMEOUT = 5.0
 """Timeout of one service call, s."""
-
-
-class _ParameterType(NamedTuple):
-    """A parameter type and its field in ParameterValue."""
-
-    name: str
-    field: str
-
-
 PARAMETER_TYPES = {
-    rcl.BOOL: _ParameterType("bool", "bool_value"),
-    rcl.INTEGER: _ParameterType("integer", "integer_value"),
-    rcl.DOUBLE: _ParameterType("double", "double_value"),
-    rcl.STRING: _ParameterType("string", "string_value"),
-    rcl.BYTE_ARRAY: _ParameterType("byte array", "byte_array_value"),
-    rcl.BOOL_ARRAY: _ParameterType("bool array", "bool_array_value"),
-    rcl.INTEGER_ARRAY: _ParameterType("integer array", "integer_array_value"),
-    rcl.DOUBLE_ARRAY: _ParameterType("double array", "double_array_value"),
-    rcl.STRING_ARRAY: _ParameterType("string array", "string_array_value"),
+    rcl.BOOL: "bool",
+    rcl.INTEGER: "integer",
+    rcl.DOUBLE: "double",
+    rcl.STRING: "string",
+    rcl.BYTE_ARRAY: "byte array",
+    rcl.BOOL_ARRAY: "bool array",
+    rcl.INTEGER_ARRAY: "integer array",
+    rcl.DOUBLE_ARRAY: "double array",
+    rcl.STRING_ARRAY: "string array",
 }
 
 
@@ -47,7 +36,7 @@ def run_list(name: str) -> None:
         for owner in nodes:
             names = _names(node, owner)
             console.print(f"{owner}:" if names else f"{owner}: none")
-            values = [to_yaml(parameter_to_plain(value)) for value in _get(node, owner, names)]
+            values = [to_yaml(value.plain) for value in _get(node, owner, names)]
             for line in columns([parameter, value] for parameter, value in zip(names, values, strict=True)):
                 console.print(f"  {line}")
 
@@ -56,7 +45,7 @@ def run_get(name: str, parameter: str) -> None:
     """Print the value of a parameter."""
     with graph_node("param") as node:
         owner = _find_owner(node.wire.graph, name)
-        console.print(to_yaml(parameter_to_plain(_get_one(node, owner, parameter))))
+        console.print(to_yaml(_get_one(node, owner, parameter).plain))
 
 
 def run_set(name: str, parameter: str, text: str) -> int:
@@ -71,7 +60,7 @@ def run_set(name: str, parameter: str, text: str) -> int:
         request = rcl.SetParameters_Request((rcl.Parameter(parameter, value),))
         (result,) = call(node, f"{owner}/set_parameters", rcl.SetParameters, request, TIMEOUT).results
         if result.successful:
-            console.print(f"{owner} {parameter}: {to_yaml(parameter_to_plain(value))}")
+            console.print(f"{owner} {parameter}: {to_yaml(value.plain)}")
         else:
             console.print(f"{owner} refuses {parameter}: {result.reason or 'no reason given'}")
         return 0 if result.successful else 1
@@ -92,10 +81,8 @@ def run_describe(name: str, parameter: str) -> None:
 
 def describe_lines(descriptor: rcl.ParameterDescriptor) -> list[str]:
     """Return the lines that `param describe` prints."""
-    form = PARAMETER_TYPES.get(descriptor.type)
-    lines = [
-        f"{descriptor.name}: {form.name if form else 'not set'}{', read only' if descriptor.read_only else ''}"
-    ]
+    type_name = PARAMETER_TYPES.get(descriptor.type, "not set")
+    lines = [f"{descriptor.name}: {type_name}{', read only' if descriptor.read_only else ''}"]
     lines += [f"  {text}" for text in (descriptor.description, descriptor.additional_constraints) if text]
     bounds: tuple[Any, ...] = (*descriptor.floating_point_range, *descriptor.integer_range)
     for bound in bounds:
@@ -103,21 +90,6 @@ def describe_lines(descriptor: rcl.ParameterDescriptor) -> list[str]:
             f"  from {bound.from_value} to {bound.to_value}{f', step {bound.step}' if bound.step else ''}"
         )
     return lines
-
-
-def parameter_to_plain(value: rcl.ParameterValue) -> Any:
-    """Convert a parameter value to plain YAML data; None if it is not set."""
-    form = PARAMETER_TYPES.get(value.type)
-    if form is None:
-        return None
-    plain = getattr(value, form.field)
-    return (
-        plain.tolist()
-        if isinstance(plain, np.ndarray)
-        else list(plain)
-        if isinstance(plain, tuple)
-        else plain
-    )
 
 
 def plain_to_parameter(kind: int, plain: Any, name: str) -> rcl.ParameterValue:
@@ -131,11 +103,9 @@ def plain_to_parameter(kind: int, plain: Any, name: str) -> rcl.ParameterValue:
         isinstance(value, expected) and (expected is bool or not isinstance(value, bool)) for value in values
     )
     if not fits or isinstance(plain, list) != array:
-        raise ToolError(f"{name} is of type {PARAMETER_TYPES[kind].name}, which {to_yaml(plain)} is not")
-    if kind in (rcl.STRING_ARRAY,):
-        plain = tuple(plain)
-    field: dict[str, Any] = {PARAMETER_TYPES[kind].field: float(plain) if kind == rcl.DOUBLE else plain}
-    return rcl.ParameterValue(type=kind, **field)
+        raise ToolError(f"{name} is of type {PARAMETER_TYPES[kind]}, which {to_yaml(plain)} is not")
+    convert: Any = {rcl.STRING_ARRAY: tuple, rcl.DOUBLE: float}.get(kind, lambda value: value)
+    return rcl.ParameterValue(kind, **{rcl.ParameterValue.__struct_fields__[kind]: convert(plain)})
 
 
 def _owners(graph: Graph) -> list[str]:

@@ -56,7 +56,6 @@ def mppi(figures: Figures) -> Tree:
     """Return the parameters of model predictive path integral control."""
     v, w, hz = figures.speed, figures.turn, figures.frequency.number
     steps = math.ceil(figures.horizon.number * hz)
-    rear = figures.scan_sensor.angle > math.pi
     return {
         "motion_model": Explained("DiffDrive", "two driven wheels"),
         "model_dt": Explained(
@@ -65,7 +64,7 @@ def mppi(figures: Figures) -> Tree:
         "time_steps": Explained(steps, f"horizon x frequency; {figures.horizon.derivation}"),
         "vx_max": v.limit(),
         "vx_min": Explained(-v.number / 2, "half of it in reverse: the scan covers the rear")
-        if rear
+        if figures.scan_sensor.covers_rear
         else Explained(0.0, f"no reverse: the {figures.scan_sensor.sensor} does not cover the rear"),
         "wz_max": w.limit(),
         "ax_max": figures.acceleration.limit(),

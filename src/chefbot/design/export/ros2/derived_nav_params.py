@@ -58,6 +58,11 @@ class ScanSensor(NamedTuple):
     """Field of view."""
     height: float
 
+    @property
+    def covers_rear(self) -> bool:
+        """Whether the robot sees where it drives in reverse."""
+        return self.angle > math.pi
+
 
 @dataclass(frozen=True)
 class Figures:
@@ -84,6 +89,21 @@ class Figures:
             "depth camera", "/scan", DEPTH_FRAME, camera.rate, camera.range_min, useful, camera.range_max,
             camera.noise * useful**2, camera.field_of_view, camera.mount.z,
         )  # fmt: skip
+
+    @cached_property
+    def range_min(self) -> Figure:
+        """Return the minimum range of the scan, m."""
+        return Figure(self.scan_sensor.range_min, f"the {self.scan_sensor.sensor}'s minimum range")
+
+    @cached_property
+    def range_max(self) -> Figure:
+        """Return the maximum range of the scan whose noise is within a map cell, m."""
+        sensor = self.scan_sensor
+        return Figure(
+            sensor.range_max,
+            f"range of the {sensor.sensor}, {short(sensor.far)} m, up to a noise of a cell:"
+            f" {short(sensor.noise)} m of {short(self.resolution.number)} m",
+        )
 
     @cached_property
     def radius(self) -> Figure:
@@ -131,12 +151,7 @@ class Figures:
     def turn(self) -> Figure:
         """Return the maximum turn rate on the spot, rad/s."""
         robot = self.robot
-        rims = turn_rate_on_spot(robot, max_wheel_speed(robot))
-        return Figure(
-            rounded_down(max_turn(robot)),
-            f"drive.max_turn {short(robot.drive.max_turn)}, limited by 2 x wheel speed / separation ="
-            f" {short(rims)}",
-        )
+        return self._on_spot("max_turn", max_turn(robot), "wheel speed", max_wheel_speed(robot))
 
     @cached_property
     def acceleration(self) -> Figure:
@@ -150,13 +165,14 @@ class Figures:
     @cached_property
     def turn_acceleration(self) -> Figure:
         """Return the maximum angular acceleration on the spot, rad/s^2."""
-        robot = self.robot
-        rims = turn_rate_on_spot(robot, max_acceleration(robot))
-        return Figure(
-            rounded_down(max_turn_acceleration(robot)),
-            f"drive.max_turn_acceleration {short(robot.drive.max_turn_acceleration)}, limited by"
-            f" 2 x max_acceleration / separation = {short(rims)}",
-        )
+        limit, wheel = max_turn_acceleration(self.robot), max_acceleration(self.robot)
+        return self._on_spot("max_turn_acceleration", limit, "max_acceleration", wheel)
+
+    def _on_spot(self, name: str, limit: float, of_wheel: str, wheel: float) -> Figure:
+        """Return a limit of turns on the spot: `drive.NAME`, or less if the motion `wheel` of a wheel allows less."""
+        wanted, rims = getattr(self.robot.drive, name), turn_rate_on_spot(self.robot, wheel)
+        reason = f"drive.{name} {short(wanted)}, limited by 2 x {of_wheel} / separation = {short(rims)}"
+        return Figure(rounded_down(limit), reason)
 
     @cached_property
     def frequency(self) -> Figure:

@@ -14,9 +14,8 @@ from chefbot.design.export.ros2.annotated_yaml import (
     with_template,
     yaml_text,
 )
-from chefbot.design.export.ros2.derived_nav_params import Figures, OdometryErrors
+from chefbot.design.export.ros2.derived_nav_params import Figures
 from chefbot.design.export.ros2.odometry_noise import gyro_deviation, wheels_turn_deviation
-from chefbot.robot.spec import Robot
 
 STATE = ("x", "y", "z", "roll", "pitch", "yaw", "vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az")
 """Order of every vector and matrix of robot_localization."""
@@ -24,20 +23,19 @@ STILL = 1e-6
 """Process variance of states that plane motion keeps constant."""
 
 
-def ekf(robot: Robot, odometry_errors: OdometryErrors) -> str:
+def ekf(figures: Figures) -> str:
     """Return the YAML file with reasons as comments."""
     return yaml_text(
-        ekf_tree(robot, odometry_errors),
-        f"robot_localization for the robot {robot.name}, written by `chefbot robot export ros2`; "
+        ekf_tree(figures),
+        f"robot_localization for the robot {figures.robot.name}, written by `chefbot robot export ros2`; "
         "used with odometry:=ekf.\n"
         "It has no state for the gyroscope bias; chefbot's odometry estimates the bias and is the default.",
     )
 
 
-def ekf_tree(robot: Robot, odometry_errors: OdometryErrors) -> Tree:
+def ekf_tree(figures: Figures) -> Tree:
     """Return the parameters of the node with their reasons."""
-    figures = Figures(robot, odometry_errors)
-    hz = min(robot.sensors.imu.rate, 50.0)
+    hz = min(figures.robot.sensors.imu.rate, 50.0)
     derived: Tree = {
         "ekf_filter_node": {
             "ros__parameters": {

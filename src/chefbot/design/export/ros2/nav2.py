@@ -18,10 +18,9 @@ from chefbot.design.export.ros2.annotated_yaml import (
 )
 from chefbot.design.export.ros2.controllers import controller_server
 from chefbot.design.export.ros2.costmaps import global_costmap, local_costmap
-from chefbot.design.export.ros2.derived_nav_params import Figures, OdometryErrors
+from chefbot.design.export.ros2.derived_nav_params import Figures
 from chefbot.design.export.ros2.odometry_noise import alphas
 from chefbot.robot.motion_limits import max_wheel_speed
-from chefbot.robot.spec import Robot
 
 UPDATE_TURN = 0.1
 """Minimum turn between updates, rad; as in chefbot's particle filter."""
@@ -33,19 +32,18 @@ TWIST = Explained(
 )
 
 
-def nav2_params(robot: Robot, odometry_errors: OdometryErrors) -> str:
+def nav2_params(figures: Figures) -> str:
     """Return the YAML file with reasons as comments."""
     return yaml_text(
-        nav2_tree(robot, odometry_errors),
-        f"Nav2 for the robot {robot.name}, written by `chefbot robot export ros2`; "
+        nav2_tree(figures),
+        f"Nav2 for the robot {figures.robot.name}, written by `chefbot robot export ros2`; "
         "parameter names of Jazzy and Kilted.\n"
         "Values that depend on the robot have a reason; change the robot file and export again, or change them here.",
     )
 
 
-def nav2_tree(robot: Robot, odometry_errors: OdometryErrors) -> Tree:
+def nav2_tree(figures: Figures) -> Tree:
     """Return node to parameters with their reasons."""
-    figures = Figures(robot, odometry_errors)
     nodes: dict[str, Tree] = {
         "amcl": amcl(figures),
         "controller_server": {**controller_server(figures), "enable_stamped_cmd_vel": TWIST},
@@ -73,14 +71,8 @@ def amcl(figures: Figures) -> Tree:
             rounded(travel), "two cells: smaller motions do not change the distances to the map"
         ),
         "update_min_a": Explained(UPDATE_TURN, "as in chefbot's particle filter"),
-        "laser_min_range": Explained(
-            rounded(scan_sensor.range_min), f"the {scan_sensor.sensor}'s minimum range"
-        ),
-        "laser_max_range": Explained(
-            rounded(scan_sensor.range_max),
-            f"range of the {scan_sensor.sensor}, {short(scan_sensor.far)} m, up to a noise of a cell:"
-            f" {short(scan_sensor.noise)} m of {short(cell)} m",
-        ),
+        "laser_min_range": figures.range_min.explained(),
+        "laser_max_range": figures.range_max.explained(),
         "sigma_hit": Explained(
             rounded(blur),
             f"map error of two cells, {short(2 * cell)}, and noise {short(scan_sensor.noise)} m",
@@ -105,11 +97,8 @@ def planner_server(figures: Figures) -> Tree:
 
 def behavior_server(figures: Figures) -> Tree:
     """Return the recovery behaviors within the robot's limits."""
-    blind = (
-        ""
-        if figures.scan_sensor.angle > math.pi
-        else "; no sensor covers the rear, only the costmap's memory"
-    )
+    rear = figures.scan_sensor.covers_rear
+    blind = "" if rear else "; no sensor covers the rear, only the costmap's memory"
     return {
         "cycle_frequency": figures.frequency.explained(),
         "simulate_ahead_time": figures.horizon.explained(f"collision check ahead{blind}"),
@@ -124,7 +113,7 @@ def velocity_smoother(figures: Figures) -> Tree:
     """Return the robot's acceleration limits, which chefbot's base applies as well."""
     v, w = figures.speed.number, figures.turn.number
     a, b = figures.acceleration.number, figures.turn_acceleration.number
-    back = v if figures.scan_sensor.angle > math.pi else v / 2
+    back = v if figures.scan_sensor.covers_rear else v / 2
     robot = figures.robot
     wheel = v + w * robot.wheels.separation / 2
     return {

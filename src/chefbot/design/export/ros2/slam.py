@@ -16,8 +16,7 @@ from chefbot.design.export.ros2.annotated_yaml import (
     with_template,
     yaml_text,
 )
-from chefbot.design.export.ros2.derived_nav_params import Figures, OdometryErrors
-from chefbot.robot.spec import Robot
+from chefbot.design.export.ros2.derived_nav_params import Figures
 
 USUAL_CELL = 0.05
 """Cell size of slam_toolbox's example values, m."""
@@ -25,33 +24,26 @@ OVERLAP = 6.0
 """Field of view over the turn between scans: consecutive scans share five sixths of it."""
 
 
-def slam_toolbox(robot: Robot, odometry_errors: OdometryErrors) -> str:
+def slam_toolbox(figures: Figures) -> str:
     """Return the YAML file with reasons as comments."""
     return yaml_text(
-        slam_tree(robot, odometry_errors),
-        f"slam_toolbox for the robot {robot.name}, written by `chefbot robot export ros2`.",
+        slam_tree(figures),
+        f"slam_toolbox for the robot {figures.robot.name}, written by `chefbot robot export ros2`.",
     )
 
 
-def slam_tree(robot: Robot, odometry_errors: OdometryErrors) -> Tree:
+def slam_tree(figures: Figures) -> Tree:
     """Return the parameters of the node with their reasons."""
-    figures = Figures(robot, odometry_errors)
     derived: Tree = {**_sensor(figures), **_steps(figures), **_matching(figures)}
     return with_template("slam_toolbox.yaml", {"slam_toolbox": {"ros__parameters": derived}})
 
 
 def _sensor(figures: Figures) -> Tree:
-    scan_sensor, cell = figures.scan_sensor, figures.resolution.number
+    scan_sensor = figures.scan_sensor
     return {
         "scan_topic": scan_sensor.topic,
-        "min_laser_range": Explained(
-            rounded(scan_sensor.range_min), f"the {scan_sensor.sensor}'s minimum range"
-        ),
-        "max_laser_range": Explained(
-            rounded(scan_sensor.range_max),
-            f"range of the {scan_sensor.sensor}, {short(scan_sensor.far)} m, up to a noise of a cell:"
-            f" {short(scan_sensor.noise)} m of {short(cell)} m",
-        ),
+        "min_laser_range": figures.range_min.explained(),
+        "max_laser_range": figures.range_max.explained(),
         "resolution": figures.resolution.explained(),
         "transform_timeout": Explained(
             rounded(2.0 / scan_sensor.rate), f"two scans of {short(scan_sensor.rate)} Hz"

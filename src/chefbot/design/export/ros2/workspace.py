@@ -12,7 +12,7 @@ from pathlib import Path
 
 from chefbot.design.export.ros2.annotated_yaml import Tree, yaml_text
 from chefbot.design.export.ros2.depth_to_scan import depth_to_scan
-from chefbot.design.export.ros2.derived_nav_params import OdometryErrors
+from chefbot.design.export.ros2.derived_nav_params import Figures, OdometryErrors
 from chefbot.design.export.ros2.ekf import ekf
 from chefbot.design.export.ros2.interfaces import interface_files
 from chefbot.design.export.ros2.nav2 import nav2_params
@@ -33,6 +33,8 @@ DESCRIPTION, BRINGUP, GAZEBO, MESSAGES = (
 )
 PACKAGES = Path(__file__).parent / "packages"
 """The static files, one folder for each package."""
+RVIZ = ("robot", "navigation")
+"""RViz's settings, each with a launch file that shows them."""
 Files = dict[str, bytes]
 """Path in a package to content."""
 
@@ -54,17 +56,20 @@ def bringup_package(robot: Robot, name_or_file: str, odometry_errors: OdometryEr
     name_or_file: default of the launch argument robot, as `chefbot launch` takes it. UserError for a robot without
     a sensor for navigation.
     """
-    camera, static = robot.sensors.depth_camera, _static(BRINGUP)
+    camera, static, figures = robot.sensors.depth_camera, _static(BRINGUP), Figures(robot, odometry_errors)
+    view = static.pop("launch/view.launch.py")
+    static |= {f"launch/view_{name}.launch.py": view for name in RVIZ}
     texts = {
         "config/robot.yaml": _robot_config(robot, {"robot": name_or_file}),
-        "config/nav2_params.yaml": nav2_params(robot, odometry_errors),
-        "config/slam_toolbox.yaml": slam_toolbox(robot, odometry_errors),
-        "config/ekf.yaml": ekf(robot, odometry_errors),
+        "config/nav2_params.yaml": nav2_params(figures),
+        "config/slam_toolbox.yaml": slam_toolbox(figures),
+        "config/ekf.yaml": ekf(figures),
     }
     if camera is None:
         del static["launch/3dsensor.launch.py"]
-        for name in ("rviz/robot.rviz", "rviz/navigation.rviz"):
-            static[name] = _without_display(static[name], "rviz_default_plugins/Image")
+        for name in RVIZ:
+            file = f"rviz/{name}.rviz"
+            static[file] = _without_display(static[file], "rviz_default_plugins/Image")
     else:
         texts["config/depth_to_scan.yaml"] = depth_to_scan(camera)
     return static | _encoded(texts)

@@ -1,88 +1,49 @@
 """Navigate on a saved map, with chefbot or with Nav2."""
 
-from pathlib import Path
-
-import yaml
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess, IncludeLaunchDescription
-from launch.conditions import IfCondition
-from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.actions import DeclareLaunchArgument, ExecuteProcess, GroupAction, IncludeLaunchDescription
+from launch.conditions import IfCondition, UnlessCondition
 from launch.substitutions import EqualsSubstitution, LaunchConfiguration
 
-SHARE = Path(get_package_share_directory("chefbot_bringup"))
-ROBOT = yaml.safe_load((SHARE / "config" / "robot.yaml").read_text())
-MAP_ARGUMENTS = [
-    DeclareLaunchArgument("map_file", description="YAML file of the map"),
-    DeclareLaunchArgument("initial_pose_x", default_value="0.0", description="initial x on the map, m"),
-    DeclareLaunchArgument("initial_pose_y", default_value="0.0", description="initial y on the map, m"),
-    DeclareLaunchArgument("initial_pose_a", default_value="0.0", description="initial yaw on the map, rad"),
-]
-BASE_ARGUMENTS = [
-    DeclareLaunchArgument("robot", default_value=ROBOT["robot"], description="chefbot robot: name or file"),
-    DeclareLaunchArgument(
-        "base",
-        default_value="simulation",
-        description="chefbot's simulator, or the built robot",
-        choices=["simulation", "built"],
-    ),
-    DeclareLaunchArgument(
-        "odometry",
-        default_value="chefbot",
-        description="chefbot's odometry, or robot_localization",
-        choices=["chefbot", "ekf"],
-    ),
-    DeclareLaunchArgument(
-        "world", default_value="hotel", description="simulated world: hotel, room, empty, or a file"
-    ),
-    DeclareLaunchArgument("board_port", default_value="auto", description="serial port of the motor board"),
-    DeclareLaunchArgument(
-        "headless", default_value="false", description="without the web page", choices=["true", "false"]
-    ),
-]
-STACK = DeclareLaunchArgument(
-    "stack",
-    default_value="chefbot",
-    description="navigation stack: chefbot, or Nav2 and slam_toolbox",
-    choices=["chefbot", "nav2"],
-)
-
-
-def equals(name, value):
-    """Return the substitution that is true if a launch argument has the value."""
-    return EqualsSubstitution(LaunchConfiguration(name), value)
-
-
-def with_nav2(file, arguments):
-    """Return the include of a launch file for the stack nav2."""
-    return IncludeLaunchDescription(
-        PythonLaunchDescriptionSource(file),
-        launch_arguments=arguments.items(),
-        condition=IfCondition(equals("stack", "nav2")),
-    )
+LAUNCH = f"{get_package_share_directory('chefbot_bringup')}/launch"
+START = ("map_file", "initial_pose_x", "initial_pose_y", "initial_pose_a")
 
 
 def generate_launch_description():
     """Return the navigation demo of the selected stack."""
-    start = {argument.name: LaunchConfiguration(argument.name) for argument in MAP_ARGUMENTS}
-    base = {argument.name: LaunchConfiguration(argument.name) for argument in BASE_ARGUMENTS}
-    simulated = {"use_sim_time": equals("base", "simulation")}
-    arguments = start | {name: base[name] for name in ("robot", "world", "headless")}
+    nav2 = EqualsSubstitution(LaunchConfiguration("stack"), "nav2")
+    simulated = {"use_sim_time": EqualsSubstitution(LaunchConfiguration("base"), "simulation")}
+    arguments = [[f"{name}:=", LaunchConfiguration(name)] for name in (*START, "robot", "world", "headless")]
     return LaunchDescription(
         [
-            *MAP_ARGUMENTS,
-            STACK,
-            *BASE_ARGUMENTS,
-            ExecuteProcess(
-                cmd=[
-                    *("chefbot", "launch", "amcl_demo"),
-                    *([f"{name}:=", value] for name, value in arguments.items()),
-                ],
-                output="screen",
-                condition=IfCondition(equals("stack", "chefbot")),
+            DeclareLaunchArgument("map_file", description="YAML file of the map"),
+            IncludeLaunchDescription(f"{LAUNCH}/initial_pose_arguments.launch.py"),
+            DeclareLaunchArgument(
+                "stack",
+                default_value="chefbot",
+                description="navigation stack: chefbot, or Nav2 and slam_toolbox",
+                choices=["chefbot", "nav2"],
             ),
-            with_nav2(str(SHARE / "launch" / "base.launch.py"), base),
-            with_nav2(str(SHARE / "launch" / "localization.launch.py"), simulated | start),
-            with_nav2(str(SHARE / "launch" / "navigation.launch.py"), simulated),
+            IncludeLaunchDescription(f"{LAUNCH}/base_arguments.launch.py"),
+            ExecuteProcess(
+                cmd=["chefbot", "launch", "amcl_demo", *arguments],
+                output="screen",
+                condition=UnlessCondition(nav2),
+            ),
+            GroupAction(
+                [
+                    IncludeLaunchDescription(f"{LAUNCH}/base.launch.py"),
+                    IncludeLaunchDescription(
+                        f"{LAUNCH}/localization.launch.py",
+                        # Without a default, it has to be passed; the others are seen by an included file anyway.
+                        launch_arguments={**simulated, "map_file": LaunchConfiguration("map_file")}.items(),
+                    ),
+                    IncludeLaunchDescription(
+                        f"{LAUNCH}/navigation.launch.py", launch_arguments=simulated.items()
+                    ),
+                ],
+                condition=IfCondition(nav2),
+            ),
         ]
     )

@@ -2,17 +2,15 @@
 
 from pathlib import Path
 
-import yaml
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess
+from launch.actions import ExecuteProcess, IncludeLaunchDescription
 from launch.conditions import IfCondition
 from launch.substitutions import EqualsSubstitution, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 SHARE = Path(get_package_share_directory("chefbot_bringup"))
-ROBOT = yaml.safe_load((SHARE / "config" / "robot.yaml").read_text())
 
 
 def equals(name, value):
@@ -36,33 +34,7 @@ def generate_launch_description():
     simulated = {"use_sim_time": ParameterValue(equals("base", "simulation"), value_type=bool)}
     return LaunchDescription(
         [
-            DeclareLaunchArgument(
-                "robot", default_value=ROBOT["robot"], description="chefbot robot: name or file"
-            ),
-            DeclareLaunchArgument(
-                "base",
-                default_value="simulation",
-                description="chefbot's simulator, or the built robot",
-                choices=["simulation", "built"],
-            ),
-            DeclareLaunchArgument(
-                "odometry",
-                default_value="chefbot",
-                description="chefbot's odometry, or robot_localization",
-                choices=["chefbot", "ekf"],
-            ),
-            DeclareLaunchArgument(
-                "world", default_value="hotel", description="simulated world: hotel, room, empty, or a file"
-            ),
-            DeclareLaunchArgument(
-                "board_port", default_value="auto", description="serial port of the motor board"
-            ),
-            DeclareLaunchArgument(
-                "headless",
-                default_value="false",
-                description="without the web page",
-                choices=["true", "false"],
-            ),
+            IncludeLaunchDescription(str(SHARE / "launch" / "base_arguments.launch.py")),
             chefbot_base("simulation", "robot", "world", "headless"),
             chefbot_base("built", "robot", "board_port", "headless"),
             Node(

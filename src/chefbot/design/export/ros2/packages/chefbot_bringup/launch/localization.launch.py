@@ -4,7 +4,7 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -25,15 +25,7 @@ def generate_launch_description():
     return LaunchDescription(
         [
             DeclareLaunchArgument("map_file", description="YAML file of the map"),
-            DeclareLaunchArgument(
-                "initial_pose_x", default_value="0.0", description="initial x on the map, m"
-            ),
-            DeclareLaunchArgument(
-                "initial_pose_y", default_value="0.0", description="initial y on the map, m"
-            ),
-            DeclareLaunchArgument(
-                "initial_pose_a", default_value="0.0", description="initial yaw on the map, rad"
-            ),
+            IncludeLaunchDescription(str(SHARE / "launch" / "initial_pose_arguments.launch.py")),
             DeclareLaunchArgument(
                 "use_sim_time",
                 default_value="true",

@@ -5,9 +5,7 @@ from pathlib import Path
 import yaml
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
-from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import LaunchConfiguration
+from launch.actions import IncludeLaunchDescription
 
 SHARE = Path(get_package_share_directory("chefbot_gazebo"))
 WORLD = Path(__file__).name.removeprefix("chefbot_").removesuffix("_world.launch.py")
@@ -16,25 +14,7 @@ START = yaml.safe_load((SHARE / "config" / "robot.yaml").read_text())["start"][W
 
 def generate_launch_description():
     """Return gazebo.launch.py with the world and the start."""
-    start = {name: str(value) for name, value in START.items()}
-    arguments = {name: LaunchConfiguration(name) for name in ("gui", "odometry")}
+    world = {"world": WORLD, **{name: str(value) for name, value in START.items()}}
     return LaunchDescription(
-        [
-            DeclareLaunchArgument(
-                "gui",
-                default_value="true",
-                description="with the window of Gazebo",
-                choices=["true", "false"],
-            ),
-            DeclareLaunchArgument(
-                "odometry",
-                default_value="gazebo",
-                description="odometry by Gazebo, or by robot_localization",
-                choices=["gazebo", "ekf"],
-            ),
-            IncludeLaunchDescription(
-                PythonLaunchDescriptionSource(str(SHARE / "launch" / "gazebo.launch.py")),
-                launch_arguments={"world": WORLD, **start, **arguments}.items(),
-            ),
-        ]
+        [IncludeLaunchDescription(str(SHARE / "launch" / "gazebo.launch.py"), launch_arguments=world.items())]
     )

@@ -7,7 +7,6 @@ from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
 from launch.conditions import IfCondition
-from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import Command, EqualsSubstitution, LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -17,18 +16,7 @@ SHARE = Path(get_package_share_directory("chefbot_gazebo"))
 ROBOT = yaml.safe_load((SHARE / "config" / "robot.yaml").read_text())
 SIMULATED = {"use_sim_time": True}
 ARGUMENTS = [
-    DeclareLaunchArgument(
-        "world", default_value="hotel", description="world of this package", choices=list(ROBOT["start"])
-    ),
-    DeclareLaunchArgument(
-        "gui", default_value="true", description="with the window of Gazebo", choices=["true", "false"]
-    ),
-    DeclareLaunchArgument(
-        "odometry",
-        default_value="gazebo",
-        description="odometry by Gazebo, or by robot_localization",
-        choices=["gazebo", "ekf"],
-    ),
+    IncludeLaunchDescription(str(SHARE / "launch" / "world_arguments.launch.py")),
     DeclareLaunchArgument("x", default_value="0.0", description="initial x in the world, m"),
     DeclareLaunchArgument("y", default_value="0.0", description="initial y in the world, m"),
     DeclareLaunchArgument("yaw", default_value="0.0", description="initial yaw in the world, rad"),
@@ -49,7 +37,7 @@ def gazebo(gui, options):
     """Return Gazebo with the selected world, for one value of the argument gui."""
     world = [str(SHARE / "worlds"), "/", LaunchConfiguration("world"), ".sdf"]
     return IncludeLaunchDescription(
-        PythonLaunchDescriptionSource(installed("ros_gz_sim", "launch", "gz_sim.launch.py")),
+        installed("ros_gz_sim", "launch", "gz_sim.launch.py"),
         launch_arguments={"gz_args": [options, *world]}.items(),
         condition=equals("gui", gui),
     )

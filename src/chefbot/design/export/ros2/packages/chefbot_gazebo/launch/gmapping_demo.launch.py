@@ -1,57 +1,31 @@
 """Build a map of a Gazebo world with slam_toolbox and Nav2."""
 
-from pathlib import Path
-
-import yaml
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
-from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.actions import IncludeLaunchDescription
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.substitutions import FindPackageShare
 
-SHARE = Path(get_package_share_directory("chefbot_gazebo"))
-ROBOT = yaml.safe_load((SHARE / "config" / "robot.yaml").read_text())
-WORLD_ARGUMENTS = [
-    DeclareLaunchArgument(
-        "world", default_value="hotel", description="world of this package", choices=list(ROBOT["start"])
-    ),
-    DeclareLaunchArgument(
-        "gui", default_value="true", description="with the window of Gazebo", choices=["true", "false"]
-    ),
-    DeclareLaunchArgument(
-        "odometry",
-        default_value="gazebo",
-        description="odometry by Gazebo, or by robot_localization",
-        choices=["gazebo", "ekf"],
-    ),
-]
-
-
-def installed(package, *path):
-    """Return the path of an installed file, found when the launch runs."""
-    return PathJoinSubstitution([FindPackageShare(package), *path])
-
-
-def included(file, **arguments):
-    """Return the include of a launch file with its arguments."""
-    return IncludeLaunchDescription(PythonLaunchDescriptionSource(file), launch_arguments=arguments.items())
+LAUNCH = f"{get_package_share_directory('chefbot_gazebo')}/launch"
+BRINGUP = FindPackageShare("chefbot_bringup")
 
 
 def generate_launch_description():
     """Return Gazebo, slam_toolbox and Nav2."""
-    world = [str(SHARE / "launch"), "/chefbot_", LaunchConfiguration("world"), "_world.launch.py"]
-    options = {name: LaunchConfiguration(name) for name in ("gui", "odometry")}
-    params = installed("chefbot_bringup", "config", "slam_toolbox.yaml")
+    simulated = {"use_sim_time": "true"}
+    params = {"slam_params_file": PathJoinSubstitution([BRINGUP, "config", "slam_toolbox.yaml"])}
     return LaunchDescription(
         [
-            *WORLD_ARGUMENTS,
-            included(world, **options),
-            included(
-                installed("slam_toolbox", "launch", "online_async_launch.py"),
-                use_sim_time="true",
-                slam_params_file=params,
+            IncludeLaunchDescription(f"{LAUNCH}/world_arguments.launch.py"),
+            IncludeLaunchDescription(
+                [f"{LAUNCH}/chefbot_", LaunchConfiguration("world"), "_world.launch.py"]
             ),
-            included(installed("chefbot_bringup", "launch", "navigation.launch.py"), use_sim_time="true"),
+            IncludeLaunchDescription(
+                [FindPackageShare("slam_toolbox"), "/launch/online_async_launch.py"],
+                launch_arguments={**simulated, **params}.items(),
+            ),
+            IncludeLaunchDescription(
+                [BRINGUP, "/launch/navigation.launch.py"], launch_arguments=simulated.items()
+            ),
         ]
     )

@@ -1,4 +1,4 @@
-"""Show the robot model, scan and depth image in RViz."""
+"""Show the displays that this file is named after in RViz: of the robot, or also of its navigation."""
 
 from pathlib import Path
 
@@ -10,10 +10,11 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 SHARE = Path(get_package_share_directory("chefbot_bringup"))
+DISPLAYS = Path(__file__).name.removeprefix("view_").removesuffix(".launch.py")
 
 
 def generate_launch_description():
-    """Return RViz with the displays of robot.rviz."""
+    """Return RViz with its settings of the same name."""
     time = {"use_sim_time": ParameterValue(LaunchConfiguration("use_sim_time"), value_type=bool)}
     return LaunchDescription(
         [
@@ -27,7 +28,7 @@ def generate_launch_description():
                 package="rviz2",
                 executable="rviz2",
                 output="screen",
-                arguments=["-d", str(SHARE / "rviz" / "robot.rviz")],
+                arguments=["-d", str(SHARE / "rviz" / f"{DISPLAYS}.rviz")],
                 parameters=[time],
             ),
         ]

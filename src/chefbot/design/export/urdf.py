@@ -15,7 +15,7 @@ from chefbot.design.export.mjcf import numbers
 from chefbot.design.export.sdf_elements import shape_tag
 from chefbot.design.export.urdf_control import gazebo, ros2_control
 from chefbot.design.export.urdf_frames import Frame, fixed_frames, joint_name
-from chefbot.robot.geometry.shapes import MassProperties, Vector
+from chefbot.robot.geometry.shapes import TENSOR, MassProperties, Vector
 from chefbot.robot.geometry.solids import RobotPart
 from chefbot.robot.materials import RgbaColour
 from chefbot.robot.spec import Robot
@@ -144,8 +144,7 @@ def _inertial(inertia: MassProperties) -> ET.Element:
     element = ET.Element("inertial")
     element.append(origin(inertia.centre))
     ET.SubElement(element, "mass", value=f"{inertia.mass:.9g}")
-    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    moments = {name: f"{value:.9g}" for name, value in zip(names, inertia.inertia, strict=True)}
+    moments = {name: f"{value:.9g}" for name, value in zip(TENSOR, inertia.inertia, strict=True)}
     ET.SubElement(element, "inertia", moments)
     return element
 

@@ -146,20 +146,19 @@ def bounds_of(shapes: tuple[SimulatedShape, ...]) -> Bounds:
 
 def _check_names(spec: WorldSpec, where: str) -> None:
     """Check that names are unique and not reserved: collisions are reported by name."""
-    for key in ("tables", "boxes", "cylinders", "doors"):
-        for i, item in enumerate(getattr(spec, key)):
-            if RESERVED_NAME.search(item.name):
-                raise UserError(
-                    f"{where}: {key}[{i}].name: {item.name!r} is a name that the simulator gives itself"
-                )
+    named = [
+        (f"{key}[{i}]", item.name)
+        for key in ("tables", "boxes", "cylinders", "doors")
+        for i, item in enumerate(getattr(spec, key))
+    ]
+    for key, name in named:
+        if RESERVED_NAME.search(name):
+            raise UserError(f"{where}: {key}.name: {name!r} is a name that the simulator gives itself")
     seen: dict[str, str] = {}
-    for key in ("tables", "boxes", "cylinders", "doors"):
-        for i, item in enumerate(getattr(spec, key)):
-            if item.name in seen:
-                raise UserError(
-                    f"{where}: {key}[{i}].name: {item.name!r} is the name of {seen[item.name]} too"
-                )
-            seen[item.name] = f"{key}[{i}]"
+    for key, name in named:
+        if name in seen:
+            raise UserError(f"{where}: {key}.name: {name!r} is the name of {seen[name]} too")
+        seen[name] = key
 
 
 def _check_walls(spec: WorldSpec, where: str) -> None:

@@ -8,10 +8,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.design.export.urdf_frames import DEPTH_FRAME
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Header
-from chefbot.nodes.robot_state_publisher import CAMERA_FRAME
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.runtime.node import In, Node, Out, topic
 from chefbot.scan.camera import CameraModel, depth_image
@@ -59,7 +59,7 @@ class DepthToScanNode(Node):
         """Convert a depth image; the scans keep its stamp."""
         size = (image.height, image.width, image.step)
         depth = depth_image(image.data.tobytes(), image.encoding, *size, bool(image.is_bigendian))
-        header = msgspec.structs.replace(image.header, frame_id=CAMERA_FRAME)
+        header = msgspec.structs.replace(image.header, frame_id=DEPTH_FRAME)
         points = self._obstacles.scan(depth)
         self._out.publish(self._laser_scan(header, self._converter.convert(depth)))
         angles = self._obstacles.angles

@@ -64,9 +64,7 @@ def table_shapes(table: Table) -> list[SimulatedShape]:
     colour, underside = rgb(table.colour), table.height - TABLE_TOP
     shapes = [_table_top(table, underside, colour)]
     leg_offset = table.size / 2 - TABLE_LEG if table.shape == "square" else 0.6 * table.size / 2
-    for i, (sx, sy) in enumerate(_CORNERS):
-        at = table.pose @ SE2(sx * leg_offset, sy * leg_offset, 0.0)
-        shapes.append(box(f"{table.name}/leg_{i}", at, 0.0, (TABLE_LEG, TABLE_LEG, underside), colour))
+    shapes += _legs(table.name, table.pose, leg_offset, (TABLE_LEG, TABLE_LEG, underside), colour)
     for i, bearing in enumerate(table.chairs):
         chair_pose = SE2(0.0, 0.0, bearing) @ SE2(table.size / 2 + CHAIR_GAP, 0.0, math.pi)
         shapes += _chair(f"{table.name}_chair_{i}", table.pose @ chair_pose, rgb("#6e4a2a"))
@@ -93,17 +91,15 @@ def _chair(name: str, pose: SE2, colour: RgbColour) -> list[SimulatedShape]:
     seat = box(f"{name}/seat", pose, seat_bottom, (SEAT, SEAT, SEAT_THICKNESS), colour)
     back_pose = pose @ SE2(-leg_offset, 0.0, 0.0)
     back = box(f"{name}/back", back_pose, SEAT_HEIGHT, (CHAIR_LEG, SEAT, BACK_HEIGHT - SEAT_HEIGHT), colour)
-    legs = [
-        box(
-            f"{name}/leg_{i}",
-            pose @ SE2(sx * leg_offset, sy * leg_offset, 0.0),
-            0.0,
-            (CHAIR_LEG, CHAIR_LEG, seat_bottom),
-            colour,
-        )
-        for i, (sx, sy) in enumerate(_CORNERS)
-    ]
-    return [seat, back, *legs]
+    return [seat, back, *_legs(name, pose, leg_offset, (CHAIR_LEG, CHAIR_LEG, seat_bottom), colour)]
+
+
+def _legs(
+    name: str, pose: SE2, offset: float, size: tuple[float, float, float], colour: RgbColour
+) -> list[SimulatedShape]:
+    """Return four legs, each `offset` metres from the middle along both axes."""
+    places = [pose @ SE2(sx * offset, sy * offset, 0.0) for sx, sy in _CORNERS]
+    return [box(f"{name}/leg_{i}", at, 0.0, size, colour) for i, at in enumerate(places)]
 
 
 def box_shape(item: BoxSpec) -> SimulatedShape:

@@ -49,22 +49,12 @@ def world_from_map(
         raise UserError(f"map {name}: {len(rectangles)} boxes are too many to simulate; clean or coarsen it")
     walls = tuple(_wall(grid, r, height, f"wall_{i}") for i, r in enumerate(rectangles))
     floor, places = FreeFloor(grid, radius), places or {}
-    home, note = _start_pose(
-        floor, start or places.get("home"), "as requested" if start else "the place home", name
-    )
+    reason = "as requested" if start else "the place home"
+    home, note = _start_pose(floor, start or places.get("home"), reason, name)
     _check_start(floor, walls, home, name)
     bounds = _bounds(grid)
-    return World(
-        name,
-        (*walls, *_border(bounds, height), ceiling_shape(bounds, height)),
-        (),
-        (),
-        0,
-        {**places, "home": home},
-        bounds,
-        grid,
-        note,
-    )
+    solids = (*walls, *_border(bounds, height), ceiling_shape(bounds, height))
+    return World(name, solids, (), (), 0, {**places, "home": home}, bounds, grid, note)
 
 
 def _solid_unknown_cells(grid: Grid) -> NDArray[np.bool_]:

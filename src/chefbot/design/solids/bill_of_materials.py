@@ -19,19 +19,7 @@ SAME = 7
 """Digits in which equal pieces agree; left and right ones are rotated."""
 ALL, ASSEMBLY = "all", "assembly"
 """Names that are no parts and can be selected like one."""
-HEAD = (
-    "part",
-    "count",
-    "what",
-    "material",
-    "mass_each_kg",
-    "mass_kg",
-    "x_mm",
-    "y_mm",
-    "z_mm",
-    "price_each",
-    "price",
-)
+HEAD = "part,count,what,material,mass_each_kg,mass_kg,x_mm,y_mm,z_mm,price_each,price"
 
 
 class Item(NamedTuple):
@@ -79,7 +67,7 @@ def bill_csv(items: list[Item]) -> bytes:
     """Return a CSV table in millimetres and kilograms with a header and two empty fields for the prices."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(HEAD)
+    table.writerow(HEAD.split(","))
     for item in items:
         size = [f"{side / 1e-3:.1f}" for side in item.size]
         masses = [f"{item.part.mass:.6f}", f"{item.mass:.6f}"]

@@ -125,12 +125,8 @@ def _notch_sizes(robot: Robot, factor: float) -> list[Item]:
     notch, edge = robot.plates.notch, robot.body.radius * MM
     if notch is None:
         return []
-    floor, corner, half = (
-        layout.notch_floor(robot) * MM,
-        layout.notch_corner(robot) * MM,
-        notch.length * MM / 2,
-    )
-    low = -edge - row(0, factor)
+    floor, corner = layout.notch_floor(robot) * MM, layout.notch_corner(robot) * MM
+    half, low = notch.length * MM / 2, -edge - row(0, factor)
     return [
         Linear((corner, -half), (corner, half), "y", edge + row(0, factor)),
         Linear((floor, -half), (edge, 0.0), "x", low),

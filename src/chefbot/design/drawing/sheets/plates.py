@@ -15,10 +15,11 @@ from chefbot.design.drawing.drawing import (
     Text,
     Title,
     loop_box,
+    loop_item,
     number,
     segment,
 )
-from chefbot.design.drawing.sheets.common import cross, pieces, reference, row, shape_items, title
+from chefbot.design.drawing.sheets.common import cross, pieces, row, shape_items, title
 from chefbot.design.drawing.views import PLAN, View, ViewShape, part_seen, seen
 from chefbot.maths.outline import Loop
 from chefbot.robot.geometry import layout
@@ -110,7 +111,7 @@ def _neighbours(robot: Robot) -> list[Item]:
         p for p in solids(robot) if p.kind in MOUNTED or (p.name.startswith("pole_1") and "foot" in p.name)
     ]
     shapes = [shape for part in parts for shape in part_seen(part, link_origin(robot, part.link), PLAN)]
-    return reference(list({shape.edge: shape for shape in shapes}.values()))
+    return [loop_item("REFERENCE", edge) for edge in dict.fromkeys(shape.edge for shape in shapes)]
 
 
 def _pole_radius(robot: Robot) -> list[Item]:

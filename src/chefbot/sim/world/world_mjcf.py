@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from chefbot.design.export.mjcf import FLOOR, OPTION, numbers, robot_xml
+from chefbot.design.export.mjcf import mjcf_document, numbers, robot_xml
 from chefbot.maths.se2 import SE2
 from chefbot.robot.as_built import AsBuilt
 from chefbot.robot.spec import Robot
@@ -28,22 +28,10 @@ def world_mjcf(
     robot: Robot, static: Sequence[SimulatedShape], movers: Sequence[MocapBody], as_built: AsBuilt, start: SE2
 ) -> str:
     """Return the MJCF text; geoms are named as their shapes, movers are mocap bodies in the given order."""
-    xml = robot_xml(robot, as_built, start)
     # Static solids are geoms of the world body: a body each would cost a third of the speed.
     walls = "\n".join(geom_xml(shape) for shape in static)
     moving = "\n".join(_body(mover) for mover in movers)
-    return f"""<mujoco>
-{OPTION}
-<worldbody>
-{FLOOR}
-{walls}
-{moving}
-{xml.body}
-</worldbody>
-<actuator>{xml.actuators}</actuator>
-<sensor>{xml.sensors}</sensor>
-</mujoco>
-"""
+    return mjcf_document(robot_xml(robot, as_built, start), walls, moving)
 
 
 def _body(mover: MocapBody) -> str:

@@ -32,7 +32,7 @@ from chefbot.sim.world.doors import MovingDoor
 from chefbot.sim.world.furniture import PERSON_RADIUS, person_shapes
 from chefbot.sim.world.people import OccupiedCircle, disc, place_people
 from chefbot.sim.world.shapes import ShapeArrays, SimulatedShape, box, clearance, concatenate, shape_arrays
-from chefbot.sim.world.world import World
+from chefbot.sim.world.world import World, nearest_name
 from chefbot.sim.world.world_mjcf import MocapBody, world_mjcf
 
 STEP_NS = round(PHYSICS_STEP * 1e9)
@@ -378,9 +378,7 @@ class Simulation:
         solids = [*self.world.static, *self._dropped, *(door.shape for door in self._doors.values())]
         height_range = (ground_clearance(self.robot), overall_height(self.robot))
         if clearance(solids, pose.x, pose.y, *height_range) < self.robot.footprint_radius:
-            obstacle_name = min(
-                solids, key=lambda s: clearance([s], pose.x, pose.y, *height_range)
-            ).name.split("/")[0]
+            obstacle_name = nearest_name(solids, pose, height_range)
             raise UserError(
                 f"{what} ({pose.x:.2f}, {pose.y:.2f}) in world {self.world.name} overlaps {obstacle_name}; "
                 "choose another"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -191,9 +192,11 @@ def _check_places(world: World, where: str) -> None:
                 f"{where}: places.{name}: lies outside the world ({x0:.3g}..{x1:.3g} m, {y0:.3g}..{y1:.3g} m)"
             )
         if clearance(solids, place.x, place.y, *ROBOT_SPACE) <= 0.0:
-            raise UserError(f"{where}: places.{name}: lies inside {nearest_name(solids, place)}; move it")
+            raise UserError(
+                f"{where}: places.{name}: lies inside {nearest_name(solids, place, ROBOT_SPACE)}; move it"
+            )
 
 
-def nearest_name(shapes: tuple[SimulatedShape, ...], at: SE2) -> str:
-    """Return the name of the object nearest to a point within the robot's height range."""
-    return min(shapes, key=lambda s: clearance([s], at.x, at.y, *ROBOT_SPACE)).name.split("/")[0]
+def nearest_name(shapes: Sequence[SimulatedShape], at: SE2, heights: tuple[float, float]) -> str:
+    """Return the name of the object nearest to a point within a range of heights."""
+    return min(shapes, key=lambda s: clearance([s], at.x, at.y, *heights)).name.split("/")[0]

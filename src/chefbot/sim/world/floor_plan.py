@@ -20,58 +20,54 @@ MARGIN = 0.5  # m of grid around the world
 MAX_CELLS = 50_000_000
 
 
-def floor_plan(world: World, low: float, high: float | None = None, resolution: float = RESOLUTION) -> Grid:
+def floor_plan(world: World, low: float, high: float | None = None) -> Grid:
     """Return the map that a sensor for the heights low..high (m) finds, doors opened as the file specifies.
 
     low alone gives the slice of a lidar. Cells whose inscribed circle a solid touches are OCCUPIED; cells
     connected to the start without crossing those are FREE; everything else, such as the outside, is UNKNOWN.
     """
-    return _plan(world, low, low if high is None else high, resolution)
-
-
-def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float = RESOLUTION) -> Grid:
-    """Return a grid that is FREE where the robot's centre can get to from the start, OCCUPIED elsewhere.
-
-    The robot is a disc with its footprint radius plus `margin` metres.
-    """
-    from scipy import ndimage  # takes half a second, and the first picture does not need it
-
-    plan = _rasterize(world, ground_clearance(robot), overall_height(robot), resolution)
-    radius = robot.footprint_radius + margin
-    # Distance transform to the obstacles, thresholded at the circumscribed radius.
-    clearance_m = ndimage.distance_transform_edt(plan.cells != OCCUPIED) * resolution
-    free_cells = (clearance_m - resolution / 2 >= radius) & _within_bounds(plan, world)
-    cells = np.where(_connected_to_start(free_cells, plan, world.start), FREE, OCCUPIED).astype(np.int8)
-    return Grid(cells, plan.resolution, plan.origin_x, plan.origin_y)
-
-
-def _plan(world: World, low: float, high: float, resolution: float) -> Grid:
-    plan = _rasterize(world, low, high, resolution)
+    plan = _rasterize(world, low, low if high is None else high)
     free_cells = (plan.cells == FREE) & _within_bounds(plan, world)
     unreachable = (plan.cells == FREE) & ~_connected_to_start(free_cells, plan, world.start)
     cells = np.where(unreachable, np.int8(UNKNOWN), plan.cells)
     return Grid(cells, plan.resolution, plan.origin_x, plan.origin_y)
 
 
-def _rasterize(world: World, low: float, high: float, resolution: float) -> Grid:
+def reachable(world: World, robot: Robot, margin: float = 0.0) -> Grid:
+    """Return a grid that is FREE where the robot's centre can get to from the start, OCCUPIED elsewhere.
+
+    The robot is a disc with its footprint radius plus `margin` metres.
+    """
+    from scipy import ndimage  # takes half a second, and the first picture does not need it
+
+    plan = _rasterize(world, ground_clearance(robot), overall_height(robot))
+    radius = robot.footprint_radius + margin
+    # Distance transform to the obstacles, thresholded at the circumscribed radius.
+    clearance_m = ndimage.distance_transform_edt(plan.cells != OCCUPIED) * RESOLUTION
+    free_cells = (clearance_m - RESOLUTION / 2 >= radius) & _within_bounds(plan, world)
+    cells = np.where(_connected_to_start(free_cells, plan, world.start), FREE, OCCUPIED).astype(np.int8)
+    return Grid(cells, plan.resolution, plan.origin_x, plan.origin_y)
+
+
+def _rasterize(world: World, low: float, high: float) -> Grid:
     """Return a grid of OCCUPIED and FREE cells only."""
     x0, y0, x1, y1 = world.bounds
-    left, bottom = _snap(x0 - MARGIN, resolution), _snap(y0 - MARGIN, resolution)
-    width = math.ceil((x1 + MARGIN - left) / resolution)
-    height = math.ceil((y1 + MARGIN - bottom) / resolution)
+    left, bottom = _snap(x0 - MARGIN), _snap(y0 - MARGIN)
+    width = math.ceil((x1 + MARGIN - left) / RESOLUTION)
+    height = math.ceil((y1 + MARGIN - bottom) / RESOLUTION)
     if width * height > MAX_CELLS:
         raise UserError(
-            f"world {world.name} needs {width} x {height} cells of {resolution} m; choose larger cells"
+            f"world {world.name} needs {width} x {height} cells of {RESOLUTION} m; choose larger cells"
         )
-    grid = Grid(np.zeros((height, width), dtype=np.int8), resolution, left, bottom)
+    grid = Grid(np.zeros((height, width), dtype=np.int8), RESOLUTION, left, bottom)
     for shape in world.shapes_at_rest():
         if shape.bottom <= high and shape.top >= low:
             _mark_occupied(grid, shape)
     return grid
 
 
-def _snap(value: float, resolution: float) -> float:
-    return math.floor(value / resolution) * resolution
+def _snap(value: float) -> float:
+    return math.floor(value / RESOLUTION) * RESOLUTION
 
 
 def _mark_occupied(grid: Grid, shape: SimulatedShape) -> None:

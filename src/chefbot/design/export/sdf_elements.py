@@ -75,5 +75,10 @@ def sdf_document(child: ET.Element, remark: str = "") -> str:
     if remark:
         root.append(ET.Comment(f" {remark} "))
     root.append(child)
+    return xml_document(root)
+
+
+def xml_document(root: ET.Element) -> str:
+    """Return the indented text of a file with this outermost element."""
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from chefbot.config import parse_config, read_bytes
+from chefbot.config import find_file, parse_config, read_bytes
 from chefbot.errors import UserError, name_hint
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -83,7 +83,7 @@ def built_in_worlds() -> dict[str, Path]:
 
 def load_world(name_or_path: str) -> World:
     """Load a built-in world by name or a world file by path. Raises UserError with file, key and reason."""
-    path = _find(name_or_path)
+    path = find_file("world", name_or_path, built_in_worlds(), UserError)
     return parse_world(read_bytes(path, "world file"), f"world file {path}")
 
 
@@ -91,17 +91,6 @@ def load_world(name_or_path: str) -> World:
 def parse_world(data: bytes, where: str) -> World:
     """Parse a world from YAML text; `where` begins every error message."""
     return build_world(parse_config(data, WorldSpec, where), where)
-
-
-def _find(name_or_path: str) -> Path:
-    built_in = built_in_worlds()
-    if name_or_path in built_in:
-        return built_in[name_or_path]
-    if name_or_path.endswith((".yaml", ".yml")) or "/" in name_or_path:
-        return Path(name_or_path)
-    raise UserError(
-        f"no world is called {name_or_path!r}{name_hint(name_or_path, built_in)}; give one of these or a file"
-    )
 
 
 def build_world(spec: WorldSpec, where: str) -> World:

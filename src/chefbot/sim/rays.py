@@ -19,6 +19,8 @@ WORLD_ONLY = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
 """Geom groups visible to rays, without the robot's own."""
 ROBOT_ONLY = np.array([group == LOOKS_GROUP for group in range(6)], dtype=np.uint8)
 """Geom groups of the robot's parts as built, without the sensor housings."""
+BasePose = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Pose of base_link in the world: position (3,) and rotation (3, 3)."""
 CONE_RINGS = 4
 MAX_ECHO_ANGLE = math.radians(60.0)
 """Maximum incidence angle, from the surface normal, of a reflection back to the sensor; beyond it sound is
@@ -70,23 +72,13 @@ class RayCaster:
         self._distances = np.zeros(len(rays))
         self._normals = np.zeros(3 * len(rays))
         self.own_body: NDArray[np.float64] = np.full(len(rays), np.inf)
-
-    def look_at_own_body(
-        self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
-    ) -> None:
-        """Compute once per ray the distance at which the robot's own body blocks it."""
-        self.own_body = self.cast(model, data, position, rotation, ROBOT_ONLY)
+        """Distance at which the robot's own body blocks each ray, m."""
 
     def cast(
-        self,
-        model: Any,
-        data: Any,
-        position: NDArray[np.float64],
-        rotation: NDArray[np.float64],
-        groups: NDArray[np.uint8] = WORLD_ONLY,
+        self, model: Any, data: Any, base: BasePose, groups: NDArray[np.uint8] = WORLD_ONLY
     ) -> NDArray[np.float64]:
-        """Return (n,) distances to the first hit, m, inf for none, with base_link at `position`,
-        `rotation`."""
+        """Return (n,) distances to the first hit, m, inf for none, with base_link at `base`."""
+        position, rotation = base
         origin = position + rotation @ self._mount_position
         vectors = np.ascontiguousarray(self._rays @ rotation.T).ravel()
         count = len(self._rays)
@@ -96,11 +88,9 @@ class RayCaster:
         )  # fmt: skip
         return np.where(self._geom_ids >= 0, self._distances, np.inf)
 
-    def echoes(
-        self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def echoes(self, model: Any, data: Any, base: BasePose) -> NDArray[np.float64]:
         """Return the distances as `cast` does, for ultrasound: surfaces hit at too flat an angle give inf."""
-        ranges = self.cast(model, data, position, rotation)
+        ranges, rotation = self.cast(model, data, base), base[1]
         # Cosine of the incidence angle: |n . d|.
         cos_incidence = np.abs(np.sum(self._normals.reshape(-1, 3) * (self._rays @ rotation.T), axis=1))
         return np.where(cos_incidence > math.cos(MAX_ECHO_ANGLE), ranges, np.inf)

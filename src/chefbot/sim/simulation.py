@@ -19,7 +19,9 @@ from chefbot.sim.battery import SimulatedBattery
 from chefbot.sim.contacts import CollisionMonitor, Collisions
 from chefbot.sim.motors import Motors, enable_drivers
 from chefbot.sim.rays import (
+    ROBOT_ONLY,
     ULTRASONIC_NOISE,
+    BasePose,
     RayCaster,
     cone_rays,
     lidar_rays,
@@ -175,7 +177,7 @@ class Simulation:
         lidar = self.robot.sensors.lidar
         if lidar is None or self._lidar is None:
             raise UserError(f"robot {self.robot.name} has no lidar")
-        ranges = self._lidar.cast(self._model, self._data, *self._base_pose())
+        ranges = self._lidar.cast(self._model, self._data, self._base_pose())
         # Beams that the robot's own body blocks end there.
         ranges = np.minimum(ranges, self._lidar.own_body)
         if self.profile != "perfect":
@@ -186,7 +188,7 @@ class Simulation:
         """Return the distance to the nearest surface that reflects ultrasound, m; inf if there is none."""
         if self._ultrasonic is None:
             raise UserError(f"robot {self.robot.name} has no ultrasonic ranger")
-        nearest = float(self._ultrasonic.echoes(self._model, self._data, *self._base_pose()).min())
+        nearest = float(self._ultrasonic.echoes(self._model, self._data, self._base_pose()).min())
         if self.profile != "perfect":
             nearest += ULTRASONIC_NOISE * float(self._noise["ultrasonic"].standard_normal())
         return nearest
@@ -321,7 +323,8 @@ class Simulation:
         self._place_movers()
         mujoco.mj_forward(self._model, self._data)
         if self._lidar is not None:
-            self._lidar.look_at_own_body(self._model, self._data, *self._base_pose())
+            base = self._base_pose()
+            self._lidar.own_body = self._lidar.cast(self._model, self._data, base, ROBOT_ONLY)
 
     def _mocap_bodies(self) -> list[MocapBody]:
         doors = [MocapBody(name, (door.leaf,), door.pose) for name, door in self._doors.items()]
@@ -363,8 +366,7 @@ class Simulation:
         friction = self.robot.wheels.friction * self.as_built.friction * self._grip.factor(x, y)
         self._model.geom_friction[self._wheels, 0] = friction
 
-    def _base_pose(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return base_link in the world: position (3,) and rotation (3, 3)."""
+    def _base_pose(self) -> BasePose:
         rotation = np.empty(9)
         mujoco.mju_quat2Mat(rotation, self._data.qpos[3:7])
         return self._data.qpos[:3].copy(), rotation.reshape(3, 3)

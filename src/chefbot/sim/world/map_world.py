@@ -26,11 +26,7 @@ Rectangle = tuple[int, int, int, int]
 
 
 def world_from_map(
-    name: str,
-    grid: Grid,
-    radius: float,
-    start: SE2 | None = None,
-    places: dict[str, SE2] | None = None,
+    name: str, grid: Grid, radius: float, start: SE2 | None = None, places: dict[str, SE2] | None = None
 ) -> World:
     """Build a world in which every occupied cell of a map is a wall up to a ceiling.
 

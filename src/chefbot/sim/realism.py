@@ -45,10 +45,7 @@ def draw_as_built(profile: RealismProfile, rng: Generator) -> AsBuilt:
 
 
 def _draw_uncalibrated(rng: Generator) -> AsBuilt:
-    wheels, yaws = (
-        (MIN_DIAMETER_ERROR, MIN_DIAMETER_ERROR, MIN_SEPARATION_ERROR),
-        (MIN_YAW_ERROR, MIN_YAW_ERROR),
-    )
+    wheels, yaws = [MIN_DIAMETER_ERROR] * 2 + [MIN_SEPARATION_ERROR], [MIN_YAW_ERROR] * 2
     minimum = np.array([*wheels, MIN_GYRO_ERROR, *yaws])
     errors = (minimum * rng.uniform(1.0, MAX_TO_MIN_ERROR, 6) * rng.choice([-1.0, 1.0], 6)).tolist()
     scale, difference, separation, gyro, lidar, camera = errors

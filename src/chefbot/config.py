@@ -55,6 +55,16 @@ class _StrictLoader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
+def find_file(kind: str, name_or_path: str, built_in: dict[str, Path], error: type[ChefbotError]) -> Path:
+    """Return the path of a built-in file by its name, or of another file. Raises `error` for an unknown name."""
+    if name_or_path in built_in:
+        return built_in[name_or_path]
+    if name_or_path.endswith((".yaml", ".yml")) or "/" in name_or_path:
+        return Path(name_or_path)
+    hint = name_hint(name_or_path, built_in)
+    raise error(f"no {kind} is called {name_or_path!r}{hint}; give one of these or a file")
+
+
 def read_bytes(path: Path, kind: str, limit: int = MAX_BYTES) -> bytes:
     """Read a file; ConfigError if it is missing, unreadable or longer than `limit` bytes."""
     try:

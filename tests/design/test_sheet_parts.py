@@ -7,22 +7,16 @@ import math
 import pytest
 
 from chefbot.design.drawing.drawing import MM, Line, Linear, Plan, Text
-from chefbot.design.drawing.sheets.assembly import assembly
-from chefbot.design.drawing.sheets.caster import caster
-from chefbot.design.drawing.sheets.clamp import motor_clamp
+from chefbot.design.drawing.sheets import SHEETS
 from chefbot.design.drawing.sheets.common import cross, pieces, row, title
 from chefbot.design.drawing.sheets.parts_list import entries, table
-from chefbot.design.drawing.sheets.plates import base_plate
-from chefbot.design.drawing.sheets.turned import pole, tube
 from chefbot.robot.geometry.solids import solids
 from chefbot.robot.load import built_in_robots, load_robot
 
 ROBOTS = [load_robot(name) for name in sorted(built_in_robots())]
 CHEFBOT = load_robot("chefbot")
-PLANS = {
-    "base_plate": base_plate, "motor_clamp": motor_clamp, "caster": caster, "pole": pole, "tube": tube,
-    "assembly": assembly,
-}  # fmt: skip
+SHEET_NAMES = ("base_plate", "motor_clamp", "caster", "pole", "tube", "assembly")
+PLANS = {name: SHEETS[name] for name in SHEET_NAMES}
 
 
 def outline(plan: Plan) -> list[list[tuple[float, float]]]:

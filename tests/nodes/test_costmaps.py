@@ -23,8 +23,8 @@ from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import load_robot
 from chefbot.scan.camera import CameraModel
 from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams
+from chefbot.sim.capture import OPTICAL, Capture
 from chefbot.sim.depth_camera import DepthRenderer
-from chefbot.sim.simulation import OPTICAL, Capture
 from chefbot.sim.world.furniture import chair_shapes, person_shapes
 from chefbot.sim.world.shapes import SimulatedShape, shape_arrays
 

@@ -11,9 +11,9 @@ import pytest
 from tests.support.rotations import matrix
 
 from chefbot.design.export.urdf import urdf
-from chefbot.design.export.urdf_frames import fixed_frames
+from chefbot.design.export.urdf_frames import DEPTH_FRAME, fixed_frames
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.robot_state_publisher import CAMERA_FRAME, transform
+from chefbot.nodes.robot_state_publisher import transform
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.spec import Robot
 from chefbot.runtime.transform_buffer import TransformBuffer
@@ -63,4 +63,4 @@ def test_the_camera_position_is_that_of_its_mount() -> None:
     tree.add_transforms(TFMessage(tuple(transform(0, frame) for frame in fixed_frames(robot))), static=True)
     camera = robot.sensors.depth_camera
     assert camera is not None
-    assert tree.lookup("base_footprint", CAMERA_FRAME) == pytest.approx(camera.mount.planar, abs=1e-12)
+    assert tree.lookup("base_footprint", DEPTH_FRAME) == pytest.approx(camera.mount.planar, abs=1e-12)

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
+from chefbot.sim.capture import OPTICAL, Capture
 from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
 from chefbot.sim.depth_raycast import FLOOR, NOTHING
-from chefbot.sim.simulation import OPTICAL, Capture, Simulation
+from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.shapes import SimulatedShape, box, capsule, cylinder, shape_arrays
 from chefbot.sim.world.world import load_world
 from chefbot.sim.world.world_mjcf import geom_xml

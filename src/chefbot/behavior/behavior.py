@@ -6,7 +6,7 @@ import math
 from enum import Enum
 from typing import NamedTuple, Protocol
 
-from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
+from chefbot.maths.costs import INSCRIBED, LETHAL, Costmap
 from chefbot.maths.se2 import SE2
 
 
@@ -43,14 +43,6 @@ def guarded_step(behavior: Behavior, pose: SE2, costmap: Costmap, dt: float, bli
     return BehaviorStep(0.0, step.w, BehaviorProgress.BLOCKED) if blind and step.v > 0.0 else step
 
 
-def cost_at(costmap: Costmap, x: float, y: float) -> int:
-    """Return the cost at a point (m); UNKNOWN outside the costmap."""
-    row = math.floor((y - costmap.origin_y) / costmap.resolution)
-    column = math.floor((x - costmap.origin_x) / costmap.resolution)
-    h, w = costmap.cells.shape
-    return int(costmap.cells[row, column]) if 0 <= row < h and 0 <= column < w else UNKNOWN
-
-
 def free_ahead(costmap: Costmap, pose: SE2, distance: float) -> bool:
     """Return whether the robot can drive straight by `distance` metres (negative: backwards) without a collision.
 
@@ -58,10 +50,10 @@ def free_ahead(costmap: Costmap, pose: SE2, distance: float) -> bool:
     Unknown cells are not free.
     """
     steps = max(1, math.ceil(abs(distance) / (costmap.resolution / 2)))
-    previous = cost_at(costmap, pose.x, pose.y)
+    previous = costmap.at(pose.x, pose.y)
     for i in range(1, steps + 1):
         d = distance * i / steps
-        cost = cost_at(costmap, pose.x + d * math.cos(pose.yaw), pose.y + d * math.sin(pose.yaw))
+        cost = costmap.at(pose.x + d * math.cos(pose.yaw), pose.y + d * math.sin(pose.yaw))
         if cost >= LETHAL or (cost >= INSCRIBED and previous < INSCRIBED):
             return False
         previous = cost

@@ -26,8 +26,6 @@ SPIN, BACK_UP, DRIVE = (
 def motion_error(progress: BehaviorProgress, errors: BehaviorErrorCodes) -> tuple[int, str]:
     """Return the error code and message for the final progress of a motion."""
     codes = {BehaviorProgress.BLOCKED: errors.collision, BehaviorProgress.TIMED_OUT: errors.timeout}
-    return (
-        (codes[progress], f"{progress.value[0].upper()}{progress.value[1:]}.")
-        if progress in codes
-        else (0, "")
-    )
+    if progress not in codes:
+        return 0, ""
+    return codes[progress], f"{progress.value[0].upper()}{progress.value[1:]}."

@@ -20,7 +20,7 @@ BACK_UP_SPEED_FRACTION = 0.4
 
 
 class RecoveryBehavior(Enum):
-    """Recovery behaviors that can be run."""
+    """Recovery behaviors that can be run, least intrusive first."""
 
     CLEAR = "forget obstacles seen around"
     BACK_UP = "back up"
@@ -28,13 +28,8 @@ class RecoveryBehavior(Enum):
     WAIT = "wait for people to pass"
 
 
-DEFAULT_SEQUENCE = (
-    RecoveryBehavior.CLEAR,
-    RecoveryBehavior.BACK_UP,
-    RecoveryBehavior.SPIN,
-    RecoveryBehavior.WAIT,
-)
-"""Default sequence, least intrusive first; the path is planned again after each behavior."""
+DEFAULT_SEQUENCE = tuple(RecoveryBehavior)
+"""Default sequence; the path is planned again after each behavior."""
 LOOK_AHEAD_SEQUENCE = (
     RecoveryBehavior.SPIN,
     RecoveryBehavior.WAIT,

@@ -135,12 +135,8 @@ class ChapterLink:
                 return self._reject_ticks()
             left, right = previous[0] + deltas[0], previous[1] + deltas[1]
             self._control(deltas, dt, now_ns)
-        self._ticks, self._ticks_us, self._ticks_ns, self._ticks_rejected = (
-            (left, right),
-            self._board_us,
-            now_ns,
-            False,
-        )
+        self._ticks, self._ticks_rejected = (left, right), False
+        self._ticks_us, self._ticks_ns = self._board_us, now_ns
         return [WheelTicks(Header.of(self._stamp_ns, "base_link"), left, right)]
 
     def _reject_ticks(self) -> list[Message]:
@@ -215,13 +211,9 @@ class ChapterLink:
         silent = now_ns - self._ticks_ns > SILENCE_NS
         sentences = ["No data from the board."] if silent else []
         sentences.append(f"{NOTICE[0].upper()}{NOTICE[1:]}.")
-        raw = (
-            "unknown"
-            if self._battery is None
-            else f"{self._battery}, as the converter reads it; not in volts"
-        )
+        known = f"{self._battery}, as the converter reads it; not in volts"
         values = {
-            "battery": raw,
+            "battery": "unknown" if self._battery is None else known,
             "duties": f"{self._duty[0]} {self._duty[1]}",
             "malformed lines": self._reader.malformed,
         }

@@ -46,7 +46,7 @@ def firmware_constants(robot: Robot) -> tuple[FirmwareConstant, ...]:
 
     Raises RobotFileError where the encoder resolution is too high or too low for the board.
     """
-    constants = _checked(robot, (*_motion(robot), *_power_and_sensors(robot)))
+    constants = _checked(robot, tuple(FirmwareConstant(*row) for row in _rows(robot)))
     text = "".join(f"{c.name}={c.value}\n" for c in constants)
     return (FirmwareConstant("hash", zlib.crc32(text.encode()), "CRC-32", "all that follows"), *constants)
 
@@ -56,35 +56,28 @@ def as_int32(value: int) -> int:
     return (value + 2**31) % 2**32 - 2**31
 
 
-def _motion(robot: Robot) -> tuple[FirmwareConstant, ...]:
-    ticks_per_metre = 1.0 / robot.metres_per_tick
+def _rows(robot: Robot) -> tuple[tuple[str, int, str, str], ...]:
+    """Return name, value, unit and source of all constants without the hash."""
+    ticks = 1.0 / robot.metres_per_tick
     turn_wheel_speed = max_turn(robot) * robot.wheels.separation
+    lag = min(round(1000 * _lag(robot)), MAX_LAG_MS)
+    stop_millivolts = round(1000 * robot.battery.empty_voltage)
+    low_millivolts = round(stop_millivolts * (1.0 + LOW_BATTERY_MARGIN))
+    imu_period = max(1, round(CONTROL_HZ / robot.sensors.imu.rate))
+    sonar = robot.sensors.ultrasonic
+    ping_period = max(MIN_PING_PERIOD, round(CONTROL_HZ / sonar.rate)) if sonar else 0
     return (
-        FirmwareConstant(
-            "ticks_per_turn_milli", round(1000 * robot.motor.ticks_per_turn), "1/1000 tick", "motor"
-        ),
-        FirmwareConstant(
-            "max_wheel", int(max_wheel_speed(robot) * ticks_per_metre), "ticks/s", "motor, body, wheels"
-        ),
-        FirmwareConstant(
-            "max_forward", round(max_speed(robot) * ticks_per_metre), "ticks/s", "drive.max_speed, motor"
-        ),
-        FirmwareConstant(
-            "max_turn",
-            round(turn_wheel_speed * ticks_per_metre),
-            "ticks/s",
-            "drive.max_turn, wheels.separation",
-        ),
-        FirmwareConstant(
-            "acceleration",
-            round(max_acceleration(robot) * ticks_per_metre),
-            "ticks/s^2",
-            "drive.max_acceleration",
-        ),
-        FirmwareConstant("no_load", round(robot.motor.no_load_tick_rate), "ticks/s", "motor.no_load_speed"),
-        FirmwareConstant(
-            "lag", min(round(1000 * _lag(robot)), MAX_LAG_MS), "ms", "motor, mass with body.payload, wheels"
-        ),
+        ("ticks_per_turn_milli", round(1000 * robot.motor.ticks_per_turn), "1/1000 tick", "motor"),
+        ("max_wheel", int(max_wheel_speed(robot) * ticks), "ticks/s", "motor, body, wheels"),
+        ("max_forward", round(max_speed(robot) * ticks), "ticks/s", "drive.max_speed, motor"),
+        ("max_turn", round(turn_wheel_speed * ticks), "ticks/s", "drive.max_turn, wheels.separation"),
+        ("acceleration", round(max_acceleration(robot) * ticks), "ticks/s^2", "drive.max_acceleration"),
+        ("no_load", round(robot.motor.no_load_tick_rate), "ticks/s", "motor.no_load_speed"),
+        ("lag", lag, "ms", "motor, mass with body.payload, wheels"),
+        ("battery_stop", stop_millivolts, "mV", "battery.empty_voltage"),
+        ("battery_low", low_millivolts, "mV", "battery.empty_voltage"),
+        ("imu_period", imu_period, "control steps", "sensors.imu.rate"),
+        ("sonar_period", ping_period, "control steps", "sensors.ultrasonic.rate"),
     )
 
 
@@ -95,21 +88,6 @@ def _lag(robot: Robot) -> float:
     inertia = total_mass(robot) * robot.wheel_radius**2 / 2.0 + robot.motor.rotor_inertia
     # Linear torque-speed line: tau = J * (omega_no_load / T_stall) / eta.
     return inertia * robot.motor.speed_torque_gradient / DRIVE_EFFICIENCY
-
-
-def _power_and_sensors(robot: Robot) -> tuple[FirmwareConstant, ...]:
-    stop_millivolts = round(1000 * robot.battery.empty_voltage)
-    imu_period = max(1, round(CONTROL_HZ / robot.sensors.imu.rate))
-    sonar = robot.sensors.ultrasonic
-    ping_period = max(MIN_PING_PERIOD, round(CONTROL_HZ / sonar.rate)) if sonar else 0
-    return (
-        FirmwareConstant("battery_stop", stop_millivolts, "mV", "battery.empty_voltage"),
-        FirmwareConstant(
-            "battery_low", round(stop_millivolts * (1.0 + LOW_BATTERY_MARGIN)), "mV", "battery.empty_voltage"
-        ),
-        FirmwareConstant("imu_period", imu_period, "control steps", "sensors.imu.rate"),
-        FirmwareConstant("sonar_period", ping_period, "control steps", "sensors.ultrasonic.rate"),
-    )
 
 
 def _checked(robot: Robot, constants: tuple[FirmwareConstant, ...]) -> tuple[FirmwareConstant, ...]:

@@ -32,14 +32,13 @@ def unframe(line: bytes) -> str | None:
 class LineSplitter:
     """Splits a byte stream at LF; buffers at most one line, whatever is received.
 
-    A line that grows too long is discarded up to its LF, and counted.
+    A line that grows too long is discarded up to its LF.
     """
 
     def __init__(self, longest: int = MAX_LINE_LENGTH) -> None:
         self._max_length = longest
         self._part = b""
         self._overlong = False
-        self.overlong_lines = 0
 
     def push(self, data: bytes) -> list[bytes]:
         """Return the lines that are completed by `data`, without LF and without empty ones."""
@@ -65,4 +64,3 @@ class LineSplitter:
         self._part += piece
         if len(self._part) > self._max_length:
             self._part, self._overlong = b"", True
-            self.overlong_lines += 1

@@ -55,6 +55,9 @@ class BoardLink:
         self.session = BoardSession(robot, token)
         self._sensors = SensorConverter(robot)
         self._health = LinkDiagnostics()
+        # What is sent is the session's; the angular velocities of a command are in rad/s.
+        self.command, self.stop, self.clear = self.session.command, self.session.stop, self.session.clear
+        self.data_to_send, self.connection_lost = self.session.data_to_send, self.session.connection_lost
 
     @property
     def refused(self) -> str | None:
@@ -73,26 +76,6 @@ class BoardLink:
             self._health.update(received.line, now_ns)
             messages += self._sensors.messages(received)
         return messages
-
-    def data_to_send(self, now_ns: int) -> bytes:
-        """Return the bytes that are due now: handshake, repeated speeds or heartbeat."""
-        return self.session.data_to_send(now_ns)
-
-    def command(self, left: float, right: float, now_ns: int) -> bytes:
-        """Set the angular velocities of the wheels, rad/s; return the bytes to send at once."""
-        return self.session.command(left, right, now_ns)
-
-    def stop(self, now_ns: int) -> bytes:
-        """Latch the emergency stop until `clear`; return the bytes to send at once."""
-        return self.session.stop(now_ns)
-
-    def clear(self, now_ns: int) -> None:
-        """Clear latched faults whose cause is gone, with the next `data_to_send`."""
-        self.session.clear(now_ns)
-
-    def connection_lost(self) -> None:
-        """Close the session after the serial connection was lost."""
-        self.session.connection_lost()
 
     def report(self, port: str, now_ns: int) -> DiagnosticStatus:
         """Return the diagnostics of board and link; call it about once a second."""

@@ -97,30 +97,16 @@ class SensorConverter:
         recent = self._inertia
         # Rates about x and y are unknown without a recent inertia line.
         if recent is None or received.stamp_ns - recent.stamp_ns > INERTIA_AGE_NS:
-            return [
-                _imu(
-                    received.stamp_ns,
-                    (0.0, 0.0, rate),
-                    (UNMEASURED_VARIANCE, UNMEASURED_VARIANCE, variance),
-                )
-            ]
-        assert isinstance(recent.line, InertiaLine)
-        rates = (recent.line.gx * 1e-6, recent.line.gy * 1e-6, rate)
-        return [
-            self._with_accel(received.stamp_ns, rates, (self._gyro_var, self._gyro_var, variance), recent)
-        ]
-
-    def _with_accel(
-        self, stamp_ns: int, rates: tuple[float, ...], variances: tuple[float, ...], recent: ReceivedLine
-    ) -> Imu:
-        """Add the accelerations unless they were already published."""
-        if recent is self._published:
-            return _imu(stamp_ns, rates, variances)
+            unmeasured = (UNMEASURED_VARIANCE, UNMEASURED_VARIANCE, variance)
+            return [_imu(received.stamp_ns, (0.0, 0.0, rate), unmeasured)]
+        inertia, variances = recent.line, (self._gyro_var, self._gyro_var, variance)
+        assert isinstance(inertia, InertiaLine)
+        rates = (inertia.gx * 1e-6, inertia.gy * 1e-6, rate)
+        if recent is self._published:  # its accelerations were published already
+            return [_imu(received.stamp_ns, rates, variances)]
         self._published = recent
-        line = recent.line
-        assert isinstance(line, InertiaLine)
-        acceleration = Vector3(line.ax * 1e-3, line.ay * 1e-3, line.az * 1e-3)
-        return _imu(stamp_ns, rates, variances, acceleration, self._acceleration_covariance)
+        acceleration = Vector3(inertia.ax * 1e-3, inertia.ay * 1e-3, inertia.az * 1e-3)
+        return [_imu(received.stamp_ns, rates, variances, acceleration, self._acceleration_covariance)]
 
     @staticmethod
     def _complete(previous: _Angle, now: _Angle) -> bool:

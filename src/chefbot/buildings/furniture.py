@@ -126,7 +126,7 @@ def clutter(rng: Generator) -> FurniturePiece:
         return cupboard("carton", width, depth, height, "#b3966b")
     if kind == 1:
         return FurniturePiece(
-            (0.3, 0.3), (Cylinder(name="bin", x=0.0, y=0.0, radius=0.15, height=0.35, colour="#4c4f54"),)
+            (0.3, 0.3), (Cylinder(name="bin", x=0.0, y=0.0, radius=0.14, height=0.35, colour="#4c4f54"),)
         )
     if kind == 2:
         radius = round(float(rng.uniform(0.12, 0.25)), 2)

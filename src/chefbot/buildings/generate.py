@@ -18,7 +18,14 @@ from chefbot.buildings.interiors import INTERIORS, Interior, add_clutter
 from chefbot.buildings.layout import Doorway, Room, Use, connecting_sides, doorway, shared_sides
 from chefbot.buildings.parameters import BuildingError, draw_numbers
 from chefbot.buildings.places import choose_places
-from chefbot.buildings.reachable_floor import ReachableFloor, floor_of_door, floor_of_piece, floor_of_wall
+from chefbot.buildings.reachable_floor import (
+    NARROW_MARGIN,
+    PASSAGE_MARGIN,
+    ReachableFloor,
+    floor_of_door,
+    floor_of_piece,
+    floor_of_wall,
+)
 from chefbot.buildings.walls import THICKNESS, doors_of, walls_of
 from chefbot.buildings.world_file import (
     BoxSpec,
@@ -107,7 +114,8 @@ def _build(kind: str, name: str, n: Mapping[str, float], radius: float, rng: Gen
     obstacles = [floor for wall in shell.walls for floor in floor_of_wall(wall)]
     obstacles += [floor_of_door(door) for door in shell.doors]
     obstacles += [floor_of_piece(placed.rect) for placed in pieces]
-    floor = ReachableFloor([r.rect for r in shell.rooms if r.use is not Use.SOLID], obstacles, radius)
+    margin = NARROW_MARGIN if "gap" in n else PASSAGE_MARGIN
+    floor = ReachableFloor([r.rect for r in shell.rooms if r.use is not Use.SOLID], obstacles, radius, margin)
     served = [placed for placed in pieces if placed.piece.served]
     places = choose_places(shell.rooms, served, floor, radius, int(n["tables"]), rng)
     elements = _elements(pieces)

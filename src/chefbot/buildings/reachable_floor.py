@@ -12,16 +12,22 @@ from chefbot.buildings.world_file import Door, Wall
 
 PLACE_MARGIN = 0.15
 """Room that a place leaves around the robot, m."""
-PASSAGE_MARGIN = 0.02
-"""Room that the narrowest passage leaves on both sides of the robot, m."""
+PASSAGE_MARGIN, NARROW_MARGIN = 0.08, 0.02
+"""Room that the narrowest passage leaves on both sides of the robot, m: so much that a grid of 5 cm shows it, and in a
+building of narrow gaps."""
 
 
 class ReachableFloor:
-    """The largest part of the rooms that a disc of `radius` metres reaches between obstacles."""
+    """The largest part of the rooms that a disc of `radius` metres reaches between obstacles.
 
-    def __init__(self, rooms: Iterable[Rectangle], obstacles: Iterable[Geometry], radius: float) -> None:
+    margin: room that a passage leaves on both sides of the disc, m.
+    """
+
+    def __init__(
+        self, rooms: Iterable[Rectangle], obstacles: Iterable[Geometry], radius: float, margin: float
+    ) -> None:
         inside, solid = unary_union([box(*room) for room in rooms]), unary_union(list(obstacles))
-        passable = inside.difference(solid.buffer(radius + PASSAGE_MARGIN, quad_segs=4))
+        passable = inside.difference(solid.buffer(radius + margin, quad_segs=4))
         parts = list(getattr(passable, "geoms", [passable]))
         self.centres: Geometry = max(parts, key=lambda part: part.area)
         """Where the disc's centre may be."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -154,6 +155,7 @@ def _relative_pose_jacobian(begin: SE2, seen: SE2) -> Array:
     )
 
 
+@dataclass(eq=False)
 class _Problem:
     """The nonlinear least-squares problem over the unknowns (6 + 3 n,).
 
@@ -161,21 +163,17 @@ class _Problem:
     bounded influence (Huber 1964) until it is rejected.
     """
 
-    def __init__(
-        self,
-        legs: Sequence[DriveSegment],
-        links: Sequence[ScanMatch],
-        poses: Sequence[SE2],
-        wheels: WheelParams,
-        sensor: SE2,
-        known: int = 0,
-    ) -> None:
-        self._legs, self._links, self._poses = legs, links, poses
-        self._wheels, self._sensor, self._known = wheels, sensor, known
+    _legs: Sequence[DriveSegment]
+    _links: Sequence[ScanMatch]
+    _poses: Sequence[SE2]
+    _wheels: WheelParams
+    _sensor: SE2
+    _known: int
+
+    def __post_init__(self) -> None:
         # The error grows with the root of the length: a random walk (Chong & Kleeman 1997)
-        self._length_scale = np.array(
-            [math.sqrt(1.0 + distance_from_ticks(leg.ticks, wheels)) for leg in legs]
-        )
+        distances = [distance_from_ticks(leg.ticks, self._wheels) for leg in self._legs]
+        self._length_scale = np.array([math.sqrt(1.0 + distance) for distance in distances])
 
     def start(self) -> Array:
         """Return the first guess: no parameter errors, station poses as estimated during the drive."""
@@ -226,10 +224,8 @@ class _Problem:
         # Prior of the sensor pose
         H, g = np.zeros((len(x), len(x))), np.zeros(len(x))
         mount = [FIXED_INFORMATION] * 3 if self._known else [1.0 / MOUNT_DEVIATION**2] * 2 + [0.0]
-        H[3:ROBOT_UNKNOWNS, 3:ROBOT_UNKNOWNS], g[3:ROBOT_UNKNOWNS] = (
-            np.diag(mount),
-            mount * x[3:ROBOT_UNKNOWNS],
-        )
+        sensor = slice(3, ROBOT_UNKNOWNS)
+        H[sensor, sensor], g[sensor] = np.diag(mount), mount * x[sensor]
         # Priors of the station poses
         for station, pose in enumerate(self._poses):
             prior_information = FIXED_INFORMATION if station < max(self._known, 1) else POSE_INFORMATION

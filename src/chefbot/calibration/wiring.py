@@ -19,14 +19,12 @@ def wiring_fault(leg: DriveSegment, metres: float, angle: float) -> str | None:
     reversed_sides = [
         side for side in (0, 1) if counted[side] * commanded[side] < 0 and abs(counted[side]) > MIN_TICKS
     ]
-    if reversed_sides:
+    if len(reversed_sides) == 2:
         return (
-            _encoder_advice(SIDES[reversed_sides[0]])
-            if len(reversed_sides) == 1
-            else (
-                "both encoders count against their motors: swap the wires A and B of each, or both motors' leads"
-            )
+            "both encoders count against their motors: swap the wires A and B of each, or both motors' leads"
         )
+    if reversed_sides:
+        return _encoder_advice(SIDES[reversed_sides[0]])
     # Encoders agree with the motors: compare with the motion by the scans
     if metres and leg.seen.x * metres < 0.0 and abs(leg.seen.x) > MIN_TRANSLATION:
         return (
@@ -60,9 +58,6 @@ def explain_board_message(board: str, left: int, right: int) -> str:
     message = first[:1].lower() + first[1:]
     for side, counted in zip(SIDES, (left, right), strict=True):
         if message.startswith(f"the {side} encoder"):
-            return (
-                _encoder_advice(side)
-                if counted > MIN_TICKS
-                else f"{message}; it counted nothing: look at its plug"
-            )
+            silent = f"{message}; it counted nothing: look at its plug"
+            return _encoder_advice(side) if counted > MIN_TICKS else silent
     return message

@@ -120,11 +120,8 @@ class DeliveryRound:
         if self.in_progress and self.status.order_id == order_id:
             self._end_round(status_messages.CANCELLED)
         else:
-            self._update_status(
-                pending_orders=tuple(
-                    waiting for waiting in self.status.pending_orders if waiting.id != order_id
-                )
-            )
+            kept = tuple(waiting for waiting in self.status.pending_orders if waiting.id != order_id)
+            self._update_status(pending_orders=kept)
 
     # -- buttons at the robot
 
@@ -246,11 +243,8 @@ class DeliveryRound:
     def _drive(self, state: str, place: str) -> None:
         self.number += 1
         held = self.status.hold_reason
-        self._update_status(
-            state=state,
-            place=place,
-            description=self.status.description if held else status_messages.on_the_way(place),
-        )
+        description = self.status.description if held else status_messages.on_the_way(place)
+        self._update_status(state=state, place=place, description=description)
         if held:
             self._update_held_sentence()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 
@@ -32,14 +32,17 @@ def join_names(places: Sequence[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
-def on_the_way(place: str) -> str:
-    """Return the message while driving to a place."""
-    return f"On the way to {display_name(place) or 'the place on the map'}."
+def _about(sentence: str) -> Callable[[str], str]:
+    """Return the function that puts the display name of a place into a sentence."""
+    return lambda place: sentence.format(display_name(place) or "the place on the map")
 
 
-def at(place: str) -> str:
-    """Return the message after an errand has reached its place."""
-    return f"At {display_name(place) or 'the place on the map'}."
+on_the_way = _about("On the way to {}.")
+at = _about("At {}.")
+take = _about("Your food is here, {}. Please take it and press 'Taken'.")
+not_taken = _about("{}: nobody took the food")
+not_served = _about("{}: the round was ended before it was served")
+"""Sentences by the name of a place: while driving, after an errand, at a table; and why a table was not served."""
 
 
 def load(tables: Sequence[str]) -> str:
@@ -47,24 +50,9 @@ def load(tables: Sequence[str]) -> str:
     return f"In the kitchen. Load the food for {join_names(tables)}, then press 'Loaded'."
 
 
-def take(table: str) -> str:
-    """Return the message at a table, where the food is to be taken."""
-    return f"Your food is here, {display_name(table)}. Please take it and press 'Taken'."
-
-
 def not_reached(place: str, why: str) -> str:
     """Return the message for a place that navigation did not reach."""
     return f"{display_name(place)} was not reached: {why}"
-
-
-def not_taken(table: str) -> str:
-    """Return the message for a table where nobody took the food."""
-    return f"{display_name(table)}: nobody took the food"
-
-
-def not_served(table: str) -> str:
-    """Return the message for an unserved table of a round ended on request."""
-    return f"{display_name(table)}: the round was ended before it was served"
 
 
 def stopped(status: DeliveryStatus) -> str:

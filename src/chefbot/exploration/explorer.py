@@ -148,12 +148,9 @@ class Explorer:
         around = self._count_unknown(grid, cell, yaw, FULL_TURN)
         look_around = around > LOOK_AROUND_GAIN_RATIO * ahead and self.field_of_view < FULL_TURN
         # Cost: path, turning and a fixed cost per goal
-        turn = abs(wrap(yaw - pose.yaw)) if self.field_of_view < FULL_TURN else 0.0
-        cost = (
-            path_length
-            + self.params.turn_cost * (FULL_TURN if look_around else turn)
-            + self.params.fixed_goal_cost
-        )
+        heading_change = abs(wrap(yaw - pose.yaw)) if self.field_of_view < FULL_TURN else 0.0
+        turn = FULL_TURN if look_around else heading_change
+        cost = path_length + self.params.turn_cost * turn + self.params.fixed_goal_cost
         area = grid.resolution**2
         gain = max(around if look_around else ahead, 1) * area
         return ExplorationGoal(SE2(x, y, yaw), frontier.x, frontier.y, look_around, gain, cost)

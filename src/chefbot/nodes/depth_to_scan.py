@@ -8,10 +8,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.design.export.urdf_frames import DEPTH_FRAME
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Header
-from chefbot.nodes.robot_state_publisher import CAMERA_FRAME
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.runtime.node import In, Node, Out, topic
 from chefbot.scan.camera import CameraModel, depth_image
@@ -57,45 +57,19 @@ class DepthToScanNode(Node):
 
     def on_depth(self, image: Image) -> None:
         """Convert a depth image; the scans keep its stamp."""
-        depth = depth_image(
-            image.data.tobytes(),
-            image.encoding,
-            image.height,
-            image.width,
-            image.step,
-            bool(image.is_bigendian),
-        )
-        header = msgspec.structs.replace(image.header, frame_id=CAMERA_FRAME)
-        result = self._obstacles.scan(depth)
+        size = (image.height, image.width, image.step)
+        depth = depth_image(image.data.tobytes(), image.encoding, *size, bool(image.is_bigendian))
+        header = msgspec.structs.replace(image.header, frame_id=DEPTH_FRAME)
+        points = self._obstacles.scan(depth)
         self._out.publish(self._laser_scan(header, self._converter.convert(depth)))
         angles = self._obstacles.angles
-        self.obstacles.publish(
-            ObstacleScan(
-                header,
-                float(angles[0]),
-                float(angles[1] - angles[0]),
-                self._camera.range_max,
-                result.obstacles,
-                result.clear_from,
-                result.clear_to,
-                result.bottom,
-                result.top,
-            )
-        )
+        first, step = float(angles[0]), float(angles[1] - angles[0])
+        self.obstacles.publish(ObstacleScan(header, first, step, self._camera.range_max, *points))
 
     def _laser_scan(self, header: Header, ranges: NDArray[np.float32]) -> LaserScan:
-        scan = self._converter
-        return LaserScan(
-            header,
-            scan.angle_min,
-            scan.angle_max,
-            scan.angle_increment,
-            0.0,
-            self._period,
-            self._camera.range_min,
-            self._camera.range_max,
-            ranges,
-        )
+        scan, limits = self._converter, (self._camera.range_min, self._camera.range_max)
+        angles = (scan.angle_min, scan.angle_max, scan.angle_increment)
+        return LaserScan(header, *angles, 0.0, self._period, *limits, ranges)
 
     @cached_property
     def _period(self) -> float:

@@ -53,21 +53,16 @@ class JointStatesNode(Node):
             return
         positions, previous = wheel_positions(ticks, self.robot), self._positions
         self._positions, self._ticks_ns = positions, stamp
-        self._publish(
-            stamp,
-            None if previous_ns is None else self._velocities(positions - previous, stamp - previous_ns),
-        )
+        time_ns = 0 if previous_ns is None else stamp - previous_ns
+        self._publish(stamp, self._velocities(positions - previous, time_ns))
 
     def _velocities(self, angles: NDArray[np.float64], time_ns: int) -> NDArray[np.float64] | None:
         """Return the velocities in rad/s, or None if they are not valid."""
         if not 0 < time_ns < SILENCE_NS:
             return None
         velocities = angles / (time_ns / 1e9)
-        return (
-            velocities
-            if np.abs(velocities).max() < MAX_SPEED_RATIO * self.robot.motor.no_load_speed
-            else None
-        )
+        fastest = MAX_SPEED_RATIO * self.robot.motor.no_load_speed
+        return velocities if np.abs(velocities).max() < fastest else None
 
     @every(hz=1)
     def repeat_positions(self) -> None:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from chefbot.design.export.urdf import urdf
-from chefbot.design.export.urdf_frames import DEPTH_FRAME, Frame, fixed_frames, quaternion
+from chefbot.design.export.urdf_frames import Frame, fixed_frames, quaternion
 from chefbot.msgs.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.node import Node, NoParams, Out, topic
-
-CAMERA_FRAME = DEPTH_FRAME
 
 
 class RobotStatePublisherNode(Node):

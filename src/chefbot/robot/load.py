@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from chefbot.config import build, parse_yaml, read_bytes
-from chefbot.errors import name_hint
+from chefbot.config import build, find_file, parse_yaml, read_bytes
 from chefbot.robot.catalogue import KINDS, component
 from chefbot.robot.errors import RobotFileError
 from chefbot.robot.spec import Robot
@@ -46,14 +45,7 @@ def build_robot(data: Any, where: str) -> Robot:
 
 def find_robot(name_or_path: str) -> Path:
     """Return the path of a robot file for a built-in robot's name or a path."""
-    built_in = built_in_robots()
-    if name_or_path in built_in:
-        return built_in[name_or_path]
-    if name_or_path.endswith((".yaml", ".yml")) or "/" in name_or_path:
-        return Path(name_or_path)
-    raise RobotFileError(
-        f"no robot is called {name_or_path!r}{name_hint(name_or_path, built_in)}; give one of these or a file"
-    )
+    return find_file("robot", name_or_path, built_in_robots(), RobotFileError)
 
 
 def _resolve_like(text: bytes, path: Path, seen: tuple[Path, ...]) -> Any:

@@ -58,31 +58,16 @@ def _plates(robot: Robot) -> Iterator[Contradiction]:
         too_deep = f"is deeper than the plate of {mm(radius)} radius; make it shallower"
         yield notch.depth >= radius, "plates.notch.depth", too_deep
         outside = math.hypot(notch.length / 2, inner) >= radius
-        yield (
-            outside,
-            "plates.notch",
-            f"lies outside the plate of {mm(radius)} radius; make it deeper or shorter",
-        )
-    yield (
-        plates.centre_hole / 2 >= inner,
-        "plates.centre_hole",
-        f"{mm(plates.centre_hole)} leaves nothing of the plate",
-    )
-    yield (
-        math.hypot(robot.poles.reach, robot.poles.reach) + robot.poles.radius > radius,
-        "poles.reach",
-        "the poles stand outside the plates",
-    )
-    yield (
-        plates.screw_hole >= 2 * robot.poles.radius,
-        "plates.screw_hole",
-        "is as wide as the poles that are screwed there",
-    )
-    yield (
-        robot.casters.offset + robot.casters.radius > radius,
-        "casters.offset",
-        "the casters stand outside the body",
-    )
+        reason = f"lies outside the plate of {mm(radius)} radius; make it deeper or shorter"
+        yield outside, "plates.notch", reason
+    nothing_left = plates.centre_hole / 2 >= inner
+    yield nothing_left, "plates.centre_hole", f"{mm(plates.centre_hole)} leaves nothing of the plate"
+    poles_outside = math.hypot(robot.poles.reach, robot.poles.reach) + robot.poles.radius > radius
+    yield poles_outside, "poles.reach", "the poles stand outside the plates"
+    too_wide = plates.screw_hole >= 2 * robot.poles.radius
+    yield too_wide, "plates.screw_hole", "is as wide as the poles that are screwed there"
+    casters_outside = robot.casters.offset + robot.casters.radius > radius
+    yield casters_outside, "casters.offset", "the casters stand outside the body"
     top = robot.plates.count
     for key, place in _places(robot):
         yield place.plate > top, f"{key}.plate", f"there is no plate {place.plate}, the highest is {top}"
@@ -98,41 +83,23 @@ def _places(robot: Robot) -> Iterator[tuple[str, MountingPosition]]:
 def _stack(robot: Robot) -> Iterator[Contradiction]:
     tubes, poles = robot.tubes, robot.poles
     yield 2 * poles.radius > tubes.bore, "tubes.bore", f"poles of {mm(2 * poles.radius)} do not go in"
-    yield (
-        robot.plates.count > 1 and 2 * poles.height > tubes.length,
-        "poles.height",
-        "two poles are longer than the tube that they hold",
-    )
-    yield (
-        2 * robot.casters.radius + layout.CASTER_GAP >= layout.plate_undersides(robot)[0],
-        "casters.radius",
-        "the balls are higher than the base plate",
-    )
+    too_long = robot.plates.count > 1 and 2 * poles.height > tubes.length
+    yield too_long, "poles.height", "two poles are longer than the tube that they hold"
+    too_high = 2 * robot.casters.radius + layout.CASTER_GAP >= layout.plate_undersides(robot)[0]
+    yield too_high, "casters.radius", "the balls are higher than the base plate"
 
 
 def _motors(robot: Robot) -> Iterator[Contradiction]:
-    motor, available = robot.motor, layout.motor_front(robot)
-    yield (
-        motor.diameter >= 2 * robot.body.radius,
-        "motor.diameter",
-        f"{mm(motor.diameter)} is wider than the plate of {mm(2 * robot.body.radius)}",
-    )
-    yield (
-        motor.length >= available,
-        "motor.length",
-        f"{mm(motor.length)} does not fit: between the wheels there are {mm(max(available, 0.0))} for each motor",
-    )
+    motor, plate, available = robot.motor, 2 * robot.body.radius, layout.motor_front(robot)
+    reason = f"{mm(motor.diameter)} is wider than the plate of {mm(plate)}"
+    yield motor.diameter >= plate, "motor.diameter", reason
+    room = f"between the wheels there are {mm(max(available, 0.0))} for each motor"
+    yield motor.length >= available, "motor.length", f"{mm(motor.length)} does not fit: {room}"
     yield motor.shaft_diameter >= robot.wheels.diameter, "motor.shaft_diameter", "is as thick as the wheel"
-    yield (
-        layout.motor_bottom(robot) <= 0.0,
-        "wheels.diameter",
-        f"the motor of {mm(motor.diameter)} would touch the floor",
-    )
-    yield (
-        motor.no_load_current >= motor.stall_current,
-        "motor.no_load_current",
-        "is not below motor.stall_current",
-    )
+    touches = layout.motor_bottom(robot) <= 0.0
+    yield touches, "wheels.diameter", f"the motor of {mm(motor.diameter)} would touch the floor"
+    idle_above_stall = motor.no_load_current >= motor.stall_current
+    yield idle_above_stall, "motor.no_load_current", "is not below motor.stall_current"
 
 
 def _clamps(robot: Robot) -> Iterator[Contradiction]:
@@ -140,18 +107,12 @@ def _clamps(robot: Robot) -> Iterator[Contradiction]:
     hole = layout.SHAFT_CLEARANCE * motor.shaft_diameter
     yield hole >= clamp.width, "motor_clamp.width", "is narrower than the hole for the shaft"
     below = motor.diameter / 2 - motor.shaft_offset
-    yield (
-        hole / 2 >= below,
-        "motor.shaft_diameter",
-        f"a hole of {mm(hole)} round the shaft breaks out of the clamp, which ends {mm(below)} below the shaft",
-    )
+    end = f"breaks out of the clamp, which ends {mm(below)} below the shaft"
+    yield hole / 2 >= below, "motor.shaft_diameter", f"a hole of {mm(hole)} round the shaft {end}"
     across, along = layout.clamp_screws(robot)[0]
     yield 2.0 * across <= screw, "motor_clamp.width", f"screws need more than {mm(5.0 * screw)}"
-    yield (
-        clamp.length / 2 - along <= screw / 2,
-        "motor_clamp.length",
-        f"{mm(clamp.length)} leaves no material round screws of {mm(screw)}",
-    )
+    reason = f"{mm(clamp.length)} leaves no material round screws of {mm(screw)}"
+    yield clamp.length / 2 - along <= screw / 2, "motor_clamp.length", reason
     yield clamp.thickness >= clamp.length, "motor_clamp.thickness", "is not below motor_clamp.length"
 
 
@@ -171,30 +132,18 @@ def _names(robot: Robot) -> Iterator[Contradiction]:
 
 def _wheels(robot: Robot) -> Iterator[Contradiction]:
     wheels, body = robot.wheels, robot.body
-    yield (
-        body.clearance >= wheels.diameter,
-        "body.clearance",
-        f"{mm(body.clearance)} is above the wheels' top",
-    )
+    too_high = body.clearance >= wheels.diameter
+    yield too_high, "body.clearance", f"{mm(body.clearance)} is above the wheels' top"
     yield wheels.separation <= wheels.width, "wheels.separation", "the wheels overlap each other"
-    yield (
-        wheels.inner_face > body.radius + wheels.width,
-        "wheels.separation",
-        f"the wheels stand clear of the plate of {mm(body.radius)} radius; make it smaller or body.radius larger",
-    )
-    yield (
-        robot.wheel_radius > body_height(robot),
-        "wheels.diameter",
-        "the wheels are taller than twice the body",
-    )
+    reason = f"the wheels stand clear of the plate of {mm(body.radius)} radius; make it smaller or body.radius larger"
+    yield wheels.inner_face > body.radius + wheels.width, "wheels.separation", reason
+    too_tall = robot.wheel_radius > body_height(robot)
+    yield too_tall, "wheels.diameter", "the wheels are taller than twice the body"
 
 
 def _drive(robot: Robot) -> Iterator[Contradiction]:
-    yield (
-        max_wheel_speed(robot) <= 0.0,
-        "motor.stall_torque",
-        f"{robot.motor.stall_torque:.3g} N m per wheel cannot roll {total_mass(robot):.3g} kg at all",
-    )
+    reason = f"{robot.motor.stall_torque:.3g} N m per wheel cannot roll {total_mass(robot):.3g} kg at all"
+    yield max_wheel_speed(robot) <= 0.0, "motor.stall_torque", reason
     battery = robot.battery
     yield battery.empty_voltage >= battery.voltage, "battery.empty_voltage", "is not below battery.voltage"
     yield battery.voltage > battery.full_voltage, "battery.voltage", "is above battery.full_voltage"

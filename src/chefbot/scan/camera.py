@@ -42,17 +42,8 @@ class CameraModel:
     @staticmethod
     def of(camera: DepthCamera) -> CameraModel:
         """Return the ideal camera model of a robot file's depth camera."""
-        f = camera.focal_length_px
-        return CameraModel(
-            width=camera.width,
-            height=camera.height,
-            fx=f,
-            fy=f,
-            cx=(camera.width - 1) / 2.0,
-            cy=(camera.height - 1) / 2.0,
-            range_min=camera.range_min,
-            range_max=camera.range_max,
-        )
+        f, cx, cy = camera.focal_length_px, (camera.width - 1) / 2.0, (camera.height - 1) / 2.0
+        return CameraModel(camera.width, camera.height, f, f, cx, cy, camera.range_min, camera.range_max)
 
     def check(self, depth: Depth) -> None:
         """Raise ScanError if an image has another size than the camera or is no depth image."""

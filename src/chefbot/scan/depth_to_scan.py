@@ -19,6 +19,10 @@ from numpy.typing import NDArray
 from chefbot.errors import ScanError
 from chefbot.scan.camera import CameraModel, Depth
 
+Floats = NDArray[np.float32]
+Millimetres = NDArray[np.uint16]
+Indices = NDArray[np.int32]
+
 
 class DepthToScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The parameters of the `DepthToScan` conversion."""
@@ -32,9 +36,7 @@ class DepthToScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 @njit(cache=True, nogil=True)
-def _nearest_mm(
-    band: NDArray[np.uint16], low: NDArray[np.uint16], high: NDArray[np.uint16], out: NDArray[np.float32]
-) -> None:
+def _nearest_mm(band: Millimetres, low: Millimetres, high: Millimetres, out: Floats) -> None:
     """Fill out[u] with the nearest depth, m, of column u within [low[u], high[u]] mm, NaN for none.
 
     The unsigned subtraction wraps depths below the minimum, including 0, to values above all valid ones, so
@@ -55,9 +57,7 @@ def _nearest_mm(
 
 
 @njit(cache=True, nogil=True)
-def _nearest_m(
-    band: NDArray[np.float32], low: NDArray[np.float32], high: NDArray[np.float32], out: NDArray[np.float32]
-) -> None:
+def _nearest_m(band: Floats, low: Floats, high: Floats, out: Floats) -> None:
     """Fill out[u] with the nearest depth of column u within [low[u], high[u]], m, or an infinity, or NaN for
     none."""
     # Column minimum of the valid depths
@@ -73,7 +73,7 @@ def _nearest_m(
 
 
 @njit(cache=True, nogil=True)
-def _column_infinity(band: NDArray[np.float32], u: int) -> float:
+def _column_infinity(band: Floats, u: int) -> float:
     """Return an infinity of the column if there is one (REP-117: +inf out of range, -inf too near), else
     NaN."""
     found = np.nan
@@ -86,13 +86,7 @@ def _column_infinity(band: NDArray[np.float32], u: int) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _bin_ranges(
-    column: NDArray[np.float32],
-    stretch: NDArray[np.float32],
-    first: NDArray[np.int32],
-    last: NDArray[np.int32],
-    out: NDArray[np.float32],
-) -> None:
+def _bin_ranges(column: Floats, stretch: Floats, first: Indices, last: Indices, out: Floats) -> None:
     """Fill out[i] with the nearest range column * stretch over columns first[i] .. last[i], NaN only if all
     are."""
     # Range in the horizontal plane r = z * hypot(1, tan a), minimum over the columns of a bin
@@ -153,7 +147,7 @@ class DepthToScan:
         """First row of the band, and the row after its last one."""
         return self._first_row, self._first_row + self._rows
 
-    def convert(self, depth: Depth) -> NDArray[np.float32]:
+    def convert(self, depth: Depth) -> Floats:
         """Convert an image (h, w) of uint16 mm or float32 m to ranges (width,), m, at `angles`.
 
         A range is NaN without a reading within the limits, and +-inf with infinite readings only. Raise

@@ -20,6 +20,7 @@ from chefbot.errors import ScanError
 from chefbot.robot.section import Mount
 from chefbot.scan.camera import CameraModel, Depth
 
+Floats = NDArray[np.float32]
 COLUMNS_PER_BIN = 2
 """Image columns per bin; with 2, no bin is empty up to a field of view of 130 degrees: tan(a) < 2 a."""
 MAX_FLOOR_GAP = 0.1
@@ -69,11 +70,11 @@ class ObstaclePoints(NamedTuple):
     few pixels they are 0 and the maximum height.
     """
 
-    obstacles: NDArray[np.float32]
-    clear_from: NDArray[np.float32]
-    clear_to: NDArray[np.float32]
-    bottom: NDArray[np.float32]
-    top: NDArray[np.float32]
+    obstacles: Floats
+    clear_from: Floats
+    clear_to: Floats
+    bottom: Floats
+    top: Floats
 
 
 @njit(cache=True, nogil=True)
@@ -82,14 +83,14 @@ def _classify(
     scale: float,
     limits: tuple[float, float],
     heights: tuple[float, float, float, float],
-    slope: NDArray[np.float32],
-    stretch: NDArray[np.float32],
+    slope: Floats,
+    stretch: Floats,
     bins: NDArray[np.int16],
     row_gap: float,
-    nearest: NDArray[np.float32],
-    second: NDArray[np.float32],
-    clear_from: NDArray[np.float32],
-    clear_to: NDArray[np.float32],
+    nearest: Floats,
+    second: Floats,
+    clear_from: Floats,
+    clear_to: Floats,
 ) -> None:
     """Classify the pixels of an image (h, w) as floor or obstacle, from the lowest row up (nearest first).
 
@@ -133,12 +134,12 @@ def _find_height_interval(
     scale: float,
     limits: tuple[float, float],
     heights: tuple[float, float, float, float],
-    slope: NDArray[np.float32],
-    stretch: NDArray[np.float32],
+    slope: Floats,
+    stretch: Floats,
     bins: NDArray[np.int16],
-    max_distance: NDArray[np.float32],
-    bottom: NDArray[np.float32],
-    top: NDArray[np.float32],
+    max_distance: Floats,
+    bottom: Floats,
+    top: Floats,
     pixel_count: NDArray[np.int32],
 ) -> None:
     """Find the lowest and the highest pixel of each bin's obstacle, once its range is known.
@@ -167,9 +168,7 @@ def _find_height_interval(
                 pixel_count[k] += 1
 
 
-def _merge_neighbours(
-    ranges: NDArray[np.float32], heights: NDArray[np.float32], extend: np.ufunc
-) -> NDArray[np.float32]:
+def _merge_neighbours(ranges: Floats, heights: Floats, extend: np.ufunc) -> Floats:
     """Return heights (bins,) extended by those of the neighbouring bins that show the same obstacle."""
     merged = heights.copy()
     for shift in range(1, NEIGHBOUR_BINS + 1):
@@ -251,13 +250,7 @@ class ObstacleScanner:
         clear_from[hidden], clear_to[hidden] = np.inf, 0.0
         return ObstaclePoints(second, clear_from, np.minimum(clear_to, second), bottom, top)
 
-    def _find_heights(
-        self,
-        image: tuple[Any, ...],
-        ranges: NDArray[np.float32],
-        bottom: NDArray[np.float32],
-        top: NDArray[np.float32],
-    ) -> None:
+    def _find_heights(self, image: tuple[Any, ...], ranges: Floats, bottom: Floats, top: Floats) -> None:
         """Fill bottom and top (bins,), m; 0 and the maximum height where the pixels are too few."""
         found = np.isfinite(ranges)
         pixel_count = np.zeros(len(ranges), np.int32)

@@ -15,12 +15,12 @@ class SimulatedBattery:
     empty.
     """
 
-    def __init__(self, robot: Robot, level: float = 1.0) -> None:
+    def __init__(self, robot: Robot) -> None:
         self._spec = robot.battery
         self._electronics = robot.power.electronics
         self._motor_voltage = robot.motor.voltage
         self._resistance = VOLTAGE_SAG_AT_1C * robot.battery.voltage / (robot.battery.capacity / 3600.0)
-        self.charge = level * robot.battery.capacity
+        self.charge = robot.battery.capacity
         self.current = 0.0
         self.voltage = 0.0
         self.drain((0.0, 0.0), (0.0, 0.0), 0.0)

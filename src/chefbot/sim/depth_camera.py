@@ -12,11 +12,11 @@ from numpy.random import default_rng
 from numpy.typing import NDArray
 
 from chefbot.robot.sensors import DepthCamera
+from chefbot.sim.capture import Capture
 from chefbot.sim.depth_holes import draw_holes
 from chefbot.sim.depth_raycast import draw
 from chefbot.sim.realism import RealismProfile
 from chefbot.sim.shading import shade
-from chefbot.sim.simulation import Capture
 from chefbot.sim.world.shapes import MIRROR
 
 GRAZING = math.radians(80.0)

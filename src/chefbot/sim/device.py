@@ -31,7 +31,7 @@ from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
 from chefbot.sim.faults import FaultySensor, faulty_camera, faulty_lidar, parse_fault
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world.load import load_any_world, shares_map_frame
+from chefbot.sim.world.load import WorldName, load_any_world, shares_map_frame
 
 BOARD_HZ = 50
 """Rate of data exchange with the board; camera and lidar rates are rounded to a divisor of it."""
@@ -54,9 +54,7 @@ FAULTS = {
 class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the simulator: world, start pose, imperfection profile and pedestrians."""
 
-    world: Annotated[
-        str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")
-    ] = "room"
+    world: WorldName = "room"
     start: Annotated[
         str,
         Meta(

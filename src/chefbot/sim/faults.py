@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Generic, Literal, TypeVar, get_args
 
 import msgspec
@@ -35,6 +36,7 @@ def parse_fault(name: str) -> SensorFault:
     )
 
 
+@dataclass(eq=False)
 class FaultySensor(Generic[M]):
     """A fault injector between a simulated sensor and its topic; without a fault it publishes messages
     unchanged.
@@ -43,47 +45,39 @@ class FaultySensor(Generic[M]):
     front: returns the mask of the ranges that the fault `half_blind` removes.
     """
 
-    def __init__(
-        self,
-        publish: Callable[[M], None],
-        ranges: Callable[[M], Ranges],
-        changed: Callable[[M, Ranges], M],
-        front: Callable[[M], NDArray[np.bool_]],
-        rng: Generator,
-    ) -> None:
-        self._publish: Callable[[M], None] = publish
-        self._ranges: Callable[[M], Ranges] = ranges
-        self._changed: Callable[[M, Ranges], M] = changed
-        self._front: Callable[[M], NDArray[np.bool_]] = front
-        self._rng = rng
-        self.fault: SensorFault = "none"
-        self._frozen: Ranges | None = None
-        self._delayed: deque[M] = deque()
+    publish: Callable[[M], None]
+    ranges: Callable[[M], Ranges]
+    changed: Callable[[M, Ranges], M]
+    front: Callable[[M], NDArray[np.bool_]]
+    rng: Generator
+    fault: SensorFault = "none"
+    _frozen: Ranges | None = None
+    _delayed: deque[M] = field(default_factory=deque)
 
     def send(self, message: M, now_ns: int) -> None:
         """Publish one sensor message, with the active fault applied, at the time of its delivery."""
         if self.fault == "late":
             self._delayed.append(message)
             while self._delayed and now_ns - self._delayed[0].header.stamp.ns >= FAULT_DELAY_NS:
-                self._publish(self._delayed.popleft())
+                self.publish(self._delayed.popleft())
             return
         self._delayed.clear()
         if self.fault != "freeze" or self._frozen is None:
-            self._frozen = self._ranges(message)
+            self._frozen = self.ranges(message)
         if self.fault != "stop":
-            self._publish(
-                message if self.fault == "none" else self._changed(message, self._faulty_ranges(message))
+            self.publish(
+                message if self.fault == "none" else self.changed(message, self._faulty_ranges(message))
             )
 
     def _faulty_ranges(self, message: M) -> Ranges:
-        ranges = self._ranges(message)
+        ranges = self.ranges(message)
         if self.fault == "freeze":
             assert self._frozen is not None
             return self._frozen
         if self.fault == "noise":
-            error = self._rng.standard_normal(ranges.shape, dtype=np.float32)
+            error = self.rng.standard_normal(ranges.shape, dtype=np.float32)
             return ranges * (1.0 + np.float32(NOISE_FRACTION) * error)
-        return np.where(self._front(message), np.float32(np.nan), ranges)
+        return np.where(self.front(message), np.float32(np.nan), ranges)
 
 
 def faulty_lidar(publish: Callable[[LaserScan], None], rng: Generator) -> FaultySensor[LaserScan]:

@@ -95,14 +95,6 @@ class Firmware:
         count = self._library.chefbot_board_read(self._board, self._buffer, _BUFFER_SIZE)
         return ctypes.string_at(self._buffer, count)
 
-    def press_estop(self, pressed: bool) -> None:
-        """Press or release the emergency stop button."""
-        self._library.chefbot_board_estop(self._board, pressed)
-
-    def power_cycle(self) -> None:
-        """Switch the board off and on: counters, session and faults are reset."""
-        self._library.chefbot_board_power_cycle(self._board)
-
 
 def imu_scale() -> tuple[float, float]:
     """Return the IMU's sensitivity, LSB per m/s^2 and LSB per rad/s, in the ranges set by the firmware."""

@@ -9,7 +9,7 @@ from numpy.random import default_rng
 
 from chefbot.board.firmware_constants import firmware_constants
 from chefbot.robot.spec import Robot
-from chefbot.sim.firmware import CONTROL_NS, DUTY_FULL, NO_ECHO, Firmware, FirmwareState, imu_scale
+from chefbot.sim.firmware import CONTROL_NS, DUTY_FULL, NO_ECHO, Firmware, imu_scale
 from chefbot.sim.simulation import STEP_NS, Simulation
 
 SPEED_OF_SOUND = 343.2
@@ -31,6 +31,8 @@ class SimulatedMotorBoard:
     def __init__(self, robot: Robot, simulation: Simulation) -> None:
         self._simulation = simulation
         self.firmware = Firmware(robot)
+        # The serial link and the outputs are the firmware's.
+        self.write, self.read, self.state = self.firmware.write, self.firmware.read, self.firmware.state
         constants = {constant.name: constant.value for constant in firmware_constants(robot)}
         self._ping_period_ns = constants["sonar_period"] * CONTROL_NS
         self._boot_ns = simulation.time_ns
@@ -38,19 +40,6 @@ class SimulatedMotorBoard:
         self._ticks = simulation.wheel_ticks()
         self._lsb_per_force, self._lsb_per_rate = imu_scale()
         self._temperature = default_rng(simulation.seed)
-
-    @property
-    def state(self) -> FirmwareState:
-        """Present outputs of the board."""
-        return self.firmware.state
-
-    def write(self, data: bytes) -> None:
-        """Write bytes from the computer, processed from the next control step on; overflow is lost."""
-        self.firmware.write(data)
-
-    def read(self) -> bytes:
-        """Return all bytes that the board has sent since the last call."""
-        return self.firmware.read()
 
     def run_until(self, time_ns: int) -> None:
         """Run physics and firmware for as many full control steps as end by `time_ns`."""

@@ -25,6 +25,8 @@ MAX_GLASS_ANGLE = math.radians(5.0)
 assumption: scanners see glass within a few degrees of a right angle."""
 ROBOT_ONLY = np.array([group == LOOKS_GROUP for group in range(6)], dtype=np.uint8)
 """Geom groups of the robot's parts as built, without the sensor housings."""
+BasePose = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Pose of base_link in the world: position (3,) and rotation (3, 3)."""
 CONE_RINGS = 4
 MAX_ECHO_ANGLE = math.radians(60.0)
 """Maximum incidence angle, from the surface normal, of a reflection back to the sensor; beyond it sound is
@@ -77,23 +79,13 @@ class RayCaster:
         self._distances = np.zeros(len(rays))
         self._normals = np.zeros(3 * len(rays))
         self.own_body: NDArray[np.float64] = np.full(len(rays), np.inf)
-
-    def look_at_own_body(
-        self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
-    ) -> None:
-        """Compute once per ray the distance at which the robot's own body blocks it."""
-        self.own_body = self.cast(model, data, position, rotation, ROBOT_ONLY)
+        """Distance at which the robot's own body blocks each ray, m."""
 
     def cast(
-        self,
-        model: Any,
-        data: Any,
-        position: NDArray[np.float64],
-        rotation: NDArray[np.float64],
-        groups: NDArray[np.uint8] = WORLD_ONLY,
+        self, model: Any, data: Any, base: BasePose, groups: NDArray[np.uint8] = WORLD_ONLY
     ) -> NDArray[np.float64]:
-        """Return (n,) distances to the first hit, m, inf for none, with base_link at `position`,
-        `rotation`."""
+        """Return (n,) distances to the first hit, m, inf for none, with base_link at `base`."""
+        position, rotation = base
         origin = position + rotation @ self._mount_position
         vectors = np.ascontiguousarray(self._rays @ rotation.T).ravel()
         count = len(self._rays)
@@ -103,37 +95,32 @@ class RayCaster:
         )  # fmt: skip
         return np.where(self._geom_ids >= 0, self._distances, np.inf)
 
-    def cast_light(
-        self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def cast_light(self, model: Any, data: Any, base: BasePose) -> NDArray[np.float64]:
         """Return the distances as `cast` does, for laser light, which passes glass and is reflected by mirrors.
 
         Glass returns a beam that hits it at a right angle. A beam that a mirror reflects measures the length of the
         way to what it meets then.
         """
-        groups = model.geom_group
-        ranges = self.cast(model, data, position, rotation, OPAQUE_ONLY)
+        groups, (position, rotation) = model.geom_group, base
+        ranges = self.cast(model, data, base, OPAQUE_ONLY)
         hits, normals = self._geom_ids.copy(), self._normals.reshape(-1, 3).copy()
         beams = self._rays @ rotation.T
         if (groups == MIRROR_GROUP).any():
             origin = position + rotation @ self._mount_position
             for i in np.flatnonzero((hits >= 0) & (groups[hits] == MIRROR_GROUP)):
-                ranges[i] += _reflected_range(
-                    model, data, origin + ranges[i] * beams[i], beams[i], normals[i]
-                )
+                point = origin + ranges[i] * beams[i]
+                ranges[i] += _reflected_range(model, data, point, beams[i], normals[i])
         if (groups == GLASS_GROUP).any():
-            to_glass = self.cast(model, data, position, rotation)
+            to_glass = self.cast(model, data, base)
             cos_incidence = np.abs(np.sum(self._normals.reshape(-1, 3) * beams, axis=1))
             is_glass = (self._geom_ids >= 0) & (groups[self._geom_ids] == GLASS_GROUP)
             returned = is_glass & (cos_incidence > math.cos(MAX_GLASS_ANGLE))
             ranges = np.where(returned, to_glass, ranges)
         return ranges
 
-    def echoes(
-        self, model: Any, data: Any, position: NDArray[np.float64], rotation: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def echoes(self, model: Any, data: Any, base: BasePose) -> NDArray[np.float64]:
         """Return the distances as `cast` does, for ultrasound: surfaces hit at too flat an angle give inf."""
-        ranges = self.cast(model, data, position, rotation)
+        ranges, rotation = self.cast(model, data, base), base[1]
         # Cosine of the incidence angle: |n . d|.
         cos_incidence = np.abs(np.sum(self._normals.reshape(-1, 3) * (self._rays @ rotation.T), axis=1))
         return np.where(cos_incidence > math.cos(MAX_ECHO_ANGLE), ranges, np.inf)

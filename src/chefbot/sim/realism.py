@@ -45,27 +45,13 @@ def draw_as_built(profile: RealismProfile, rng: Generator) -> AsBuilt:
 
 
 def _draw_uncalibrated(rng: Generator) -> AsBuilt:
-    minimum = np.array(
-        [
-            MIN_DIAMETER_ERROR,
-            MIN_DIAMETER_ERROR,
-            MIN_SEPARATION_ERROR,
-            MIN_GYRO_ERROR,
-            MIN_YAW_ERROR,
-            MIN_YAW_ERROR,
-        ]
-    )
+    wheels, yaws = [MIN_DIAMETER_ERROR] * 2 + [MIN_SEPARATION_ERROR], [MIN_YAW_ERROR] * 2
+    minimum = np.array([*wheels, MIN_GYRO_ERROR, *yaws])
     errors = (minimum * rng.uniform(1.0, MAX_TO_MIN_ERROR, 6) * rng.choice([-1.0, 1.0], 6)).tolist()
     scale, difference, separation, gyro, lidar, camera = errors
-    return AsBuilt(
-        1.0 + scale - difference / 2,
-        1.0 + scale + difference / 2,
-        1.0 + separation,
-        float(rng.uniform(MIN_FRICTION_FACTOR, 1.0)),
-        1.0 + gyro,
-        lidar,
-        camera,
-    )
+    left, right = 1.0 + scale - difference / 2, 1.0 + scale + difference / 2
+    friction = float(rng.uniform(MIN_FRICTION_FACTOR, 1.0))
+    return AsBuilt(left, right, 1.0 + separation, friction, 1.0 + gyro, lidar, camera)
 
 
 def draw_gyro_scale(as_built: AsBuilt, rng: Generator) -> float:

@@ -16,11 +16,14 @@ from chefbot.maths.se2 import SE2
 from chefbot.robot.geometry.layout import ground_clearance, overall_height
 from chefbot.robot.spec import Robot
 from chefbot.sim.battery import SimulatedBattery
+from chefbot.sim.capture import OPTICAL, Capture
 from chefbot.sim.contacts import CollisionMonitor, Collisions
 from chefbot.sim.depth_holes import hole_array
 from chefbot.sim.motors import Motors, enable_drivers
 from chefbot.sim.rays import (
+    ROBOT_ONLY,
     ULTRASONIC_NOISE,
+    BasePose,
     RayCaster,
     cone_rays,
     lidar_rays,
@@ -35,14 +38,13 @@ from chefbot.sim.world.furniture import PERSON_RADIUS, person_shapes
 from chefbot.sim.world.people import OccupiedCircle, disc, place_people
 from chefbot.sim.world.shapes import (
     GLASS,
-    ShapeArrays,
     SimulatedShape,
     box,
     clearance,
     concatenate,
     shape_arrays,
 )
-from chefbot.sim.world.world import World
+from chefbot.sim.world.world import World, nearest_name
 from chefbot.sim.world.world_mjcf import MocapBody, world_mjcf
 
 STEP_NS = round(PHYSICS_STEP * 1e9)
@@ -57,23 +59,6 @@ class GroundTruth(NamedTuple):
     pose: SE2
     v: float
     w: float
-
-
-class Capture(NamedTuple):
-    """Input of the depth renderer: the camera's optical frame in the world and the solids at one instant.
-
-    position: (3,) metres. rotation: (3, 3) from the optical frame (z forward, x right, y down) to the world. holes:
-    (n, 5), see `hole_array`.
-    """
-
-    position: NDArray[np.float64]
-    rotation: NDArray[np.float64]
-    shapes: ShapeArrays
-    holes: NDArray[np.float64] = hole_array(())
-
-
-OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-"""Rotation from the optical frame to the camera's body frame (REP-103)."""
 
 
 class Simulation:
@@ -187,7 +172,7 @@ class Simulation:
         lidar = self.robot.sensors.lidar
         if lidar is None or self._lidar is None:
             raise UserError(f"robot {self.robot.name} has no lidar")
-        ranges = self._lidar.cast_light(self._model, self._data, *self._base_pose())
+        ranges = self._lidar.cast_light(self._model, self._data, self._base_pose())
         # Beams that the robot's own body blocks end there.
         ranges = np.minimum(ranges, self._lidar.own_body)
         if self.profile != "perfect":
@@ -198,7 +183,7 @@ class Simulation:
         """Return the distance to the nearest surface that reflects ultrasound, m; inf if there is none."""
         if self._ultrasonic is None:
             raise UserError(f"robot {self.robot.name} has no ultrasonic ranger")
-        nearest = float(self._ultrasonic.echoes(self._model, self._data, *self._base_pose()).min())
+        nearest = float(self._ultrasonic.echoes(self._model, self._data, self._base_pose()).min())
         if self.profile != "perfect":
             nearest += ULTRASONIC_NOISE * float(self._noise["ultrasonic"].standard_normal())
         return nearest
@@ -335,7 +320,8 @@ class Simulation:
         self._place_movers()
         mujoco.mj_forward(self._model, self._data)
         if self._lidar is not None:
-            self._lidar.look_at_own_body(self._model, self._data, *self._base_pose())
+            base = self._base_pose()
+            self._lidar.own_body = self._lidar.cast(self._model, self._data, base, ROBOT_ONLY)
 
     def _mocap_bodies(self) -> list[MocapBody]:
         doors = [MocapBody(name, (door.leaf,), door.pose) for name, door in self._doors.items()]
@@ -379,8 +365,7 @@ class Simulation:
         friction = tyre * self.as_built.friction * self._grip.factor(x, y)
         self._model.geom_friction[self._wheels, 0] = friction
 
-    def _base_pose(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return base_link in the world: position (3,) and rotation (3, 3)."""
+    def _base_pose(self) -> BasePose:
         rotation = np.empty(9)
         mujoco.mju_quat2Mat(rotation, self._data.qpos[3:7])
         return self._data.qpos[:3].copy(), rotation.reshape(3, 3)
@@ -394,9 +379,7 @@ class Simulation:
         solids = [*self.world.static, *self._dropped, *(door.shape for door in self._doors.values())]
         height_range = (ground_clearance(self.robot), overall_height(self.robot))
         if clearance(solids, pose.x, pose.y, *height_range) < self.robot.footprint_radius:
-            obstacle_name = min(
-                solids, key=lambda s: clearance([s], pose.x, pose.y, *height_range)
-            ).name.split("/")[0]
+            obstacle_name = nearest_name(solids, pose, height_range)
             raise UserError(
                 f"{what} ({pose.x:.2f}, {pose.y:.2f}) in world {self.world.name} overlaps {obstacle_name}; "
                 "choose another"

@@ -79,11 +79,11 @@ def _budget(robot: Robot) -> Iterator[Finding]:
 # -- what would do
 
 
-def _fitting(robot: Robot, entries: dict[str, Any], exchange: Callable[[Any], Robot], part: str) -> str:
+def _fitting(robot: Robot, part: str, entries: dict[str, Any]) -> str:
     """The lightest component with which the part's checks pass, and as many others as now."""
     now = sum(1 for check in judge(robot, loaded(robot)) if not check.passed and check.part != part)
     for name in sorted(entries, key=lambda name: entries[name].mass):
-        candidate = exchange(entries[name])
+        candidate = _exchanged(robot, part, entries[name])
         failing = [check for check in judge(candidate, loaded(candidate)) if not check.passed]
         own = [check for check in failing if check.part == part]
         if not own and len(failing) <= now:
@@ -91,39 +91,23 @@ def _fitting(robot: Robot, entries: dict[str, Any], exchange: Callable[[Any], Ro
     return ""
 
 
-def _motor(robot: Robot, _load: Load, catalogue: Catalogue) -> str:
-    return _fitting(robot, catalogue.motors, lambda motor: with_motor(robot, motor), "motor")
+def _exchanged(robot: Robot, part: str, component: Any) -> Robot:
+    if part == "motor":
+        return with_motor(robot, component)
+    return msgspec.structs.replace(robot, **{part: component})
 
 
-def _driver(robot: Robot, _load: Load, catalogue: Catalogue) -> str:
-    def exchange(driver: Any) -> Robot:
-        return msgspec.structs.replace(robot, driver=driver)
-
-    return _fitting(robot, catalogue.drivers, exchange, "driver")
-
-
-def _battery(robot: Robot, _load: Load, catalogue: Catalogue) -> str:
-    def exchange(battery: Any) -> Robot:
-        return msgspec.structs.replace(robot, battery=battery)
-
-    return _fitting(robot, catalogue.batteries, exchange, "battery")
-
-
-def _wheel(robot: Robot, _load: Load, _catalogue: Catalogue) -> str:
-    return mm_up(smallest_wheel(robot))
-
-
-def _separation(robot: Robot, _load: Load, _catalogue: Catalogue) -> str:
+def _separation(robot: Robot) -> str:
     room = robot.motor.length + robot.motor_clamp.thickness + robot.wheels.gap + robot.wheels.width / 2.0
     return mm_up(2.0 * room)
 
 
-def _turn(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
+def _turn(robot: Robot, load: Load) -> str:
     rate = math.floor(100.0 * turn_rate(robot, load.mass)) / 100.0
     return f"{rate:g} rad/s" if rate > 0.0 else ""
 
 
-def _acceleration(robot: Robot, load: Load, _catalogue: Catalogue) -> str:
+def _acceleration(robot: Robot, load: Load) -> str:
     """Acceleration that the grip permits on the steepest ramp."""
     slope = robot.drive.max_slope
     held = grip(robot, load.mass, slope).value / load.mass
@@ -152,20 +136,20 @@ def _run_time(robot: Robot, load: Load) -> str:
     return f"{math.floor(run_time(robot, load.mass).value / 60.0):g} min"
 
 
-def _radius(robot: Robot, _load: Load, _catalogue: Catalogue) -> str:
+def _radius(robot: Robot) -> str:
     radius = stable_radius(robot)
     return "" if radius is None else mm_up(radius)
 
 
 REMEDIES: dict[str, Callable[[Robot, Load, Catalogue], str]] = {
-    "motor": _motor,
-    "driver": _driver,
-    "battery": _battery,
-    WHEEL: _wheel,
-    "wheels.separation": _separation,
-    "drive.max_turn": _turn,
-    "drive.max_acceleration": _acceleration,
-    TIPS_LESS: _radius,
+    "motor": lambda robot, _, catalogue: _fitting(robot, "motor", catalogue.motors),
+    "driver": lambda robot, _, catalogue: _fitting(robot, "driver", catalogue.drivers),
+    "battery": lambda robot, _, catalogue: _fitting(robot, "battery", catalogue.batteries),
+    WHEEL: lambda robot, *_: mm_up(smallest_wheel(robot)),
+    "wheels.separation": lambda robot, *_: _separation(robot),
+    "drive.max_turn": lambda robot, load, _: _turn(robot, load),
+    "drive.max_acceleration": lambda robot, load, _: _acceleration(robot, load),
+    TIPS_LESS: lambda robot, *_: _radius(robot),
 }
 """Key to a value with which the check passes."""
 LESS: dict[str, tuple[str, Callable[[Robot, Load], str]]] = {

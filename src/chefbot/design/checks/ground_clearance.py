@@ -69,33 +69,22 @@ def _notch(robot: Robot) -> Iterator[Finding]:
     if half <= 0.0:
         return
     notch, wheel = robot.plates.notch, robot.wheels.diameter
-    length, rule = (notch.length if notch else 0.0), "notch"
     if notch is None and inner >= robot.body.radius + WHEEL_GAP:
         return
+    length = notch.length if notch else 0.0
     longest = max(wheel, 2.0 * (half + WHEEL_GAP))
-    yield from below(
-        rule, "base_plate", "the notch is shorter than the wheel",
-        Bound(length, wheel, "m"), "plates.notch.length", mm_up(longest),
-    )  # fmt: skip
-    yield from below(
-        rule, "base_plate, wheel", "the wheel has too little clearance before and behind it",
-        Bound(length / 2 - half, WHEEL_GAP, "m"), "plates.notch.length", mm_up(longest),
-    )  # fmt: skip
     depth = math.ceil(1000.0 * (robot.body.radius - inner + WHEEL_GAP) - 1e-6) / 1000.0
-    yield from below(
-        rule, "base_plate, wheel", "the wheel's inner side has too little air beside the plate",
-        Bound(inner - layout.notch_floor(robot), WHEEL_GAP, "m"), "plates.notch.depth", mm_up(depth),
+    gaps = (
+        ("base_plate", "the notch is shorter than the wheel", length, wheel, "plates.notch.length", longest),
+        ("base_plate, wheel", "the wheel has too little clearance before and behind it",
+         length / 2 - half, WHEEL_GAP, "plates.notch.length", longest),
+        ("base_plate, wheel", "the wheel's inner side has too little air beside the plate",
+         inner - layout.notch_floor(robot), WHEEL_GAP, "plates.notch.depth", depth),
+        ("motor_clamp, wheel", "the wheel has too little air beside its motor clamp",
+         inner - layout.clamp_front(robot), WHEEL_GAP, "wheels.gap", WHEEL_GAP),
     )  # fmt: skip
-    yield from _room_to_pull(robot, inner)
-
-
-def _room_to_pull(robot: Robot, inner: float) -> Iterator[Finding]:
-    """Between wheel and motor clamp."""
-    free = inner - layout.clamp_front(robot)
-    yield from below(
-        "notch", "motor_clamp, wheel", "the wheel has too little air beside its motor clamp",
-        Bound(free, WHEEL_GAP, "m"), "wheels.gap", mm_up(WHEEL_GAP),
-    )  # fmt: skip
+    for subject, sentence, have, minimum, key, value in gaps:
+        yield from below("notch", subject, sentence, Bound(have, minimum, "m"), key, mm_up(value))
 
 
 def half_chord(robot: Robot) -> float:

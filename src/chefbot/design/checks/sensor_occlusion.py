@@ -57,17 +57,13 @@ class Sectors(NamedTuple):
 
 def check_sensor_views(robot: Robot) -> Iterator[Finding]:
     """Return all findings about camera, ultrasonic ranger and lidar."""
-    camera, ranger, lidar = (
-        robot.sensors.depth_camera,
-        robot.sensors.ultrasonic,
-        robot.sensors.lidar,
-    )
-    if camera is not None:
+    sensors = robot.sensors
+    if sensors.depth_camera is not None:
         yield from _view(robot, "camera", "depth_camera", "camera's picture")
-    if ranger is not None:
+    if sensors.ultrasonic is not None:
         yield from _view(robot, "ultrasonic", "ultrasonic", "ultrasonic ranger's cone")
-    if lidar is not None:
-        yield from _scan(robot, lidar)
+    if sensors.lidar is not None:
+        yield from _scan(robot, sensors.lidar)
 
 
 def _view(robot: Robot, name: str, field: str, what: str) -> Iterator[Finding]:

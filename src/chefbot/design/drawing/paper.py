@@ -7,7 +7,9 @@ from typing import NamedTuple
 
 from chefbot.design.drawing.drawing import (
     BoundingBox,
+    Circle,
     Item,
+    Line,
     Plan,
     Text,
     Title,
@@ -15,6 +17,7 @@ from chefbot.design.drawing.drawing import (
     item_box,
     moved,
     rectangle,
+    scaled,
     segment,
 )
 from chefbot.maths.outline import Corner
@@ -36,17 +39,12 @@ class Scale(NamedTuple):
     factor: float
 
 
-SCALES = {f"{a}:{b}": Scale(f"{a}:{b}", b / a) for a, b in ((2, 1), (1, 1), (1, 2), (1, 5), (1, 10), (1, 20))}
-CHOICES = (
-    (A4, SCALES["2:1"]),
-    (A4, SCALES["1:1"]),
-    (A3, SCALES["1:1"]),
-    (A4, SCALES["1:2"]),
-    (A3, SCALES["1:2"]),
-    (A4, SCALES["1:5"]),
-    (A3, SCALES["1:5"]),
-    (A3, SCALES["1:10"]),
-    (A3, SCALES["1:20"]),
+CHOICES = tuple(
+    (paper, Scale(f"{a}:{b}", b / a))
+    for paper, a, b in (
+        *((A4, 2, 1), (A4, 1, 1), (A3, 1, 1), (A4, 1, 2), (A3, 1, 2)),
+        *((A4, 1, 5), (A3, 1, 5), (A3, 1, 10), (A3, 1, 20)),
+    )
 )
 """Scales of ISO 5455, the largest first."""
 
@@ -90,7 +88,7 @@ def _frame(title: Title, paper: tuple[float, float], scale: Scale) -> tuple[Item
     """The frame at paper size, scaled to the sheet."""
     width, height = paper
     items: list[Item] = [rectangle("TITLE", BoundingBox(BINDING, MARGIN, width - MARGIN, height - MARGIN))]
-    items += [_shifted(item, width - MARGIN - BLOCK[0], MARGIN) for item in _block(title, paper, scale)]
+    items += [moved(item, width - MARGIN - BLOCK[0], MARGIN) for item in _block(title, paper, scale)]
     return tuple(_grown(item, scale.factor) for item in items)
 
 
@@ -133,25 +131,13 @@ def _field(x: float, y: float, label: str, value: str, height: float) -> list[It
 
 def _projection_symbol(x: float, y: float) -> list[Item]:
     """A cone's frustum and its left view, right of it: first angle (ISO 5456-2)."""
-    from chefbot.design.drawing.drawing import Circle, Line
-
-    cone = (
-        Corner(x - 8.0, y - 1.0),
-        Corner(x - 3.0, y - 2.0),
-        Corner(x - 3.0, y + 2.0),
-        Corner(x - 8.0, y + 1.0),
-    )
+    corners = ((-8.0, -1.0), (-3.0, -2.0), (-3.0, 2.0), (-8.0, 1.0))
+    cone = tuple(Corner(x + dx, y + dy) for dx, dy in corners)
     return [Line("TITLE", cone), Circle("TITLE", x + 1.5, y, 2.0), Circle("TITLE", x + 1.5, y, 1.0)]
-
-
-def _shifted(item: Item, x: float, y: float) -> Item:
-    return moved(item, x, y)
 
 
 def _grown(item: Item, factor: float) -> Item:
     """A paper item in the drawing's millimetres; letters keep their height on paper."""
-    from chefbot.design.drawing.drawing import Circle, Line, scaled
-
     match item:
         case Line():
             return item._replace(corners=scaled(item.corners, factor))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.design.drawing.drawing import MM, BoundingBox, loop_box
+from chefbot.design.drawing.drawing import MM, loop_box
 from chefbot.maths.outline import Corner, Loop, Outline, arc_between, circle, edges, points
 from chefbot.robot.geometry.shapes import AXES, Ball, Prism, Solid, rotation
 from chefbot.robot.geometry.solids import RobotPart
@@ -73,7 +73,7 @@ def cut(outline: Outline) -> list[tuple[float, float]]:
 
 
 def _seen_prism(prism: Prism, turn: NDArray[np.float64], at: NDArray[np.float64]) -> ViewShape:
-    near = at[2] + _reach(prism, turn[2]) * MM
+    near = at[2] + float(np.max(_corners(prism.outline.edge, prism.length) @ turn[2])) * MM
     if abs(turn[2, 2]) > 0.5:
         edge, *holes = (_mapped(loop, turn, at) for loop in (prism.outline.edge, *prism.outline.holes))
         return ViewShape(edge, tuple(holes), near=near)
@@ -94,26 +94,15 @@ def _mapped(loop: Loop, turn: NDArray[np.float64], at: NDArray[np.float64]) -> L
 
 
 def _from_side(loop: Loop, length: float, turn: NDArray[np.float64], at: NDArray[np.float64]) -> Loop:
-    left, low, right, high = loop_box(loop)
-    ends = [
-        (turn[:2] @ (u, v, w)) * MM + at[:2]
-        for u, v in ((left, low), (right, high))
-        for w in (-length / 2, length / 2)
-    ]
+    ends = _corners(loop, length) @ turn[:2].T * MM + at[:2]
     (x0, y0), (x1, y1) = np.min(ends, axis=0).tolist(), np.max(ends, axis=0).tolist()
     return (Corner(x1, y0), Corner(x1, y1), Corner(x0, y1), Corner(x0, y0))
 
 
-def _reach(prism: Prism, towards: NDArray[np.float64]) -> float:
-    """Farthest point along a direction in the prism's own axes, metres."""
-    box: BoundingBox = loop_box(prism.outline.edge)
-    corners = [
-        (u, v, w)
-        for u in (box.left, box.right)
-        for v in (box.low, box.high)
-        for w in (-prism.length / 2, prism.length / 2)
-    ]
-    return float(np.max(np.array(corners) @ towards))
+def _corners(loop: Loop, length: float) -> NDArray[np.float64]:
+    """(8, 3): the corners of the box round an extruded loop, in its own axes."""
+    left, low, right, high = loop_box(loop)
+    return np.array(list(itertools.product((left, right), (low, high), (-length / 2, length / 2))))
 
 
 def _turned(solid: Solid, turn: NDArray[np.float64], at: NDArray[np.float64], view: View) -> ViewShape:

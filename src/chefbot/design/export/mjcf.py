@@ -47,12 +47,16 @@ class RobotXml(NamedTuple):
 
 def mjcf(robot: Robot) -> str:
     """Return a complete model: the robot on a floor."""
-    xml = robot_xml(robot)
-    return f"""<mujoco model={quoteattr(robot.name)}>
+    return mjcf_document(robot_xml(robot), attributes=f" model={quoteattr(robot.name)}")
+
+
+def mjcf_document(xml: RobotXml, *surroundings: str, floor: str = FLOOR, attributes: str = "") -> str:
+    """Return the text of a model: the floor, what else is in the world, and the robot."""
+    bodies = "\n".join((floor, *surroundings, xml.body))
+    return f"""<mujoco{attributes}>
 {OPTION}
 <worldbody>
-{FLOOR}
-{xml.body}
+{bodies}
 </worldbody>
 <actuator>{xml.actuators}</actuator>
 <sensor>{xml.sensors}</sensor>

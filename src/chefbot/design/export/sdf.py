@@ -12,12 +12,13 @@ from chefbot.design.export.sdf_elements import (
     add_material,
     add_pose,
     add_value,
+    add_values,
     sdf_document,
 )
 from chefbot.design.export.sdf_sensors import gz_drive, gz_sensors
 from chefbot.design.export.urdf_frames import Frame, fixed_frames, joint_name
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.robot.geometry.shapes import MassProperties
+from chefbot.robot.geometry.shapes import TENSOR, MassProperties
 from chefbot.robot.spec import Robot
 
 ON_ITS_SIDE = 1.5707963267948966
@@ -66,8 +67,7 @@ def _inertial(element: ET.Element, inertia: MassProperties) -> None:
     add_pose(inertial, inertia.centre)
     add_value(inertial, "mass", inertia.mass)
     tensor = ET.SubElement(inertial, "inertia")
-    for name, value in zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), inertia.inertia, strict=True):
-        add_value(tensor, name, value)
+    add_values(tensor, **dict(zip(TENSOR, inertia.inertia, strict=True)))
 
 
 def _solid(element: ET.Element, tag: str, solid: Primitive) -> ET.Element:
@@ -88,16 +88,14 @@ def _friction(robot: Robot, hull: Primitive) -> float:
 def _joint(model: ET.Element, robot: Robot, link: UrdfLink) -> None:
     kind = "revolute" if link.turns else "fixed"
     joint = ET.SubElement(model, "joint", name=joint_name(link.name), type=kind)
-    add_value(joint, "parent", "base_link")
-    add_value(joint, "child", link.name)
+    add_values(joint, parent="base_link", child=link.name)
     if link.turns:
         axis = ET.SubElement(joint, "axis")
         add_value(axis, "xyz", "0 1 0")
         limit = ET.SubElement(axis, "limit")
-        add_value(limit, "lower", "-inf")
-        add_value(limit, "upper", "inf")
-        add_value(limit, "effort", float(robot.motor.stall_torque))
-        add_value(limit, "velocity", float(robot.motor.no_load_speed))
+        motor = robot.motor
+        effort, velocity = float(motor.stall_torque), float(motor.no_load_speed)
+        add_values(limit, lower="-inf", upper="inf", effort=effort, velocity=velocity)
 
 
 def _frames(model: ET.Element, robot: Robot) -> None:

@@ -20,6 +20,12 @@ def add_value(parent: ET.Element, tag: str, value: object, **attributes: str) ->
     return element
 
 
+def add_values(parent: ET.Element, /, **values: object) -> None:
+    """Add one element for each tag, in the given order."""
+    for tag, value in values.items():
+        add_value(parent, tag, value)
+
+
 def xml_text(value: object) -> str:
     """Return a value as SDF text."""
     if isinstance(value, bool):
@@ -54,15 +60,13 @@ def shape_tag(solid: Primitive) -> str:
 def add_material(parent: ET.Element, colour: RgbaColour) -> None:
     """Add a material without specular reflection."""
     material = ET.SubElement(parent, "material")
-    add_value(material, "ambient", tuple(colour))
-    add_value(material, "diffuse", tuple(colour))
+    add_values(material, ambient=tuple(colour), diffuse=tuple(colour))
 
 
 def add_friction(parent: ET.Element, friction: float) -> None:
     """Add Coulomb friction, the same along and across."""
     ode = ET.SubElement(ET.SubElement(ET.SubElement(parent, "surface"), "friction"), "ode")
-    add_value(ode, "mu", float(friction))
-    add_value(ode, "mu2", float(friction))
+    add_values(ode, mu=float(friction), mu2=float(friction))
 
 
 def sdf_document(child: ET.Element, remark: str = "") -> str:
@@ -71,5 +75,10 @@ def sdf_document(child: ET.Element, remark: str = "") -> str:
     if remark:
         root.append(ET.Comment(f" {remark} "))
     root.append(child)
+    return xml_document(root)
+
+
+def xml_document(root: ET.Element) -> str:
+    """Return the indented text of a file with this outermost element."""
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"

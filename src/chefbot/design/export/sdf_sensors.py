@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from typing import Any
 
-from chefbot.design.export.sdf_elements import add_value
+from chefbot.design.export.sdf_elements import add_value, add_values
 from chefbot.design.export.urdf_frames import OPTICAL_FRAME, joint_name
 from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_turn_acceleration
 from chefbot.robot.sensors import DepthCamera, ImuSpec, Lidar, Ultrasonic
@@ -19,6 +21,7 @@ PICTURE_NEAR = 0.05
 """Near clip of the colour image, m, below the minimum depth."""
 CONE_STEP = math.radians(2.0)
 """Angle between the rays of an ultrasonic cone: finer than a chair leg of 3.5 cm at one metre."""
+AnySensor = ImuSpec | Ultrasonic | DepthCamera | Lidar
 WHEELS = ("wheel_left_link", "wheel_right_link")
 
 
@@ -27,35 +30,17 @@ def gz_sensors(robot: Robot, prefix: str = "") -> dict[str, ET.Element]:
     return {frame: _sensor(frame, sensor, prefix) for frame, sensor in robot.sensors.by_frame.items()}
 
 
-def _sensor(frame: str, sensor: ImuSpec | Ultrasonic | DepthCamera | Lidar, prefix: str) -> ET.Element:
-    kind, topic = _kind(sensor)
+def _sensor(frame: str, sensor: AnySensor, prefix: str) -> ET.Element:
+    kind, topic, add_details = KINDS[type(sensor)]
     element = ET.Element("sensor", name=f"{prefix}{frame.removesuffix('_link')}", type=kind)
-    add_value(element, "always_on", True)
-    add_value(element, "update_rate", float(sensor.rate))
-    add_value(element, "topic", topic)
+    add_values(element, always_on=True, update_rate=float(sensor.rate), topic=topic)
     # The frame that messages name; without it Gazebo makes one up of model, link and sensor.
     add_value(element, "gz_frame_id", f"{prefix}{frame}")
-    if isinstance(sensor, ImuSpec):
-        _imu(element, sensor)
-    elif isinstance(sensor, DepthCamera):
-        _camera(element, sensor, prefix)
-    elif isinstance(sensor, Lidar):
-        _lidar(element, sensor)
-    else:
-        _cone(element, sensor)
+    add_details(element, sensor, prefix)
     return element
 
 
-def _kind(sensor: ImuSpec | Ultrasonic | DepthCamera | Lidar) -> tuple[str, str]:
-    """Gazebo's sensor type and chefbot's topic."""
-    if isinstance(sensor, ImuSpec):
-        return "imu", "imu/data"
-    if isinstance(sensor, DepthCamera):
-        return "rgbd_camera", "camera"
-    return "gpu_lidar", "scan" if isinstance(sensor, Lidar) else "ultrasonic"
-
-
-def _imu(element: ET.Element, sensor: ImuSpec) -> None:
+def _imu(element: ET.Element, sensor: ImuSpec, _prefix: str) -> None:
     imu = ET.SubElement(element, "imu")
     for quantity, deviation, offset in (
         ("angular_velocity", sensor.gyro_noise, sensor.gyro_bias),
@@ -63,17 +48,8 @@ def _imu(element: ET.Element, sensor: ImuSpec) -> None:
     ):
         axes = ET.SubElement(imu, quantity)
         for axis in ("x", "y", "z"):
-            noise = _noise(ET.SubElement(axes, axis), deviation)
-            noise.set("type", "gaussian")
-            add_value(noise, "bias_mean", 0.0)
-            add_value(noise, "bias_stddev", float(offset))
-
-
-def _noise(parent: ET.Element, deviation: float) -> ET.Element:
-    noise = ET.SubElement(parent, "noise")
-    add_value(noise, "mean", 0.0)
-    add_value(noise, "stddev", float(deviation))
-    return noise
+            noise = ET.SubElement(ET.SubElement(axes, axis), "noise", type="gaussian")
+            add_values(noise, mean=0.0, stddev=float(deviation), bias_mean=0.0, bias_stddev=float(offset))
 
 
 def _camera(element: ET.Element, sensor: DepthCamera, prefix: str) -> None:
@@ -81,66 +57,62 @@ def _camera(element: ET.Element, sensor: DepthCamera, prefix: str) -> None:
     camera = ET.SubElement(element, "camera")
     add_value(camera, "horizontal_fov", float(sensor.field_of_view))
     image = ET.SubElement(camera, "image")
-    add_value(image, "width", sensor.width)
-    add_value(image, "height", sensor.height)
-    add_value(image, "format", "R8G8B8")
+    add_values(image, width=sensor.width, height=sensor.height, format="R8G8B8")
     _clip(camera, min(PICTURE_NEAR, sensor.range_min), sensor.range_max)
     _clip(ET.SubElement(camera, "depth_camera"), sensor.range_min, sensor.range_max)
     add_value(camera, "optical_frame_id", f"{prefix}{OPTICAL_FRAME}")
 
 
 def _clip(parent: ET.Element, near: float, far: float) -> None:
-    clip = ET.SubElement(parent, "clip")
-    add_value(clip, "near", float(near))
-    add_value(clip, "far", float(far))
+    add_values(ET.SubElement(parent, "clip"), near=float(near), far=float(far))
 
 
-def _lidar(element: ET.Element, sensor: Lidar) -> None:
+def _lidar(element: ET.Element, sensor: Lidar, _prefix: str) -> None:
     """A full turn; the last beam is one step before the first."""
-    lidar = ET.SubElement(element, "lidar")
-    scan = ET.SubElement(lidar, "scan")
-    _fan(scan, "horizontal", sensor.beams, -math.pi, math.pi - 2.0 * math.pi / sensor.beams)
-    _range(lidar, sensor.range_min, sensor.range_max)
+    lidar = _rays(element, sensor, sensor.beams, ("horizontal",), -math.pi, math.pi - math.tau / sensor.beams)
     if sensor.noise > 0.0:
         noise = ET.SubElement(lidar, "noise")
-        add_value(noise, "type", "gaussian")
-        add_value(noise, "mean", 0.0)
-        add_value(noise, "stddev", float(sensor.noise))
+        add_values(noise, type="gaussian", mean=0.0, stddev=float(sensor.noise))
 
 
-def _cone(element: ET.Element, sensor: Ultrasonic) -> None:
+def _cone(element: ET.Element, sensor: Ultrasonic, _prefix: str) -> None:
     """Gazebo has no sonar: rays over the cone, of which the nearest is the range."""
-    lidar = ET.SubElement(element, "lidar")
-    scan = ET.SubElement(lidar, "scan")
     half = sensor.field_of_view / 2.0
     rays = 2 * max(1, round(half / CONE_STEP)) + 1
-    for direction in ("horizontal", "vertical"):
-        _fan(scan, direction, rays, -half, half)
-    _range(lidar, sensor.range_min, sensor.range_max)
+    _rays(element, sensor, rays, ("horizontal", "vertical"), -half, half)
 
 
-def _fan(scan: ET.Element, direction: str, count: int, low: float, high: float) -> None:
-    fan = ET.SubElement(scan, direction)
-    add_value(fan, "samples", count)
-    add_value(fan, "resolution", 1)
-    add_value(fan, "min_angle", low)
-    add_value(fan, "max_angle", high)
+def _rays(
+    element: ET.Element,
+    sensor: Lidar | Ultrasonic,
+    count: int,
+    fans: tuple[str, ...],
+    low: float,
+    high: float,
+) -> ET.Element:
+    lidar = ET.SubElement(element, "lidar")
+    scan = ET.SubElement(lidar, "scan")
+    for fan in fans:
+        add_values(ET.SubElement(scan, fan), samples=count, resolution=1, min_angle=low, max_angle=high)
+    add_values(ET.SubElement(lidar, "range"), min=float(sensor.range_min), max=float(sensor.range_max))
+    return lidar
 
 
-def _range(lidar: ET.Element, low: float, high: float) -> None:
-    limits = ET.SubElement(lidar, "range")
-    add_value(limits, "min", float(low))
-    add_value(limits, "max", float(high))
+KINDS: dict[type, tuple[str, str, Callable[[ET.Element, Any, str], None]]] = {
+    ImuSpec: ("imu", "imu/data", _imu),
+    DepthCamera: ("rgbd_camera", "camera", _camera),
+    Lidar: ("gpu_lidar", "scan", _lidar),
+    Ultrasonic: ("gpu_lidar", "ultrasonic", _cone),
+}
+"""Gazebo's sensor type, chefbot's topic, and the function that adds the rest."""
 
 
 def gz_drive(robot: Robot, prefix: str = "") -> list[ET.Element]:
     """Return the model's systems for the differential drive and the joint states."""
     drive = plugin("gz-sim-diff-drive-system", "gz::sim::systems::DiffDrive")
     joints = [f"{prefix}{joint_name(wheel)}" for wheel in WHEELS]
-    for tag, joint in zip(("left_joint", "right_joint"), joints, strict=True):
-        add_value(drive, tag, joint)
-    add_value(drive, "wheel_separation", float(robot.wheels.separation))
-    add_value(drive, "wheel_radius", robot.wheel_radius)
+    add_values(drive, left_joint=joints[0], right_joint=joints[1])
+    add_values(drive, wheel_separation=float(robot.wheels.separation), wheel_radius=robot.wheel_radius)
     for quantity, maximum in (
         ("linear_velocity", max_speed(robot)),
         ("angular_velocity", max_turn(robot)),
@@ -150,10 +122,8 @@ def gz_drive(robot: Robot, prefix: str = "") -> list[ET.Element]:
         add_value(drive, f"max_{quantity}", float(maximum))
         add_value(drive, f"min_{quantity}", -float(maximum))
     add_value(drive, "odom_publish_frequency", float(robot.sensors.imu.rate))
-    for tag, value in (("topic", "cmd_vel"), ("odom_topic", "odom"), ("tf_topic", "tf")):
-        add_value(drive, tag, value)
-    add_value(drive, "frame_id", f"{prefix}odom")
-    add_value(drive, "child_frame_id", f"{prefix}base_footprint")
+    add_values(drive, topic="cmd_vel", odom_topic="odom", tf_topic="tf")
+    add_values(drive, frame_id=f"{prefix}odom", child_frame_id=f"{prefix}base_footprint")
     states = plugin("gz-sim-joint-state-publisher-system", "gz::sim::systems::JointStatePublisher")
     add_value(states, "topic", "joint_states")
     for joint in joints:

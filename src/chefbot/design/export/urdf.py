@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 from chefbot.design.export.links import Primitive, UrdfLink, links, looks
 from chefbot.design.export.mjcf import numbers
-from chefbot.design.export.sdf_elements import shape_tag
+from chefbot.design.export.sdf_elements import shape_tag, xml_document
 from chefbot.design.export.urdf_control import gazebo, ros2_control
 from chefbot.design.export.urdf_frames import Frame, fixed_frames, joint_name
-from chefbot.robot.geometry.shapes import MassProperties, Vector
+from chefbot.robot.geometry.shapes import TENSOR, MassProperties, Vector
 from chefbot.robot.geometry.solids import RobotPart
 from chefbot.robot.materials import RgbaColour
 from chefbot.robot.spec import Robot
@@ -41,8 +41,7 @@ def urdf(robot: Robot) -> str:
     root.append(ros2_control(robot))
     root.extend(gazebo(robot))
     root.append(mujoco_compiler())
-    ET.indent(root)
-    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+    return xml_document(root)
 
 
 def urdf_model(robot: Robot) -> UrdfModel:
@@ -87,9 +86,10 @@ def colour_name(colour: RgbaColour) -> str:
     return "colour_" + "".join(f"{round(255 * share):02x}" for share in colour)
 
 
-def visual(name: str, colour: RgbaColour) -> ET.Element:
-    """Return a visual with its material and without a shape."""
+def visual(name: str, colour: RgbaColour, shape: list[ET.Element]) -> ET.Element:
+    """Return a visual with its shape (origin and geometry) and its material."""
     element = ET.Element("visual", name=name)
+    element.extend(shape)
     ET.SubElement(element, "material", name=colour_name(colour))
     return element
 
@@ -100,12 +100,7 @@ def origin(at: Vector, rpy: Vector = (0.0, 0.0, 0.0)) -> ET.Element:
 
 
 def _primitive_visuals(part: RobotPart) -> list[ET.Element]:
-    found = []
-    for primitive, colour in looks(part):
-        element = visual(primitive.name, colour)
-        element[:0] = _shape(primitive)
-        found.append(element)
-    return found
+    return [visual(primitive.name, colour, _shape(primitive)) for primitive, colour in looks(part)]
 
 
 def _material(colour: RgbaColour) -> ET.Element:
@@ -144,8 +139,7 @@ def _inertial(inertia: MassProperties) -> ET.Element:
     element = ET.Element("inertial")
     element.append(origin(inertia.centre))
     ET.SubElement(element, "mass", value=f"{inertia.mass:.9g}")
-    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    moments = {name: f"{value:.9g}" for name, value in zip(names, inertia.inertia, strict=True)}
+    moments = {name: f"{value:.9g}" for name, value in zip(TENSOR, inertia.inertia, strict=True)}
     ET.SubElement(element, "inertia", moments)
     return element
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from chefbot.design.errors import DesignError
 from chefbot.errors import name_hint
+from chefbot.robot.geometry.shapes import TENSOR
 
 MAX_DEPTH = 100
 """Maximum nesting of elements; a URDF needs ten."""
@@ -22,7 +23,6 @@ SIZES = {
     "sphere": ("radius",),
     "capsule": ("radius", "length"),
 }
-TENSOR = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 SLACK = 1e-6
 """Tolerance of the triangle inequality over the largest moment, for rounded numbers."""
 

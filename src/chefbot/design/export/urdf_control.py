@@ -11,7 +11,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 from chefbot.design.export.mjcf import BODY_FRICTION, CASTER_FRICTION
-from chefbot.design.export.sdf_elements import add_value
+from chefbot.design.export.sdf_elements import add_value, add_values
 from chefbot.design.export.sdf_sensors import WHEELS, gz_drive, gz_sensors
 from chefbot.design.export.urdf_frames import joint_name
 from chefbot.robot.geometry import layout
@@ -69,6 +69,5 @@ def gazebo(robot: Robot, prefix: str = "") -> list[ET.Element]:
 
 def _friction(link: str, value: float) -> ET.Element:
     block = ET.Element("gazebo", reference=link)
-    add_value(block, "mu1", float(value))
-    add_value(block, "mu2", float(value))
+    add_values(block, mu1=float(value), mu2=float(value))
     return block

@@ -25,11 +25,6 @@ class Frame(NamedTuple):
     at: Vector
     rpy: Vector = LEVEL
 
-    @property
-    def joint(self) -> str:
-        """Return the name of the joint to the parent."""
-        return joint_name(self.name)
-
 
 def joint_name(link: str) -> str:
     """Return the joint of a link or frame: `wheel_left_joint` for `wheel_left_link`."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 from chefbot.design.export.links import UrdfLink, links
+from chefbot.design.export.sdf_elements import xml_document
 from chefbot.design.export.urdf import UrdfModel, body_elements, mujoco_compiler, origin, urdf_model, visual
 from chefbot.design.export.urdf_control import MOCK, gazebo, ros2_control
 from chefbot.design.export.urdf_frames import Frame
@@ -76,8 +77,7 @@ def _mesh_of_part(robot: Robot) -> dict[str, str]:
 def _document(root: ET.Element) -> str:
     ET.register_namespace("xacro", XACRO)
     root.insert(0, ET.Comment(f" {NOTE} "))
-    ET.indent(root)
-    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+    return xml_document(root)
 
 
 def _block(elements: list[ET.Element]) -> ET.Element:
@@ -101,11 +101,9 @@ def _robot(robot: Robot, package: str) -> ET.Element:
         _xacro(root, "property", name=name, value=f"{value:.9g}")
 
     def mesh_visual(part: RobotPart) -> list[ET.Element]:
-        element = visual(part.name, part.colour)
         geometry = ET.Element("geometry")
         ET.SubElement(geometry, "mesh", filename=f"${{meshes}}/{meshes[part.name]}")
-        element[:0] = [origin(part.at, (0.0, part.pitch, part.yaw)), geometry]
-        return [element]
+        return [visual(part.name, part.colour, [origin(part.at, (0.0, part.pitch, part.yaw)), geometry])]
 
     root.extend(body_elements(_with_properties(urdf_model(robot), robot), mesh_visual, PREFIX))
     _xacro(root, "include", filename="ros2_control.xacro")

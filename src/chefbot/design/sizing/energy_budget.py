@@ -76,11 +76,6 @@ def fuse(robot: Robot, mass: float) -> Result:
     wanted = FUSE_RESERVE * draw
     value = next((rating for rating in FUSES if rating >= wanted), wanted)
     return calculated(
-        "fuse",
-        value,
-        "A",
-        "next rating from k * I",
-        "ISO 8820-3; Littelfuse, Fuseology",
-        k=FUSE_RESERVE,
-        I=draw,
-    )
+        "fuse", value, "A", "next rating from k * I", "ISO 8820-3; Littelfuse, Fuseology",
+        k=FUSE_RESERVE, I=draw,
+    )  # fmt: skip

@@ -87,33 +87,17 @@ def motor_checks(robot: Robot, mass: float) -> list[Check]:
     hardest = motor_torque(robot, mass, worst(robot)).value
     lasting = motor_torque(robot, mass, climb(robot)).value
     strong = WORST_SHARE_OF_STALL * dc_motor.stall_torque(motor, empty).value
-    high = OVERVOLTAGE * motor.voltage
+    full, high = robot.battery.full_voltage, OVERVOLTAGE * motor.voltage
+    speed, turn = wheel_speed(robot, mass), turn_rate(robot, mass)
+    bottom, front = layout.motor_bottom(robot), layout.motor_front(robot)
     return [
-        at_most(
-            "motor",
-            "rated voltage against the full battery",
-            robot.battery.full_voltage,
-            high,
-            "V",
-            "battery",
-        ),
+        at_most("motor", "rated voltage against the full battery", full, high, "V", "battery"),
         at_least("motor", "torque on the ramp", strong, hardest, "N m"),
         at_least("motor", "continuous torque", motor.continuous_torque, lasting, "N m"),
-        at_least(
-            "motor", "speed with reserve", wheel_speed(robot, mass), required_wheel_speed(robot), "rad/s"
-        ),
-        at_least(
-            "motor", "turn rate", turn_rate(robot, mass), robot.drive.max_turn, "rad/s", "drive.max_turn"
-        ),
-        at_least(
-            "motor",
-            "clearance below it",
-            layout.motor_bottom(robot),
-            robot.body.clearance,
-            "m",
-            "wheels.diameter",
-        ),
-        at_most("motor", "length", motor.length, layout.motor_front(robot), "m", "wheels.separation"),
+        at_least("motor", "speed with reserve", speed, required_wheel_speed(robot), "rad/s"),
+        at_least("motor", "turn rate", turn, robot.drive.max_turn, "rad/s", "drive.max_turn"),
+        at_least("motor", "clearance below it", bottom, robot.body.clearance, "m", WHEEL),
+        at_most("motor", "length", motor.length, front, "m", "wheels.separation"),
     ]
 
 

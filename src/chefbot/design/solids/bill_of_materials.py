@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.maths.outline import Corner, arc_between, edges
+from chefbot.design.drawing.drawing import loop_box
 from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry.shapes import AXES, Ball, Solid
 from chefbot.robot.geometry.solids import RobotPart, solids
@@ -20,19 +19,7 @@ SAME = 7
 """Digits in which equal pieces agree; left and right ones are rotated."""
 ALL, ASSEMBLY = "all", "assembly"
 """Names that are no parts and can be selected like one."""
-HEAD = (
-    "part",
-    "count",
-    "what",
-    "material",
-    "mass_each_kg",
-    "mass_kg",
-    "x_mm",
-    "y_mm",
-    "z_mm",
-    "price_each",
-    "price",
-)
+HEAD = "part,count,what,material,mass_each_kg,mass_kg,x_mm,y_mm,z_mm,price_each,price"
 
 
 class Item(NamedTuple):
@@ -80,7 +67,7 @@ def bill_csv(items: list[Item]) -> bytes:
     """Return a CSV table in millimetres and kilograms with a header and two empty fields for the prices."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(HEAD)
+    table.writerow(HEAD.split(","))
     for item in items:
         size = [f"{side / 1e-3:.1f}" for side in item.size]
         masses = [f"{item.part.mass:.6f}", f"{item.mass:.6f}"]
@@ -105,19 +92,6 @@ def _ends(solid: Solid) -> NDArray[np.float64]:
     """Two opposite corners (2, 3) of a solid's box."""
     if isinstance(solid, Ball):
         return np.array(solid.at) + solid.radius * np.array([[-1.0], [1.0]])
-    outline = np.array([point for a, b in edges(solid.outline.edge) for point in _farthest(a, b)])
-    flat = np.array([outline.min(axis=0), outline.max(axis=0)])
-    ends = np.column_stack([flat, [-solid.length / 2, solid.length / 2]])
+    left, low, right, high = loop_box(solid.outline.edge)
+    ends = np.array([(left, low, -solid.length / 2), (right, high, solid.length / 2)])
     return ends @ AXES[solid.axis].T + np.array(solid.at)
-
-
-def _farthest(a: Corner, b: Corner) -> list[tuple[float, float]]:
-    """The start of an edge and the extreme points of its arc along x and y."""
-    if a.bulge == 0.0:
-        return [(a.x, a.y)]
-    arc = arc_between(a, b)
-    way = math.copysign(1.0, arc.turn)
-    ends = [
-        i * math.pi / 2 for i in range(4) if way * (i * math.pi / 2 - arc.start) % math.tau <= abs(arc.turn)
-    ]
-    return [(a.x, a.y), *((arc.x + arc.radius * math.cos(t), arc.y + arc.radius * math.sin(t)) for t in ends)]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.design.export.links import UrdfLink, links
-from chefbot.design.solids.triangulation import DEVIATION, part_mesh
+from chefbot.design.solids.triangulation import part_mesh
 from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry.shapes import Vector, rotation
 from chefbot.robot.geometry.solids import RobotPart
@@ -28,21 +28,21 @@ ROUGH = 0.65
 """glTF's roughness of all materials; none is metallic, because there is no room to reflect."""
 
 
-def glb(robot: Robot, deviation: float = DEVIATION) -> bytes:
+def glb(robot: Robot) -> bytes:
     """Return all links with mass as one binary file.
 
     A node has the name of its link and contains a node for each part. The node of a sensor has the name and
     the place of its frame.
     """
-    return _binary(_scene(robot, deviation))
+    return _binary(_scene(robot))
 
 
-def part_glb(part: RobotPart, deviation: float = DEVIATION) -> bytes:
+def part_glb(part: RobotPart) -> bytes:
     """Return a single part in its own frame."""
     from trimesh import Scene
 
     scene = Scene(base_frame="part", metadata={})
-    scene.geometry[part.name] = _coloured(part, deviation)
+    scene.geometry[part.name] = _coloured(part)
     scene.graph.update(part.name, "part", matrix=Y_UP, geometry=part.name, metadata=_extras(part))
     return _binary(scene)
 
@@ -56,11 +56,11 @@ def _extras(part: RobotPart) -> dict[str, object]:
     return {"kind": part.kind, "material": part.material, "mass": part.mass}
 
 
-def _scene(robot: Robot, deviation: float) -> Scene:
+def _scene(robot: Robot) -> Scene:
     from trimesh import Scene
 
     scene = Scene(base_frame=robot.name, metadata={})
-    meshes: dict[tuple[object, ...], str] = {}
+    meshes: dict[tuple[object, ...], str] = {}  # equal parts share one mesh, named like the first of them
     frames = {name.removesuffix("_link"): name for name in robot.sensors.by_frame}
     for link in links(robot):
         _hang_link(scene, robot, link)
@@ -73,8 +73,9 @@ def _scene(robot: Robot, deviation: float) -> Scene:
                 )
             shared = meshes.setdefault((part.solids, part.material, part.colour), node)
             if shared not in scene.geometry:
-                scene.geometry[shared] = _coloured(part, deviation)
-            _hang_part(scene, part, link.name, node, shared)
+                scene.geometry[shared] = _coloured(part)
+            place = _matrix(rotation(part.pitch, part.yaw), part.at)
+            scene.graph.update(node, link.name, matrix=place, geometry=shared, metadata=_extras(part))
     return scene
 
 
@@ -89,28 +90,17 @@ def _hang_link(scene: Scene, robot: Robot, link: UrdfLink) -> None:
     )
 
 
-def _hang_part(scene: Scene, part: RobotPart, link: str, node: str, mesh: str) -> None:
-    """Equal parts share one mesh, which is named like the first of them."""
-    scene.graph.update(
-        node,
-        link,
-        matrix=_matrix(rotation(part.pitch, part.yaw), part.at),
-        geometry=mesh,
-        metadata=_extras(part),
-    )
-
-
 def _matrix(turn: NDArray[np.float64], at: Vector) -> NDArray[np.float64]:
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = turn, at
     return matrix
 
 
-def _coloured(part: RobotPart, deviation: float) -> Trimesh:
+def _coloured(part: RobotPart) -> Trimesh:
     from trimesh import Trimesh
     from trimesh.visual import TextureVisuals
 
-    mesh = part_mesh(part.solids, deviation, shaded=True)
+    mesh = part_mesh(part.solids, shaded=True)
     return Trimesh(
         mesh.vertices,
         mesh.triangles,

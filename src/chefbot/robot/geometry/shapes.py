@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from chefbot.maths.outline import Outline
 
 Vector = tuple[float, float, float]
+TENSOR = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+"""Names of the components of an inertia tensor, in the order of MassProperties."""
 Axis = Literal["x", "y", "z"]
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 AXES: dict[str, NDArray[np.float64]] = {

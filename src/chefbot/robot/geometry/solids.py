@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chefbot.maths.outline import Loop, Outline, circle, rectangle
+from chefbot.maths.outline import Outline, circle, rectangle
 from chefbot.robot.geometry import layout
 from chefbot.robot.geometry.outlines import (
     base_plate_outline,
@@ -19,6 +19,7 @@ from chefbot.robot.geometry.outlines import (
 )
 from chefbot.robot.geometry.shapes import (
     ORIGIN,
+    Axis,
     Ball,
     MassProperties,
     Prism,
@@ -100,8 +101,7 @@ def link_origin(robot: Robot, link: str) -> Vector:
 def payload(robot: Robot) -> RobotPart:
     """Return the payload as a cylinder on the top plate."""
     height = robot.body.payload_height
-    outline = Outline(circle(PAYLOAD_RADIUS_RATIO * robot.body.radius))
-    solid = Prism(outline, height, at=(0.0, 0.0, height / 2))
+    solid = _cylinder(PAYLOAD_RADIUS_RATIO * robot.body.radius, height, at=(0.0, 0.0, height / 2))
     colour: RgbaColour = (0.85, 0.55, 0.25, 0.8)
     return RobotPart("payload", "payload", "payload_link", (solid,), robot.body.payload, colour, "payload")
 
@@ -125,6 +125,13 @@ def _material_part(kind: str, name: str, material: str, pieces: tuple[Solid, ...
     return RobotPart(name, kind, "base_link", pieces, mass, properties.colour, material, at)
 
 
+def _cylinder(
+    radius: float, length: float, axis: Axis = "z", at: Vector = ORIGIN, bore: float = 0.0
+) -> Prism:
+    """Return a cylinder, with a bore of radius `bore` along its axis if it is not 0."""
+    return Prism(Outline(circle(radius), (circle(bore),) if bore else ()), length, axis, at)
+
+
 def _plates(robot: Robot) -> Iterator[RobotPart]:
     plates, undersides = robot.plates, layout.plate_undersides(robot)
     for i, underside in enumerate(undersides):
@@ -145,19 +152,18 @@ PLATE_OUTLINES = {
 
 def _poles_and_tubes(robot: Robot) -> Iterator[RobotPart]:
     poles, tubes, undersides = robot.poles, robot.tubes, layout.plate_undersides(robot)
-    rod = Prism(Outline(circle(poles.radius), (circle(robot.plates.screw_hole / 2),)), poles.height)
-    tube = Prism(Outline(circle(tubes.outer_radius), (circle(tubes.bore / 2),)), tubes.length)
+    rod = _cylinder(poles.radius, poles.height, bore=robot.plates.screw_hole / 2)
+    tube = _cylinder(tubes.outer_radius, tubes.length, bore=tubes.bore / 2)
     for level, underside in enumerate(undersides[:-1], start=1):
         floor = underside + robot.plates.thickness
         ceiling = floor + tubes.length
         for corner, (x, y) in enumerate(layout.pole_positions(robot), start=1):
             suffix = f"{level}_{corner}"
             foot_z, head_z = floor + poles.height / 2, ceiling - poles.height / 2
+            middle = (x, y, (floor + ceiling) / 2)
             yield _material_part("pole", f"pole_{suffix}_foot", poles.material, (rod,), (x, y, foot_z))
             yield _material_part("pole", f"pole_{suffix}_head", poles.material, (rod,), (x, y, head_z))
-            yield _material_part(
-                "tube", f"tube_{suffix}", tubes.material, (tube,), (x, y, (floor + ceiling) / 2)
-            )
+            yield _material_part("tube", f"tube_{suffix}", tubes.material, (tube,), middle)
 
 
 def _clamp(robot: Robot, side: str, sign: float) -> RobotPart:
@@ -178,38 +184,28 @@ def _motor(robot: Robot, side: str, sign: float) -> RobotPart:
     front = layout.motor_front(robot)
     shaft_length = robot.wheels.outer_face - front
     body_at = (0.0, -sign * motor.length / 2, motor.shaft_offset)
-    body = Prism(Outline(circle(motor.diameter / 2)), motor.length, "y", body_at)
-    shaft = Prism(
-        Outline(circle(motor.shaft_diameter / 2)), shaft_length, "y", (0.0, sign * shaft_length / 2, 0.0)
-    )
+    body = _cylinder(motor.diameter / 2, motor.length, "y", body_at)
+    shaft = _cylinder(motor.shaft_diameter / 2, shaft_length, "y", (0.0, sign * shaft_length / 2, 0.0))
     at = (0.0, sign * front, robot.wheel_radius)
     return RobotPart(f"motor_{side}", "motor", "base_link", (body, shaft), motor.mass, STEEL, "motor", at)
 
 
 def _wheel(robot: Robot, side: str) -> RobotPart:
     wheels = robot.wheels
-    outline = Outline(circle(robot.wheel_radius), (circle(robot.motor.shaft_diameter / 2),))
-    prism = Prism(outline, wheels.width, "y")
-    return RobotPart(
-        f"wheel_{side}", "wheel", f"wheel_{side}_link", (prism,), wheels.mass, RUBBER, "tyre and hub"
-    )
+    tyre = _cylinder(robot.wheel_radius, wheels.width, "y", bore=robot.motor.shaft_diameter / 2)
+    name, link = f"wheel_{side}", f"wheel_{side}_link"
+    return RobotPart(name, "wheel", link, (tyre,), wheels.mass, RUBBER, "tyre and hub")
 
 
 def _casters(robot: Robot) -> Iterator[RobotPart]:
     """Yield the casters: a ball whose upper half runs in a cup, and a spacer up to the base plate."""
     casters, plate_bottom = robot.casters, layout.plate_undersides(robot)[0]
     for name, (x, y, z) in layout.caster_positions(robot).items():
-        outer_radius = casters.radius + casters.wall
-        cup = Prism(
-            Outline(circle(outer_radius), (circle(casters.radius),)),
-            casters.radius,
-            at=(0.0, 0.0, casters.radius / 2),
-        )
-        spacer_height = plate_bottom - z - casters.radius
-        spacer = Prism(
-            Outline(circle(outer_radius)), spacer_height, at=(0.0, 0.0, casters.radius + spacer_height / 2)
-        )
-        parts = (Ball(casters.radius), cup, spacer)
+        radius, outer = casters.radius, casters.radius + casters.wall
+        cup = _cylinder(outer, radius, at=(0.0, 0.0, radius / 2), bore=radius)
+        height = plate_bottom - z - radius
+        spacer = _cylinder(outer, height, at=(0.0, 0.0, radius + height / 2))
+        parts = (Ball(radius), cup, spacer)
         yield _material_part("caster", f"caster_{name}", casters.material, parts, (x, y, z))
 
 
@@ -230,21 +226,10 @@ def _box(
 
 def _sensors(robot: Robot) -> Iterator[RobotPart]:
     for frame, sensor in robot.sensors.by_frame.items():
-        mount, name = sensor.mount, frame.removesuffix("_link")
-        box = _housing(sensor.housing)
-        at = (mount.x, mount.y, mount.z)
-        part = RobotPart(
-            name,
-            name,
-            "base_link",
-            (box,),
-            sensor.housing.mass,
-            PLASTIC,
-            SENSOR,
-            at,
-            mount.pitch,
-            mount.yaw,
-        )
+        mount, housing, name = sensor.mount, sensor.housing, frame.removesuffix("_link")
+        pose = (mount.x, mount.y, mount.z), mount.pitch, mount.yaw
+        box = (_housing(housing),)
+        part = RobotPart(name, name, "base_link", box, housing.mass, PLASTIC, SENSOR, *pose)
         yield part
         yield from _stand(robot, part)
 
@@ -260,13 +245,8 @@ def _stand(robot: Robot, sensor: RobotPart) -> Iterator[RobotPart]:
     below = [z for z in _supports(robot, x, y) if z <= bottom]
     low, high = (max(below), bottom) if below else (top, layout.plate_undersides(robot)[0])
     if high - low > 1e-6:
-        rod = Prism(_disc(STAND_RADIUS), high - low)
+        rod = _cylinder(STAND_RADIUS, high - low)
         yield _material_part("stand", f"{sensor.name}_stand", "nylon", (rod,), (x, y, (low + high) / 2))
-
-
-def _disc(radius: float) -> Outline:
-    edge: Loop = circle(radius)
-    return Outline(edge)
 
 
 def _extent(sensor: RobotPart) -> tuple[float, float, float, float]:

@@ -21,19 +21,23 @@ MARGIN = 0.5  # m of grid around the world
 MAX_CELLS = 50_000_000
 
 
-def floor_plan(world: World, low: float, high: float | None = None, resolution: float = RESOLUTION) -> Grid:
+def floor_plan(world: World, low: float, high: float | None = None) -> Grid:
     """Return the map that a sensor for the heights low..high (m) finds, doors opened as the file specifies.
 
     low alone gives the slice of a lidar. Cells whose inscribed circle a solid touches are OCCUPIED; cells
     connected to the start without crossing those are FREE; everything else, such as the outside, is UNKNOWN.
     """
-    return _plan(world, low, low if high is None else high, resolution)
+    plan = _rasterize(world, world.shapes_at_rest(), low, low if high is None else high, RESOLUTION)
+    free_cells = (plan.cells == FREE) & _within_bounds(plan, world)
+    unreachable = (plan.cells == FREE) & ~_connected_to_start(free_cells, plan, world.start)
+    cells = np.where(unreachable, np.int8(UNKNOWN), plan.cells)
+    return Grid(cells, plan.resolution, plan.origin_x, plan.origin_y)
 
 
 def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float = RESOLUTION) -> Grid:
     """Return a grid that is FREE where the robot's centre can get to from the start, OCCUPIED elsewhere.
 
-    The robot is a disc with its footprint radius plus `margin` metres.
+    The robot is a disc with its footprint radius plus `margin` metres. resolution: size of the cells, m.
     """
     from scipy import ndimage  # takes half a second, and the first picture does not need it
 
@@ -45,14 +49,6 @@ def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float
     clearance_m = ndimage.distance_transform_edt(plan.cells != OCCUPIED) * resolution
     free_cells = (clearance_m - resolution / 2 >= radius) & _within_bounds(plan, world)
     cells = np.where(_connected_to_start(free_cells, plan, world.start), FREE, OCCUPIED).astype(np.int8)
-    return Grid(cells, plan.resolution, plan.origin_x, plan.origin_y)
-
-
-def _plan(world: World, low: float, high: float, resolution: float) -> Grid:
-    plan = _rasterize(world, world.shapes_at_rest(), low, high, resolution)
-    free_cells = (plan.cells == FREE) & _within_bounds(plan, world)
-    unreachable = (plan.cells == FREE) & ~_connected_to_start(free_cells, plan, world.start)
-    cells = np.where(unreachable, np.int8(UNKNOWN), plan.cells)
     return Grid(cells, plan.resolution, plan.origin_x, plan.origin_y)
 
 

@@ -12,6 +12,7 @@ from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
+Floats = NDArray[np.float64]
 OCCUPIED_FROM = 65
 """Occupancy in percent from which a cell counts as a wall, as in ROS's map_server."""
 MARGIN = 0.05
@@ -32,14 +33,14 @@ class FreeFloor:
         self._free = (grid.cells >= 0) & (grid.cells < OCCUPIED_FROM)
 
     @cached_property
-    def clearance(self) -> NDArray[np.float64]:
+    def clearance(self) -> Floats:
         """Clearance (h, w), m: distance from a cell's centre to the nearest wall, unknown cell or map
         border."""
         from scipy import ndimage  # takes half a second, and most worlds do not need it
 
         # Euclidean distance transform with the border as an obstacle; half a cell to the cell's edge.
         padded = np.pad(self._free, 1)
-        steps: NDArray[np.float64] = ndimage.distance_transform_edt(padded)[1:-1, 1:-1]
+        steps: Floats = ndimage.distance_transform_edt(padded)[1:-1, 1:-1]
         return np.maximum(steps - 0.5, 0.0) * self.grid.resolution
 
     @cached_property
@@ -100,18 +101,14 @@ class FreeFloor:
         x, y = self._cell_centres(np.array([row]), np.array([column]))
         return SE2(float(x[0]), float(y[0]), 0.0)
 
-    def _cell_centres(
-        self, rows: NDArray[np.int64], columns: NDArray[np.int64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _cell_centres(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return x and y of the centres of cells, m."""
         grid = self.grid
         across, up = columns.astype(np.float64) + 0.5, rows.astype(np.float64) + 0.5
         return grid.origin_x + across * grid.resolution, grid.origin_y + up * grid.resolution
 
 
-def _spread_out(
-    candidates: NDArray[np.float64], start: NDArray[np.float64], count: int
-) -> list[tuple[float, float]]:
+def _spread_out(candidates: Floats, start: Floats, count: int) -> list[tuple[float, float]]:
     """Choose up to `count` candidates (n, 2) in their order, with the largest spacing at which they fit."""
     gap = float(np.ptp(candidates, axis=0).max(initial=0.0)) / 2
     # Shrink the spacing until enough places fit.
@@ -122,9 +119,7 @@ def _spread_out(
         gap *= 0.8
 
 
-def _greedy_spacing(
-    candidates: NDArray[np.float64], start: NDArray[np.float64], gap: float, count: int
-) -> list[tuple[float, float]]:
+def _greedy_spacing(candidates: Floats, start: Floats, gap: float, count: int) -> list[tuple[float, float]]:
     """Choose greedily up to `count` candidates, each at least `gap` metres from all chosen before."""
     chosen: list[tuple[float, float]] = []
     remaining = candidates[np.hypot(*(candidates - start).T) >= gap]

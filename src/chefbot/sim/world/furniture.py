@@ -65,9 +65,8 @@ def table_shapes(table: Table) -> list[SimulatedShape]:
     shapes = [_table_top(table, underside, colour)]
     inset = TABLE_LEG if table.shape == "square" else 0.2 * table.size
     across = _table_sides(table)
-    for i, (sx, sy) in enumerate(_CORNERS):
-        at = table.pose @ SE2(sx * (across[0] / 2 - inset), sy * (across[1] / 2 - inset), 0.0)
-        shapes.append(box(f"{table.name}/leg_{i}", at, 0.0, (TABLE_LEG, TABLE_LEG, underside), colour))
+    offsets = across[0] / 2 - inset, across[1] / 2 - inset
+    shapes += _legs(table.name, table.pose, offsets, (TABLE_LEG, TABLE_LEG, underside), colour)
     for i, bearing in enumerate(table.chairs):
         side = across[0] if abs(math.cos(bearing)) >= abs(math.sin(bearing)) else across[1]
         chair_pose = SE2(0.0, 0.0, bearing) @ SE2(side / 2 + CHAIR_GAP, 0.0, math.pi)
@@ -99,17 +98,19 @@ def _chair(name: str, pose: SE2, colour: RgbColour) -> list[SimulatedShape]:
     seat = box(f"{name}/seat", pose, seat_bottom, (SEAT, SEAT, SEAT_THICKNESS), colour)
     back_pose = pose @ SE2(-leg_offset, 0.0, 0.0)
     back = box(f"{name}/back", back_pose, SEAT_HEIGHT, (CHAIR_LEG, SEAT, BACK_HEIGHT - SEAT_HEIGHT), colour)
-    legs = [
-        box(
-            f"{name}/leg_{i}",
-            pose @ SE2(sx * leg_offset, sy * leg_offset, 0.0),
-            0.0,
-            (CHAIR_LEG, CHAIR_LEG, seat_bottom),
-            colour,
-        )
-        for i, (sx, sy) in enumerate(_CORNERS)
+    return [
+        seat,
+        back,
+        *_legs(name, pose, (leg_offset, leg_offset), (CHAIR_LEG, CHAIR_LEG, seat_bottom), colour),
     ]
-    return [seat, back, *legs]
+
+
+def _legs(
+    name: str, pose: SE2, offset: tuple[float, float], size: tuple[float, float, float], colour: RgbColour
+) -> list[SimulatedShape]:
+    """Return four legs, each `offset` metres from the middle along x and y."""
+    places = [pose @ SE2(sx * offset[0], sy * offset[1], 0.0) for sx, sy in _CORNERS]
+    return [box(f"{name}/leg_{i}", at, 0.0, size, colour) for i, at in enumerate(places)]
 
 
 def box_shape(item: BoxSpec) -> SimulatedShape:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
+from typing import Annotated
+
+from msgspec import Meta
 
 from chefbot.config import parse_yaml, read_bytes
 from chefbot.errors import UserError
@@ -18,6 +21,9 @@ from chefbot.sim.world.world import ROBOT_SPACE, World, load_world
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places, places_path
 
+WorldName = Annotated[str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")]
+StartPose = Annotated[str, Meta(description="start pose of the robot, as in the simulator's parameters")]
+PlacesSeed = Annotated[int, Meta(ge=0, description="random seed of the places drawn if the world names none")]
 DEMO_MAP = "runs/demo/map.yaml"
 """Path at which `chefbot demo` saves its map."""
 

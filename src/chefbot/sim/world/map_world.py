@@ -26,14 +26,9 @@ Rectangle = tuple[int, int, int, int]
 
 
 def world_from_map(
-    name: str,
-    grid: Grid,
-    radius: float,
-    start: SE2 | None = None,
-    height: float = CEILING_HEIGHT,
-    places: dict[str, SE2] | None = None,
+    name: str, grid: Grid, radius: float, start: SE2 | None = None, places: dict[str, SE2] | None = None
 ) -> World:
-    """Build a world in which every occupied cell of a map is a wall of `height` metres up to a ceiling.
+    """Build a world in which every occupied cell of a map is a wall up to a ceiling.
 
     grid: the map; poses are in its frame. radius: radius of the robot, m. places: named poses. start: start
     pose; without it the place `home`, or else the pose with the most clearance. Unknown regions are solid if
@@ -42,29 +37,17 @@ def world_from_map(
     Raises UserError for a map with more than 20 000 boxes, for one on which the robot fits nowhere, and for a
     start off the map or in a wall.
     """
-    if not 0.0 < height <= 20.0:
-        raise UserError(f"map {name}: walls of {height} m are not between 0 and 20 m")
     rectangles = merged_rectangles((grid.cells >= OCCUPIED_FROM) | _solid_unknown_cells(grid))
     if len(rectangles) > MAX_SHAPES:
         raise UserError(f"map {name}: {len(rectangles)} boxes are too many to simulate; clean or coarsen it")
-    walls = tuple(_wall(grid, r, height, f"wall_{i}") for i, r in enumerate(rectangles))
+    walls = tuple(_wall(grid, r, f"wall_{i}") for i, r in enumerate(rectangles))
     floor, places = FreeFloor(grid, radius), places or {}
-    home, note = _start_pose(
-        floor, start or places.get("home"), "as requested" if start else "the place home", name
-    )
+    reason = "as requested" if start else "the place home"
+    home, note = _start_pose(floor, start or places.get("home"), reason, name)
     _check_start(floor, walls, home, name)
     bounds = _bounds(grid)
-    return World(
-        name,
-        (*walls, *_border(bounds, height), ceiling_shape(bounds, height)),
-        (),
-        (),
-        0,
-        {**places, "home": home},
-        bounds,
-        grid,
-        note,
-    )
+    solids = (*walls, *_border(bounds), ceiling_shape(bounds, CEILING_HEIGHT))
+    return World(name, solids, (), (), 0, {**places, "home": home}, bounds, grid, note)
 
 
 def _solid_unknown_cells(grid: Grid) -> NDArray[np.bool_]:
@@ -109,11 +92,11 @@ def _merged_runs(occupied: NDArray[np.bool_]) -> list[Rectangle]:
     return finished + open_runs
 
 
-def _wall(grid: Grid, rectangle: Rectangle, height: float, name: str) -> SimulatedShape:
+def _wall(grid: Grid, rectangle: Rectangle, name: str) -> SimulatedShape:
     row, column, rows, columns = rectangle
     x = grid.origin_x + (column + columns / 2) * grid.resolution
     y = grid.origin_y + (row + rows / 2) * grid.resolution
-    size = (columns * grid.resolution, rows * grid.resolution, height)
+    size = (columns * grid.resolution, rows * grid.resolution, CEILING_HEIGHT)
     return box(name, SE2(x, y, 0.0), 0.0, size, WALL_COLOUR)
 
 
@@ -122,7 +105,7 @@ def _bounds(grid: Grid) -> Bounds:
     return grid.origin_x, grid.origin_y, right, grid.origin_y + grid.height * grid.resolution
 
 
-def _border(bounds: Bounds, height: float) -> list[SimulatedShape]:
+def _border(bounds: Bounds) -> list[SimulatedShape]:
     """Return four walls just outside the map."""
     x0, y0, x1, y1 = bounds
     x, y, width, depth = (x0 + x1) / 2, (y0 + y1) / 2, x1 - x0 + 2 * BORDER, y1 - y0
@@ -131,7 +114,7 @@ def _border(bounds: Bounds, height: float) -> list[SimulatedShape]:
         (x0 - BORDER / 2, y, BORDER, depth), (x1 + BORDER / 2, y, BORDER, depth),
     ]  # fmt: skip
     return [
-        box(f"border_{i}", SE2(cx, cy, 0.0), 0.0, (sx, sy, height), WALL_COLOUR)
+        box(f"border_{i}", SE2(cx, cy, 0.0), 0.0, (sx, sy, CEILING_HEIGHT), WALL_COLOUR)
         for i, (cx, cy, sx, sy) in enumerate(sides)
     ]
 

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import msgspec
-from msgspec import Meta
 
 from chefbot.msgs.chefbot_msgs import Place, Places
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import Device, Out, topic
-from chefbot.sim.world.load import load_any_world, with_drawn_places
+from chefbot.sim.world.load import PlacesSeed, StartPose, WorldName, load_any_world, with_drawn_places
 
 
 class WorldPlacesParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters: the world whose places are published."""
 
-    world: Annotated[str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")]
-    start: Annotated[str, Meta(description="start pose of the robot, as in the simulator's parameters")] = ""
-    seed: Annotated[
-        int, Meta(ge=0, description="random seed of the places drawn if the world names none")
-    ] = 1
+    world: WorldName
+    start: StartPose = ""
+    seed: PlacesSeed = 1
 
 
 class WorldPlacesDevice(Device):

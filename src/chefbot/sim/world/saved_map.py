@@ -9,10 +9,15 @@ from msgspec import Meta
 from chefbot.devices.initial_pose import InitialPoseDevice, InitialPoseParams
 from chefbot.devices.map_file import MapFileDevice, MapFileParams
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.sim.world.load import load_any_world, map_to_localize_on, shares_map_frame, with_drawn_places
-
-World = Annotated[str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")]
-Start = Annotated[str, Meta(description="start pose of the robot, as in the simulator's parameters")]
+from chefbot.sim.world.load import (
+    PlacesSeed,
+    StartPose,
+    WorldName,
+    load_any_world,
+    map_to_localize_on,
+    shares_map_frame,
+    with_drawn_places,
+)
 
 
 class SavedMapParams(MapFileParams, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -22,11 +27,9 @@ class SavedMapParams(MapFileParams, frozen=True, kw_only=True, forbid_unknown_fi
         str,
         Meta(description="path of a ROS map file; empty: the world's own, else the map saved by the demo"),
     ] = ""
-    world: World
-    start: Start = ""
-    seed: Annotated[
-        int, Meta(ge=0, description="random seed of the places drawn if the world names none")
-    ] = 1
+    world: WorldName
+    start: StartPose = ""
+    seed: PlacesSeed = 1
 
 
 class SavedMapDevice(MapFileDevice):
@@ -47,8 +50,8 @@ class StartPoseParams(InitialPoseParams, frozen=True, kw_only=True, forbid_unkno
     """Parameters of the initial pose on the map; three zeros mean the robot's start pose."""
 
     map: Annotated[str, Meta(description="the map that localization uses; empty: the world's own")] = ""
-    world: World
-    start: Start = ""
+    world: WorldName
+    start: StartPose = ""
 
 
 class StartPoseDevice(InitialPoseDevice):

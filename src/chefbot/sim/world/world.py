@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 from chefbot.buildings.world_file import Carpet, Door, FloorHole, Opening, Route, Wall, WorldSpec
-from chefbot.config import parse_config, read_bytes
+from chefbot.config import find_file, parse_config, read_bytes
 from chefbot.errors import UserError, name_hint
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -89,7 +90,7 @@ def built_in_worlds() -> dict[str, Path]:
 
 def load_world(name_or_path: str) -> World:
     """Load a built-in world by name or a world file by path. Raises UserError with file, key and reason."""
-    path = _find(name_or_path)
+    path = find_file("world", name_or_path, built_in_worlds(), UserError)
     return parse_world(read_bytes(path, "world file"), f"world file {path}")
 
 
@@ -97,17 +98,6 @@ def load_world(name_or_path: str) -> World:
 def parse_world(data: bytes, where: str) -> World:
     """Parse a world from YAML text; `where` begins every error message."""
     return build_world(parse_config(data, WorldSpec, where), where)
-
-
-def _find(name_or_path: str) -> Path:
-    built_in = built_in_worlds()
-    if name_or_path in built_in:
-        return built_in[name_or_path]
-    if name_or_path.endswith((".yaml", ".yml")) or "/" in name_or_path:
-        return Path(name_or_path)
-    raise UserError(
-        f"no world is called {name_or_path!r}{name_hint(name_or_path, built_in)}; give one of these or a file"
-    )
 
 
 def build_world(spec: WorldSpec, where: str) -> World:
@@ -163,20 +153,19 @@ def bounds_of(shapes: tuple[SimulatedShape, ...]) -> Bounds:
 
 def _check_names(spec: WorldSpec, where: str) -> None:
     """Check that names are unique and not reserved: collisions are reported by name."""
-    for key in ("tables", "boxes", "cylinders", "doors", "holes"):
-        for i, item in enumerate(getattr(spec, key)):
-            if RESERVED_NAME.search(item.name):
-                raise UserError(
-                    f"{where}: {key}[{i}].name: {item.name!r} is a name that the simulator gives itself"
-                )
+    named = [
+        (f"{key}[{i}]", item.name)
+        for key in ("tables", "boxes", "cylinders", "doors", "holes")
+        for i, item in enumerate(getattr(spec, key))
+    ]
+    for key, name in named:
+        if RESERVED_NAME.search(name):
+            raise UserError(f"{where}: {key}.name: {name!r} is a name that the simulator gives itself")
     seen: dict[str, str] = {}
-    for key in ("tables", "boxes", "cylinders", "doors", "holes"):
-        for i, item in enumerate(getattr(spec, key)):
-            if item.name in seen:
-                raise UserError(
-                    f"{where}: {key}[{i}].name: {item.name!r} is the name of {seen[item.name]} too"
-                )
-            seen[item.name] = f"{key}[{i}]"
+    for key, name in named:
+        if name in seen:
+            raise UserError(f"{where}: {key}.name: {name!r} is the name of {seen[name]} too")
+        seen[name] = key
 
 
 def _check_walls(spec: WorldSpec, where: str) -> None:
@@ -209,9 +198,11 @@ def _check_places(world: World, where: str) -> None:
                 f"{where}: places.{name}: lies outside the world ({x0:.3g}..{x1:.3g} m, {y0:.3g}..{y1:.3g} m)"
             )
         if clearance(solids, place.x, place.y, *ROBOT_SPACE) <= 0.0:
-            raise UserError(f"{where}: places.{name}: lies inside {nearest_name(solids, place)}; move it")
+            raise UserError(
+                f"{where}: places.{name}: lies inside {nearest_name(solids, place, ROBOT_SPACE)}; move it"
+            )
 
 
-def nearest_name(shapes: tuple[SimulatedShape, ...], at: SE2) -> str:
-    """Return the name of the object nearest to a point within the robot's height range."""
-    return min(shapes, key=lambda s: clearance([s], at.x, at.y, *ROBOT_SPACE)).name.split("/")[0]
+def nearest_name(shapes: Sequence[SimulatedShape], at: SE2, heights: tuple[float, float]) -> str:
+    """Return the name of the object nearest to a point within a range of heights."""
+    return min(shapes, key=lambda s: clearance([s], at.x, at.y, *heights)).name.split("/")[0]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from chefbot.design.export.mjcf import BODY_FRICTION, FLOOR, FLOOR_FRICTION, OPTION, numbers, robot_xml
+from chefbot.design.export.mjcf import BODY_FRICTION, FLOOR, FLOOR_FRICTION, mjcf_document, numbers, robot_xml
 from chefbot.maths.se2 import SE2
 from chefbot.robot.as_built import AsBuilt
 from chefbot.robot.spec import Robot
@@ -39,23 +39,11 @@ def world_mjcf(
 
     slabs: solids that are the floor of a world with holes, instead of a plane.
     """
-    xml = robot_xml(robot, as_built, start)
     # Static solids are geoms of the world body: a body each would cost a third of the speed.
     walls = "\n".join(geom_xml(shape) for shape in static)
     floor = "\n".join(geom_xml(slab, FLOOR_FRICTION) for slab in slabs) or FLOOR
     moving = "\n".join(_body(mover) for mover in movers)
-    return f"""<mujoco>
-{OPTION}
-<worldbody>
-{floor}
-{walls}
-{moving}
-{xml.body}
-</worldbody>
-<actuator>{xml.actuators}</actuator>
-<sensor>{xml.sensors}</sensor>
-</mujoco>
-"""
+    return mjcf_document(robot_xml(robot, as_built, start), walls, moving, floor=floor)
 
 
 def _body(mover: MocapBody) -> str:

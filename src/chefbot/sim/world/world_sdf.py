@@ -7,7 +7,14 @@ from collections.abc import Iterable
 
 from chefbot.design.export.mjcf import BODY_FRICTION, FLOOR_FRICTION
 from chefbot.design.export.sdf import sdf_model
-from chefbot.design.export.sdf_elements import add_friction, add_material, add_pose, add_value, sdf_document
+from chefbot.design.export.sdf_elements import (
+    add_friction,
+    add_material,
+    add_pose,
+    add_value,
+    add_values,
+    sdf_document,
+)
 from chefbot.design.export.sdf_sensors import plugin
 from chefbot.robot.spec import GRAVITY, Robot
 from chefbot.sim.world.floor import floor_slabs
@@ -43,8 +50,7 @@ def world_sdf(robot: Robot, world: World) -> str:
 
 def _physics(world: ET.Element) -> None:
     physics = ET.SubElement(world, "physics", name="default", type="ignored")
-    add_value(physics, "max_step_size", STEP)
-    add_value(physics, "real_time_factor", 1.0)
+    add_values(physics, max_step_size=STEP, real_time_factor=1.0)
     add_value(world, "gravity", (0.0, 0.0, -GRAVITY))
 
 
@@ -61,9 +67,7 @@ def _sun(world: ET.Element) -> None:
     sun = ET.SubElement(world, "light", name="sun", type="directional")
     add_pose(sun, (0.0, 0.0, 10.0))
     add_value(sun, "cast_shadows", False)  # everything below a ceiling would be dark
-    add_value(sun, "diffuse", (0.8, 0.8, 0.8, 1.0))
-    add_value(sun, "specular", (0.2, 0.2, 0.2, 1.0))
-    add_value(sun, "direction", (-0.4, 0.2, -0.9))
+    add_values(sun, diffuse=(0.8, 0.8, 0.8, 1.0), specular=(0.2, 0.2, 0.2, 1.0), direction=(-0.4, 0.2, -0.9))
 
 
 def _floor(world: ET.Element) -> None:
@@ -71,8 +75,7 @@ def _floor(world: ET.Element) -> None:
     for tag in ("collision", "visual"):
         solid = ET.SubElement(link, tag, name="floor")
         plane = ET.SubElement(ET.SubElement(solid, "geometry"), "plane")
-        add_value(plane, "normal", "0 0 1")
-        add_value(plane, "size", "400 400")
+        add_values(plane, normal="0 0 1", size="400 400")
         if tag == "visual":
             add_material(solid, FLOOR_COLOUR)
         else:
@@ -118,5 +121,4 @@ def _geometry(parent: ET.Element, shape: SimulatedShape) -> None:
         x, y, z = shape.half
         add_value(solid, "size", (2 * x, 2 * y, 2 * z))
     else:
-        add_value(solid, "radius", shape.half[0])
-        add_value(solid, "length", 2 * shape.half[2])
+        add_values(solid, radius=shape.half[0], length=2 * shape.half[2])

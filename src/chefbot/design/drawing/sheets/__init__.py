@@ -11,7 +11,7 @@ from chefbot.design.drawing.sheets.assembly import assembly
 from chefbot.design.drawing.sheets.caster import caster
 from chefbot.design.drawing.sheets.clamp import motor_clamp
 from chefbot.design.drawing.sheets.plates import base_plate, upper_plate
-from chefbot.design.drawing.sheets.turned import pole, tube
+from chefbot.design.drawing.sheets.turned import turned
 from chefbot.design.errors import DesignError
 from chefbot.errors import name_hint
 from chefbot.robot.geometry.solids import solids
@@ -23,8 +23,8 @@ SHEETS: dict[str, Callable[[Robot, float], Plan]] = {
     "base_plate": base_plate,
     "middle_plate": lambda robot, factor: upper_plate(robot, "middle_plate", factor),
     "top_plate": lambda robot, factor: upper_plate(robot, "top_plate", factor),
-    "pole": pole,
-    "tube": tube,
+    "pole": lambda robot, factor: turned(robot, "pole", factor),
+    "tube": lambda robot, factor: turned(robot, "tube", factor),
     "motor_clamp": motor_clamp,
     "caster": caster,
     "assembly": assembly,

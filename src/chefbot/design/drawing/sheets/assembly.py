@@ -51,16 +51,15 @@ class Face(NamedTuple):
 def assembly(robot: Robot, factor: float) -> Plan:
     """Return three views in first-angle projection with the parts list to their right."""
     front, side, top = _faces(robot)
-    chosen = _marks(robot, [front, side, top])
+    front_marks, side_marks, top_marks = _marks(robot, [front, side, top])
+    views = (
+        (front, front_marks, _front_sizes, "Front"),
+        (side, side_marks, _side_sizes, "Right side"),
+        (top, top_marks, _top_sizes, "Lowest deck from above"),
+    )
     drawn = [
         _dressed(face, marks, sizes(robot, face.box, factor), name, factor, face is top)
-        for face, marks, sizes, name in zip(
-            (front, side, top),
-            chosen,
-            (_front_sizes, _side_sizes, _top_sizes),
-            ("Front", "Right side", "Lowest deck from above"),
-            strict=True,
-        )
+        for face, marks, sizes, name in views
     ]
     boxes = [around(item_box(item, factor) for item in items) for items in drawn]
     beside = boxes[0].right - boxes[1].left + 4.0 * factor

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from chefbot.design.drawing.drawing import FIRST_ROW, ROW, Item, Title, loop_item, segment
@@ -33,11 +32,6 @@ def shape_items(shape: ViewShape, hidden: bool = True) -> list[Item]:
     items: list[Item] = [loop_item("OUTLINE", shape.edge)]
     items += [loop_item("HOLES", hole) for hole in shape.holes]
     return items + ([loop_item("HOLES", bore, hidden=True) for bore in shape.hidden] if hidden else [])
-
-
-def reference(shapes: Sequence[ViewShape]) -> list[Item]:
-    """Return the silhouettes of neighbouring parts."""
-    return [loop_item("REFERENCE", shape.edge) for shape in shapes]
 
 
 def cross(x: float, y: float, radius: float, factor: float) -> list[Item]:

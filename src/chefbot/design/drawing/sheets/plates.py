@@ -15,10 +15,11 @@ from chefbot.design.drawing.drawing import (
     Text,
     Title,
     loop_box,
+    loop_item,
     number,
     segment,
 )
-from chefbot.design.drawing.sheets.common import cross, pieces, reference, row, shape_items, title
+from chefbot.design.drawing.sheets.common import cross, pieces, row, shape_items, title
 from chefbot.design.drawing.views import PLAN, View, ViewShape, part_seen, seen
 from chefbot.maths.outline import Loop
 from chefbot.robot.geometry import layout
@@ -110,7 +111,7 @@ def _neighbours(robot: Robot) -> list[Item]:
         p for p in solids(robot) if p.kind in MOUNTED or (p.name.startswith("pole_1") and "foot" in p.name)
     ]
     shapes = [shape for part in parts for shape in part_seen(part, link_origin(robot, part.link), PLAN)]
-    return reference(list({shape.edge: shape for shape in shapes}.values()))
+    return [loop_item("REFERENCE", edge) for edge in dict.fromkeys(shape.edge for shape in shapes)]
 
 
 def _pole_radius(robot: Robot) -> list[Item]:
@@ -125,12 +126,8 @@ def _notch_sizes(robot: Robot, factor: float) -> list[Item]:
     notch, edge = robot.plates.notch, robot.body.radius * MM
     if notch is None:
         return []
-    floor, corner, half = (
-        layout.notch_floor(robot) * MM,
-        layout.notch_corner(robot) * MM,
-        notch.length * MM / 2,
-    )
-    low = -edge - row(0, factor)
+    floor, corner = layout.notch_floor(robot) * MM, layout.notch_corner(robot) * MM
+    half, low = notch.length * MM / 2, -edge - row(0, factor)
     return [
         Linear((corner, -half), (corner, half), "y", edge + row(0, factor)),
         Linear((floor, -half), (edge, 0.0), "x", low),

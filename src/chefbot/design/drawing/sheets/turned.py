@@ -19,17 +19,8 @@ BETWEEN = 30.0
 """Of the two views, mm on paper."""
 
 
-def pole(robot: Robot, factor: float) -> Plan:
-    """Return the sheet of a rod with a bore for the screw."""
-    return _turned(robot, "pole", factor)
-
-
-def tube(robot: Robot, factor: float) -> Plan:
-    """Return the sheet of a tube that slides over two poles."""
-    return _turned(robot, "tube", factor)
-
-
-def _turned(robot: Robot, kind: str, factor: float) -> Plan:
+def turned(robot: Robot, kind: str, factor: float) -> Plan:
+    """Return the sheet of a pole, a rod with a bore for the screw, or of a tube that slides over two poles."""
     solid = pieces(robot, kind)[0].solids[0]
     assert isinstance(solid, Prism)
     length, radius = solid.length * MM, loop_box(solid.outline.edge).width * MM / 2

@@ -74,19 +74,6 @@ def within(low: float, high: float, *names: str) -> Rule:
     return check
 
 
-def all_within(low: float, high: float, *names: str) -> Rule:
-    """Require that all elements of these arrays lie between the bounds, both included."""
-
-    def check(message: Message) -> str:
-        for name in names:
-            values = getattr(message, name)
-            if not bool(np.all((values >= low) & (values <= high))):
-                return f"{name} holds a number that does not lie between {low:g} and {high:g}"
-        return ""
-
-    return check
-
-
 def ordered(low: str, high: str) -> Rule:
     """Require that the first field is not greater than the second."""
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +52,7 @@ class Log(Message, frozen=True, eq=False):
 
 
 class ParameterValue(Message, frozen=True, eq=False):
-    """A parameter value of one of nine types; `type` selects the field that holds it."""
+    """A parameter value of one of nine types; `type` is the position of the field that holds it."""
 
     type: Uint8 = 0
     bool_value: Bool = False
@@ -64,6 +64,16 @@ class ParameterValue(Message, frozen=True, eq=False):
     integer_array_value: Int64Array = _NO_INTEGERS
     double_array_value: Float64Array = _NO_DOUBLES
     string_array_value: StringArray = ()
+
+    @property
+    def plain(self) -> Any:
+        """The value as a number, a text or a list; None if it is not set."""
+        if not NOT_SET < self.type <= STRING_ARRAY:
+            return None
+        value = getattr(self, self.__struct_fields__[self.type])
+        if isinstance(value, np.ndarray):
+            return value.tolist()
+        return list(value) if isinstance(value, tuple) else value
 
 
 class Parameter(Message, frozen=True, eq=False):

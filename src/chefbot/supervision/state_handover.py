@@ -8,7 +8,7 @@ from functools import partial
 
 import msgspec
 
-from chefbot.bridge.parameters import from_value, with_values
+from chefbot.bridge.parameters import with_values
 from chefbot.config import build
 from chefbot.errors import ChefbotError
 from chefbot.msgs.geometry_msgs import TransformStamped
@@ -99,7 +99,7 @@ class StateHandover:
         entry = self._entries.get(name)
         if namespace != self._namespace or entry is None:
             return
-        values = {parameter.name: from_value(parameter.value) for parameter in event.changed_parameters}
+        values = {parameter.name: parameter.value.plain for parameter in event.changed_parameters}
         node_type, where = node_class(entry.kind, "state handover"), f"node {name}: params"
         with self._lock:
             current = self._params.get(name) or node_params(node_type, entry.params, where)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from chefbot.config import parse_yaml
 from chefbot.errors import name_hint
@@ -18,24 +16,8 @@ TIMEOUT = 5.0
 """Timeout of one service call, s."""
 
 
-class _ParameterType(NamedTuple):
-    """A parameter type and its field in ParameterValue."""
-
-    name: str
-    field: str
-
-
-PARAMETER_TYPES = {
-    rcl.BOOL: _ParameterType("bool", "bool_value"),
-    rcl.INTEGER: _ParameterType("integer", "integer_value"),
-    rcl.DOUBLE: _ParameterType("double", "double_value"),
-    rcl.STRING: _ParameterType("string", "string_value"),
-    rcl.BYTE_ARRAY: _ParameterType("byte array", "byte_array_value"),
-    rcl.BOOL_ARRAY: _ParameterType("bool array", "bool_array_value"),
-    rcl.INTEGER_ARRAY: _ParameterType("integer array", "integer_array_value"),
-    rcl.DOUBLE_ARRAY: _ParameterType("double array", "double_array_value"),
-    rcl.STRING_ARRAY: _ParameterType("string array", "string_array_value"),
-}
+FIELDS = dict(enumerate(rcl.ParameterValue.__struct_fields__[1:], rcl.BOOL))
+"""Field of ParameterValue by parameter type."""
 
 
 def run_list(name: str) -> None:
@@ -47,7 +29,7 @@ def run_list(name: str) -> None:
         for owner in nodes:
             names = _names(node, owner)
             console.print(f"{owner}:" if names else f"{owner}: none")
-            values = [to_yaml(parameter_to_plain(value)) for value in _get(node, owner, names)]
+            values = [to_yaml(value.plain) for value in _get(node, owner, names)]
             for line in columns([parameter, value] for parameter, value in zip(names, values, strict=True)):
                 console.print(f"  {line}")
 
@@ -56,7 +38,7 @@ def run_get(name: str, parameter: str) -> None:
     """Print the value of a parameter."""
     with graph_node("param") as node:
         owner = _find_owner(node.wire.graph, name)
-        console.print(to_yaml(parameter_to_plain(_get_one(node, owner, parameter))))
+        console.print(to_yaml(_get_one(node, owner, parameter).plain))
 
 
 def run_set(name: str, parameter: str, text: str) -> int:
@@ -71,7 +53,7 @@ def run_set(name: str, parameter: str, text: str) -> int:
         request = rcl.SetParameters_Request((rcl.Parameter(parameter, value),))
         (result,) = call(node, f"{owner}/set_parameters", rcl.SetParameters, request, TIMEOUT).results
         if result.successful:
-            console.print(f"{owner} {parameter}: {to_yaml(parameter_to_plain(value))}")
+            console.print(f"{owner} {parameter}: {to_yaml(value.plain)}")
         else:
             console.print(f"{owner} refuses {parameter}: {result.reason or 'no reason given'}")
         return 0 if result.successful else 1
@@ -92,10 +74,8 @@ def run_describe(name: str, parameter: str) -> None:
 
 def describe_lines(descriptor: rcl.ParameterDescriptor) -> list[str]:
     """Return the lines that `param describe` prints."""
-    form = PARAMETER_TYPES.get(descriptor.type)
-    lines = [
-        f"{descriptor.name}: {form.name if form else 'not set'}{', read only' if descriptor.read_only else ''}"
-    ]
+    kind = _type_name(descriptor.type) if descriptor.type in FIELDS else "not set"
+    lines = [f"{descriptor.name}: {kind}{', read only' if descriptor.read_only else ''}"]
     lines += [f"  {text}" for text in (descriptor.description, descriptor.additional_constraints) if text]
     bounds: tuple[Any, ...] = (*descriptor.floating_point_range, *descriptor.integer_range)
     for bound in bounds:
@@ -105,37 +85,26 @@ def describe_lines(descriptor: rcl.ParameterDescriptor) -> list[str]:
     return lines
 
 
-def parameter_to_plain(value: rcl.ParameterValue) -> Any:
-    """Convert a parameter value to plain YAML data; None if it is not set."""
-    form = PARAMETER_TYPES.get(value.type)
-    if form is None:
-        return None
-    plain = getattr(value, form.field)
-    return (
-        plain.tolist()
-        if isinstance(plain, np.ndarray)
-        else list(plain)
-        if isinstance(plain, tuple)
-        else plain
-    )
-
-
 def plain_to_parameter(kind: int, plain: Any, name: str) -> rcl.ParameterValue:
     """Convert plain data to a parameter value of the type `kind`; raises ToolError for another type."""
     types: dict[int, Any] = {rcl.BOOL: bool, rcl.INTEGER: int, rcl.DOUBLE: (int, float), rcl.STRING: str}
     single = {rcl.BYTE_ARRAY: rcl.INTEGER}.get(kind, kind - rcl.BOOL_ARRAY + rcl.BOOL)
-    array = kind in PARAMETER_TYPES and kind >= rcl.BYTE_ARRAY
+    array = kind in FIELDS and kind >= rcl.BYTE_ARRAY
     expected = types[single if array else kind]
     values = plain if array and isinstance(plain, list) else [plain]
     fits = all(
         isinstance(value, expected) and (expected is bool or not isinstance(value, bool)) for value in values
     )
     if not fits or isinstance(plain, list) != array:
-        raise ToolError(f"{name} is of type {PARAMETER_TYPES[kind].name}, which {to_yaml(plain)} is not")
-    if kind in (rcl.STRING_ARRAY,):
+        raise ToolError(f"{name} is of type {_type_name(kind)}, which {to_yaml(plain)} is not")
+    if kind == rcl.STRING_ARRAY:
         plain = tuple(plain)
-    field: dict[str, Any] = {PARAMETER_TYPES[kind].field: float(plain) if kind == rcl.DOUBLE else plain}
+    field: dict[str, Any] = {FIELDS[kind]: float(plain) if kind == rcl.DOUBLE else plain}
     return rcl.ParameterValue(type=kind, **field)
+
+
+def _type_name(kind: int) -> str:
+    return FIELDS[kind].removesuffix("_value").replace("_", " ")
 
 
 def _owners(graph: Graph) -> list[str]:
@@ -166,6 +135,6 @@ def _get_one(node: RmwNode, owner: str, parameter: str) -> rcl.ParameterValue:
     if parameter not in names:
         raise ToolError(f"{owner} has no parameter {parameter!r}{name_hint(parameter, names)}")
     values = _get(node, owner, [parameter])
-    if len(values) != 1 or values[0].type not in PARAMETER_TYPES:
+    if len(values) != 1 or values[0].type not in FIELDS:
         raise ToolError(f"{owner} does not return {parameter}")
     return values[0]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Self
+from collections.abc import Sequence
+from typing import Annotated, Any, ClassVar, Self, cast
 
 import msgspec
 import numpy as np
@@ -58,3 +59,14 @@ class Message(msgspec.Struct, frozen=True, kw_only=False, eq=False):
         Its arrays are read-only views of `data`. CdrError if the bytes are invalid.
         """
         return decode(cls, data)
+
+
+def define_message(
+    name: str, fields: Sequence[tuple[str, Any, Any]], module: str, package: str = ""
+) -> type[Message]:
+    """Define a message class at run time; `fields` holds the name, annotation and default of each field."""
+    namespace = {"ROS_PACKAGE": package}
+    kind = msgspec.defstruct(
+        name, fields, bases=(Message,), module=module, namespace=namespace, frozen=True, eq=False
+    )
+    return cast(type[Message], kind)

@@ -201,7 +201,9 @@ def _override(nodes: Mapping[str, NodeEntry], name: str, entry: NodeEntry, where
             f"{where}: node {name} has no kind, and nothing included is called so{name_hint(name, nodes)}"
         )
     base = nodes[name]
-    overrides = {field: value for field, value in _fields(entry).items() if value != _DEFAULTS[field]}
+    overrides = {
+        field: value for field, value in msgspec.structs.asdict(entry).items() if value != _DEFAULTS[field]
+    }
     merged: dict[str, Any] = {
         field: {**getattr(base, field), **overrides[field]}
         for field in ("params", "remap")
@@ -210,11 +212,7 @@ def _override(nodes: Mapping[str, NodeEntry], name: str, entry: NodeEntry, where
     return msgspec.structs.replace(base, **{**overrides, **merged})
 
 
-def _fields(entry: NodeEntry) -> dict[str, Any]:
-    return {field: getattr(entry, field) for field in entry.__struct_fields__}
-
-
-_DEFAULTS = _fields(NodeEntry())
+_DEFAULTS = msgspec.structs.asdict(NodeEntry())
 
 
 def _substitute(value: Any, arguments: Mapping[str, ArgValue], where: str) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,7 +10,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
-from mcap.exceptions import McapError
 from mcap.reader import make_reader
 
 from chefbot.errors import UserError
@@ -25,11 +23,7 @@ from chefbot.runtime.loop import DEVICE, Loop, Publication
 from chefbot.runtime.node import Device, Node, subscribes_to
 from chefbot.runtime.node_container import LAUNCH_TOPIC, NodeContainer
 from chefbot.runtime.recorder import IMAGES, METADATA
-
-READ_ERRORS = (
-    McapError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError, OverflowError,
-)  # fmt: skip
-"""Exceptions raised while reading a file that is truncated or corrupt."""
+from chefbot.storage.mcap_errors import READ_ERRORS
 
 
 class LoggedMessage(NamedTuple):

@@ -30,6 +30,10 @@ Uint8Array = Annotated[NDArray[np.uint8], "uint8[]"]
 Float32Array = Annotated[NDArray[np.float32], "float32[]"]
 Float64Array = Annotated[NDArray[np.float64], "float64[]"]
 StringArray = Annotated[tuple[str, ...], "string[]"]
+Uint8Array16 = Annotated[NDArray[np.uint8], "uint8[16]"]
+"""The bytes of a unique identifier."""
+NIL = np.zeros(16, np.uint8)
+"""The identifier of nothing."""
 
 
 class Message(msgspec.Struct, frozen=True, kw_only=False, eq=False):

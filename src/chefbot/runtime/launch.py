@@ -146,7 +146,7 @@ def node_class(kind: str, where: str) -> type[Node]:
     module, _, name = entry_point_values.get(kind, kind).partition(":")
     try:
         node_type = getattr(importlib.import_module(module), name)
-    except (ImportError, AttributeError) as error:
+    except (ImportError, AttributeError, TypeError) as error:  # TypeError: a relative name
         raise UserError(f"{where}: {kind!r} cannot be imported: {error}") from None
     if not (isinstance(node_type, type) and issubclass(node_type, Node)):
         raise UserError(f"{where}: {kind!r} is not a node class")

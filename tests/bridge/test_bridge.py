@@ -11,7 +11,7 @@ import pytest
 from tests.support.bridged_loop import launch_of, running
 from tests.support.waiting import PATIENCE, in_time, wait_for
 
-from chefbot.bridge.attach import open_wire_and_bridge
+from chefbot.bridge.attach import open_wire
 from chefbot.bridge.bridged_actions import ABORTED_WITHOUT_REASON
 from chefbot.bridge.inbox import WIRE_PUBLISHER
 from chefbot.errors import UserError
@@ -37,7 +37,6 @@ from chefbot.msgs.rcl_interfaces import (
 )
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.std_msgs import Float64, String
-from chefbot.robot.load import load_robot
 from chefbot.ros2.rmw.action_client import ActionClient
 from chefbot.ros2.rmw.action_server import ActionServer
 from chefbot.ros2.rmw.attachment import Attachment
@@ -45,9 +44,6 @@ from chefbot.ros2.rmw.names import InterfaceType, topic_key
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import CLOCK, ROSOUT, TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.session import RmwContext
-from chefbot.runtime.clock import PacedClock
-from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.replay import Replay, read_log
 
 
@@ -347,21 +343,20 @@ def test_a_second_launch_with_equal_names_stays_off_the_network(
     monkeypatch.setenv("ROS_DOMAIN_ID", "0")
     said: list[str] = []
     with running(port, "cook"):
-        system = NodeContainer(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
         args = {"wire": "auto", "speed": 1.0, "namespace": ""}
         launch = msgspec.structs.replace(launch_of(("cook",)), args=args)
-        with open_wire_and_bridge(system, launch, ExternalEndpoints(), said.append) as bridge:
-            assert bridge is None
+        with open_wire(launch, ExternalEndpoints(), said.append) as wire:
+            assert wire is None
         assert re.search(TAKEN, said[0])
         insists = msgspec.structs.replace(launch, args={**args, "wire": "on"})
         with (
             pytest.raises(UserError, match=TAKEN),
-            open_wire_and_bridge(system, insists, ExternalEndpoints(), said.append),
+            open_wire(insists, ExternalEndpoints(), said.append),
         ):
             pass
     odd = msgspec.structs.replace(launch, args={**args, "wire": "of"})
     with (
         pytest.raises(UserError, match="wire:=of must be one of"),
-        open_wire_and_bridge(system, odd, ExternalEndpoints(), said.append),
+        open_wire(odd, ExternalEndpoints(), said.append),
     ):
         pass

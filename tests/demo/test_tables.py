@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from chefbot.demo.demo import chosen_tables
+from chefbot.demo.run import chosen_tables
 from chefbot.errors import UserError
 from chefbot.sim.world.world import World, load_world
 

@@ -12,7 +12,8 @@ from pathlib import Path
 
 from numba.core.dispatcher import Dispatcher
 
-from chefbot.demo.demo import DemoOptions, run_demo
+from chefbot.demo.demo import DemoOptions
+from chefbot.demo.run import run_demo
 from chefbot.kernels.groups import GROUPS
 
 

@@ -196,9 +196,9 @@ def test_samples_are_copied_with_a_plain_header_or_counted() -> None:
     arrives(data[:3] + b"\3" + data[4:])
     assert sent[-1] == data and sent[-1][:4] == HEADER
     arrives(b"\0\0\0\0" + data[4:])
-    assert counter.total() == 1 and not route.copy() and route.gid is None
+    assert sum(counter.counts().values()) == 1 and not route.copy() and route.gid is None
     arrives(data, writer=9)
     route.update([remote(1, True, TEXT)], [])
-    assert counter.total() == 2, "its writer is gone"
+    assert sum(counter.counts().values()) == 2, "its writer is gone"
     route.close()
     assert route.unmatched_reason() == ""

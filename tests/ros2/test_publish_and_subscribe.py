@@ -180,13 +180,13 @@ def test_invalid_messages_are_counted_and_refused(node: RmwNode) -> None:
     wire.session.put(key, b"", attachment=good)
     wire.session.put(key, Twist.of(1.0, 2.0).to_cdr(), attachment=good)
     assert got.get(timeout=PATIENCE).linear.x == 1.0
-    assert wire.rejected.total() == 4
+    assert sum(wire.rejected.counts().values()) == 4
     assert all(reason.startswith("/far/strange: ") for reason in wire.rejected.counts())
 
 
 def test_an_unknown_liveliness_token_is_counted_and_refused(wire: RmwContext) -> None:
     token = wire.session.liveliness().declare_token("@ros2_lv/0/abc/0/0/XX/%/%/ghost")
-    assert wire.graph.wait_for(lambda _: wire.rejected.total() == 1, PATIENCE)
+    assert wire.graph.wait_for(lambda _: sum(wire.rejected.counts().values()) == 1, PATIENCE)
     assert "ghost" in next(iter(wire.rejected.counts()))
     token.undeclare()
 

@@ -12,7 +12,6 @@ from typing import Any
 
 import pytest
 from tests.support.ros_graph import graph_of, node, token
-from typer.testing import CliRunner
 
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_SUCCEEDED
 from chefbot.msgs.errors import InvalidMessageError
@@ -23,7 +22,7 @@ from chefbot.ros2.rmw.graph import Graph
 from chefbot.ros2.rmw.liveliness import Token
 from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.qos import DEFAULT, SENSOR_DATA, TRANSIENT_LOCAL_QOS, QosDuration
-from chefbot.ros2.tools import action, apps, service, subscribe, topic_pub
+from chefbot.ros2.tools import action, service, subscribe, topic_pub
 from chefbot.ros2.tools.bag import info_lines as bag_lines
 from chefbot.ros2.tools.common import ToolError
 from chefbot.ros2.tools.graph import describe
@@ -186,12 +185,3 @@ def test_bag_info_lists_topics_with_rates() -> None:
     assert ["/scan", "sensor_msgs/msg/LaserScan", "11", "10.00"] in rows
     assert ["/map", "std_msgs/msg/String", "1"] in rows
     assert lines[-1] == "! a.mcap is cut off" and "made for jazzy" in lines[0]
-
-
-@pytest.mark.parametrize(
-    "app", [value for name, value in vars(apps).items() if name.endswith("_app")], ids=lambda _: ""
-)
-def test_every_tool_command_has_a_help_sentence(app: Any) -> None:
-    for command in app.registered_commands:
-        shown = CliRunner().invoke(app, [command.name, "--help"])
-        assert shown.exit_code == 0 and (command.callback.__doc__ or "").endswith(".")

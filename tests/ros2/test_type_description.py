@@ -15,13 +15,13 @@ from chefbot.msgs.type_description_interfaces import (
     GetTypeDescription_Response,
 )
 from chefbot.ros2.rmw.names import InterfaceType
-from chefbot.ros2.rmw.type_description import TypeDescriptionService
+from chefbot.ros2.rmw.type_description import serve_type_descriptions
 
 
 def answer(request: GetTypeDescription_Request) -> GetTypeDescription_Response:
     servers: list[Any] = []
     node: Any = SimpleNamespace(server=lambda name, kind, callback: servers.append((name, kind, callback)))
-    TypeDescriptionService(node)
+    serve_type_descriptions(node)
     ((name, kind, callback),) = servers
     assert (name, kind) == ("~/get_type_description", GetTypeDescription)
     responses: list[GetTypeDescription_Response] = []

@@ -10,6 +10,7 @@ import pytest
 
 from chefbot.errors import UserError
 from chefbot.runtime import plugins
+from chefbot.runtime.launch import node_class
 from chefbot.runtime.plugins import load_plugin
 from chefbot.signals import stop_on_signals
 
@@ -33,10 +34,16 @@ def test_a_class_is_found_by_module_and_name_or_by_entry_point(monkeypatch: pyte
     assert type(load_plugin("mine", dict, 7)).__name__ == "Planner"
 
 
-@pytest.mark.parametrize("name", ["no_such_module:X", "math:no_such", "math", ":"])
+@pytest.mark.parametrize("name", ["no_such_module:X", "math:no_such", "math", ":", ".math:sin"])
 def test_a_missing_plugin_is_refused_with_its_name(name: str) -> None:
     with pytest.raises(UserError, match="cannot be imported"):
         load_plugin(name, Planner, None)
+
+
+@pytest.mark.parametrize("kind", ["no_such_module:X", "math:no_such", "math", ".math:sin"])
+def test_a_missing_node_class_is_refused_with_its_name(kind: str) -> None:
+    with pytest.raises(UserError, match="cannot be imported"):
+        node_class(kind, "launch x: node y")
 
 
 def test_a_plugin_must_be_a_class() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import zstandard
 from mcap_ros2.reader import read_ros2_messages
 
 from chefbot.errors import UserError
@@ -78,6 +79,14 @@ def test_a_damaged_log_is_refused_in_one_sentence(tmp_path: Path, keep: float) -
     data = path.read_bytes()
     path.write_bytes(data[: int(keep * len(data)) if 0 < keep < 1 else int(keep)])
     with pytest.raises(UserError, match=r"run\.mcap"):
+        read_log(path)
+
+
+def test_a_log_with_a_damaged_chunk_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    record(path)
+    path.write_bytes(path.read_bytes().replace(zstandard.FRAME_HEADER, bytes(4)))
+    with pytest.raises(UserError, match="is damaged or cut off"):
         read_log(path)
 
 

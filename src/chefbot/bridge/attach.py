@@ -99,19 +99,6 @@ def open_bridge(
         bridge.close()
 
 
-@contextmanager
-def open_wire_and_bridge(
-    system: NodeContainer, launch: Launch, endpoints: ExternalEndpoints, log: Callable[[str], None]
-) -> Iterator[Bridge | None]:
-    """Combine `wired` and `bridged` for a launch that joins no robot; yield None without a wire."""
-    with open_wire(launch, endpoints, log) as wire:
-        if wire is None:
-            yield None
-            return
-        with open_bridge(system, launch, wire) as bridge:
-            yield bridge
-
-
 def with_namespace(launch: Launch) -> Launch:
     """Return the launch with its namespace resolved.
 

@@ -118,11 +118,10 @@ class ActionClientBridge:
 
     def _finish(self, goal_id: UUID, outcome: Future[tuple[int, Any]]) -> None:
         error = outcome.exception() or _validation_error(outcome.result()[1])
-        status, result = (
-            (STATUS_ABORTED, failed_result(self._action, SERVER_UNREACHABLE, str(error)))
-            if error
-            else outcome.result()
-        )
+        if error:
+            status, result = STATUS_ABORTED, failed_result(self._action, SERVER_UNREACHABLE, str(error))
+        else:
+            status, result = outcome.result()
         if status not in (STATUS_SUCCEEDED, STATUS_CANCELED) and not getattr(result, "error_code", 1):
             result = failed_result(self._action, ABORTED_WITHOUT_REASON, NO_REASON_TEXT.format(self._name))
         self._publish_result(goal_id, status, result)

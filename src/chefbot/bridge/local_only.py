@@ -5,7 +5,7 @@ from __future__ import annotations
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.idl.message import Message
 from chefbot.ros2.rmw.errors import RmwError
-from chefbot.ros2.rmw.graph import Graph
+from chefbot.ros2.rmw.graph import Endpoint, Graph
 
 LOCAL_ONLY_TYPES: tuple[type[Message], ...] = (WheelSpeeds,)
 """Message types that the motor board obeys at once. All others may come from anyone on the wire: commands
@@ -41,12 +41,8 @@ class LocalProcessFilter:
         """
         if gid in self._accepted_gids:
             return
-        endpoints = self._graph.topics().get(topic)
-        sender = (
-            next((publisher.node for publisher in endpoints.providers if publisher.gid == gid), None)
-            if endpoints
-            else None
-        )
+        publishers = self._publishers(topic)
+        sender = next((publisher.node for publisher in publishers if publisher.gid == gid), None)
         if sender is None or sender.zid not in self._own_sessions():
             sender_name = "an unknown publisher" if sender is None else sender.full_name
             raise RmwError(
@@ -56,19 +52,13 @@ class LocalProcessFilter:
 
     def foreign_publishers(self, topic: str) -> list[str]:
         """Return the full names of foreign nodes that publish on a topic (fully qualified)."""
-        endpoints = self._graph.topics().get(topic)
         own_sessions = self._own_sessions()
-        return (
-            sorted(
-                {
-                    publisher.node.full_name
-                    for publisher in endpoints.providers
-                    if publisher.node.zid not in own_sessions
-                }
-            )
-            if endpoints
-            else []
-        )
+        nodes = [publisher.node for publisher in self._publishers(topic)]
+        return sorted({node.full_name for node in nodes if node.zid not in own_sessions})
+
+    def _publishers(self, topic: str) -> tuple[Endpoint, ...]:
+        endpoints = self._graph.topics().get(topic)
+        return endpoints.providers if endpoints else ()
 
     def _own_sessions(self) -> set[str]:
         """Return the Zenoh session ids of the robot's processes."""

@@ -41,7 +41,7 @@ from chefbot.ros2.rmw.qos import (
 )
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.ros2.rmw.subscription import Subscription
-from chefbot.ros2.rmw.type_description import TypeDescriptionService
+from chefbot.ros2.rmw.type_description import serve_type_descriptions
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import Node
 from chefbot.runtime.node_container import NodeContainer
@@ -206,7 +206,7 @@ class NodeProxies:
         ParameterServices(
             wire_node, lambda: node.params, setter, live=node.live_params, simulated=self._simulated
         )
-        TypeDescriptionService(wire_node)
+        serve_type_descriptions(wire_node)
 
     def subscribe_to_latched(self) -> None:
         """Subscribe transient local, and so receive stored messages, where others publish so.

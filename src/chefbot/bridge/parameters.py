@@ -11,35 +11,7 @@ import numpy as np
 from msgspec import inspect as types
 
 from chefbot.errors import UserError, name_hint
-from chefbot.msgs.rcl_interfaces import (
-    BOOL,
-    BOOL_ARRAY,
-    DOUBLE,
-    DOUBLE_ARRAY,
-    INTEGER,
-    INTEGER_ARRAY,
-    STRING,
-    STRING_ARRAY,
-    DescribeParameters,
-    DescribeParameters_Response,
-    FloatingPointRange,
-    GetParameters,
-    GetParameters_Response,
-    GetParameterTypes,
-    GetParameterTypes_Response,
-    IntegerRange,
-    ListParameters,
-    ListParameters_Response,
-    ListParametersResult,
-    Parameter,
-    ParameterDescriptor,
-    ParameterValue,
-    SetParameters,
-    SetParameters_Response,
-    SetParametersAtomically,
-    SetParametersAtomically_Response,
-    SetParametersResult,
-)
+from chefbot.msgs import rcl_interfaces as rcl
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import PARAMETERS
 from chefbot.ros2.rmw.service import ServiceCall
@@ -78,12 +50,12 @@ class ParameterServices:
     ) -> None:
         self._read, self._setter, self._live, self._simulated = read, setter, live, simulated
         for name, service, handler in (
-            ("list_parameters", ListParameters, self._list),
-            ("get_parameters", GetParameters, self._get),
-            ("get_parameter_types", GetParameterTypes, self._get_types),
-            ("describe_parameters", DescribeParameters, self._describe),
-            ("set_parameters", SetParameters, self._set),
-            ("set_parameters_atomically", SetParametersAtomically, self._set_atomically),
+            ("list_parameters", rcl.ListParameters, self._list),
+            ("get_parameters", rcl.GetParameters, self._get),
+            ("get_parameter_types", rcl.GetParameterTypes, self._get_types),
+            ("describe_parameters", rcl.DescribeParameters, self._describe),
+            ("set_parameters", rcl.SetParameters, self._set),
+            ("set_parameters_atomically", rcl.SetParametersAtomically, self._set_atomically),
         ):
             node.server(f"~/{name}", service, handler, PARAMETERS)
 
@@ -94,19 +66,20 @@ class ParameterServices:
         prefixes, depth = call.request.prefixes, call.request.depth
         names = [name for name in sorted(self._all()) if _matches(name, prefixes, depth)]
         prefix_names = sorted({name.rpartition(".")[0] for name in names if "." in name})
-        call.respond(ListParameters_Response(ListParametersResult(tuple(names), tuple(prefix_names))))
+        call.respond(rcl.ListParameters_Response(rcl.ListParametersResult(tuple(names), tuple(prefix_names))))
 
     def _get(self, call: ServiceCall[Any, Any]) -> None:
         parameters = self._all()
         values = (
-            to_value(parameters[n].value) if n in parameters else ParameterValue() for n in call.request.names
+            to_value(parameters[n].value) if n in parameters else rcl.ParameterValue()
+            for n in call.request.names
         )
-        call.respond(GetParameters_Response(tuple(values)))
+        call.respond(rcl.GetParameters_Response(tuple(values)))
 
     def _get_types(self, call: ServiceCall[Any, Any]) -> None:
         parameters = self._all()
         kinds = [to_value(parameters[n].value).type if n in parameters else 0 for n in call.request.names]
-        call.respond(GetParameterTypes_Response(np.array(kinds, np.uint8)))
+        call.respond(rcl.GetParameterTypes_Response(np.array(kinds, np.uint8)))
 
     def _describe(self, call: ServiceCall[Any, Any]) -> None:
         parameters = self._all()
@@ -115,31 +88,34 @@ class ParameterServices:
             for n in call.request.names
             if n in parameters
         )
-        call.respond(DescribeParameters_Response(tuple(descriptors)))
+        call.respond(rcl.DescribeParameters_Response(tuple(descriptors)))
 
     def _set(self, call: ServiceCall[Any, Any]) -> None:
         """Set the parameters one after the other; respond when the last is done."""
         self._set_next(call, list(call.request.parameters), [])
 
     def _set_next(
-        self, call: ServiceCall[Any, Any], remaining: list[Parameter], results: list[SetParametersResult]
+        self,
+        call: ServiceCall[Any, Any],
+        remaining: list[rcl.Parameter],
+        results: list[rcl.SetParametersResult],
     ) -> None:
         if not remaining:
-            call.respond(SetParameters_Response(tuple(results)))
+            call.respond(rcl.SetParameters_Response(tuple(results)))
             return
 
         def done(reason: str) -> None:
-            self._set_next(call, remaining[1:], [*results, SetParametersResult(not reason, reason)])
+            self._set_next(call, remaining[1:], [*results, rcl.SetParametersResult(not reason, reason)])
 
         self._check_and_set(remaining[:1], done)
 
     def _set_atomically(self, call: ServiceCall[Any, Any]) -> None:
         def done(reason: str) -> None:
-            call.respond(SetParametersAtomically_Response(SetParametersResult(not reason, reason)))
+            call.respond(rcl.SetParametersAtomically_Response(rcl.SetParametersResult(not reason, reason)))
 
         self._check_and_set(list(call.request.parameters), done)
 
-    def _check_and_set(self, parameters: Iterable[Parameter], done: Callable[[str], None]) -> None:
+    def _check_and_set(self, parameters: Iterable[rcl.Parameter], done: Callable[[str], None]) -> None:
         existing = self._all()
         for parameter in parameters:
             if parameter.name not in existing:
@@ -182,29 +158,29 @@ def with_values(params: msgspec.Struct, values: dict[str, Any]) -> dict[str, Any
     return plain
 
 
-def to_value(value: Any) -> ParameterValue:
+def to_value(value: Any) -> rcl.ParameterValue:
     """Convert a plain value to a ROS parameter value."""
     if isinstance(value, bool):
-        return ParameterValue(BOOL, bool_value=value)
+        return rcl.ParameterValue(rcl.BOOL, bool_value=value)
     if isinstance(value, int):
-        return ParameterValue(INTEGER, integer_value=value)
+        return rcl.ParameterValue(rcl.INTEGER, integer_value=value)
     if isinstance(value, float):
-        return ParameterValue(DOUBLE, double_value=value)
+        return rcl.ParameterValue(rcl.DOUBLE, double_value=value)
     if isinstance(value, (list, tuple)):
         kinds = {type(item) for item in value}
         if kinds <= {str}:
-            return ParameterValue(STRING_ARRAY, string_array_value=tuple(value))
+            return rcl.ParameterValue(rcl.STRING_ARRAY, string_array_value=tuple(value))
         if kinds == {bool}:
-            return ParameterValue(BOOL_ARRAY, bool_array_value=np.array(value, np.bool_))
+            return rcl.ParameterValue(rcl.BOOL_ARRAY, bool_array_value=np.array(value, np.bool_))
         if kinds == {int}:
-            return ParameterValue(INTEGER_ARRAY, integer_array_value=np.array(value, np.int64))
+            return rcl.ParameterValue(rcl.INTEGER_ARRAY, integer_array_value=np.array(value, np.int64))
         if kinds <= {int, float}:
-            return ParameterValue(DOUBLE_ARRAY, double_array_value=np.array(value, np.float64))
+            return rcl.ParameterValue(rcl.DOUBLE_ARRAY, double_array_value=np.array(value, np.float64))
     text = value if isinstance(value, str) else json.dumps(msgspec.to_builtins(value))
-    return ParameterValue(STRING, string_value=text)
+    return rcl.ParameterValue(rcl.STRING, string_value=text)
 
 
-def _descriptor(name: str, parameter: ParameterInfo, live: bool) -> ParameterDescriptor:
+def _descriptor(name: str, parameter: ParameterInfo, live: bool) -> rcl.ParameterDescriptor:
     kind, description = parameter.kind, ""
     if isinstance(kind, types.Metadata):
         schema, extra = kind.extra_json_schema or {}, kind.extra or {}
@@ -212,13 +188,13 @@ def _descriptor(name: str, parameter: ParameterInfo, live: bool) -> ParameterDes
             text for text in (schema.get("description", ""), extra.get("unit", "")) if text
         )
         kind = kind.type
-    floats: tuple[FloatingPointRange, ...] = ()
-    integers: tuple[IntegerRange, ...] = ()
+    floats: tuple[rcl.FloatingPointRange, ...] = ()
+    integers: tuple[rcl.IntegerRange, ...] = ()
     if isinstance(kind, types.FloatType):
-        floats = tuple(FloatingPointRange(low, high) for low, high in _bounds(kind, FLOAT_MAX))
+        floats = tuple(rcl.FloatingPointRange(low, high) for low, high in _bounds(kind, FLOAT_MAX))
     elif isinstance(kind, types.IntType):
-        integers = tuple(IntegerRange(int(low), int(high)) for low, high in _bounds(kind, INT_MAX))
-    return ParameterDescriptor(
+        integers = tuple(rcl.IntegerRange(int(low), int(high)) for low, high in _bounds(kind, INT_MAX))
+    return rcl.ParameterDescriptor(
         name,
         to_value(parameter.value).type,
         description,

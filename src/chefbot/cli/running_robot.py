@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 from chefbot.maths.se2 import SE2
 from chefbot.ui.web_ui_client import WebUiClient
 
@@ -23,6 +21,4 @@ def known_places(robot: WebUiClient) -> dict[str, SE2]:
 
 def await_refusal(robot: WebUiClient) -> None:
     """Receive for a while, so that a refusal of the last command raises its UserError."""
-    deadline = time.monotonic() + REFUSAL_TIMEOUT
-    while (remaining := deadline - time.monotonic()) > 0:
-        robot.receive(remaining)
+    robot.wait_until(lambda: False, REFUSAL_TIMEOUT)

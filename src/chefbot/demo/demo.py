@@ -1,43 +1,34 @@
-"""Implementation of `chefbot demo`: map, save, restart, localize, deliver, return home, report."""
+"""The operator of `chefbot demo` and its phases: map, save, restart, localize, deliver, return home."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
-from chefbot.demo.processes import MAX_REAL_TIME_FACTOR, DemoProcesses
-from chefbot.demo.report import write_report
+from chefbot.demo.processes import DemoProcesses
 from chefbot.demo.score import Scorer, simulated_click
-from chefbot.demo.summary import DemoResult, summarize
-from chefbot.errors import UserError
-from chefbot.kernels.precompile import KernelCompilation, start_compilation
+from chefbot.kernels.precompile import KernelCompilation
 from chefbot.launcher.lan_access import ALL_ADDRESSES, with_ui_address
-from chefbot.launcher.session import announce, session, start
+from chefbot.launcher.session import announce, start
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, ExplorationStatus, Order
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
-from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
-from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
 from chefbot.runtime.callback_faults import first_fault_sentence
-from chefbot.runtime.clock import LeaderClock, wall_ns
+from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import DEVICE, Publication
 from chefbot.runtime.node_container import NodeContainer
-from chefbot.signals import stop_on_signals
-from chefbot.sim.world.load import load_any_world, with_drawn_places
 from chefbot.sim.world.world import World
-from chefbot.storage.atomic_files import make_folder, write_atomic
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
 from chefbot.ui.browser import open_browser
-from chefbot.ui.message_conversion import CLICK_STD_XY, CLICK_STD_YAW
+from chefbot.ui.message_conversion import clicked_pose
 
 SECOND = 1_000_000_000
 """One second in nanoseconds."""
@@ -53,8 +44,6 @@ LOG_PERIOD = 60_000_000_000
 PRESSES = {"loading": ("loaded", 3 * SECOND), "waiting": ("taken", 5 * SECOND)}
 """Button that the operator presses in a state, and its delay after the robot's arrival, ns of the robot's
 time."""
-TABLES = 3
-"""Number of tables that order."""
 console = Console(highlight=False)
 
 
@@ -72,54 +61,6 @@ class DemoOptions(NamedTuple):
     port: int
     processes: bool = False
     lan: bool = False
-
-
-def run_demo(options: DemoOptions) -> int:
-    """Run the demo; return the exit code: 0 if all was delivered without a collision, else 1."""
-    speed = _speed(options.speed)
-    clock = (
-        LeaderClock(min(speed or MAX_REAL_TIME_FACTOR, MAX_REAL_TIME_FACTOR)) if options.processes else None
-    )
-    robot = load_robot(options.robot)
-    world = with_drawn_places(load_any_world(options.world, robot), robot, options.seed)
-    tables = chosen_tables(world, options.seed)
-    make_folder(options.out)
-    warming = start_compilation(console, None if options.headless or options.lan else options.port)
-    log = options.out / "run.mcap"
-    with session(robot, options.seed, "simulation", speed, log, clock) as system, ExitStack() as stack:
-        demo = Demo(system, robot, world, options, tables, warming)
-        if clock is not None:
-            warming.wait()
-            demo.processes = DemoProcesses(system, clock, console, demo.is_running)
-            stack.callback(demo.processes.close)
-        with stop_on_signals(demo.abort):
-            demo.run()
-    result = demo.result()
-    write_atomic(options.out / "summary.json", result.to_json().encode())
-    write_report(options.out, result, demo.scorer, world, robot)
-    _print(result, demo.processes, options.out)
-    return 0 if result.success else 1
-
-
-def chosen_tables(world: World, seed: int) -> list[str]:
-    """Return the tables that order: three at random, or all where the world has fewer."""
-    tables = sorted(name for name in world.places if name.startswith("table_"))
-    if not tables or "kitchen" not in world.places:
-        raise UserError(
-            f"world {world.name} has no room for a kitchen and a table; the demo has nowhere to go"
-        )
-    rng = np.random.default_rng([seed, TABLES])
-    return [tables[i] for i in rng.choice(len(tables), min(TABLES, len(tables)), replace=False)]
-
-
-def _speed(text: str) -> float:
-    try:
-        speed = 0.0 if text == "max" else float(text)
-    except ValueError:
-        raise UserError(f"--speed {text!r} must be 'max' or a real-time factor") from None
-    if not 0.0 <= speed <= 1000.0:
-        raise UserError(f"--speed {text} must lie between 0 and 1000 times real time")
-    return speed
 
 
 class Demo:
@@ -176,10 +117,6 @@ class Demo:
         self._aborted = True
         self.system.loop.stop()
 
-    def result(self) -> DemoResult:
-        """Return all figures of the demo."""
-        return summarize(self)
-
     # -- phases
 
     def _explore(self) -> str:
@@ -222,10 +159,8 @@ class Demo:
             self._publish_external("reinitialize_global_localization", Empty())
             return
         pose = simulated_click(self.scorer.last_ground_truth, self._rng)
-        covariance = covariance_36(np.diag([CLICK_STD_XY**2, CLICK_STD_XY**2, CLICK_STD_YAW**2]))
-        header = Header.of(self.system.loop.now_ns, "map")
-        click = PoseWithCovarianceStamped(header, PoseWithCovariance(Pose.of(pose), covariance))
-        self._publish_external("initialpose", click)
+        stamped = PoseStamped(Header.of(self.system.loop.now_ns, "map"), Pose.of(pose))
+        self._publish_external("initialpose", clicked_pose(stamped))
 
     def _deliver(self) -> str:
         self._announce_phase(f"Delivering to {', '.join(self.tables)}")
@@ -328,12 +263,3 @@ class Demo:
         status = self.scorer.delivery
         if status.place == place and PRESSES.get(status.state, ("", 0))[0] == button:
             self.system.loop.publish(button, Empty(), "person", from_device=True)
-
-
-def _print(result: DemoResult, processes: DemoProcesses | None, out: Path) -> None:
-    table = Table(box=None, show_header=False)
-    for name, value in [*result.table(), *(processes.table() if processes else [])]:
-        table.add_row(name, value)
-    console.print(table)
-    verdict = "[green]success[/]" if result.success else f"[red]failed[/]: {result.failure}"
-    console.print(f"{verdict}; pictures in {out / 'report.html'}")

@@ -10,8 +10,7 @@ from pathlib import Path
 import msgspec
 from rich.console import Console
 
-from chefbot.bridge.attach import open_wire_and_bridge, run_workers, with_namespace
-from chefbot.bridge.bridge import Bridge
+from chefbot.bridge.attach import open_bridge, open_wire, run_workers, with_namespace
 from chefbot.bridge.sim_time_sync import subscribe_to_progress
 from chefbot.errors import UserError
 from chefbot.fleet.secure_router import ExternalEndpoints
@@ -77,18 +76,16 @@ class DemoProcesses:
         self._running = ExitStack()
         self._supervisor: Supervisor | None = None
         plan = split_into_processes(load_launch("explore"))
-        bridge = self._stack.enter_context(
-            open_wire_and_bridge(system, plan, ExternalEndpoints(), console.print)
-        )
-        assert bridge is not None, "wire:=on"
-        self._bridge: Bridge = bridge
+        wire = self._stack.enter_context(open_wire(plan, ExternalEndpoints(), console.print))
+        assert wire is not None, "wire:=on"
+        self._bridge = self._stack.enter_context(open_bridge(system, plan, wire))
         system.loop.add_observer(print_remarks)
         self._missing: set[str] = set()
         self._normal_speed = clock.real_time_factor
         system.loop.add_observer(self._on_process_state)
         namespace = str(plan.args["namespace"]) or "/"
         subscribe_to_progress(
-            self._stack.enter_context(RmwNode(bridge.wire, "chefbot_pace", namespace)), self._on_progress
+            self._stack.enter_context(RmwNode(wire, "chefbot_pace", namespace)), self._on_progress
         )
 
     def start(self, launch: Launch) -> None:

@@ -6,18 +6,16 @@ import base64
 import html
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from chefbot.demo.score import Scorer, Track
 from chefbot.demo.summary import DemoResult, ground_truth_map
 from chefbot.maths.grid import Grid
+from chefbot.robot.spec import Robot
 from chefbot.sim.world.world import World
 from chefbot.storage.atomic_files import write_atomic
-
-if TYPE_CHECKING:
-    from chefbot.robot.spec import Robot
 
 INK, PAPER, UNKNOWN_TINT = 0.12, 1.0, 0.8
 """Grey levels of occupied, free and unknown cells, from 0 (black) to 1 (white)."""

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import platform
 from importlib.metadata import version
-from typing import TYPE_CHECKING
 
 import msgspec
 
 from chefbot import __version__
+from chefbot.demo.demo import Demo
 from chefbot.demo.score import error_statistics
 from chefbot.mapping.compare import MapQuality, quality
 from chefbot.maths.grid import Grid
+from chefbot.robot.spec import Robot
 from chefbot.sim.world.floor_plan import floor_plan
 from chefbot.sim.world.world import World
-
-if TYPE_CHECKING:
-    from chefbot.demo.demo import Demo
-    from chefbot.robot.spec import Robot
 
 
 class DemoResult(msgspec.Struct, frozen=True, kw_only=True):

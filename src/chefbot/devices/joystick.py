@@ -68,12 +68,8 @@ class Joystick:
                 "gamepads are read on Linux only; drive with a gamepad, keys or the joystick in the web UI"
             )
         self._device = device
-        self._on_connected, self._on_events, self._on_disconnected, self._on_missing = (
-            on_connected,
-            on_events,
-            on_disconnected,
-            on_missing,
-        )
+        self._on_connected, self._on_events = on_connected, on_events
+        self._on_disconnected, self._on_missing = on_disconnected, on_missing
         self._end_read, self._end_write = os.pipe()
         self._thread = threading.Thread(target=self._run, name="gamepad", daemon=True)
         self._thread.start()

@@ -114,7 +114,7 @@ class Keyring:
             )
         if not self._key_path.exists():
             self._write_secret(self._key_path, key_pem(new_key()))
-        key = read_key(read_bytes(self._key_path, "key", MAX_PEM_BYTES), str(self._key_path))
+        key = self._load_key(self._key_path)
         request = self.folder / f"{check_name(name)}.request"
         write_atomic(request, request_pem(key, name, role))
         return request
@@ -176,8 +176,7 @@ class Keyring:
             raise UserError(
                 f"{self.folder} has no key; `chefbot fleet robot NAME` or `operator NAME` comes first"
             )
-        key = read_key(read_bytes(self._key_path, "key", MAX_PEM_BYTES), str(self._key_path))
-        return read_certificate(pem, "the card").public_key() == key.public_key()
+        return read_certificate(pem, "the card").public_key() == self._load_key(self._key_path).public_key()
 
     def _store_card(self, card: Card) -> None:
         write_atomic(self._card_path, msgspec.json.encode(msgspec.structs.replace(card, certificate=b"")))
@@ -185,10 +184,11 @@ class Keyring:
     def _as_authority(self) -> tuple[PrivateKey, x509.Certificate, Fleet]:
         if not self.is_authority:
             raise UserError(f"{self.folder} is not the authority's; sign where `chefbot fleet init` was run")
-        key = read_key(
-            read_bytes(self._authority_key_path, "key", MAX_PEM_BYTES), str(self._authority_key_path)
-        )
+        key = self._load_key(self._authority_key_path)
         return key, self._load_certificate(self._authority_path), read_card(self._card_path)[1]
+
+    def _load_key(self, path: Path) -> PrivateKey:
+        return read_key(read_bytes(path, "key", MAX_PEM_BYTES), str(path))
 
     def _load_certificate(self, path: Path) -> x509.Certificate:
         return read_certificate(read_bytes(path, "certificate", MAX_PEM_BYTES), str(path))

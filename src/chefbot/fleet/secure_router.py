@@ -224,11 +224,9 @@ def _rejected_write(member: str, key: str, members: Mapping[str, str]) -> str | 
     if match := _NODE.fullmatch(key):
         namespace, name = match[1].replace("%", "/").rstrip("/"), match[2]
         not_a_robot = members.get(namespace.partition("/")[2].partition("/")[0], "robot") != "robot"
-        return (
-            None
-            if not_a_robot or name.startswith("_")
-            else f"{member} may not announce node {namespace}/{name}"
-        )
+        if not_a_robot or name.startswith("_"):
+            return None
+        return f"{member} may not announce node {namespace}/{name}"
     return f"{member} may not write {key}"
 
 

@@ -35,28 +35,20 @@ _ROBOT_NAME = re.compile(r'<robot name="([^"]*)"')
 Log = Callable[[str], None]
 
 
-class JoinableRobots(NamedTuple):
-    """Robots on the wire that may be joined.
-
-    `zids`: Zenoh session id by namespace; it differs after a restart of the robot.
-    """
-
-    zids: dict[str, str]
-
-    @staticmethod
-    def of(graph: Graph) -> JoinableRobots:
-        """Find the robots by the node that each launch has for itself."""
-        return JoinableRobots(
-            {node.namespace: node.zid for node in graph.nodes() if node.name == MAIN_NODE_NAME}
-        )
-
-
 class JoinedRobot(NamedTuple):
     """The robot that was joined."""
 
     launch: Launch
     """The launch in the robot's namespace, with its clock set to `simulation` or `wall`."""
     zid: str
+
+
+def joinable_robots(graph: Graph) -> dict[str, str]:
+    """Return the Zenoh session id of each robot on the wire by namespace; it differs after a restart.
+
+    They are found by the node that each launch has for itself.
+    """
+    return {node.namespace: node.zid for node in graph.nodes() if node.name == MAIN_NODE_NAME}
 
 
 def joining_node_name(launch: Launch) -> str:
@@ -75,7 +67,7 @@ def join_robot(wire: RmwContext, launch: Launch, robot: Robot, log: Log) -> Join
     if namespace is None:
         return None
     settle(wire.graph)
-    zid = JoinableRobots.of(wire.graph).zids.get(namespace, "")
+    zid = joinable_robots(wire.graph).get(namespace, "")
     launch = msgspec.structs.replace(launch, args={**launch.args, "namespace": namespace.rstrip("/")})
     if conflicts := conflicting_node_names(wire.graph, launch):
         raise UserError(
@@ -110,7 +102,7 @@ def _await_robot(wire: RmwContext, launch: Launch, log: Log) -> str | None:
 
 def _choose(graph: Graph, launch: Launch, requested: str) -> str | None:
     """Return the namespace of the requested robot, or None if it is not there."""
-    namespaces = sorted(JoinableRobots.of(graph).zids)
+    namespaces = sorted(joinable_robots(graph))
     if requested:
         return requested if requested in namespaces else None
     if len(namespaces) > 1:
@@ -125,7 +117,7 @@ def _display_name(namespace: str) -> str:
 
 
 def _present_robots(graph: Graph) -> str:
-    namespaces = sorted(JoinableRobots.of(graph).zids)
+    namespaces = sorted(joinable_robots(graph))
     others = sorted({node.full_name for node in graph.nodes() if not is_hidden(node.full_name)})
     if namespaces:
         return f"; there is {', '.join(namespaces)}"
@@ -181,7 +173,7 @@ def watch_robot(
 
     def watch() -> None:
         while not leaving.wait(POLL_PERIOD):
-            if JoinableRobots.of(wire.graph).zids.get(namespace, meeting.zid) != meeting.zid:
+            if joinable_robots(wire.graph).get(namespace, meeting.zid) != meeting.zid:
                 restarted.set()
                 stop()
                 return

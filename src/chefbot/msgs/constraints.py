@@ -74,19 +74,6 @@ def within(low: float, high: float, *names: str) -> Rule:
     return check
 
 
-def all_within(low: float, high: float, *names: str) -> Rule:
-    """Require that all elements of these arrays lie between the bounds, both included."""
-
-    def check(message: Message) -> str:
-        for name in names:
-            values = getattr(message, name)
-            if not bool(np.all((values >= low) & (values <= high))):
-                return f"{name} holds a number that does not lie between {low:g} and {high:g}"
-        return ""
-
-    return check
-
-
 def ordered(low: str, high: str) -> Rule:
     """Require that the first field is not greater than the second."""
 
@@ -154,20 +141,16 @@ def unit_quaternion(q: Quaternion) -> str:
     if max(abs(q.x), abs(q.y), abs(q.z), abs(q.w)) > 2.0:
         return f"x, y, z, w are {q.x:.3g}, {q.y:.3g}, {q.z:.3g}, {q.w:.3g}: no rotation"
     squared_norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
-    return (
-        ""
-        if abs(squared_norm - 1.0) <= QUATERNION_TOLERANCE
-        else f"its norm is {math.sqrt(squared_norm):.3g} and not 1"
-    )
+    if abs(squared_norm - 1.0) <= QUATERNION_TOLERANCE:
+        return ""
+    return f"its norm is {math.sqrt(squared_norm):.3g} and not 1"
 
 
 def at_most_one_turn(scan: LaserScan | ObstacleScan) -> str:
     """Require that the beams span at most one turn, within a tolerance."""
     steps = max(len(scan.ranges) - 1, 0)
-    span, tolerance = (
-        abs(scan.angle_increment) * steps,
-        max(3.0, SPAN_TOLERANCE * steps) * abs(scan.angle_increment),
-    )
+    span = abs(scan.angle_increment) * steps
+    tolerance = max(3.0, SPAN_TOLERANCE * steps) * abs(scan.angle_increment)
     if steps and scan.angle_increment == 0.0:
         return f"angle_increment is 0, but there are {steps + 1} ranges"
     if span > 2.0 * math.pi + min(tolerance, math.pi):
@@ -209,11 +192,9 @@ def image_size(image: Image) -> str:
     if len(image.data) != n:
         return f"data has {len(image.data)} bytes, {image.height} rows of {image.step} have {n}"
     min_step = image.width * BYTES_PER_PIXEL.get(image.encoding, 0)
-    return (
-        ""
-        if image.step >= min_step
-        else f"step is {image.step}, {image.width} pixels of {image.encoding} need {min_step}"
-    )
+    if image.step >= min_step:
+        return ""
+    return f"step is {image.step}, {image.width} pixels of {image.encoding} need {min_step}"
 
 
 def cloud_size(cloud: PointCloud2) -> str:
@@ -234,11 +215,9 @@ def path_length(path: Path) -> str:
     """Require that the path is not longer than MAX_PATH_LENGTH."""
     points = np.array([(p.pose.position.x, p.pose.position.y) for p in path.poses]).reshape(-1, 2)
     length = float(np.hypot(*np.diff(points, axis=0).T).sum())
-    return (
-        f"poses lead over {length:.6g} m, at most {MAX_PATH_LENGTH:g} can be driven"
-        if length > MAX_PATH_LENGTH
-        else ""
-    )
+    if length > MAX_PATH_LENGTH:
+        return f"poses lead over {length:.6g} m, at most {MAX_PATH_LENGTH:g} can be driven"
+    return ""
 
 
 RULES: dict[type[Message], tuple[Rule, ...]] = {

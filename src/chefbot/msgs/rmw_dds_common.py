@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import numpy as np
-from numpy.typing import NDArray
+from chefbot.msgs.idl.message import NIL, Message, Uint8Array16
 
-from chefbot.msgs.idl.message import Message
-
-_NO_GID = np.zeros(16, np.uint8)
 Name = Annotated[str, "string<=256"]
 
 
 class Gid(Message, frozen=True, eq=False):
     """The 16-byte global identifier of a DDS entity (24 bytes in Humble)."""
 
-    data: Annotated[NDArray[np.uint8], "uint8[16]"] = _NO_GID
+    data: Uint8Array16 = NIL
 
 
 class NodeEntitiesInfo(Message, frozen=True, eq=False):

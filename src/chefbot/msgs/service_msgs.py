@@ -2,15 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import numpy as np
-from numpy.typing import NDArray
-
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.idl.message import Int64, Message, Uint8
-
-_NO_GID = np.zeros(16, np.uint8)
+from chefbot.msgs.idl.message import NIL, Int64, Message, Uint8, Uint8Array16
 
 
 class ServiceEventInfo(Message, frozen=True, eq=False):
@@ -18,5 +11,5 @@ class ServiceEventInfo(Message, frozen=True, eq=False):
 
     event_type: Uint8 = 0
     stamp: Time = Time()
-    client_gid: Annotated[NDArray[np.uint8], "uint8[16]"] = _NO_GID
+    client_gid: Uint8Array16 = NIL
     sequence_number: Int64 = 0

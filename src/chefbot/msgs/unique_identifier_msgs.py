@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import numpy as np
-from numpy.typing import NDArray
-
-from chefbot.msgs.idl.message import Message
-
-_NIL = np.zeros(16, np.uint8)
+from chefbot.msgs.idl.message import NIL, Message, Uint8Array16
 
 
 class UUID(Message, frozen=True, eq=False):
     """A universally unique identifier of 16 bytes."""
 
-    uuid: Annotated[NDArray[np.uint8], "uint8[16]"] = _NIL
+    uuid: Uint8Array16 = NIL
 
     @property
     def key(self) -> bytes:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelTicks
-from chefbot.msgs.constraints import RULES, Rule
+from chefbot.msgs.constraints import RULES
 from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.idl.fields import MessageField, fields_of
 from chefbot.msgs.idl.message import Message
@@ -44,7 +44,8 @@ def check(message: Message) -> None:
     for name, check_field in _checks(kind):
         check_field(getattr(message, name), name)
     for rule in RULES.get(kind, ()):
-        _apply_rule(rule, message)
+        if violation := rule(message):
+            raise InvalidMessageError(violation)
 
 
 def check_stamp(message: Message, now_ns: int) -> None:
@@ -65,12 +66,6 @@ def _newest_stamp_ns(message: Any, now_ns: int) -> int:
         return max((transform.header.stamp.ns for transform in message.transforms), default=now_ns)
     measured = isinstance(message, STAMPED_MEASUREMENTS)
     return int(message.header.stamp.ns) if measured else now_ns
-
-
-def _apply_rule(rule: Rule, message: Message) -> None:
-    violation = rule(message)
-    if violation:
-        raise InvalidMessageError(violation)
 
 
 @cache

@@ -98,10 +98,8 @@ class ActionServerPort(Generic[G, R, F]):
         except Cancelled:
             result, status = self.action.result(), STATUS_CANCELED
         except Exception as error:
-            result, status = (
-                failed_result(self.action, SERVER_EXCEPTION, f"{self.name} failed: {error}"),
-                STATUS_ABORTED,
-            )
+            status = STATUS_ABORTED
+            result = failed_result(self.action, SERVER_EXCEPTION, f"{self.name} failed: {error}")
         outcome = self.action.outcome(goal_id, status, Time.of(self._node.now_ns), result)
         self._node.publish(f"{self.name}/_action/get_result", outcome)
 

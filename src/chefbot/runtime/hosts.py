@@ -25,9 +25,7 @@ def part_for_machine(launch: Launch, machine: str) -> Launch:
     hosts = hosts_of(launch)
     host = machine if machine in hosts else ""
     nodes = {name: entry for name, entry in launch.nodes.items() if entry.host == host}
-    if host:
-        return msgspec.structs.replace(launch, clock="robot", nodes=nodes)
-    return msgspec.structs.replace(launch, nodes=nodes)
+    return msgspec.structs.replace(launch, clock="robot" if host else launch.clock, nodes=nodes)
 
 
 def check_host(launch: Launch, requested: str, machine: str, *, may_be_robot: bool) -> None:

@@ -146,7 +146,7 @@ def node_class(kind: str, where: str) -> type[Node]:
     module, _, name = entry_point_values.get(kind, kind).partition(":")
     try:
         node_type = getattr(importlib.import_module(module), name)
-    except (ImportError, AttributeError) as error:
+    except (ImportError, AttributeError, TypeError) as error:  # TypeError: a relative name
         raise UserError(f"{where}: {kind!r} cannot be imported: {error}") from None
     if not (isinstance(node_type, type) and issubclass(node_type, Node)):
         raise UserError(f"{where}: {kind!r} is not a node class")
@@ -201,7 +201,9 @@ def _override(nodes: Mapping[str, NodeEntry], name: str, entry: NodeEntry, where
             f"{where}: node {name} has no kind, and nothing included is called so{name_hint(name, nodes)}"
         )
     base = nodes[name]
-    overrides = {field: value for field, value in _fields(entry).items() if value != _DEFAULTS[field]}
+    overrides = {
+        field: value for field, value in msgspec.structs.asdict(entry).items() if value != _DEFAULTS[field]
+    }
     merged: dict[str, Any] = {
         field: {**getattr(base, field), **overrides[field]}
         for field in ("params", "remap")
@@ -210,11 +212,7 @@ def _override(nodes: Mapping[str, NodeEntry], name: str, entry: NodeEntry, where
     return msgspec.structs.replace(base, **{**overrides, **merged})
 
 
-def _fields(entry: NodeEntry) -> dict[str, Any]:
-    return {field: getattr(entry, field) for field in entry.__struct_fields__}
-
-
-_DEFAULTS = _fields(NodeEntry())
+_DEFAULTS = msgspec.structs.asdict(NodeEntry())
 
 
 def _substitute(value: Any, arguments: Mapping[str, ArgValue], where: str) -> Any:

@@ -67,7 +67,6 @@ class LoopSubscription:
     """The subscription of one handler to one topic."""
 
     topic: str
-    owner: str
     handler: Handler
     timing: CallbackStatistics = field(default_factory=CallbackStatistics)
     active: bool = True
@@ -117,7 +116,7 @@ class Loop:
     def subscribe(self, topic: str, owner: str, handler: Handler) -> LoopSubscription:
         """Call `handler` with each message on `topic`, beginning with the latched message if there is one."""
         timing = self.timing(owner, f"{owner} <- {topic}")
-        subscription = LoopSubscription(topic, owner, handler, timing)
+        subscription = LoopSubscription(topic, handler, timing)
         self._topics.setdefault(topic, []).append(subscription)
         if topic in self._latched:
             message = self._latched[topic].message
@@ -158,14 +157,6 @@ class Loop:
     def add_observer(self, observer: PublicationObserver) -> None:
         """Call the observer with every publication, for recording and checking."""
         self._observers.append(observer)
-
-    def topics(self) -> dict[str, list[str]]:
-        """Return the names of the subscribing nodes by topic."""
-        return {
-            topic: [subscription.owner for subscription in subscriptions]
-            for topic, subscriptions in self._topics.items()
-            if subscriptions
-        }
 
     # Time and events
 

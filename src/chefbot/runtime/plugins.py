@@ -23,7 +23,7 @@ def _find(name: str) -> type:
     module, _, attribute = entry_point_values.get(name, name).partition(":")
     try:
         plugin_class = getattr(importlib.import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
+    except (ImportError, AttributeError, TypeError, ValueError) as error:  # TypeError: a relative name
         raise UserError(
             f"plugin {name!r} cannot be imported: {error}; write it as pkg.module:Class"
         ) from None

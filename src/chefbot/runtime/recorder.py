@@ -18,7 +18,7 @@ from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.mcap_writer import McapWriter
 
 IMAGES: tuple[type[Message], ...] = (Image, CompressedImage)
-"""Recorded only on request (1.5 MB/s and more); otherwise a replay uses the scans made from them."""
+"""Not recorded, as they are 1.5 MB/s and more; a replay uses the scans made from them."""
 METADATA = "chefbot"
 
 _QOS = (
@@ -38,26 +38,19 @@ class Recorder:
     """
 
     def __init__(
-        self,
-        path: Path,
-        robot: Robot,
-        seed: int,
-        *,
-        images: bool = False,
-        on_end: Callable[[str], None] = lambda _: None,
+        self, path: Path, robot: Robot, seed: int, *, on_end: Callable[[str], None] = lambda _: None
     ) -> None:
         self.path = path
         self._on_end = on_end
-        self._skipped_types = () if images else IMAGES
         self._channels: dict[tuple[str, str], int] = {}
         self._counts: dict[int, int] = {}
         self._file = McapWriter(path)
-        about = {"robot": msgspec.json.encode(robot).decode(), "seed": str(seed), "images": str(images)}
+        about = {"robot": msgspec.json.encode(robot).decode(), "seed": str(seed)}
         self._file.metadata(METADATA, {**about, "version": __version__})
 
     def __call__(self, publication: Publication) -> None:
-        """Write one publication; images only if they were requested."""
-        if self._file.closed or isinstance(publication.message, self._skipped_types):
+        """Write one publication, but no images."""
+        if self._file.closed or isinstance(publication.message, IMAGES):
             return
         try:
             self._write(publication)

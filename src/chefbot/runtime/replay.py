@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,7 +10,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
-from mcap.exceptions import McapError
 from mcap.reader import make_reader
 
 from chefbot.errors import UserError
@@ -19,17 +17,13 @@ from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.spec import Robot
 from chefbot.runtime.callback_faults import Faults
-from chefbot.runtime.clock import LoopClock, StepClock
+from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, node_class
 from chefbot.runtime.loop import DEVICE, Loop, Publication
 from chefbot.runtime.node import Device, Node, subscribes_to
 from chefbot.runtime.node_container import LAUNCH_TOPIC, NodeContainer
 from chefbot.runtime.recorder import IMAGES, METADATA
-
-READ_ERRORS = (
-    McapError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError, OverflowError,
-)  # fmt: skip
-"""Exceptions raised while reading a file that is truncated or corrupt."""
+from chefbot.storage.mcap_errors import READ_ERRORS
 
 
 class LoggedMessage(NamedTuple):
@@ -46,11 +40,10 @@ class LoggedMessage(NamedTuple):
 
 @dataclass(frozen=True)
 class RecordedLog:
-    """A complete log: robot, seed, options and the messages in order of publication."""
+    """A complete log: robot, seed and the messages in order of publication."""
 
     robot: Robot
     seed: int
-    images: bool
     messages: list[LoggedMessage]
 
 
@@ -95,19 +88,19 @@ def _read(path: Path, file: Any) -> RecordedLog:
         for schema, channel, message in reader.iter_messages(log_time_order=False)
     ]
     robot = msgspec.json.decode(about["robot"], type=Robot)
-    return RecordedLog(robot, int(about["seed"]), about["images"] == "True", messages)
+    return RecordedLog(robot, int(about["seed"]), messages)
 
 
 class Replay:
     """Re-executes the nodes of a log; `differences` is empty if all messages are bit-identical."""
 
-    def __init__(self, log: RecordedLog, clock: LoopClock | None = None) -> None:
+    def __init__(self, log: RecordedLog) -> None:
         self.log = log
         self.compared = 0
         self.differences: list[ReplayMismatch] = []
         start = log.messages[0].time_ns if log.messages else 0
         self._end_ns = log.messages[-1].time_ns if log.messages else 0
-        self.system = NodeContainer(Loop(clock or StepClock(), start), log.robot, log.seed)
+        self.system = NodeContainer(Loop(StepClock(), start), log.robot, log.seed)
         self._expected: deque[LoggedMessage] = deque()
         self.faults = Faults(self.system.loop, lambda _: None, publishes=False)
         """Faults of the re-executed nodes; the same as in the recording if nothing differs."""
@@ -142,7 +135,7 @@ class Replay:
                 yield batch[0].time_ns, batch
                 batch = []
             if message.topic == LAUNCH_TOPIC:
-                executed = self._executed_nodes(_decode_launch(message))
+                executed = _executed_nodes(_decode_launch(message))
             if message.publisher in executed:
                 self._expected.append(message)
             else:
@@ -150,23 +143,10 @@ class Replay:
         if batch:
             yield batch[0].time_ns, batch
 
-    def _executed_nodes(self, launch: Launch) -> set[str]:
-        return {
-            name
-            for name, entry in launch.nodes.items()
-            if not self._is_played_back(node_class(entry.kind, "log"))
-        }
-
-    def _is_played_back(self, kind: type[Node]) -> bool:
-        """Return whether messages of such nodes come from the log: devices, nodes with unrecorded input."""
-        return issubclass(kind, Device) or (
-            not self.log.images and any(subscribes_to(kind, image_type) for image_type in IMAGES)
-        )
-
     def _publish_logged(self, logged: LoggedMessage) -> None:
         if logged.topic == LAUNCH_TOPIC:
             launch = _decode_launch(logged)
-            self.system.launch(launch, leave_out=set(launch.nodes) - self._executed_nodes(launch))
+            self.system.launch(launch, leave_out=set(launch.nodes) - _executed_nodes(launch))
             return
         message = message_type(logged.kind).from_cdr(logged.data)
         self.system.loop.publish(
@@ -176,7 +156,7 @@ class Replay:
     def _compare(self, publication: Publication) -> None:
         if publication.publisher not in self.system.nodes or self.differences:
             return
-        if isinstance(publication.message, IMAGES) and not self.log.images:
+        if isinstance(publication.message, IMAGES):
             return
         if not self._expected:
             if publication.time_ns < self._end_ns:  # else the log ended in the middle of an instant
@@ -190,6 +170,16 @@ class Replay:
 
     def _add_difference(self, logged: LoggedMessage | None, replayed: Publication | None) -> None:
         self.differences.append(ReplayMismatch(self.compared, _describe(logged), _describe(replayed)))
+
+
+def _executed_nodes(launch: Launch) -> set[str]:
+    kinds = {name: node_class(entry.kind, "log") for name, entry in launch.nodes.items()}
+    return {name for name, kind in kinds.items() if not _is_played_back(kind)}
+
+
+def _is_played_back(kind: type[Node]) -> bool:
+    """Return whether messages of such nodes come from the log: devices, nodes with unrecorded input."""
+    return issubclass(kind, Device) or any(subscribes_to(kind, image_type) for image_type in IMAGES)
 
 
 def _same(logged: LoggedMessage, publication: Publication) -> bool:

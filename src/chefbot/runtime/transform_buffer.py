@@ -166,12 +166,10 @@ class TransformBuffer:
                 return common_T_target.inverse() @ self._chain(source, frame, stamp_ns)
         raise TransformError(f"no chain of transforms joins {target} and {source}")
 
-    def clear(self, static_too: bool = False) -> None:
+    def clear(self) -> None:
         """Clear pending requests and dynamic transforms, as after a restart."""
         self._pending.clear()
-        self._edges = (
-            {} if static_too else {child: edge for child, edge in self._edges.items() if edge.static}
-        )
+        self._edges = {child: edge for child, edge in self._edges.items() if edge.static}
 
     def _ancestors(self, frame: str) -> list[str]:
         """Return the frame and all its ancestors up to the root."""

@@ -85,11 +85,8 @@ class HeartbeatMonitor:
     def kill_reason(self) -> str:
         """The reason why the process must be killed, or an empty string."""
         if not self._started:
-            return (
-                f"no heartbeat within {STARTUP_TIMEOUT:.0f} s of its start"
-                if self._silence > STARTUP_TIMEOUT
-                else ""
-            )
+            late = self._silence > STARTUP_TIMEOUT
+            return f"no heartbeat within {STARTUP_TIMEOUT:.0f} s of its start" if late else ""
         if self._silence > HEARTBEAT_TIMEOUT:
             return f"no heartbeat for {HEARTBEAT_TIMEOUT:.1f} s"
         return f"busy with one step for {STEP_TIMEOUT:.0f} s" if self._busy_time > STEP_TIMEOUT else ""

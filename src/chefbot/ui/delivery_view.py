@@ -36,11 +36,8 @@ def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
 
 
 def _choices(status: DeliveryStatus) -> tuple[str, ...]:
-    return (
-        ("go_on", "end")
-        if status.state not in ("loading", "driving", "waiting")
-        else ("go_on", "kitchen", "end")
-    )
+    under_way = status.state in ("loading", "driving", "waiting")
+    return ("go_on", "kitchen", "end") if under_way else ("go_on", "end")
 
 
 def validate_command(command: do.OperatorCommand, places: Collection[str], status: DeliveryStatus) -> None:

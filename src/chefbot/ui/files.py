@@ -5,9 +5,9 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from importlib import resources
-from importlib.resources.abc import Traversable
+from pathlib import Path
 
+FOLDER = Path(__file__).parent / "static"
 TYPES = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 POLICY = (
     "default-src 'none'; script-src 'self'{hashes}; style-src 'self'; connect-src 'self'; "
@@ -26,7 +26,8 @@ _IMPORT_MAP = re.compile(rb'<script type="importmap">(.*?)</script>', re.DOTALL)
 
 def static_files() -> dict[str, bytes]:
     """Return all files by path, read once: only files in this dict are served."""
-    return dict(_walk(resources.files("chefbot.ui") / "static", ""))
+    files = {path.relative_to(FOLDER).as_posix(): path for path in FOLDER.rglob("*") if path.is_file()}
+    return {name: path.read_bytes() for name, path in files.items() if path.suffix[1:] in TYPES}
 
 
 def content_type(path: str) -> str:
@@ -44,13 +45,3 @@ def response_headers(content: bytes) -> dict[str, str]:
     digests = [hashlib.sha256(text).digest() for text in _IMPORT_MAP.findall(content)]
     hashes = "".join(f" 'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
     return SECURITY_HEADERS | {"content-security-policy": POLICY.format(hashes=hashes)}
-
-
-def _walk(folder: Traversable, prefix: str) -> list[tuple[str, bytes]]:
-    found: list[tuple[str, bytes]] = []
-    for entry in folder.iterdir():
-        if entry.is_dir():
-            found += _walk(entry, f"{prefix}{entry.name}/")
-        elif entry.name.rsplit(".")[-1] in TYPES:
-            found.append((prefix + entry.name, entry.read_bytes()))
-    return found

@@ -4,35 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
+from chefbot.maths.cell_grid import CellGrid
 from chefbot.ui import protocol
 from chefbot.ui.image_encoding import jpeg
-
-
-class GridLike(Protocol):
-    """A `chefbot.maths.grid.Grid`, or a costmap with uint8 cells; rows increase with y."""
-
-    @property
-    def cells(self) -> NDArray[Any]:
-        """Cells of the grid, shape (height, width)."""
-
-    @property
-    def resolution(self) -> float:
-        """Edge length of a cell, m."""
-
-    @property
-    def origin_x(self) -> float:
-        """x of the outer corner of cell [0, 0] in the map frame, m."""
-
-    @property
-    def origin_y(self) -> float:
-        """y of the outer corner of cell [0, 0] in the map frame, m."""
 
 
 class RobotView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -253,12 +234,8 @@ def _depth(value: DepthView) -> protocol.DepthImage:
     return protocol.DepthImage(np.rint(millimetres).astype("<u2"), pinhole, value.frame)
 
 
-def _encode_depth(layer: str, image: protocol.DepthImage) -> bytes:
-    return protocol.depth(layer, image)
-
-
 def _grid(dtype: type[np.generic]) -> Callable[[Any], protocol.GridImage]:
-    def take(grid: GridLike) -> protocol.GridImage:
+    def take(grid: CellGrid) -> protocol.GridImage:
         if grid.cells.dtype != dtype or grid.cells.ndim != 2:
             raise TypeError(f"expected a grid of {dtype.__name__}, got {grid.cells.dtype} {grid.cells.shape}")
         return protocol.GridImage(grid.cells.copy(), grid.resolution, grid.origin_x, grid.origin_y)
@@ -304,6 +281,6 @@ LAYERS: dict[str, Layer] = {
     "fixed_frames": Layer(MAP_PERIOD, _frames, _ENCODE_JSON),
     "joints": Layer(FAST_PERIOD, _joints, _ENCODE_JSON),
     "description": Layer(MAP_PERIOD, _text, _ENCODE_JSON),
-    "depth": Layer(CAMERA_PERIOD, _depth, _encode_depth),
+    "depth": Layer(CAMERA_PERIOD, _depth, protocol.depth),
     "progress": Layer(FAST_PERIOD, _instance_of(ProgressView), _ENCODE_JSON),
 }

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.maths.cell_grid import CellGrid
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import (
@@ -23,20 +22,11 @@ CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
 """Standard deviations of a clicked pose, m and rad."""
 
 
-class CostImage(NamedTuple):
-    """A costmap as the web UI shows it: cells (h, w) uint8, cell size in m, corner of cell [0, 0] in m."""
-
-    cells: NDArray[np.uint8]
-    resolution: float
-    origin_x: float
-    origin_y: float
-
-
-def cost_image(grid: Grid) -> CostImage:
-    """Convert costs of -1 (unknown) and 0 to 100 to 255 and 0 to 254."""
+def cost_image(grid: Grid) -> CellGrid:
+    """Convert costs of -1 (unknown) and 0 to 100 to uint8 cells of 255 and 0 to 254."""
     # 255 is unknown; known costs are scaled to 0..254.
     costs = np.where(grid.cells < 0, 255, grid.cells.astype(np.int16) * 254 // 100).astype(np.uint8)
-    return CostImage(costs, grid.resolution, grid.origin_x, grid.origin_y)
+    return CellGrid(costs, grid.resolution, grid.origin_x, grid.origin_y)
 
 
 def path_points(path: Path, frame: SE2) -> NDArray[np.float64]:

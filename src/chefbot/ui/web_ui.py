@@ -264,15 +264,12 @@ class WebUiDevice(Device):
             v, w, radius = twist.linear.x, twist.angular.z, self.robot.footprint_radius
             view = RobotView(x=pose.x, y=pose.y, yaw=pose.yaw, radius=radius, v=v, w=w)
             self._server.set_layer("robot", view)
-        self._show_status(pose)
+        self._last_status = self._status(pose)
+        self._server.set_layer("status", self._last_status)
         if self._moving_frames:
             self._server.set_layer("frames", tuple(self._moving_frames.values()))
         if self.wheel_ticks.last is not None:
             self._server.set_layer("joints", wheel_angles(self.wheel_ticks.last, self.robot))
-
-    def _show_status(self, pose: SE2 | None) -> None:
-        self._last_status = self._status(pose)
-        self._server.set_layer("status", self._last_status)
 
     def _show_stop(self) -> None:
         status, pending = self.stop_status.last, self._pending
@@ -343,7 +340,7 @@ class WebUiDevice(Device):
             case do.GoPlace(name, when):
                 self._publish_goal(self._places[name], name, when)
             case do.InitialPose(x, y, yaw):
-                self._publish_initial_pose(SE2(x, y, yaw))
+                self.initialpose.publish(clicked_pose(self._stamped(SE2(x, y, yaw))))
             case do.Deliver(tables):
                 self._pending.deliver(tables, self.now_ns)
             case do.Loaded():
@@ -387,9 +384,6 @@ class WebUiDevice(Device):
             self.errand.publish(Errand(name, self._stamped(pose), when))
         else:
             self.goal_pose.publish(self._stamped(pose))
-
-    def _publish_initial_pose(self, pose: SE2) -> None:
-        self.initialpose.publish(clicked_pose(self._stamped(pose)))
 
     def _stamped(self, pose: SE2) -> PoseStamped:
         return PoseStamped(Header.of(self.now_ns, "map"), Pose.of(pose))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import socket
 import time
 import zlib
+from collections.abc import Callable
 from contextlib import ExitStack
-from types import TracebackType
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -47,9 +47,7 @@ class WebUiClient:
     def __enter__(self) -> WebUiClient:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -85,10 +83,15 @@ class WebUiClient:
 
     def wait_for(self, layer: str, timeout: float) -> Any:
         """Return the layer's value as soon as it is received; None on timeout after `timeout` seconds."""
-        deadline = time.monotonic() + timeout
-        while self.latest.get(layer) is None and (remaining := deadline - time.monotonic()) > 0:
-            self.receive(remaining)
+        self.wait_until(lambda: self.latest.get(layer) is not None, timeout)
         return self.latest.get(layer)
+
+    def wait_until(self, condition: Callable[[], bool], timeout: float) -> bool:
+        """Receive until the condition holds; return False if it does not within `timeout` seconds."""
+        deadline = time.monotonic() + timeout
+        while not condition() and (remaining := deadline - time.monotonic()) > 0:
+            self.receive(remaining)
+        return condition()
 
     def _connection_lost(self) -> ConnectionLostError:
         return ConnectionLostError(f"the robot at {self.url} has ended or the connection is lost")

@@ -29,8 +29,8 @@ class Target(NamedTuple):
     compiler_packages: str
     tool: str
     tool_packages: str
-    arguments: tuple[str, ...]
-    """Arguments of the tool; {program} and {port} are replaced."""
+    arguments: str
+    """Arguments of the tool, separated by spaces; {program} and {port} are replaced."""
 
 
 TARGETS = {
@@ -41,19 +41,7 @@ TARGETS = {
         "gcc-avr avr-libc binutils-avr",
         "avrdude",
         "sudo apt-get install avrdude",
-        (
-            "-p",
-            "atmega2560",
-            "-c",
-            "wiring",
-            "-b",
-            "115200",
-            "-P",
-            "{port}",
-            "-D",
-            "-U",
-            "flash:w:{program}:i",
-        ),
+        "-p atmega2560 -c wiring -b 115200 -P {port} -D -U flash:w:{program}:i",
     ),
     "tiva": Target(
         "tiva.elf",
@@ -62,7 +50,7 @@ TARGETS = {
         "gcc-arm-none-eabi",
         "lm4flash",
         "sudo apt-get install lm4flash",
-        ("-v", "{program}"),
+        "-v {program}",
     ),
     "pico": Target(
         "pico.elf",
@@ -72,7 +60,7 @@ TARGETS = {
         "picotool",
         "install the package picotool where your distribution has one, or hold BOOTSEL while plugging the Pico in "
         "and copy the file to the drive that appears",
-        ("load", "-v", "-x", "{program}"),
+        "load -v -x {program}",
     ),
 }
 
@@ -89,8 +77,8 @@ def run_flash(board: str, robot: str, port: str) -> int:
     program = _compiled(target, robot)
     if shutil.which(target.tool) is None:
         raise UserError(f"{target.tool} is not installed: {target.tool_packages}; the program is {program}")
-    values = {"program": str(program), "port": _port(port) if "{port}" in " ".join(target.arguments) else ""}
-    command = [target.tool, *(argument.format(**values) for argument in target.arguments)]
+    values = {"program": str(program), "port": _port(port) if "{port}" in target.arguments else ""}
+    command = [target.tool, *(argument.format(**values) for argument in target.arguments.split())]
     console.print(" ".join(command), markup=False)
     return subprocess.run(command).returncode
 

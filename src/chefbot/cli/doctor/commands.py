@@ -25,6 +25,10 @@ def doctor(ctx: typer.Context) -> None:
 @doctor_app.command("kernels")
 def kernels() -> None:
     """Compile the numeric kernels now, as the first launch would."""
-    from chefbot.cli.doctor.kernels import compile_all
+    from rich.console import Console
 
-    compile_all()
+    from chefbot.kernels.precompile import compile_kernels
+
+    console = Console(highlight=False)
+    compile_kernels(console)
+    console.print("All kernels are compiled.")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from typing import Any
 from uuid import uuid4
@@ -91,12 +90,9 @@ def release_stop(page: str) -> int:
 
 def _await_stop(robot: WebUiClient, condition: Callable[[Any], bool]) -> bool:
     """Return whether the stop layer meets the condition within the timeout."""
-    deadline = time.monotonic() + running_robot.RESPONSE_TIMEOUT
-    while True:
+
+    def met() -> bool:
         stop = robot.latest.get("stop")
-        if stop is not None and condition(stop):
-            return True
-        remaining = deadline - time.monotonic()
-        if remaining <= 0:
-            return False
-        robot.receive(remaining)
+        return stop is not None and condition(stop)
+
+    return robot.wait_until(met, running_robot.RESPONSE_TIMEOUT)

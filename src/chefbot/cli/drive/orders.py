@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -61,18 +60,11 @@ def confirm_step(answer: str, page: str) -> int:
             if isinstance(command, Choose) and command.choice not in before["choices"]:
                 raise UserError(f"the delivery does not wait for {answer!r}: {before['step']}")
             robot.send(command)
-            _await_change(robot, before)
+            robot.wait_until(lambda: robot.latest["delivery"] != before, running_robot.RESPONSE_TIMEOUT)
         now = robot.latest["delivery"]
         console.print(now["step"])
         _print_answers(now, page)
         return 1 if answer and now == before else 0
-
-
-def _await_change(robot: WebUiClient, before: Mapping[str, Any]) -> None:
-    """Wait until the delivery has continued, or for the timeout."""
-    deadline = time.monotonic() + running_robot.RESPONSE_TIMEOUT
-    while robot.latest["delivery"] == before and (remaining := deadline - time.monotonic()) > 0:
-        robot.receive(remaining)
 
 
 def _delivery(robot: WebUiClient, page: str) -> Any:

@@ -31,7 +31,8 @@ def demo(
     It explores a simulated world alone, saves the map, restarts, localizes, serves the tables, returns home and
     writes a report.
     """
-    from chefbot.demo.demo import DemoOptions, run_demo
+    from chefbot.demo.demo import DemoOptions
+    from chefbot.demo.run import run_demo
 
     options = DemoOptions(world, robot, seed, headless, speed, out, profile, people, port, processes, lan)
     raise typer.Exit(run_demo(options))

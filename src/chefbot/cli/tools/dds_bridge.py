@@ -41,10 +41,7 @@ def run_dds(domain: int | None, topics: Sequence[str], interface: str) -> None:
     where = interface or interface_from_environment()
     with stop_event() as stop, RmwContext(domain_from_environment(), port=port_from_environment()) as wire:
         settle(wire.graph)
-        if any(node.name == NODE for node in wire.graph.nodes()):
-            raise UserError(
-                f"a bridge to DDS, /{NODE}, runs on this network already; two would forward messages in a circle"
-            )
+        _refuse_second(wire, NODE)
         bridge = DdsBridge(wire, DdsParticipant(number, where), lambda name: _is_selected(name, patterns))
         try:
             console.print(_announcement(number, where, where == AUTO))

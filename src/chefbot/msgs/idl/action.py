@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import sys
-from typing import Any, Generic, NamedTuple, TypeVar, cast
-
-import msgspec
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.idl.definition import Description, compose, describe, description_hash
 from chefbot.msgs.idl.fields import ros_type
-from chefbot.msgs.idl.message import Bool, Int8, Message
+from chefbot.msgs.idl.message import Bool, Int8, Message, define_message
 from chefbot.msgs.idl.service import Service, define_service
 from chefbot.msgs.unique_identifier_msgs import UUID
 
@@ -67,18 +65,7 @@ def define_action(goal: type[G], result: type[R], feedback: type[F]) -> Action[G
     module = goal.__module__
 
     def wrapper(suffix: str, fields: list[tuple[str, type, object]]) -> type[Message]:
-        kind: type[Message] = cast(
-            type[Message],
-            msgspec.defstruct(
-                f"{name}_{suffix}",
-                fields,
-                bases=(Message,),
-                module=module,
-                namespace={"ROS_PACKAGE": goal.ROS_PACKAGE},
-                frozen=True,
-                eq=False,
-            ),
-        )
+        kind = define_message(f"{name}_{suffix}", fields, module, goal.ROS_PACKAGE)
         setattr(sys.modules[module], kind.__name__, kind)
         return kind
 

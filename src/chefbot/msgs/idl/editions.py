@@ -10,12 +10,10 @@ from __future__ import annotations
 
 import typing
 from functools import cache
-from typing import Any, TypeVar, cast
-
-import msgspec
+from typing import Any, TypeVar
 
 from chefbot.msgs.idl.action import Action, define_action
-from chefbot.msgs.idl.message import Message
+from chefbot.msgs.idl.message import Message, define_message
 from chefbot.msgs.nav2_msgs import (
     BackUp,
     ComputePathToPose,
@@ -67,11 +65,8 @@ def _copy_type(kind: type[Message], without: tuple[str, ...]) -> type[Message]:
     fields = [
         (name, hints[name], getattr(defaults, name)) for name in _field_names(kind) if name not in without
     ]
-    package = {"ROS_PACKAGE": kind.ROS_PACKAGE or kind.__module__.rpartition(".")[2]}
-    edition = msgspec.defstruct(
-        kind.__name__, fields, bases=(Message,), module=__name__, namespace=package, frozen=True, eq=False
-    )
-    return cast(type[Message], edition)
+    package = kind.ROS_PACKAGE or kind.__module__.rpartition(".")[2]
+    return define_message(kind.__name__, fields, __name__, package)
 
 
 def _field_names(kind: type[Message]) -> tuple[str, ...]:

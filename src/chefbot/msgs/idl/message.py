@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Self
+from collections.abc import Sequence
+from typing import Annotated, Any, ClassVar, Self, cast
 
 import msgspec
 import numpy as np
@@ -29,6 +30,10 @@ Uint8Array = Annotated[NDArray[np.uint8], "uint8[]"]
 Float32Array = Annotated[NDArray[np.float32], "float32[]"]
 Float64Array = Annotated[NDArray[np.float64], "float64[]"]
 StringArray = Annotated[tuple[str, ...], "string[]"]
+Uint8Array16 = Annotated[NDArray[np.uint8], "uint8[16]"]
+"""The bytes of a unique identifier."""
+NIL = np.zeros(16, np.uint8)
+"""The identifier of nothing."""
 
 
 class Message(msgspec.Struct, frozen=True, kw_only=False, eq=False):
@@ -58,3 +63,14 @@ class Message(msgspec.Struct, frozen=True, kw_only=False, eq=False):
         Its arrays are read-only views of `data`. CdrError if the bytes are invalid.
         """
         return decode(cls, data)
+
+
+def define_message(
+    name: str, fields: Sequence[tuple[str, Any, Any]], module: str, package: str = ""
+) -> type[Message]:
+    """Define a message class at run time; `fields` holds the name, annotation and default of each field."""
+    namespace = {"ROS_PACKAGE": package}
+    kind = msgspec.defstruct(
+        name, fields, bases=(Message,), module=module, namespace=namespace, frozen=True, eq=False
+    )
+    return cast(type[Message], kind)

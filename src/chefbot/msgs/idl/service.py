@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated, Any, Generic, NamedTuple, TypeVar, cast
-
-import msgspec
+from typing import Annotated, Any, Generic, NamedTuple, TypeVar
 
 from chefbot.msgs.idl.definition import Description, compose, describe, description_hash
 from chefbot.msgs.idl.fields import ros_type
-from chefbot.msgs.idl.message import Message
+from chefbot.msgs.idl.message import Message, define_message
 from chefbot.msgs.service_msgs import ServiceEventInfo
 
 Q = TypeVar("Q", bound=Message)
@@ -47,21 +45,11 @@ def define_service(request: type[Q], response: type[S]) -> Service[Q, S]:
     def optional(kind: type[Message]) -> Any:
         return Annotated[tuple[kind, ...], "<=1"]  # type: ignore[valid-type]
 
-    event: type[Message] = cast(
-        type[Message],
-        msgspec.defstruct(
-            f"{name}_Event",
-            [
-                ("info", ServiceEventInfo, ServiceEventInfo()),
-                ("request", optional(request), ()),
-                ("response", optional(response), ()),
-            ],
-            bases=(Message,),
-            module=module,
-            namespace={"ROS_PACKAGE": request.ROS_PACKAGE},
-            frozen=True,
-            eq=False,
-        ),
-    )
+    fields = [
+        ("info", ServiceEventInfo, ServiceEventInfo()),
+        ("request", optional(request), ()),
+        ("response", optional(response), ()),
+    ]
+    event = define_message(f"{name}_Event", fields, module, request.ROS_PACKAGE)
     setattr(sys.modules[module], event.__name__, event)
     return Service(ros_type(request).removesuffix("_Request"), request, response, event)

@@ -48,11 +48,9 @@ def parse_qos_profiles(text: str) -> list[QoS]:
         profiles = yaml.safe_load(text)
     except yaml.YAMLError:
         return []
-    return (
-        [_read(profile) for profile in profiles if isinstance(profile, dict)]
-        if isinstance(profiles, list)
-        else []
-    )
+    if not isinstance(profiles, list):
+        return []
+    return [_read(profile) for profile in profiles if isinstance(profile, dict)]
 
 
 def _read(profile: Profile) -> QoS:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
 import yaml
-from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
-from zstandard import ZstdError
 
 from chefbot.msgs.idl.registry import message_type
 from chefbot.ros2.bag.errors import BagError
@@ -20,11 +17,8 @@ from chefbot.ros2.bag.qos_profile import parse_qos_profiles
 from chefbot.ros2.bag.writer import METADATA_FILE, METADATA_RECORD
 from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.qos import QoS
+from chefbot.storage.mcap_errors import READ_ERRORS
 
-READ_ERRORS = (
-    McapError, ZstdError, struct.error, ValueError, EOFError, KeyError, IndexError, MemoryError, OverflowError,
-)  # fmt: skip
-"""Exceptions that the mcap library raises for truncated or invalid files."""
 MAX_METADATA = 50_000_000
 
 

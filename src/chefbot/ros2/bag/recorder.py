@@ -7,11 +7,10 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from chefbot.msgs.idl.registry import message_type
 from chefbot.ros2.bag.writer import BagWriter
 from chefbot.ros2.rmw.attachment import Attachment
 from chefbot.ros2.rmw.graph import EndpointGroup
-from chefbot.ros2.rmw.names import InterfaceType, has_byte_array
+from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos_matching import best_matching_qos, offered_types
 from chefbot.ros2.rmw.subscription import SampleCallback
@@ -80,10 +79,7 @@ class BagRecorder:
         offers = [endpoint.info.qos for endpoint in topic.providers if endpoint.info.type == kind]
         self._writer.add_topic(topic.name, kind, offers)
         qos = best_matching_qos(offers)
-        buffered = not qos.latched and may_use_buffers(kind)
-        self._node.raw_subscription(
-            topic.name, kind, self._queue_callback(topic.name, kind), qos, buffered=buffered
-        )
+        self._node.raw_subscription(topic.name, kind, self._queue_callback(topic.name, kind), qos)
 
     def _queue_callback(self, topic: str, kind: InterfaceType) -> SampleCallback:
         def enqueue(data: bytes, attachment: Attachment) -> None:
@@ -96,14 +92,3 @@ class BagRecorder:
             self._wake.set()
 
         return enqueue
-
-
-def may_use_buffers(kind: InterfaceType) -> bool:
-    """Return whether newer rmw_zenoh may send this type through its buffer backends.
-
-    Types that are not known here are assumed to be.
-    """
-    try:
-        return has_byte_array(message_type(kind.name))
-    except KeyError:
-        return True

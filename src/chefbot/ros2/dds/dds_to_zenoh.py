@@ -91,11 +91,9 @@ class DdsToZenohRoute:
         matched = set() if self._reader is None else set(self._reader.get_matched_publications())
         unmatched = set() if self._reader is None else self._publishers.keys() - matched
         still_unmatched, self._unmatched = unmatched & self._unmatched, unmatched
-        return (
-            "a writer on DDS has other fields in its type, or other QoS, and does not match"
-            if still_unmatched
-            else ""
-        )
+        if not still_unmatched:
+            return ""
+        return "a writer on DDS has other fields in its type, or other QoS, and does not match"
 
     def _publish_sample(self, sample: Any, *, matched: bool = False) -> None:
         """Publish one sample; with `matched` all current writers have their publishers."""

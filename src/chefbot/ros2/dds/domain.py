@@ -55,7 +55,6 @@ class DdsParticipant:
                 f"DDS domain {number} cannot be opened on interface {interface!r}; `ip link` names the interfaces, "
                 f"and the settings in {CONFIGURATION} must fit"
             ) from None
-        self.gid: bytes = self.participant.guid.bytes
 
     def close(self) -> None:
         """Delete the participant and all entities created in it."""

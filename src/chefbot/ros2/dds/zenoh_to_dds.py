@@ -18,7 +18,7 @@ from chefbot.ros2.dds.types import sample
 from chefbot.ros2.rmw.attachment import Attachment
 from chefbot.ros2.rmw.errors import RmwError
 from chefbot.ros2.rmw.graph import Endpoint
-from chefbot.ros2.rmw.names import InterfaceType, has_byte_array
+from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos_matching import best_matching_qos
 from chefbot.ros2.rmw.subscription import Subscription
@@ -81,10 +81,7 @@ class ZenohToDdsRoute:
             self._node.destroy(self._subscription)
             self._subscription = None
         if subscribed and self._subscription is None:
-            buffered = has_byte_array(self._kind) and not qos.latched
-            self._subscription = self._node.raw_subscription(
-                self._name, self._wire_type, self._receive, qos, buffered=buffered
-            )
+            self._subscription = self._node.raw_subscription(self._name, self._wire_type, self._receive, qos)
 
     def _flush(self) -> None:
         """Forward the messages that arrived before their publisher was known."""

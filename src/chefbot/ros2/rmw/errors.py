@@ -35,8 +35,3 @@ class ErrorCounter:
         """Return the number of occurrences of each reason so far."""
         with self._lock:
             return dict(self._counts)
-
-    def total(self) -> int:
-        """Return the number of occurrences of all reasons."""
-        with self._lock:
-            return self._counts.total()

@@ -12,6 +12,7 @@ from chefbot.msgs.idl.action import Action
 from chefbot.msgs.idl.definition import type_hash
 from chefbot.msgs.idl.fields import MessageField, fields_of, ros_type
 from chefbot.msgs.idl.message import Message
+from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.idl.service import Service
 from chefbot.ros2.rmw.errors import RmwError
 
@@ -97,6 +98,14 @@ def has_byte_array(kind: type[Message]) -> bool:
     Newer rmw_zenoh may send such messages through its buffer backends.
     """
     return any(_is_byte_array(field) or _contains_byte_array(field) for field in fields_of(kind))
+
+
+def may_have_byte_array(kind: InterfaceType) -> bool:
+    """Return whether messages of this type may have an unbounded `uint8[]`, as those of an unknown type may."""
+    try:
+        return has_byte_array(message_type(kind.name))
+    except KeyError:
+        return True
 
 
 def _is_byte_array(field: MessageField) -> bool:

@@ -17,6 +17,7 @@ from chefbot.ros2.rmw.names import (
     check_namespace,
     check_node_name,
     has_byte_array,
+    may_have_byte_array,
     resolve,
     topic_key,
 )
@@ -78,17 +79,10 @@ class RmwNode:
         def on_sample(data: bytes, _: bytes) -> None:
             callback(decode(kind, data))
 
-        buffered = has_byte_array(kind) and not qos.latched
-        return self._subscribe(topic, InterfaceType.of(kind), on_sample, qos, buffered)
+        return self._subscribe(topic, InterfaceType.of(kind), on_sample, qos, has_byte_array(kind))
 
     def raw_subscription(
-        self,
-        topic: str,
-        kind: InterfaceType,
-        receive: SampleCallback,
-        qos: QoS = DEFAULT,
-        *,
-        buffered: bool = False,
+        self, topic: str, kind: InterfaceType, receive: SampleCallback, qos: QoS = DEFAULT
     ) -> Subscription:
         """Create a subscription that calls `receive(cdr bytes, attachment)` in a Zenoh thread.
 
@@ -98,11 +92,12 @@ class RmwNode:
         def on_sample(data: bytes, attachment: bytes) -> None:
             receive(data, parse(attachment))
 
-        return self._subscribe(topic, kind, on_sample, qos, buffered)
+        return self._subscribe(topic, kind, on_sample, qos, may_have_byte_array(kind))
 
     def _subscribe(
-        self, topic: str, kind: InterfaceType, on_sample: RawSampleCallback, qos: QoS, buffered: bool
+        self, topic: str, kind: InterfaceType, on_sample: RawSampleCallback, qos: QoS, byte_array: bool
     ) -> Subscription:
+        buffered = byte_array and not qos.latched
         backends = CPU_BACKEND if buffered else ""
         token = self._endpoint_token(SUBSCRIPTION, topic, kind, qos, backends)
         subscription = Subscription(

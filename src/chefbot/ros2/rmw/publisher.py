@@ -24,7 +24,6 @@ class Publisher(Generic[M]):
     """A publisher on one topic, created by `RmwNode.publisher`. Thread-safe."""
 
     def __init__(self, wire: RmwContext, key: str, qos: QoS, gid: bytes) -> None:
-        self.key = key
         self.qos = qos
         self.gid = gid
         self._sequence = 0

@@ -96,16 +96,14 @@ def parse_qos(text: str) -> QoS:
     ]
     (reliability,), (durability,), (history, depth), deadline, lifespan, (liveliness, *lease) = filled
     return QoS(
-        *(
-            reliability,
-            durability,
-            history,
-            depth,
-            QosDuration(*deadline),
-            QosDuration(*lifespan),
-            liveliness,
-            QosDuration(*lease),
-        )
+        reliability,
+        durability,
+        history,
+        depth,
+        QosDuration(*deadline),
+        QosDuration(*lifespan),
+        liveliness,
+        QosDuration(*lease),
     )
 
 

@@ -46,7 +46,6 @@ class Subscription:
         remote_only: bool = False,
         buffered: bool = False,
     ) -> None:
-        self.key = key
         self.qos = qos
         self._callback = take
         self._topic = topic

@@ -16,24 +16,23 @@ from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.service import ServiceCall
 
 
-class TypeDescriptionService:
-    """The get_type_description service of one node, served from chefbot's own definitions."""
+def serve_type_descriptions(node: RmwNode) -> None:
+    """Serve the get_type_description service of a node from chefbot's own definitions."""
+    node.server("~/get_type_description", GetTypeDescription, _answer)
 
-    def __init__(self, node: RmwNode) -> None:
-        node.server("~/get_type_description", GetTypeDescription, self._answer)
 
-    def _answer(self, call: ServiceCall[Any, Any]) -> None:
-        name, requested_hash = call.request.type_name, call.request.type_hash
-        try:
-            description, type_hash = _find(name)
-        except KeyError as error:
-            call.respond(GetTypeDescription_Response(False, str(error.args[0])))
-            return
-        if requested_hash and requested_hash != type_hash:
-            call.respond(GetTypeDescription_Response(False, f"{name} is known with the hash {type_hash}"))
-        else:
-            sources = _sources(description) if call.request.include_type_sources else ()
-            call.respond(GetTypeDescription_Response(True, "", TypeDescription.of(description), sources))
+def _answer(call: ServiceCall[Any, Any]) -> None:
+    name, requested_hash = call.request.type_name, call.request.type_hash
+    try:
+        description, type_hash = _find(name)
+    except KeyError as error:
+        call.respond(GetTypeDescription_Response(False, str(error.args[0])))
+        return
+    if requested_hash and requested_hash != type_hash:
+        call.respond(GetTypeDescription_Response(False, f"{name} is known with the hash {type_hash}"))
+    else:
+        sources = _sources(description) if call.request.include_type_sources else ()
+        call.respond(GetTypeDescription_Response(True, "", TypeDescription.of(description), sources))
 
 
 def _find(name: str) -> tuple[Description, str]:

@@ -14,17 +14,10 @@ from chefbot.ros2.tools.service import call
 
 TIMEOUT = 5.0
 """Timeout of one service call, s."""
-PARAMETER_TYPES = {
-    rcl.BOOL: "bool",
-    rcl.INTEGER: "integer",
-    rcl.DOUBLE: "double",
-    rcl.STRING: "string",
-    rcl.BYTE_ARRAY: "byte array",
-    rcl.BOOL_ARRAY: "bool array",
-    rcl.INTEGER_ARRAY: "integer array",
-    rcl.DOUBLE_ARRAY: "double array",
-    rcl.STRING_ARRAY: "string array",
-}
+
+
+FIELDS = dict(enumerate(rcl.ParameterValue.__struct_fields__[1:], rcl.BOOL))
+"""Field of ParameterValue by parameter type."""
 
 
 def run_list(name: str) -> None:
@@ -81,8 +74,8 @@ def run_describe(name: str, parameter: str) -> None:
 
 def describe_lines(descriptor: rcl.ParameterDescriptor) -> list[str]:
     """Return the lines that `param describe` prints."""
-    type_name = PARAMETER_TYPES.get(descriptor.type, "not set")
-    lines = [f"{descriptor.name}: {type_name}{', read only' if descriptor.read_only else ''}"]
+    kind = _type_name(descriptor.type) if descriptor.type in FIELDS else "not set"
+    lines = [f"{descriptor.name}: {kind}{', read only' if descriptor.read_only else ''}"]
     lines += [f"  {text}" for text in (descriptor.description, descriptor.additional_constraints) if text]
     bounds: tuple[Any, ...] = (*descriptor.floating_point_range, *descriptor.integer_range)
     for bound in bounds:
@@ -96,16 +89,22 @@ def plain_to_parameter(kind: int, plain: Any, name: str) -> rcl.ParameterValue:
     """Convert plain data to a parameter value of the type `kind`; raises ToolError for another type."""
     types: dict[int, Any] = {rcl.BOOL: bool, rcl.INTEGER: int, rcl.DOUBLE: (int, float), rcl.STRING: str}
     single = {rcl.BYTE_ARRAY: rcl.INTEGER}.get(kind, kind - rcl.BOOL_ARRAY + rcl.BOOL)
-    array = kind in PARAMETER_TYPES and kind >= rcl.BYTE_ARRAY
+    array = kind in FIELDS and kind >= rcl.BYTE_ARRAY
     expected = types[single if array else kind]
     values = plain if array and isinstance(plain, list) else [plain]
     fits = all(
         isinstance(value, expected) and (expected is bool or not isinstance(value, bool)) for value in values
     )
     if not fits or isinstance(plain, list) != array:
-        raise ToolError(f"{name} is of type {PARAMETER_TYPES[kind]}, which {to_yaml(plain)} is not")
-    convert: Any = {rcl.STRING_ARRAY: tuple, rcl.DOUBLE: float}.get(kind, lambda value: value)
-    return rcl.ParameterValue(kind, **{rcl.ParameterValue.__struct_fields__[kind]: convert(plain)})
+        raise ToolError(f"{name} is of type {_type_name(kind)}, which {to_yaml(plain)} is not")
+    if kind == rcl.STRING_ARRAY:
+        plain = tuple(plain)
+    field: dict[str, Any] = {FIELDS[kind]: float(plain) if kind == rcl.DOUBLE else plain}
+    return rcl.ParameterValue(type=kind, **field)
+
+
+def _type_name(kind: int) -> str:
+    return FIELDS[kind].removesuffix("_value").replace("_", " ")
 
 
 def _owners(graph: Graph) -> list[str]:
@@ -136,6 +135,6 @@ def _get_one(node: RmwNode, owner: str, parameter: str) -> rcl.ParameterValue:
     if parameter not in names:
         raise ToolError(f"{owner} has no parameter {parameter!r}{name_hint(parameter, names)}")
     values = _get(node, owner, [parameter])
-    if len(values) != 1 or values[0].type not in PARAMETER_TYPES:
+    if len(values) != 1 or values[0].type not in FIELDS:
         raise ToolError(f"{owner} does not return {parameter}")
     return values[0]

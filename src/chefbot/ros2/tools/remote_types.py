@@ -6,15 +6,14 @@ import keyword
 import re
 from concurrent.futures import TimeoutError as NoTimeLeftError
 from functools import cache
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.msgs.idl.definition import Description, FieldDescription, description_hash
 from chefbot.msgs.idl.fields import NUMPY_TYPES
-from chefbot.msgs.idl.message import Message
+from chefbot.msgs.idl.message import Message, define_message
 from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.type_description_interfaces import (
     GetTypeDescription,
@@ -67,11 +66,7 @@ def make_class(description: Description) -> type[Message]:
     def build(type_description: Description) -> type[Message]:
         fields = [_field(field, lambda name: build(nested[name])) for field in type_description.fields]
         package, _, name = type_description.name.rpartition("/")
-        module = package.partition("/")[0]
-        return cast(
-            type[Message],
-            msgspec.defstruct(name, fields, bases=(Message,), module=module, frozen=True, eq=False),
-        )
+        return define_message(name, fields, package.partition("/")[0])
 
     try:
         return build(description._replace(uses=()))

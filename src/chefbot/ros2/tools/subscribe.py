@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from chefbot.ros2.bag.recorder import may_use_buffers
 from chefbot.ros2.rmw.attachment import Attachment
 from chefbot.ros2.rmw.graph import EndpointGroup, Graph
 from chefbot.ros2.rmw.names import InterfaceType
@@ -36,8 +35,7 @@ def subscribe_any(node: RmwNode, topic: EndpointGroup, callback: TypedSampleCall
         qos = best_matching_qos(
             publisher.info.qos for publisher in topic.providers if publisher.info.type == kind
         )
-        buffered = not qos.latched and may_use_buffers(kind)
-        node.raw_subscription(topic.name, kind, _of_type(kind, callback), qos, buffered=buffered)
+        node.raw_subscription(topic.name, kind, _of_type(kind, callback), qos)
 
 
 class SampleStream:

@@ -67,11 +67,7 @@ def _maker(kind: type[Message], plain: object, name: str) -> Callable[[], Messag
 def _message_type(node: RmwNode, name: str, type_given: str) -> tuple[type[Message], InterfaceType]:
     """Return the message class and type: as given, else the type that the topic has already."""
     named = node.wire.graph.topics().get(name)
-    endpoints = (
-        [endpoint for endpoint in (*named.consumers, *named.providers) if without_tools((endpoint,))]
-        if named
-        else []
-    )
+    endpoints = without_tools((*named.consumers, *named.providers)) if named else ()
     if type_given:
         full = type_name(type_given, "msg")
         existing = next(
@@ -100,11 +96,8 @@ def _local_definition(name: str) -> type[Message]:
 def _publisher_qos(graph: Graph, name: str) -> QoS:
     """Return latched QoS if a subscription requests it, else the default."""
     named = graph.topics().get(name)
-    return (
-        TRANSIENT_LOCAL_QOS
-        if named and any(subscription.info.qos.latched for subscription in without_tools(named.consumers))
-        else DEFAULT
-    )
+    subscriptions = without_tools(named.consumers) if named else ()
+    return TRANSIENT_LOCAL_QOS if any(one.info.qos.latched for one in subscriptions) else DEFAULT
 
 
 def _await_subscribers(graph: Graph, name: str, publisher: Publisher[Message]) -> None:

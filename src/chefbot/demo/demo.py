@@ -118,7 +118,7 @@ def _speed(text: str) -> float:
     except ValueError:
         raise UserError(f"--speed {text!r} must be 'max' or a real-time factor") from None
     if not 0.0 <= speed <= 1000.0:
-        raise UserError(f"--speed {text} must lie between 0 and 1000 times real time")
+        raise UserError(f"--speed {text} must lie between 0 and 1000")
     return speed
 
 
@@ -297,7 +297,7 @@ class Demo:
     def _progress(self) -> str:
         seconds, elapsed = self.system.loop.now_ns / 1e9, (wall_ns() - self._began_ns) / 1e9
         pose = self.scorer.last_ground_truth
-        rate = f"{seconds:.0f} s, {seconds / elapsed:.1f} x real time"
+        rate = f"{seconds:.0f} s, real-time factor {seconds / elapsed:.1f}"
         return f"{self._phase}: {rate}, at ({pose.x:.1f}, {pose.y:.1f}) m"
 
     def _announce_phase(self, sentence: str) -> None:

@@ -1,8 +1,8 @@
-"""AMCL: time of one update by number of particles, and of the field of a map, beside the C++ peers.
+"""AMCL: time of one update by number of particles, and of the likelihood field, beside C++ implementations.
 
-The peers' figures (ROS 1 amcl -O2; beluga -O3 for the native processor, sequential) were measured apart on
-two Xeon cores with the same sizes: a made-up office of 1000 x 1000 cells at 0.05 m, 64 beams, N particles
-held fixed, start spread 0.5 m.
+The C++ figures (ROS 1 amcl -O2; beluga -O3 for the native processor, sequential) were measured separately on
+two Xeon cores with the same sizes: a generated office of 1000 x 1000 cells of 0.05 m, 64 beams, N particles,
+initial standard deviation 0.5 m.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ STEP = SE2(0.1, 0.0, 0.05)
 
 
 def milliseconds(call: Callable[[], object], repeats: int) -> tuple[float, float]:
-    """Median and least time of a call, after one to warm up."""
+    """Return median and minimum time of a call, after one warm-up call."""
     call()
     times = []
     for _ in range(repeats):
@@ -40,7 +40,7 @@ def milliseconds(call: Callable[[], object], repeats: int) -> tuple[float, float
 
 
 def office(cells: int, seed: int) -> Grid:
-    """Walls every 4 to 8 m with doors, in a free hall."""
+    """Return a free hall with walls every 4 to 8 m that have doors."""
     rng = np.random.default_rng(seed)
     out = np.zeros((cells, cells), np.int8)
     out[[0, -1], :] = out[:, [0, -1]] = 100
@@ -53,7 +53,7 @@ def office(cells: int, seed: int) -> Grid:
 
 
 def scan(grid: Grid, pose: SE2, angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Ranges by marching half a cell at a time up to 12 m."""
+    """Return ranges up to 12 m, found in steps of half a cell."""
     out = np.full(angles.size, np.inf)
     for i, angle in enumerate(angles + pose.yaw):
         for r in np.arange(0.1, 12.0, 0.025):
@@ -64,7 +64,7 @@ def scan(grid: Grid, pose: SE2, angles: NDArray[np.float64]) -> NDArray[np.float
 
 
 def whole_update(grid: Grid, params: AmclParams, repeats: int) -> tuple[float, float]:
-    """`Amcl.update` with everything: parts, beam ends, refinement, confidence; the robot shuttles between
+    """Measure the complete `Amcl.update`, with beam ends, refinement and confidence; the robot shuttles between
     two poses."""
     poses = [SE2(25.0, 25.0, 0.3), SE2(25.2, 25.1, 0.4)]
     angles = np.linspace(-np.pi, np.pi, 640, endpoint=False)
@@ -84,7 +84,7 @@ def whole_update(grid: Grid, params: AmclParams, repeats: int) -> tuple[float, f
 
 
 def parts(grid: Grid, params: AmclParams, n: int, repeats: int) -> list[tuple[float, float]]:
-    """Motion, weights, tempering, resampling, clusters: what the peers' totals consist of."""
+    """Measure motion, weights, tempering, resampling and clusters, the steps that the C++ totals include."""
     here = SE2(25.0, 25.0, 0.3)
     angles = np.linspace(-np.pi, np.pi, BEAMS, endpoint=False)
     ranges = scan(grid, here, angles)
@@ -125,13 +125,15 @@ def report(grid: Grid, n: int) -> None:
 def main() -> None:
     grid = office(1000, 1)
     print(f"one core of {os.cpu_count()}; ms, median (min), {BEAMS} beams, map 1000 x 1000")
-    print("update: all of Amcl.update, with stages and refinement, which the peers do not have")
-    print("parts: what the peers' totals consist of")
+    print("update: complete Amcl.update, with tempering and refinement, which the C++ versions do not have")
+    print("parts: the steps that the C++ totals include")
     print("      N   update (min);   parts = motion + weights + tempering + resampling + clusters")
-    print("        | weights, ns per particle*beam | ROS 1 amcl, over update, over parts | beluga, the same")
+    print(
+        "        | weights, ns per particle*beam | ROS 1 amcl, ratio to update, to parts | beluga, the same"
+    )
     for n in PEERS_MS:
         report(grid, n)
-    print("field build, ms: peers at 1000 x 1000 amcl 217-235, beluga 127-135")
+    print("likelihood field, ms: C++ at 1000 x 1000: amcl 217-235, beluga 127-135")
     for cells in (250, 500, 1000, 2000):
         square = office(cells, 1)
         median, least = milliseconds(lambda g=square: LikelihoodField.of(g, AmclParams()), 8)  # type: ignore[misc]

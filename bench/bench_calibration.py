@@ -1,9 +1,9 @@
-"""Calibration of simulated robots that were never calibrated, seed by seed, against how they were really built.
+"""Calibration of simulated, uncalibrated robots by seed, compared with their true parameters.
 
     python bench/bench_calibration.py [ROBOT [FIRST_SEED LAST_SEED [SQUARES]]]
 
-Then the odometry of calibrated robots of the profile `real` over 40 m through the hotel (bench_odometry_hotel.py
-draws what a calibration finds; here it is what `chefbot robot calibrate` found of that very robot).
+Then the odometry of calibrated robots with the profile `real` over 40 m in the hotel (bench_odometry_hotel.py
+samples the calibration; here it is the result of `chefbot robot calibrate` for the same robot).
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ import bench_odometry_hotel as hotel
 
 OUT = Path("runs/bench_calibration")
 WHEEL, SEPARATION, GYRO, LESS = 0.001, 0.002, 0.002, 10.0
-"""Bounds: shares by which what is found may be off, and how many times the squares' systematic error must fall."""
+"""Bounds: relative errors of the result, and the factor by which the squares' systematic error must fall."""
 HOTEL_SEEDS = range(1, 4)
 
 
 def calibrated(robot: str, seed: int, profile: str, squares: int) -> dict[str, Any]:
-    """The summary of `chefbot robot calibrate --sim`, with the simulator's truth in it."""
+    """Return the summary of `chefbot robot calibrate --sim` with the ground truth."""
     out = OUT / f"{robot}_{profile}_{seed}"
     begun = time.perf_counter()
     arguments = [f"profile:={profile}", f"squares:={squares}"]
@@ -45,13 +45,13 @@ def calibrated(robot: str, seed: int, profile: str, squares: int) -> dict[str, A
 
 
 def off(summary: dict[str, Any], key: str) -> float:
-    """Share (or rad) by which the value found differs from the truth."""
+    """Return the relative error (or error in rad) of a result."""
     truth, value = summary["truth_of_the_simulator"][key], summary["found"][key]["value"]
     return float(value - truth) if key.endswith("yaw") else float(value / truth - 1.0)
 
 
 def row(seed: int, summary: dict[str, Any]) -> tuple[str, bool]:
-    """A line of the table, and whether all bounds are kept."""
+    """Return a line of the table, and whether all bounds are met."""
     left, right, separation, gyro = (
         off(summary, key) for key in ("left_wheel", "right_wheel", "separation", "gyro_scale")
     )
@@ -68,7 +68,7 @@ def row(seed: int, summary: dict[str, Any]) -> tuple[str, bool]:
 
 
 def recovered(robot: str, seeds: range, squares: int) -> bool:
-    """The table of one robot."""
+    """Return the table of one robot."""
     head = " seed   left %  right %    sep. %   gyro %  yaw deg    before    after  umbmark     less  slipped    sec"
     lines, good = (
         [f"{robot}, profile assembled, {squares} squares each way; errors of what was found; mm", head],
@@ -87,7 +87,7 @@ def recovered(robot: str, seeds: range, squares: int) -> bool:
 
 
 def hotel_drive(robot: str, seed: int) -> tuple[float, float]:
-    """Error in m and deg after 40 m with the file that the calibration of this very robot wrote."""
+    """Return the error in m and deg after 40 m with the calibrated file of the same robot."""
     calibrated(robot, seed, "real", 1)
     same = int(np.random.default_rng([seed, zlib.crc32(b"simulator")]).integers(2**31))
     hotel.ROBOT = load_robot(robot)
@@ -108,7 +108,7 @@ def main() -> None:
     good = recovered(robot, range(first, last + 1), int(sys.argv[4]) if len(sys.argv) > 4 else 1)
     for seed in HOTEL_SEEDS if len(sys.argv) < 3 else ():
         metres, degrees = hotel_drive(robot, seed)
-        print(f"hotel, {robot} {seed}: {metres:.3f} m and {degrees:.2f} deg off after {hotel.METRES:.0f} m")
+        print(f"hotel, {robot} {seed}: error {metres:.3f} m and {degrees:.2f} deg after {hotel.METRES:.0f} m")
         good &= metres <= hotel.LIMIT_M and degrees <= hotel.LIMIT_DEG
     if not good:
         raise SystemExit("a bound is missed")

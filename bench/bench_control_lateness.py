@@ -1,11 +1,10 @@
-"""How late the wheels' and the controller's loops are while SLAM uses a whole core, in processes, at real time.
+"""Delay of the base's and the controller's loops while SLAM uses a whole core, in several processes, at real time.
 
-A built robot's launch on the emulated board: base, odometry and the drivers of board and lidar in the launch's own
-process, the controller in a second one, the mapper in a third; and the simulated hotel, where the simulator is in the
-base's process, as it is on no robot. The mapper's process is idle, or is a loop that never rests, or maps what the
-lidar sees while the robot turns, without and with a thread beside it that never rests. A witness beside the
-base (20 Hz) and another beside the controller (10 Hz, while it turns the robot) tell when each command was really
-said; the most punctual of a run is what counts as in time.
+A built robot's launch on the emulated board: base, odometry and the drivers of board and lidar in the main
+process, the controller in a second one, the mapper in a third; and the simulated hotel with the simulator in the
+base's process. The mapper's process is idle, or runs a busy loop, or maps the lidar's scans while the robot turns,
+without and with a busy thread beside it. A node beside the base (20 Hz) and one beside the controller (10 Hz, while
+it turns the robot) report when each command was published; delays are relative to the earliest command of a run.
 
 Run: python bench/bench_control_lateness.py [SECONDS]
 """
@@ -43,13 +42,13 @@ from tests.devices.emulated import Emulator  # noqa: E402
 WITNESS = "tests.chaos.lateness:LatenessNode"
 LOOPS = {"base": "cmd_vel", "controller": "cmd_vel_nav"}
 SETTLE = 5.0
-"""Seconds after the first command in which kernels are still loaded."""
+"""Time after the first command in which kernels are still loaded, s."""
 BUSY, ROOM = "tests.chaos.lateness:BusyNode", "tests.chaos.lateness:RoomScanNode"
 GMAPPING = {"gmapping": {"kind": "chefbot.nodes.gmapping:GmappingNode", "process": "slam"}}
 
 
 def busy(**params: bool) -> dict[str, Any]:
-    """A node that keeps the mapper's process from resting."""
+    """A node that keeps the mapper's process busy."""
     return {"busy": {"kind": BUSY, "process": "slam", "params": params}}
 
 
@@ -62,7 +61,7 @@ MAPPERS = {
 
 
 def launch_file(folder: Path, mapper: dict[str, Any], port: Path | None) -> Path:
-    """For the board at `port`; in the simulated hotel if there is none."""
+    """Return the launch for the board at `port`, or for the simulated hotel without a port."""
     nodes = {
         "controller": {"kind": "chefbot.nodes.controller:ControllerNode", "process": "navigation"},
         **mapper,
@@ -89,7 +88,7 @@ def launch_file(folder: Path, mapper: dict[str, Any], port: Path | None) -> Path
 
 
 def measure(node: RmwNode, one: Launched, seconds: float) -> tuple[dict[str, list[float]], float]:
-    """Offsets by loop, and the share of a core that the busy process used."""
+    """Return the delays by loop, and the share of a core that the busy process used."""
     offsets: dict[str, list[float]] = {loop: [] for loop in LOOPS}
     for loop, said in offsets.items():
         node.subscription(f"/{loop}_offset", Float64, lambda told, to=said: to.append(told.data))
@@ -108,7 +107,7 @@ def measure(node: RmwNode, one: Launched, seconds: float) -> tuple[dict[str, lis
 
 @contextmanager
 def running(folder: Path, mapper: dict[str, Any], *, simulated: bool) -> Iterator[tuple[Launched, RmwNode]]:
-    """It runs until this is left."""
+    """Run it until the context is left."""
     board = None if simulated else Emulator(folder, "chefbot_lidar")
     file = launch_file(folder, mapper, None if board is None else board.path)
     one = Launched(["launch", str(file), "headless:=true"], free_port())

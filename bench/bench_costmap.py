@@ -1,4 +1,4 @@
-"""Inflation and ray tracing, beside the figures of Nav2's C++ on the same kind of machine."""
+"""Inflation and ray tracing, beside the figures of Nav2 in C++ on the same type of machine."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NAV2_RAYTRACE_US = {(200, 3.0): 68.0, (200, 30.0): 77.0, (1000, 30.0): 88.0}
 
 
 def office(n: int, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """(n, n) rooms of 4 to 7 m with doors of 0.9 m and some furniture; walls two cells thick."""
+    """Return (n, n) rooms of 4 to 7 m with doors of 0.9 m and furniture; walls are two cells thick."""
     cells = np.zeros((n, n), np.uint8)
     lines = np.cumsum(rng.integers(80, 140, n // 80 + 2))
     for at in lines[lines < n - 2]:
@@ -50,7 +50,7 @@ def office(n: int, rng: np.random.Generator) -> NDArray[np.uint8]:
 
 
 def milliseconds(call: Callable[[], object], least: int = 9) -> tuple[float, float]:
-    """(median, min) CPU milliseconds of the call after one that warms up."""
+    """Return (median, minimum) CPU ms of the call after one warm-up call."""
     call()
     times = []
     while len(times) < least or (sum(times) < 0.2e9 and len(times) < 200):
@@ -61,7 +61,7 @@ def milliseconds(call: Callable[[], object], least: int = 9) -> tuple[float, flo
 
 
 def after_a_scan(n: int, rng: np.random.Generator) -> tuple[float, float]:
-    """(median, min) CPU milliseconds of the layered costmap's update after each of some scans."""
+    """Return (median, minimum) CPU ms of the layered costmap's update after each of several scans."""
     walls = np.where(office(n, rng) == 254, 100, 0).astype(np.int8)
     costs = LayeredCostmap(CostmapParams(), INSCRIBED_RADIUS)
     costs.set_static(Grid(walls, RESOLUTION, 0.0, 0.0))
@@ -79,7 +79,7 @@ def after_a_scan(n: int, rng: np.random.Generator) -> tuple[float, float]:
 def main() -> None:
     """Print the tables."""
     rng = np.random.default_rng(1)
-    print(f"one core of {os.cpu_count()}; CPU time, median (min); beside Nav2's C++ on a quiet machine")
+    print(f"one core of {os.cpu_count()}; CPU time, median (min); beside Nav2's C++ on an idle machine")
     for (n, radius), peer in NAV2_INFLATION_MS.items():
         cells = office(n, rng)
         table = cost_table(RESOLUTION, INSCRIBED_RADIUS, radius, 10.0)

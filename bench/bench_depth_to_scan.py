@@ -1,4 +1,4 @@
-"""Depth image to scan: time per image beside ROS's depthimage_to_laserscan (C++, -O2, measured apart)."""
+"""Depth image to scan: time per image beside ROS's depthimage_to_laserscan (C++, -O2, measured separately)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CPP_US = {1: (13.7, 13.1), 10: (157.0, 153.0), 100: (1360.0, 1290.0), 478: (6300
 
 
 def microseconds(call: Callable[[], object], repeats: int = 300) -> tuple[float, float]:
-    """Median and least process time of a call, after one to warm up."""
+    """Return median and minimum process time of a call, after one warm-up call."""
     call()
     times = []
     for _ in range(repeats):

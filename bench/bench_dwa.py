@@ -23,7 +23,7 @@ POSES = 50
 
 
 def main() -> None:
-    """Print medians over poses on the way through an office map, in a window of 100 x 100 cells."""
+    """Print medians over poses on a path through an office map, in a window of 100 x 100 cells."""
     rng = np.random.default_rng(5)
     cells = inflate(office(400, rng), cost_table(RESOLUTION, INSCRIBED_RADIUS, 0.55, 10.0))
     costmap, planner = Costmap(cells, RESOLUTION, 0.0, 0.0), GridPlanner()

@@ -1,7 +1,7 @@
-"""How long a user waits for the first picture after `chefbot demo`, with kernels compiled and without.
+"""Time from `chefbot demo` to the first picture, with compiled kernels and without.
 
-A WebSocket client takes the browser's part: it knocks at the page from the first moment on and notes when
-each layer comes first. The cold start begins with empty caches, as after an installation.
+A WebSocket client replaces the browser: it tries to connect from the start and records the first arrival of each
+layer. The cold start begins with empty caches, as after an installation.
 
 Run: python bench/bench_first_picture.py [--robot chefbot_lidar] [--world room]
 """
@@ -28,7 +28,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src"
 
 
 def layer_of(frame: str | bytes) -> str:
-    """The layer's name: text frames are JSON; binary ones begin with the length of a JSON header."""
+    """Return the layer's name: text frames are JSON; binary ones begin with the length of a JSON header."""
     if isinstance(frame, str):
         return str(json.loads(frame).get("layer", ""))
     size = int.from_bytes(frame[:2], "little")
@@ -36,7 +36,7 @@ def layer_of(frame: str | bytes) -> str:
 
 
 async def watch(began: float, process: subprocess.Popen[str]) -> dict[str, float]:
-    """Seconds from `began` to the first frame of each layer, until all that are wanted have come."""
+    """Return the seconds from `began` to the first frame of each layer, until all wanted layers have arrived."""
     seen: dict[str, float] = {}
     while not set(WANTED) <= set(seen) and time.monotonic() - began < LIMIT and process.poll() is None:
         try:
@@ -51,7 +51,7 @@ async def watch(began: float, process: subprocess.Popen[str]) -> dict[str, float
 
 
 def first_frames(robot: str, world: str, caches: Path) -> dict[str, float]:
-    """Of one start of the demo with these caches; the demo is ended then."""
+    """Return the times of one start of the demo with these caches; then end the demo."""
     options = ["--robot", robot, "--world", world, "--port", str(PORT), "--out", str(caches / "run")]
     with (caches / "output.txt").open("w") as output:
         began = time.monotonic()
@@ -69,13 +69,13 @@ def first_frames(robot: str, world: str, caches: Path) -> dict[str, float]:
 
 
 def row(name: str, seen: dict[str, float]) -> None:
-    """One line of the table."""
+    """Print a line of the table."""
     names = ("page", "progress", *WANTED)
     print(f"{name:8}" + "".join(f"{seen[n]:10.2f}" if n in seen else f"{'-':>10}" for n in names))
 
 
 def main() -> None:
-    """The table."""
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--robot", default="chefbot")
     parser.add_argument("--world", default="hotel")
@@ -94,7 +94,7 @@ def main() -> None:
 
 
 def environment(caches: Path) -> dict[str, str]:
-    """Of a user whose caches are in that folder and whose browser opens nothing.
+    """Return the environment of a user whose caches are in that folder and whose browser opens nothing.
 
     Python's own cache of compiled source is among them: the first start may write it, the next ones read it.
     """
@@ -105,7 +105,7 @@ def environment(caches: Path) -> dict[str, str]:
 
 
 def fill(caches: Path) -> None:
-    """Let the compilation end that the cold start began."""
+    """Wait for the compilation that the cold start began."""
     code = "from rich.console import Console; from chefbot.kernels import precompile as p; p.compile_kernels(Console())"  # noqa: E501
     subprocess.run(
         [sys.executable, "-c", code], env=environment(caches), check=True, stdout=subprocess.DEVNULL

@@ -1,4 +1,4 @@
-"""What the loop costs: one message from node to node, by its size, by the number of listeners, recorded or not.
+"""Cost of the loop: one message from node to node, by size, by number of subscribers, recorded or not.
 
 Run: python bench/bench_loop.py
 """
@@ -34,30 +34,30 @@ ROBOT = load_robot("chefbot_lidar")
 
 
 class First(Node):
-    """Hears and passes on."""
+    """Receives and forwards a message."""
 
     params: NoParams
     start_here: In[Message] = topic("start_here")
     passed: Out[Message] = topic("passed")
 
     def on_start_here(self, message: Message) -> None:
-        """The first node's part."""
+        """Forward the message."""
         self.publish("passed", message)
 
 
 class Second(Node):
-    """Hears and keeps."""
+    """Receives and stores a message."""
 
     params: NoParams
     passed: In[Message]
 
     def on_passed(self, message: Message) -> None:
-        """The second node's part."""
+        """Store the message."""
         self.kept = message
 
 
 def system_with(listeners: int) -> NodeContainer:
-    """One that passes on, so many that hear it."""
+    """Return a loop with one forwarding node and this number of subscribers."""
     system = NodeContainer(Loop(StepClock()), ROBOT, 1)
     nodes = {"first": NodeEntry(kind=f"{__name__}:First")}
     nodes |= {f"second_{i}": NodeEntry(kind=f"{__name__}:Second") for i in range(listeners)}
@@ -66,7 +66,7 @@ def system_with(listeners: int) -> NodeContainer:
 
 
 def measure(message: Message, listeners: int = 1, record: Path | None = None) -> tuple[float, float]:
-    """(median, least) microseconds of CPU time from one message's publication to its last listener."""
+    """Return (median, minimum) CPU time in us from a publication to its last subscriber."""
     system = system_with(listeners)
     recorder = Recorder(record, ROBOT, 1) if record else None
     if recorder is not None:
@@ -84,7 +84,7 @@ def measure(message: Message, listeners: int = 1, record: Path | None = None) ->
 
 
 def messages() -> dict[str, Message]:
-    """Of growing size."""
+    """Return messages of increasing size."""
     header = Header.of(1, "map")
     odometry = Odometry(header, "base_link", PoseWithCovariance(Pose.of(SE2(1.0, 2.0, 0.5))))
     scans = {
@@ -97,7 +97,7 @@ def messages() -> dict[str, Message]:
 
 
 def print_sizes() -> None:
-    """One listener, every size, without and with a recording."""
+    """Print one subscriber, every size, without and with a recording."""
     print(
         f"{'message (one listener)':28}{'bytes':>8}{'median us':>11}{'min us':>8}{'recorded':>10}{'min':>8}"
     )
@@ -109,15 +109,15 @@ def print_sizes() -> None:
 
 
 def print_listeners() -> None:
-    """Growth with the number of listeners."""
-    print(f"\n{'listeners':28}{'median us':>11}{'min us':>8}")
+    """Print the times by number of subscribers."""
+    print(f"\n{'subscribers':28}{'median us':>11}{'min us':>8}")
     for listeners in (1, 2, 4, 8, 16):
         median, least = measure(String("x"), listeners)
         print(f"{listeners:<28}{median:11.1f}{least:8.1f}")
 
 
 def main() -> None:
-    """All tables."""
+    """Print all tables."""
     print(f"one core used, {os.cpu_count()} present, load {os.getloadavg()[0]:.1f}; CPU time of a message")
     print(f"through two nodes and two topics; target {TARGET:.0f} us unrecorded\n")
     print_sizes()

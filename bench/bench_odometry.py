@@ -1,4 +1,4 @@
-"""Odometry: drift over a hotel round with and without gyro, and the time of one update.
+"""Odometry: drift on a tour of the hotel with and without gyro, and the time of one update.
 
 Every run is a robot that differs from its file (standard deviations): diameters by 0.3 %, separation by
 0.5 %, slipping wheels, gyro noise and offset from the robot file.
@@ -25,7 +25,7 @@ RUNS = 40
 
 
 def drift(metres: float, gyro_gain: float, with_gyro: bool) -> tuple[float, float, float, float]:
-    """Median and 90 % position error (m), root mean square yaw error (deg), mean NEES of RUNS runs."""
+    """Return median and 90 % position error (m), RMS yaw error (deg), mean NEES of RUNS runs."""
     commands, rows = hotel_round(metres=metres), []
     for seed in range(RUNS):
         odometry = SynchronousEkf(ROBOT)
@@ -40,7 +40,7 @@ def drift(metres: float, gyro_gain: float, with_gyro: bool) -> tuple[float, floa
 
 
 def update_times(with_gyro: bool, repeats: int = 7, updates: int = 4000) -> list[float]:
-    """Microseconds per update, once per repeat."""
+    """Return the time per update in us, for each repetition."""
     times = []
     for _ in range(repeats):
         odometry = SynchronousEkf(ROBOT)
@@ -54,7 +54,7 @@ def update_times(with_gyro: bool, repeats: int = 7, updates: int = 4000) -> list
 
 def main() -> None:
     """Print the tables."""
-    print(f"{RUNS} runs each       position error m      yaw error deg   NEES (3 is honest)")
+    print(f"{RUNS} runs each       position error m      yaw error deg   NEES (expected: 3)")
     print("                       median     90 %       rms")
     for metres in (10.0, 20.0, 40.0):
         for name, gain, with_gyro in (

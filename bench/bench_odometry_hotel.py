@@ -1,8 +1,7 @@
-"""Odometry over 40 m through the simulated hotel, on robots of the `real` profile, against the truth.
+"""Odometry over 40 m through the simulated hotel, on robots of the `real` profile, compared with ground truth.
 
-Driven by the real controller between tables of the hotel; the controller sees the true pose, so that all filters
-ride along the same way. `calibrated` has a robot file with what this robot really is, as far as a calibration
-finds it.
+The controller drives between tables of the hotel with the true pose, so that all filters are compared on the
+same path. `calibrated` has a robot file with the true parameters of this robot plus the error of a calibration.
 """
 
 from __future__ import annotations
@@ -49,7 +48,7 @@ LIMIT_M, LIMIT_DEG = 0.01 * METRES, 2.0
 
 
 class Sensed(NamedTuple):
-    """One tick of a drive: what the sensors say, and the truth since the start."""
+    """One tick of a drive: sensor readings, and ground truth since the start."""
 
     wheels: WheelCounts
     imu: ImuReading
@@ -57,7 +56,7 @@ class Sensed(NamedTuple):
 
 
 def way(rng: np.random.Generator, costmap: Costmap, start: SE2) -> Iterator[NDArray[np.float64]]:
-    """Paths from table to table."""
+    """Return paths from table to table."""
     tables = [name for name in WORLD.places if name.startswith("table")]
     planner, here = GridPlanner(), start
     while True:
@@ -68,7 +67,7 @@ def way(rng: np.random.Generator, costmap: Costmap, start: SE2) -> Iterator[NDAr
 
 
 def drive(seed: int) -> tuple[Simulation, list[Sensed]]:
-    """Stand for two seconds, then METRES from table to table."""
+    """Record two seconds at rest, then METRES from table to table."""
     sim = Simulation(ROBOT, WORLD, "real", seed, people=0)
     costs = LayeredCostmap(CostmapParams(), ROBOT.footprint_radius)
     costs.set_static(ground_truth_map(WORLD, ROBOT))
@@ -102,7 +101,7 @@ def _sense(sim: Simulation, truth: SE2, tick: int) -> Sensed:
 
 
 def calibrated(sim: Simulation, seed: int) -> Robot:
-    """The robot's file as a calibration would have left it."""
+    """Return the robot with the calibration section that a calibration would write."""
     built, rng = sim.as_built, np.random.default_rng(seed)
     true = np.array([built.left_wheel, built.right_wheel, built.separation, sim.gyro_scale])
     left, right, separation, gyro = (true + rng.normal(size=4) * (WHEELS, WHEELS, TRACK, GYRO)).tolist()
@@ -119,7 +118,7 @@ def calibrated(sim: Simulation, seed: int) -> Robot:
 
 
 def fused(sensed: list[Sensed], robot: Robot) -> MotionEstimate:
-    """By wheels, gyro and accelerometer."""
+    """Return the pose by wheels, gyro and accelerometer."""
     ekf = Ekf(DriveModel.of(robot, OdometryParams()))
     for one in sensed:
         ekf.add(one.imu)
@@ -128,7 +127,7 @@ def fused(sensed: list[Sensed], robot: Robot) -> MotionEstimate:
 
 
 def by_wheels(sensed: list[Sensed]) -> MotionEstimate:
-    """By the wheels as the robot file has them."""
+    """Return the pose by the wheels of the robot file."""
     ekf = Ekf(DriveModel.of(ROBOT, OdometryParams()))
     for one in sensed:
         ekf.add(one.wheels)
@@ -136,7 +135,7 @@ def by_wheels(sensed: list[Sensed]) -> MotionEstimate:
 
 
 def off(estimate: MotionEstimate, truth: SE2) -> tuple[float, float, float]:
-    """Metres, degrees, and the normalised error squared (3 is honest)."""
+    """Return the error in m and in degrees, and the NEES (expected: 3)."""
     x, y, yaw = estimate.pose
     error = np.array([x - truth.x, y - truth.y, wrap(yaw - truth.yaw)])
     nees = float(error @ np.linalg.solve(estimate.covariance, error))
@@ -144,7 +143,7 @@ def off(estimate: MotionEstimate, truth: SE2) -> tuple[float, float, float]:
 
 
 def main() -> None:
-    """Print the table; exit code 1 if calibrated odometry misses its limits."""
+    """Print the table; exit code 1 if calibrated odometry exceeds its limits."""
     rows: dict[str, list[tuple[float, float, float]]] = {"wheels": [], "fused": [], "fused, calibrated": []}
     seconds = ticks = 0.0
     for seed in range(RUNS):

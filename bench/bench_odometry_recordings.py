@@ -1,4 +1,4 @@
-"""The filter on robot_localization's own two recordings: how far from the published end, beside its tolerance."""
+"""The filter on robot_localization's own two recordings: error of the end pose beside its tolerance."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ FOLDER = Path(os.environ.get("CHEFBOT_SHARED", ROOT.parent / "shared")) / "data"
 
 
 def main() -> None:
-    """Print the table; exit code 1 beyond half of the tolerance."""
+    """Print the table; exit code 1 if an error exceeds half of the tolerance."""
     if not FOLDER.exists():
         print(
             f"The recordings are not there: {FOLDER}; set CHEFBOT_SHARED to the folder that holds data/ekf."
         )
         return
-    print("bag   readings   off, m   half the tolerance, m   us a reading   refused")
+    print("bag   readings error, m   half the tolerance, m us per reading   rejected")
     missed = False
     for number in (1, 2):
         recording, ekf = load(FOLDER, number), Ekf(BODY)

@@ -23,21 +23,21 @@ QUERIES, REPEATS = 20, 5
 
 
 def free_pose(costmap: Costmap, rng: np.random.Generator) -> SE2:
-    """A random pose in the free."""
+    """Return a random pose in free space."""
     rows, columns = np.nonzero(costmap.cells == 0)
     i = int(rng.integers(len(rows)))
     return SE2(*costmap.centre(int(rows[i]), int(columns[i])), 0.0)
 
 
 def nearest_free(costmap: Costmap, row: int, column: int) -> SE2:
-    """The free cell nearest to a corner."""
+    """Return the free cell nearest to a corner."""
     rows, columns = np.nonzero(costmap.cells == 0)
     i = int(np.argmin((rows - row) ** 2 + (columns - column) ** 2))
     return SE2(*costmap.centre(int(rows[i]), int(columns[i])), 0.0)
 
 
 def milliseconds(planner: GridPlanner, costmap: Costmap, a: SE2, b: SE2 | None) -> tuple[float, float]:
-    """(best CPU milliseconds of several calls, metres of the path); the whole potential without `b`."""
+    """Return (best CPU ms of several calls, path length in m); of the whole potential without `b`."""
     best, length = np.inf, 0.0
     for _ in range(REPEATS):
         start = time.process_time_ns()
@@ -50,7 +50,7 @@ def milliseconds(planner: GridPlanner, costmap: Costmap, a: SE2, b: SE2 | None) 
 
 
 def main() -> None:
-    """Print corner to corner and the median of random queries, for growing maps."""
+    """Print corner to corner and the median of random queries, for maps of increasing size."""
     print(f"one core of {os.cpu_count()}; best CPU ms of {REPEATS} per query: corner / median of {QUERIES}")
     for n, peers in PEERS.items():
         rng = np.random.default_rng(n)

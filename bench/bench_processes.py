@@ -1,8 +1,8 @@
-"""What the death of a process costs a robot that carries food, and starting and stopping, in processes, at real time.
+"""Effect of the death of a worker process on a delivery, and start and stop of processes, at real time.
 
-A lidar robot in a small simulated room, split as `chefbot demo --processes` splits it, begins its way to a table;
-then each process in turn gets a `kill -9`. `stopped` counts the robot's time from its last command before the kill to
-the first that is a stop, `back` the wall's until every node of the process is on the wire again.
+A lidar robot in a small simulated room, with the processes of `chefbot demo --processes`, drives to a table;
+then each process in turn gets a `kill -9`. `stopped` is the robot's time from its last command before the kill to
+the first stop command, `back` the wall time until every node of the process is on the wire again.
 
 Run: python bench/bench_processes.py [TIMES]
 """
@@ -32,16 +32,16 @@ STOP_MS, BACK_S, SHUT_S = 200.0, 5.0, 3.0
 
 
 class Death(NamedTuple):
-    """What one kill led to."""
+    """The consequences of one kill."""
 
     stopped_ms: float
     back_s: float
     arrived: bool
-    """With its food, where it was going."""
+    """Whether the food arrived at its table."""
 
 
 def death_of(process: str) -> Death:
-    """One kill on the way to a table."""
+    """Measure one kill on the way to a table."""
     with tempfile.TemporaryDirectory() as folder, waiting_robot(Path(folder)) as watched:
         watched.order("table_1")
         wait_for(lambda: watched.has("driving", "table_1"))
@@ -54,7 +54,7 @@ def death_of(process: str) -> Death:
 
 
 def show_deaths(process: str, times: int) -> bool:
-    """A row; whether all of them kept the limits."""
+    """Print a row; return whether all limits were met."""
     deaths = [death_of(process) for _ in range(times)]
     stopped, back, arrived = map(np.array, zip(*deaths, strict=True))
     cells = f"{np.median(stopped):6.0f} {stopped.max():6.0f}   {np.median(back):6.1f} {back.max():6.1f}"
@@ -63,7 +63,7 @@ def show_deaths(process: str, times: int) -> bool:
 
 
 def start_and_stop() -> tuple[float, int]:
-    """Seconds that a launch with a process of its own takes to end after Ctrl-C; processes that it left behind."""
+    """Return the seconds that a launch with a worker takes to end after Ctrl-C, and the processes left behind."""
     with launched("toys.yaml") as (one, node):
         wait_for(lambda: "frames" in {found.name for found in node.wire.graph.nodes()})
         children = children_of(one.process.pid)

@@ -1,7 +1,7 @@
-"""How hard a robot hits a box when one of its sensors has stopped or frozen at full speed, and how soon it stands.
+"""Impact speed and stopping time when a sensor stops or freezes at full speed and a box is ahead.
 
-The simulated hotel; from places drawn by seed the robot drives straight on, the fault begins at full speed, and half
-a second later a box stands 0.75 m ahead of it, straight or 0.33 m to the side.
+In the simulated hotel, the robot drives straight from places chosen by the seed, the fault begins at full speed, and
+0.5 s later a box appears 0.75 m ahead of it, in the middle or 0.33 m to the side.
 
 Run: python bench/bench_sensor_faults.py [PLACES] [SEED]
 """
@@ -20,7 +20,7 @@ FAULTS = ("stop", "freeze")
 
 
 def main() -> None:
-    """One line for each robot, sensor and fault."""
+    """Print a line for each robot, sensor and fault."""
     places, seed = (int(one) for one in [*sys.argv[1:], *("20", "1")[len(sys.argv) - 1 :]])
     ways = free_ways("hotel", places, seed)
     print(

@@ -1,4 +1,4 @@
-"""How fast the simulator is: physics, sensors and pictures, in CPU time of the calling thread.
+"""Speed of the simulator: physics, sensors and images, in CPU time of the calling thread.
 
 Run: python bench/bench_sim.py
 """
@@ -25,7 +25,7 @@ SIZES = ((160, 120), (320, 240), (640, 480))
 
 
 def measure(work: Callable[[], object], repeats: int) -> tuple[float, float]:
-    """(median, least) seconds of one call; the first is not counted."""
+    """Return (median, minimum) seconds of one call; the first is not counted."""
     work()
     times = []
     for _ in range(repeats):
@@ -36,7 +36,7 @@ def measure(work: Callable[[], object], repeats: int) -> tuple[float, float]:
 
 
 def print_physics() -> None:
-    """Simulated time over CPU time while the robot drives in circles."""
+    """Print simulated time divided by CPU time while the robot drives in circles."""
     print(f"{'physics':34}{'solids':>8}{'RTF median':>12}{'best':>8}")
     for name, people in (("empty", 0), ("room", 0), ("hotel", 0), ("hotel", 3), ("hotel", 8)):
         sim = Simulation(ROBOT, load_world(name), "real", 1, people=people)
@@ -52,7 +52,7 @@ def print_physics() -> None:
 
 
 def print_board() -> None:
-    """CPU milliseconds of a simulated second: the physics alone, then with firmware, line and messages."""
+    """Print the speed with firmware, serial link and messages."""
     sim = Simulation(ROBOT, load_world("hotel"), "real", 1)
     board = SimulatedBoard(ROBOT, sim)
 
@@ -62,11 +62,11 @@ def print_board() -> None:
             board.run_until(board.now_ns + EXCHANGE_PERIOD_NS)
 
     median, least = measure(one_second, 15)
-    print(f"{'with board, line and ultrasonic':34}{'':8}{1 / median:12.0f}{1 / least:8.0f}")
+    print(f"{'with board, link and ultrasonic':34}{'':8}{1 / median:12.0f}{1 / least:8.0f}")
 
 
 def print_sensors() -> None:
-    """Milliseconds of one reading in the dining room of the hotel."""
+    """Print the ms of one reading in the dining room of the hotel."""
     print(f"\n{'sensor, hotel':34}{'median ms':>12}{'min ms':>8}")
     sim = Simulation(ROBOT, load_world("hotel"), "real", 1, start=SE2(3.9, 2.8, 0.1), people=3)
     readings: dict[str, Callable[[], object]] = {
@@ -81,7 +81,7 @@ def print_sensors() -> None:
 
 
 def print_pictures() -> None:
-    """Milliseconds of one frame: the slowest and the median of all the hotel's places."""
+    """Print the ms of one image: median and maximum over all places of the hotel."""
     print(
         f"\n{'depth frame, hotel, all places':34}{'render':>8}{'slowest':>9}{'measure':>9}{'colour':>8}  (ms)"
     )
@@ -99,7 +99,7 @@ def print_pictures() -> None:
 
 
 def main() -> None:
-    """All tables."""
+    """Print all tables."""
     print(f"one core used, {os.cpu_count()} present, load {os.getloadavg()[0]:.1f}\n")
     print_physics()
     print_board()

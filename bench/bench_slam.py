@@ -1,9 +1,9 @@
-"""Mapping with particles: the Intel recording whole, the scan matcher's score, growth with particles.
+"""Mapping by particle filter: the complete Intel log, the matcher's score, time by number of particles.
 
     python bench/bench_slam.py [FOLDER_WITH_THE_RECORDINGS]
 
-C++ figures: GMapping of ros-perception, -O2, two cores of an Intel Xeon, on the same recording (another day's
-load: compare orders of magnitude). One core is used; all times are CPU times, as the C++ figures are.
+C++ figures: GMapping of ros-perception, -O2, two cores of an Intel Xeon, on the same log (at another
+load: compare orders of magnitude). One core is used; all times, including those of C++, are CPU times.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CPP_TOTAL_S, CPP_PER_SCAN_MS, CPP_NS_PER_BEAM = 48.0, 63.0, 114.0
 
 @njit
 def many_scores(points, x, y, yaw, table, mean_x, mean_y):  # type: ignore[no-untyped-def]
-    """27 poses about one, as the C++ figure was taken."""
+    """Return 27 poses around one, as for the C++ figure."""
     total = 0.0
     for k in range(27):
         dx, dy, turn = 0.3 * (k % 3 - 1), 0.3 * (k // 3 % 3 - 1), 0.01 * (k // 9 - 1)
@@ -36,7 +36,7 @@ def many_scores(points, x, y, yaw, table, mean_x, mean_y):  # type: ignore[no-un
 
 
 def run(scans: list[CarmenScan], particles: int) -> tuple[Gmapping, list[CarmenScan], np.ndarray]:
-    """The mapper after all scans, the processed ones, and the milliseconds each of these took."""
+    """Return the mapper after all scans, the processed scans, and their times in ms."""
     slam, used, ms = Gmapping(GmappingParams(particles=particles)), [], []
     for scan in scans:
         begin = time.process_time()
@@ -47,7 +47,7 @@ def run(scans: list[CarmenScan], particles: int) -> tuple[Gmapping, list[CarmenS
 
 
 def beam_times(slam: Gmapping, used: list[CarmenScan]) -> np.ndarray:
-    """ns per beam of the score, of several rounds over all scans in the best particle's map."""
+    """Return the ns per beam of the score, in several rounds over all scans in the best particle's map."""
     level, best = slam._levels[1], slam._best
     args = level.maps.table[best], level.maps.mean_x, level.maps.mean_y
     poses = level._local(np.array(slam.trajectory()))
@@ -69,7 +69,7 @@ def main() -> None:
     scans = [r for r in parse(log) if isinstance(r, CarmenScan)]
     run(scans[:200], 5)[0].map()  # compiles
     print(f"Intel, {len(scans)} scans of 180 beams, 2691 s; {os.cpu_count()} cores, 1 used")
-    print("particles  processed  CPU s  times real  ms/scan median    p90    max  map ms  tiles MB")
+    print("particles  processed  CPU s  real-time  ms/scan median    p90    max  map ms  tiles MB")
     for particles in (15, 30, 60):
         slam, used, ms = run(scans, particles)
         begin = time.process_time()

@@ -1,4 +1,4 @@
-"""How fast the whole robot runs: simulator, base, mapping and navigation while it explores, and who costs what.
+"""Speed of the whole robot: simulator, base, mapping and navigation during exploration, and cost by callback.
 
 Run: python bench/bench_stack.py [--world hotel] [--seconds 60] [--profile]
 """
@@ -24,14 +24,14 @@ from chefbot.runtime.loop import CallbackStatistics
 from chefbot.runtime.node_container import NodeContainer
 
 TARGETS = {"chefbot_lidar": 8.0, "chefbot": 3.0}
-"""Times real time on two cores."""
+"""Real-time factor on two cores."""
 SHOWN = 14
 SETTLE = 5.0
-"""Seconds of the robot's time before the measurement, for what is loaded and made once."""
+"""Robot time before the measurement, for loading and initialization, s."""
 
 
 def run(robot: str, world: str, seconds: float, profile: bool) -> None:
-    """Explore for a while, recorded as in the demo, and print where the time went."""
+    """Explore with a recording as in the demo, and print the times."""
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "run.mcap"
         with session(load_robot(robot), 1, "simulation", 0.0, record) as system:
@@ -49,7 +49,7 @@ def run(robot: str, world: str, seconds: float, profile: bool) -> None:
 
 
 def go_on(system: NodeContainer, seconds: float, profiler: cProfile.Profile | None) -> tuple[float, float]:
-    """(wall time, CPU time of all threads) of so many seconds of the robot's."""
+    """Return (wall time, CPU time of all threads) for a duration of robot time."""
     until = system.loop.now_ns + round(seconds * 1e9)
     wall, cpu = time.perf_counter(), time.process_time()
     if profiler is None:
@@ -60,7 +60,7 @@ def go_on(system: NodeContainer, seconds: float, profiler: cProfile.Profile | No
 
 
 def print_factor(robot: str, world: str, seconds: float, wall: float, cpu: float) -> None:
-    """One line."""
+    """Print a line."""
     print(
         f"\n{robot} explores {world}: {seconds:.0f} s in {wall:.1f} s, {seconds / wall:.1f} x real time "
         f"(target {TARGETS[robot]:.0f}); {cpu:.1f} s of CPU time, so {seconds / cpu:.1f} x on one free core"
@@ -68,8 +68,8 @@ def print_factor(robot: str, world: str, seconds: float, wall: float, cpu: float
 
 
 def print_handlers(timings: dict[str, CallbackStatistics], seconds: float, wall: float) -> None:
-    """The dearest handlers; `rest` is the loop itself."""
-    print(f"{'handler':44}{'calls/s':>9}{'mean ms':>9}{'worst ms':>10}{'share':>8}")
+    """Print the most expensive callbacks; `rest` is the loop itself."""
+    print(f"{'callback':44}{'calls/s':>9}{'mean ms':>9}{'worst ms':>10}{'share':>8}")
     dearest = sorted(timings.items(), key=lambda item: -item[1].total_ns)
     for name, one in dearest[:SHOWN]:
         mean = one.total_ns / max(one.calls, 1) / 1e6
@@ -80,7 +80,7 @@ def print_handlers(timings: dict[str, CallbackStatistics], seconds: float, wall:
 
 
 def main() -> None:
-    """Both robots."""
+    """Print both robots."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--world", default="room")
     parser.add_argument("--robot", choices=TARGETS, default=None)

@@ -1,7 +1,7 @@
-"""Messages between two processes over the wire: there and back, halved; CPU of both sides a message.
+"""Messages between two processes over the wire: half of the round trip; CPU time of both sides per message.
 
-A child process echoes. Beside each, the same bytes through Zenoh alone, in the same sessions: what the engine and
-the machine's waking up take. The 16 MB map goes one way, to a listener that comes when it is already there.
+A child process echoes. Beside each, the same bytes through Zenoh alone, in the same sessions, which includes the
+wake-up time of the machine. The 16 MB map is sent one way, to a late-joining subscriber.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ KINDS: tuple[type[Message], ...] = (Twist, LaserScan, Image)
 SIDE = 4000
 ROUNDS = 9
 WARMING = 10
-"""Messages of a round that are not counted."""
+"""Warm-up messages of a round."""
 
 
 def child(port: int) -> None:
-    """Echo everything; tell the processor time used when asked."""
+    """Echo every message; send the processor time on request."""
     with RmwContext(port=port, router=False) as wire, RmwNode(wire, "echo") as node:
         for kind in KINDS:
             back = node.publisher(f"back/{kind.__name__}", kind)
@@ -52,7 +52,7 @@ def child(port: int) -> None:
 
 
 def message_of(kind: type[Message]) -> Message:
-    """One of a typical size."""
+    """Return a message of typical size."""
     if kind is Twist:
         return Twist.of(0.3, 0.1)
     if kind is LaserScan:
@@ -63,7 +63,7 @@ def message_of(kind: type[Message]) -> Message:
 
 
 def wait_for(condition) -> None:
-    """Poll."""
+    """Wait until the condition holds."""
     until = time.monotonic() + 10
     while not condition():
         if time.monotonic() > until:
@@ -72,13 +72,13 @@ def wait_for(condition) -> None:
 
 
 def listen(session: zenoh.Session, key: str, take: Callable[[bytes], None]) -> zenoh.Subscriber[None]:
-    """Bytes on a key, nothing else."""
+    """Subscribe to the bytes of a key, without ROS 2's protocol."""
     handler = zenoh.handlers.Callback(lambda sample: take(sample.payload.to_bytes()), indirect=False)
     return session.declare_subscriber(key, handler)
 
 
 class Pair:
-    """The bench's ends for one type, and those of the same bytes through Zenoh alone."""
+    """The endpoints for one type, and those of the same bytes through Zenoh alone."""
 
     def __init__(self, wire: RmwContext, kind: type[Message]) -> None:
         self.got: queue.SimpleQueue[object] = queue.SimpleQueue()
@@ -103,15 +103,15 @@ class Pair:
         self._bytes = self._message.to_cdr()
 
     def send(self) -> None:
-        """A message through everything."""
+        """Send a message over the wire."""
         self._there.publish(self._message)
 
     def send_bare(self) -> None:
-        """Its bytes."""
+        """Send its bytes through Zenoh alone."""
         self._bare.put(self._bytes)
 
     def answered(self, send: Callable[[], None]) -> bool:
-        """Whether what was sent came back; what did not is counted."""
+        """Return whether the message came back; count a lost one."""
         while not self.got.empty():
             self.got.get()  # too late
         send()
@@ -124,19 +124,19 @@ class Pair:
         return False
 
     def used(self) -> float:
-        """Processor time of both sides so far, s."""
+        """Return the processor time of both sides so far, s."""
         self._ask.publish(Float64())
         return self._used.get(timeout=10).data + time.process_time()
 
     def close(self) -> None:
-        """Before the next pair."""
+        """Close the endpoints."""
         self._node.close()
         self._bare_back.undeclare()
         self._bare.undeclare()
 
 
 def round_trips(pair: Pair, send: Callable[[], None], count: int, hz: float) -> tuple[float, float, float]:
-    """Half of each way there and back, p50 and p99, us; and the processor's time of one way, us."""
+    """Return half of the round trip, p50 and p99, us, and the processor time of one way, us."""
     ways: list[float] = []
     for index in range(count + WARMING):
         if index == WARMING:
@@ -153,7 +153,7 @@ def round_trips(pair: Pair, send: Callable[[], None], count: int, hz: float) -> 
 
 
 def show(wire: RmwContext, kind: type[Message], count: int, hz: float) -> None:
-    """Ours and the bare engine in turns: the machine's speed changes. Medians of rounds, and of their differences."""
+    """Measure the wire and Zenoh alone in turns, as the machine's speed varies; print medians and differences."""
     pair = Pair(wire, kind)
     sends = {kind.__name__: pair.send, "  Zenoh alone": pair.send_bare}
     rounds = {name: np.zeros((ROUNDS, 3)) for name in sends}
@@ -171,7 +171,7 @@ def show(wire: RmwContext, kind: type[Message], count: int, hz: float) -> None:
 
 
 def late_joiner(port: int) -> float:
-    """Milliseconds from asking for the 16 MB map to having it, in a session that is open."""
+    """Return the ms from the request of the 16 MB map to its arrival, in an open session."""
     with RmwContext(port=port, router=False) as wire, RmwNode(wire, "late") as node:
         wait_for(lambda: wire.connected)
         wire.graph.refresh()
@@ -183,7 +183,7 @@ def late_joiner(port: int) -> float:
 
 
 def opening(port: int) -> float:
-    """Milliseconds to open the wire."""
+    """Return the ms to open the wire."""
     began = time.perf_counter()
     with RmwContext(port=port):
         return (time.perf_counter() - began) * 1e3
@@ -203,7 +203,9 @@ def main() -> None:
         for kind, count, hz in ((Twist, 1000, 500.0), (LaserScan, 500, 200.0), (Image, 150, 30.0)):
             show(wire, kind, count, hz)
         times = [late_joiner(port) for _ in range(5)]
-        print(f"map of 16 MB to a late joiner: median {np.median(times):.0f} ms, worst {max(times):.0f} ms")
+        print(
+            f"map of 16 MB to a late-joining subscriber: median {np.median(times):.0f} ms, worst {max(times):.0f} ms"
+        )
         process.communicate(timeout=10)
 
 

@@ -1,4 +1,4 @@
-"""All benchmarks, one after the other, as `make bench` wants them.
+"""Runs all benchmarks in sequence, for `make bench`.
 
 Run: python bench/run_all.py [NAME ...], such as `loop stack`; without names all of them.
 """
@@ -16,7 +16,7 @@ HERE = Path(__file__).resolve().parent
 
 
 def chosen(names: list[str]) -> list[Path]:
-    """The scripts; those that are asked for by name only, if any are."""
+    """Return the scripts of these names, or all without names."""
     known = {path.stem.removeprefix("bench_"): path for path in sorted(HERE.glob("bench_*.py"))}
     unknown = [name for name in names if name not in known]
     if unknown:
@@ -25,7 +25,7 @@ def chosen(names: list[str]) -> list[Path]:
 
 
 def run(script: Path) -> bool:
-    """Whether it ended well; its tables go to the terminal."""
+    """Run a benchmark in this terminal; return whether it succeeded."""
     print(f"\n=== {script.stem.removeprefix('bench_')} " + "=" * 60, flush=True)
     begun = time.monotonic()
     source = os.pathsep.join(filter(None, [str(HERE.parent / "src"), os.environ.get("PYTHONPATH")]))
@@ -35,7 +35,7 @@ def run(script: Path) -> bool:
 
 
 def main() -> None:
-    """Exit code 1 if any fails."""
+    """Run the chosen benchmarks; exit code 1 if one fails."""
     print(
         f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, ",
         end="",

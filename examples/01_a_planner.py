@@ -1,11 +1,11 @@
-"""A planner of one's own: a class, named in a launch file, that drives the simulated robot.
+"""A custom planner: a class, named in a launch file, whose paths the simulated robot follows.
 
     python examples/01_a_planner.py [run.mcap]
     chefbot launch examples/01_a_planner.yaml world:=room
 
-The planner is Latombe's NF1 (Robot Motion Planning, 1991, 7.2): a wave runs from the goal over the free
-cells, each cell notes when it came, and the path walks down those numbers. It knows no costs, so it passes
-obstacles as near as the robot fits; the built-in planner keeps away where there is room.
+The planner is Latombe's NF1 (Robot Motion Planning, 1991, 7.2): a wave expands from the goal over the
+free cells, each cell stores its arrival time, and the path descends these times. It ignores costs, so it passes
+obstacles at the inscribed radius; the built-in planner keeps more distance where there is room.
 """
 
 import sys
@@ -21,18 +21,18 @@ from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import PlanningError, PlanningFailure
 
 STEPS = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
-STRIDE = 4  # cells between two poses of the path: fewer would only draw the staircase
+STRIDE = 4  # cells between two poses of the path: fewer would follow the staircase of cells
 Cell = tuple[int, int]
 
 
 class Wavefront:
-    """See chefbot.planning.planner.Planner: what a planner takes, gives and raises."""
+    """A planner with the interface of chefbot.planning.planner.Planner."""
 
     def __init__(self, settings: PlannerParams) -> None:
-        """The node hands over its `settings`; this planner has no use for them."""
+        """Accept the node's `settings`, which this planner does not use."""
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.float64]:
-        """Poses (n, 3) from start to goal."""
+        """Return poses (n, 3), x, y in m and yaw in rad, from start to goal in the map frame."""
         free = costmap.cells < INSCRIBED
         a, b = cell_of(costmap, start), cell_of(costmap, goal)
         for cell, pose, failure in (
@@ -41,7 +41,7 @@ class Wavefront:
         ):
             if not (0 <= cell[0] < free.shape[0] and 0 <= cell[1] < free.shape[1]):
                 raise PlanningError(failure, pose)
-        free[a] = True  # the robot is where it is
+        free[a] = True  # the robot may start within the inscribed radius
         if not free[b]:
             raise PlanningError(PlanningFailure.GOAL_OCCUPIED, goal)
         cells = walk_down(wave(free, b, a), a)
@@ -55,7 +55,7 @@ class Wavefront:
 
 
 def cell_of(costmap: Costmap, pose: SE2) -> Cell:
-    """(row, column)."""
+    """Return the (row, column) of the cell at `pose`."""
     return (
         int((pose.y - costmap.origin_y) // costmap.resolution),
         int((pose.x - costmap.origin_x) // costmap.resolution),
@@ -63,7 +63,7 @@ def cell_of(costmap: Costmap, pose: SE2) -> Cell:
 
 
 def wave(free: NDArray[np.bool_], source: Cell, until: Cell) -> NDArray[np.int32]:
-    """When the wave from `source` comes to each cell, -1 where it has not come when it reaches `until`."""
+    """Return the arrival time (h, w) of the wave from `source`, -1 where it is later than at `until`."""
     came = np.full(free.shape, -1, np.int32)
     came[source] = 0
     front = deque([source])
@@ -77,7 +77,7 @@ def wave(free: NDArray[np.bool_], source: Cell, until: Cell) -> NDArray[np.int32
 
 
 def walk_down(came: NDArray[np.int32], start: Cell) -> list[Cell]:
-    """The cells from `start` to where the wave began; empty if it never came."""
+    """Return the cells from `start` to the source of the wave; empty if it did not arrive."""
     if came[start] < 0:
         return []
     cells = [start]
@@ -88,13 +88,13 @@ def walk_down(came: NDArray[np.int32], start: Cell) -> list[Cell]:
 
 
 def neighbours(row: int, column: int, shape: tuple[int, ...]) -> list[Cell]:
-    """The cells round one, as far as they lie on the map."""
+    """Return the neighbours of a cell that are on the map."""
     around = [(row + r, column + c) for r, c in STEPS]
     return [(r, c) for r, c in around if 0 <= r < shape[0] and 0 <= c < shape[1]]
 
 
 def main() -> None:
-    """Let the robot explore the room with it, as fast as the processor allows."""
+    """Explore the room with this planner, as fast as the processor allows."""
     from chefbot.launcher.session import session, start
     from chefbot.msgs.chefbot_msgs import Collision, ExplorationStatus
     from chefbot.msgs.nav_msgs import Path as PathMessage
@@ -105,7 +105,7 @@ def main() -> None:
     paths, touched, status = [0], [0], [ExplorationStatus()]
 
     def look(publication: Publication) -> None:
-        """See every message, as a recorder does."""
+        """Observe every message, as a recorder does."""
         message = publication.message
         paths[0] += isinstance(message, PathMessage)
         touched[0] += isinstance(message, Collision)
@@ -122,7 +122,7 @@ def main() -> None:
         system.loop.run(until_ns=300_000_000_000, until=lambda: status[0].done)
         planner = type(system.nodes["planner"]._planner).__name__  # type: ignore[attr-defined]
     print(f"planner: {planner}, {paths[0]} paths")
-    print(f"{system.loop.now_ns / 1e9:.0f} s: {status[0].description} Touched {touched[0]} things.")
+    print(f"{system.loop.now_ns / 1e9:.0f} s: {status[0].description} {touched[0]} collisions.")
 
 
 if __name__ == "__main__":

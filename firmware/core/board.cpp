@@ -4,10 +4,10 @@ namespace chefbot {
 
 namespace {
 
-const uint8_t COMMAND_STEPS = 15;  // a speed is good for 150 ms; it came after the step it is counted from
-const uint8_t BRAKE_STEPS = 100;    // then the wheels may be pushed
+const uint8_t COMMAND_STEPS = 15;  // a speed is valid for 150 ms; it arrived after the step from which this is counted
+const uint8_t BRAKE_STEPS = 100;    // then the wheels turn freely
 const uint8_t REST_STEPS = 50;     // without a tick or duty: at rest
-const uint8_t MOST_UNPOLLED = 2;    // steps without main loop before the hardware watchdog goes hungry
+const uint8_t MOST_UNPOLLED = 2;    // steps without main loop before the hardware watchdog is no longer fed
 
 }  // namespace
 

@@ -21,7 +21,7 @@ namespace chefbot {
 
 const int32_t PROTOCOL = 1;
 
-// Why a line from the computer was not obeyed; the last one stands in every `s` line.
+// Why a line from the computer was rejected; every `s` line contains the last reason.
 enum class Refusal : uint8_t {
     NONE = 0,
     CRC = 1,       // damaged
@@ -37,19 +37,19 @@ enum class Refusal : uint8_t {
 enum class State : uint8_t {
     WAITING = 0,  // no session
     READY = 1,    // session, no fresh speed
-    DRIVING = 2,  // obeys speeds
+    DRIVING = 2,  // follows the commanded speeds
     STOPPED = 3,  // a fault is latched
 };
 
-// What was true at one control step; filled in the interrupt, told by the main loop.
+// State at one control step; written in the interrupt, sent by the main loop.
 struct Snapshot {
     uint32_t step;
     uint32_t ticks[2];
     uint16_t illegal[2];
-    Pair set;  // ticks/s the wheels are held to now
+    Pair set;  // set speeds of the wheels, ticks/s
     int16_t duty[2];
     uint16_t battery_mv;
-    uint16_t obeyed;  // sequence of the last speed that was taken
+    uint16_t obeyed;  // sequence of the last accepted speed
     Flags flags;
     State state;
     bool resting;
@@ -62,7 +62,7 @@ class Board {
 
     // Timer interrupt, every STEP_US; may be interrupted by the edges.
     void step();
-    // Main loop, as often as it can; at least once between two steps.
+    // Main loop, as often as possible; at least once between two steps.
     void poll();
     // Main loop: a byte from the computer.
     void receive(uint8_t byte);
@@ -70,9 +70,9 @@ class Board {
     // Pin interrupts.
     void encoder_edge(uint8_t wheel, uint8_t lines) { encoders_[wheel].edge(lines); }
     void echo_edge(bool high, uint16_t us) { sonar_.edge(high, us); }
-    // Instead of edges, where hardware counts; call just before `step`.
+    // Instead of edges, for ports with hardware counters; call just before `step`.
     void encoder_count(uint8_t wheel, uint32_t count, uint16_t illegal) { encoders_[wheel].set(count, illegal); }
-    // What the encoder's pins say before the first edge.
+    // Levels of the encoder's pins before the first edge.
     void encoder_start(uint8_t wheel, uint8_t lines) { encoders_[wheel].start(lines); }
 
     const Snapshot &snapshot() const { return now_; }
@@ -130,10 +130,10 @@ class Board {
     Snapshot now_ = Snapshot();
     Pair target_ = {0, 0};
     Ramp ramp_;
-    uint8_t command_age_ = 0;  // steps since the last speed was heard
+    uint8_t command_age_ = 0;  // steps since the last received speed
     uint8_t rest_steps_ = 0;
-    uint8_t brake_ = 0;     // steps until the drivers go off
-    uint8_t unpolled_ = 0;  // steps since the main loop was seen
+    uint8_t brake_ = 0;     // steps until the drivers are switched off
+    uint8_t unpolled_ = 0;  // steps since the main loop ran
     bool fresh_ = false;
     bool neutral_first_ = false;
     bool limited_ = false;
@@ -144,8 +144,8 @@ class Board {
     uint32_t told_ = 0;
     uint16_t line_ = 0;
     uint8_t inertia_age_ = 0;  // steps since the last `i` line
-    uint16_t dropped_ = 0;  // lines without room
-    uint16_t missed_ = 0;   // steps the main loop did not see
+    uint16_t dropped_ = 0;  // lines dropped because the buffer was full
+    uint16_t missed_ = 0;   // steps that the main loop missed
     uint16_t refused_ = 0;
     Refusal refusal_ = Refusal::NONE;
 };

@@ -19,7 +19,7 @@ void Board::refuse(Refusal why) {
     refusal_ = why;
 }
 
-// The emergency stop needs neither session nor sequence: whoever asks for it gets it.
+// The emergency stop needs neither session nor sequence: every request is accepted.
 Refusal Board::obey(const Frame &frame) {
     if (frame.letter == 'v' && frame.count == 2) return shake_hands(frame);
     if (frame.letter == 'x' && frame.count == 1) {
@@ -61,7 +61,7 @@ Refusal Board::shake_hands(const Frame &frame) {
     return Refusal::NONE;
 }
 
-// Even a speed that is refused shows that the computer lives, so that a flat battery ends in a soft stop.
+// Even a rejected speed shows that the computer runs, so that an empty battery causes a ramped stop.
 Refusal Board::set_speed(int32_t left, int32_t right) {
     Pair speed;
     const bool limited = limit_speed(*robot_, left, right, &speed);
@@ -94,7 +94,7 @@ Refusal Board::clear_faults() {
     return clean ? Refusal::NONE : Refusal::CAUSE;
 }
 
-// Motors off before the processor goes, whatever its pins do meanwhile.
+// Motors off before the processor restarts, whatever its pins do meanwhile.
 Refusal Board::restart() {
     const uint8_t before = hal_lock(port_);
     apply(0, 0);

@@ -9,7 +9,7 @@ void Encoder::start(uint8_t lines) {
 }
 
 // Decoded from Gray code the lines are a number that forward motion counts down: 0 3 2 1. The difference modulo 4 is
-// the step: 1 forward, 3 backward; 2 cannot come from one edge.
+// the step: 1 forward, 3 backward; one edge cannot give 2.
 void Encoder::edge(uint8_t lines) {
     lines &= 3u;
     const uint8_t now = static_cast<uint8_t>(lines ^ (lines >> 1));

@@ -1,4 +1,4 @@
-// Whole-number arithmetic, in 16 bits where it may be: an 8-bit processor pays for every byte. A name that ends in _q4
+// Integer arithmetic, in 16 bits where possible: on an 8-bit processor every byte costs time. A name that ends in _q4
 // counts 1/16 of its unit, _q12 1/4096, _q16 1/65536.
 #pragma once
 
@@ -18,7 +18,7 @@ inline uint16_t magnitude(int16_t x) {
     return static_cast<uint16_t>(x >= 0 ? x : x < -MOST_16 ? MOST_16 : -x);
 }
 
-#define CHEFBOT_OUT_OF_LINE __attribute__((noinline))  // called often, and long on 8 bits
+#define CHEFBOT_OUT_OF_LINE __attribute__((noinline))  // called often, and large on 8 bits
 
 CHEFBOT_OUT_OF_LINE inline int32_t clamp(int32_t x, int32_t bound) { return x > bound ? bound : x < -bound ? -bound : x; }
 

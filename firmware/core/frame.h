@@ -15,7 +15,7 @@ enum class Got : uint8_t { NOTHING, FRAME, BAD_CRC, BAD_FORM };
 
 class FrameReader {
   public:
-    // Feed byte by byte; FRAME: `frame()` holds what the line said.
+    // Pass byte by byte; after FRAME, `frame()` contains the line's values.
     Got push(uint8_t byte);
     const Frame &frame() const { return frame_; }
 
@@ -25,7 +25,7 @@ class FrameReader {
     bool parse();
     bool parse_number(uint8_t *at, int32_t *number) const;
 
-    static const uint8_t ROOM = 40;  // the longest line that can be meant has 35 before its end
+    static const uint8_t ROOM = 40;  // the longest valid line has 35 before its end
     static const uint8_t TAIL = 5;   // '*' and four digits
 
     char line_[ROOM] = {0};

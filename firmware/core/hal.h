@@ -1,7 +1,7 @@
-// All that a port provides. Plain functions bound by the linker: no table in RAM, no indirect call, and the smallest
-// code on an 8-bit machine. `port` is what the port gave to Board::start; a microcontroller ignores it, the host port
-// finds its instance by it. None may wait longer than a few hundred microseconds (I2C: a byte that does not come within
-// 1 ms is an error).
+// The functions that a port provides. Plain functions bound by the linker: no table in RAM, no indirect call, and the
+// smallest code on an 8-bit machine. `port` is the value that the port passed to Board::start; a microcontroller
+// ignores it, the host port finds its instance by it. None may wait longer than a few hundred us (I2C: a byte that does
+// not arrive within 1 ms is an error).
 #pragma once
 
 #include <stdint.h>
@@ -12,7 +12,7 @@ const uint8_t LEFT = 0, RIGHT = 1;
 
 extern "C" {
 
-// Atomic sections: interrupts off, and back to what they were.
+// Atomic sections: disable interrupts, and restore their previous state.
 uint8_t hal_lock(void *port);
 void hal_unlock(void *port, uint8_t before);
 

@@ -14,9 +14,9 @@ const uint8_t WAKE_ON_GYRO_CLOCK = 0x01, RESET = 0x80;
 
 const uint8_t RESET_STEPS = 10, SETTLE_STEPS = 10, RETRY_STEPS = 50;
 const uint8_t MISSES = 3;   // reads
-const uint8_t REPEATS = 8;  // samples; real noise never repeats six axes and the temperature even twice
+const uint8_t REPEATS = 8;  // samples; with real noise, six axes and the temperature are not equal even twice in a row
 const uint8_t REST_SAMPLES = 128;
-const int16_t RAIL = 32700;  // LSB; the chip's own end is 32767
+const int16_t RAIL = 32700;  // LSB; the chip saturates at 32767
 const uint16_t REST_RATE = (Imu::LSB_PER_10_DEGREES + 1) / 2;  // 5 deg/s
 const uint16_t GRAVITY = Imu::LSB_PER_G / 128;                 // 128 LSB
 const uint16_t LEAST = GRAVITY * 4 / 5, MOST = GRAVITY * 6 / 5;
@@ -28,7 +28,7 @@ struct Setting {
 const Setting SETTINGS[] = {{DIVIDER, 0}, {CONFIG, 3}, {GYRO_CONFIG, 0x08}, {ACCEL_CONFIG, 0x08}};
 const uint8_t SETTING_COUNT = sizeof(SETTINGS) / sizeof(SETTINGS[0]);
 
-// Reads back: a bus that answers 0xFF or 0x00 to all must not pass.
+// Read back: a bus that always answers 0xFF or 0x00 must fail.
 bool set(void *port, Setting setting) {
     uint8_t now = 0;
     return hal_i2c_write(port, ADDRESS, setting.reg, setting.value) &&
@@ -77,14 +77,14 @@ void Imu::configure(void *port) {
     wait_ = SETTLE_STEPS;
 }
 
-// At rest gravity must be there and turning must not; a robot that is carried about waits.
+// At rest there is gravity and no rotation; while the robot is carried, the estimate waits.
 void Imu::check(void *port) {
     if (!read(port) || (resting_ && !plausible_at_rest())) return fail();
     state_ = RUNNING;
     misses_ = 0;
 }
 
-// Gravity within a fifth, no turning.
+// Gravity within 20 %, no rotation.
 bool Imu::plausible_at_rest() const {
     uint16_t square = 0;
     for (uint8_t axis = 0; axis < 3; ++axis) {

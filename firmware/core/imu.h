@@ -8,13 +8,13 @@ namespace chefbot {
 
 class Imu {
   public:
-    // Of the ranges that SETTINGS (imu.cpp) asks for: 4 g and 500 deg/s (register map 4.4, 4.5, 4.17, 4.19).
+    // For the ranges that SETTINGS (imu.cpp) selects: 4 g and 500 deg/s (register map 4.4, 4.5, 4.17, 4.19).
     static constexpr int16_t LSB_PER_G = 8192, LSB_PER_10_DEGREES = 655;
 
     // One step: brings the chip up, reads it, or tries again half a second after a failure.
     void step(void *port);
 
-    // Moved by the wheels or the motors? More than a second of rest gives a new estimate of the gyro's offset.
+    // Whether wheels or motors move the robot. More than 1 s at rest gives a new estimate of the gyro's offset.
     void rest(bool resting);
 
     // The last sample can be trusted.
@@ -29,7 +29,7 @@ class Imu {
     uint32_t angle() const { return angle_; }
     // Samples in `angle`, modulo 2^16.
     uint16_t samples() const { return samples_; }
-    // Mean rate about z during the last 1.28 s at rest, 10^-6 rad/s. Reported, never taken off.
+    // Mean rate about z during the last 1.28 s at rest, 10^-6 rad/s. Reported, never subtracted.
     int32_t bias() const { return bias_; }
 
   private:

@@ -1,4 +1,4 @@
-// Speed and acceleration limits of both wheels together: what is limited keeps its curvature.
+// Speed and acceleration limits of both wheels together, which keep the curvature.
 #pragma once
 
 #include "fixed.h"
@@ -6,7 +6,7 @@
 
 namespace chefbot {
 
-// What may be driven of left, right (ticks/s, any number): scaled down to the robot's limits. True if it had to be.
+// Scale left, right (ticks/s, any number) down to the robot's limits. True if they exceeded them.
 bool limit_speed(const RobotConstants &robot, int32_t left, int32_t right, Pair *speed);
 
 // The set speed on its way to the target.

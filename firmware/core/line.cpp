@@ -42,7 +42,7 @@ void Line::finish() {
     put('\n');
 }
 
-// The fields of every message fit; a line that did not would be cut and fail its CRC, not overrun.
+// The fields of every message fit; a longer line would be cut and fail its CRC, without an overrun.
 void Line::put(char c) {
     if (length_ < ROOM) text_[length_++] = c;
 }

@@ -1,7 +1,7 @@
-// What the firmware must know of the robot: whole numbers, made from its YAML file by `firmware_header(robot)`
+// The robot's constants in the firmware: integers, made from its YAML file by `firmware_header(robot)`
 // (src/chefbot/design/export/firmware_header.py), which also makes the initialiser. The order is part of the C interface of
-// the host port. Wheel radius and separation are absent on purpose: the board counts ticks, the computer knows metres,
-// so a calibration needs no new firmware.
+// the host port. Wheel radius and separation are deliberately absent: the board counts ticks, only the computer uses
+// metres, so a calibration needs no new firmware.
 #pragma once
 
 #include <stdint.h>
@@ -30,7 +30,7 @@ const int32_t STEP_US = 1000000 / CONTROL_HZ;
 const int16_t DUTY_FULL = 1000;     // duty is per mille
 const int32_t SPEED_BOUND = 32767;  // ticks/s; speeds fit 16 bits, their products 32
 
-// False: a number is outside what the fixed-point arithmetic was written for.
+// False: a number is outside the range of the fixed-point arithmetic.
 inline bool plausible(const RobotConstants &r) {
     return r.ticks_per_turn_milli > 0 && r.max_wheel > 0 && r.max_wheel <= r.no_load && r.max_forward > 0 &&
            r.max_forward <= SPEED_BOUND && r.max_turn > 0 && r.max_turn <= 2 * SPEED_BOUND && r.acceleration >= 128 &&

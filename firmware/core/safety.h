@@ -9,7 +9,7 @@
 
 namespace chefbot {
 
-// Names a wheel that does not do what its duty says.
+// Detects a wheel that does not follow its duty.
 class WheelWatch {
   public:
     enum Fault : uint8_t { NONE, STALL, ENCODER };
@@ -27,7 +27,7 @@ class WheelWatch {
     uint8_t stalled_ = 0, silent_ = 0, reversed_ = 0;
 };
 
-// Volts with a memory: motors make the voltage dip, an empty pack keeps it down.
+// Filtered voltage: motors cause short dips, an empty pack a permanently low voltage.
 class BatteryWatch {
   public:
     void start(const RobotConstants &robot, uint16_t mv);
@@ -59,7 +59,7 @@ class Safety {
     void start(const RobotConstants &robot, uint16_t battery_mv);
     void update(const SafetyInputs &in);
     void estop() { flags_ |= ESTOP_COMMAND; }
-    // Lifts every latched fault whose cause is gone; true if none is left.
+    // Clears every latched fault whose cause has ended; true if none is left.
     bool clear();
 
     Flags flags() const { return flags_; }

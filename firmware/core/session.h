@@ -1,4 +1,4 @@
-// Who may command: one computer that shook hands, as long as it is heard, with ever newer sequence numbers.
+// The session: one computer may command, from its handshake until a timeout, with increasing sequence numbers.
 #pragma once
 
 #include <stdint.h>
@@ -7,8 +7,8 @@ namespace chefbot {
 
 class Session {
   public:
-    // A handshake at `step`: returns the sequence that the computer counts on from. It jumps by more than the window,
-    // so nothing said in an earlier session is ever new in this one.
+    // A handshake at `step`: returns the sequence from which the computer continues. It jumps by more than the window,
+    // so no line of an earlier session is accepted in this one.
     uint16_t open(uint32_t step);
     // True: `sequence` is newer than all before (at most WINDOW ahead) and the session is open.
     bool accept(uint16_t sequence);

@@ -5,7 +5,7 @@ namespace chefbot {
 
 namespace {
 
-// Steps between two lines, and where in its period each falls: never all at once on a slow wire.
+// Steps between two lines, and the phase of each in its period, so that the lines are spread over time.
 const uint8_t MOTION_PERIOD = 2;
 const uint8_t STATUS_PERIOD = 10, STATUS_PHASE = 3;
 const uint8_t BATTERY_PERIOD = 50, BATTERY_PHASE = 5;

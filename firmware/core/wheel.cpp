@@ -7,7 +7,7 @@ namespace chefbot {
 namespace {
 
 const int32_t FULL_Q12 = static_cast<int32_t>(DUTY_FULL) * 4096;
-const int16_t MOST_TICKS = SPEED_BOUND / CONTROL_HZ;  // in one step; more is no wheel
+const int16_t MOST_TICKS = SPEED_BOUND / CONTROL_HZ;  // in one step; more is impossible
 
 }  // namespace
 
@@ -25,9 +25,9 @@ void Wheel::observe(int32_t ticks) {
 
 // Proportional gain 1/no_load (full error = full duty), reset time 0.16 s, about the motor's lag (Astrom & Hagglund,
 // PID Controllers, 1995, section 3.2); 0.16 s = 16 steps makes the integral a shift. Conditional integration against
-// windup: while the output saturates the integral only moves back. While the set speed changes, the duty leads it by
-// what the lag eats and the measured speed is expected half a window late; without both, the integral learns the
-// acceleration and overshoots by a tenth.
+// windup: while the output saturates the integral only moves back. While the set speed changes, the duty leads it to
+// compensate for the lag, and the measured speed is expected half a window late; without both, the integral winds up
+// during the acceleration and overshoots by 10 %.
 int16_t Wheel::control(int16_t set) {
     const int32_t change = static_cast<int32_t>(set) - set_;
     if (set == 0 && sum_ == 0) {

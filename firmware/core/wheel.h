@@ -15,7 +15,7 @@ class Wheel {
     void observe(int32_t ticks);
     // Duty for `set` (ticks/s).
     int16_t control(int16_t set);
-    // Forget what the integral learnt; the ramp starts from rest.
+    // Reset the integral; the ramp starts from rest.
     void release() { integral_q12_ = set_ = 0; }
 
     // ticks/s over the last WINDOW steps; 0 only if the ticks cancel out.

@@ -1,13 +1,13 @@
-// The Mega's program in simavr, with encoders, IMU, ultrasonic, battery and e-stop button round it.
+// The Mega's program in simavr, with encoders, IMU, ultrasonic, battery and e-stop button.
 //
 // A test tool by itself: it links simavr, which is under the GPL version 3; nothing of the project links this file.
 //
 //   avr_board FIRMWARE.elf [BOOT_LOADER.hex]     lockstep: commands on stdin, one answer each on stdout
 //
-// With a boot loader every reset begins there, as the fuses of a Mega say, and time starts at power-on.
+// With a boot loader every reset begins there, as the fuses of a Mega are set, and time starts at power-on.
 // Commands: `tx HEX`, `turn WHEEL N` (quarter steps, spread over the next 6 ms), `imu AX AY AZ T
 // GX GY GZ`, `imu_answers 0|1`, `battery MV`, `echo US` (-1 no sensor, 0 no echo), `estop 0|1`, `reset`, `run US`.
-// `run` answers `DUTY_LEFT DUTY_RIGHT DRIVERS STEPS LONGEST_STEP_CYCLES RESETS HEX`, where HEX is what the board said (or -).
+// `run` answers `DUTY_LEFT DUTY_RIGHT DRIVERS STEPS LONGEST_STEP_CYCLES RESETS HEX`, where HEX are the bytes that the board sent (or -).
 // All others answer `ok`. Time starts 3 ms after the first control step, or at power-on.
 #include <stdint.h>
 #include <stdio.h>

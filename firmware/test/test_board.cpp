@@ -1,4 +1,4 @@
-// The whole board, as a computer on its line sees it.
+// The whole board, through its serial link.
 #include "check.h"
 #include "desk.h"
 #include "flags.h"
@@ -9,7 +9,7 @@ enum { WAITING, READY, DRIVING, STOPPED };
 
 static int reason(const Desk &desk) { return desk.state().refusal; }
 
-// ---- before anyone speaks
+// ---- before the handshake
 
 TEST(motors_stay_off_without_a_handshake) {
     Desk desk;

@@ -1,4 +1,4 @@
-// Limits, ramp, session, wheel control: the parts by themselves.
+// Limits, ramp, session, wheel control: unit tests.
 #include "check.h"
 #include "desk.h"
 #include "fixed.h"

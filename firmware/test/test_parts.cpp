@@ -1,4 +1,4 @@
-// Checksum, frames, lines, encoder: the parts by themselves.
+// Checksum, frames, lines, encoder: unit tests.
 #include "check.h"
 #include "crc16.h"
 #include "desk.h"

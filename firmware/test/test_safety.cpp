@@ -9,7 +9,7 @@ static const RobotConstants ROBOT = example_robot();
 static const int16_t NO_LOAD = 11200;
 static const int16_t SLOW = 11200 / 16;
 
-// Steps until `watch` names a fault, at most 300.
+// Steps until `watch` reports a fault, at most 300.
 static int steps_to(WheelWatch::Fault fault, int16_t duty, int16_t speed) {
     WheelWatch watch;
     for (int step = 1; step <= 300; ++step) {
@@ -121,7 +121,7 @@ TEST(the_estop_command_latches) {
     CHECK(!safety.latched());
 }
 
-// First step at which the flag is up, at most 3000.
+// First step at which the flag is set, at most 3000.
 static int steps_to_flag(Safety *safety, uint16_t mv, Flags flag, bool up) {
     SafetyInputs in = quiet();
     in.battery_mv = mv;

@@ -1,4 +1,4 @@
-// IMU and ultrasonic, as the port's emulated chips show them.
+// IMU and ultrasonic ranger with the emulated chips of the port.
 #include "check.h"
 #include "desk.h"
 #include "flags.h"

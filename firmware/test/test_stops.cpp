@@ -1,4 +1,4 @@
-// What stops the board, and what it takes to go on.
+// Causes of a stop, and the commands after which the board drives again.
 #include "check.h"
 #include "desk.h"
 #include "flags.h"

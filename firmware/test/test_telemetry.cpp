@@ -1,4 +1,4 @@
-// What the board tells, and when.
+// The lines of the board and their times.
 #include "check.h"
 #include "desk.h"
 #include "flags.h"

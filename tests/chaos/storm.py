@@ -251,7 +251,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument(
         "--cpu", type=int, default=500, help="seconds of CPU after which the process is killed"
     )
-    parser.add_argument("--page", action="store_true", help="with the operator's page")
+    parser.add_argument("--page", action="store_true", help="with the web UI")
     parser.add_argument("--port", type=int, default=18790, help="of the page")
     parser.add_argument("--goal", action="store_true", help="in the end the robot has to reach a goal")
     parser.add_argument("--shown", type=int, default=0, help="so many reasons of refusals")

@@ -71,7 +71,7 @@ def test_example_planner_drives_the_robot_through_the_room(tmp_path: Path) -> No
     assert done.returncode == 0, done.stderr
     paths = re.search(r"planner: Wavefront, (\d+) paths", done.stdout)
     assert paths and int(paths[1]) > 3
-    assert "Everything within reach is seen. Touched 0 things." in done.stdout
+    assert "Everything within reach is seen. 0 collisions." in done.stdout
 
 
 @pytest.mark.slow

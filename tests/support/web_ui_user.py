@@ -1,4 +1,4 @@
-"""A person at the operator's page, for tests: `python web_ui_user.py PORT`, told by its standard input what to do.
+"""A simulated operator of the web UI for tests: `python web_ui_user.py PORT`; its standard input gives the commands.
 
 see LAYER       waits for the layer; answers with a line of JSON: its value, or true for a bulky one
 now LAYER       the newest value after half a second, null if there is none

@@ -45,7 +45,7 @@ def test_a_confirmation_is_valid_in_its_state_and_place_only(command: do.Operato
         if other == state:
             validate_command(command, PLACES, status)
         else:
-            with pytest.raises(UserError, match="Nothing is to be pressed"):
+            with pytest.raises(UserError, match="No confirmation is expected"):
                 validate_command(command, PLACES, status)
     late = type(command)("table_2")  # type: ignore[call-arg]
     with pytest.raises(UserError, match="has left table 2"):

@@ -97,7 +97,7 @@ def test_a_refused_driver_gets_the_reason() -> None:
                 break
             time.sleep(0.04)
         driver.run_until_remark()
-        assert "on another screen" in driver.remarks[0]
+        assert "in another browser" in driver.remarks[0]
         for _ in range(10):
             driver.say(0.1, 0.0)
             other.send(Drive(1.0, 0.0))

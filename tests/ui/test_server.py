@@ -120,7 +120,7 @@ def test_only_one_operator_drives_but_anyone_may_stop(
         other.send('{"do":"drive","v":-1,"w":0}')
         other.send('{"do":"stop"}')
         kind, sentence = hear(other)
-        assert (kind, "another screen" in sentence) == ("refused", True)
+        assert (kind, "another browser" in sentence) == ("refused", True)
         assert page.next_command() == Stop()
 
 

@@ -12,7 +12,7 @@ using namespace chefbot;
 
 namespace {
 
-// Where what is wired; docs/wiring.py draws this table. PWM is timer 1's OC1A and OC1B, echo its fellow ICP4; encoders are
+// Pin assignment; docs/wiring.py draws this table. PWM is timer 1's OC1A and OC1B, echo its fellow ICP4; encoders are
 // INT4, INT5, INT3, INT2. A pull-down keeps ENABLE low in reset; ESTOP is normally closed to ground.
 enum Pin : uint8_t {
     RX = PE0, TX = PE1, LEFT_A = PE4, LEFT_B = PE5, RIGHT_A = PD3, RIGHT_B = PD2, SDA = PD1, SCL = PD0,
@@ -27,7 +27,7 @@ const uint8_t BAUD_115200 = 16;                   // with U2X: 117647, +2.1 %, a
 const uint8_t TWI_400K = 12;
 const uint16_t TWI_PATIENCE = 1500;               // polls of about 0.6 us: 1 ms
 
-// Survive a reset.
+// These survive a reset.
 uint8_t reset_cause __attribute__((section(".noinit")));
 uint16_t restart_asked __attribute__((section(".noinit")));
 const uint16_t ASKED = 0xC4EF;
@@ -43,7 +43,7 @@ Ring<8> waiting;
 uint8_t left_lines() { return static_cast<uint8_t>((PINE >> (LEFT_A - 1) & 2) | (PINE >> LEFT_B & 1)); }
 uint8_t right_lines() { return static_cast<uint8_t>((PIND >> (RIGHT_A - 1) & 2) | (PIND >> RIGHT_B & 1)); }
 
-// The next action of the bus. Its end is told by interrupt, not read from TWINT: simavr 1.6 leaves that flag set.
+// The next action of the bus. Its end is signalled by interrupt, not read from TWINT: simavr 1.6 leaves that flag set.
 bool twi(uint8_t control) {
     twi_done = false;
     TWCR = static_cast<uint8_t>(control | 1 << TWINT | 1 << TWEN | 1 << TWIE);
@@ -61,7 +61,7 @@ bool twi_send(uint8_t byte) {
     return twi(0) && (twi_status() == 0x18 || twi_status() == 0x28);
 }
 
-// Frees the bus and a slave that hangs in the middle of a byte.
+// Frees the bus from a slave that hangs within a byte.
 bool twi_stop(bool result) {
     TWCR = 1 << TWINT | 1 << TWEN | 1 << TWSTO;
     for (uint16_t i = 0; TWCR & 1 << TWSTO; ++i) {
@@ -168,7 +168,7 @@ ISR(INT5_vect, ISR_ALIASOF(INT4_vect));
 ISR(INT3_vect) { board.encoder_edge(RIGHT, right_lines()); }
 ISR(INT2_vect, ISR_ALIASOF(INT3_vect));
 
-// Others go on meanwhile: an encoder edge may not wait for a control step.
+// Other interrupts remain enabled: an encoder edge must not wait for a control step.
 ISR(TIMER3_COMPA_vect, ISR_NOBLOCK) {
     PORTB |= 1 << BUSY;
     board.step();
@@ -200,7 +200,7 @@ ISR(USART0_UDRE_vect) {
 
 // ---- start ---------------------------------------------------------------------------------------------------------
 
-// Before main: a watchdog that has fired stays on with its shortest time.
+// Before main: a watchdog that has fired remains on with its shortest time.
 extern "C" void before_main() __attribute__((naked, used, section(".init3")));
 void before_main() {
     reset_cause = MCUSR;

@@ -1,4 +1,4 @@
-// What the Cortex-M ports share: registers by address, SysTick, interrupts, a PL011 UART with ring buffers.
+// Common code of the Cortex-M ports: registers by address, SysTick, interrupts, a PL011 UART with ring buffers.
 // Register names and offsets: ARMv6-M and ARMv7-M reference manuals, ARM DDI 0183 (PL011).
 #pragma once
 

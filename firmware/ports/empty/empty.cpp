@@ -1,4 +1,4 @@
-// A HAL that does nothing, to weigh the core by itself: every call of the core is kept, no peripheral code is added.
+// A HAL that does nothing, to measure the size of the core alone: every call of the core is kept, no peripheral code is added.
 #include "board.h"
 
 using namespace chefbot;

@@ -1,6 +1,6 @@
 // The board on a pty, in real time, with motors, battery, IMU and ultrasonic modelled.
-// What happens to it comes on stdin, one line each: `estop 0|1`, `block WHEEL 0|1`, `cable WHEEL 0|1`, `battery MV`,
-// `echo US`, `imu 0|1`, `hang`, `power`. It says where its pty is on stdout.
+// Faults are read from stdin, one per line: `estop 0|1`, `block WHEEL 0|1`, `cable WHEEL 0|1`, `battery MV`,
+// `echo US`, `imu 0|1`, `hang`, `power`. It prints the path of its pty on stdout.
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>

@@ -1,5 +1,5 @@
 // Raspberry Pi Pico (RP2040), bare registers (RP2040 data sheet). Runs from its 12 MHz crystal without PLL: a control step
-// takes a hundredth of its period even so, and nothing can lose lock.
+// takes 1 % of its period even so, and no PLL can lose lock.
 #include "../arm/cortex.h"
 #include "board.h"
 #include "robot_constants.h"
@@ -25,7 +25,7 @@ const uint32_t I2C0 = 0x40044000, IC_TAR = 0x04, IC_DATA_CMD = 0x10, IC_HCNT = 0
 const uint32_t WATCHDOG = 0x40058000, WD_LOAD = 0x04, WD_REASON = 0x08, WD_TICK = 0x2C, PSM_WDSEL = 0x40010008;
 const uint32_t UART0_BASE = 0x40034000, UART0_IRQ = 20, IO_IRQ = 13;
 
-// Where what is wired (GP numbers); docs/wiring.py draws this table.
+// Pin assignment (GP numbers); docs/wiring.py draws this table.
 enum Pin : uint32_t {
     TX = 0, RX = 1, SDA = 4, SCL = 5, LEFT_A = 6, LEFT_B = 7, RIGHT_A = 8, RIGHT_B = 9, LEFT_IN_A = 10, LEFT_IN_B = 11,
     RIGHT_IN_A = 12, RIGHT_IN_B = 13, ENABLE = 14, ESTOP = 15, PWM_LEFT = 16, PWM_RIGHT = 17, TRIGGER = 18, ECHO = 19, BATTERY = 26
@@ -133,7 +133,7 @@ bool hal_i2c_read(void *, uint8_t address, uint8_t reg_number, uint8_t *bytes, u
 
 bool hal_send(void *, const char *bytes, uint8_t count) { return uart.send(bytes, count); }
 
-// Thirty milliseconds; the counter of this chip runs twice as fast as it says (erratum RP2040-E1).
+// 30 ms; the counter of this chip runs twice as fast as documented (erratum RP2040-E1).
 void hal_feed_watchdog(void *) { reg(WATCHDOG + WD_LOAD) = 2 * 30000; }
 
 void hal_restart(void *) { reset_processor(); }
@@ -150,7 +150,7 @@ extern uint32_t stack_top;
 
 void step_handler() { board.step(); }
 
-// Pins 6..9 and 19: acknowledge first, so that an edge meanwhile calls again.
+// Pins 6..9 and 19: acknowledge first, so that an edge meanwhile causes another interrupt.
 void pin_handler() {
     const uint32_t low = reg(IO_BANK0 + INTR), middle = reg(IO_BANK0 + INTR + 4), high = reg(IO_BANK0 + INTR + 8);
     reg(IO_BANK0 + INTR) = low;

@@ -1,5 +1,5 @@
-// Tiva C Launchpad EK-TM4C123GXL at 80 MHz, bare registers (TM4C123GH6PM data sheet, SPMS376). The encoders are counted by the
-// chip's two QEI blocks, so they sit on the pins of these and not on those of the chapter.
+// Tiva C Launchpad EK-TM4C123GXL at 80 MHz, bare registers (TM4C123GH6PM data sheet, SPMS376). The chip's two QEI blocks
+// count the encoders, so the encoders are on their pins and not on those of the chapter.
 #include "../arm/cortex.h"
 #include "board.h"
 #include "robot_constants.h"
@@ -20,7 +20,7 @@ const uint32_t PORT_A = 0x40004000, PORT_B = 0x40005000, PORT_C = 0x40006000, PO
 const uint32_t DATA = 0x3FC, DIR = 0x400, IBE = 0x408, IM = 0x410, ICR = 0x41C, AFSEL = 0x420, ODR = 0x50C, PUR = 0x510, DEN = 0x51C,
                LOCK = 0x520, COMMIT = 0x524, AMSEL = 0x528, PCTL = 0x52C;
 
-// Where what is wired; docs/wiring.py draws this table. Encoders are QEI0 and QEI1, PWM is M0PWM2 and M0PWM3, the battery AIN0.
+// Pin assignment; docs/wiring.py draws this table. Encoders are QEI0 and QEI1, PWM is M0PWM2 and M0PWM3, the battery AIN0.
 const uint32_t A = 0, B = 8, C = 16, D = 24, E = 32;
 enum Pin : uint32_t {
     RX = A + 0, TX = A + 1, LEFT_A = D + 6, LEFT_B = D + 7, RIGHT_A = C + 5, RIGHT_B = C + 6, SDA = B + 3, SCL = B + 2,
@@ -248,7 +248,7 @@ static void start_blocks() {
     uart.start(43, 26);  // 80 MHz / 16 / 115200
 }
 
-// Fifteen milliseconds to the interrupt that nobody serves, as many to the reset.
+// 15 ms to the interrupt, which is not handled, and 15 ms more to the reset.
 static void start_watchdog() {
     reg(WATCHDOG0 + WDT_LOAD) = CLOCK / 1000 * 15;
     reg(WATCHDOG0 + WDT_CTL) = 3;

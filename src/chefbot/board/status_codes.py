@@ -39,7 +39,7 @@ class BoardState(IntEnum):
 
 
 CLEAR = "press STOP, then Resume, to clear it"
-RESUME = "Resume releases them (after STOP, if the page does not offer it)"
+RESUME = "Resume releases them (after STOP, if the web UI does not offer it)"
 FAULT_LATCHED = 6
 """Key of REASONS for a latched fault."""
 FAULTS = {

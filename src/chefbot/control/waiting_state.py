@@ -21,7 +21,7 @@ def lost_reason(status: LocalizationStatus | None) -> str:
 
 
 class WaitingState:
-    """Knows why and for how long the robot waits; `reason` is empty while it does not wait."""
+    """Stores why and for how long the robot waits; `reason` is empty while it does not wait."""
 
     def __init__(self) -> None:
         self.reason = ""
@@ -43,4 +43,4 @@ class WaitingState:
         if self.reason == self._reported_reason:
             return ""
         self._reported_reason = self.reason
-        return f"Standing: {self.reason}" if self.reason else "No longer waiting."
+        return f"Waiting: {self.reason}" if self.reason else "No longer waiting."

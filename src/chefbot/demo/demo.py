@@ -232,7 +232,7 @@ class Demo:
     def _progress(self) -> str:
         seconds, elapsed = self.system.loop.now_ns / 1e9, (wall_ns() - self._began_ns) / 1e9
         pose = self.scorer.last_ground_truth
-        rate = f"{seconds:.0f} s, {seconds / elapsed:.1f} x real time"
+        rate = f"{seconds:.0f} s, real-time factor {seconds / elapsed:.1f}"
         return f"{self._phase}: {rate}, at ({pose.x:.1f}, {pose.y:.1f}) m"
 
     def _announce_phase(self, sentence: str) -> None:

@@ -114,7 +114,7 @@ class DemoProcesses:
             for name, seconds in self.cpu_time.items()
         ]
         wait = self._clock.total_wait_ns / 1e9
-        waited = f"at {MAX_REAL_TIME_FACTOR:g} x real time at most; {wait:.1f} s waited for other processes"
+        waited = f"real-time factor {MAX_REAL_TIME_FACTOR:g} at most; waited {wait:.1f} s for other processes"
         return [*lines, ("pace", waited)]
 
     def _on_process_state(self, publication: Publication) -> None:

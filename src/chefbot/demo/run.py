@@ -70,7 +70,7 @@ def _speed(text: str) -> float:
     except ValueError:
         raise UserError(f"--speed {text!r} must be 'max' or a real-time factor") from None
     if not 0.0 <= speed <= 1000.0:
-        raise UserError(f"--speed {text} must lie between 0 and 1000 times real time")
+        raise UserError(f"--speed {text} must lie between 0 and 1000")
     return speed
 
 

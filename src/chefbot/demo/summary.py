@@ -63,7 +63,7 @@ class DemoResult(msgspec.Struct, frozen=True, kw_only=True):
             ("path", f"{self.path_length_m:.1f} m, {self.recoveries} recoveries"),
             (
                 "time",
-                f"{self.sim_time_s:.0f} s in {self.wall_time_s:.0f} s: {self.real_time_factor:.1f} x real time",
+                f"{self.sim_time_s:.0f} s in {self.wall_time_s:.0f} s: real-time factor {self.real_time_factor:.1f}",
             ),
         ]
 

@@ -22,8 +22,8 @@ COMMAND_RATE, STOP_REQUEST_RATE = 20.0, 5.0
 """Rates of the velocity commands and of the repeated stop requests, Hz."""
 STOPPED, RELEASED = "STOP: the robot is stopped.", "STOP was released."
 HOW_TO = """\
-Hold the left shoulder button and push the left stick; let go to stop. Cross up / down: faster / slower.
-     The red button (B, circle) is STOP; it is released on the robot's page."""
+Hold the left shoulder button and push the left stick; release to stop. Cross up / down: faster / slower.
+     The red button (B, circle) is STOP; it is released in the web UI."""
 
 
 class GamepadDeviceParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -89,7 +89,7 @@ class GamepadDevice(Device):
         elif held:
             timeout = self.params.drive.timeout
             self._release(
-                f"Nothing new from the gamepad for {timeout:g} s: let go of the button and press it again."
+                f"Nothing new from the gamepad for {timeout:g} s: release the button and press it again."
             )
 
     @every(hz=STOP_REQUEST_RATE)

@@ -15,13 +15,13 @@ RATE = 10.0
 ARROWS = {"\x1b[A": "i", "\x1b[B": ",", "\x1b[C": "l", "\x1b[D": "j"}
 """Escape sequences of the arrow keys, and the letters with the same meaning."""
 KEY_TABLE = """\
-Hold a key to drive; {dead_man} s after it was let go the robot slows down to a stop.
+Hold a key to drive; {dead_man} s after its release the robot slows down and stops.
      u   i   o      forward to the left, forward, forward to the right
      j   k   l      turn left, stop, turn right
      m   ,   .      back to the left, back, back to the right
-     q / z          both speeds up / down by a tenth
-     w / x          forward speed alone
-     e / c          turning speed alone
+     q / z          both speeds up / down by 10 %
+     w / x          forward speed only
+     e / c          turning speed only
      space or k     stop at once
      any other key  slow down to a stop
      Ctrl-C         quit

@@ -28,7 +28,7 @@ class DeadManSwitch:
         if self._driver not in (None, client):
             if command.is_zero:
                 return
-            raise UserError("Someone else is driving the robot on another screen; wait until they let go")
+            raise UserError("The robot is being driven in another browser; wait until it is released")
         if command.is_zero:
             self._release()
         else:

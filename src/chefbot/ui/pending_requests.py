@@ -13,7 +13,7 @@ CONFIRMATION_TIMEOUT_NS = 1_000_000_000
 """Timeout of a confirmation, ns, after which the operator is warned."""
 ORDER_PERIOD_NS = 1_000_000_000
 """Period at which an unconfirmed order is repeated, ns."""
-ORDER_UNCONFIRMED = "The order is not accepted yet; it is repeated until it is."
+ORDER_UNCONFIRMED = "The order is not confirmed yet; it is being repeated."
 STOP_UNCONFIRMED = "Emergency stop is not confirmed by the robot. Use the switch on the robot."
 
 

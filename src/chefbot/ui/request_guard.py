@@ -48,10 +48,10 @@ class RequestGuard:
         headers = Headers(scope=scope)
         host = headers.get("host", "")
         if not self._is_allowed_host(host):
-            return "This Host name is not the robot's; use its IP address or localhost."
+            return "The Host header does not name the robot; use its IP address or localhost."
         origin = headers.get("origin")
         if scope["type"] == "websocket" and origin is not None and origin != f"http://{host}":
-            return "Another site may not talk to the robot."
+            return "Requests from other sites are not allowed."
         return None
 
     def _is_allowed_host(self, header: str) -> bool:

@@ -94,7 +94,7 @@ class WebUiServer:
         self._uvicorn.should_exit = True
         self._thread.join(STOP_TIMEOUT)
         if self._thread.is_alive():
-            raise RuntimeError("the operator's page did not end in time")
+            raise RuntimeError("the web UI server did not end in time")
         self._thread = None
 
     @property
@@ -191,7 +191,7 @@ class WebUiServer:
     async def _receive_loop(self, client: BrowserConnection) -> None:
         async for text in _receive_texts(client.socket):
             if not client.within_rate_limit():
-                client.send_refusal("This screen sent too many commands and is cut off for a moment")
+                client.send_refusal("This browser sent too many commands and is ignored for a moment")
                 # Rate limit exceeded: ignore the client for a moment, then disconnect it.
                 await asyncio.sleep(PENALTY)
                 return  # without a closing handshake, for which the rest of the flood would have to be read
@@ -258,7 +258,9 @@ def _listen(host: str, port: int) -> socket.socket:
         listener = _bind(host, candidate)
         if listener is not None:
             return listener
-    raise UserError(f"Ports {port} to {port + PORTS_TO_TRY - 1} of {host} are all taken; name another port")
+    raise UserError(
+        f"Ports {port} to {port + PORTS_TO_TRY - 1} of {host} are all in use; choose another port"
+    )
 
 
 def _bind(host: str, port: int) -> socket.socket | None:
@@ -268,7 +270,7 @@ def _bind(host: str, port: int) -> socket.socket | None:
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             return None
-        raise UserError(f"The page cannot be served at {host}:{port}: {error.strerror or error}") from None
+        raise UserError(f"The web UI cannot be served at {host}:{port}: {error.strerror or error}") from None
 
 
 def _family(host: str) -> socket.AddressFamily:

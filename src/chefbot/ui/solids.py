@@ -27,7 +27,7 @@ class SolidsEndpoint:
     async def serve(self, _request: Request) -> Response:
         """Return the GLB; 404 without a robot, 500 and the error's sentence where its file is invalid."""
         if self._make is None:
-            return Response("This page shows no robot's solids.", 404, SECURITY_HEADERS, "text/plain")
+            return Response("This web UI has no robot model.", 404, SECURITY_HEADERS, "text/plain")
         try:
             return Response(await self._get_glb(self._make), 200, SECURITY_HEADERS, GLB)
         except ChefbotError as error:

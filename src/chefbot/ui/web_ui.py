@@ -326,7 +326,9 @@ class WebUiDevice(Device):
     def _receive(self, command: do.OperatorCommand) -> None:
         validate_command(command, self._places, self._round)
         if isinstance(command, do.Resume) and command.pressed not in ("", self._last_stop.pressed):
-            raise UserError("Emergency stop was pressed again meanwhile; look, then press Resume again")
+            raise UserError(
+                "Emergency stop was pressed again meanwhile; check the robot, then press Resume again"
+            )
         if isinstance(command, do.Stop) and not self._last_status.stopped:
             # Display the press at once: the event loop may be late, or simulated time may be paused.
             self._server.set_layer("status", msgspec.structs.replace(self._last_status, stop_pending=True))

@@ -138,7 +138,7 @@ def _connect(url: str) -> ClientConnection:
     except OSError as error:
         raise UserError(
             f"no robot runs at {url}: {error.strerror or error}; start one with `chefbot launch`, "
-            "or give the address of its page"
+            "or give the address of its web UI"
         ) from None
     url_host = f"[{host}]" if ":" in host else host
     try:
@@ -154,7 +154,7 @@ def _connect(url: str) -> ClientConnection:
         if error.response.status_code == 403:
             raise UserError(
                 f"the robot at {url} refused the connection: give the complete address with ?token= that it printed "
-                "at its start, or close another screen"
+                "at its start, or close another browser"
             ) from None
         raise _not_a_robot(url) from None
     except (OSError, WebSocketException):

@@ -101,8 +101,8 @@ def confirm(
     answer: Annotated[
         Literal["", "loaded", "taken", "not-taken", "go-on", "kitchen", "end"],
         typer.Argument(
-            help="loaded: the food is on the tray; taken: the guest has it; not-taken: nobody takes it; after a stop "
-            "or an additional goal: go-on, back to the kitchen, or end. Default: show what the delivery waits for"
+            help="loaded: the food is on the tray; taken: the guest has it; not-taken: it stays on the tray; after a "
+            "stop or an additional goal: go-on, kitchen (load again), end. Default: show what the delivery waits for"
         ),
     ] = "",
     page: Annotated[str, PAGE] = WEB_UI,

@@ -19,8 +19,8 @@ from chefbot.robot.spec import Robot
 
 NEARLY_LIGHTEST = 1.1
 CRITERION = (
-    "Of all sets that pass every check, and whose two motors, driver boards and battery weigh at most a tenth more "
-    "than those of the lightest, the one is chosen that draws the least power."
+    "Of all sets that pass every check and weigh (two motors, driver boards, battery) at most 10 % more than the "
+    "lightest one, the set with the lowest power is selected."
 )
 
 

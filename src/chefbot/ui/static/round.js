@@ -25,7 +25,7 @@ export class RoundCard {
     $("taken").hidden = $("not_taken").hidden = waits !== "taken";
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).hidden = !value?.choices.includes(choice);
     text("go_on", value?.place ? `Go on to ${next}` : `Begin with ${next}`);
-    text("end", value?.round_active ? "End the round" : "Drop the next order");
+    text("end", value?.round_active ? "End the round" : "Cancel the next order");
     document.body.classList.toggle("waits", Boolean(waits));
     if (!value?.round_active) this.answer("");
   }

@@ -11,7 +11,7 @@ from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.ui.web_ui_client import WebUiClient
-from tests.chaos.launched import free_port
+from tests.chaos.launch_process import free_port
 
 BASE = NodeEntry(kind="chefbot.nodes.drive_base:DriveBaseNode")
 

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Iterator
 
 import pytest
-from tests.chaos.launched import free_port
+from tests.chaos.launch_process import free_port
 from tests.support.waiting import PATIENCE
 
 from chefbot.robot.load import load_robot

@@ -1,4 +1,4 @@
-"""The router's process dies: who talks goes on talking, whoever it was that had the router."""
+"""Tests that a launch and a subscriber stay connected when the process with the Zenoh router dies."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ import pytest
 from chefbot.msgs.std_msgs import Float64
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.session import RmwContext
-from tests.chaos.launched import PATIENCE, Launched, free_port, tell, wait_for
+from tests.chaos.launch_process import PATIENCE, LaunchProcess, free_port, report, wait_for
 
-COUNTING = """
+LAUNCH = """
 clock: wall
 nodes:
   counter: {kind: "tests.runtime.toys:Counter"}
-  doubler: {kind: "tests.runtime.toys:Doubler", process: sums}
+  doubler: {kind: "tests.runtime.toys:Doubler", process: doubler}
 """
 ROUTER = """
 import sys
@@ -35,25 +35,25 @@ with RmwContext(port=int(sys.argv[1])) as wire:
 
 
 @pytest.fixture
-def counting(tmp_path: Path) -> Path:
-    path = tmp_path / "counting.yaml"
-    path.write_text(COUNTING)
+def launch_file(tmp_path: Path) -> Path:
+    path = tmp_path / "launch.yaml"
+    path.write_text(LAUNCH)
     return path
 
 
 @contextmanager
-def counted(path: Path, port: int) -> Iterator[Launched]:
-    one = Launched(["launch", str(path)], port)
+def run_launch(path: Path, port: int) -> Iterator[LaunchProcess]:
+    chefbot = LaunchProcess(["launch", str(path)], port)
     try:
-        yield one
+        yield chefbot
     finally:
-        one.process.kill()
-        one.process.communicate()
+        chefbot.process.kill()
+        chefbot.process.communicate()
 
 
 @contextmanager
 def topic_hz(port: int) -> Iterator[queue.SimpleQueue[str]]:
-    """Lines of `chefbot topic hz /double`."""
+    """Run `chefbot topic hz /double` and yield a queue of its output lines."""
     environment = {
         **os.environ,
         "CHEFBOT_WIRE_PORT": str(port),
@@ -77,55 +77,55 @@ def topic_hz(port: int) -> Iterator[queue.SimpleQueue[str]]:
 
 
 def next_rate(lines: queue.SimpleQueue[str]) -> float:
-    """Hz."""
+    """Return the next rate in the output, Hz."""
     while True:
         line = lines.get(timeout=PATIENCE)
         if " Hz, every" in line:
             return float(line.split(":")[1].split("Hz")[0])
 
 
-def hears(port: int) -> bool:
-    """Whether a newcomer is told who is there, and hears it."""
-    got: queue.SimpleQueue[Float64] = queue.SimpleQueue()
+def new_subscriber_receives(port: int) -> bool:
+    """Return whether a new node finds the topic in the graph and receives a message on it."""
+    received: queue.SimpleQueue[Float64] = queue.SimpleQueue()
     with RmwContext(port=port, router=False) as wire, RmwNode(wire, "newcomer") as node:
-        node.subscription("/double", Float64, got.put)
+        node.subscription("/double", Float64, received.put)
         found = wire.graph.wait_for(lambda graph: "/double" in graph.topics(), PATIENCE)
-        return found and got.get(timeout=PATIENCE).data > 0.0
+        return found and received.get(timeout=PATIENCE).data > 0.0
 
 
 @pytest.mark.slow
-def test_death_of_a_foreign_router_interrupts_nothing(counting: Path) -> None:
+def test_a_killed_external_router_interrupts_no_topic(launch_file: Path) -> None:
     port = free_port()
     command = [sys.executable, "-c", ROUTER, str(port)]
     router = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert router.stdout is not None and router.stdout.readline() == "True\n"
-    with counted(counting, port):
-        assert hears(port)
+    with run_launch(launch_file, port):
+        assert new_subscriber_receives(port)
         with topic_hz(port) as lines:
             assert next_rate(lines) == pytest.approx(10.0, abs=2.0)
             router.kill()
             router.communicate()
             rates = [next_rate(lines) for _ in range(4)]
-            tell(f"after the router's death: {rates} Hz")
+            report(f"after the router was killed: {rates} Hz")
             assert min(rates) > 8.0  # an interruption of 0.2 s would show
-            assert hears(port)
+            assert new_subscriber_receives(port)
 
 
 @pytest.mark.slow
-def test_another_launch_connects_after_the_router_launch_dies(counting: Path) -> None:
+def test_another_launch_connects_after_the_router_launch_dies(launch_file: Path) -> None:
     port = free_port()
     with ExitStack() as stack:
-        with counted(counting, port) as first:
-            assert hears(port)
+        with run_launch(launch_file, port) as first:
+            assert new_subscriber_receives(port)
             lines = stack.enter_context(topic_hz(port))
             next_rate(lines)
             first.process.kill()
         while not lines.empty():
             lines.get()
         began = time.monotonic()
-        with counted(counting, port):
+        with run_launch(launch_file, port):
             wait_for(lambda: not lines.empty())
-            tell(f"heard again {time.monotonic() - began:.1f} s after the next launch began")
-            next_rate(lines)  # of the time between
+            report(f"received again {time.monotonic() - began:.1f} s after the next launch began")
+            next_rate(lines)  # includes the time without a launch
             assert next_rate(lines) == pytest.approx(10.0, abs=2.0)
-            assert hears(port)
+            assert new_subscriber_receives(port)

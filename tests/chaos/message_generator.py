@@ -1,4 +1,4 @@
-"""Random legal messages of any type: what the codec takes, from plausible to absurd, by a seed."""
+"""Generates random messages of any type that the codec can encode, with plausible and absurd values."""
 
 from __future__ import annotations
 
@@ -36,33 +36,33 @@ TEXTS = (
 )
 LENGTHS = (0, 1, 2, 3, 9, 36, 100, 360, 1000, 5000)
 PLAUSIBLE = 0.85
-"""Share of the fields that have a value that could be meant."""
+"""Share of the fields whose value is plausible."""
 
 
-class Messages:
-    """`any_of(kind)`: of the type; `changed(message)`: the same but for one field."""
+class MessageGenerator:
+    """Generates random messages and mutates given ones; the same seed gives the same messages."""
 
     def __init__(self, seed: int) -> None:
         self._rng = np.random.default_rng(seed)
 
-    def any_of(self, kind: type[M]) -> M:
-        """Every field by chance, most of them plausible; sometimes the whole of it."""
+    def generate(self, kind: type[M]) -> M:
+        """Return a message with random fields; for some types half of the messages have consistent fields."""
         if self._rng.random() < 0.5:
-            made = self._consistent(kind)
-            if made is not None:
-                return self.changed(cast(M, made)) if self._rng.random() < 0.5 else cast(M, made)
+            message = self._consistent(kind)
+            if message is not None:
+                return self.mutate(cast(M, message)) if self._rng.random() < 0.5 else cast(M, message)
         return kind(*(self._value(field) for field in fields_of(kind)))
 
-    def changed(self, message: M) -> M:
-        """One field, at any depth, has another value, mostly an absurd one."""
+    def mutate(self, message: M) -> M:
+        """Return a copy in which one field, at any depth, has another value, mostly an absurd one."""
         fields = fields_of(type(message))
         field = fields[self._rng.integers(len(fields))]
         old = getattr(message, field.name)
         if field.message is not None and not field.is_array:
-            new: Any = self.changed(old)
+            new: Any = self.mutate(old)
         elif field.message is not None and len(old) and self._rng.random() < 0.8:
             i = int(self._rng.integers(len(old)))
-            new = (*old[:i], self.changed(old[i]), *old[i + 1 :])
+            new = (*old[:i], self.mutate(old[i]), *old[i + 1 :])
         elif isinstance(old, np.ndarray) and len(old) and self._rng.random() < 0.7:
             new = old.copy()
             new[self._rng.integers(len(old))] = self._number(field.element, 0.1)
@@ -74,7 +74,7 @@ class Messages:
         if field.is_array:
             return self._array(field, plausible)
         if field.message is not None:
-            return self.any_of(field.message)
+            return self.generate(field.message)
         if field.element == "string":
             return self._pick(TEXTS)
         return self._number(field.element, plausible)
@@ -83,13 +83,13 @@ class Messages:
         n = field.fixed_size or int(self._pick(LENGTHS))
         n = min(n, field.bound or n)
         if field.message is not None:
-            return tuple(self.any_of(field.message) for _ in range(min(n, 20)))
+            return tuple(self.generate(field.message) for _ in range(min(n, 20)))
         if field.element == "string":
             return tuple(self._pick(TEXTS) for _ in range(min(n, 20)))
         return self._numbers(field.element, n, plausible)
 
     def _numbers(self, element: str, n: int, plausible: float) -> NDArray[Any]:
-        """Zeros, one number throughout, all different, or positive ones with an absurd one."""
+        """Return an array of shape (n,): one number throughout, random ones, or positive ones with some absurd."""
         dtype = NUMPY_TYPES[element]
         if self._rng.random() < 0.3:
             return np.full(n, self._number(element, plausible), dtype)
@@ -120,7 +120,7 @@ class Messages:
     def _pick(self, values: tuple[Any, ...]) -> Any:
         return values[self._rng.integers(len(values))]
 
-    # -- types whose fields have to agree
+    # -- messages of types whose fields depend on each other
 
     def _consistent(self, kind: type[Message]) -> Message | None:
         makers = {
@@ -144,19 +144,19 @@ class Messages:
         low, step = float(self._rng.uniform(-4.0, 4.0)), span / max(n - 1, 1)
         near, far = 0.0, float(self._pick((0.1, 4.0, 12.0, 1e5)))
         return LaserScan(
-            self.any_of(Header), low, low + step * (n - 1), step, 0.0, 0.1, near, far, self._ranges(n)
+            self.generate(Header), low, low + step * (n - 1), step, 0.0, 0.1, near, far, self._ranges(n)
         )
 
     def _obstacles(self) -> ObstacleScan:
         n = int(self._pick(LENGTHS[1:]))
         low, step = float(self._rng.uniform(-4.0, 4.0)), float(self._rng.uniform(-6.0, 6.0)) / n
         arrays = [self._ranges(n) for _ in range(5)]
-        return ObstacleScan(self.any_of(Header), low, step, float(self._pick((4.0, 1e5))), *arrays)
+        return ObstacleScan(self.generate(Header), low, step, float(self._pick((4.0, 1e5))), *arrays)
 
     def _grid(self) -> OccupancyGrid:
         width, height = (int(self._pick((1, 2, 10, 99, 300))) for _ in range(2))
         info = msgspec.structs.replace(
-            self.any_of(MapMetaData),
+            self.generate(MapMetaData),
             width=width,
             height=height,
             resolution=float(self._pick((0.05, 0.001, 1.0, 99.0))),
@@ -164,10 +164,10 @@ class Messages:
         cells = self._rng.choice(
             np.array([-1, 0, 100], np.int8), width * height, p=self._rng.dirichlet(np.ones(3))
         )
-        return OccupancyGrid(self.any_of(Header), info, cells)
+        return OccupancyGrid(self.generate(Header), info, cells)
 
     def _image(self) -> Image:
         encoding, size = self._pick((("32FC1", 4), ("16UC1", 2), ("rgb8", 3), ("mono8", 1), ("bayer", 1)))
         width, height = (int(self._pick((0, 1, 2, 64, 240, 320, 640))) for _ in range(2))
         data = self._rng.integers(0, 256, width * height * size, np.uint8)
-        return Image(self.any_of(Header), height, width, encoding, 0, width * size, data)
+        return Image(self.generate(Header), height, width, encoding, 0, width * size, data)

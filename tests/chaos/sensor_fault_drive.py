@@ -1,4 +1,4 @@
-"""A simulated robot that drives straight on at full speed while something happens to one of its sensors."""
+"""Simulated drives straight ahead at full speed during which one of the sensors fails."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from chefbot.sim.world.shapes import clearance
 
 STEP_NS = 20_000_000
 AHEAD, SIDE = 0.75, 0.33
-"""Metres from the robot's middle to that of the box, and so far beside the way: outside the ranger's cone."""
-WAY = 2.4
-"""Metres of path."""
+"""Position of the box in base_link, metres; at SIDE it is outside the cone of the ultrasonic sensor."""
+PATH_LENGTH = 2.4
+"""Metres."""
 NODES = {
     "simulator": "chefbot.sim.device:SimulatorDevice",
     "frames": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
@@ -40,8 +40,8 @@ NODES = {
 }
 
 
-def lidar_alone() -> Robot:
-    """Neither camera nor ranger."""
+def robot_with_lidar_only() -> Robot:
+    """Return a robot without depth camera and ultrasonic sensor."""
     robot = load_robot("chefbot_lidar")
     sensors = msgspec.structs.replace(robot.sensors, depth_camera=None, ultrasonic=None)
     return msgspec.structs.replace(robot, name="lidar_alone", sensors=sensors)
@@ -50,22 +50,22 @@ def lidar_alone() -> Robot:
 ROBOTS = {
     "chefbot": load_robot("chefbot"),
     "chefbot_lidar": load_robot("chefbot_lidar"),
-    "lidar": lidar_alone(),
+    "lidar": robot_with_lidar_only(),
 }
 
 
 def sensors_of(robot: Robot) -> list[str]:
-    """The topics that a fault can befall."""
+    """Return the topics of the sensors that the simulator can let fail."""
     names = {"scan": robot.sensors.lidar, "depth": robot.sensors.depth_camera}
     return [name for name, sensor in names.items() if sensor is not None]
 
 
-def free_ways(world: str, count: int, seed: int) -> list[SE2]:
-    """Poses from which the floor is free for 3 m straight ahead, for half a metre to either side."""
-    known, rng = load_any_world(world, ROBOTS["chefbot"]), np.random.default_rng(seed)
-    solids = list(known.static)
+def straight_free_starts(world: str, count: int, seed: int) -> list[SE2]:
+    """Return random poses with free floor for 3 m straight ahead and 0.5 m to either side."""
+    loaded, rng = load_any_world(world, ROBOTS["chefbot"]), np.random.default_rng(seed)
+    solids = list(loaded.static)
     found: list[SE2] = []
-    corners = np.array([[place.x, place.y] for place in known.places.values()])
+    corners = np.array([[place.x, place.y] for place in loaded.places.values()])
     low, high = corners.min(0) - 2.0, corners.max(0) + 2.0
     while len(found) < count:
         x, y = rng.uniform(low, high).tolist()
@@ -77,18 +77,19 @@ def free_ways(world: str, count: int, seed: int) -> list[SE2]:
 
 
 class Outcome(NamedTuple):
-    """What came of one run; contact: the robot's greatest speed, m/s, when it touched something, 0 without."""
+    """The result of one drive."""
 
     contact: float
-    stood_after: float
-    """Seconds from the fault to the first commanded twist of zero that was not followed by another; inf: never."""
+    """Highest speed at which the robot touched something, m/s; 0 without contact."""
+    stopped_after: float
+    """Seconds from the fault to the last commanded twist that was not zero."""
     description: str
     status: int
-    """Of the action, 0 while it goes on."""
+    """Status of the action; 0 while it is active."""
 
 
-class BlindDrive:
-    """One robot with its controller in a world; `topic(name)` are the messages there since the start."""
+class SensorFaultDrive:
+    """A robot with its controller in a simulated world that follows a straight path while a sensor fails."""
 
     def __init__(
         self, robot: Robot, at: SE2 | None, world: str = "hotel", profile: str = "real", seed: int = 1
@@ -113,11 +114,11 @@ class BlindDrive:
             self.published.append(publication)
 
     def topic(self, name: str) -> list[Any]:
-        """Messages so far."""
-        return [one.message for one in self.published if one.topic == name]
+        """Return the messages published on a topic since the start."""
+        return [item.message for item in self.published if item.topic == name]
 
     def run(self, seconds: float) -> None:
-        """Also notes how fast the robot is when it touches something."""
+        """Run the simulation and record the speed at which the robot touches something."""
         until = self.loop.now_ns + round(seconds * 1e9)
         while self.loop.now_ns < until:
             before = abs(self.simulation.truth().v)
@@ -125,76 +126,76 @@ class BlindDrive:
             if self.simulation.touching:
                 self.contact = max(self.contact, before)
 
-    def go(self, way: float = WAY) -> None:
-        """Straight ahead."""
+    def follow_straight_path(self, length: float = PATH_LENGTH) -> None:
+        """Send a goal to follow a path straight ahead of the robot."""
         start = self.system.transforms.lookup("odom", "base_link")
-        poses = [start @ SE2(d, 0.0, 0.0) for d in np.arange(0.0, way, 0.05).tolist()]
+        poses = [start @ SE2(d, 0.0, 0.0) for d in np.arange(0.0, length, 0.05).tolist()]
         path = Path(
-            Header.of(0, "odom"), tuple(PoseStamped(Header.of(0, "odom"), Pose.of(one)) for one in poses)
+            Header.of(0, "odom"), tuple(PoseStamped(Header.of(0, "odom"), Pose.of(pose)) for pose in poses)
         )
         goal = FollowPath.send_goal(new_goal_id(), FollowPath_Goal(path))
         self.loop.publish("follow_path/_action/send_goal", goal, "test")
 
-    def go_at_full_speed(self) -> None:
-        """Returns when it does."""
-        self.go()
+    def accelerate_to_full_speed(self) -> None:
+        """Follow a straight path until the robot has 90 % of its maximum speed."""
+        self.follow_straight_path()
         for _ in range(60):
             self.run(0.1)
             if self.simulation.truth().v > 0.9 * max_speed(self.system.robot):
                 return
-        raise AssertionError("it does not get on")
+        raise AssertionError("the robot does not reach its maximum speed")
 
-    def fault(self, fault: str, sensor: str) -> None:
-        """Such as "freeze", "scan"."""
+    def inject(self, fault: str, sensor: str) -> None:
+        """Let a sensor fail: fault "stop", "freeze", "late", "half_blind" or "none"; sensor "scan" or "depth"."""
         self.loop.publish("simulation/sensor_fault", String(f"{fault} {sensor}"), "test", from_device=True)
         self.run(0.0)
 
     def drop_box(self, ahead: float = AHEAD, side: float = 0.0) -> None:
-        """Before the robot, where it is now."""
+        """Place a box at a position relative to the robot's pose, metres."""
         at = self.simulation.truth().pose @ SE2(ahead, side, 0.0)
         self.simulation.drop_box(at.x, at.y, (0.3, 0.3, 0.5))
 
     @property
     def standing(self) -> str:
-        """Why it stands, empty if it does not."""
-        told = self.topic("controller/standing")
-        return told[-1].data if told else ""
+        """Return why the controller keeps the robot standing; empty if it does not."""
+        published = self.topic("controller/standing")
+        return published[-1].data if published else ""
 
     @property
     def status(self) -> int:
-        """Of the order, 0 while it goes on."""
-        ended = self.topic("follow_path/_action/get_result")
-        return ended[-1].status if ended else 0
+        """Return the status of the action; 0 while it is active."""
+        results = self.topic("follow_path/_action/get_result")
+        return results[-1].status if results else 0
 
-    def seconds_to_stand(self, since_ns: int) -> float:
-        """From then to the twist of zero after which there was no other."""
+    def seconds_to_stop(self, since_ns: int) -> float:
+        """Return the time from `since_ns` to the first twist of zero after the last that was not."""
         moving = [
-            one.time_ns
-            for one in self.published
-            if isinstance(one.message, Twist) and (one.message.linear.x or one.message.angular.z)
+            item.time_ns
+            for item in self.published
+            if isinstance(item.message, Twist) and (item.message.linear.x or item.message.angular.z)
         ]
         return max(0.0, (moving[-1] + 100_000_000 - since_ns) / 1e9)
 
 
-def drive_into(robot: Robot, at: SE2, fault: str, sensor: str, side: float, seed: int = 1) -> Outcome:
-    """At full speed the fault begins, and half a second later a box is set down before the robot."""
-    drive = BlindDrive(robot, at, seed=seed)
-    drive.go_at_full_speed()
+def drive_with_fault(robot: Robot, at: SE2, fault: str, sensor: str, side: float, seed: int = 1) -> Outcome:
+    """Let the sensor fail at full speed and place a box in front of the robot half a second later."""
+    drive = SensorFaultDrive(robot, at, seed=seed)
+    drive.accelerate_to_full_speed()
     began = drive.loop.now_ns
-    drive.fault(fault, sensor)
+    drive.inject(fault, sensor)
     drive.run(0.5)
     drive.drop_box(side=side)
     drive.run(4.0)
-    outcome = Outcome(drive.contact, drive.seconds_to_stand(began), drive.standing, drive.status)
+    outcome = Outcome(drive.contact, drive.seconds_to_stop(began), drive.standing, drive.status)
     drive.system.stop()
     return outcome
 
 
 TITLES = {"scan": "lidar", "depth": "depth camera"}
 CONTACT = 0.05
-"""m/s; slower is no hit."""
+"""Lowest speed that counts as a collision, m/s."""
 
 
-def side_of(place: int) -> float:
-    """Straight ahead, and outside the ranger's cone to either side."""
-    return (0.0, SIDE, -SIDE)[place % 3]
+def box_offset(number: int) -> float:
+    """Return the lateral offset of the box in drive `number`: straight ahead, left, right."""
+    return (0.0, SIDE, -SIDE)[number % 3]

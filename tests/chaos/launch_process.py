@@ -1,4 +1,4 @@
-"""A launch or a demo in processes of its own, and an outsider on its wire."""
+"""Starts `chefbot` as a process of its own, with a node of the test on the same ROS 2 network."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HERE = Path(__file__).parent
 
 
 def wait_for(condition: Callable[[], object], patience: float = PATIENCE) -> float:
-    """Seconds that it took; AssertionError after `patience`."""
+    """Wait until the condition is true and return the seconds that it took; AssertionError after `patience`."""
     began = time.monotonic()
     while not condition():
         assert time.monotonic() < began + patience
@@ -29,13 +29,13 @@ def wait_for(condition: Callable[[], object], patience: float = PATIENCE) -> flo
     return time.monotonic() - began
 
 
-def tell(sentence: str) -> None:
-    """A figure, for `pytest -s`."""
+def report(sentence: str) -> None:
+    """Print a measured figure, which `pytest -s` shows."""
     sys.stdout.write(sentence + "\n")
 
 
 def name_of(pid: int) -> str:
-    """What it calls itself; empty if it is no more."""
+    """Return the name of a process; empty if it has ended."""
     try:
         return Path(f"/proc/{pid}/comm").read_text().strip()
     except (FileNotFoundError, ProcessLookupError):
@@ -47,14 +47,14 @@ def free_port() -> int:
         return int(server.getsockname()[1])
 
 
-class Launched:
-    """`chefbot` with these words, such as `launch` and a file."""
+class LaunchProcess:
+    """A process of `chefbot` with the given arguments, such as `launch` and a file."""
 
-    def __init__(self, words: Sequence[str], port: int) -> None:
+    def __init__(self, arguments: Sequence[str], port: int) -> None:
         self.port = port
         environment = {**os.environ, "CHEFBOT_WIRE_PORT": str(port), "ROS_DOMAIN_ID": "0"}
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "chefbot", *words],
+            [sys.executable, "-m", "chefbot", *arguments],
             env=environment,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -62,40 +62,40 @@ class Launched:
         )
 
     def child(self, name: str) -> int | None:
-        """The number of its process of that name, None while there is none."""
+        """Return the PID of its worker process of that name; None while there is none."""
         return next((pid for pid in children_of(self.process.pid) if name_of(pid) == name), None)
 
     def kill(self, name: str, by: signal.Signals = signal.SIGKILL) -> int:
-        """`kill -9` of a process of its own, or another signal; its number."""
+        """Send a signal to one of its worker processes and return the PID of that process."""
         pid = self.child(name)
         assert pid is not None, f"there is no process {name}"
         os.kill(pid, by)
         return pid
 
     def stop(self) -> str:
-        """Ctrl-C; what it said."""
+        """Interrupt it as Ctrl-C does and return its output."""
         self.process.send_signal(signal.SIGINT)
         return self.process.communicate(timeout=PATIENCE)[0]
 
 
 @contextmanager
-def running(*words: str) -> Iterator[tuple[Launched, RmwNode]]:
-    """`chefbot` with these words; whatever happens in between, nothing of it is left."""
-    one = Launched(words, free_port())
+def run_chefbot(*arguments: str) -> Iterator[tuple[LaunchProcess, RmwNode]]:
+    """Run `chefbot` with the given arguments and a node; on exit kill all processes that are left."""
+    chefbot = LaunchProcess(arguments, free_port())
     children: list[int] = []
     try:
-        with RmwContext(port=one.port, router=False) as wire, RmwNode(wire, "outsider") as node:
-            yield one, node
-            children = children_of(one.process.pid)
+        with RmwContext(port=chefbot.port, router=False) as wire, RmwNode(wire, "outsider") as node:
+            yield chefbot, node
+            children = children_of(chefbot.process.pid)
     finally:
-        for pid in [one.process.pid, *children, *children_of(one.process.pid)]:
+        for pid in [chefbot.process.pid, *children, *children_of(chefbot.process.pid)]:
             if is_alive(pid):
                 os.kill(pid, signal.SIGKILL)
-        one.process.communicate()
+        chefbot.process.communicate()
 
 
 @contextmanager
-def launched(name: str, *arguments: str) -> Iterator[tuple[Launched, RmwNode]]:
-    """`chefbot launch` of a file in this folder."""
-    with running("launch", str(HERE / name), *arguments) as both:
-        yield both
+def run_launch_file(name: str, *arguments: str) -> Iterator[tuple[LaunchProcess, RmwNode]]:
+    """Run `chefbot launch` with a launch file of this folder."""
+    with run_chefbot("launch", str(HERE / name), *arguments) as running:
+        yield running

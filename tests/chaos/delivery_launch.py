@@ -55,7 +55,7 @@ def demo_launch(folder: Path, name: str, **arguments: str) -> tuple[Path, Launch
         name: {"kind": node.kind, "params": node.params, "remap": node.remap, "process": node.process}
         for name, node in launch.nodes.items()
     }
-    path = folder / f"{name}_parts.yaml"
+    path = folder / f"{name}_processes.yaml"
     path.write_text(yaml.safe_dump({"args": {"robot": ROBOT}, "nodes": nodes}))
     return path, launch
 

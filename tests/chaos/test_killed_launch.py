@@ -15,8 +15,8 @@ from chefbot.msgs.geometry_msgs import Twist
 from chefbot.robot.motion_limits import max_speed
 from tests.chaos.delivery_launch import localized_robot
 from tests.chaos.launch_process import report, run_chefbot, wait_for
+from tests.hil.board_bench import ROBOT, BoardBench
 from tests.hil.boards import HostPort
-from tests.hil.desk import ROBOT, Desk
 from tests.support.processes import children_of, is_alive
 from tests.support.waiting import in_time
 
@@ -55,7 +55,7 @@ class Joystick:
             self._publish(Twist.of(self._speed, 0.0))
 
 
-def drive(joystick: Joystick, desk: Desk) -> None:
+def drive(joystick: Joystick, desk: BoardBench) -> None:
     """Release the joystick, as the board requires first, then push it until the robot has half its maximum speed."""
     joystick.push(0.0)
     time.sleep(0.5)
@@ -68,7 +68,7 @@ def drive(joystick: Joystick, desk: Desk) -> None:
 def test_a_killed_launch_stops_the_board_and_leaves_no_process(tmp_path: Path) -> None:
     path = tmp_path / "robot.yaml"
     path.write_text(LAUNCH)
-    desk = Desk(HostPort(), tmp_path / "board")
+    desk = BoardBench(HostPort(), tmp_path / "board")
     try:
         with (
             run_chefbot("launch", str(path), f"board_port:={desk.path}", "headless:=true") as (chefbot, node),

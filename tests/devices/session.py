@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tests.firmware.lines import framed
+from tests.firmware.serial_lines import framed
 
 from chefbot.board import BoardSession, unframe
 from chefbot.robot.load import load_robot

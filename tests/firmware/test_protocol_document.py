@@ -1,24 +1,24 @@
-"""docs/protocol.md tells the truth: its example is what the program says, its tables are what the headers say."""
+"""Tests that the example and the tables of docs/protocol.md agree with the firmware."""
 
 from __future__ import annotations
 
 import re
 
 from tests.firmware.host_board import FIRMWARE
-from tests.firmware.lines import unframed
-from tests.firmware.transcript import transcript
+from tests.firmware.protocol_example import record_example
+from tests.firmware.serial_lines import parse_message
 
-PAGE = (FIRMWARE.parent / "docs" / "protocol.md").read_text()
+DOCUMENT = (FIRMWARE.parent / "docs" / "protocol.md").read_text()
 
 
 def test_the_documented_example_is_the_program_output() -> None:
-    (example,) = re.findall(r"```\n(.*?)\n```", PAGE, re.S)
-    assert example.split("\n") == transcript()
+    (example,) = re.findall(r"```\n(.*?)\n```", DOCUMENT, re.S)
+    assert example.split("\n") == record_example()
 
 
 def test_the_documented_crc_check_value_is_correct() -> None:
-    assert unframed(b"a 1*" + _crc(b"a 1")).letter == "a"
-    assert _crc(b"123456789") == b"29B1" and "29B1" in PAGE
+    assert parse_message(b"a 1*" + _crc(b"a 1")).letter == "a"
+    assert _crc(b"123456789") == b"29B1" and "29B1" in DOCUMENT
 
 
 def _crc(data: bytes) -> bytes:
@@ -33,15 +33,15 @@ def _crc(data: bytes) -> bytes:
 def test_every_flag_and_reason_is_documented() -> None:
     flags = re.findall(r"const Flags \w+ = 1u << (\d+);", (FIRMWARE / "core" / "flags.h").read_text())
     assert len(flags) == 15
-    section = PAGE[PAGE.index("**flags**") : PAGE.index("**reason**")]
+    section = DOCUMENT[DOCUMENT.index("**flags**") : DOCUMENT.index("**reason**")]
     for bit in map(int, flags):
         assert f"{1 << bit:04X}" in section
-    reasons = re.findall(r"^    [A-Z]+ = (\d+),.*//|^    NONE = (\d+),", _refusals(), re.M)
+    reasons = re.findall(r"^    [A-Z]+ = (\d+),.*//|^    NONE = (\d+),", _rejection_reasons(), re.M)
     assert len(reasons) == 9
     for number in range(1, 9):
-        assert f"{number} " in PAGE[PAGE.index("**reason**") :].split("\n\n")[0]
+        assert f"{number} " in DOCUMENT[DOCUMENT.index("**reason**") :].split("\n\n")[0]
 
 
-def _refusals() -> str:
+def _rejection_reasons() -> str:
     text = (FIRMWARE / "core" / "board.h").read_text()
     return text[text.index("enum class Refusal") : text.index("enum class State")]

@@ -1,4 +1,4 @@
-"""A host program that dies or hangs at full speed: real signals, counted in the board's own time."""
+"""Tests that the board stops the wheels in time when the host program dies or hangs or its cable is pulled."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ import pytest
 from chefbot.robot.motion_limits import max_speed
 from tests.devices.driven import Driven, drive, push
 from tests.devices.emulated import Cable
+from tests.hil.board_bench import NO_LOAD, ROBOT, BoardBench
 from tests.hil.boards import HostPort, LockstepBoard, MegaBoard
-from tests.hil.desk import NO_LOAD, ROBOT, Desk
 from tests.support.waiting import PATIENCE, wait_for
 
 pytestmark = pytest.mark.slow
@@ -37,60 +37,60 @@ driven.loop.run()
 
 
 @pytest.fixture(params=[HostPort, MegaBoard])
-def desk(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Desk]:
+def bench(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[BoardBench]:
     board: LockstepBoard = request.param()
-    with closing(Desk(board, tmp_path / "board")) as one:
-        yield one
+    with closing(BoardBench(board, tmp_path / "board")) as running:
+        yield running
 
 
-def at_full_speed(desk: Desk) -> bool:
-    return min(desk.wheels.speed) > 0.95 * max_speed(ROBOT) / ROBOT.metres_per_tick
+def at_full_speed(bench: BoardBench) -> bool:
+    return min(bench.wheels.speed) > 0.95 * max_speed(ROBOT) / ROBOT.metres_per_tick
 
 
-def halted(process: subprocess.Popen[bytes]) -> None:
-    """SIGSTOP, and it has stopped."""
+def suspend(process: subprocess.Popen[bytes]) -> None:
+    """Send SIGSTOP and wait until the process is suspended."""
     process.send_signal(signal.SIGSTOP)
     stat = Path(f"/proc/{process.pid}/stat")
-    wait_for(lambda: stat.read_text().rpartition(")")[2].split()[0] == "T", "the halt")
+    wait_for(lambda: stat.read_text().rpartition(")")[2].split()[0] == "T", "suspension")
 
 
-def killed(process: subprocess.Popen[bytes]) -> None:
-    """SIGKILL, and it is dead."""
+def kill(process: subprocess.Popen[bytes]) -> None:
+    """Send SIGKILL and wait until the process has ended."""
     process.send_signal(signal.SIGKILL)
     process.wait(PATIENCE)
 
 
-@pytest.mark.parametrize("how", [killed, halted])
-def test_a_killed_host_program_stops_the_wheels(
-    desk: Desk,
-    how: Callable[[subprocess.Popen[bytes]], None],
+@pytest.mark.parametrize("fault", [kill, suspend])
+def test_a_dead_or_hanging_host_program_stops_the_wheels(
+    bench: BoardBench,
+    fault: Callable[[subprocess.Popen[bytes]], None],
     record_property: Callable[[str, object], None],
 ) -> None:
     root = Path(__file__).parents[2]
-    command = [sys.executable, "-c", HOST, str(desk.path), str(max_speed(ROBOT) / ROBOT.wheel_radius)]
+    command = [sys.executable, "-c", HOST, str(bench.path), str(max_speed(ROBOT) / ROBOT.wheel_radius)]
     process = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": str(root)}, cwd=root)
     try:
-        wait_for(lambda: at_full_speed(desk), "full speed")
-        stopped = desk.stops_after(lambda: how(process))
+        wait_for(lambda: at_full_speed(bench), "full speed")
+        stopped = bench.stops_after(lambda: fault(process))
     finally:
         process.kill()
         process.wait(PATIENCE)
     record_property("stopped_ms", stopped)
     assert 100.0 < stopped <= LIMIT_MS
-    wait_for(lambda: desk.wheels.speed == [0.0, 0.0], "standstill")
+    wait_for(lambda: bench.wheels.speed == [0.0, 0.0], "standstill")
 
 
 def test_a_pulled_cable_stops_the_wheels(
-    desk: Desk, tmp_path: Path, record_property: Callable[[str, object], None]
+    bench: BoardBench, tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:
-    with Cable(desk.path, tmp_path / "port") as cable, Driven(str(cable.path)) as driven:
+    with Cable(bench.path, tmp_path / "port") as cable, Driven(str(cable.path)) as driven:
         drive(driven, cable, max_speed(ROBOT))
-        push(driven, cable, max_speed(ROBOT), lambda: at_full_speed(desk))
-        stopped = desk.stops_after(cable.pull)
+        push(driven, cable, max_speed(ROBOT), lambda: at_full_speed(bench))
+        stopped = bench.stops_after(cable.pull)
     record_property("stopped_ms", stopped)
     assert 0.0 < stopped <= LIMIT_MS
 
 
 def test_the_wheels_can_reach_full_speed() -> None:
-    """Else the tests above would wait for ever."""
+    """The other tests of this module wait for full speed."""
     assert max_speed(ROBOT) / ROBOT.metres_per_tick < 0.95 * NO_LOAD

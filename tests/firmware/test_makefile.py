@@ -1,6 +1,7 @@
-"""What the firmware's own Makefile checks: unit tests under sanitizers, coverage, fuzz, sizes.
+"""Runs the checks of the firmware's Makefile: unit tests under sanitizers, coverage, fuzzing and program size.
 
-Its mutants take minutes; `make -C firmware test` runs them."""
+Mutation tests take minutes and are left to `make -C firmware test`.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +31,8 @@ def test_safety_code_is_fully_covered() -> None:
 @pytest.mark.slow
 def test_ten_million_fuzzed_bytes_do_no_harm() -> None:
     need("make", "g++")
-    said = make("fuzz", BYTES=10_000_000, SEED=2)
-    match = re.search(r"fuzz: (\d+) bytes.* (\d+) lines accepted.* motion in (\d+) of", said)
+    output = make("fuzz", BYTES=10_000_000, SEED=2)
+    match = re.search(r"fuzz: (\d+) bytes.* (\d+) lines accepted.* motion in (\d+) of", output)
     assert match and int(match[1]) >= 10_000_000 and int(match[2]) > 1000 and int(match[3]) > 1000
 
 

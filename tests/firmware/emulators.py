@@ -1,4 +1,4 @@
-"""The microcontrollers' programs in their emulators, driven like HostBoard."""
+"""Programs of microcontrollers in emulators, with the same methods as HostBoard."""
 
 from __future__ import annotations
 
@@ -11,54 +11,54 @@ from typing import NamedTuple
 import pytest
 
 from tests.firmware.host_board import FIRMWARE, make, need
-from tests.firmware.lines import framed
+from tests.firmware.serial_lines import add_checksum
 from tests.support.waiting import PATIENCE
 
 BUILD = FIRMWARE / "build"
 SIMAVR_HEADER = Path("/usr/include/simavr/sim_avr.h")
 BOOT_LOADER = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders/stk500v2/stk500boot_v2_mega2560.hex")
-"""What every Mega is sold with."""
+"""The boot loader that a new Mega contains."""
 
 
-class BenchState(NamedTuple):
-    """What `run` answers."""
+class EmulatorState(NamedTuple):
+    """Outputs at the end of `run`, and the bytes sent in it."""
 
     duty: tuple[int, int]
     drivers: int
     steps: int
     longest_step: int
-    """Cycles from the first instruction of a control step to its last, encoder interrupts within included."""
+    """Cycles of the longest control step, including encoder interrupts during it."""
     resets: int
-    said: bytes
+    sent: bytes
 
 
-class Bench:
-    """A microcontroller's program in its emulator, in lockstep; `close` ends it."""
+class BoardEmulator:
+    """A microcontroller's program in its emulator, in lockstep with the test; `close` ends it."""
 
     name: str
     battery_adc: int
-    """What the converter reads of the bench's first 12 V."""
+    """Reading of the analogue-digital converter at the initial 12 V."""
     echo_jitter_us: int
-    """Between a pulse and what the program measures of it."""
+    """Largest error of the measured width of a pulse."""
 
     def __init__(self, command: list[str], folder: Path) -> None:
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=folder
         )
         self.sequence = 0
-        self.said = b""
-        self._chance = random.Random(3)
+        self.sent = b""
+        self._rng = random.Random(3)
 
     def battery_mv(self, adc: int) -> int:
-        """Millivolts that the program makes of a reading."""
+        """Return the millivolts that the program calculates from a reading."""
         raise NotImplementedError
 
     def battery_command(self, adc: int) -> int:
-        """Millivolts to give to the bench for that reading."""
+        """Return the millivolts to set in the emulator for a reading."""
         raise NotImplementedError
 
     def readable_duty(self, duty: int) -> int:
-        """What can be read back of `duty` from the timer's compare register."""
+        """Return the value of `duty` after rounding to the timer's compare register."""
         raise NotImplementedError
 
     def close(self) -> None:
@@ -68,7 +68,7 @@ class Bench:
         self._process.stdout.close()
 
     def ask(self, command: str) -> str:
-        """Answer to one command of the bench."""
+        """Send a command to the emulator and return its answer."""
         assert self._process.stdin and self._process.stdout
         self._process.stdin.write(command + "\n")
         self._process.stdin.flush()
@@ -78,37 +78,37 @@ class Bench:
         if data:
             assert self.ask(f"tx {data.hex()}") == "ok"
 
-    def say(self, letter: str, *numbers: int) -> None:
-        """A command with the next sequence number."""
+    def send_command(self, letter: str, *numbers: int) -> None:
+        """Send a command with the next sequence number."""
         self.sequence = (self.sequence + 1) % 65536
-        self.write(framed(" ".join([letter, str(self.sequence), *map(str, numbers)])))
+        self.write(add_checksum(" ".join([letter, str(self.sequence), *map(str, numbers)])))
 
-    def live_imu(self) -> None:
-        """Level, at rest, with noise."""
-        noise = [self._chance.randint(-3, 3) for _ in range(6)]
+    def set_imu_at_rest(self) -> None:
+        """Set the IMU's registers to those of a level board at rest, with noise."""
+        noise = [self._rng.randint(-3, 3) for _ in range(6)]
         raw = [noise[0], noise[1], 8192 + noise[2], -3920, *noise[3:]]
         assert self.ask("imu " + " ".join(map(str, raw))) == "ok"
 
-    def run(self, us: int) -> BenchState:
+    def run(self, us: int) -> EmulatorState:
         answer = self.ask(f"run {us}").split()
         left, right, drivers, steps, longest, resets = map(int, answer[:6])
-        said = b"" if answer[6] == "-" else bytes.fromhex(answer[6])
-        self.said += said
-        return BenchState((left, right), drivers, steps, longest, resets, said)
+        sent = b"" if answer[6] == "-" else bytes.fromhex(answer[6])
+        self.sent += sent
+        return EmulatorState((left, right), drivers, steps, longest, resets, sent)
 
-    def shake_hands(self) -> None:
-        """Opens a session; the answer names its first sequence."""
-        self.write(framed("v 7 1"))
-        self.said = b""
+    def open_session(self) -> None:
+        """Open a session by the handshake, whose answer contains the first sequence number."""
+        self.write(add_checksum("v 7 1"))
+        self.sent = b""
         for _ in range(5):
-            self.live_imu()
+            self.set_imu_at_rest()
             self.run(10_000)
-        (answer,) = [line for line in self.said.splitlines() if line.startswith(b"v ")]
+        (answer,) = [line for line in self.sent.splitlines() if line.startswith(b"v ")]
         self.sequence = int(answer.split(b"*")[0].split(b" ")[-2])
 
 
-class Mega(Bench):
-    """ATmega2560 in simavr."""
+class MegaEmulator(BoardEmulator):
+    """An ATmega2560 in simavr."""
 
     name = "mega2560"
     battery_adc = 613
@@ -134,8 +134,8 @@ class Mega(Bench):
         return size if duty > 0 else -size
 
 
-class MegaAsSold(Mega):
-    """With the boot loader, which listens for a new program first; `reset` is what opening its port does."""
+class MegaWithBootLoader(MegaEmulator):
+    """A Mega whose boot loader first waits for a new program; `reset` has the effect of opening its port."""
 
     name = "mega2560 with its boot loader"
 
@@ -149,12 +149,12 @@ class MegaAsSold(Mega):
         assert self.ask("reset") == "ok"
 
 
-class Pico(Bench):
-    """RP2040 in rp2040js."""
+class PicoEmulator(BoardEmulator):
+    """An RP2040 in rp2040js."""
 
     name = "rp2040"
     battery_adc = 2613
-    echo_jitter_us = 20  # an interrupt that another may hold up
+    echo_jitter_us = 20  # measured by an interrupt that another one may delay
 
     def __init__(self) -> None:
         need("make", "arm-none-eabi-g++", "node")

@@ -1,4 +1,4 @@
-"""The real driver and the Mega's own program in simavr, over a pty, with wheels that turn."""
+"""Tests the driver with the Mega's program in simavr over a pseudo-terminal, with simulated wheels."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
 from tests.devices.driven import Driven, clear_faults, drive, ready, standing
 from tests.devices.emulated import Cable
+from tests.hil.board_bench import ROBOT, BoardBench
 from tests.hil.boards import MegaBoard
-from tests.hil.desk import ROBOT, Desk
 
 pytestmark = pytest.mark.slow
 
@@ -23,47 +23,47 @@ SPEED = 0.2
 
 
 @pytest.fixture
-def desk(tmp_path: Path) -> Iterator[Desk]:
-    with closing(Desk(MegaBoard(), tmp_path / "mega")) as one:
-        yield one
+def bench(tmp_path: Path) -> Iterator[BoardBench]:
+    with closing(BoardBench(MegaBoard(), tmp_path / "mega")) as running:
+        yield running
 
 
 @pytest.fixture
-def cable(desk: Desk, tmp_path: Path) -> Iterator[Cable]:
-    with Cable(desk.path, tmp_path / "port") as one:
-        yield one
+def cable(bench: BoardBench, tmp_path: Path) -> Iterator[Cable]:
+    with Cable(bench.path, tmp_path / "port") as connected:
+        yield connected
 
 
 @pytest.fixture
 def driven(cable: Cable) -> Iterator[Driven]:
-    with Driven(str(cable.path)) as one:
-        yield one
+    with Driven(str(cable.path)) as driver:
+        yield driver
 
 
 def newest(driven: Driven, topic: str) -> object:
-    told = driven.heard.get(topic, [])
-    return told[-1] if told else None
+    received = driven.heard.get(topic, [])
+    return received[-1] if received else None
 
 
-def test_handshake_drive_and_sensor_data(desk: Desk, driven: Driven, cable: Cable) -> None:
-    """Ticks, turn rate, battery and echo come through as the surroundings have them."""
-    desk.happen(lambda board: board.set("echo", 5831))
-    desk.happen(lambda board: board.set("battery", 12500))
+def test_handshake_drive_and_sensor_data(bench: BoardBench, driven: Driven, cable: Cable) -> None:
+    """Ticks, yaw rate, battery voltage and range have the values that the bench simulates."""
+    bench.apply(lambda board: board.set("echo", 5831))
+    bench.apply(lambda board: board.set("battery", 12500))
     drive(driven, cable, SPEED)
     answer = cable.newest(VersionLine)
     assert isinstance(answer, VersionLine)
     assert (answer.name, answer.port) == ("chefbot", "mega2560")
     driven.turn = 0.05
     driven.until(lambda: driven.ticks > 4000, "ticks")
-    wanted = 2 * driven.turn / ROBOT.wheels.separation
+    expected = 2 * driven.turn / ROBOT.wheels.separation
     rates = [m.angular_velocity.z for m in driven.heard["imu/data"] if isinstance(m, Imu)]
-    assert rates[-1] == pytest.approx(wanted, rel=0.1)
+    assert rates[-1] == pytest.approx(expected, rel=0.1)
     driven.turn = 0.0
     driven.rest()
-    driven.until(lambda: desk.wheels.speed == [0.0, 0.0], "standstill")
+    driven.until(lambda: bench.wheels.speed == [0.0, 0.0], "standstill")
     before = len(driven.heard["wheel_ticks"])
     driven.until(lambda: len(driven.heard["wheel_ticks"]) > before + 5, "ticks")
-    assert _ticks(newest(driven, "wheel_ticks")) == tuple(desk.wheels.ticks)
+    assert _ticks(newest(driven, "wheel_ticks")) == tuple(bench.wheels.ticks)
     battery, echo = newest(driven, "battery_state"), newest(driven, "ultrasonic")
     assert isinstance(battery, BatteryState) and battery.voltage == pytest.approx(12.5, abs=0.05)
     assert isinstance(echo, Range) and echo.range == pytest.approx(1.0, abs=0.01)
@@ -75,11 +75,11 @@ def _ticks(message: object) -> tuple[int, int]:
     return message.left, message.right
 
 
-def test_the_emergency_stop_button_latches(desk: Desk, driven: Driven, cable: Cable) -> None:
+def test_the_emergency_stop_button_latches(bench: BoardBench, driven: Driven, cable: Cable) -> None:
     drive(driven, cable, SPEED)
-    desk.happen(lambda board: board.set("estop", 1))
-    driven.until(lambda: "emergency stop button" in driven.health, "the news")
-    desk.happen(lambda board: board.set("estop", 0))
+    bench.apply(lambda board: board.set("estop", 1))
+    driven.until(lambda: "emergency stop button" in driven.health, "the diagnostic")
+    bench.apply(lambda board: board.set("estop", 0))
     count = len(cable.lines)
     driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
     status = cable.newest(StatusLine)
@@ -92,36 +92,36 @@ def test_the_emergency_stop_button_latches(desk: Desk, driven: Driven, cable: Ca
     drive(driven, cable, SPEED)
 
 
-def test_a_wheel_that_turns_backwards_stops_both(desk: Desk, driven: Driven, cable: Cable) -> None:
+def test_a_wheel_that_turns_backwards_stops_both(bench: BoardBench, driven: Driven, cable: Cable) -> None:
     drive(driven, cable, SPEED)
     count = len(cable.lines)
-    desk.reversed = 1
-    driven.until(lambda: "right encoder" in driven.health, "the news")
+    bench.reversed = 1
+    driven.until(lambda: "right encoder" in driven.health, "the diagnostic")
     driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
-    desk.reversed = None
+    bench.reversed = None
     clear_faults(driven, cable)
     drive(driven, cable, SPEED)
 
 
 def test_a_board_reset_while_driving_stands_until_a_zero_command(
-    desk: Desk, driven: Driven, cable: Cable
+    bench: BoardBench, driven: Driven, cable: Cable
 ) -> None:
     drive(driven, cable, SPEED)
     driven.until(lambda: driven.ticks > 2000, "ticks")
     count = len(cable.lines)
-    desk.happen(lambda board: board.reset())
+    bench.apply(lambda board: board.reset())
     driven.until(lambda: any(line.sequence == 0 for line in cable.lines[count:]), "the restart")
     count = len(cable.lines)
     driven.until(lambda: ready(cable), "the new session")
     driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
-    assert driven.ticks < 2000  # counted since the board began
+    assert driven.ticks < 2000  # counted since the reset
     drive(driven, cable, SPEED)
 
 
-def test_the_cable_can_be_pulled_and_plugged_back(desk: Desk, driven: Driven, cable: Cable) -> None:
+def test_the_cable_can_be_pulled_and_plugged_back(bench: BoardBench, driven: Driven, cable: Cable) -> None:
     drive(driven, cable, SPEED)
-    assert desk.stops_after(cable.pull) <= 200.0
-    driven.until(lambda: "broke" in driven.health or "no motor board" in driven.health, "the news")
+    assert bench.stops_after(cable.pull) <= 200.0
+    driven.until(lambda: "broke" in driven.health or "no motor board" in driven.health, "the diagnostic")
     cable.plug()
     count = len(cable.lines)
     driven.until(lambda: ready(cable), "the connection")
@@ -129,13 +129,15 @@ def test_the_cable_can_be_pulled_and_plugged_back(desk: Desk, driven: Driven, ca
     drive(driven, cable, SPEED)
 
 
-def test_an_imu_lost_on_the_bus_is_reported_and_recovers(desk: Desk, driven: Driven, cable: Cable) -> None:
+def test_an_imu_lost_on_the_bus_is_reported_and_recovers(
+    bench: BoardBench, driven: Driven, cable: Cable
+) -> None:
     drive(driven, cable, SPEED)
-    desk.happen(lambda board: board.set("imu_answers", 0))
-    driven.until(lambda: "IMU is absent" in driven.health, "the news")
+    bench.apply(lambda board: board.set("imu_answers", 0))
+    driven.until(lambda: "IMU is absent" in driven.health, "the diagnostic")
     count = len(driven.heard["imu/data"])
     ticks = driven.ticks
-    driven.until(lambda: driven.ticks > ticks + 1000, "ticks: it drives on by its wheels")
+    driven.until(lambda: driven.ticks > ticks + 1000, "ticks: odometry continues with the wheels alone")
     assert len(driven.heard["imu/data"]) <= count + 1
-    desk.happen(lambda board: board.set("imu_answers", 1))
+    bench.apply(lambda board: board.set("imu_answers", 1))
     driven.until(lambda: len(driven.heard["imu/data"]) > count + 10, "the IMU")

@@ -1,4 +1,4 @@
-"""The lines of docs/protocol.md, written a second time on purpose: tests must not trust the program they test."""
+"""An independent implementation of the serial lines of docs/protocol.md, so that tests do not use the tested one."""
 
 from __future__ import annotations
 
@@ -6,29 +6,29 @@ import binascii
 from typing import NamedTuple
 
 
-def framed(text: str) -> bytes:
-    """`text` with CRC-16/CCITT-FALSE and line end."""
+def add_checksum(text: str) -> bytes:
+    """Return `text` with CRC-16/CCITT-FALSE and line end."""
     data = text.encode("ascii")
     return data + b"*%04X\n" % binascii.crc_hqx(data, 0xFFFF)
 
 
 class Message(NamedTuple):
-    """A line from the board whose CRC holds."""
+    """A line from the board with a valid CRC."""
 
     letter: str
     sequence: int
     fields: tuple[str, ...]
 
 
-def unframed(line: bytes) -> Message:
-    """Raises AssertionError where the line is damaged."""
+def parse_message(line: bytes) -> Message:
+    """Return the message of a line; AssertionError if the line is corrupt."""
     text, star, crc = line.rpartition(b"*")
     assert star and crc == b"%04X" % binascii.crc_hqx(text, 0xFFFF), line
     letter, sequence, *fields = text.decode("ascii").split(" ")
     return Message(letter, int(sequence), tuple(fields))
 
 
-def messages(data: bytes) -> list[Message]:
-    """Of whole lines."""
+def parse_messages(data: bytes) -> list[Message]:
+    """Return the messages of complete lines."""
     assert data == b"" or data.endswith(b"\n")
-    return [unframed(line) for line in data.splitlines()]
+    return [parse_message(line) for line in data.splitlines()]

@@ -49,13 +49,13 @@ from tests.chaos.message_generator import MessageGenerator
 
 SECOND = 1_000_000_000
 MESSAGES_PER_STEP = 25
-"""MessageGenerator at publication instant, then the loop goes on for STEP_NS."""
+"""Messages at one instant, after which the loop runs for STEP_NS."""
 STEP_NS = 50_000_000
 WARM_UP = 3.0
 RECOVERY_TIME, GOAL_TIMEOUT = 10.0, 60.0
 """Seconds of simulated time after the random messages, for recovery and to reach a goal."""
 MUTATED_SHARE = 0.6
-"""Share of the messages that are mutations of publication that the launch has published; the others are generated."""
+"""Share of the messages that are mutations of a message that the launch has published; the others are generated."""
 WORLD_CHANGES = ("simulation/drop_box", "simulation/kidnap", "simulation/door")
 """Topics that change the simulated world permanently; they are left out if the robot has to reach a goal later."""
 

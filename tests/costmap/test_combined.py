@@ -1,4 +1,4 @@
-"""A costmap that is updated where it has changed is, to the byte, one that is updated everywhere."""
+"""Tests that incremental updates of a layered costmap are bit-identical to full updates."""
 
 import math
 
@@ -22,7 +22,7 @@ RADIUS = 0.2
 
 
 def ranges_of(seed: int) -> np.ndarray:
-    """Some of them inf, NaN, 0 or beyond what marks."""
+    """Return random ranges, some of which are inf, NaN, 0 or beyond the marking range."""
     rng = np.random.default_rng(seed)
     ranges = rng.uniform(0.1, 2.0, ANGLES.size)
     ranges[rng.random(ANGLES.size) < 0.2] = rng.choice([math.inf, math.nan, 0.0])
@@ -30,7 +30,7 @@ def ranges_of(seed: int) -> np.ndarray:
 
 
 def static_of(seed: int) -> Grid:
-    """Up to 4 m, with regions that nobody has seen."""
+    """Return a random map of up to 4 m with unknown regions."""
     rng = np.random.default_rng(seed)
     cells = np.zeros(rng.integers(5, 40, 2), np.int8)
     for value in (100, -1, -1):
@@ -39,15 +39,15 @@ def static_of(seed: int) -> Grid:
     return Grid(cells, 0.1, *(0.1 * rng.integers(-10, 3, 2)))
 
 
-def anywhere(rng: np.random.Generator) -> SE2:
-    """On the map or a little off it."""
+def random_pose(rng: np.random.Generator) -> SE2:
+    """Return a random pose on the map or up to half a metre outside it."""
     return SE2(*rng.uniform(-0.5, 2.5, 2), rng.uniform(-3.0, 3.0))
 
 
-def do_something(costs: LayeredCostmap, seed: int) -> None:
-    """One of all that changes a costmap; most often a scan."""
+def apply_random_change(costs: LayeredCostmap, seed: int) -> None:
+    """Call one of the methods that change a costmap, most often with a scan."""
     rng = np.random.default_rng(seed)
-    kind, pose = rng.choice(9, p=(0.35, 0.15, 0.15, 0.02, 0.06, 0.06, 0.06, 0.05, 0.1)), anywhere(rng)
+    kind, pose = rng.choice(9, p=(0.35, 0.15, 0.15, 0.02, 0.06, 0.06, 0.06, 0.05, 0.1)), random_pose(rng)
     source = ("laser", "camera")[seed % 2]
     if kind == 0:
         costs.mark_and_clear(source, pose, ANGLES, ranges_of(seed))
@@ -70,25 +70,25 @@ def do_something(costs: LayeredCostmap, seed: int) -> None:
         costs.clear_footprint(pose)
 
 
-def anew(costs: LayeredCostmap) -> Costmap:
-    """All of it."""
+def full_update(costs: LayeredCostmap) -> Costmap:
+    """Update all cells."""
     costs._combined = None
     return costs.update()
 
 
 @settings(max_examples=25)
 @given(st.integers(0, 2**20), st.booleans(), st.booleans(), st.booleans())
-def test_incremental_update_equals_a_full_update(seed: int, rolling: bool, wary: bool, track: bool) -> None:
+def test_incremental_update_equals_a_full_update(seed: int, rolling: bool, avoid: bool, track: bool) -> None:
     params = msgspec.structs.replace(PARAMS, track_unknown=track)
-    costs, whole = (LayeredCostmap(params, RADIUS, rolling=rolling, avoid_unknown=wary) for _ in range(2))
+    costs, whole = (LayeredCostmap(params, RADIUS, rolling=rolling, avoid_unknown=avoid) for _ in range(2))
     if not rolling:
         costs.set_static(static_of(seed))
         whole.set_static(static_of(seed))
     for step in range(seed, seed + 30):
-        do_something(costs, step)
-        do_something(whole, step)
+        apply_random_change(costs, step)
+        apply_random_change(whole, step)
         if step % 3:
-            np.testing.assert_array_equal(costs.update().cells, anew(whole).cells)
+            np.testing.assert_array_equal(costs.update().cells, full_update(whole).cells)
 
 
 def test_an_earlier_result_is_not_modified() -> None:
@@ -104,21 +104,21 @@ def test_an_earlier_result_is_not_modified() -> None:
 def test_one_scan_inflates_only_its_surroundings(monkeypatch: pytest.MonkeyPatch) -> None:
     sizes = []
 
-    def counted(cells: np.ndarray, table: np.ndarray) -> np.ndarray:
+    def record_size(cells: np.ndarray, table: np.ndarray) -> np.ndarray:
         sizes.append(cells.size)
         return inflate(cells, table)
 
     costs = LayeredCostmap(PARAMS, RADIUS)
     costs.set_static(Grid(np.zeros((500, 500), np.int8), 0.1, 0.0, 0.0))
     costs.update()
-    monkeypatch.setattr("chefbot.costmap.master_costmap.inflate", counted)
+    monkeypatch.setattr("chefbot.costmap.master_costmap.inflate", record_size)
     costs.update()
     assert sizes == [], "nothing has changed"
     costs.mark_and_clear("laser", SE2(25.0, 25.0, 0.0), ANGLES, np.full(ANGLES.size, 1.0))
     costs.update()
     assert (
         sum(sizes) <= (2 * (10 + 2 * 6 + 3)) ** 2
-    )  # cells: reach of the scan, twice that of inflation, rounding
+    )  # cells: marking range, twice the inflation radius, rounding
 
 
 def test_update_windows_merge_and_stay_within_the_grid() -> None:

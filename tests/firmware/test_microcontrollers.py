@@ -73,7 +73,7 @@ class EmulatorAndHost:
         self.duties.append((tuple(map(self.emulator.readable_duty, self.host.state.duty)), state.duty))
 
     def compared(self) -> tuple[list[Message], list[Message]]:
-        """Return the messages of host and emulator, without the last ones that the emulator's line has not sent yet."""
+        """Return the messages of host and emulator, without the last that its line has not sent yet."""
         sent = self.emulator.sent[: self.emulator.sent.rfind(b"\n") + 1]
         of_emulator = [_without_port_name(parse_message(line)) for line in sent.splitlines()]
         of_host = [_without_port_name(parse_message(line)) for line in self.host_sent.splitlines()]

@@ -1,4 +1,4 @@
-"""Motion model, resampling, tempering, clusters, roughening, doubt: each by what its theory promises."""
+"""Tests motion model, resampling, tempering, clusters, roughening and recovery estimator against their theory."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ def test_particles_have_the_mean_and_spread_of_the_motion_model(
     motion = SE2(x, y, yaw)
     particles = np.tile(np.array([3.0, -2.0, start]), (20_000, 1))
     odometry_motion.move(particles, motion, AmclParams(), np.random.default_rng(3))
-    wanted = SE2(3.0, -2.0, start) @ motion
+    expected = SE2(3.0, -2.0, start) @ motion
     first, length, second = odometry_motion.spread(motion, AmclParams())
     side = math.hypot(length, first * math.hypot(x, y))
-    assert np.abs(particles[:, :2].mean(axis=0) - (wanted.x, wanted.y)).max() < (
+    assert np.abs(particles[:, :2].mean(axis=0) - (expected.x, expected.y)).max() < (
         odometry_motion.MIN_TRANSLATION + 0.05 * side + first**2 * math.hypot(x, y)
     )
-    off = np.remainder(particles[:, 2] - wanted.yaw + math.pi, 2 * math.pi) - math.pi
+    off = np.remainder(particles[:, 2] - expected.yaw + math.pi, 2 * math.pi) - math.pi
     assert off.mean() == pytest.approx(0.0, abs=0.04 * math.hypot(first, second) + 1e-9)
     assert off.std() == pytest.approx(math.hypot(first, second), rel=0.05, abs=1e-9)
     assert np.all(np.abs(particles[:, 2]) <= math.pi)
@@ -110,9 +110,9 @@ def test_narrow_scans_count_as_few_independent_beams() -> None:
 
 def test_the_heaviest_cluster_is_the_estimate_not_the_mean() -> None:
     rng = np.random.default_rng(0)
-    one = np.array([2.0, 2.0, math.pi]) + rng.normal(size=(700, 3)) * 0.05
-    other = np.array([8.0, 8.0, 0.0]) + rng.normal(size=(300, 3)) * 0.05
-    both = np.concatenate([one, other])
+    first = np.array([2.0, 2.0, math.pi]) + rng.normal(size=(700, 3)) * 0.05
+    second = np.array([8.0, 8.0, 0.0]) + rng.normal(size=(300, 3)) * 0.05
+    both = np.concatenate([first, second])
     both[:, 2] = np.remainder(both[:, 2] + math.pi, 2 * math.pi) - math.pi
     bins = PoseBins(GRID)
     cluster = clusters.heaviest(both, np.full(1000, 1e-3), bins)
@@ -136,17 +136,17 @@ def test_roughening_separates_copies_and_keeps_the_spread() -> None:
 
 
 def test_recovery_probability_rises_with_a_bad_fit_and_resets() -> None:
-    doubt = recovery.RecoveryEstimator(0.02, 0.3)
-    assert doubt.random_particle_probability == 0.0
+    estimator = recovery.RecoveryEstimator(0.02, 0.3)
+    assert estimator.random_particle_probability == 0.0
     for _ in range(50):
-        doubt.update(0.8)
-    assert doubt.random_particle_probability == 0.0
+        estimator.update(0.8)
+    assert estimator.random_particle_probability == 0.0
     for _ in range(8):
-        doubt.update(0.3)
-    assert 0.3 < doubt.random_particle_probability < 1.0
+        estimator.update(0.3)
+    assert 0.3 < estimator.random_particle_probability < 1.0
     for _ in range(20):
-        doubt.update(0.8)
-    assert doubt.random_particle_probability == 0.0
+        estimator.update(0.8)
+    assert estimator.random_particle_probability == 0.0
     never = recovery.RecoveryEstimator(0.0, 0.0)
     never.update(0.8)
     never.update(0.1)
@@ -154,7 +154,7 @@ def test_recovery_probability_rises_with_a_bad_fit_and_resets() -> None:
 
 
 def test_cells_deep_within_a_solid_are_not_surface() -> None:
-    """Floors outside of which all is drawn solid, as game maps and floor plans have it."""
+    """Maps of games and floor plans are often occupied everywhere outside the rooms."""
     solid = np.ones((40, 50), bool)
     solid[10:30, 10:40] = False
     assert not surfaces(solid)[:8].any() and not surfaces(solid)[:, :8].any()
@@ -162,5 +162,5 @@ def test_cells_deep_within_a_solid_are_not_surface() -> None:
     walls = np.random.default_rng(1).random((40, 50)) < 0.2
     thick = np.zeros_like(walls)
     thick[5:9] = True
-    assert (surfaces(thick) == thick).all(), "walls of four cells count whole"
+    assert (surfaces(thick) == thick).all(), "all cells of a wall of four cells are surface"
     assert (surfaces(walls) == walls).all()

@@ -25,7 +25,7 @@ RAW = PlannerParams(smooth=False, tolerance=0.0, escape=0.0)
 
 
 def reference(cells, params):
-    """Cost between all pairs of cells by scipy's Dijkstra on the same graph."""
+    """Return the cost between all pairs of cells by scipy's Dijkstra on the same graph."""
     weight = cost_to_weight(params)[cells].astype(float)
     h, w = cells.shape
     edges = []

@@ -1,4 +1,4 @@
-"""Beams, weights, ancestry and motion."""
+"""Tests beams, particle weights, particle ancestry and the motion model of Gmapping."""
 
 from __future__ import annotations
 

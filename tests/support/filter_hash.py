@@ -17,7 +17,7 @@ from chefbot.localization.params import AmclParams
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam import Gmapping, GmappingParams
-from tests.slam.conftest import RING, World, drifting, ring_drive
+from tests.slam.conftest import RING, World, drifting_odometry, ring_drive
 
 ANGLES = np.linspace(-np.pi, np.pi, 181)[:-1]
 REACH = 10.0
@@ -31,7 +31,7 @@ def short(*arrays: NDArray[np.generic]) -> str:
 def drive() -> list[tuple[SE2, SE2, NDArray[np.float32]]]:
     """Truth, odometry and scan, every half metre of a good lap."""
     world, truth = World.of(RING), ring_drive()[::5]
-    odometry = drifting(truth, 1, 0.03, 0.03, 0.005)
+    odometry = drifting_odometry(truth, 1, 0.03, 0.03, 0.005)
     return [(a, b, world.ranges(a, ANGLES, REACH)) for a, b in zip(truth, odometry, strict=True)]
 
 

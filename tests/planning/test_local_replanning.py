@@ -1,4 +1,4 @@
-"""Paths that were planned beside the truth: mended they miss what is seen, and a robot gets through."""
+"""Tests that paths planned with a localization error are replanned locally and lead through narrow doors."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ CELL, PERIOD = 0.05, 0.1
 
 
 def costs_of(*walls: tuple[int, int, int, int]) -> Costmap:
-    """6 x 6 m; walls are (row from, to, column from, to) in cells."""
+    """Return a costmap of 6 x 6 m; walls are (row from, to, column from, to) in cells."""
     cells = np.zeros((120, 120), np.int8)
     cells[[0, -1]] = cells[:, [0, -1]] = 100
     for top, bottom, left, right in walls:
@@ -40,19 +40,19 @@ def costs_of(*walls: tuple[int, int, int, int]) -> Costmap:
 
 
 NARROW = costs_of((52, 56, 0, 70), (66, 70, 30, 120))
-"""A passage of half a metre in the middle, to be entered from either end."""
+"""A passage of half a metre in the middle with an opening at each end."""
 
 
-def beside(costmap: Costmap, start: SE2, goal: SE2, off: tuple[float, float]) -> np.ndarray:
-    """The plan of one who takes himself to be `off` from where he is."""
+def displaced_path(costmap: Costmap, start: SE2, goal: SE2, off: tuple[float, float]) -> np.ndarray:
+    """Return the path that is planned with a localization error `off` in metres."""
     path = GridPlanner().plan(costmap, SE2(start.x + off[0], start.y + off[1], start.yaw), goal)
     return path - np.array([*off, 0.0])
 
 
 def drive(
-    costmap: Costmap, goal: SE2, start: SE2, off: tuple[float, float], *, mend: bool
+    costmap: Costmap, goal: SE2, start: SE2, off: tuple[float, float], *, replan: bool
 ) -> ControllerStatus:
-    """How it ends after 60 s of planning each second and control ten times a second."""
+    """Return the controller's status after 60 s with a new plan each second and control at 10 Hz."""
     limits = Limits.of(ROBOT)
     dwa, limiter, planner, pose, now = (
         DwaController(limits),
@@ -64,9 +64,9 @@ def drive(
     status = ControllerStatus.NO_PATH
     for step in range(600):
         if step % 10 == 0:
-            path = given = beside(costmap, pose, goal, off)
+            path = given = displaced_path(costmap, pose, goal, off)
             dwa.set_path(path, same_goal=step > 0)
-        new = replan_locally(path, pose, costmap, planner) if mend else path
+        new = replan_locally(path, pose, costmap, planner) if replan else path
         if new is not given:
             given = new
             dwa.set_path(given, same_goal=True)
@@ -83,12 +83,12 @@ def drive(
 @pytest.mark.parametrize("off", [(0.0, 0.08), (0.05, -0.08), (-0.08, 0.06)])
 def test_local_replanning_passes_a_door_offset_from_the_map(off):
     start, goal = SE2(1.0, 2.0, 0.0), SE2(5.0, 4.5, 0.0)
-    assert drive(NARROW, goal, start, off, mend=True) is ControllerStatus.REACHED
+    assert drive(NARROW, goal, start, off, replan=True) is ControllerStatus.REACHED
 
 
 def test_without_local_replanning_the_door_is_blocked():
     start, goal = SE2(1.0, 2.0, 0.0), SE2(5.0, 4.5, 0.0)
-    assert drive(NARROW, goal, start, (0.0, 0.08), mend=False) is ControllerStatus.BLOCKED
+    assert drive(NARROW, goal, start, (0.0, 0.08), replan=False) is ControllerStatus.BLOCKED
 
 
 def test_a_free_path_is_unchanged():
@@ -106,9 +106,9 @@ def test_a_long_detour_is_left_to_the_global_planner():
 def test_a_goal_just_inside_an_obstacle_is_moved_beside_it():
     path = np.column_stack([np.arange(1.0, 1.65, 0.05), np.full(13, 3.0), np.zeros(13)])
     costmap = costs_of((50, 70, 36, 50))
-    mended = replan_locally(path, SE2(1.0, 3.0, 0.0), costmap, local_planner())
-    assert costmap.at(path[-1, 0], path[-1, 1]) == INSCRIBED > costmap.at(mended[-1, 0], mended[-1, 1])
-    assert np.hypot(*(mended[-1, :2] - path[-1, :2])) <= GOAL_TOLERANCE
+    replanned = replan_locally(path, SE2(1.0, 3.0, 0.0), costmap, local_planner())
+    assert costmap.at(path[-1, 0], path[-1, 1]) == INSCRIBED > costmap.at(replanned[-1, 0], replanned[-1, 1])
+    assert np.hypot(*(replanned[-1, :2] - path[-1, :2])) <= GOAL_TOLERANCE
 
 
 def test_a_goal_far_inside_an_obstacle_stays_blocked():
@@ -125,13 +125,13 @@ def test_a_goal_far_inside_an_obstacle_stays_blocked():
     st.floats(0.2, 1.2),
 )
 def test_a_repaired_path_is_free_from_robot_to_goal(a, b, off, before):
-    path = beside(NARROW, SE2(*a, 0.0), SE2(*b, 0.0), off)
+    path = displaced_path(NARROW, SE2(*a, 0.0), SE2(*b, 0.0), off)
     blocked = next(i for i, (x, y, _) in enumerate(path) if NARROW.at(x, y) >= INSCRIBED)
     here = SE2.of(path[max(0, blocked - round(before / 0.045))])
-    mended = replan_locally(path, here, NARROW, local_planner())
-    assert mended is not path
-    assert path_length(mended) <= path_length(path) + MAX_DETOUR + 0.2
-    assert np.hypot(*(mended[0, :2] - np.array([here.x, here.y]))) < 1e-6
-    assert (mended[-1] == path[-1]).all()
-    way = np.cumsum(np.hypot(*np.diff(mended[:, :2], axis=0).T))
-    assert all(NARROW.at(x, y) < INSCRIBED for x, y, _ in mended[1:][way <= CHECK_DISTANCE - before])
+    replanned = replan_locally(path, here, NARROW, local_planner())
+    assert replanned is not path
+    assert path_length(replanned) <= path_length(path) + MAX_DETOUR + 0.2
+    assert np.hypot(*(replanned[0, :2] - np.array([here.x, here.y]))) < 1e-6
+    assert (replanned[-1] == path[-1]).all()
+    travelled = np.cumsum(np.hypot(*np.diff(replanned[:, :2], axis=0).T))
+    assert all(NARROW.at(x, y) < INSCRIBED for x, y, _ in replanned[1:][travelled <= CHECK_DISTANCE - before])

@@ -1,4 +1,4 @@
-"""A robot that differs from its file, driven along a path in truth: what its encoders and gyro then say."""
+"""Simulates encoders and gyro of a robot whose dimensions differ from its robot file."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Faults:
 
 @dataclass(frozen=True)
 class Reading:
-    """After one step: counts, turn rate, and the true pose."""
+    """Encoder counts, yaw rate in rad/s and true pose after a step."""
 
     left: int
     right: int
@@ -34,8 +34,8 @@ class Reading:
     truth: SE2
 
 
-def hotel_round(stand: float = 3.0, metres: float = 40.0) -> list[tuple[float, float]]:
-    """(v, w) for every step: stand, then squares of 5 m sides, to the left and to the right, swaying."""
+def hotel_drive(stand: float = 3.0, metres: float = 40.0) -> list[tuple[float, float]]:
+    """Return (v, w) for every step: standstill, then squares of 5 m to the left and to the right on a wavy line."""
     dt, v = 1.0 / RATE, 0.3
     commands = [(0.0, 0.0)] * int(stand * RATE)
     driven, side = 0.0, 0
@@ -52,19 +52,21 @@ def hotel_round(stand: float = 3.0, metres: float = 40.0) -> list[tuple[float, f
 def drive(
     robot: Robot, commands: list[tuple[float, float]], faults: Faults, rng: np.random.Generator
 ) -> Iterator[Reading]:
-    """The first reading is at the start, each further one after one command of 1 / RATE seconds."""
+    """Yield a reading at the start and one after each command, which lasts 1 / RATE seconds."""
     dt, base = 1.0 / RATE, robot.wheels.separation * (1.0 + faults.separation * rng.normal())
     diameters = 1.0 + faults.diameter * rng.normal(size=2)
     imu = robot.sensors.imu
     bias, gain = imu.gyro_bias * rng.normal(), 1.0 + faults.gyro_gain * rng.normal()
     v, w = np.array([(0.0, 0.0), *commands]).T
-    rims = dt * np.column_stack([v - 0.5 * w * base, v + 0.5 * w * base])
-    # a slipping wheel turns as commanded and the floor gets a different travel
-    floor = rims + faults.slip * np.sqrt(np.abs(rims)) * rng.normal(size=rims.shape)
-    counts = np.floor(np.cumsum(rims / diameters, axis=0) / robot.metres_per_tick).astype(np.int64)
-    turns = (floor[:, 1] - floor[:, 0]) / base
+    wheel_travel = dt * np.column_stack([v - 0.5 * w * base, v + 0.5 * w * base])
+    # a slipping wheel turns as commanded but travels another distance on the floor
+    ground_travel = wheel_travel + faults.slip * np.sqrt(np.abs(wheel_travel)) * rng.normal(
+        size=wheel_travel.shape
+    )
+    counts = np.floor(np.cumsum(wheel_travel / diameters, axis=0) / robot.metres_per_tick).astype(np.int64)
+    turns = (ground_travel[:, 1] - ground_travel[:, 0]) / base
     gyro = gain * turns / dt + bias + imu.gyro_noise * rng.normal(size=len(turns))
     truth = IDENTITY
-    for step, turn, ticks, rate in zip(floor.mean(axis=1), turns, counts, gyro, strict=True):
+    for step, turn, ticks, rate in zip(ground_travel.mean(axis=1), turns, counts, gyro, strict=True):
         truth = truth @ SE2(*arc(float(step), float(turn)), float(turn))
         yield Reading(int(ticks[0]), int(ticks[1]), float(rate), truth)

@@ -1,7 +1,7 @@
-"""The recordings that robot_localization is tested with, as readings for our filter.
+"""Reads the recordings of robot_localization's tests as readings for the filter.
 
-What is known comes from the messages: covariances, and from the settings beside each bag: which axes of which
-source its authors let count. Of the expected pose nothing is used but to compare.
+Covariances are those of the messages; the axes of each source that are used are those of the settings of each bag.
+The expected pose is used for comparison only.
 """
 
 from __future__ import annotations
@@ -19,29 +19,29 @@ from chefbot.maths.angles import wrap
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.readings import ImuReading, Reading, WheelTwist
 
-FASTEST_SPEED, FASTEST_TURN, HARDEST_TURN = 2.0, 2.0, 10.0
-"""m/s, rad/s, rad/s^2: beyond what a Husky and a Jackal can do (their data sheets: 1.0 and 2.0 m/s)."""
+MAX_SPEED, MAX_YAW_RATE, MAX_YAW_ACCELERATION = 2.0, 2.0, 10.0
+"""m/s, rad/s, rad/s^2: at least the limits of Husky and Jackal (1.0 and 2.0 m/s by their data sheets)."""
 BODY = DriveModel(
-    separation=0.5,  # any: speeds are told, not counts
-    max_wheel_speed=FASTEST_SPEED,
-    max_yaw_rate=3.0 * FASTEST_TURN,
-    max_yaw_acceleration=HARDEST_TURN,
-    gyro_noise=0.01,  # never asked for: every reading tells its own
+    separation=0.5,  # not used, as the recordings contain twists instead of counts
+    max_wheel_speed=MAX_SPEED,
+    max_yaw_rate=3.0 * MAX_YAW_RATE,
+    max_yaw_acceleration=MAX_YAW_ACCELERATION,
+    gyro_noise=0.01,  # not used, as each reading has its own
     gyro_bias=math.radians(1.0),
     gyro_bias_walk=2e-5,
-    tilt=math.radians(10.0),  # on a street, not on a floor
-    heading=math.pi,  # the IMUs have compasses
+    tilt=math.radians(10.0),  # outdoors
+    heading=math.pi,  # the IMUs have magnetometers
 )
 MOUNTS = {
     1: np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
     2: np.eye(3),
 }
-"""base_R_imu: in bag 1 rolled by 90 deg, then turned by -90 deg about z, as its launch file says."""
+"""base_R_imu: by the launch file of bag 1 a roll of 90 deg, then a yaw of -90 deg."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """Readings in the order of recording, the expected last position (3,) and how far off it may be, m."""
+    """Readings in the order of recording, the expected last position (3,), and its tolerance in metres."""
 
     readings: list[Reading]
     end: np.ndarray[Any, Any]
@@ -49,7 +49,7 @@ class Recording:
 
 
 def load(folder: Path, number: int) -> Recording:
-    """One of the two bags with its settings."""
+    """Read one of the two bags with its settings."""
     text = (folder / f"test_ekf_localization_node_bag{number}.yaml").read_text()
     settings = [node["ros__parameters"] for node in yaml.safe_load(text).values()]
     axes = {name[:-7]: chosen for name, chosen in settings[0].items() if name.endswith("_config")}
@@ -79,42 +79,44 @@ def _stamp_ns(message: Any) -> int:
 
 def _wheels(message: Any, axes: list[bool]) -> WheelTwist:
     variance = message.twist.covariance.reshape(6, 6).diagonal()
-    turning = variance[5] if axes[11] else FASTEST_TURN**2  # left out: known as little as can be
+    yaw_rate_variance = (
+        variance[5] if axes[11] else MAX_YAW_RATE**2
+    )  # for an unused axis the largest possible variance
     twist = message.twist.twist
-    slide = float(max(variance[1], variance[2]))
+    lateral_variance = float(max(variance[1], variance[2]))
     return WheelTwist(
         _stamp_ns(message),
         float(twist.linear.x),
         float(twist.angular.z),
         float(variance[0]),
-        float(turning),
-        slide,
+        float(yaw_rate_variance),
+        lateral_variance,
     )
 
 
 def _imu(message: Any, axes: list[bool], mount: np.ndarray[Any, Any]) -> ImuReading:
-    def turned(v: Any) -> tuple[float, float, float]:
+    def rotate(v: Any) -> tuple[float, float, float]:
         x, y, z = (mount @ np.array([v.x, v.y, v.z])).tolist()
         return x, y, z
 
-    def told(covariance: Any, chosen: list[bool]) -> tuple[float, float, float]:
+    def variances_of(covariance: Any, chosen: list[bool]) -> tuple[float, float, float]:
         variances = (mount @ covariance.reshape(3, 3) @ mount.T).diagonal()
         a, b, c = (float(v) if on else math.inf for v, on in zip(variances, chosen, strict=True))
         return a, b, c
 
     return ImuReading(
         _stamp_ns(message),
-        turned(message.angular_velocity),
-        told(message.angular_velocity_covariance, axes[9:12]),
-        turned(message.linear_acceleration),
-        told(message.linear_acceleration_covariance, axes[12:15]),
+        rotate(message.angular_velocity),
+        variances_of(message.angular_velocity_covariance, axes[9:12]),
+        rotate(message.linear_acceleration),
+        variances_of(message.linear_acceleration_covariance, axes[12:15]),
         _attitude(message.orientation, mount),
-        told(message.orientation_covariance, axes[3:6]),
+        variances_of(message.orientation_covariance, axes[3:6]),
     )
 
 
 def _attitude(q: Any, mount: np.ndarray[Any, Any]) -> tuple[float, float, float]:
-    """Roll, pitch, yaw of base_link: the IMU's axes in the world, turned back by its mount."""
+    """Return roll, pitch, yaw of base_link from the orientation of the IMU and its mount."""
     w, x, y, z = q.w, q.x, q.y, q.z
     imu = np.array(
         [

@@ -1,4 +1,4 @@
-"""Sensors of a robot without a world: nothing in reach of the camera, a wall far off for the lidar."""
+"""Simulates sensors of a robot without a world: no obstacle for the camera, a distant wall for the lidar."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ BINS = 160
 
 
 class ClearSensorsNode(Node):
-    """Publishes at the rate of the robot's lidar and camera, in base_link.
+    """Publishes a laser scan and an obstacle scan at 10 Hz, in base_link.
 
-    `blind`: the camera sees nothing. `wall`: metres to one that fills its picture, inf for none.
+    With `blind` the camera measures neither obstacles nor floor; `wall` is the distance of a wall in metres or inf.
     """
 
     params: NoParams
@@ -24,16 +24,16 @@ class ClearSensorsNode(Node):
     obstacles: Out[ObstacleScan]
 
     def start(self) -> None:
-        """Sees all."""
+        """Start without a wall and without a fault."""
         self.blind, self.wall = False, np.inf
 
     @every(hz=10)
-    def look(self) -> None:
-        """A fresh message of each."""
+    def publish_scans(self) -> None:
+        """Publish both scans."""
         header = Header.of(self.now_ns, "base_link")
         far = np.full(BINS, np.inf if self.blind else self.wall, np.float32)
         ranges = np.full(360, WALL, np.float32)
         self.scan.publish(LaserScan(header, -np.pi, np.pi, np.pi / 180, 0.0, 0.1, 0.16, 8.0, ranges))
-        seen_to = 0.0 if self.blind else min(self.wall, 4.0)
-        floor = np.full(BINS, 0.7, np.float32), np.full(BINS, seen_to, np.float32)
+        clear_to = 0.0 if self.blind else min(self.wall, 4.0)
+        floor = np.full(BINS, 0.7, np.float32), np.full(BINS, clear_to, np.float32)
         self.obstacles.publish(ObstacleScan(header, -0.5, 1.0 / BINS, 8.0, far, *floor))

@@ -1,4 +1,4 @@
-"""A node file holds ports, parameters and wiring; what is longer belongs into a pure package."""
+"""Tests that the files of nodes are short: they contain ports and parameters, the algorithms are elsewhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The motor model, the collision monitor and the shading, each alone."""
+"""Tests the motor model, the collision monitor and the shading of rendered images."""
 
 from __future__ import annotations
 
@@ -46,40 +46,40 @@ def test_drivers_switch_the_actuators() -> None:
 
 
 def monitor() -> CollisionMonitor:
-    """Geoms: 0 floor, 1 robot, 2 and 3 parts of a chair, 4 a wall."""
+    """Return a monitor for the geoms 0 floor, 1 robot, 2 and 3 parts of a chair, 4 a wall."""
     names = ["floor", "base", f"{PREFIX}chair/leg", f"{PREFIX}chair/seat", f"{PREFIX}wall"]
     model = SimpleNamespace(
         ngeom=5,
         geom=lambda key: SimpleNamespace(id=0) if key == "floor" else SimpleNamespace(name=names[key]),
         geom_group=np.array([0, HULL_GROUP, 0, 0, 0]),
     )
-    one = CollisionMonitor()
-    one.watch(model)
-    return one
+    collision_monitor = CollisionMonitor()
+    collision_monitor.watch(model)
+    return collision_monitor
 
 
 def test_contacts_of_one_object_are_one_episode() -> None:
-    one = monitor()
+    contacts = monitor()
     for ms in range(0, 1000, 100):
-        one.update(np.array([[1, 2], [3, 1], [0, 1]]), ms * 1_000_000)
-    assert one.collisions == (1, ("chair",)) and one.touching == ("chair",)
+        contacts.update(np.array([[1, 2], [3, 1], [0, 1]]), ms * 1_000_000)
+    assert contacts.collisions == (1, ("chair",)) and contacts.touching == ("chair",)
 
 
 def test_the_floor_and_contacts_between_objects_do_not_count() -> None:
-    one = monitor()
-    one.update(np.array([[0, 1], [2, 4], [0, 2]]), 0)
-    assert one.collisions.episodes == 0 and one.touching == ()
+    contacts = monitor()
+    contacts.update(np.array([[0, 1], [2, 4], [0, 2]]), 0)
+    assert contacts.collisions.episodes == 0 and contacts.touching == ()
 
 
 @given(st.lists(st.integers(1, 2_000_000_000), min_size=1, max_size=20))
 def test_an_episode_begins_after_a_gap_without_contact(gaps: list[int]) -> None:
-    one, now = monitor(), 0
-    one.update(np.array([[1, 4]]), 0)
+    contacts, now = monitor(), 0
+    contacts.update(np.array([[1, 4]]), 0)
     for gap in gaps:
         now += gap
-        one.update(np.empty((0, 2), np.int32), now - 1)
-        one.update(np.array([[4, 1]]), now)
-    assert one.collisions.episodes == 1 + sum(gap > EPISODE_GAP_NS for gap in gaps)
+        contacts.update(np.empty((0, 2), np.int32), now - 1)
+        contacts.update(np.array([[4, 1]]), now)
+    assert contacts.collisions.episodes == 1 + sum(gap > EPISODE_GAP_NS for gap in gaps)
 
 
 @given(st.integers(0, 2), st.booleans(), st.floats(-0.99, 0.99), st.floats(-0.99, 0.99))

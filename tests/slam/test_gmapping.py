@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.support.lasers import CAMERA, LIDAR
+from tests.support.beam_angles import CAMERA, LIDAR
 
 from chefbot.errors import OdometryError, ScanError
 from chefbot.maths.odometry_noise import OdometryNoise

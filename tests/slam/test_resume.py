@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from tests.support.lasers import LIDAR
+from tests.support.beam_angles import LIDAR
 
 from chefbot.maths.grid import UNKNOWN, Grid
 from chefbot.maths.se2 import IDENTITY

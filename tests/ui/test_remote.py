@@ -62,7 +62,7 @@ def test_layers_are_received_and_commands_sent() -> None:
     with fake_robot() as robot, WebUiClient(robot.url) as page:
         assert page.wait_for("status", PATIENCE)["phase"] == "Waiting."
         assert page.wait_for("map", 0.05) is None
-        grid = robot.map_a_room()
+        grid = robot.show_map()
         shown = page.wait_for("map", PATIENCE)
         assert isinstance(shown, Grid)
         assert np.array_equal(shown.cells, grid.cells)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from tests.support.two_pages import Robot
+from tests.support.two_web_uis import Robot
 from tests.support.waiting import PATIENCE
 
 from chefbot.ui.commands import Resume, Stop

@@ -1,4 +1,4 @@
-"""A robot with two web UIs, in a loop that runs."""
+"""Runs a robot with two web UIs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ BASE = NodeEntry(kind="chefbot.nodes.drive_base:DriveBaseNode")
 
 
 class Robot:
-    """Two pages in a loop that runs, and a base unless it has died."""
+    """Two web UIs in a running loop, with or without a drive base; records the messages of the emergency stop."""
 
     def __init__(self, *, base: bool) -> None:
         self.system = NodeContainer(Loop(PacedClock(1.0)), load_robot("chefbot_lidar"), 1)
@@ -27,20 +27,20 @@ class Robot:
         }
         nodes = {**pages, "base": BASE} if base else pages
         self.system.launch(Launch(name="test", description="", args={}, nodes=nodes))
-        self.said: list[bool] = []
-        self.asked: list[bool] = []
+        self.stop_states: list[bool] = []
+        self.stop_requests: list[bool] = []
         loop = self.system.loop
-        loop.subscribe("emergency_stop", "test", lambda one: self.said.append(one.data))  # type: ignore[attr-defined]
-        loop.subscribe("stop_request", "test", lambda one: self.asked.append(one.data))  # type: ignore[attr-defined]
+        loop.subscribe("emergency_stop", "test", lambda message: self.stop_states.append(message.data))  # type: ignore[attr-defined]
+        loop.subscribe("stop_request", "test", lambda message: self.stop_requests.append(message.data))  # type: ignore[attr-defined]
         self._thread = threading.Thread(target=loop.run)
         self._thread.start()
 
     def page(self, name: str) -> WebUiClient:
         return WebUiClient(self.system.nodes[name].url)  # type: ignore[attr-defined]
 
-    def say(self, topic: str, word: bool) -> None:
+    def publish(self, topic: str, value: bool) -> None:
         loop = self.system.loop
-        loop.post(lambda: loop.publish(topic, Bool(word), "wire", from_device=True))
+        loop.post(lambda: loop.publish(topic, Bool(value), "wire", from_device=True))
 
     def stop(self) -> None:
         self.system.loop.stop()

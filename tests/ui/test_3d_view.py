@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from tests.support.waiting import PATIENCE
-from tests.ui.boxes import boxes_glb
+from tests.ui.box_model import boxes_glb
 from tests.ui.chromium import SOFTWARE_GL, Tab, needs_chromium, open_tab
 
 from chefbot.design.export.links import links

@@ -1,4 +1,4 @@
-"""Beam angles of the lasers of the tests."""
+"""Beam angles of a lidar and of a depth camera for tests."""
 
 from __future__ import annotations
 

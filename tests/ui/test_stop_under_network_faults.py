@@ -8,10 +8,10 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
-from tests.support.two_pages import Robot
+from tests.support.two_web_uis import Robot
 from tests.support.waiting import wait_for
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
-from tests.ui.proxy import Proxy
+from tests.ui.faulty_network import Proxy
 
 from chefbot.ui.commands import Resume
 

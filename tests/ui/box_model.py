@@ -1,4 +1,4 @@
-"""A smallest robot as GLB (https://registry.khronos.org/glTF/specs/2.0): a box per link, no CAD library."""
+"""Builds the GLB of a robot with a box for each link (https://registry.khronos.org/glTF/specs/2.0) without CAD."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ FLOAT, UINT16 = 5126, 5123
 
 
 def boxes_glb(sizes: Mapping[str, tuple[float, float, float]]) -> bytes:
-    """Nodes by name, each a box about its link's origin (metres), all hung into the first one and set aside.
+    """Return a GLB with a box of the given size in metres for each link.
 
-    Where a link really is, the description and the transforms say.
+    All nodes are children of the first and displaced, as the web UI takes the poses from description and transforms.
     """
     corners = np.array(list(product((-0.5, 0.5), repeat=3)), np.float32)
     faces = np.array(

@@ -1,4 +1,4 @@
-"""A network between browser and page that can be cut, slowed and repaired while bytes are on their way."""
+"""Simulates network faults between browser and web UI by a TCP proxy."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import threading
 import time
 
 RESET = struct.pack("ii", 1, 0)
-"""SO_LINGER: closing sends a reset, as a machine does that has forgotten the connection."""
+"""SO_LINGER with which closing sends a reset, as a machine without the connection's state does."""
 
 
-class Proxy:
-    """TCP to a port of this machine. `mode`: pass, late (by `delay` seconds) or hole (nothing comes through)."""
+class FaultyNetwork:
+    """A TCP proxy to a local port; `mode`: "pass", "late" (by `delay` seconds) or "hole" (all data are lost)."""
 
     def __init__(self, port: int) -> None:
         self.mode, self.delay = "pass", 0.0
@@ -24,7 +24,7 @@ class Proxy:
         threading.Thread(target=self._accept, daemon=True).start()
 
     def reset(self) -> None:
-        """All connections end at once."""
+        """Reset all connections."""
         pairs, self._pairs = self._pairs, []
         for end in (end for pair in pairs for end in pair):
             with contextlib.suppress(OSError):
@@ -42,17 +42,17 @@ class Proxy:
                 browser = self._listener.accept()[0]
                 server = socket.create_connection(("127.0.0.1", self._target))
                 self._pairs.append((browser, server))
-                for one, other in ((browser, server), (server, browser)):
-                    threading.Thread(target=self._pump, args=(one, other), daemon=True).start()
+                for ends in ((browser, server), (server, browser)):
+                    threading.Thread(target=self._pump, args=ends, daemon=True).start()
 
     def _pump(self, source: socket.socket, sink: socket.socket) -> None:
-        """A hole swallows what comes while it is there, as a network does to a connection that is then forgotten."""
-        swallowed = False
+        """Forward data; after the first loss the connection stays dead, as its byte stream has a gap."""
+        lost = False
         with contextlib.suppress(OSError):
             while data := source.recv(65536):
                 if self.mode == "late":
                     time.sleep(self.delay)
-                swallowed = swallowed or self.mode == "hole"
-                if not swallowed:
+                lost = lost or self.mode == "hole"
+                if not lost:
                     sink.sendall(data)
             sink.shutdown(socket.SHUT_WR)

@@ -1,4 +1,4 @@
-"""The robot in 3-D in a real browser, drawn in software. Needs Chromium."""
+"""Tests the 3-D view of the web UI in Chromium with software rendering."""
 
 from __future__ import annotations
 
@@ -34,69 +34,70 @@ SIZES = {
     "wheel_right_link": (0.09, 0.01, 0.09),
     "payload_link": (0.2, 0.2, 0.3),
 }
-HEARD: queue.Queue[OperatorCommand] = queue.Queue()
-FLAT = (0.0, 0.0, 0.0, 1.0)
-QUARTER = (0.0, 0.0, 0.5**0.5, 0.5**0.5)
+COMMANDS: queue.Queue[OperatorCommand] = queue.Queue()
+IDENTITY_ROTATION = (0.0, 0.0, 0.0, 1.0)
+QUARTER_TURN = (0.0, 0.0, 0.5**0.5, 0.5**0.5)
 LOADED = "globalThis.modelView && modelView.body.links.size === 4 && modelView.frames.has('imu_link')"
 MATRIX = "modelView.frames.settle(), modelView.frames.group({!r}).matrixWorld.toArray()"
 
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[WebUiServer]:
-    one = WebUiServer(0, "127.0.0.1", HEARD.put, lambda: boxes_glb(SIZES))
-    one.set_layer("description", urdf(ROBOT))
-    one.set_layer(
-        "fixed_frames", [FrameView(name="base_link", parent="base_footprint", at=(0, 0, 0.01), turn=FLAT)]
+    web_ui = WebUiServer(0, "127.0.0.1", COMMANDS.put, lambda: boxes_glb(SIZES))
+    web_ui.set_layer("description", urdf(ROBOT))
+    web_ui.set_layer(
+        "fixed_frames",
+        [FrameView(name="base_link", parent="base_footprint", at=(0, 0, 0.01), turn=IDENTITY_ROTATION)],
     )
-    yield one
-    one.stop()
+    yield web_ui
+    web_ui.stop()
 
 
 @pytest.fixture(scope="module")
 def tab(server: WebUiServer, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
     url = server.start()
-    with open_tab(f"{url}#3d", tmp_path_factory.mktemp("profile"), SOFTWARE_GL) as one:
-        one.url = url  # type: ignore[attr-defined]
-        one.wait_for(LOADED)
-        yield one
+    with open_tab(f"{url}#3d", tmp_path_factory.mktemp("profile"), SOFTWARE_GL) as opened:
+        opened.url = url  # type: ignore[attr-defined]
+        opened.wait_for(LOADED)
+        yield opened
 
 
-def stand(
+def place_robot(
     server: WebUiServer, at: tuple[float, float, float], turn: tuple[float, float, float, float]
 ) -> None:
-    """The robot stands there in the frame odom; the map is a metre aside."""
-    odom = FrameView(name="odom", parent="map", at=(1, 0, 0), turn=FLAT)
+    """Publish the robot's pose in odom, which is displaced by a metre in the map."""
+    odom = FrameView(name="odom", parent="map", at=(1, 0, 0), turn=IDENTITY_ROTATION)
     server.set_layer("frames", [odom, FrameView(name="base_footprint", parent="odom", at=at, turn=turn)])
 
 
 def pose(tab: Tab, frame: str) -> np.ndarray:
-    """(4, 4): the frame in the world that is drawn."""
+    """Return the transform (4, 4) of a frame in the drawn scene."""
     tab.wait_for("modelView.frames.glides.done")
-    return np.array(tab.ask(MATRIX.format(frame))).reshape(4, 4).T
+    return np.array(tab.evaluate(MATRIX.format(frame))).reshape(4, 4).T
 
 
 def pixels(tab: Tab) -> np.ndarray:
-    """(h, w, 3) of the 3-D picture as it is on the screen."""
-    box = tab.ask("JSON.parse(JSON.stringify(model.getBoundingClientRect()))")
-    tab.ask("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    """Return the pixels of the 3-D view on the screen, shape (h, w, 3)."""
+    box = tab.evaluate("JSON.parse(JSON.stringify(model.getBoundingClientRect()))")
+    tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     clip = {key: box[key] for key in ("x", "y", "width", "height")} | {"scale": 1}
     shot = base64.b64decode(tab.call("Page.captureScreenshot", clip=clip)["data"])
     return np.asarray(Image.open(io.BytesIO(shot)).convert("RGB")).astype(int)
 
 
 def test_links_are_drawn_at_their_poses_in_the_description(tab: Tab) -> None:
-    tab.ask("document.getElementById('fixed-frame').value = 'base_link', modelView.prepare()")
+    tab.evaluate("document.getElementById('fixed-frame').value = 'base_link', modelView.prepare()")
     for link in links(ROBOT):
         assert np.allclose(pose(tab, link.name)[:3, 3], link.at, atol=1e-9)
-        parent = tab.ask(f"modelView.body.links.get({link.name!r}).parent.name")
+        parent = tab.evaluate(f"modelView.body.links.get({link.name!r}).parent.name")
         assert parent == link.name
     assert pose(tab, "camera_depth_optical_frame")[:3, :3] == pytest.approx(
         np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), abs=1e-8
     )
-    names = tab.ask("[...document.querySelectorAll('#links button')].map((row) => row.textContent)")
+    names = tab.evaluate("[...document.querySelectorAll('#links button')].map((row) => row.textContent)")
     assert "wheel_left_link60 g" in names
     assert (
-        tab.ask("document.getElementById('links-total').textContent")
+        tab.evaluate("document.getElementById('links-total').textContent")
         == f"4 with mass, {total_mass(ROBOT):.2f} kg"
     )
 
@@ -104,7 +105,7 @@ def test_links_are_drawn_at_their_poses_in_the_description(tab: Tab) -> None:
 def test_the_model_is_drawn_and_orbiting_changes_the_view(tab: Tab) -> None:
     before = pixels(tab)
     assert len(np.unique(before.reshape(-1, 3), axis=0)) > 100
-    x, y = tab.middle("#model")
+    x, y = tab.centre("#model")
     tab.mouse("mousePressed", x, y)
     tab.mouse("mouseMoved", x + 120, y)
     tab.mouse("mouseReleased", x + 120, y)
@@ -112,7 +113,7 @@ def test_the_model_is_drawn_and_orbiting_changes_the_view(tab: Tab) -> None:
 
 
 def test_a_slider_turns_its_wheel_until_the_robot_moves_it(tab: Tab, server: WebUiServer) -> None:
-    tab.ask(
+    tab.evaluate(
         "(() => { const slider = document.querySelector('[name=wheel_left_joint]'); slider.value = 0.5;"
         " slider.dispatchEvent(new Event('input')); })()"
     )
@@ -120,7 +121,7 @@ def test_a_slider_turns_its_wheel_until_the_robot_moves_it(tab: Tab, server: Web
     top = np.linalg.inv(base) @ wheel @ [0, 0, 1, 0]
     assert top[:3] == pytest.approx([np.sin(0.5), 0, np.cos(0.5)], abs=1e-6)
     assert np.allclose((np.linalg.inv(base) @ other)[:3, :3], np.eye(3), atol=1e-9)
-    assert "29°" in tab.ask("document.getElementById('joints').textContent")
+    assert "29°" in tab.evaluate("document.getElementById('joints').textContent")
     server.set_layer("joints", {"wheel_left_joint": 1.0, "wheel_right_joint": 6.0})
     tab.wait_for("document.querySelector('[name=wheel_left_joint]').disabled")
     turned = np.linalg.inv(pose(tab, "base_link")) @ pose(tab, "wheel_right_link") @ [0, 0, 1, 0]
@@ -128,11 +129,11 @@ def test_a_slider_turns_its_wheel_until_the_robot_moves_it(tab: Tab, server: Web
 
 
 def test_the_fixed_frame_stands_still_and_others_move(tab: Tab, server: WebUiServer) -> None:
-    stand(server, (2.0, 1.0, 0.0), QUARTER)
+    place_robot(server, (2.0, 1.0, 0.0), QUARTER_TURN)
     tab.wait_for("modelView.frames.received.has('odom')")
     expected = {"map": (3.0, 1.0, 0.01), "odom": (2.0, 1.0, 0.01), "base_link": (0.0, 0.0, 0.0)}
     for frame, place in expected.items():
-        tab.ask(f"document.getElementById('fixed-frame').value = {frame!r}, modelView.prepare()")
+        tab.evaluate(f"document.getElementById('fixed-frame').value = {frame!r}, modelView.prepare()")
         assert np.allclose(pose(tab, frame), np.eye(4), atol=1e-9)
         assert pose(tab, "base_link")[:3, 3] == pytest.approx(place, abs=1e-9)
     assert pose(tab, "odom")[:3, 3] == pytest.approx((-1.0, 2.0, -0.01), abs=1e-9)
@@ -145,12 +146,14 @@ def test_scan_points_are_at_the_height_of_their_sensor(tab: Tab, server: WebUiSe
         "scan", ScanView((1.0, 0.0, 0.0), np.array([0.0, np.pi / 2]), np.array([2.0, 1.0]), "camera_link")
     )
     tab.wait_for("['map', 'path', 'scan'].every((layer) => modelView.live.objects.has(layer))")
-    points = tab.ask("[...modelView.live.objects.get('scan').geometry.attributes.position.array]")
+    points = tab.evaluate("[...modelView.live.objects.get('scan').geometry.attributes.position.array]")
     height = 0.01 + ROBOT.sensors.depth_camera.mount.z  # type: ignore[union-attr]
     assert np.array(points).reshape(-1, 3) == pytest.approx(
         np.array([[3, 0, height], [1, 1, height]]), abs=1e-6
     )
-    assert tab.ask("modelView.live.objects.get('map').position.toArray()") == pytest.approx([0.5, 0.0, 0.0])
+    assert tab.evaluate("modelView.live.objects.get('map').position.toArray()") == pytest.approx(
+        [0.5, 0.0, 0.0]
+    )
 
 
 def test_the_depth_points_lie_ahead_of_the_camera(tab: Tab, server: WebUiServer) -> None:
@@ -158,14 +161,14 @@ def test_the_depth_points_lie_ahead_of_the_camera(tab: Tab, server: WebUiServer)
     depth[2, 4] = 2.0
     server.set_layer("depth", DepthView(depth, 100.0, 2.0, 1.0, "camera_depth_optical_frame"))
     tab.wait_for("modelView.live.objects.has('depth')")
-    parent = tab.ask("modelView.live.objects.get('depth').parent.name")
-    points = tab.ask("[...modelView.live.objects.get('depth').geometry.attributes.position.array]")
+    parent = tab.evaluate("modelView.live.objects.get('depth').parent.name")
+    points = tab.evaluate("[...modelView.live.objects.get('depth').geometry.attributes.position.array]")
     assert parent == "camera_depth_optical_frame"
     assert points == pytest.approx([0.04, 0.02, 2.0], abs=1e-6)
 
 
 def test_updates_do_not_leak_memory_or_shaders(tab: Tab) -> None:
-    news = """(() => {
+    updates = """(() => {
       const rows = new Float32Array([0, 0, 1, 0, 1, 1]), points = { rows, count: 3, frame: "camera_link" };
       const grid = { width: 2, height: 2, resolution: 1, x: 0, y: 0, cells: new Int8Array([0, 100, -1, 50]) };
       for (let i = 0; i < 20; i++) {
@@ -174,10 +177,10 @@ def test_updates_do_not_leak_memory_or_shaders(tab: Tab) -> None:
         modelView.stage.draw();
       }
       const { memory, programs } = modelView.stage.renderer.info;
-      return JSON.stringify([memory, programs.map((one) => one.id)]);
+      return JSON.stringify([memory, programs.map((program) => program.id)]);
     })()"""
-    before = tab.ask(news)
-    assert tab.ask(news) == before
+    before = tab.evaluate(updates)
+    assert tab.evaluate(updates) == before
 
 
 def test_a_standing_robot_is_not_redrawn(tab: Tab) -> None:
@@ -194,25 +197,25 @@ def test_a_standing_robot_is_not_redrawn(tab: Tab) -> None:
       return [still, modelView.stage.pending];
     })()"""
     tab.wait_for("modelView.frames.glides.done")
-    assert tab.ask(f"{drawn}") == [True, True]
+    assert tab.evaluate(f"{drawn}") == [True, True]
 
 
 def test_a_click_selects_a_link_in_view_and_list(tab: Tab) -> None:
-    tab.ask("modelView.home(), modelView.choose('payload_link')")
-    assert tab.ask("document.querySelector('[data-link=payload_link]').ariaPressed") == "true"
-    tab.ask("modelView.choose('payload_link')")
+    tab.evaluate("modelView.home(), modelView.choose('payload_link')")
+    assert tab.evaluate("document.querySelector('[data-link=payload_link]').ariaPressed") == "true"
+    tab.evaluate("modelView.choose('payload_link')")
     tab.click("#model")
-    chosen = tab.ask("modelView.body.chosen")
+    chosen = tab.evaluate("modelView.body.chosen")
     assert chosen in SIZES
-    assert tab.ask(f"document.querySelector('[data-link={chosen}]').ariaPressed") == "true"
+    assert tab.evaluate(f"document.querySelector('[data-link={chosen}]').ariaPressed") == "true"
 
 
-def on_screen(tab: Tab, x: float, y: float) -> tuple[float, float]:
-    """Where in the window a point of the map's floor is drawn."""
-    left, top, width, height = tab.ask(
+def screen_position(tab: Tab, x: float, y: float) -> tuple[float, float]:
+    """Return the position in the window of a point of the floor in the map frame."""
+    left, top, width, height = tab.evaluate(
         "(() => { const box = model.getBoundingClientRect(); return [box.left, box.top, box.width, box.height]; })()"
     )
-    across, down = tab.ask(
+    across, down = tab.evaluate(
         "(() => { modelView.frames.settle(); modelView.stage.camera.updateMatrixWorld();"
         f" const place = modelView.frames.home.localToWorld(modelView.stage.controls.target.clone().set({x}, {y}, 0))"
         ".project(modelView.stage.camera); return [place.x, place.y]; })()"
@@ -221,40 +224,42 @@ def on_screen(tab: Tab, x: float, y: float) -> tuple[float, float]:
 
 
 def test_dragging_on_the_floor_sends_a_goal_without_orbiting(tab: Tab) -> None:
-    tab.ask("document.getElementById('fixed-frame').value = 'odom', modelView.home()")
+    tab.evaluate("document.getElementById('fixed-frame').value = 'odom', modelView.home()")
     tab.wait_for("modelView.frames.glides.done && !modelView.stage.pending")
-    before = tab.ask("modelView.stage.camera.position.toArray()")
-    base = tab.ask("modelView.frames.home.worldToLocal(modelView.stage.controls.target.clone()).toArray()")
+    before = tab.evaluate("modelView.stage.camera.position.toArray()")
+    base = tab.evaluate(
+        "modelView.frames.home.worldToLocal(modelView.stage.controls.target.clone()).toArray()"
+    )
     x, y = base[0] + 0.2, base[1] - 0.1
-    start, end = on_screen(tab, x, y), on_screen(tab, x - 0.1, y + 0.15)
+    start, end = screen_position(tab, x, y), screen_position(tab, x - 0.1, y + 0.15)
     tab.click("[data-tool=goal]")
     tab.mouse("mousePressed", *start)
     tab.mouse("mouseMoved", *end)
     tab.wait_for("modelView.live.objects.has('aim')")
     tab.mouse("mouseReleased", *end)
-    goal = HEARD.get(timeout=PATIENCE)
+    goal = COMMANDS.get(timeout=PATIENCE)
     assert isinstance(goal, Goal)
     assert (goal.x, goal.y) == pytest.approx((x, y), abs=0.01)
     assert goal.yaw == pytest.approx(np.arctan2(0.15, -0.1), abs=0.1)
-    assert not tab.ask("modelView.live.objects.has('aim')")
-    assert tab.ask("modelView.stage.camera.position.toArray()") == pytest.approx(before)
-    assert tab.ask("modelView.stage.controls.enabled")
+    assert not tab.evaluate("modelView.live.objects.has('aim')")
+    assert tab.evaluate("modelView.stage.camera.position.toArray()") == pytest.approx(before)
+    assert tab.evaluate("modelView.stage.controls.enabled")
 
 
 def test_frame_labels_do_not_overlap(tab: Tab) -> None:
-    tab.ask(
+    tab.evaluate(
         "document.getElementById('fixed-frame').value = 'base_link', modelView.prepare(), modelView.home()"
     )
     tab.click("[name=names]")
     names = "[...document.querySelectorAll('#model-names span')].map((span) => span.textContent)"
     tab.wait_for(f"{names}.includes('camera_depth_optical_frame')")
     pixels(tab)
-    boxes = tab.ask(
+    boxes = tab.evaluate(
         "[...document.querySelectorAll('#model-names span')].map((span) => {"
         " const box = span.getBoundingClientRect();"
         " return [span.textContent, box.left, box.top, box.right, box.bottom]; })"
     )
-    assert {"base_link", "imu_link", "camera_depth_optical_frame"} <= {one[0] for one in boxes}
+    assert {"base_link", "imu_link", "camera_depth_optical_frame"} <= {box[0] for box in boxes}
     for i, (_, left, top, right, bottom) in enumerate(boxes):
         for _, left2, top2, right2, bottom2 in boxes[:i]:
             apart = right <= left2 or right2 <= left or bottom <= top2 + 0.6 or bottom2 <= top + 0.6
@@ -263,18 +268,20 @@ def test_frame_labels_do_not_overlap(tab: Tab) -> None:
 
 def test_switching_between_map_and_model_works(tab: Tab, server: WebUiServer) -> None:
     tab.click("#solid")
-    assert tab.ask("location.hash + getComputedStyle(document.getElementById('tools')).display") == "flex"
-    assert tab.ask("document.getElementById('canvas').clientWidth") > 100
-    stand(server, (0.0, 0.0, 0.0), FLAT)
-    tab.ask("location.hash = '#3d'")
+    assert (
+        tab.evaluate("location.hash + getComputedStyle(document.getElementById('tools')).display") == "flex"
+    )
+    assert tab.evaluate("document.getElementById('canvas').clientWidth") > 100
+    place_robot(server, (0.0, 0.0, 0.0), IDENTITY_ROTATION)
+    tab.evaluate("location.hash = '#3d'")
     tab.wait_for("document.body.classList.contains('solid')")
     tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")
 
 
 def test_poses_are_interpolated_between_updates(tab: Tab, server: WebUiServer) -> None:
-    stand(server, (0.0, 0.0, 0.0), FLAT)
+    place_robot(server, (0.0, 0.0, 0.0), IDENTITY_ROTATION)
     tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")
-    places = tab.ask(
+    places = tab.evaluate(
         "(() => { const frames = modelView.frames, group = frames.group('base_footprint'), seen = [];"
         " frames.glides.updated.set('base_footprint', performance.now() - 100);"
         " frames.update([{ name: 'base_footprint', parent: 'odom', at: [0.1, 0, 0], turn: [0, 0, 0, 1] }]);"
@@ -286,37 +293,37 @@ def test_poses_are_interpolated_between_updates(tab: Tab, server: WebUiServer) -
 
 
 def test_a_broken_description_is_explained_and_retried(tmp_path: Path) -> None:
-    one = WebUiServer(0, "127.0.0.1", print)
-    one.set_layer("description", "<robot><link name='bro")
-    url = one.start()
+    web_ui = WebUiServer(0, "127.0.0.1", print)
+    web_ui.set_layer("description", "<robot><link name='bro")
+    url = web_ui.start()
     with open_tab(f"{url}#3d", tmp_path, SOFTWARE_GL) as tab:
         tab.wait_for("document.getElementById('model-note').textContent.includes('not XML')")
-        one.set_layer("description", urdf(ROBOT))
+        web_ui.set_layer("description", urdf(ROBOT))
         tab.wait_for("modelView.axes.get('imu_link')?.visible")
-        one.stop()
-        assert "no robot" in tab.ask("document.getElementById('model-note').textContent")
+        web_ui.stop()
+        assert "no robot" in tab.evaluate("document.getElementById('model-note').textContent")
         robot = WebUiServer(urlsplit(url).port or 0, "127.0.0.1", print, lambda: boxes_glb(SIZES))
         assert robot.start() == url
         tab.wait_for(LOADED)
-        assert tab.ask("document.getElementById('model-note').hidden")
+        assert tab.evaluate("document.getElementById('model-note').hidden")
         robot.stop()
 
 
 def test_a_browser_without_3d_still_shows_the_map(tmp_path: Path) -> None:
-    one = WebUiServer(0, "127.0.0.1", print)
+    web_ui = WebUiServer(0, "127.0.0.1", print)
     flags = ["--disable-gpu", "--disable-3d-apis"]
-    with open_tab(f"{one.start()}#3d", tmp_path, flags) as tab:
+    with open_tab(f"{web_ui.start()}#3d", tmp_path, flags) as tab:
         tab.wait_for("document.getElementById('notice').textContent.includes('cannot show the robot in 3-D')")
-        assert tab.ask("document.getElementById('canvas').clientWidth") > 100
-    one.stop()
+        assert tab.evaluate("document.getElementById('canvas').clientWidth") > 100
+    web_ui.stop()
 
 
 def test_no_request_to_another_host_and_no_console_error(tab: Tab) -> None:
-    """Last: it looks at all that the tests above did."""
+    """This test has to be the last, as it checks the requests and messages of all others."""
     url: Any = tab.url  # type: ignore[attr-defined]
     own = (url, url.replace("http", "ws"), "blob:", "data:", "about:")
-    requested = tab.requested()
+    requested = tab.requested_urls()
     assert requested.count(f"{url}robot.glb") == 1
     assert f"{url}vendor/three/three.module.min.js" in requested
-    assert [one for one in requested if not one.startswith(own)] == []
-    assert tab.complaints() == []
+    assert [address for address in requested if not address.startswith(own)] == []
+    assert tab.errors() == []

@@ -1,4 +1,4 @@
-"""A page for phones: its address is the network's, it asks for the token, and a QR code carries both."""
+"""Tests the web UI on a network: its address, token and QR code."""
 
 from __future__ import annotations
 
@@ -18,12 +18,14 @@ from chefbot.ui.server import WebUiServer
 )
 def test_every_launch_with_a_web_ui_can_serve_the_network(name: str) -> None:
     launch = with_ui_address(load_launch(name), ALL_ADDRESSES)
-    hosts = [one.params.get("host") for one in launch.nodes.values() if one.kind.endswith(":WebUiDevice")]
+    hosts = [
+        entry.params.get("host") for entry in launch.nodes.values() if entry.kind.endswith(":WebUiDevice")
+    ]
     assert hosts == [ALL_ADDRESSES]
     assert len(launch.nodes) == len(load_launch(name).nodes)
 
 
-def test_a_launch_without_a_web_ui_is_refused() -> None:
+def test_a_launch_without_a_web_ui_is_rejected() -> None:
     with pytest.raises(UserError, match="has no web UI: headless:=true leaves it out"):
         with_ui_address(load_launch("amcl_demo", {"headless": "true"}), ALL_ADDRESSES)
     with pytest.raises(UserError, match="keyboard_teleop has no web UI"):

@@ -1,4 +1,4 @@
-"""The robot's solids are made once, when somebody looks; the page tells the browser links, frames and wheels."""
+"""Tests that the robot's solids are generated once on request, and the layers of the 3-D view."""
 
 from __future__ import annotations
 
@@ -41,40 +41,40 @@ SECOND = 1_000_000_000
 
 
 @contextmanager
-def served(model: object) -> Iterator[str]:
+def serve(model: object) -> Iterator[str]:
     server = WebUiServer(0, LOOPBACK, print, model)  # type: ignore[arg-type]
     yield server.start()
     server.stop()
 
 
 def test_the_glb_is_built_once_on_first_request() -> None:
-    made: list[str] = []
+    calls: list[str] = []
 
     def make() -> bytes:
-        made.append(threading.current_thread().name)
+        calls.append(threading.current_thread().name)
         return b"glTF"
 
-    with served(make) as url:
+    with serve(make) as url:
         httpx.get(url)
-        assert made == []
+        assert calls == []
         with ThreadPoolExecutor(4) as browsers:
             answers = list(browsers.map(lambda _: httpx.get(f"{url}robot.glb"), range(4)))
         assert {answer.content for answer in answers} == {b"glTF"}
         assert answers[0].headers["content-type"] == "model/gltf-binary"
         assert answers[0].headers["x-content-type-options"] == "nosniff"
-    assert len(made) == 1
-    assert made[0] != "operator page", "it would hold up STOP"
+    assert len(calls) == 1
+    assert calls[0] != "operator page", "generation in this thread would delay an emergency stop"
 
 
-def test_an_invalid_robot_is_one_sentence() -> None:
-    def refuse() -> bytes:
+def test_an_invalid_robot_is_reported_in_one_sentence() -> None:
+    def reject() -> bytes:
         raise UserError("robot.yaml: the notch lies outside the plate")
 
-    with served(refuse) as url:
+    with serve(reject) as url:
         answer = httpx.get(f"{url}robot.glb")
         assert (answer.status_code, answer.text) == (500, "robot.yaml: the notch lies outside the plate")
         assert httpx.get(url).status_code == 200
-    with served(None) as url:
+    with serve(None) as url:
         assert httpx.get(f"{url}robot.glb").status_code == 404
 
 
@@ -87,12 +87,16 @@ def test_every_link_with_mass_has_a_solid_in_the_glb(name: str) -> None:
     glb = make_glb(robot)
     (size,) = struct.unpack_from("<I", glb, 12)
     document = json.loads(glb[20 : 20 + size])
-    heavy = {
+    links_with_mass = {
         link.get("name") for link in ET.fromstring(urdf(robot)).iter("link") if len(link.findall("inertial"))
     }
-    assert {"base_link", "wheel_left_link"} <= heavy <= {node.get("name") for node in document["nodes"]}
-    assert [one for one in document["buffers"] if "uri" in one] == []
-    assert "images" not in document, "the page's policy lets no picture be fetched from a blob"
+    assert (
+        {"base_link", "wheel_left_link"}
+        <= links_with_mass
+        <= {node.get("name") for node in document["nodes"]}
+    )
+    assert [buffer for buffer in document["buffers"] if "uri" in buffer] == []
+    assert "images" not in document, "the content security policy forbids images from blobs"
 
 
 def test_the_glb_needs_the_token_on_a_network() -> None:
@@ -119,8 +123,8 @@ def test_the_address_opens_the_requested_view() -> None:
     assert url_for_view("http://robot:8080/#3d", "2d") == "http://robot:8080/"
 
 
-def look_at(system: NodeContainer, layers: set[str]) -> dict[str, object]:
-    """What the page of a running system shows."""
+def layers_of(system: NodeContainer, layers: set[str]) -> dict[str, object]:
+    """Run a launch until its web UI has sent the given layers, and return all its layers."""
     page = system.nodes["page"]
     assert isinstance(page, WebUiDevice)
     with WebUiClient(page.url) as remote:
@@ -130,29 +134,29 @@ def look_at(system: NodeContainer, layers: set[str]) -> dict[str, object]:
                 pass
             if layers <= set(remote.latest):
                 return dict(remote.latest)
-    raise AssertionError(f"never shown: {layers - set(remote.latest)}")
+    raise AssertionError(f"not received: {layers - set(remote.latest)}")
 
 
 def test_model_robot_shows_every_frame_and_free_wheels() -> None:
     launch = load_launch("model_robot", {"port": "18720"})
     with session(load_robot("chefbot"), 1, launch.clock, 0.0, None) as system:
         start(system, launch)
-        shown = look_at(system, {"description", "frames", "fixed_frames"})
+        shown = layers_of(system, {"description", "frames", "fixed_frames"})
         assert "#3d" in getattr(system.nodes["page"], "announcement", "")
-    frames = {one["name"]: one["parent"] for one in (*shown["frames"], *shown["fixed_frames"])}  # type: ignore[misc]
+    frames = {frame["name"]: frame["parent"] for frame in (*shown["frames"], *shown["fixed_frames"])}  # type: ignore[misc]
     assert frames["odom"] == "map"
     assert frames["base_footprint"] == "odom"
     assert frames["base_link"] == "base_footprint"
     links = {link.get("name") for link in ET.fromstring(str(shown["description"])).iter("link")}
     assert set(frames) <= links | {"map", "odom"}
-    assert "joints" not in shown, "nobody but the sliders turns the wheels"
+    assert "joints" not in shown, "the wheels are turned by the sliders only"
 
 
 def test_a_running_robot_shows_its_wheels_and_depth() -> None:
     launch = load_launch("chefbot_empty_world", {"port": "18740", "world": "room"})
     with session(load_robot("chefbot"), 1, launch.clock, 0.0, None) as system:
         start(system, launch)
-        shown = look_at(system, {"joints", "depth", "frames", "fixed_frames", "description"})
+        shown = layers_of(system, {"joints", "depth", "frames", "fixed_frames", "description"})
     assert set(shown["joints"]) == {"wheel_left_joint", "wheel_right_joint"}  # type: ignore[call-overload]
 
 
@@ -160,7 +164,7 @@ def test_view_robot_opens_the_running_robot_in_3d(monkeypatch: pytest.MonkeyPatc
     opened: list[str] = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) or True)
-    with served(None) as url:
+    with serve(None) as url:
         run_launch("view_robot", [f"page:={url}"])
         assert opened == [f"{url}#3d"]
 

@@ -187,8 +187,8 @@ class ProcessFault:
     def wait_until_back(self) -> float:
         """Return the wall time from the fault until the process is up; check that the robot stands meanwhile."""
         observer = self._observer
-        gone = self._first(lambda _, up: self._process not in up)
-        back = self._first(lambda at, up: at > gone and self._process in up)
+        absent = self._first(lambda _, up: self._process not in up)
+        back = self._first(lambda at, up: at > absent and self._process in up)
         wait_for(lambda: observer.speeds[-1][0] > back)
         commands = observer.speeds[self._speed_count :]
         meanwhile = [(at, speeds) for at, speeds in commands if self._stopped < at < back]
@@ -198,7 +198,7 @@ class ProcessFault:
             if speeds.left or speeds.right
         ]
         assert not moved, (
-            f"stopped {back - self._stopped:.3f} s and gone {back - gone:.3f} s before it was up; {moved}"
+            f"stopped {back - self._stopped:.3f} s and absent {back - absent:.3f} s before it was up; {moved}"
         )
         return back - self._wall
 

@@ -19,7 +19,7 @@ from chefbot.msgs.std_msgs import Header
 
 M = TypeVar("M", bound=Message)
 FLOATS = (0.0, -0.0, 1.0, -1.0, 1e-300, 5e-324, 1e5, -1e6, 1e9, -1e12, 1e18, 3e38, 1e200, -1e308, 1.7e308)
-NOT_NUMBERS = (math.inf, -math.inf, math.nan)
+NON_FINITE = (math.inf, -math.inf, math.nan)
 TEXTS = (
     *("", "map", "odom", "base_link", "base_footprint", "laser", "camera_depth_optical_frame", "home"),
     *(
@@ -113,7 +113,7 @@ class MessageGenerator:
     def _float(self, element: str, plausible: float) -> float:
         if self._rng.random() < plausible:
             return float(np.float32(self._rng.normal(0.0, 2.0)))
-        absurd = self._pick(NOT_NUMBERS if self._rng.random() < 0.2 else FLOATS)
+        absurd = self._pick(NON_FINITE if self._rng.random() < 0.2 else FLOATS)
         with np.errstate(over="ignore", under="ignore"):
             return float(np.float32(absurd)) if element == "float32" else float(absurd)
 
@@ -123,14 +123,14 @@ class MessageGenerator:
     # -- messages of types whose fields depend on each other
 
     def _consistent(self, kind: type[Message]) -> Message | None:
-        makers = {
+        generators = {
             Quaternion: self._quaternion,
             LaserScan: self._scan,
             ObstacleScan: self._obstacles,
             OccupancyGrid: self._grid,
             Image: self._image,
         }
-        return makers[kind]() if kind in makers else None
+        return generators[kind]() if kind in generators else None
 
     def _quaternion(self) -> Quaternion:
         return Quaternion.of_yaw(float(self._rng.uniform(-4.0, 4.0)))

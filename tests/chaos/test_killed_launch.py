@@ -55,12 +55,12 @@ class Joystick:
             self._publish(Twist.of(self._speed, 0.0))
 
 
-def drive(joystick: Joystick, desk: BoardBench) -> None:
+def drive(joystick: Joystick, bench: BoardBench) -> None:
     """Release the joystick, as the board requires first, then push it until the robot has half its maximum speed."""
     joystick.push(0.0)
     time.sleep(0.5)
     joystick.push(0.6 * max_speed(ROBOT))
-    wait_for(lambda: min(desk.wheels.speed) > 0.5 * max_speed(ROBOT) / ROBOT.metres_per_tick)
+    wait_for(lambda: min(bench.wheels.speed) > 0.5 * max_speed(ROBOT) / ROBOT.metres_per_tick)
 
 
 @pytest.mark.slow
@@ -68,22 +68,25 @@ def drive(joystick: Joystick, desk: BoardBench) -> None:
 def test_a_killed_launch_stops_the_board_and_leaves_no_process(tmp_path: Path) -> None:
     path = tmp_path / "robot.yaml"
     path.write_text(LAUNCH)
-    desk = BoardBench(HostPort(), tmp_path / "board")
+    bench = BoardBench(HostPort(), tmp_path / "board")
     try:
         with (
-            run_chefbot("launch", str(path), f"board_port:={desk.path}", "headless:=true") as (chefbot, node),
+            run_chefbot("launch", str(path), f"board_port:={bench.path}", "headless:=true") as (
+                chefbot,
+                node,
+            ),
             Joystick(node.publisher("/cmd_vel_teleop", Twist).publish) as joystick,
         ):
             wait_for(lambda: chefbot.child("odometry") and chefbot.child("frames"))
-            drive(joystick, desk)
-            stopped = desk.stops_after(lambda: chefbot.process.send_signal(signal.SIGSTOP))
+            drive(joystick, bench)
+            stopped = bench.stops_after(lambda: chefbot.process.send_signal(signal.SIGSTOP))
             report(f"the board stopped {stopped:.0f} ms after its launch hung")
             assert in_time(stopped, STOP_MS)
             chefbot.process.send_signal(signal.SIGCONT)
-            drive(joystick, desk)
+            drive(joystick, bench)
             children = children_of(chefbot.process.pid)
             assert len(children) >= 2
-            stopped = desk.stops_after(chefbot.process.kill)
+            stopped = bench.stops_after(chefbot.process.kill)
             took = wait_for(lambda: not any(map(is_alive, children)))
             report(
                 f"the board stopped after {stopped:.0f} ms; the worker processes had ended {took:.1f} s later"
@@ -91,7 +94,7 @@ def test_a_killed_launch_stops_the_board_and_leaves_no_process(tmp_path: Path) -
             assert in_time(took, END_S)
             assert in_time(stopped, STOP_MS)
     finally:
-        desk.close()
+        bench.close()
 
 
 @pytest.mark.slow

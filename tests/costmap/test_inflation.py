@@ -1,3 +1,5 @@
+"""Tests the inflation of obstacles against a calculation cell by cell."""
+
 import numpy as np
 import pytest
 from hypothesis import given, settings

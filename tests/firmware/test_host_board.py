@@ -200,7 +200,7 @@ def test_silence_on_the_pty_stops_the_wheels(program: tuple[subprocess.Popen[str
     assert int(driven.fields[1]) > 200 and int(driven.fields[2]) > 200
     start = int(driven.fields[0])
     status = pty.wait_for("s")
-    while int(status.fields[0]) < start + 400_000:  # by the board's own clock
+    while int(status.fields[0]) < start + 400_000:  # by the board's clock
         status = pty.wait_for("s")
     assert status.fields[1] == str(READY)
     assert status.fields[6:8] == ("0", "0")

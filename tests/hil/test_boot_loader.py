@@ -89,7 +89,7 @@ def test_a_reset_while_driving_costs_only_a_pause(board: MegaWithBootLoader) -> 
 
 
 def test_the_boot_loader_hides_the_reason_of_a_restart(board: MegaWithBootLoader) -> None:
-    """As firmware/README.md documents, a Mega does not report a restart by its watchdog."""
+    """A Mega does not report a restart by its watchdog (firmware/README.md)."""
     time_to_find(board, silence)
     board.open_session()
     board.send_command("r")

@@ -57,7 +57,7 @@ class UsbMega:
 
     @property
     def has_session(self) -> bool:
-        """Whether the newest flags that the board has sent show a session."""
+        """Return whether the newest flags that the board has sent show a session."""
         lines = [parse(raw) for raw in self._emulator.sent[-2000:].splitlines()]
         newest = next((line for line in reversed(lines) if isinstance(line, MotionLine)), None)
         return newest is not None and not newest.flags & BoardFlag.NO_SESSION

@@ -31,11 +31,11 @@ def test_a_worker_compiles_a_group_and_records_its_kernel_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    warming = KernelCompilation(Console(quiet=True), ["odometry"])
-    warming.start()
+    compilation = KernelCompilation(Console(quiet=True), ["odometry"])
+    compilation.start()
     progress_reports: list[tuple[int, int]] = []
-    warming.wait(show=lambda progress: progress_reports.append((progress.done, progress.total)))
-    assert progress_reports[-1] == (1, 1) and not warming.busy
+    compilation.wait(show=lambda progress: progress_reports.append((progress.done, progress.total)))
+    assert progress_reports[-1] == (1, 1) and not compilation.busy
     assert cache_stamp.is_complete(cache_stamp.stamp_path())
     assert "kalman_update.correct" in cache_stamp.stamp_path().read_text()
 
@@ -68,10 +68,10 @@ def test_the_stamp_depends_on_the_numba_environment(monkeypatch: pytest.MonkeyPa
 
 def test_a_failing_worker_is_reported_and_does_not_block_startup() -> None:
     console = Console(record=True, quiet=False, file=open(os.devnull, "w"))  # noqa: SIM115, PTH123
-    warming = KernelCompilation(console, ["no such group"])
-    warming.start()
-    warming.wait()
-    assert not warming.busy
+    compilation = KernelCompilation(console, ["no such group"])
+    compilation.start()
+    compilation.wait()
+    assert not compilation.busy
     assert "no such group" in console.export_text()
 
 

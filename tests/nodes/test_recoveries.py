@@ -44,7 +44,7 @@ class NoPath(Node):
     backup = action_server(BackUp)
 
     async def on_compute_path_to_pose(self, _: ComputePathToPose_Goal, __: Any) -> ComputePathToPose_Result:
-        """Fail."""
+        """Fail with NO_PATH."""
         return ComputePathToPose_Result(error_code=NO_PATH, error_msg="no path")
 
     async def on_follow_path(self, _: FollowPath_Goal, __: Any) -> FollowPath_Result:

@@ -87,7 +87,7 @@ def numeric_jacobian(step, at, size):
 
 @given(left=small, right=small, yaw=st.floats(-3, 3), tilt=st.tuples(small, small), data=st.data())
 def test_the_jacobian_is_the_numeric_derivative(left, right, yaw, tilt, data):
-    """With an error along one direction only, the propagated covariance is the outer product of its derivative."""
+    """The propagated covariance of an error along one direction is the outer product of the derivative."""
     state = np.array(data.draw(st.lists(small, min_size=SIZE, max_size=SIZE)))
     state[YAW], inputs = yaw, np.array([left, right, *tilt])
     nothing, quiet, seconds = np.zeros((SIZE, SIZE)), np.zeros((INPUTS, INPUTS)), 0.1

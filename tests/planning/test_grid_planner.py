@@ -1,3 +1,5 @@
+"""Tests the global planner against Dijkstra on the same graph, its smoothing, errors and replaced goals."""
+
 import gzip
 import os
 from pathlib import Path

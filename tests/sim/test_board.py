@@ -172,7 +172,7 @@ def test_shorted_motors_brake_and_open_ones_roll() -> None:
 
 
 def test_an_unloaded_motor_matches_its_data_sheet() -> None:
-    """At the rated voltage it has no-load speed and current, and stall torque and current when blocked."""
+    """The model has no-load speed and current, stall torque and stall current at the rated voltage."""
     sim = Simulation(ROBOT, load_world("empty"))
     motor, motors = ROBOT.motor, sim._motors
     gain = sim._model.actuator_gainprm[0, 0]

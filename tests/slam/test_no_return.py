@@ -62,7 +62,7 @@ def test_values_shared_by_many_beams_at_the_top_are_no_returns(
 @pytest.mark.parametrize("world", [HALL, World.of(CORRIDOR)], ids=["hall", "corridor"])
 @pytest.mark.parametrize("poses", [CROSSING, STANDING], ids=["drives", "stands"])
 def test_far_walls_are_not_taken_for_no_return(world: World, poses: list[SE2]) -> None:
-    """In a hall and in a long corridor, also while the robot stands and measures the same ranges again."""
+    """The robot drives in a hall and in a long corridor, or stands and measures the same ranges again."""
     inside = [SE2(p.x - 25.0, 0.1 * p.y - 0.5, p.yaw) if world is not HALL else p for p in poses]
     assert detect_no_return(recorded(world, inside, 200.0, [200.0])) is None
 

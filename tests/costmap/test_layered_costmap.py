@@ -1,3 +1,5 @@
+"""Tests marking, clearing, moving and unknown space of layered costmaps."""
+
 from collections.abc import Sequence
 
 import numpy as np

@@ -175,7 +175,7 @@ def test_control_step_is_short_even_at_full_speed(
         for wheel in (0, 1):
             emulator.ask(
                 f"turn {wheel} {60 if wheel else -60}"
-            )  # 60 edges in 6 ms, which is the rate of 112 per step at full speed
+            )  # 60 edges within 6 ms, close to the 112 per step of full speed
         state = emulator.run(10_000)
     record_property("longest_step_cycles", state.longest_step)
     assert 500 < state.longest_step <= STEP_CYCLES

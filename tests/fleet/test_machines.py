@@ -13,12 +13,12 @@ from chefbot.fleet.keyring import Keyring
 pytestmark = [pytest.mark.slow, needs_namespaces]
 
 
-def says_until(speaker: Machine, words: str, witness: Machine, line: str, wanted: str) -> None:
-    """Publish until the witness answers as wanted: who speaks before the listener is known is not heard."""
+def publish_until(speaker: Machine, words: str, witness: Machine, line: str, expected: str) -> None:
+    """Publish again until the witness has the expected answer, as messages before discovery are lost."""
 
     def seen(found: object) -> bool:
         speaker.send(f"publish {words}")
-        return wanted in str(found)
+        return expected in str(found)
 
     witness.until(line, seen)
 
@@ -32,10 +32,10 @@ def test_an_operator_drives_and_another_robot_cannot(network: Network, fleet: Ke
     alice.send("subscribe /robot1/odom")
     robot2.send("subscribe /robot1/odom")
     alice.until("nodes", lambda found: "/robot1/tester" in str(found))
-    says_until(alice, "/robot1/cmd_vel from_alice", robot1, "heard", "from_alice")
-    says_until(robot1, "/robot1/odom here", alice, "heard", "here")
-    says_until(
-        robot2, "/robot1/cmd_vel from_robot2", robot1, "refused", "robot2 may not write 0/robot1/cmd_vel"
+    publish_until(alice, "/robot1/cmd_vel from_alice", robot1, "received", "from_alice")
+    publish_until(robot1, "/robot1/odom here", alice, "received", "here")
+    publish_until(
+        robot2, "/robot1/cmd_vel from_robot2", robot1, "errors", "robot2 may not write 0/robot1/cmd_vel"
     )
     assert "robot2" not in str(robot1.request("received"))
     assert robot2.request("received") == []
@@ -55,10 +55,10 @@ def test_robots_and_operators_connect_over_the_site_router(network: Network, fle
     robot1.send("subscribe /robot1/cmd_vel")
     alice.send("subscribe /robot1/odom")
     alice.until("nodes", lambda found: "/robot1/tester" in str(found) and "/robot2/tester" in str(found))
-    says_until(alice, "/robot1/cmd_vel from_alice", robot1, "heard", "from_alice")
-    says_until(robot1, "/robot1/odom here", alice, "heard", "here")
-    says_until(
-        robot2, "/robot1/cmd_vel from_robot2", site, "refused", "robot2 may not write 0/robot1/cmd_vel"
+    publish_until(alice, "/robot1/cmd_vel from_alice", robot1, "received", "from_alice")
+    publish_until(robot1, "/robot1/odom here", alice, "received", "here")
+    publish_until(
+        robot2, "/robot1/cmd_vel from_robot2", site, "errors", "robot2 may not write 0/robot1/cmd_vel"
     )
     assert "robot2" not in str(robot1.request("received"))
 
